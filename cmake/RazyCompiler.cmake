@@ -1,0 +1,12 @@
+# Flags of every razy target; IEEE semantics in all builds, so no -ffast-math.
+add_library(razy_flags INTERFACE)
+target_compile_options(razy_flags INTERFACE
+  $<$<COMPILE_LANGUAGE:Fortran>:-std=f2018 -ffree-line-length-132 -fimplicit-none>
+  $<$<COMPILE_LANGUAGE:Fortran>:-Wall -Wextra -Wimplicit-interface -Wimplicit-procedure -Wno-maybe-uninitialized -Wno-compare-reals>
+  $<$<AND:$<COMPILE_LANGUAGE:Fortran>,$<BOOL:${RAZY_WERROR}>>:-Werror>
+  $<$<BOOL:${RAZY_NATIVE}>:-march=native>)
+
+set(CMAKE_Fortran_FLAGS_RELEASE "-O3")
+set(CMAKE_Fortran_FLAGS_DEBUG "-O1 -g -fcheck=all -fbacktrace -ffpe-trap=invalid,zero,overflow -finit-real=snan -finit-derived")
+set(CMAKE_Fortran_FLAGS_COVERAGE "-O0 -g --coverage" CACHE STRING "Flags for coverage builds")
+set(CMAKE_EXE_LINKER_FLAGS_COVERAGE "--coverage" CACHE STRING "Linker flags for coverage builds")
