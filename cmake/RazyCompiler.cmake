@@ -2,7 +2,7 @@
 add_library(razy_flags INTERFACE)
 target_compile_options(razy_flags INTERFACE
   $<$<COMPILE_LANGUAGE:Fortran>:-std=f2018 -ffree-line-length-132 -fimplicit-none>
-  $<$<COMPILE_LANGUAGE:Fortran>:-Wall -Wextra -Wimplicit-interface -Wimplicit-procedure -Wno-maybe-uninitialized -Wno-compare-reals>
+  $<$<COMPILE_LANGUAGE:Fortran>:-Wall -Wextra -Wimplicit-interface -Wimplicit-procedure -Wno-maybe-uninitialized -Wno-uninitialized -Wno-compare-reals>
   $<$<AND:$<COMPILE_LANGUAGE:Fortran>,$<BOOL:${RAZY_WERROR}>>:-Werror>
   $<$<BOOL:${RAZY_NATIVE}>:-march=native>)
 

@@ -1,0 +1,240 @@
+!! The contact states of a machine: modes and closed form of each, made when the motion first comes to it.
+!!
+!! What depends on the machine's matrices alone (coupled coordinates, modes) outlives a change of the excitation; what depends
+!! on the excitation (response, rows) is made anew for every machine that is attached, and only for states it visits.
+module razy_integrate_contact_states
+   use razy_contact_clearance_law, only: clearance_law_t
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: wp
+   use razy_integrate_modal_basis, only: modal_basis_t, new_modal_basis
+   use razy_integrate_refine, only: watched_t
+   use razy_integrate_response, only: linear_form_t, new_response, new_rows, response_t, rows_t
+   use razy_machine_coupled, only: coupled_t, new_coupled
+   use razy_machine_machine, only: contact_t, machine_t, observable_t, observe_contact_force, same_structure
+   implicit none(type, external)
+   private
+
+   public :: attach, contact_state_t, contact_states_t, state_index
+
+   !> One contact state: the branch of every contact, and the motion in it.
+   type :: contact_state_t
+      integer, allocatable :: branch(:)
+      type(modal_basis_t) :: basis
+      type(response_t) :: response
+      !> Rows of the switching functions and of the observables.
+      type(rows_t) :: switching, observed
+      !> Functions that end this state, the contact each belongs to, its function there, and the branch beyond.
+      type(watched_t), allocatable :: watched(:)
+      integer, allocatable :: contact(:), function(:), next(:)
+      !> Machine for which the response was made.
+      integer :: version = 0
+      !> Step level that the last search ended with.
+      integer :: level = 10
+   end type contact_state_t
+
+   !> All states met so far.
+   type :: contact_states_t
+      type(machine_t) :: machine
+      type(coupled_t) :: coupled
+      logical :: keep_all = .false.
+      integer :: version = 0, count = 0
+      type(contact_state_t), allocatable :: state(:)
+      !> Contact directions (m, contacts), constant load (m), phasors (m, tones), frequencies (tones), rad/s.
+      real(wp), allocatable :: w(:, :), load(:), omega(:)
+      complex(wp), allocatable :: harmonic(:, :)
+   end type contact_states_t
+
+contains
+
+   !> Make `self` ready for `machine`, keeping the modes if only excitation, clearances or start differ from the last.
+   subroutine attach(self, machine, keep_all, error)
+      type(contact_states_t), intent(inout) :: self
+      type(machine_t), intent(in) :: machine
+      logical, intent(in) :: keep_all
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: j
+      logical :: known
+
+      known = same_structure(self%machine, machine) .and. (self%keep_all .eqv. keep_all)
+      self%machine = machine
+      self%version = self%version + 1
+      if (.not. known) then
+         self%keep_all = keep_all
+         self%count = 0
+         if (allocated(self%state)) deallocate (self%state)
+         allocate (self%state(4))
+         call new_coupled(self%coupled, machine, keep_all, error)
+         if (allocated(error)) return
+         if (allocated(self%w)) deallocate (self%w)
+         allocate (self%w(self%coupled%m, size(machine%contact)))
+         do j = 1, size(machine%contact)
+            self%w(:, j) = matmul(self%coupled%project, machine%contact(j)%w)
+         end do
+      end if
+      self%load = matmul(self%coupled%project, machine%load)
+      self%harmonic = matmul(self%coupled%project, machine%harmonic_load)
+      self%omega = machine%tone%omega
+   end subroutine attach
+
+   !> The number of the state with these branches, made ready for the attached machine. 0: its eigenproblem failed.
+   function state_index(self, branch) result(i)
+      type(contact_states_t), intent(inout) :: self
+      integer, intent(in) :: branch(:)
+      integer :: i
+
+      type(contact_state_t), allocatable :: larger(:)
+
+      do i = 1, self%count
+         if (all(self%state(i)%branch == branch)) exit
+      end do
+      if (i > self%count) then
+         if (i > size(self%state)) then
+            allocate (larger(2*size(self%state)))
+            larger(:self%count) = self%state
+            call move_alloc(larger, self%state)
+         end if
+         self%count = i
+         self%state(i)%branch = branch
+         call make_modes(self, self%state(i))
+         self%state(i)%level = exponent(max(self%state(i)%basis%fastest, 1.0_wp))
+      end if
+      if (self%state(i)%version /= self%version) call make_response(self, self%state(i))
+      if (self%state(i)%basis%info /= 0) i = 0
+   end function state_index
+
+   subroutine make_modes(self, state)
+      type(contact_states_t), intent(in) :: self
+      type(contact_state_t), intent(inout) :: state
+
+      real(wp) :: k(self%coupled%m, self%coupled%m), b(self%coupled%m, self%coupled%m)
+      integer :: i, j
+
+      k = self%coupled%stiffness
+      b = self%coupled%damping
+      do j = 1, size(state%branch)
+         associate (branch => self%machine%contact(j)%law%branch(state%branch(j)))
+            do i = 1, self%coupled%m
+               k(:, i) = k(:, i) + branch%stiffness*self%w(:, j)*self%w(i, j)
+               b(:, i) = b(:, i) + branch%damping*self%w(:, j)*self%w(i, j)
+            end do
+         end associate
+      end do
+      call new_modal_basis(state%basis, k, b, self%omega)
+   end subroutine make_modes
+
+   subroutine make_response(self, state)
+      type(contact_states_t), intent(in) :: self
+      type(contact_state_t), intent(inout) :: state
+
+      real(wp) :: load(self%coupled%m)
+      complex(wp) :: harmonic(self%coupled%m, size(self%omega))
+      integer :: j, t
+
+      if (state%version > 0) then
+         if (state%basis%is_resonant_with(self%omega)) call make_modes(self, state)
+      end if
+      state%version = self%version
+      if (state%basis%info /= 0) return
+      load = self%load
+      harmonic = self%harmonic
+      do j = 1, size(state%branch)
+         associate (contact => self%machine%contact(j), branch => self%machine%contact(j)%law%branch(state%branch(j)))
+            load = load - self%w(:, j)*(branch%stiffness*contact%offset + branch%offset)
+            do t = 1, size(self%omega)
+               harmonic(:, t) = harmonic(:, t) - self%w(:, j)*contact%error(t) &
+                                *cmplx(branch%stiffness, self%omega(t)*branch%damping, wp)
+            end do
+         end associate
+      end do
+      call new_response(state%response, state%basis, load, harmonic, self%omega)
+      call watch_contacts(self, state)
+      call new_rows(state%observed, state%response, [(observed_form(self, state, j), j=1, size(self%machine%observable))])
+   end subroutine make_response
+
+   !> Rows and bounds of all switching functions that can end the state.
+   subroutine watch_contacts(self, state)
+      type(contact_states_t), intent(in) :: self
+      type(contact_state_t), intent(inout) :: state
+
+      type(linear_form_t) :: forms(3*size(state%branch))
+      type(watched_t) :: watched(6*size(state%branch))
+      integer :: contact(6*size(state%branch)), function(6*size(state%branch)), next(6*size(state%branch))
+      integer :: f, j, used, n
+
+      used = 0
+      n = 0
+      do j = 1, size(state%branch)
+         associate (law => self%machine%contact(j)%law)
+            do f = 1, law%functions
+               associate (guard => law%guard(f, state%branch(j)))
+                  if (guard%below == 0 .and. guard%above == 0) cycle
+                  used = used + 1
+                  forms(used) = switching_form(self, j, law%slope(1, f), law%slope(2, f), law%constant(f))
+                  if (guard%below /= 0) call add(guard%below, 1.0_wp, guard%lower)
+                  if (guard%above /= 0) call add(guard%above, -1.0_wp, guard%upper)
+               end associate
+            end do
+         end associate
+      end do
+      state%watched = watched(:n)
+      state%contact = contact(:n)
+      state%function = function(:n)
+      state%next = next(:n)
+      call new_rows(state%switching, state%response, forms(:used))
+
+   contains
+
+      subroutine add(beyond, side, bound)
+         integer, intent(in) :: beyond
+         real(wp), intent(in) :: side, bound
+
+         n = n + 1
+         watched(n) = watched_t(form=used, side=side, bound=bound)
+         contact(n) = j
+         function(n) = f
+         next(n) = beyond
+      end subroutine add
+
+   end subroutine watch_contacts
+
+   !> alpha s + beta s' + gamma of contact j as a form of the coupled coordinates.
+   pure function switching_form(self, j, alpha, beta, gamma) result(form)
+      type(contact_states_t), intent(in) :: self
+      integer, intent(in) :: j
+      real(wp), intent(in) :: alpha, beta, gamma
+      type(linear_form_t) :: form
+
+      integer :: t
+
+      form%on_y = alpha*self%w(:, j)
+      form%on_v = beta*self%w(:, j)
+      form%constant = alpha*self%machine%contact(j)%offset + gamma
+      form%error = [(cmplx(alpha, self%omega(t)*beta, wp)*self%machine%contact(j)%error(t), t=1, size(self%omega))]
+   end function switching_form
+
+   !> Observable i in this state.
+   pure function observed_form(self, state, i) result(form)
+      type(contact_states_t), intent(in) :: self
+      type(contact_state_t), intent(in) :: state
+      integer, intent(in) :: i
+      type(linear_form_t) :: form
+
+      associate (observable => self%machine%observable(i))
+         if (observable%kind == observe_contact_force) then
+            associate (contact => self%machine%contact(observable%contact))
+               associate (branch => contact%law%branch(state%branch(observable%contact)))
+                  form = switching_form(self, observable%contact, contact%force_sign*branch%stiffness, &
+                                        contact%force_sign*branch%damping, contact%force_sign*branch%offset)
+               end associate
+            end associate
+         else
+            form%on_y = matmul(self%coupled%project, observable%on_displacement)
+            form%on_v = matmul(self%coupled%project, observable%on_velocity)
+            form%constant = observable%constant
+            form%error = observable%error
+         end if
+      end associate
+   end function observed_form
+
+end module razy_integrate_contact_states

@@ -1,0 +1,92 @@
+!! A bracketed root of a watched function, to rounding, on the closed form.
+module razy_integrate_refine
+   use razy_core_kinds, only: wp
+   use razy_integrate_cursor, only: cursor_t, move_to, shift, value_of
+   use razy_integrate_response, only: response_t, rows_t
+   use razy_integrate_sign_proof, only: hermite_root
+   implicit none(type, external)
+   private
+
+   public :: refine_root, watched_t
+
+   !> f = side*(d^order/dt^order form - bound), which is to stay >= 0, with its values on the present step.
+   type :: watched_t
+      integer :: form = 1, order = 0
+      real(wp) :: side = 1.0_wp, bound = 0.0_wp
+      !> Starts on the bound and moves inwards.
+      logical :: from_zero = .false.
+      !> Values and slopes at both ends of the step, bound of the fourth derivative of f.
+      real(wp) :: f0 = 0.0_wp, g0 = 0.0_wp, f1 = 0.0_wp, g1 = 0.0_wp, m4 = 0.0_wp
+      !> Size of the terms that f is the sum of, and of the rounding in it.
+      real(wp) :: scale = 0.0_wp, noise = 0.0_wp
+   end type watched_t
+
+   !> Times the fastest exponent, a shift that Taylor factors take to rounding.
+   real(wp), parameter :: small_shift = 3.0e-3_wp
+   integer, parameter :: most_iterations = 60
+
+contains
+
+   !> The root in [low, high] (s after `tau_here`) of a step of length h; f(low) >= 0 > f(high), and f has one root there.
+   !>
+   !> Halley's iteration, kept in the bracket by bisection; it ends when the correction is below the spacing of numbers at
+   !> the root or f below its rounding. `probe` is left at the root, whose time in the segment is `root`.
+   subroutine refine_root(response, rows, start, tau_here, h, low, high, w, probe, root)
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(cursor_t), intent(in) :: start
+      real(wp), intent(in) :: tau_here, h, low, high
+      type(watched_t), intent(in) :: w
+      type(cursor_t), intent(inout) :: probe
+      real(wp), intent(out) :: root
+
+      real(wp) :: left, right, f, g, d, delta, next, fastest
+      integer :: i
+
+      left = tau_here + low
+      right = tau_here + high
+      fastest = maxval(response%modulus)
+      root = tau_here + hermite_root(w%f0, w%g0, w%f1, w%g1, h, low, high)
+      call move_to(start, response, root, probe)
+      do i = 1, most_iterations
+         f = w%side*(value_of(rows, response, probe, w%form, w%order))
+         if (w%order == 0) f = f - w%side*w%bound
+         if (f >= 0.0_wp) then
+            left = root
+         else
+            right = root
+         end if
+         g = w%side*value_of(rows, response, probe, w%form, w%order + 1)
+         d = w%side*value_of(rows, response, probe, w%form, w%order + 2)
+         if (abs(f) <= 0.5_wp*epsilon(1.0_wp)*w%scale) exit
+         delta = halley_step(f, g, d, right - left)
+         next = root + delta
+         if (.not. (next >= left .and. next <= right)) next = 0.5_wp*(left + right)
+         delta = next - root
+         if (abs(delta) <= spacing(right)) exit
+         if (abs(delta)*fastest <= small_shift) then
+            call shift(probe, response, delta)
+            probe%tau = next
+         else
+            call move_to(start, response, next, probe)
+         end if
+         root = next
+      end do
+   end subroutine refine_root
+
+   !> Halley's correction; one that is longer than `most` is replaced by twice that, which breaks the bracket.
+   elemental function halley_step(f, g, d, most) result(delta)
+      real(wp), intent(in) :: f, g, d, most
+      real(wp) :: delta
+
+      real(wp) :: slope
+
+      slope = g*g - 0.5_wp*f*d
+      if (abs(f*g) <= most*abs(slope) .and. abs(slope) > 0.0_wp) then
+         delta = -f*g/slope
+      else
+         delta = 2*most
+      end if
+   end function halley_step
+
+end module razy_integrate_refine

@@ -1,0 +1,372 @@
+!! The first time at which one of several functions leaves its bounds, with proof that none left before.
+!!
+!! A watched function is f = side*(d^q/dt^q form - bound), to stay >= 0. On a step of the closed form it is proved to stay,
+!! or to have exactly one root, or the step is halved. Values and slopes at the ends and bounds of higher derivatives from
+!! the moduli of the amplitudes suffice (razy_integrate_sign_proof), in this order:
+!! 1. f stays positive;
+!! 2. f is monotone: one root if the sign changes, else none;
+!! 3. f is convex or concave: one root if the sign changes; else the sign of its only extremum decides (grazing).
+!! Crossings smaller than the rounding of f itself do not count as such.
+module razy_integrate_search
+   use razy_core_kinds, only: i8, wp
+   use razy_integrate_cursor, only: cursor_t, move_to, reserve, size_of, step, value_of
+   use razy_integrate_refine, only: refine_root, watched_t
+   use razy_integrate_response, only: coarsest_level, finest_level, response_t, rows_t
+   use razy_integrate_sign_proof, only: proved_margin, proved_sign
+   implicit none(type, external)
+   private
+
+   public :: exit_t, first_exit, search_t
+
+   !> Where the search ended: `watched` is the number of the function that left, 0 if none did before the end.
+   type :: exit_t
+      integer :: watched = 0
+      real(wp) :: tau = 0.0_wp
+   end type exit_t
+
+   !> Workspace and counters of the search.
+   type :: search_t
+      type(cursor_t) :: here, trial, trial_root, probe
+      !> Moduli of the amplitudes at the last exact evaluation.
+      real(wp), allocatable :: modulus(:)
+      !> Steps are 2^-level s.
+      integer :: level = 10
+      !> Largest modulus of an exponent, 1/s.
+      real(wp) :: fastest = 0.0_wp
+      !> Steps tried and halvings among them.
+      integer(i8) :: steps = 0, halvings = 0
+   end type search_t
+
+   !> Verdicts about one function on one step.
+   integer, parameter :: stays = 0, leaves = 1, undecided = 2
+   !> Steps between exact evaluations of the amplitudes.
+   integer, parameter :: resync = 32
+   !> Times the fastest exponent, a step on which a third-order change is below rounding.
+   real(wp), parameter :: shortest = 1.0e-6_wp
+
+contains
+
+   !> Search from `start` at `tau_from` to `tau_end` along `response`.
+   !>
+   !> `watched(:)`: functions on `rows`; one with `from_zero` starts on its bound and moves inwards. The exit is in `found`,
+   !> the amplitudes there in `self%probe`.
+   subroutine first_exit(self, response, rows, start, tau_from, tau_end, watched, found)
+      type(search_t), intent(inout) :: self
+      type(response_t), intent(inout) :: response
+      type(rows_t), intent(in) :: rows
+      type(cursor_t), intent(in) :: start
+      real(wp), intent(in) :: tau_from, tau_end
+      type(watched_t), intent(inout) :: watched(:)
+      type(exit_t), intent(out) :: found
+
+      integer :: i, since_resync
+      logical :: decided, roomy
+
+      call prepare(self, response, rows, start, tau_from, watched)
+      do i = 1, size(watched)
+         if (watched(i)%from_zero) watched(i)%f0 = 0.0_wp
+         if (watched(i)%f0 < -watched(i)%noise) then
+            found = exit_t(i, tau_from)
+            call move_to(start, response, tau_from, self%probe)
+            return
+         end if
+         watched(i)%f0 = max(watched(i)%f0, 0.0_wp)
+      end do
+      since_resync = 0
+      do while (self%here%tau < tau_end)
+         if (since_resync == 0) then
+            if (stay_forever(self, response, rows, watched)) exit
+         end if
+         call try_step(self, response, rows, start, watched, found, decided, roomy)
+         if (.not. decided) cycle
+         if (found%watched /= 0) then
+            if (found%tau <= tau_end) return
+            exit
+         end if
+         call accept(self, watched, roomy)
+         since_resync = modulo(since_resync + 1, resync)
+         if (since_resync == 0 .or. response%growing) call resynchronise(self, response, rows, start, watched)
+      end do
+      found = exit_t(0, tau_end)
+   end subroutine first_exit
+
+   !> Judge all functions on one step; the earliest exit on it, if any, goes to `found`. Undecided: the next is half as long.
+   subroutine try_step(self, response, rows, start, watched, found, decided, roomy)
+      type(search_t), intent(inout) :: self
+      type(response_t), intent(inout) :: response
+      type(rows_t), intent(in) :: rows
+      type(cursor_t), intent(in) :: start
+      type(watched_t), intent(inout) :: watched(:)
+      type(exit_t), intent(out) :: found
+      logical, intent(out) :: decided, roomy
+
+      real(wp) :: h, high, root
+      integer :: i, verdict
+      logical :: room
+
+      h = scale(1.0_wp, -self%level)
+      call step(self%here, response, self%level, self%trial)
+      self%steps = self%steps + 1
+      roomy = .true.
+      verdict = stays
+      do i = 1, size(watched)
+         call judge(self, response, rows, start, watched(i), h, verdict, high, room)
+         roomy = roomy .and. room
+         if (verdict == undecided) exit
+         if (verdict == stays) cycle
+         call refine_root(response, rows, start, self%here%tau, h, 0.0_wp, high, watched(i), self%trial_root, root)
+         if (found%watched == 0 .or. root < found%tau) then
+            found = exit_t(i, root)
+            call copy(self%trial_root, self%probe)
+         end if
+      end do
+      decided = verdict /= undecided
+      if (decided) return
+      found = exit_t()
+      self%halvings = self%halvings + 1
+      self%level = self%level + 1
+   end subroutine try_step
+
+   !> What the function does on the step from `here` to `trial`; `high` (s after `here`) ends the bracket of a root.
+   subroutine judge(self, response, rows, start, w, h, verdict, high, room)
+      type(search_t), intent(inout) :: self
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(cursor_t), intent(in) :: start
+      type(watched_t), intent(inout) :: w
+      real(wp), intent(in) :: h
+      integer, intent(out) :: verdict
+      real(wp), intent(out) :: high
+      logical, intent(out) :: room
+
+      real(wp) :: margin, error, m4, d0, d1
+      integer :: slope_sign
+
+      high = h
+      w%f1 = w%side*value_of(rows, response, self%trial, w%form, w%order) - w%side*w%bound
+      w%g1 = w%side*value_of(rows, response, self%trial, w%form, w%order + 1)
+      if (abs(w%f1) <= w%noise) w%f1 = max(w%f1, 0.0_wp)
+      m4 = w%m4
+      if (response%growing) m4 = m4*growth_over(response, h)
+      if (response%nx > 0) m4 = m4 + dense_bound(self, response, rows, w%form, w%order + 4, h)
+      margin = proved_margin(w%f0, w%g0, w%f1, w%g1, h, m4)
+      room = .false.
+      if (w%f1 >= 0.0_wp .and. margin >= 0.0_wp) then
+         verdict = stays
+         error = m4*h**4/144
+         room = margin > 15*error
+         return
+      end if
+      d0 = w%side*value_of(rows, response, self%here, w%form, w%order + 2)
+      d1 = w%side*value_of(rows, response, self%trial, w%form, w%order + 2)
+      slope_sign = proved_sign(w%g0, d0, w%g1, d1, h, bound_of(self, response, rows, w, 5, h))
+      verdict = merge(stays, leaves, w%f1 >= 0.0_wp)
+      if (slope_sign /= 0) return
+      call judge_curved(self, response, rows, start, w, h, d0, d1, verdict, high)
+   end subroutine judge
+
+   !> The third and last question: a function of one curvature, or a step too short for anything to hide in.
+   subroutine judge_curved(self, response, rows, start, w, h, d0, d1, verdict, high)
+      type(search_t), intent(inout) :: self
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(cursor_t), intent(in) :: start
+      type(watched_t), intent(in) :: w
+      real(wp), intent(in) :: h, d0, d1
+      integer, intent(inout) :: verdict
+      real(wp), intent(inout) :: high
+
+      type(watched_t) :: slope
+      real(wp) :: lowest, tau, t0, t1
+      integer :: curvature
+
+      if (self%level >= finest_level .or. h*self%fastest <= shortest) return
+      t0 = w%side*value_of(rows, response, self%here, w%form, w%order + 3)
+      t1 = w%side*value_of(rows, response, self%trial, w%form, w%order + 3)
+      curvature = proved_sign(d0, t0, d1, t1, h, bound_of(self, response, rows, w, 6, h))
+      if (curvature == 0) then
+         verdict = undecided
+      else if (verdict == leaves) then
+         ! From zero up and below zero again: half the step separates the root at its start from the one to be found.
+         if (curvature < 0 .and. .not. w%f0 > 0.0_wp) verdict = undecided
+      else if (curvature > 0 .and. w%g0 < 0.0_wp .and. w%g1 > 0.0_wp) then
+         slope = watched_t(form=w%form, order=w%order + 1, side=-w%side, f0=-w%g0, g0=-d0, f1=-w%g1, g1=-d1, &
+                           scale=w%scale*self%fastest)
+         call refine_root(response, rows, start, self%here%tau, h, 0.0_wp, h, slope, self%trial_root, tau)
+         lowest = w%side*value_of(rows, response, self%trial_root, w%form, w%order) - w%side*w%bound
+         if (lowest < -w%noise) then
+            verdict = leaves
+            high = tau - self%here%tau
+         end if
+      end if
+   end subroutine judge_curved
+
+   !> Bound of the derivative of f of this order over the step: moduli do not grow, growing ones are seen to by the caller.
+   function bound_of(self, response, rows, w, order, h) result(bound)
+      type(search_t), intent(in) :: self
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(watched_t), intent(in) :: w
+      integer, intent(in) :: order
+      real(wp), intent(in) :: h
+      real(wp) :: bound
+
+      integer :: i, p
+
+      p = w%order + order
+      bound = 0.0_wp
+      do i = 1, size(self%modulus)
+         bound = bound + rows%size0(i, w%form)*response%modulus(i)**p*self%modulus(i)
+      end do
+      if (response%growing) bound = bound*growth_over(response, h)
+      if (response%nx > 0) bound = bound + dense_bound(self, response, rows, w%form, p, h)
+   end function bound_of
+
+   !> Largest factor by which an amplitude grows over a step.
+   pure function growth_over(response, h) result(factor)
+      type(response_t), intent(in) :: response
+      real(wp), intent(in) :: h
+      real(wp) :: factor
+
+      factor = exp(min(h*max(0.0_wp, maxval(real(response%exponent))), 600.0_wp))
+   end function growth_over
+
+   !> Bound of the dense states' part in the derivative of order p: |r exp(Tt) x| <= max|r| exp(|T|t) sum|x|.
+   pure function dense_bound(self, response, rows, form, p, h) result(bound)
+      type(search_t), intent(in) :: self
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      integer, intent(in) :: form, p
+      real(wp), intent(in) :: h
+      real(wp) :: bound
+
+      integer :: i, j, k
+
+      bound = 0.0_wp
+      do i = 1, size(response%dense)
+         j = response%first(i)
+         k = response%first(i + 1) - 1
+         bound = bound + maxval(abs(rows%dense(j:k, p, form)))*sum(abs(self%here%dense(j:k))) &
+                 *exp(min(response%dense(i)%norm*h, 600.0_wp))
+      end do
+   end function dense_bound
+
+   !> Whether constant parts outweigh all that varies, so that no function can leave as long as this response lasts.
+   pure function stay_forever(self, response, rows, watched) result(proved)
+      type(search_t), intent(in) :: self
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(watched_t), intent(in) :: watched(:)
+      logical :: proved
+
+      integer :: i
+
+      proved = .not. response%growing .and. response%rigid == 0 .and. response%nx == 0
+      if (.not. proved) return
+      do i = 1, size(watched)
+         associate (w => watched(i))
+            proved = w%order == 0
+            if (proved) proved = w%side*(rows%constant(w%form) - w%bound) &
+                                 > dot_product(rows%size0(:, w%form), self%modulus) + w%noise
+         end associate
+         if (.not. proved) return
+      end do
+   end function stay_forever
+
+   !> Make the trial the present point; a step with room to spare is followed by a longer one.
+   subroutine accept(self, watched, roomy)
+      type(search_t), intent(inout) :: self
+      type(watched_t), intent(inout) :: watched(:)
+      logical, intent(in) :: roomy
+
+      integer :: i
+
+      call copy(self%trial, self%here)
+      do i = 1, size(watched)
+         watched(i)%f0 = watched(i)%f1
+         watched(i)%g0 = watched(i)%g1
+      end do
+      if (roomy) self%level = max(self%level - 1, coarsest_level)
+   end subroutine accept
+
+   subroutine prepare(self, response, rows, start, tau_from, watched)
+      type(search_t), intent(inout) :: self
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(cursor_t), intent(in) :: start
+      real(wp), intent(in) :: tau_from
+      type(watched_t), intent(inout) :: watched(:)
+
+      call reserve(self%here, response)
+      call reserve(self%trial, response)
+      call reserve(self%trial_root, response)
+      call reserve(self%probe, response)
+      if (allocated(self%modulus)) then
+         if (size(self%modulus) /= size(response%exponent)) deallocate (self%modulus)
+      end if
+      if (.not. allocated(self%modulus)) allocate (self%modulus(size(response%exponent)))
+      self%fastest = 0.0_wp
+      if (size(response%modulus) > 0) self%fastest = maxval(response%modulus)
+      if (size(response%dense) > 0) self%fastest = max(self%fastest, maxval(response%dense%norm))
+      self%here%tau = tau_from
+      call copy(start, self%here)
+      if (tau_from > 0.0_wp) call move_to(start, response, tau_from, self%here)
+      call renew(self, response, rows, watched)
+   end subroutine prepare
+
+   !> Evaluate the present point from the start of the segment.
+   subroutine resynchronise(self, response, rows, start, watched)
+      type(search_t), intent(inout) :: self
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(cursor_t), intent(in) :: start
+      type(watched_t), intent(inout) :: watched(:)
+
+      real(wp) :: tau
+
+      tau = self%here%tau
+      call move_to(start, response, tau, self%here)
+      call renew(self, response, rows, watched)
+      watched%f0 = max(watched%f0, 0.0_wp)
+   end subroutine resynchronise
+
+   !> Moduli of the amplitudes, and value, slope, bounds and rounding of the functions at the present point.
+   subroutine renew(self, response, rows, watched)
+      type(search_t), intent(inout) :: self
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(watched_t), intent(inout) :: watched(:)
+
+      integer :: i, j
+
+      do j = 1, size(self%modulus)
+         self%modulus(j) = sqrt(self%here%re(j)**2 + self%here%im(j)**2)
+      end do
+      do i = 1, size(watched)
+         associate (w => watched(i))
+            w%f0 = w%side*value_of(rows, response, self%here, w%form, w%order) - w%side*w%bound
+            w%g0 = w%side*value_of(rows, response, self%here, w%form, w%order + 1)
+            w%scale = size_of(rows, response, self%here, w%form, w%order)
+            if (w%order == 0) w%scale = w%scale + abs(w%bound)
+            w%m4 = 0.0_wp
+            do j = 1, size(self%modulus)
+               w%m4 = w%m4 + rows%size4(j, w%form)*self%modulus(j)*response%modulus(j)**w%order
+            end do
+            w%noise = 16*epsilon(1.0_wp)*w%scale
+         end associate
+      end do
+   end subroutine renew
+
+   pure subroutine copy(from, to)
+      type(cursor_t), intent(in) :: from
+      type(cursor_t), intent(inout) :: to
+
+      to%tau = from%tau
+      to%re(:) = from%re
+      to%im(:) = from%im
+      to%rigid(:) = from%rigid
+      to%rate(:) = from%rate
+      to%dense(:) = from%dense
+   end subroutine copy
+
+end module razy_integrate_search

@@ -1,0 +1,73 @@
+!! Proofs about the sign of a function on a step from its values and slopes at both ends.
+!!
+!! The cubic Hermite interpolant H of f on [0, h] errs by at most m4 t²(h-t)²/24, m4 bounding |f''''|. In the Bernstein basis
+!! of degree four this error is a single coefficient, m4 h⁴/144, so f >= 0 wherever the five coefficients of H less the
+!! error are non-negative. The error vanishes at both ends, which is why a function that is zero at the start of a step
+!! and leaves it upwards can be proved positive as well.
+module razy_integrate_sign_proof
+   use razy_core_kinds, only: wp
+   implicit none(type, external)
+   private
+
+   public :: hermite_root, proved_margin, proved_sign
+
+contains
+
+   !> A lower bound of the inner Bernstein coefficients of f: f >= 0 on [0, h] is proved if it and f0, f1 are >= 0.
+   !>
+   !> `f0`, `f1` values, `g0`, `g1` slopes at 0 and h, `m4` bound of the fourth derivative.
+   elemental function proved_margin(f0, g0, f1, g1, h, m4) result(margin)
+      real(wp), intent(in) :: f0, g0, f1, g1, h, m4
+      real(wp) :: margin
+
+      margin = min(f0 + 0.25_wp*h*g0, f1 - 0.25_wp*h*g1, &
+                   0.5_wp*(f0 + f1) + h*(g0 - g1)/6 - m4*h**4/144)
+   end function proved_margin
+
+   !> +1 or -1 if the function is proved to have this sign on [0, h] (zeros at the ends allowed), else 0.
+   elemental function proved_sign(f0, g0, f1, g1, h, m4) result(sign_of_f)
+      real(wp), intent(in) :: f0, g0, f1, g1, h, m4
+      integer :: sign_of_f
+
+      sign_of_f = 0
+      if (f0 >= 0.0_wp .and. f1 >= 0.0_wp) then
+         if (proved_margin(f0, g0, f1, g1, h, m4) >= 0.0_wp) sign_of_f = 1
+      else if (f0 <= 0.0_wp .and. f1 <= 0.0_wp) then
+         if (proved_margin(-f0, -g0, -f1, -g1, h, m4) >= 0.0_wp) sign_of_f = -1
+      end if
+   end function proved_sign
+
+   !> A point of [low, high] near the root of the cubic with these values and slopes at 0 and h; it starts a Newton iteration.
+   pure function hermite_root(f0, g0, f1, g1, h, low, high) result(root)
+      real(wp), intent(in) :: f0, g0, f1, g1, h, low, high
+      real(wp) :: root
+
+      real(wp) :: a, b, s, left, right, p, dp
+      integer :: i
+
+      a = 2*(f0 - f1) + h*(g0 + g1)
+      b = 3*(f1 - f0) - h*(2*g0 + g1)
+      left = low/h
+      right = high/h
+      s = 0.5_wp*(left + right)
+      if (f0 > 0.0_wp .and. f1 < 0.0_wp .and. .not. low > 0.0_wp) s = f0/(f0 - f1)
+      do i = 1, 6
+         p = f0 + s*(h*g0 + s*(b + s*a))
+         dp = h*g0 + s*(2*b + 3*s*a)
+         if (p >= 0.0_wp) then
+            left = s
+         else
+            right = s
+         end if
+         if (abs(p) < abs(dp)) then
+            s = s - p/dp
+         else
+            s = 0.5_wp*(left + right)
+         end if
+         if (.not. (s > left .and. s < right)) s = 0.5_wp*(left + right)
+         if (abs(p) <= 1.0e-4_wp*abs(dp)) exit
+      end do
+      root = min(max(s*h, low), high)
+   end function hermite_root
+
+end module razy_integrate_sign_proof

@@ -1,0 +1,146 @@
+!! The part of a machine that its contacts and observables can feel.
+!!
+!! In the coordinates x = Lᵀq, M = L Lᵀ, the equation is x'' + L⁻¹BL⁻ᵀ x' + L⁻¹KL⁻ᵀ x = L⁻¹f. The smallest subspace that
+!! holds every contact direction L⁻¹w and observable and is mapped into itself by both matrices is found by a block Krylov
+!! process; the motion in it does not depend on the rest. A symmetric gear pair, of four coordinates, has two such: its
+!! common torsion touches neither teeth nor observable and is not propagated (Kalman's decomposition).
+!! A direction is taken as already contained when what is left of it is below `dependent` times what entered.
+module razy_machine_coupled
+   use razy_core_error, only: error_t, raise
+   use razy_core_kinds, only: wp
+   use razy_linalg_lapack, only: dpotrf, dtrsm
+   use razy_machine_machine, only: machine_t, observe_linear
+   implicit none(type, external)
+   private
+
+   public :: coupled_t, new_coupled
+
+   !> y = S M q with y'' + B y' + K y = S f; linear forms on q are turned into such on y by S too.
+   type :: coupled_t
+      !> Number m of coordinates kept.
+      integer :: m = 0
+      !> S (m, n).
+      real(wp), allocatable :: project(:, :)
+      !> S M (m, n): y = to_coupled q.
+      real(wp), allocatable :: to_coupled(:, :)
+      !> B and K in these coordinates (m, m).
+      real(wp), allocatable :: damping(:, :), stiffness(:, :)
+   end type coupled_t
+
+   real(wp), parameter :: dependent = 1.0e-13_wp
+
+contains
+
+   !> Reduce `machine` to what is felt; `keep_all` keeps every coordinate (trajectories of the whole state).
+   subroutine new_coupled(self, machine, keep_all, error)
+      type(coupled_t), intent(out) :: self
+      type(machine_t), intent(in) :: machine
+      logical, intent(in) :: keep_all
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: factor(:, :), k(:, :), b(:, :), basis(:, :), inverse(:, :)
+      integer :: i, info, n
+
+      n = size(machine%mass, 1)
+      factor = machine%mass
+      call dpotrf('L', n, factor, n, info)
+      if (info /= 0) then
+         call raise(error, 'the mass matrix is not positive definite')
+         return
+      end if
+      inverse = identity(n)
+      call dtrsm('L', 'L', 'N', 'N', n, n, 1.0_wp, factor, n, inverse, n)
+      do i = 2, n
+         inverse(:i - 1, i) = 0.0_wp
+      end do
+      k = matmul(inverse, matmul(machine%stiffness, transpose(inverse)))
+      b = matmul(inverse, matmul(machine%damping, transpose(inverse)))
+      if (keep_all) then
+         basis = identity(n)
+      else
+         call invariant_subspace(k, b, matmul(inverse, directions(machine)), basis)
+      end if
+      self%m = size(basis, 2)
+      self%project = matmul(transpose(basis), inverse)
+      self%to_coupled = matmul(self%project, machine%mass)
+      self%stiffness = matmul(transpose(basis), matmul(k, basis))
+      self%damping = matmul(transpose(basis), matmul(b, basis))
+   end subroutine new_coupled
+
+   !> The linear forms that have to be followed: contact directions and observables, as columns.
+   pure function directions(machine) result(columns)
+      type(machine_t), intent(in) :: machine
+      real(wp), allocatable :: columns(:, :)
+
+      integer :: j, used
+
+      allocate (columns(size(machine%mass, 1), size(machine%contact) + 2*size(machine%observable)), source=0.0_wp)
+      do j = 1, size(machine%contact)
+         columns(:, j) = machine%contact(j)%w
+      end do
+      used = size(machine%contact)
+      do j = 1, size(machine%observable)
+         if (machine%observable(j)%kind /= observe_linear) cycle
+         columns(:, used + 1) = machine%observable(j)%on_displacement
+         columns(:, used + 2) = machine%observable(j)%on_velocity
+         used = used + 2
+      end do
+   end function directions
+
+   !> Orthonormal basis of the smallest subspace that holds `start` and is invariant under kᵀ and bᵀ.
+   pure subroutine invariant_subspace(k, b, start, basis)
+      real(wp), intent(in) :: k(:, :), b(:, :), start(:, :)
+      real(wp), allocatable, intent(out) :: basis(:, :)
+
+      real(wp) :: q(size(k, 1), size(k, 1)), v(size(k, 1))
+      integer :: i, done, m
+
+      m = 0
+      do i = 1, size(start, 2)
+         call extend(q, m, start(:, i), abs(start(:, i)))
+      end do
+      done = 0
+      do while (done < m)
+         done = done + 1
+         v = q(:, done)
+         call extend(q, m, matmul(v, k), matmul(abs(v), abs(k)))
+         call extend(q, m, matmul(v, b), matmul(abs(v), abs(b)))
+      end do
+      basis = q(:, :m)
+   end subroutine invariant_subspace
+
+   !> Append to the first m columns of q what is new in v, if it is more than rounding of terms of size `scale`.
+   pure subroutine extend(q, m, v, scale)
+      real(wp), intent(inout) :: q(:, :)
+      integer, intent(inout) :: m
+      real(wp), intent(in) :: v(:), scale(:)
+
+      real(wp) :: rest(size(v)), length
+      integer :: pass
+
+      if (m == size(q, 2)) return
+      rest = v
+      do pass = 1, 2
+         rest = rest - matmul(q(:, :m), matmul(rest, q(:, :m)))
+      end do
+      length = norm2(rest)
+      if (length <= dependent*norm2(scale)) return
+      rest = rest/length
+      rest = rest - matmul(q(:, :m), matmul(rest, q(:, :m)))
+      m = m + 1
+      q(:, m) = rest/norm2(rest)
+   end subroutine extend
+
+   pure function identity(n) result(matrix)
+      integer, intent(in) :: n
+      real(wp) :: matrix(n, n)
+
+      integer :: i
+
+      matrix = 0.0_wp
+      do i = 1, n
+         matrix(i, i) = 1.0_wp
+      end do
+   end function identity
+
+end module razy_machine_coupled

@@ -1,0 +1,104 @@
+!! The machine: what every scene becomes, and all that an integrator knows.
+!!
+!!     M q'' + B q' + K q = f0 + Σ_t Re(F_t e^{iω_t t}) - Σ_j w_j F_j(s_j, s_j'),
+!!     s_j = w_jᵀ q + c_j + Σ_t Re(e_jt e^{iω_t t}),
+!!
+!! with the clearance laws F_j. A machine is made once and not changed; a sweep makes another for each point.
+module razy_machine_machine
+   use razy_contact_clearance_law, only: clearance_law_t, same_slopes
+   use razy_core_kinds, only: wp
+   use razy_core_tone, only: tone_t
+   implicit none(type, external)
+   private
+
+   public :: contact_t, machine_t, observable_t, same_structure
+   public :: observe_linear, observe_contact_force
+
+   !> One contact: direction `w` (n), constant `offset` and excitation `error` (tones) of its variable s, and its law.
+   type :: contact_t
+      character(:), allocatable :: name
+      real(wp), allocatable :: w(:)
+      real(wp) :: offset = 0.0_wp
+      complex(wp), allocatable :: error(:)
+      type(clearance_law_t) :: law
+      !> +1 if a reported contact force has the sign of F (mesh), -1 if it counts positive on the lower side (stop).
+      real(wp) :: force_sign = 1.0_wp
+      !> Unit of s and of F.
+      character(:), allocatable :: unit, force_unit
+   end type contact_t
+
+   !> Kinds of observable: linear in the state, or the force of a contact.
+   integer, parameter :: observe_linear = 1, observe_contact_force = 2
+
+   !> A quantity that is recorded: aᵀq + bᵀq' + constant + Re(Σ error_t e^{iω_t t}), or a contact's force.
+   type :: observable_t
+      character(:), allocatable :: name, unit, long_name
+      integer :: kind = observe_linear
+      real(wp), allocatable :: on_displacement(:), on_velocity(:)
+      real(wp) :: constant = 0.0_wp
+      complex(wp), allocatable :: error(:)
+      integer :: contact = 0
+   end type observable_t
+
+   !> The machine with n coordinates.
+   type :: machine_t
+      character(:), allocatable :: title
+      !> Names of the coordinates (n), units of displacement and velocity (n).
+      character(64), allocatable :: coordinate(:)
+      character(16), allocatable :: unit(:), rate_unit(:)
+      !> M, B, K (n, n): kg (kg m²), N s/m (N m s/rad), N/m (N m/rad).
+      real(wp), allocatable :: mass(:, :), damping(:, :), stiffness(:, :)
+      !> f0 (n), N (N m).
+      real(wp), allocatable :: load(:)
+      !> Frequencies of excitation and force phasors F (n, tones).
+      type(tone_t), allocatable :: tone(:)
+      complex(wp), allocatable :: harmonic_load(:, :)
+      type(contact_t), allocatable :: contact(:)
+      type(observable_t), allocatable :: observable(:)
+      !> State at the start of the motion (n each).
+      real(wp), allocatable :: displacement(:), velocity(:)
+   end type machine_t
+
+contains
+
+   !> Whether two machines differ in excitation, clearances and start only, so that the same modes serve both.
+   pure function same_structure(a, b) result(same)
+      type(machine_t), intent(in) :: a, b
+      logical :: same
+
+      integer :: j
+
+      same = allocated(a%mass) .and. allocated(b%mass)
+      if (.not. same) return
+      same = size(a%mass, 1) == size(b%mass, 1) .and. size(a%contact) == size(b%contact) &
+             .and. size(a%observable) == size(b%observable)
+      if (.not. same) return
+      same = equal(a%mass, b%mass) .and. equal(a%damping, b%damping) .and. equal(a%stiffness, b%stiffness)
+      do j = 1, size(a%contact)
+         if (.not. same) return
+         same = same_slopes(a%contact(j)%law, b%contact(j)%law) .and. .not. any(abs(a%contact(j)%w - b%contact(j)%w) > 0.0_wp)
+      end do
+      do j = 1, size(a%observable)
+         if (.not. same) return
+         same = same_observable(a%observable(j), b%observable(j))
+      end do
+   end function same_structure
+
+   pure function same_observable(a, b) result(same)
+      type(observable_t), intent(in) :: a, b
+      logical :: same
+
+      same = a%kind == b%kind .and. a%contact == b%contact
+      if (.not. same .or. a%kind /= observe_linear) return
+      same = .not. (any(abs(a%on_displacement - b%on_displacement) > 0.0_wp) &
+                    .or. any(abs(a%on_velocity - b%on_velocity) > 0.0_wp))
+   end function same_observable
+
+   pure function equal(a, b)
+      real(wp), intent(in) :: a(:, :), b(:, :)
+      logical :: equal
+
+      equal = .not. any(abs(a - b) > 0.0_wp)
+   end function equal
+
+end module razy_machine_machine
