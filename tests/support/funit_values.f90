@@ -22,7 +22,7 @@ module funit_values
       character(:), allocatable :: text(:)
    contains
       procedure :: length
-      procedure :: item
+      procedure :: element
    end type values_t
 
    !> Flatten a scalar or an array of rank 1 to 3.
@@ -60,7 +60,7 @@ contains
    end function length
 
    !> Element k (counted in element order; a scalar is every element) as a text for the user.
-   pure function item(self, k) result(text)
+   pure function element(self, k) result(text)
       class(values_t), intent(in) :: self
       integer, intent(in) :: k
       character(:), allocatable :: text
@@ -71,22 +71,22 @@ contains
       select case (self%kind)
       case (is_real)
          if (is_nan(self%real(at))) then
-            buffer = 'NaN'
+            buffer = "NaN"
          else if (is_infinite(self%real(at))) then
-            buffer = merge('+Infinity', '-Infinity', transfer(self%real(at), 0_int64) > 0)
+            buffer = merge("+Infinity", "-Infinity", transfer(self%real(at), 0_int64) > 0)
          else
-            write (buffer, '(es25.16e3)') self%real(at)
+            write (buffer, "(es25.16e3)") self%real(at)
          end if
          text = trim(adjustl(buffer))
       case (is_integer)
-         write (buffer, '(i0)') self%integer(at)
+         write (buffer, "(i0)") self%integer(at)
          text = trim(buffer)
       case (is_logical)
-         text = merge('T', 'F', self%logical(at))
+         text = merge("T", "F", self%logical(at))
       case default
          text = "'"//trim(self%text(at))//"'"
       end select
-   end function item
+   end function element
 
    pure function real_0(x) result(values)
       real(wp), intent(in) :: x
