@@ -72,6 +72,10 @@ contains
 
       call check_name(extrema%name, error)
       if (allocated(error)) return
+      if (.not. (allocated(extrema%value) .and. allocated(extrema%time) .and. allocated(extrema%kind))) then
+         call raise(error, "extrema of "//extrema%name//": value, time or kind is missing")
+         return
+      end if
       n = size(extrema%value, kind=int64)
       if (size(extrema%time, kind=int64) /= n .or. size(extrema%kind, kind=int64) /= n) then
          call raise(error, "extrema of "//extrema%name//": value, time and kind differ in length")

@@ -3,14 +3,14 @@
 !! `create`, then write_dataset, write_attribute and add_dimension of the modules beside this one, then `commit`; after any error
 !! `discard`. A file object that is neither committed nor discarded leaves its partial file behind.
 module razy_io_hdf5_file
-   use hdf5, only: h5f_acc_excl_f, h5f_close_strong_f, h5f_libver_latest_f, h5f_libver_v18_f, h5f_scope_global_f, h5fclose_f, &
+   use hdf5, only: h5f_acc_trunc_f, h5f_close_strong_f, h5f_libver_latest_f, h5f_libver_v18_f, h5f_scope_global_f, h5fclose_f, &
                    h5fcreate_f, h5fflush_f, h5p_crt_order_indexed_f, h5p_crt_order_tracked_f, h5p_file_access_f, &
                    h5p_file_create_f, h5pclose_f, h5pcreate_f, h5pset_fclose_degree_f, h5pset_libver_bounds_f, &
                    h5pset_link_creation_order_f, hid_t
    use razy_core_error, only: error_t, raise
    use razy_io_hdf5_library, only: check_hdf5, start_hdf5
    use razy_io_output, only: check_directory
-   use razy_io_posix, only: delete_file, parent_directory, path_exists, publish, synchronise
+   use razy_io_posix, only: claim, delete_file, parent_directory, path_exists, publish, synchronise
    implicit none(type, external)
    private
 
@@ -41,6 +41,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       character(8) :: number
       integer :: attempt
+      logical :: claimed
 
       if (self%id >= 0_hid_t) then
          call raise(error, trim(path)//": the file object still holds "//self%partial)
@@ -56,16 +57,22 @@ contains
             write (number, "(i0)") attempt
             self%partial = self%path//"."//trim(number)//".partial"
          end if
+         call claim(self%partial, claimed)
+         if (claimed) exit
          if (path_exists(self%partial)) cycle
-         call create_exclusively(self%partial, self%id, error)
-         if (.not. allocated(error)) return
-         if (.not. path_exists(self%partial)) return
+         call raise(error, self%partial//" cannot be created")
+         return
       end do
-      call raise(error, self%path//": "//self%partial//" and those before it exist; delete what killed runs left behind")
+      if (claimed) then
+         call create_file(self%partial, self%id, error)
+         if (allocated(error)) call self%discard()
+      else
+         call raise(error, self%path//": "//self%partial//" and those before it exist; delete what killed runs left behind")
+      end if
    end subroutine create
 
-   !> Create the file if nothing has its name; groups remember the order in which their members were made.
-   subroutine create_exclusively(path, id, error)
+   !> Make the claimed file an HDF5 file; groups remember the order in which their members were made.
+   subroutine create_file(path, id, error)
       character(*), intent(in) :: path
       integer(hid_t), intent(out) :: id
       type(error_t), allocatable, intent(out) :: error
@@ -78,13 +85,13 @@ contains
       if (status >= 0) call h5pset_fclose_degree_f(access, h5f_close_strong_f, status)
       if (status >= 0) call h5pcreate_f(h5p_file_create_f, creation, status)
       if (status >= 0) call h5pset_link_creation_order_f(creation, ior(h5p_crt_order_tracked_f, h5p_crt_order_indexed_f), status)
-      if (status >= 0) call h5fcreate_f(path, h5f_acc_excl_f, id, status, creation, access)
-      call check_hdf5(status, path//" cannot be created", error)
+      if (status >= 0) call h5fcreate_f(path, h5f_acc_trunc_f, id, status, creation, access)
+      call check_hdf5(status, path//" cannot be written", error)
       if (allocated(error)) return
       call h5pclose_f(access, status)
       if (status >= 0) call h5pclose_f(creation, status)
-      call check_hdf5(status, path//" cannot be created", error)
-   end subroutine create_exclusively
+      call check_hdf5(status, path//" cannot be written", error)
+   end subroutine create_file
 
    !> Close the file and give it its final name; on failure it is discarded, unless only the naming failed.
    subroutine commit(self, overwrite, error)

@@ -5,7 +5,7 @@ module razy_io_hdf5_library
    use, intrinsic :: ieee_arithmetic, only: ieee_all, ieee_get_status, ieee_set_halting_mode, ieee_set_status, ieee_status_type
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_funloc, c_funptr, c_int, c_int64_t, &
                                                                              c_loc, c_null_char, c_ptr
-   use hdf5, only: h5eset_auto_f, h5iis_valid_f, h5open_f, h5t_ieee_f64le
+   use hdf5, only: h5dont_atexit_f, h5eset_auto_f, h5iis_valid_f, h5open_f, h5t_ieee_f64le
    use razy_core_error, only: error_t, raise
    implicit none(type, external)
    private
@@ -53,11 +53,13 @@ contains
    subroutine start_hdf5(error)
       type(error_t), allocatable, intent(out) :: error
       type(ieee_status_type) :: arithmetic
-      integer :: status
+      integer :: status, already_called
       logical :: running
 
       call ieee_get_status(arithmetic)
       call ieee_set_halting_mode(ieee_all, .false.)
+      ! A file that could not be closed, on a full disk, would crash the library's own clean-up at the end of the program.
+      call h5dont_atexit_f(already_called)
       running = .false.
       call h5iis_valid_f(h5t_ieee_f64le, running, status)
       if (status == 0 .and. running) then

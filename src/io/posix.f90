@@ -5,7 +5,7 @@ module razy_io_posix
    implicit none(type, external)
    private
 
-   public :: path_exists, is_directory, is_writable, parent_directory, delete_file, synchronise, publish
+   public :: path_exists, is_directory, is_writable, parent_directory, delete_file, claim, synchronise, publish
 
    integer(c_int), parameter :: mode_exists = 0_c_int
    integer(c_int), parameter :: mode_write_and_search = 3_c_int
@@ -112,6 +112,17 @@ contains
          directory = path(:slash - 1)
       end select
    end function parent_directory
+
+   !> Create an empty file of this name; `claimed` is false where something has the name or no file can be created.
+   subroutine claim(path, claimed)
+      character(*), intent(in) :: path
+      logical, intent(out) :: claimed
+      type(c_ptr) :: stream
+
+      stream = c_fopen(path//c_null_char, "wx"//c_null_char)
+      claimed = c_associated(stream)
+      if (claimed) claimed = c_fclose(stream) == 0_c_int
+   end subroutine claim
 
    !> Remove the file; `deleted` is false where that fails.
    subroutine delete_file(path, deleted)

@@ -47,6 +47,7 @@ module razy_io_run_file
    end type run_content_t
 
    character(*), parameter :: coordinate = "/state/coordinate"
+   character(*), parameter :: state_time = "/state/time"
 
 contains
 
@@ -139,20 +140,15 @@ contains
       integer :: i
 
       if (allocated(content%time)) then
-         call write_dataset(file, "/time", content%time, "s", "time", "/time", error)
+         ! Were /time a coordinate of the root, xarray would let it hide the times of events and extrema in the groups below.
+         call add_dimension(file, "/sample", size(content%time, kind=int64), "samples, dimension only", error)
+         if (.not. allocated(error)) call write_dataset(file, "/time", content%time, "s", "time", "/sample", error)
          if (allocated(error)) return
       end if
       call write_state(file, content, error)
       if (allocated(error)) return
-      if (allocated(content%observables)) then
-         do i = 1, size(content%observables)
-            associate (history => content%observables(i))
-               call write_dataset(file, "/observable/"//history%name, history%values, history%units, history%long_name, &
-                                  "/time", error)
-            end associate
-            if (allocated(error)) return
-         end do
-      end if
+      if (allocated(content%observables)) call write_observables(file, content, error)
+      if (allocated(error)) return
       if (allocated(content%event_time)) call write_events(file, content, error)
       if (allocated(content%extrema)) then
          do i = 1, size(content%extrema)
@@ -170,6 +166,8 @@ contains
 
       if (.not. allocated(content%displacement) .and. .not. allocated(content%velocity)) return
       call write_dataset(file, coordinate, content%coordinate_names, "1", "coordinate", coordinate, error)
+      if (allocated(error)) return
+      call write_dataset(file, state_time, content%time, "s", "time", state_time, error)
       if (allocated(error)) return
       if (allocated(content%displacement)) then
          call write_motion(file, "/state/displacement", content%displacement, content%coordinate_names, &
@@ -195,7 +193,7 @@ contains
          unit = trim(units(1))
          if (any(units /= unit)) unit = "mixed"
       end if
-      call write_dataset(file, path, values, unit, long_name, [character(len(coordinate)) :: coordinate, "/time"], error)
+      call write_dataset(file, path, values, unit, long_name, [character(len(coordinate)) :: coordinate, state_time], error)
       if (.not. allocated(error)) call write_attribute(file, path, "names", names, error)
       if (.not. allocated(error)) call write_attribute(file, path, "coordinate_units", units, error)
    end subroutine write_motion
@@ -210,6 +208,24 @@ contains
          rates(i) = trim(units(i))//"/s"
       end do
    end function per_second
+
+   !> The group `/observable`, if there are observables.
+   subroutine write_observables(file, content, error)
+      type(hdf5_file_t), intent(in) :: file
+      type(run_content_t), intent(in) :: content
+      type(error_t), allocatable, intent(out) :: error
+      character(*), parameter :: time = "/observable/time"
+      integer :: i
+
+      if (size(content%observables) == 0) return
+      call write_dataset(file, time, content%time, "s", "time", time, error)
+      do i = 1, size(content%observables)
+         if (allocated(error)) return
+         associate (history => content%observables(i))
+            call write_dataset(file, "/observable/"//history%name, history%values, history%units, history%long_name, time, error)
+         end associate
+      end do
+   end subroutine write_observables
 
    !> The group `/event`.
    subroutine write_events(file, content, error)

@@ -25,7 +25,7 @@ module razy_io_sweep_file
       real(wp), allocatable :: values(:)
    end type axis_t
 
-   !> The results; points are in grid order, the last axis runs fastest.
+   !> The results; points are in grid order, the last axis runs fastest. All components but `extrema` are needed.
    type :: sweep_content_t
       type(axis_t), allocatable :: axes(:)
       !> What became of each point (points): 0 for success, else an index into `status_meanings`.
@@ -36,7 +36,7 @@ module razy_io_sweep_file
       integer(int64), allocatable :: events(:)
       !> Steps of the integrator for each point (points).
       integer(int64), allocatable :: steps(:)
-      !> Extrema of each recorded observable, with `offset`.
+      !> Extrema of each recorded observable, with `offset`; may be left unallocated.
       type(extrema_t), allocatable :: extrema(:)
    end type sweep_content_t
 
@@ -73,6 +73,11 @@ contains
       integer(int64) :: points
       integer :: i
 
+      if (.not. (allocated(content%axes) .and. allocated(content%status) .and. allocated(content%events) .and. &
+                 allocated(content%steps) .and. allocated(content%status_meanings))) then
+         call raise(error, "sweep result: axes, status, events, steps or the meanings of status are missing")
+         return
+      end if
       points = size(content%status, kind=int64)
       if (product([(size(content%axes(i)%values, kind=int64), i=1, size(content%axes))]) /= points) then
          call raise(error, "sweep result: the axes do not make as many points as there are values of status")
@@ -85,6 +90,7 @@ contains
          if (allocated(error)) return
          call check_name(content%axes(i)%parameter, error)
       end do
+      if (.not. allocated(content%extrema)) return
       do i = 1, size(content%extrema)
          if (allocated(error)) return
          if (.not. allocated(content%extrema(i)%offset)) then
@@ -121,6 +127,7 @@ contains
       call write_dataset(file, "/point/steps", content%steps, "1", "steps of the integrator", point, error)
       if (allocated(error)) return
       call write_coordinates(file, content%axes, error)
+      if (.not. allocated(content%extrema)) return
       do i = 1, size(content%extrema)
          if (allocated(error)) return
          call write_extrema(file, content%extrema(i), points, error)
@@ -160,10 +167,8 @@ contains
       flags = ""
       do i = 1, size(content%status_meanings)
          write (number, "(i0)") i - 1
-         associate (meaning => trim(content%status_meanings(i)))
-            meanings = meanings//", "//trim(number)//" = "//meaning
-            flags = flags//" "//underscored(meaning)
-         end associate
+         meanings = meanings//", "//trim(number)//" = "//trim(content%status_meanings(i))
+         flags = flags//" "//underscored(trim(content%status_meanings(i)))
       end do
       call write_dataset(file, "/point/status", content%status, "1", "what became of the point", point, error)
       if (.not. allocated(error)) call write_attribute(file, "/point/status", "meanings", meanings(3:), error)
