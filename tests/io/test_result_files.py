@@ -2,6 +2,7 @@
 
 import os
 import warnings
+from itertools import pairwise
 from pathlib import Path
 
 import h5py
@@ -109,7 +110,7 @@ def test_sweep_through_xarray(engine):
         assert tree["axis"]["rotation.speed_rpm"].attrs["units"] == "rpm"
         extrema = tree["extrema/mesh_deformation"]
         offset = extrema["offset"].values
-        assert [list(extrema["value"].values[a:b]) for a, b in zip(offset, offset[1:])] == [[1.5e-4, -0.5e-4], [], [2.5e-4]]
+        assert [list(extrema["value"].values[a:b]) for a, b in pairwise(offset)] == [[1.5e-4, -0.5e-4], [], [2.5e-4]]
         assert extrema["kind"].dtype == "int8"
         np.testing.assert_array_equal(extrema["kind"], [1, -1, 1])
         assert extrema["value"].attrs["units"] == "m" and extrema["time"].attrs["units"] == "s"
