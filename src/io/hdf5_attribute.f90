@@ -46,12 +46,12 @@ contains
       type(hdf5_file_t), intent(in) :: file
       character(*), intent(in) :: object, name, values(:)
       type(error_t), allocatable, intent(out) :: error
-      character(:), allocatable, target :: texts(:)
+      character(:), allocatable, target :: text
       type(c_ptr), allocatable, target :: pointers(:)
       integer(hid_t) :: type_id
 
       if (size(values) == 0) return
-      call string_pointers(values, texts, pointers)
+      call string_pointers(values, text, pointers)
       call open_string_type(type_id, error)
       if (allocated(error)) return
       call write_raw(file, object, name, type_id, type_id, [size(values)], c_loc(pointers), error)
@@ -102,18 +102,20 @@ contains
       if (.not. allocated(error)) call check_hdf5(status, "string type", error)
    end subroutine close_type
 
-   !> C strings of the values, without trailing blanks, and a pointer to each.
-   subroutine string_pointers(values, texts, pointers)
+   !> The values as C strings one after the other in `text`, without their trailing blanks, and a pointer to each.
+   subroutine string_pointers(values, text, pointers)
       character(*), intent(in) :: values(:)
-      character(:), allocatable, target, intent(out) :: texts(:)
+      character(:), allocatable, target, intent(out) :: text
       type(c_ptr), allocatable, intent(out) :: pointers(:)
-      integer :: i
+      integer :: i, first
 
-      allocate (character(len(values) + 1) :: texts(size(values)))
+      allocate (character(sum(len_trim(values)) + size(values)) :: text)
       allocate (pointers(size(values)))
+      first = 1
       do i = 1, size(values)
-         texts(i) = trim(values(i))//c_null_char
-         pointers(i) = c_loc(texts(i))
+         text(first:first + len_trim(values(i))) = trim(values(i))//c_null_char
+         pointers(i) = c_loc(text(first:first))
+         first = first + len_trim(values(i)) + 1
       end do
    end subroutine string_pointers
 

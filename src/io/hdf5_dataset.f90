@@ -107,14 +107,14 @@ contains
       type(hdf5_file_t), intent(in) :: file
       character(*), intent(in) :: path, values(:), units, long_name, scale
       type(error_t), allocatable, intent(out) :: error
-      character(:), allocatable, target :: texts(:)
+      character(:), allocatable, target :: text
       type(c_ptr), allocatable, target :: pointers(:)
       type(c_ptr) :: buffer
       integer(hid_t) :: type_id
       integer :: status
 
       buffer = c_null_ptr
-      call string_pointers(values, texts, pointers)
+      call string_pointers(values, text, pointers)
       if (size(values) > 0) buffer = c_loc(pointers)
       call open_string_type(type_id, error)
       if (allocated(error)) return

@@ -159,14 +159,14 @@ contains
       type(error_t), allocatable, intent(out) :: error
       character(:), allocatable :: meanings, flags
       character(12) :: number
-      integer(int32), allocatable :: values(:)
+      integer(int32) :: values(size(content%status_meanings))
       integer :: i
 
-      values = [(int(i, int32), i=0, size(content%status_meanings) - 1)]
       meanings = ""
       flags = ""
       do i = 1, size(content%status_meanings)
-         write (number, "(i0)") i - 1
+         values(i) = int(i - 1, int32)
+         write (number, "(i0)") values(i)
          meanings = meanings//", "//trim(number)//" = "//trim(content%status_meanings(i))
          flags = flags//" "//underscored(trim(content%status_meanings(i)))
       end do
