@@ -106,11 +106,10 @@ contains
       if (.not. allocated(error)) then
          call h5fclose_f(self%id, status)
          call check_hdf5(status, self%path//" cannot be closed", error)
-      end if
-      if (.not. allocated(error)) then
+         ! A second attempt at closing crashes the library.
          self%id = -1_hid_t
-         call synchronise(self%partial, error)
       end if
+      if (.not. allocated(error)) call synchronise(self%partial, error)
       if (allocated(error)) then
          call self%discard()
          return

@@ -1,6 +1,10 @@
 """Result files as h5py and xarray see them, without any help from this project."""
 
 import os
+import re
+import shutil
+import subprocess
+import sys
 import warnings
 from itertools import pairwise
 from pathlib import Path
@@ -63,6 +67,7 @@ def test_root_attributes(name):
         assert all(isinstance(value, str) for value in file.attrs.values())
         assert file.attrs["program"] == ("razy-sweep" if name in SWEEPS else "razy-run")
         assert file.attrs["title"] == "R\u00e1zy"
+        assert h5py.check_string_dtype(file.attrs.get_id("title").dtype) == ("utf-8", None)
         line = "&disk name='d' /\n"
         assert file.attrs["input"] == (line * 20000)[:300000]
         assert file.attrs["razy_version"].count(".") == 2
@@ -148,3 +153,17 @@ def test_run_through_xarray(engine):
 def test_members_come_in_the_order_of_writing():
     with h5py.File(FOLDER / "sample_run.h5", track_order=True) as file:
         assert list(file) == ["sample", "time", "state", "observable", "event", "extrema"]
+
+
+def test_documented_examples_run(tmp_path):
+    shutil.copy(FOLDER / "sample_sweep.h5", tmp_path / "sweep.h5")
+    shutil.copy(FOLDER / "sample_run.h5", tmp_path / "run.h5")
+    page = Path(__file__).parents[2] / "docs" / "file_format.md"
+    examples = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    assert len(examples) == 2
+    printed = ""
+    for example in examples:
+        command = [sys.executable, "-c", example]
+        printed += subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True).stdout
+    assert "2 maxima, rpm against m" in printed
+    assert "0.11 right" in printed and "0.22 left" in printed
