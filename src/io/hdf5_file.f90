@@ -1,0 +1,133 @@
+!! An HDF5 file under construction: it has a temporary name until it is complete.
+!!
+!! `create`, then write_dataset, write_attribute and add_dimension of the modules beside this one, then `commit`; after any error
+!! `discard`. A file object that is neither committed nor discarded leaves its partial file behind.
+module razy_io_hdf5_file
+   use hdf5, only: h5f_acc_trunc_f, h5f_close_strong_f, h5f_libver_latest_f, h5f_libver_v18_f, h5f_scope_global_f, h5fclose_f, &
+                   h5fcreate_f, h5fflush_f, h5p_crt_order_indexed_f, h5p_crt_order_tracked_f, h5p_file_access_f, &
+                   h5p_file_create_f, h5pclose_f, h5pcreate_f, h5pset_fclose_degree_f, h5pset_libver_bounds_f, &
+                   h5pset_link_creation_order_f, hid_t
+   use razy_core_error, only: error_t, raise
+   use razy_io_hdf5_library, only: check_hdf5, start_hdf5
+   use razy_io_output, only: check_directory
+   use razy_io_posix, only: claim, delete_file, parent_directory, path_exists, publish, synchronise
+   implicit none(type, external)
+   private
+
+   public :: hdf5_file_t
+
+   !> The file; open where `id` is not negative.
+   type :: hdf5_file_t
+      !> Identifier for the calls of the HDF5 library.
+      integer(hid_t) :: id = -1_hid_t
+      !> Final name.
+      character(:), allocatable :: path
+      !> Name until `commit`.
+      character(:), allocatable :: partial
+   contains
+      procedure :: create
+      procedure :: commit
+      procedure :: discard
+   end type hdf5_file_t
+
+   integer, parameter :: most_partial_files = 99
+
+contains
+
+   !> Create the file under a temporary name beside the final one that no other run uses.
+   subroutine create(self, path, error)
+      class(hdf5_file_t), intent(inout) :: self
+      character(*), intent(in) :: path
+      type(error_t), allocatable, intent(out) :: error
+      character(8) :: number
+      integer :: attempt
+      logical :: claimed
+
+      if (self%id >= 0_hid_t) then
+         call raise(error, trim(path)//": the file object still holds "//self%partial)
+         return
+      end if
+      call check_directory(path, error)
+      if (.not. allocated(error)) call start_hdf5(error)
+      if (allocated(error)) return
+      self%path = trim(path)
+      do attempt = 1, most_partial_files
+         self%partial = self%path//".partial"
+         if (attempt > 1) then
+            write (number, "(i0)") attempt
+            self%partial = self%path//"."//trim(number)//".partial"
+         end if
+         call claim(self%partial, claimed)
+         if (claimed) exit
+         if (path_exists(self%partial)) cycle
+         call raise(error, self%partial//" cannot be created")
+         return
+      end do
+      if (claimed) then
+         call create_file(self%partial, self%id, error)
+         if (allocated(error)) call self%discard()
+      else
+         call raise(error, self%path//": "//self%partial//" and those before it exist; delete what killed runs left behind")
+      end if
+   end subroutine create
+
+   !> Make the claimed file an HDF5 file; groups remember the order in which their members were made.
+   subroutine create_file(path, id, error)
+      character(*), intent(in) :: path
+      integer(hid_t), intent(out) :: id
+      type(error_t), allocatable, intent(out) :: error
+      integer(hid_t) :: access, creation
+      integer :: status
+
+      id = -1_hid_t
+      call h5pcreate_f(h5p_file_access_f, access, status)
+      if (status >= 0) call h5pset_libver_bounds_f(access, h5f_libver_v18_f, h5f_libver_latest_f, status)
+      if (status >= 0) call h5pset_fclose_degree_f(access, h5f_close_strong_f, status)
+      if (status >= 0) call h5pcreate_f(h5p_file_create_f, creation, status)
+      if (status >= 0) call h5pset_link_creation_order_f(creation, ior(h5p_crt_order_tracked_f, h5p_crt_order_indexed_f), status)
+      if (status >= 0) call h5fcreate_f(path, h5f_acc_trunc_f, id, status, creation, access)
+      call check_hdf5(status, path//" cannot be written", error)
+      if (allocated(error)) return
+      call h5pclose_f(access, status)
+      if (status >= 0) call h5pclose_f(creation, status)
+      call check_hdf5(status, path//" cannot be written", error)
+   end subroutine create_file
+
+   !> Close the file and give it its final name; on failure it is discarded, unless only the naming failed.
+   subroutine commit(self, overwrite, error)
+      class(hdf5_file_t), intent(inout) :: self
+      logical, intent(in) :: overwrite
+      type(error_t), allocatable, intent(out) :: error
+      type(error_t), allocatable :: unsupported
+      integer :: status
+
+      call h5fflush_f(self%id, h5f_scope_global_f, status)
+      call check_hdf5(status, self%path//" cannot be written", error)
+      if (.not. allocated(error)) then
+         call h5fclose_f(self%id, status)
+         call check_hdf5(status, self%path//" cannot be closed", error)
+         ! A second attempt at closing crashes the library.
+         self%id = -1_hid_t
+      end if
+      if (.not. allocated(error)) call synchronise(self%partial, error)
+      if (allocated(error)) then
+         call self%discard()
+         return
+      end if
+      call publish(self%partial, self%path, overwrite, error)
+      ! Some file systems cannot flush a directory; the file itself is on the disk.
+      if (.not. allocated(error)) call synchronise(parent_directory(self%path), unsupported)
+   end subroutine commit
+
+   !> Close the file, if it is open, and delete what was written.
+   subroutine discard(self)
+      class(hdf5_file_t), intent(inout) :: self
+      integer :: status
+      logical :: deleted
+
+      if (self%id >= 0_hid_t) call h5fclose_f(self%id, status)
+      self%id = -1_hid_t
+      if (allocated(self%partial)) call delete_file(self%partial, deleted)
+   end subroutine discard
+
+end module razy_io_hdf5_file

@@ -1,0 +1,49 @@
+!! What the root group of every result file says: which program of which version made it, from which input.
+module razy_io_header
+   use razy_core_error, only: error_t
+   use razy_core_version, only: razy_git_commit, razy_version
+   use razy_io_hdf5_attribute, only: write_attribute
+   use razy_io_hdf5_file, only: hdf5_file_t
+   implicit none(type, external)
+   private
+
+   public :: result_header_t, write_header
+
+   !> A component that is not allocated is written as an empty string.
+   type :: result_header_t
+      !> Name of the program, such as `razy-sweep`.
+      character(:), allocatable :: program
+      !> Title of the scene.
+      character(:), allocatable :: title
+      !> Method of integration.
+      character(:), allocatable :: integrator
+      !> The effective input, of any length.
+      character(:), allocatable :: input
+   end type result_header_t
+
+contains
+
+   !> Write the attributes of the root group.
+   subroutine write_header(file, header, error)
+      type(hdf5_file_t), intent(in) :: file
+      type(result_header_t), intent(in) :: header
+      type(error_t), allocatable, intent(out) :: error
+
+      call write_attribute(file, "/", "razy_version", razy_version, error)
+      if (.not. allocated(error)) call write_attribute(file, "/", "git_commit", razy_git_commit, error)
+      if (.not. allocated(error)) call write_attribute(file, "/", "program", text(header%program), error)
+      if (.not. allocated(error)) call write_attribute(file, "/", "title", text(header%title), error)
+      if (.not. allocated(error)) call write_attribute(file, "/", "integrator", text(header%integrator), error)
+      if (.not. allocated(error)) call write_attribute(file, "/", "input", text(header%input), error)
+   end subroutine write_header
+
+   !> The string, empty if it is not allocated.
+   pure function text(string)
+      character(:), allocatable, intent(in) :: string
+      character(:), allocatable :: text
+
+      text = ""
+      if (allocated(string)) text = string
+   end function text
+
+end module razy_io_header

@@ -1,0 +1,177 @@
+!! The few file operations of POSIX that Fortran lacks: what a path is, and publishing a finished file atomically.
+module razy_io_posix
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr
+   use razy_core_error, only: error_t, raise
+   implicit none(type, external)
+   private
+
+   public :: path_exists, is_directory, is_writable, parent_directory, delete_file, claim, synchronise, publish
+
+   integer(c_int), parameter :: mode_exists = 0_c_int
+   integer(c_int), parameter :: mode_write_and_search = 3_c_int
+
+   ! allow(assumed-size)
+   interface
+      function c_access(path, mode) result(status) bind(C, name="access")
+         import :: c_char, c_int
+         implicit none(type, external)
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int), value, intent(in) :: mode
+         integer(c_int) :: status
+      end function c_access
+
+      function c_link(from, to) result(status) bind(C, name="link")
+         import :: c_char, c_int
+         implicit none(type, external)
+         character(kind=c_char), intent(in) :: from(*), to(*)
+         integer(c_int) :: status
+      end function c_link
+
+      function c_rename(from, to) result(status) bind(C, name="rename")
+         import :: c_char, c_int
+         implicit none(type, external)
+         character(kind=c_char), intent(in) :: from(*), to(*)
+         integer(c_int) :: status
+      end function c_rename
+
+      function c_unlink(path) result(status) bind(C, name="unlink")
+         import :: c_char, c_int
+         implicit none(type, external)
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int) :: status
+      end function c_unlink
+
+      function c_fopen(path, mode) result(stream) bind(C, name="fopen")
+         import :: c_char, c_ptr
+         implicit none(type, external)
+         character(kind=c_char), intent(in) :: path(*), mode(*)
+         type(c_ptr) :: stream
+      end function c_fopen
+
+      function c_fileno(stream) result(descriptor) bind(C, name="fileno")
+         import :: c_int, c_ptr
+         implicit none(type, external)
+         type(c_ptr), value, intent(in) :: stream
+         integer(c_int) :: descriptor
+      end function c_fileno
+
+      function c_fsync(descriptor) result(status) bind(C, name="fsync")
+         import :: c_int
+         implicit none(type, external)
+         integer(c_int), value, intent(in) :: descriptor
+         integer(c_int) :: status
+      end function c_fsync
+
+      function c_fclose(stream) result(status) bind(C, name="fclose")
+         import :: c_int, c_ptr
+         implicit none(type, external)
+         type(c_ptr), value, intent(in) :: stream
+         integer(c_int) :: status
+      end function c_fclose
+   end interface
+
+contains
+
+   !> Whether the path names anything at all: a file, a directory, a device.
+   function path_exists(path) result(exists)
+      character(*), intent(in) :: path
+      logical :: exists
+
+      exists = c_access(path//c_null_char, mode_exists) == 0_c_int
+   end function path_exists
+
+   !> Whether the path names a directory.
+   function is_directory(path) result(directory)
+      character(*), intent(in) :: path
+      logical :: directory
+
+      directory = path_exists(path//"/")
+   end function is_directory
+
+   !> Whether files can be created in this directory.
+   function is_writable(directory) result(writable)
+      character(*), intent(in) :: directory
+      logical :: writable
+
+      writable = c_access(directory//c_null_char, mode_write_and_search) == 0_c_int
+   end function is_writable
+
+   !> The directory that holds the path; `.` where the path has none.
+   pure function parent_directory(path) result(directory)
+      character(*), intent(in) :: path
+      character(:), allocatable :: directory
+      integer :: slash
+
+      slash = index(path, "/", back=.true.)
+      select case (slash)
+      case (0)
+         directory = "."
+      case (1)
+         directory = "/"
+      case default
+         directory = path(:slash - 1)
+      end select
+   end function parent_directory
+
+   !> Create an empty file of this name; `claimed` is false where something has the name or no file can be created.
+   subroutine claim(path, claimed)
+      character(*), intent(in) :: path
+      logical, intent(out) :: claimed
+      type(c_ptr) :: stream
+
+      stream = c_fopen(path//c_null_char, "wx"//c_null_char)
+      claimed = c_associated(stream)
+      if (claimed) claimed = c_fclose(stream) == 0_c_int
+   end subroutine claim
+
+   !> Remove the file; `deleted` is false where that fails.
+   subroutine delete_file(path, deleted)
+      character(*), intent(in) :: path
+      logical, intent(out) :: deleted
+
+      deleted = c_unlink(path//c_null_char) == 0_c_int
+   end subroutine delete_file
+
+   !> Have what was written to the file or directory on the disk itself.
+   subroutine synchronise(path, error)
+      character(*), intent(in) :: path
+      type(error_t), allocatable, intent(out) :: error
+      type(c_ptr) :: stream
+      integer(c_int) :: sync_status, close_status
+
+      stream = c_fopen(path//c_null_char, "r"//c_null_char)
+      if (.not. c_associated(stream)) then
+         call raise(error, path//": cannot be opened to flush it to the disk")
+         return
+      end if
+      sync_status = c_fsync(c_fileno(stream))
+      close_status = c_fclose(stream)
+      if (sync_status /= 0_c_int .or. close_status /= 0_c_int) call raise(error, path//": cannot be flushed to the disk")
+   end subroutine synchronise
+
+   !> Give the finished file its final name; without `overwrite` an existing file of that name is kept and is an error.
+   !>
+   !> link() is atomic and refuses an existing name; where the file system has no hard links, rename() follows a check.
+   subroutine publish(partial, final, overwrite, error)
+      character(*), intent(in) :: partial, final
+      logical, intent(in) :: overwrite
+      type(error_t), allocatable, intent(out) :: error
+      logical :: done, deleted
+
+      done = .false.
+      if (.not. overwrite) then
+         done = c_link(partial//c_null_char, final//c_null_char) == 0_c_int
+         if (done) then
+            call delete_file(partial, deleted)
+            if (.not. deleted) call raise(error, final//" is complete, but "//partial//" cannot be deleted")
+         else if (path_exists(final)) then
+            call raise(error, final//": exists already; the new result is in "//partial)
+         end if
+      end if
+      if (.not. done .and. .not. allocated(error)) then
+         done = c_rename(partial//c_null_char, final//c_null_char) == 0_c_int
+         if (.not. done) call raise(error, final//": cannot be given its name; the new result is in "//partial)
+      end if
+   end subroutine publish
+
+end module razy_io_posix
