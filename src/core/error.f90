@@ -5,9 +5,14 @@ module razy_core_error
    implicit none(type, external)
    private
 
-   public :: error_t, raise
+   public :: error_t, raise, complaint, from_option
 
-   !> One line for the user: `file: &group key = value: what is allowed`.
+   !> Origin of a value that came from the command line and not from a file.
+   character(*), parameter :: from_option = "--set"
+   !> Longer values are cut in a message.
+   integer, parameter :: longest_value = 72
+
+   !> One line for the user: `file:line: &group key = value: what is allowed`.
    type :: error_t
       character(:), allocatable :: message
    end type error_t
@@ -22,5 +27,32 @@ contains
       allocate (error)
       error%message = message
    end subroutine raise
+
+   !> The line `origin: &group key = value: allowed`, or `--set: &group%key = value: allowed`.
+   !> Empty `group`, `key` or `value` are left out with what leads to them.
+   pure function complaint(origin, group, key, value, allowed) result(message)
+      !> `file:line`, `file` or `from_option`
+      character(*), intent(in) :: origin
+      !> Without `&`, with the index of a repeated group: `load(2)`
+      character(*), intent(in) :: group
+      character(*), intent(in) :: key
+      !> As the user wrote it
+      character(*), intent(in) :: value
+      character(*), intent(in) :: allowed
+      character(:), allocatable :: message
+
+      message = origin//": "
+      if (len(group) > 0) then
+         message = message//"&"//group
+         if (len(key) > 0) message = message//merge("%", " ", origin == from_option)//key
+         if (len(value) > longest_value) then
+            message = message//" = "//value(:longest_value)//"..."
+         else if (len(value) > 0) then
+            message = message//" = "//value
+         end if
+         message = message//": "
+      end if
+      message = message//allowed
+   end function complaint
 
 end module razy_core_error

@@ -1,0 +1,154 @@
+!! Text: lower case, quoting, lists, and the nearest known name for a misspelt one.
+module razy_core_text
+   implicit none(type, external)
+   private
+
+   public :: letters, string_t, lower, quoted, join, is_name, position_of, edit_distance, nearest_name, did_you_mean
+
+   !> What a name begins with.
+   character(*), parameter :: letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+
+   !> One element of a list of texts of different lengths.
+   type :: string_t
+      character(:), allocatable :: text
+   end type string_t
+
+contains
+
+   !> `text` with the letters A-Z in lower case.
+   pure function lower(text) result(small)
+      character(*), intent(in) :: text
+      character(len(text)) :: small
+      integer :: i
+
+      do i = 1, len(text)
+         select case (text(i:i))
+         case ("A":"Z")
+            small(i:i) = achar(iachar(text(i:i)) + 32)
+         case default
+            small(i:i) = text(i:i)
+         end select
+      end do
+   end function lower
+
+   !> `text` as a namelist string: in single quotes, single quotes inside doubled.
+   pure function quoted(text) result(written)
+      character(*), intent(in) :: text
+      character(:), allocatable :: written
+      integer :: i
+
+      written = "'"
+      do i = 1, len(text)
+         written = written//text(i:i)
+         if (text(i:i) == "'") written = written//"'"
+      end do
+      written = written//"'"
+   end function quoted
+
+   !> The texts one after the other with `separator` between them.
+   pure function join(list, separator) result(joined)
+      type(string_t), intent(in) :: list(:)
+      character(*), intent(in) :: separator
+      character(:), allocatable :: joined
+      integer :: i
+
+      joined = ""
+      do i = 1, size(list)
+         if (i > 1) joined = joined//separator
+         joined = joined//list(i)%text
+      end do
+   end function join
+
+   !> Whether `text` is a Fortran name: a letter, then letters, digits and underscores.
+   pure logical function is_name(text)
+      character(*), intent(in) :: text
+
+      is_name = .false.
+      if (len(text) == 0) return
+      is_name = scan(text(1:1), letters) == 1 .and. verify(text, letters//"0123456789_") == 0
+   end function is_name
+
+   !> Place of `text` in `list` without regard to case; 0 when it is not there.
+   pure integer function position_of(text, list)
+      character(*), intent(in) :: text
+      type(string_t), intent(in) :: list(:)
+      integer :: i
+
+      position_of = 0
+      do i = 1, size(list)
+         if (lower(list(i)%text) == lower(text) .and. len(list(i)%text) == len(text)) then
+            position_of = i
+            return
+         end if
+      end do
+   end function position_of
+
+   !> Number of insertions, deletions, replacements and swaps of neighbours that lead from `a` to `b`
+   !> (optimal string alignment: no part is edited twice).
+   pure integer function edit_distance(a, b) result(distance)
+      character(*), intent(in) :: a, b
+      integer :: row(0:len(b)), above(0:len(b)), second_above(0:len(b))
+      integer :: i, j, replaced
+
+      above = [(j, j=0, len(b))]
+      second_above = above
+      row = above
+      do i = 1, len(a)
+         row(0) = i
+         do j = 1, len(b)
+            replaced = above(j - 1) + merge(0, 1, a(i:i) == b(j:j))
+            row(j) = min(above(j) + 1, row(j - 1) + 1, replaced)
+            if (i > 1 .and. j > 1) then
+               if (a(i:i) == b(j - 1:j - 1) .and. a(i - 1:i - 1) == b(j:j)) row(j) = min(row(j), second_above(max(j - 2, 0)) + 1)
+            end if
+         end do
+         second_above = above
+         above = row
+      end do
+      distance = row(len(b))
+   end function edit_distance
+
+   !> The known name that was probably meant: within a third of the letters, or one name contained in the other;
+   !> case does not matter; empty when nothing is near.
+   pure function nearest_name(name, known) result(best)
+      character(*), intent(in) :: name
+      type(string_t), intent(in) :: known(:)
+      character(:), allocatable :: best
+      !> Shorter names are contained in too many others
+      integer, parameter :: least_part = 3
+      integer :: distance, i, least
+      logical :: part
+
+      best = ""
+      least = huge(0)
+      do i = 1, size(known)
+         distance = edit_distance(lower(name), lower(known(i)%text))
+         part = min(len(name), len(known(i)%text)) >= least_part &
+                .and. (index(lower(known(i)%text), lower(name)) > 0 .or. index(lower(name), lower(known(i)%text)) > 0)
+         if (.not. part .and. distance > max(1, (len(name) + 1)/3)) cycle
+         if (distance < least) then
+            least = distance
+            best = known(i)%text
+         end if
+      end do
+   end function nearest_name
+
+   !> Advice for a misspelt name: `did you mean 'x'?`, else the list `known <things>: a, b, c`.
+   pure function did_you_mean(name, known, things) result(advice)
+      character(*), intent(in) :: name
+      type(string_t), intent(in) :: known(:)
+      !> What the names are, in the plural
+      character(*), intent(in) :: things
+      character(:), allocatable :: advice
+
+      advice = nearest_name(name, known)
+      if (len(advice) > 0) then
+         advice = "did you mean '"//advice//"'?"
+      else if (size(known) > 0) then
+         advice = "known "//things//": "//join(known, ", ")
+      else
+         advice = "there are no "//things
+      end if
+   end function did_you_mean
+
+end module razy_core_text
