@@ -121,6 +121,8 @@ contains
          do i = 1, response%rigid
             f = f + rows%rigid_y(i, j)*response%rigid_force(i)
          end do
+      case default
+         ! Rigid modes are parabolas.
       end select
       do i = 1, response%nx
          f = f + rows%dense(i, order, j)*self%dense(i)

@@ -20,8 +20,8 @@ module razy_integrate_exact
 
    !> How a run ended.
    integer, parameter :: status_ok = 0, status_event_limit = 1, status_chatter = 2, status_blow_up = 3, status_no_modes = 4
-   character(*), parameter :: status_meanings(0:4) = [character(32) :: 'ok', 'event limit reached', &
-                                                      'chatter limit reached', 'blow-up', 'eigenproblem failed']
+   character(*), parameter :: status_meanings(0:4) = [character(24) :: "ok", "event limit reached", "chatter limit reached", &
+                                                                                                   "blow-up", "eigenproblem failed"]
 
    !> Result and counters of a run.
    type :: outcome_t

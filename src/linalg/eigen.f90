@@ -25,7 +25,7 @@ contains
       n = size(values)
       if (n == 0) return
       allocate (work(34*n))
-      call dsyev('V', 'U', n, matrix, n, values, work, size(work), info)
+      call dsyev("V", "U", n, matrix, n, values, work, size(work), info)
    end subroutine symmetric_eigen
 
    !> Eigenvalues, eigenvectors and inverse eigenvector matrix of a general real matrix.
@@ -53,7 +53,7 @@ contains
       ! Eigenvectors of a defective matrix overflow inside LAPACK by design; its answer is judged by the condition.
       call ieee_get_halting_mode(ieee_all, halting)
       call ieee_set_halting_mode(ieee_all, .false.)
-      call dgeev('N', 'V', n, copy, n, wr, wi, none, 1, right, n, work, size(work), info)
+      call dgeev("N", "V", n, copy, n, wr, wi, none, 1, right, n, work, size(work), info)
       if (info == 0) then
          do j = 1, n
             values(j) = cmplx(wr(j), wi(j), wp)

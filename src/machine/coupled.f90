@@ -43,13 +43,13 @@ contains
 
       n = size(machine%mass, 1)
       factor = machine%mass
-      call dpotrf('L', n, factor, n, info)
+      call dpotrf("L", n, factor, n, info)
       if (info /= 0) then
-         call raise(error, 'the mass matrix is not positive definite')
+         call raise(error, "the mass matrix is not positive definite")
          return
       end if
       inverse = identity(n)
-      call dtrsm('L', 'L', 'N', 'N', n, n, 1.0_wp, factor, n, inverse, n)
+      call dtrsm("L", "L", "N", "N", n, n, 1.0_wp, factor, n, inverse, n)
       do i = 2, n
          inverse(:i - 1, i) = 0.0_wp
       end do

@@ -118,13 +118,13 @@ contains
          if (any(free .and. abs(part) > 0.0_wp)) then
             where (free)
                part = -part
-            elsewhere
+            else where
                part = 0.0_wp
             end where
          else
             where (.not. free)
                part = -part/values
-            elsewhere
+            else where
                part = 0.0_wp
             end where
          end if

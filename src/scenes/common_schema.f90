@@ -1,6 +1,6 @@
 !! The groups that every kind of scene has: what it is, how it moves, what is recorded, what is varied.
 module razy_scenes_common_schema
-   use razy_core_schema, only: group, group_spec_t, key_integer, key_real, key_string, nonnegative, positive
+   use razy_core_schema, only: group, group_spec_t, key_integer, key_real, key_spec_t, key_string, nonnegative, positive
    implicit none(type, external)
    private
 
@@ -12,32 +12,36 @@ contains
    function common_schema(kinds, observables) result(schema)
       character(*), intent(in) :: kinds(:), observables(:)
       type(group_spec_t), allocatable :: schema(:)
+      type(key_spec_t), allocatable :: keys(:)
 
-      schema = [ &
-         group('scene', 'What the file describes', required=.true., keys=[ &
-               key_string('kind', 'kind of machine', choices=kinds, required=.true.), &
-               key_string('title', 'title of results and pictures', default='')]), &
-         group('motion', 'The motion that is computed', keys=[ &
-               key_real('t_end', 'end of the motion, which starts at 0', unit='s', rule=positive, required=.true.), &
-               key_string('start', 'state at the start: equilibrium under the constant loads, all zero, or as in &initial', &
-                          choices=['static', 'zero  ', 'given '], default='static'), &
-               key_string('integrator', 'method', choices=['exact'], default='exact'), &
-               key_integer('max_events', 'number of events after which the motion is given up', rule=positive, &
-                           default='10000000')]), &
-         group('record', 'A quantity that is recorded', repeatable=.true., keys=[ &
-               key_string('observable', 'what is recorded', choices=observables, required=.true.), &
-               key_string('of', 'name of the group it belongs to, if there is more than one'), &
-               key_string('what', 'extrema from the time `from` on, or the trajectory (razy-run only)', &
-                          choices=['extrema   ', 'trajectory'], least=1, most=2, required=.true.), &
-               key_real('from', 'start of recording', unit='s', rule=nonnegative, default='0.0'), &
-               key_real('interval', 'time between points of the trajectory; 0 takes the natural times: events and the '// &
-                        'points of the search between them', unit='s', rule=nonnegative, default='0.0')]), &
-         group('sweep', 'A parameter that razy-sweep varies', keys=[ &
-               key_string('parameter', 'group%key of the value that varies, as in --set', required=.true.), &
-               key_real('first', 'first value, in the unit of the key', required=.true.), &
-               key_real('last', 'last value', required=.true.), &
-               key_real('step', 'step from value to value; give this or points'), &
-               key_integer('points', 'number of values; give this or step', rule=positive)])]
+      allocate (schema(4))
+      keys = [ &
+             key_string("kind", "kind of machine", choices=kinds, required=.true.), &
+             key_string("title", "title of results and pictures", default="")]
+      schema(1) = group("scene", "What the file describes", required=.true., keys=keys)
+      keys = [ &
+             key_real("t_end", "end of the motion, which starts at 0", unit="s", rule=positive, required=.true.), &
+             key_string("start", "state at the start: equilibrium under the constant loads, all zero, or as in &initial", &
+                        choices=["static", "zero  ", "given "], default="static"), &
+             key_string("integrator", "method", choices=["exact"], default="exact"), &
+             key_integer("max_events", "events after which a motion is given up", rule=positive, default="10000000")]
+      schema(2) = group("motion", "The motion that is computed", keys=keys)
+      keys = [ &
+             key_string("observable", "what is recorded", choices=observables, required=.true.), &
+             key_string("of", "name of the group it belongs to; needed if there is more than one"), &
+             key_string("what", "extrema, or the trajectory (razy-run only)", &
+                        choices=["extrema   ", "trajectory"], least=1, most=2, required=.true.), &
+             key_real("from", "start of recording", unit="s", rule=nonnegative, default="0.0"), &
+             key_real("interval", "time between points of the trajectory; 0 takes the natural times, those of events and "// &
+                      "a few between them", unit="s", rule=nonnegative, default="0.0")]
+      schema(3) = group("record", "A quantity that is recorded", repeatable=.true., keys=keys)
+      keys = [ &
+             key_string("parameter", "group%key of the value that varies, as in --set", required=.true.), &
+             key_real("first", "first value, in the unit of the key", required=.true.), &
+             key_real("last", "last value", required=.true.), &
+             key_real("step", "step from value to value; give this or points"), &
+             key_integer("points", "number of values; give this or step", rule=positive)]
+      schema(4) = group("sweep", "A parameter that razy-sweep varies", keys=keys)
    end function common_schema
 
 end module razy_scenes_common_schema

@@ -32,10 +32,10 @@ contains
       call new_bodies(bodies, input, error)
       if (allocated(error)) return
       n = bodies%count
-      call input%get('scene', 1, 'title', machine%title)
-      machine%coordinate = [(character(64) :: bodies%name(i)%text, i=1, n)]
-      machine%unit = [(character(16) :: bodies%unit(i, 'm', 'rad'), i=1, n)]
-      machine%rate_unit = [(character(16) :: bodies%unit(i, 'm/s', 'rad/s'), i=1, n)]
+      call input%get("scene", 1, "title", machine%title)
+      machine%coordinate = [character(64) ::(bodies%name(i)%text, i=1, n)]
+      machine%unit = [character(16) ::(bodies%unit(i, "m", "rad"), i=1, n)]
+      machine%rate_unit = [character(16) ::(bodies%unit(i, "m/s", "rad/s"), i=1, n)]
       allocate (machine%mass(n, n), machine%damping(n, n), machine%stiffness(n, n), machine%load(n), source=0.0_wp)
       do i = 1, n
          machine%mass(i, i) = bodies%mass(i)
@@ -45,8 +45,8 @@ contains
       allocate (ratio(n))
       call find_speeds(input, bodies, ratio, error)
       if (allocated(error)) return
-      meshes = input%count('gear_mesh')
-      stops = input%count('stop')
+      meshes = input%count("gear_mesh")
+      stops = input%count("stop")
       allocate (machine%contact(meshes + stops))
       allocate (harmonics%hertz(0), harmonics%tone(0), harmonics%phasor(n + meshes + stops, 0))
       allocate (harmonics%constant(n + meshes + stops), source=0.0_wp)
@@ -79,19 +79,19 @@ contains
       real(wp) :: stiffness, damping, factor
       integer :: ends(2), i
 
-      do i = 1, input%count('spring')
-         call find_ends(bodies, input, 'spring', i, ends, error)
+      do i = 1, input%count("spring")
+         call find_ends(bodies, input, "spring", i, ends, error)
          if (allocated(error)) return
-         call input%get('spring', i, 'stiffness', stiffness)
-         call input%get('spring', i, 'damping', damping)
-         call input%get('spring', i, 'damping_factor', factor)
+         call input%get("spring", i, "stiffness", stiffness)
+         call input%get("spring", i, "damping", damping)
+         call input%get("spring", i, "damping_factor", factor)
          call connect(machine%stiffness, ends, stiffness)
          call connect(machine%damping, ends, damping + factor*stiffness)
       end do
-      do i = 1, input%count('damper')
-         call find_ends(bodies, input, 'damper', i, ends, error)
+      do i = 1, input%count("damper")
+         call find_ends(bodies, input, "damper", i, ends, error)
          if (allocated(error)) return
-         call input%get('damper', i, 'damping', damping)
+         call input%get("damper", i, "damping", damping)
          call connect(machine%damping, ends, damping)
       end do
    end subroutine add_connections
@@ -127,36 +127,36 @@ contains
       real(wp) :: stiffness, damping, backlash, speed
       integer :: ends(2), k
 
-      call find_ends(bodies, input, 'gear_mesh', i, ends, error)
+      call find_ends(bodies, input, "gear_mesh", i, ends, error)
       if (allocated(error)) return
       if (any(ends == 0)) then
-         call input%complain(error, 'gear_mesh', i, 'between', 'two inertias, not the frame')
+         call input%complain(error, "gear_mesh", i, "between", "two inertias, not the frame")
       else if (.not. all(bodies%turns(ends))) then
-         call input%complain(error, 'gear_mesh', i, 'between', 'two inertias, not masses')
+         call input%complain(error, "gear_mesh", i, "between", "two inertias, not masses")
       end if
       if (allocated(error)) return
-      call input%get('gear_mesh', i, 'name', contact%name)
-      call input%get('gear_mesh', i, 'radius', radius)
-      call input%get('gear_mesh', i, 'teeth', teeth)
-      call input%get('gear_mesh', i, 'stiffness', stiffness)
-      call input%get('gear_mesh', i, 'damping', damping)
-      call input%get('gear_mesh', i, 'backlash', backlash)
+      call input%get("gear_mesh", i, "name", contact%name)
+      call input%get("gear_mesh", i, "radius", radius)
+      call input%get("gear_mesh", i, "teeth", teeth)
+      call input%get("gear_mesh", i, "stiffness", stiffness)
+      call input%get("gear_mesh", i, "damping", damping)
+      call input%get("gear_mesh", i, "backlash", backlash)
       allocate (contact%w(bodies%count), source=0.0_wp)
       contact%w(ends) = [radius(1), -radius(2)]
-      contact%unit = 'm'
-      contact%force_unit = 'N'
+      contact%unit = "m"
+      contact%force_unit = "N"
       contact%law = new_clearance_law(clearance_side_t(.true., -backlash, stiffness, damping), &
                                       clearance_side_t(.true., 0.0_wp, stiffness, damping), &
-                                      parts_at_zero_force(input, 'gear_mesh', i))
-      call input%get('gear_mesh', i, 'error_sine', sine)
-      call input%get('gear_mesh', i, 'error_cosine', cosine)
+                                      parts_at_zero_force(input, "gear_mesh", i))
+      call input%get("gear_mesh", i, "error_sine", sine)
+      call input%get("gear_mesh", i, "error_cosine", cosine)
       if (size(sine) + size(cosine) == 0) return
       if (.not. abs(ratio(ends(1))) > 0.0_qp) then
-         call input%complain(error, 'gear_mesh', i, merge('error_sine  ', 'error_cosine', size(sine) > 0), &
-                             'an error needs &rotation of a body that springs and meshes join to this one')
+         call input%complain(error, "gear_mesh", i, merge("error_sine  ", "error_cosine", size(sine) > 0), &
+                             "an error needs &rotation of a body that springs and meshes join to this one")
          return
       end if
-      call input%get('rotation', 1, 'speed_rpm', speed)
+      call input%get("rotation", 1, "speed_rpm", speed)
       do k = 1, size(sine)
          call add_harmonic(harmonics, row, k*teeth(1)*ratio(ends(1))*speed/60.0_qp, 0.0_wp, sine(k))
       end do
@@ -176,27 +176,27 @@ contains
       real(wp) :: clearance, stiffness, damping
       integer :: ends(2)
 
-      call find_ends(bodies, input, 'stop', i, ends, error)
+      call find_ends(bodies, input, "stop", i, ends, error)
       if (allocated(error)) return
-      call input%get('stop', i, 'name', contact%name)
-      call input%get('stop', i, 'side', side)
-      call input%get('stop', i, 'clearance', clearance)
-      call input%get('stop', i, 'stiffness', stiffness)
-      call input%get('stop', i, 'damping', damping)
+      call input%get("stop", i, "name", contact%name)
+      call input%get("stop", i, "side", side)
+      call input%get("stop", i, "clearance", clearance)
+      call input%get("stop", i, "stiffness", stiffness)
+      call input%get("stop", i, "damping", damping)
       side = lower(side)
-      if (side == 'both' .and. clearance < 0.0_wp) then
-         call input%complain(error, 'stop', i, 'clearance', 'at least 0 for a stop with side = ''both''')
+      if (side == "both" .and. clearance < 0.0_wp) then
+         call input%complain(error, "stop", i, "clearance", "at least 0 for a stop with side = 'both'")
          return
       end if
       allocate (contact%w(bodies%count), source=0.0_wp)
       if (ends(1) > 0) contact%w(ends(1)) = 1.0_wp
       if (ends(2) > 0) contact%w(ends(2)) = -1.0_wp
-      contact%unit = bodies%unit(maxval(ends), 'm', 'rad')
-      contact%force_unit = bodies%unit(maxval(ends), 'N', 'N m')
-      if (side == 'lower') contact%force_sign = -1.0_wp
-      contact%law = new_clearance_law(clearance_side_t(side /= 'upper', -clearance, stiffness, damping), &
-                                      clearance_side_t(side /= 'lower', clearance, stiffness, damping), &
-                                      parts_at_zero_force(input, 'stop', i))
+      contact%unit = bodies%unit(maxval(ends), "m", "rad")
+      contact%force_unit = bodies%unit(maxval(ends), "N", "N m")
+      if (side == "lower") contact%force_sign = -1.0_wp
+      contact%law = new_clearance_law(clearance_side_t(side /= "upper", -clearance, stiffness, damping), &
+                                      clearance_side_t(side /= "lower", clearance, stiffness, damping), &
+                                      parts_at_zero_force(input, "stop", i))
    end subroutine new_stop
 
    function parts_at_zero_force(input, group, i) result(parts)
@@ -207,8 +207,8 @@ contains
 
       character(:), allocatable :: separation
 
-      call input%get(group, i, 'separation', separation)
-      parts = lower(separation) == 'zero_force'
+      call input%get(group, i, "separation", separation)
+      parts = lower(separation) == "zero_force"
    end function parts_at_zero_force
 
    !> Constant and harmonic loads.
@@ -223,12 +223,12 @@ contains
       real(qp) :: hertz
       integer :: body, i
 
-      do i = 1, input%count('load')
-         call find_body(bodies, input, 'load', i, 'on', 1, body, error)
+      do i = 1, input%count("load")
+         call find_body(bodies, input, "load", i, "on", 1, body, error)
          if (allocated(error)) return
-         call input%get('load', i, 'value', value)
-         call input%get('load', i, 'amplitude', amplitude)
-         call input%get('load', i, 'phase', phase)
+         call input%get("load", i, "value", value)
+         call input%get("load", i, "amplitude", amplitude)
+         call input%get("load", i, "phase", phase)
          machine%load(body) = machine%load(body) + value
          call load_frequency(input, i, abs(amplitude) > 0.0_wp, hertz, error)
          if (allocated(error)) return
@@ -245,28 +245,28 @@ contains
       real(qp), intent(out) :: hertz
       type(error_t), allocatable, intent(out) :: error
 
-      character(*), parameter :: allowed = 'one of frequency, angular_frequency and order goes with an amplitude'
+      character(*), parameter :: allowed = "one of frequency, angular_frequency and order goes with an amplitude"
       real(wp) :: value, speed
 
       hertz = 0.0_qp
-      if (count([input%given('load', i, 'frequency'), input%given('load', i, 'angular_frequency'), &
-                 input%given('load', i, 'order')]) /= merge(1, 0, needed)) then
-         if (needed) call input%complain(error, 'load', i, 'amplitude', allowed)
+      if (count([input%given("load", i, "frequency"), input%given("load", i, "angular_frequency"), &
+                 input%given("load", i, "order")]) /= merge(1, 0, needed)) then
+         if (needed) call input%complain(error, "load", i, "amplitude", allowed)
          if (needed) return
       end if
-      if (input%given('load', i, 'frequency')) then
-         call input%get('load', i, 'frequency', value)
+      if (input%given("load", i, "frequency")) then
+         call input%get("load", i, "frequency", value)
          hertz = value
-      else if (input%given('load', i, 'angular_frequency')) then
-         call input%get('load', i, 'angular_frequency', value)
+      else if (input%given("load", i, "angular_frequency")) then
+         call input%get("load", i, "angular_frequency", value)
          hertz = value/(2*acos(-1.0_qp))
-      else if (input%given('load', i, 'order')) then
-         if (input%count('rotation') == 0) then
-            call input%complain(error, 'load', i, 'order', 'an order needs &rotation')
+      else if (input%given("load", i, "order")) then
+         if (input%count("rotation") == 0) then
+            call input%complain(error, "load", i, "order", "an order needs &rotation")
             return
          end if
-         call input%get('load', i, 'order', value)
-         call input%get('rotation', 1, 'speed_rpm', speed)
+         call input%get("load", i, "order", value)
+         call input%get("rotation", 1, "speed_rpm", speed)
          hertz = real(value, qp)*speed/60
       end if
    end subroutine load_frequency

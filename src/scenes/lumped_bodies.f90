@@ -31,27 +31,27 @@ contains
       character(:), allocatable :: name
       integer :: i, inertias, masses
 
-      inertias = input%count('inertia')
-      masses = input%count('mass')
+      inertias = input%count("inertia")
+      masses = input%count("mass")
       self%count = inertias + masses
       if (self%count == 0) then
-         call input%complain(error, 'scene', 1, 'kind', 'a lumped scene needs at least one &inertia or &mass')
+         call input%complain(error, "scene", 1, "kind", "a lumped scene needs at least one &inertia or &mass")
          return
       end if
       allocate (self%name(self%count), self%mass(self%count), self%turns(self%count))
       do i = 1, self%count
          self%turns(i) = i <= inertias
          if (self%turns(i)) then
-            call input%get('inertia', i, 'name', name)
-            call input%get('inertia', i, 'value', self%mass(i))
+            call input%get("inertia", i, "name", name)
+            call input%get("inertia", i, "value", self%mass(i))
          else
-            call input%get('mass', i - inertias, 'name', name)
-            call input%get('mass', i - inertias, 'value', self%mass(i))
+            call input%get("mass", i - inertias, "name", name)
+            call input%get("mass", i - inertias, "value", self%mass(i))
          end if
          self%name(i)%text = name
-         if (lower(name) == 'frame') then
-            call input%complain(error, merge('inertia', 'mass   ', self%turns(i)), merge(i, i - inertias, self%turns(i)), 'name', &
-                                'any name but frame, which is what does not move')
+         if (lower(name) == "frame") then
+            call input%complain(error, merge("inertia", "mass   ", self%turns(i)), merge(i, i - inertias, self%turns(i)), "name", &
+                                "any name but frame, which is what does not move")
             return
          end if
       end do
@@ -84,8 +84,8 @@ contains
 
       call input%get(group, index, key, names)
       body = number_of(self, names(element)%text)
-      if (body == 0) call input%complain(error, group, index, key, 'no body is named '//names(element)%text &
-                                         //did_you_mean(names(element)%text, self%name))
+      if (body == 0) call input%complain(error, group, index, key, "no body is named "//names(element)%text &
+                                         //did_you_mean(names(element)%text, self%name, "bodies"))
    end subroutine find_body
 
    !> The two bodies that `group(index)%between` names; 0 is the frame. They have to move alike.
@@ -101,21 +101,21 @@ contains
       integer :: i
 
       ends = 0
-      call input%get(group, index, 'between', names)
+      call input%get(group, index, "between", names)
       do i = 1, 2
-         if (lower(names(i)%text) == 'frame') cycle
+         if (lower(names(i)%text) == "frame") cycle
          ends(i) = number_of(self, names(i)%text)
          if (ends(i) == 0) then
-            call input%complain(error, group, index, 'between', 'no body is named '//names(i)%text &
-                                //did_you_mean(names(i)%text, [self%name, string_t('frame')]))
+            call input%complain(error, group, index, "between", "no body is named "//names(i)%text &
+                                //did_you_mean(names(i)%text, [self%name, string_t("frame")], "bodies"))
             return
          end if
       end do
       if (ends(1) == ends(2)) then
-         call input%complain(error, group, index, 'between', 'two different bodies, or a body and ''frame''')
+         call input%complain(error, group, index, "between", "two different bodies, or a body and 'frame'")
       else if (all(ends > 0)) then
          if (self%turns(ends(1)) .neqv. self%turns(ends(2))) then
-            call input%complain(error, group, index, 'between', 'two inertias or two masses, not one of each')
+            call input%complain(error, group, index, "between", "two inertias or two masses, not one of each")
          end if
       end if
    end subroutine find_ends

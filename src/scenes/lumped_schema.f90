@@ -1,6 +1,6 @@
 !! The groups of a lumped scene: bodies with one coordinate each, and what acts between them.
 module razy_scenes_lumped_schema
-   use razy_core_schema, only: group, group_spec_t, key_name, key_real, key_integer, key_string, nonnegative, positive
+   use razy_core_schema, only: group, group_spec_t, key_integer, key_name, key_real, key_spec_t, key_string, nonnegative, positive
    use razy_scenes_common_schema, only: common_schema
    implicit none(type, external)
    private
@@ -8,8 +8,8 @@ module razy_scenes_lumped_schema
    public :: lumped_observables, lumped_schema
 
    !> What `&record` accepts in a lumped scene.
-   character(*), parameter :: lumped_observables(*) = [character(24) :: 'mesh_deformation', 'contact_force', &
-                                                       'relative_displacement', 'displacement', 'velocity', 'state']
+   character(*), parameter :: lumped_observables(*) = [character(24) :: "mesh_deformation", "contact_force", &
+                                                                       "relative_displacement", "displacement", "velocity", "state"]
    integer, parameter :: most_harmonics = 32
 
 contains
@@ -18,100 +18,116 @@ contains
    function lumped_schema() result(schema)
       type(group_spec_t), allocatable :: schema(:)
 
-      schema = [common_schema(['lumped'], lumped_observables), bodies(), connections(), contacts(), actions()]
+      schema = [common_schema(["lumped"], lumped_observables), bodies(), connections(), contacts(), actions()]
    end function lumped_schema
 
    function bodies() result(schema)
       type(group_spec_t), allocatable :: schema(:)
+      type(key_spec_t), allocatable :: keys(:)
 
-      schema = [ &
-         group('inertia', 'A body that turns', repeatable=.true., keys=[key_name(), &
-               key_real('value', 'moment of inertia', unit='kg m^2', rule=positive, required=.true.)]), &
-         group('mass', 'A body that moves along a line', repeatable=.true., keys=[key_name(), &
-               key_real('value', 'mass', unit='kg', rule=positive, required=.true.)])]
+      allocate (schema(2))
+      keys = [ &
+             key_name(), &
+             key_real("value", "moment of inertia", unit="kg m^2", rule=positive, required=.true.)]
+      schema(1) = group("inertia", "A body that turns", repeatable=.true., keys=keys)
+      keys = [ &
+             key_name(), &
+             key_real("value", "mass", unit="kg", rule=positive, required=.true.)]
+      schema(2) = group("mass", "A body that moves along a line", repeatable=.true., keys=keys)
    end function bodies
 
    function connections() result(schema)
       type(group_spec_t), allocatable :: schema(:)
+      type(key_spec_t), allocatable :: keys(:)
 
-      schema = [ &
-         group('spring', 'A linear spring between two bodies or a body and the frame', repeatable=.true., keys=[ &
-               key_name(required=.false.), ends(), &
-               key_real('stiffness', 'stiffness', unit='N/m or N m/rad', rule=nonnegative, required=.true.), &
-               key_real('damping', 'viscous damping beside the spring', unit='N s/m or N m s/rad', rule=nonnegative, &
-                        default='0.0'), &
-               key_real('damping_factor', 'viscous damping in proportion to the stiffness', unit='s', rule=nonnegative, &
-                        default='0.0')]), &
-         group('damper', 'A viscous damper between two bodies or a body and the frame', repeatable=.true., keys=[ &
-               key_name(required=.false.), ends(), &
-               key_real('damping', 'viscous damping', unit='N s/m or N m s/rad', rule=nonnegative, required=.true.)])]
+      allocate (schema(2))
+      keys = [ &
+             key_name(required=.false.), &
+             ends(), &
+             key_real("stiffness", "stiffness", unit="N/m or N m/rad", rule=nonnegative, required=.true.), &
+             key_real("damping", "viscous damping beside the spring", unit="N s/m or N m s/rad", &
+                      rule=nonnegative, default="0.0"), &
+             key_real("damping_factor", "viscous damping in proportion to the stiffness", unit="s", &
+                      rule=nonnegative, default="0.0")]
+      schema(1) = group("spring", "A linear spring between two bodies or a body and the frame", repeatable=.true., keys=keys)
+      keys = [ &
+             key_name(required=.false.), &
+             ends(), &
+             key_real("damping", "viscous damping", unit="N s/m or N m s/rad", rule=nonnegative, required=.true.)]
+      schema(2) = group("damper", "A viscous damper between two bodies or a body and the frame", repeatable=.true., keys=keys)
    end function connections
 
    function contacts() result(schema)
       type(group_spec_t), allocatable :: schema(:)
+      type(key_spec_t), allocatable :: keys(:)
 
-      schema = [ &
-         group('stop', 'A stop between two bodies or a body and the frame, acting on q = q1 - q2', repeatable=.true., keys=[ &
-               key_name(), ends(), &
-               key_string('side', 'closes for q > clearance, for q < -clearance, or both', &
-                          choices=['upper', 'lower', 'both '], default='upper'), &
-               key_real('clearance', 'displacement up to contact; a negative one is preload', unit='m or rad', &
-                        required=.true.), &
-               key_real('stiffness', 'stiffness of the closed contact', unit='N/m or N m/rad', rule=positive, &
-                        required=.true.), &
-               key_real('damping', 'damping of the closed contact', unit='N s/m or N m s/rad', rule=nonnegative, &
-                        default='0.0'), &
-               separation()]), &
-         group('gear_mesh', 'A pair of gears: d = r1 q1 - r2 q2 + error', repeatable=.true., keys=[key_name(), &
-               key_string('between', 'names of the two wheels (inertias)', count=2, required=.true.), &
-               key_real('radius', 'base radii', unit='m', rule=positive, count=2, required=.true.), &
-               key_integer('teeth', 'numbers of teeth', rule=positive, count=2, required=.true.), &
-               key_real('stiffness', 'mesh stiffness', unit='N/m', rule=positive, required=.true.), &
-               key_real('damping', 'mesh damping, acting in contact', unit='N s/m', rule=nonnegative, default='0.0'), &
-               key_real('backlash', 'backlash along the line of action', unit='m', rule=nonnegative, default='0.0'), &
-               separation(), &
-               key_real('error_sine', 'static transmission error: sine amplitudes of the harmonics of the tooth frequency', &
-                        unit='m', least=1, most=most_harmonics), &
-               key_real('error_cosine', 'static transmission error: cosine amplitudes likewise', unit='m', least=1, &
-                        most=most_harmonics)])]
+      allocate (schema(2))
+      keys = [ &
+             key_name(), &
+             ends(), &
+             key_string("side", "closes for q > clearance, for q < -clearance, or both", choices=["upper", "lower", &
+                                                                                                  "both "], default="upper"), &
+             key_real("clearance", "displacement up to contact; a negative one is preload", unit="m or rad", required=.true.), &
+             key_real("stiffness", "stiffness of the closed contact", unit="N/m or N m/rad", rule=positive, required=.true.), &
+             key_real("damping", "damping of the closed contact", unit="N s/m or N m s/rad", rule=nonnegative, default="0.0"), &
+             separation()]
+      schema(1) = group("stop", "A stop between two bodies or a body and the frame, acting on q = q1 - q2", &
+                        repeatable=.true., keys=keys)
+      keys = [ &
+             key_name(), &
+             key_string("between", "names of the two wheels (inertias)", count=2, required=.true.), &
+             key_real("radius", "base radii", unit="m", rule=positive, count=2, required=.true.), &
+             key_integer("teeth", "numbers of teeth", rule=positive, count=2, required=.true.), &
+             key_real("stiffness", "mesh stiffness", unit="N/m", rule=positive, required=.true.), &
+             key_real("damping", "mesh damping, acting in contact", unit="N s/m", rule=nonnegative, default="0.0"), &
+             key_real("backlash", "backlash along the line of action", unit="m", rule=nonnegative, default="0.0"), &
+             separation(), &
+             key_real("error_sine", &
+                      "static transmission error: sine amplitudes of the harmonics of the tooth frequency", unit="m", &
+                      least=1, most=most_harmonics), &
+             key_real("error_cosine", "static transmission error: cosine amplitudes likewise", unit="m", &
+                      least=1, most=most_harmonics)]
+      schema(2) = group("gear_mesh", "A pair of gears: d = r1 q1 - r2 q2 + error", repeatable=.true., keys=keys)
    end function contacts
 
    function actions() result(schema)
       type(group_spec_t), allocatable :: schema(:)
+      type(key_spec_t), allocatable :: keys(:)
 
-      schema = [ &
-         group('load', 'A force (torque) on a body: value + amplitude*sin(2 pi f t + phase)', repeatable=.true., keys=[ &
-               key_string('on', 'name of the body', required=.true.), &
-               key_real('value', 'constant part', unit='N or N m', default='0.0'), &
-               key_real('amplitude', 'amplitude of the harmonic part', unit='N or N m', default='0.0'), &
-               key_real('phase', 'phase of the harmonic part', unit='deg', default='0.0'), &
-               key_real('frequency', 'frequency of the harmonic part', unit='Hz', rule=positive), &
-               key_real('angular_frequency', 'frequency of the harmonic part, instead of frequency', unit='rad/s', &
-                        rule=positive), &
-               key_real('order', 'frequency in multiples of the speed of &rotation, instead of frequency', rule=positive)]), &
-         group('rotation', 'The mean speed of the machine', keys=[ &
-               key_real('speed_rpm', 'mean speed', unit='rpm', required=.true.), &
-               key_string('of', 'name of the inertia that has this speed', required=.true.)]), &
-         group('initial', 'State of a body at the start, for start=''given''; bodies not named start with zero', &
-               repeatable=.true., keys=[ &
-               key_string('on', 'name of the body', required=.true.), &
-               key_real('displacement', 'displacement', unit='m or rad', default='0.0'), &
-               key_real('velocity', 'velocity', unit='m/s or rad/s', default='0.0')])]
+      allocate (schema(3))
+      keys = [ &
+             key_string("on", "name of the body", required=.true.), &
+             key_real("value", "constant part", unit="N or N m", default="0.0"), &
+             key_real("amplitude", "amplitude of the harmonic part", unit="N or N m", default="0.0"), &
+             key_real("phase", "phase of the harmonic part", unit="deg", default="0.0"), &
+             key_real("frequency", "frequency of the harmonic part", unit="Hz", rule=positive), &
+             key_real("angular_frequency", "frequency of the harmonic part, instead of frequency", unit="rad/s", &
+                      rule=positive), &
+             key_real("order", "frequency in multiples of the speed of &rotation, instead of frequency", rule=positive)]
+      schema(1) = group("load", "A force (torque) on a body: value + amplitude*sin(2 pi f t + phase)", repeatable=.true., keys=keys)
+      keys = [ &
+             key_real("speed_rpm", "mean speed", unit="rpm", required=.true.), &
+             key_string("of", "name of the inertia that has this speed", required=.true.)]
+      schema(2) = group("rotation", "The mean speed of the machine", keys=keys)
+      keys = [ &
+             key_string("on", "name of the body", required=.true.), &
+             key_real("displacement", "displacement", unit="m or rad", default="0.0"), &
+             key_real("velocity", "velocity", unit="m/s or rad/s", default="0.0")]
+      schema(3) = group("initial", "State of a body at the start, for start='given'; bodies not named start with zero", &
+                        repeatable=.true., keys=keys)
    end function actions
 
    function ends()
-      use razy_core_schema, only: key_spec_t
       type(key_spec_t) :: ends
 
-      ends = key_string('between', 'names of the two bodies, one of which may be ''frame''', count=2, required=.true.)
+      ends = key_string("between", "names of the two bodies, one of which may be 'frame'", count=2, required=.true.)
    end function ends
 
    function separation()
-      use razy_core_schema, only: key_spec_t
       type(key_spec_t) :: separation
 
-      separation = key_string('separation', 'where a damped contact is lost', &
-                              choices=['zero_deformation', 'zero_force      '], default='zero_deformation')
+      separation = key_string("separation", "where a damped contact is lost", &
+                              choices=["zero_deformation", "zero_force      "], default="zero_deformation")
    end function separation
 
 end module razy_scenes_lumped_schema

@@ -63,15 +63,15 @@ contains
       real(qp), intent(out) :: ratio(:)
       type(error_t), allocatable, intent(out) :: error
 
-      character(6), parameter :: joining(3) = ['spring', 'damper', 'stop  ']
+      character(6), parameter :: joining(3) = ["spring", "damper", "stop  "]
       integer :: body, i, k, pass
 
       ratio = 0.0_qp
-      if (input%count('rotation') == 0) return
-      call find_body(bodies, input, 'rotation', 1, 'of', 1, body, error)
+      if (input%count("rotation") == 0) return
+      call find_body(bodies, input, "rotation", 1, "of", 1, body, error)
       if (allocated(error)) return
       if (.not. bodies%turns(body)) then
-         call input%complain(error, 'rotation', 1, 'of', 'the name of an inertia')
+         call input%complain(error, "rotation", 1, "of", "the name of an inertia")
          return
       end if
       ratio(body) = 1.0_qp
@@ -82,8 +82,8 @@ contains
                if (allocated(error)) return
             end do
          end do
-         do i = 1, input%count('gear_mesh')
-            call join('gear_mesh', i, tooth_ratio(input, i))
+         do i = 1, input%count("gear_mesh")
+            call join("gear_mesh", i, tooth_ratio(input, i))
             if (allocated(error)) return
          end do
       end do
@@ -105,7 +105,7 @@ contains
          else if (abs(ratio(ends(2))) > 0.0_qp .and. .not. abs(ratio(ends(1))) > 0.0_qp) then
             ratio(ends(1)) = ratio(ends(2))/change
          else if (abs(ratio(ends(2)) - change*ratio(ends(1))) > 1.0e-20_qp*abs(ratio(ends(2)))) then
-            call input%complain(error, group, index, 'between', 'bodies whose mean speeds agree with the rest of the machine')
+            call input%complain(error, group, index, "between", "bodies whose mean speeds agree with the rest of the machine")
          end if
       end subroutine join
 
@@ -119,7 +119,7 @@ contains
 
       integer, allocatable :: teeth(:)
 
-      call input%get('gear_mesh', mesh, 'teeth', teeth)
+      call input%get("gear_mesh", mesh, "teeth", teeth)
       ratio = real(teeth(1), qp)/teeth(2)
    end function tooth_ratio
 

@@ -1,0 +1,185 @@
+!! A study: an input file, checked, as the machine it describes and what is to be done with it.
+module razy_scenes_study
+   use razy_core_error, only: error_t
+   use razy_core_input, only: input_t, peek, read_input_text
+   use razy_core_kinds, only: i8, wp
+   use razy_core_schema, only: group_spec_t, key_string
+   use razy_core_text, only: lower, string_t
+   use razy_machine_equilibrium, only: find_equilibrium
+   use razy_machine_machine, only: machine_t, observable_t
+   use razy_scenes_lumped, only: new_lumped
+   use razy_scenes_lumped_bodies, only: bodies_t, find_body
+   use razy_scenes_lumped_observables, only: new_observable
+   use razy_scenes_lumped_schema, only: lumped_schema
+   implicit none(type, external)
+   private
+
+   public :: motion_t, new_machine, read_study, record_t, study_schema
+
+   !> What &motion says.
+   type :: motion_t
+      real(wp) :: t_end = 0.0_wp
+      integer(i8) :: most_events = 0
+      character(:), allocatable :: integrator
+   end type motion_t
+
+   !> What one &record asks for. `observable` is its number in the machine, 0 for the whole state.
+   type :: record_t
+      integer :: observable = 0
+      logical :: extrema = .false., trajectory = .false.
+      !> s.
+      real(wp) :: from = 0.0_wp, interval = 0.0_wp
+   end type record_t
+
+   character(*), parameter :: kinds(*) = [character(8) :: "lumped"]
+
+contains
+
+   !> The schema of a kind of scene.
+   function study_schema(kind) result(schema)
+      character(*), intent(in) :: kind
+      type(group_spec_t), allocatable :: schema(:)
+
+      select case (lower(kind))
+      case ("lumped")
+         schema = lumped_schema()
+      case default
+         allocate (schema(0))
+      end select
+   end function study_schema
+
+   !> Check the text of an input file against the schema of its kind of scene, `--set` overrides included.
+   subroutine read_study(input, text, file, overrides, error)
+      type(input_t), intent(out) :: input
+      character(*), intent(in) :: text, file
+      type(string_t), intent(in) :: overrides(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: kind
+
+      call peek(text, file, "scene", key_string("kind", "kind of machine", choices=kinds, required=.true.), overrides, kind, error)
+      if (allocated(error)) return
+      call read_input_text(input, text, file, study_schema(kind), overrides, error)
+   end subroutine read_study
+
+   !> The machine that an input describes, with observables and start, and what is to be done with it.
+   subroutine new_machine(machine, motion, records, input, error)
+      type(machine_t), intent(out) :: machine
+      type(motion_t), intent(out) :: motion
+      type(record_t), allocatable, intent(out) :: records(:)
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      type(bodies_t) :: bodies
+      integer :: most_events
+
+      call new_lumped(machine, bodies, input, error)
+      if (allocated(error)) return
+      call read_records(machine, records, bodies, input, error)
+      if (allocated(error)) return
+      if (input%count("motion") == 0) then
+         call input%complain(error, "motion", 1, "t_end", "required: the end of the motion in s")
+         return
+      end if
+      call input%get("motion", 1, "t_end", motion%t_end)
+      call input%get("motion", 1, "max_events", most_events)
+      call input%get("motion", 1, "integrator", motion%integrator)
+      motion%most_events = most_events
+      call set_start(machine, bodies, input, error)
+   end subroutine new_machine
+
+   subroutine read_records(machine, records, bodies, input, error)
+      type(machine_t), intent(inout) :: machine
+      type(record_t), allocatable, intent(out) :: records(:)
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      type(observable_t) :: observable
+      type(string_t), allocatable :: what(:)
+      character(:), allocatable :: name
+      integer :: i, k
+
+      allocate (records(input%count("record")), machine%observable(0))
+      do i = 1, size(records)
+         call input%get("record", i, "from", records(i)%from)
+         call input%get("record", i, "interval", records(i)%interval)
+         call input%get("record", i, "what", what)
+         do k = 1, size(what)
+            records(i)%extrema = records(i)%extrema .or. lower(what(k)%text) == "extrema"
+            records(i)%trajectory = records(i)%trajectory .or. lower(what(k)%text) == "trajectory"
+         end do
+         call input%get("record", i, "observable", name)
+         if (lower(name) == "state") then
+            if (records(i)%extrema) call input%complain(error, "record", i, "what", "'trajectory' for the state")
+            if (allocated(error)) return
+            cycle
+         end if
+         call new_observable(observable, machine, bodies, input, i, error)
+         if (allocated(error)) return
+         do k = 1, size(machine%observable)
+            if (machine%observable(k)%name /= observable%name) cycle
+            call input%complain(error, "record", i, "observable", "recorded once; give both extrema and trajectory in `what`")
+            return
+         end do
+         machine%observable = [machine%observable, observable]
+         records(i)%observable = size(machine%observable)
+      end do
+      call check_times(records, input, error)
+   end subroutine read_records
+
+   !> All trajectories of a file share their times.
+   subroutine check_times(records, input, error)
+      type(record_t), intent(in) :: records(:)
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: first, i
+
+      first = 0
+      do i = 1, size(records)
+         if (.not. records(i)%trajectory) cycle
+         if (first == 0) first = i
+         if (abs(records(i)%interval - records(first)%interval) > 0.0_wp) then
+            call input%complain(error, "record", i, "interval", "the same for all trajectories, which share their times")
+         else if (abs(records(i)%from - records(first)%from) > 0.0_wp) then
+            call input%complain(error, "record", i, "from", "the same for all trajectories, which share their times")
+         end if
+         if (allocated(error)) return
+      end do
+   end subroutine check_times
+
+   !> Displacement and velocity at the time 0.
+   subroutine set_start(machine, bodies, input, error)
+      type(machine_t), intent(inout) :: machine
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: start
+      logical :: found
+      integer :: body, i
+
+      allocate (machine%displacement(bodies%count), machine%velocity(bodies%count), source=0.0_wp)
+      call input%get("motion", 1, "start", start)
+      if (input%count("initial") > 0 .and. lower(start) /= "given") then
+         call input%complain(error, "motion", 1, "start", "'given' where the file has &initial")
+         return
+      end if
+      select case (lower(start))
+      case ("static")
+         call find_equilibrium(machine, machine%displacement, found)
+         if (.not. found) call input%complain(error, "motion", 1, "start", "the constant loads are in no equilibrium: balance "// &
+                                              "them, or start from 'zero' or 'given'")
+      case ("zero")
+      case default
+         do i = 1, input%count("initial")
+            call find_body(bodies, input, "initial", i, "on", 1, body, error)
+            if (allocated(error)) return
+            call input%get("initial", i, "displacement", machine%displacement(body))
+            call input%get("initial", i, "velocity", machine%velocity(body))
+         end do
+      end select
+   end subroutine set_start
+
+end module razy_scenes_study
