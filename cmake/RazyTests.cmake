@@ -71,7 +71,7 @@ function(razy_add_test name)
       "without value: '${arg_KEYWORDS_MISSING_VALUES}'")
   endif()
   set(arguments TEST_SOURCES ${arg_TEST_SOURCES})
-  foreach(key OTHER_SOURCES LINK_LIBRARIES LABELS MAX_PES)
+  foreach(key OTHER_SOURCES LINK_LIBRARIES MAX_PES)
     if(arg_${key})
       list(APPEND arguments ${key} ${arg_${key}})
     endif()
@@ -89,7 +89,7 @@ function(razy_add_test name)
   endif()
   # With a pass expression CTest ignores the exit code, so what a crash prints must fail.
   set_tests_properties(${name} PROPERTIES
-    ENVIRONMENT "${RAZY_TEST_ENVIRONMENT}" PROCESSORS ${processors} TIMEOUT ${timeout}
+    LABELS "${arg_LABELS}" ENVIRONMENT "${RAZY_TEST_ENVIRONMENT}" PROCESSORS ${processors} TIMEOUT ${timeout}
     PASS_REGULAR_EXPRESSION "(^|\n) OK\n"
     FAIL_REGULAR_EXPRESSION "Encountered 1 or more failures/errors during testing;ERROR STOP;Fortran runtime error;Program received signal;mpirun detected;mpirun noticed;mpiexec noticed;mpiexec detected;MPI_ABORT was invoked")
 endfunction()

@@ -22,7 +22,7 @@ module funit_values
       character(:), allocatable :: text(:)
    contains
       procedure :: length
-      procedure :: item
+      procedure :: element
    end type values_t
 
    !> Flatten a scalar or an array of rank 1 to 3.
@@ -60,7 +60,7 @@ contains
    end function length
 
    !> Element k (counted in element order; a scalar is every element) as a text for the user.
-   pure function item(self, k) result(text)
+   pure function element(self, k) result(text)
       class(values_t), intent(in) :: self
       integer, intent(in) :: k
       character(:), allocatable :: text
@@ -71,30 +71,30 @@ contains
       select case (self%kind)
       case (is_real)
          if (is_nan(self%real(at))) then
-            buffer = 'NaN'
+            buffer = "NaN"
          else if (is_infinite(self%real(at))) then
-            buffer = merge('+Infinity', '-Infinity', transfer(self%real(at), 0_int64) > 0)
+            buffer = merge("+Infinity", "-Infinity", transfer(self%real(at), 0_int64) > 0)
          else
-            write (buffer, '(es25.16e3)') self%real(at)
+            write (buffer, "(es25.16e3)") self%real(at)
          end if
          text = trim(adjustl(buffer))
       case (is_integer)
-         write (buffer, '(i0)') self%integer(at)
+         write (buffer, "(i0)") self%integer(at)
          text = trim(buffer)
       case (is_logical)
-         text = merge('T', 'F', self%logical(at))
+         text = merge("T", "F", self%logical(at))
       case default
          text = "'"//trim(self%text(at))//"'"
       end select
-   end function item
+   end function element
 
    pure function real_0(x) result(values)
       real(wp), intent(in) :: x
       type(values_t) :: values
 
       values%kind = is_real
-      values%extent = [integer ::]
-      values%real = [x]
+      allocate (values%extent(0))
+      allocate (values%real, source=[x])
    end function real_0
 
    pure function real_1(x) result(values)
@@ -102,8 +102,8 @@ contains
       type(values_t) :: values
 
       values%kind = is_real
-      values%extent = shape(x)
-      values%real = x
+      allocate (values%extent, source=shape(x))
+      allocate (values%real, source=x)
    end function real_1
 
    pure function real_2(x) result(values)
@@ -111,8 +111,8 @@ contains
       type(values_t) :: values
 
       values%kind = is_real
-      values%extent = shape(x)
-      values%real = reshape(x, [size(x)])
+      allocate (values%extent, source=shape(x))
+      allocate (values%real, source=reshape(x, [size(x)]))
    end function real_2
 
    pure function real_3(x) result(values)
@@ -120,8 +120,8 @@ contains
       type(values_t) :: values
 
       values%kind = is_real
-      values%extent = shape(x)
-      values%real = reshape(x, [size(x)])
+      allocate (values%extent, source=shape(x))
+      allocate (values%real, source=reshape(x, [size(x)]))
    end function real_3
 
    pure function integer_0(x) result(values)
@@ -129,8 +129,8 @@ contains
       type(values_t) :: values
 
       values%kind = is_integer
-      values%extent = [integer ::]
-      values%integer = [x]
+      allocate (values%extent(0))
+      allocate (values%integer, source=[x])
    end function integer_0
 
    pure function integer_1(x) result(values)
@@ -138,8 +138,8 @@ contains
       type(values_t) :: values
 
       values%kind = is_integer
-      values%extent = shape(x)
-      values%integer = x
+      allocate (values%extent, source=shape(x))
+      allocate (values%integer, source=x)
    end function integer_1
 
    pure function integer_2(x) result(values)
@@ -147,8 +147,8 @@ contains
       type(values_t) :: values
 
       values%kind = is_integer
-      values%extent = shape(x)
-      values%integer = reshape(x, [size(x)])
+      allocate (values%extent, source=shape(x))
+      allocate (values%integer, source=reshape(x, [size(x)]))
    end function integer_2
 
    pure function integer_3(x) result(values)
@@ -156,8 +156,8 @@ contains
       type(values_t) :: values
 
       values%kind = is_integer
-      values%extent = shape(x)
-      values%integer = reshape(x, [size(x)])
+      allocate (values%extent, source=shape(x))
+      allocate (values%integer, source=reshape(x, [size(x)]))
    end function integer_3
 
    pure function logical_0(x) result(values)
@@ -165,8 +165,8 @@ contains
       type(values_t) :: values
 
       values%kind = is_logical
-      values%extent = [integer ::]
-      values%logical = [x]
+      allocate (values%extent(0))
+      allocate (values%logical, source=[x])
    end function logical_0
 
    pure function logical_1(x) result(values)
@@ -174,8 +174,8 @@ contains
       type(values_t) :: values
 
       values%kind = is_logical
-      values%extent = shape(x)
-      values%logical = x
+      allocate (values%extent, source=shape(x))
+      allocate (values%logical, source=x)
    end function logical_1
 
    pure function logical_2(x) result(values)
@@ -183,8 +183,8 @@ contains
       type(values_t) :: values
 
       values%kind = is_logical
-      values%extent = shape(x)
-      values%logical = reshape(x, [size(x)])
+      allocate (values%extent, source=shape(x))
+      allocate (values%logical, source=reshape(x, [size(x)]))
    end function logical_2
 
    pure function logical_3(x) result(values)
@@ -192,8 +192,8 @@ contains
       type(values_t) :: values
 
       values%kind = is_logical
-      values%extent = shape(x)
-      values%logical = reshape(x, [size(x)])
+      allocate (values%extent, source=shape(x))
+      allocate (values%logical, source=reshape(x, [size(x)]))
    end function logical_3
 
    pure function text_0(x) result(values)
@@ -201,8 +201,8 @@ contains
       type(values_t) :: values
 
       values%kind = is_text
-      values%extent = [integer ::]
-      values%text = [x]
+      allocate (values%extent(0))
+      allocate (values%text, source=[x])
    end function text_0
 
    pure function text_1(x) result(values)
@@ -210,8 +210,8 @@ contains
       type(values_t) :: values
 
       values%kind = is_text
-      values%extent = shape(x)
-      values%text = x
+      allocate (values%extent, source=shape(x))
+      allocate (values%text, source=x)
    end function text_1
 
    pure function text_2(x) result(values)
@@ -219,8 +219,8 @@ contains
       type(values_t) :: values
 
       values%kind = is_text
-      values%extent = shape(x)
-      values%text = reshape(x, [size(x)])
+      allocate (values%extent, source=shape(x))
+      allocate (values%text, source=reshape(x, [size(x)]))
    end function text_2
 
    pure function text_3(x) result(values)
@@ -228,7 +228,7 @@ contains
       type(values_t) :: values
 
       values%kind = is_text
-      values%extent = shape(x)
-      values%text = reshape(x, [size(x)])
+      allocate (values%extent, source=shape(x))
+      allocate (values%text, source=reshape(x, [size(x)]))
    end function text_3
 end module funit_values

@@ -1,6 +1,6 @@
 """Translate a test file in pFUnit's syntax (.pf) into Fortran, or write the program that runs translated files.
 
-Only the subset named in docs is understood. Whatever the real pFUnit would drop or mistake without a word is an
+Only a subset of the directives is understood. Whatever the real pFUnit would drop or mistake without a word is an
 error here: `file:line: error: reason` on standard error, exit code 1.
 """
 
@@ -12,31 +12,51 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from fortran_source import blank_strings, statements
+
 MAX_DIRECTIVE = 120
 GENERATED_NAMES = {"t", "suite", "run", "catch", "not", "initialize", "finalize", "stub"}
 
-# directive: (name in funit, operands, operands are compared, keywords allowed, keywords required)
+
+@dataclass(frozen=True)
+class Assertion:
+    """How a directive becomes a call of a procedure of module funit."""
+
+    procedure: str
+    operands: int
+    compared: bool = False
+    extra: str = ""
+    keywords: tuple[str, ...] = ("message",)
+    required: tuple[str, ...] = ()
+
+
 ASSERTIONS = {
-    "assertequal": ("assertEqual", 2, True, {"tolerance", "message"}, set()),
-    "assertrelativelyequal": ("assertRelativelyEqual", 2, True, {"tolerance", "message"}, {"tolerance"}),
-    "assertlessthan": ("assertLessThan", 2, True, {"message"}, set()),
-    "assertlessthanorequal": ("assertLessThanOrEqual", 2, True, {"message"}, set()),
-    "assertgreaterthan": ("assertGreaterThan", 2, True, {"message"}, set()),
-    "assertgreaterthanorequal": ("assertGreaterThanOrEqual", 2, True, {"message"}, set()),
-    "asserttrue": ("assertTrue", 1, False, {"message"}, set()),
-    "assertfalse": ("assertFalse", 1, False, {"message"}, set()),
-    "assertisnan": ("assertIsNaN", 1, False, {"message"}, set()),
-    "assertisfinite": ("assertIsFinite", 1, False, {"message"}, set()),
-    "assertfail": ("assertFail", 1, False, set(), set()),
+    "assertequal": Assertion("assert_close", 2, True, "relative=.false.", ("tolerance", "message")),
+    "assertrelativelyequal": Assertion(
+        "assert_close", 2, True, "relative=.true.", ("tolerance", "message"), required=("tolerance",)
+    ),
+    "assertlessthan": Assertion("assert_order", 2, True, "relation='<'"),
+    "assertlessthanorequal": Assertion("assert_order", 2, True, "relation='<='"),
+    "assertgreaterthan": Assertion("assert_order", 2, True, "relation='>'"),
+    "assertgreaterthanorequal": Assertion("assert_order", 2, True, "relation='>='"),
+    "asserttrue": Assertion("assert_condition", 1, extra="expected=.true."),
+    "assertfalse": Assertion("assert_condition", 1, extra="expected=.false."),
+    "assertisnan": Assertion("assert_nan", 1),
+    "assertisfinite": Assertion("assert_finite", 1),
+    "assertfail": Assertion("assert_never", 1, keywords=()),
 }
 
-PLAIN_SUBROUTINE = re.compile(r"\s*subroutine\s+(\w+)\s*\(\s*(\w*)\s*\)\s*$", re.I)
-FIXTURE_TYPE = re.compile(r"\s*type\s*,\s*extends\s*\(\s*(TestCase|MpiTestCase)\s*\)\s*::\s*(\w+)\s*$", re.I)
-PROCEDURE = re.compile(r"(?!end\b)(?:[\w()*=, ]+\s)?(?:subroutine|function)\s+(\w+)\b", re.I)
-END_PROCEDURE = re.compile(r"end\s*(subroutine|function)\b|end$", re.I)
-USE = re.compile(r"use\b\s*(?:,\s*(?:non_)?intrinsic\s*)?(?:::)?\s*(\w+)\s*(?:,(.*))?$", re.I)
-TYPE_DEFINITION = re.compile(r"type\b(?!\s*\()[^:]*?(?:::\s*|\s)(\w+)\s*$", re.I)
-INTERFACE = re.compile(r"(?:abstract\s+)?interface\b\s*(\w*)", re.I)
+PLAIN_SUBROUTINE = re.compile(r"\s*subroutine\s+(\w+)\s*\(\s*(\w*)\s*\)\s*$", re.IGNORECASE)
+FIXTURE_TYPE = re.compile(r"\s*type\s*,\s*extends\s*\(\s*(TestCase|MpiTestCase)\s*\)\s*::\s*(\w+)\s*$", re.IGNORECASE)
+PROCEDURE = re.compile(r"(?!end\b)(?:[\w()*=, ]+\s)?(?:subroutine|function)\s+(\w+)\b", re.IGNORECASE)
+END_PROCEDURE = re.compile(r"end\s*(subroutine|function)\b|end$", re.IGNORECASE)
+USE = re.compile(r"use\b\s*(?:,\s*(?:non_)?intrinsic\s*)?(?:::)?\s*(\w+)\s*(?:,(.*))?$", re.IGNORECASE)
+TYPE_DEFINITION = re.compile(r"type\b(?!\s*\()[^:]*?(?:::\s*|\s)(\w+)\s*$", re.IGNORECASE)
+DECLARATION = re.compile(
+    r"(?:[^:]*::|(?:integer|real|logical|character|complex)\b(?:\s*\([^)]*\))?(?:\s*\*\s*\d+)?)(.*)", re.IGNORECASE
+)
+KEYWORD = re.compile(r"(\w+)\s*=(?!=)")
+INTERFACE = re.compile(r"(?:abstract\s+)?interface\b\s*(\w*)", re.IGNORECASE)
 
 
 class PfError(Exception):
@@ -70,36 +90,12 @@ class Suite:
     fixture: str | None = None
 
 
-def blank_strings(line: str) -> str:
-    """The line with the contents of strings blanked and a comment removed; of the same length up to the comment."""
-    out, quote = [], ""
-    for char in line:
-        if quote:
-            out.append(char if char == quote else " ")
-            quote = "" if char == quote else quote
-        elif char == "!":
-            break
-        else:
-            out.append(char)
-            quote = char if char in "'\"" else ""
-    return "".join(out)
-
-
-def statements(lines: list[str]) -> list[tuple[int, str]]:
-    """Statements of the Fortran lines with the line they begin on; directives left out, continuations joined."""
-    found, text, start = [], "", 0
-    for number, line in enumerate(lines, 1):
-        code = blank_strings(line).strip()
-        if not code or code.startswith("@"):
-            continue
-        start = start if text else number
-        text += code.removeprefix("&") if text else code
-        if text.endswith("&"):
-            text = text[:-1].rstrip() + " "
-            continue
-        found.extend((start, part.strip()) for part in text.split(";") if part.strip())
-        text = ""
-    return found
+def declared_names(entities: str) -> list[str]:
+    """Names in the list of entities of a declaration, without their shapes and values."""
+    bare = ""
+    while bare != entities:
+        bare, entities = entities, re.sub(r"\([^()]*\)|\[[^\[\]]*\]", "", entities)
+    return [re.split(r"[=*\s]", item.strip())[0] for item in bare.split(",")]
 
 
 def split_arguments(text: str, line: int) -> list[str]:
@@ -127,7 +123,7 @@ def parse_npes(text: str, line: int) -> list[int]:
     """Ranks of `(npes=[1,2])`; an empty text names none."""
     if not text:
         return []
-    match = re.fullmatch(r"\(\s*npes\s*=\s*\[\s*(\d+(?:\s*,\s*\d+)*)\s*\]\s*\)", text, re.I)
+    match = re.fullmatch(r"\(\s*npes\s*=\s*\[\s*(\d+(?:\s*,\s*\d+)*)\s*\]\s*\)", text, re.IGNORECASE)
     if not match:
         raise PfError(line, "only (npes=[…]) with literal numbers may follow, and nothing after it")
     npes = [int(number) for number in match[1].split(",")]
@@ -137,30 +133,29 @@ def parse_npes(text: str, line: int) -> list[int]:
 
 
 def assertion(name: str, text: str, line: int, file: str) -> list[str]:
-    """Fortran lines of an assertion."""
-    procedure, operands, compared, allowed, required = ASSERTIONS[name]
+    """Fortran lines of the assertion `name` with the arguments `text`."""
+    rule = ASSERTIONS[name.lower()]
     arguments = split_arguments(text, line)
-    keywords = set()
-    for argument in arguments[operands:]:
-        match = re.match(r"(\w+)\s*=(?!=)", argument)
-        if not match or match[1].lower() not in allowed:
-            names = " or ".join(f"{key}=" for key in sorted(allowed)) or "nothing"
-            raise PfError(line, f"@{procedure}: after {operands} operand(s) only {names} may follow, not '{argument}'")
-        if match[1].lower() in keywords:
-            raise PfError(line, f"@{procedure}: {match[1]}= is given twice")
-        keywords.add(match[1].lower())
-    for operand in arguments[:operands]:
-        if not operand or re.match(r"\w+\s*=(?!=)", operand):
-            raise PfError(line, f"@{procedure} needs {operands} operand(s) before any keyword")
-    if len(arguments) < operands:
-        raise PfError(line, f"@{procedure} needs {operands} operand(s)")
-    if required - keywords:
-        raise PfError(line, f"@{procedure} needs tolerance=")
-    if compared:
-        arguments[:operands] = [f"pf_values({operand})" for operand in arguments[:operands]]
+    operands, options = arguments[: rule.operands], arguments[rule.operands :]
+    if len(operands) < rule.operands or any(not item or KEYWORD.match(item) for item in operands):
+        raise PfError(line, f"@{name} needs {rule.operands} operand(s), without keywords")
+    given = []
+    for option in options:
+        match = KEYWORD.match(option)
+        if not match or match[1].lower() not in rule.keywords:
+            allowed = " and ".join(f"{keyword}=" for keyword in rule.keywords) or "nothing"
+            raise PfError(line, f"@{name}: {allowed} may follow its {rule.operands} operand(s), not '{option}'")
+        given.append(match[1].lower())
+    if len(set(given)) < len(given):
+        raise PfError(line, f"@{name}: a keyword is given twice")
+    for keyword in set(rule.required) - set(given):
+        raise PfError(line, f"@{name} needs {keyword}=")
+    if rule.compared:
+        operands = [f"pf_values({operand})" for operand in operands]
+    passed = [*operands, *([rule.extra] if rule.extra else []), *options]
     return [
-        f"call {procedure}( &",
-        *(f"{argument}, &" for argument in arguments),
+        f"call {rule.procedure}( &",
+        *(f"{argument}, &" for argument in passed),
         f"location=SourceLocation('{file}', {line}))",
         "if (anyExceptions()) return",
     ]
@@ -188,7 +183,8 @@ class Translator:
                     raise PfError(number, "a directive stands alone on its line")
                 out.append(line)
                 continue
-            out.extend(self.directive(number, line))
+            for generated in self.directive(number, line):
+                out.extend((f'# {number} "{self.path}"', generated))
             out.append(f'# {number + 1} "{self.path}"')
         if not self.suite.tests:
             raise PfError(len(self.lines), "no @test in this file")
@@ -203,7 +199,7 @@ class Translator:
             raise PfError(number, "a directive is @ and a name")
         name, rest = match[1].lower(), match[2]
         if name in ASSERTIONS:
-            return assertion(name, rest, number, self.path.name)
+            return assertion(match[1], rest, number, self.path.name)
         if name == "test":
             self.add_test(number, parse_npes(rest, number))
         elif name in ("before", "after", "disable") and rest:
@@ -211,7 +207,7 @@ class Translator:
         elif name in ("before", "after"):
             self.add_surrounding(number, name)
         elif name == "disable":
-            if number < 2 or not re.match(r"\s*@test\b", self.lines[number - 2], re.I):
+            if number < 2 or not re.match(r"\s*@test\b", self.lines[number - 2], re.IGNORECASE):
                 raise PfError(number, "@disable stands on the line after @test")
         elif name != "testcase":
             raise PfError(number, f"@{match[1]} is not one of the directives in use here")
@@ -231,7 +227,7 @@ class Translator:
     def read_fixture(self) -> None:
         """Find `@testCase` first: what other directives mean depends on it."""
         for number, line in enumerate(self.lines, 1):
-            match = re.match(r"\s*@testcase\b\s*(.*)", line, re.I)
+            match = re.match(r"\s*@testcase\b\s*(.*)", line, re.IGNORECASE)
             if not match:
                 continue
             if self.suite.fixture:
@@ -249,7 +245,7 @@ class Translator:
 
     def add_test(self, number: int, npes: list[int]) -> None:
         """Take the test whose `@test` stands on line `number`."""
-        disabled = bool(re.match(r"\s*@disable\s*$", self.line_after(number), re.I))
+        disabled = bool(re.match(r"\s*@disable\s*$", self.line_after(number), re.IGNORECASE))
         name, argument = self.plain_subroutine(number + disabled, "@test")
         if npes and self.suite.fixture and not self.fixture_mpi:
             raise PfError(number, "npes needs a fixture that extends MpiTestCase")
@@ -278,10 +274,12 @@ class Translator:
             if line.startswith("#"):
                 raise PfError(number, "no preprocessor lines in a test file")
         code = statements(self.lines)
-        first = re.fullmatch(r"module\s+(\w+)", code[0][1], re.I) if code else None
+        first = re.fullmatch(r"module\s+(\w+)", code[0][1], re.IGNORECASE) if code else None
         if not first or first[1].lower() != self.path.stem.lower():
-            raise PfError(code[0][0] if code else 1, f"the file must hold one module '{self.path.stem}', as it is named")
-        if not re.match(r"end\s*module\b", code[-1][1], re.I):
+            raise PfError(
+                code[0][0] if code else 1, f"the file must hold one module '{self.path.stem}', as it is named"
+            )
+        if not re.match(r"end\s*module\b", code[-1][1], re.IGNORECASE):
             raise PfError(code[-1][0], "the file must hold one module and nothing after it")
         frameworks = self.check_specification(code[1:-1])
         if not frameworks:
@@ -315,7 +313,7 @@ class Translator:
                     if rest:
                         raise PfError(number, f"'use {match[1]}' takes no only: list, generated code needs all of it")
                     frameworks[match[1].lower()] = number
-                elif only := re.match(r"only\s*:(.*)", rest, re.I):
+                elif only := re.match(r"only\s*:(.*)", rest, re.IGNORECASE):
                     names = [item.split("=>")[0].strip() for item in only[1].split(",")]
             elif re.match(r"private\b", lower):
                 raise PfError(number, "no 'private' in a test module: generated code uses its names")
@@ -323,9 +321,8 @@ class Translator:
                 names, closing = [match[1]], "interface"
             elif match := TYPE_DEFINITION.match(text):
                 names, closing = [match[1]], "type"
-            elif "::" in text:
-                bare = re.sub(r"\([^()]*\)|\[[^\]]*\]", "", text.split("::", 1)[1])
-                names = [re.split(r"[=*\s]", item.strip())[0] for item in bare.split(",")]
+            elif match := DECLARATION.match(text):
+                names = declared_names(match[1])
             for name in names:
                 if name.lower() in GENERATED_NAMES | {f"{self.suite.module.lower()}_suite"}:
                     raise PfError(number, f"'{name}' collides with a name in generated code")
@@ -386,7 +383,10 @@ class Translator:
             body = ["if (active) then", *(f"   {line}" for line in body), "end if"]
             end = "call end_mpi_test(this)"
         else:
-            begin, end = [f"call begin_test('{full_name}')"], f"call {'end_shared_test' if self.max_pes else 'end_test'}()"
+            begin, end = (
+                [f"call begin_test('{full_name}')"],
+                f"call {'end_shared_test' if self.max_pes else 'end_test'}()",
+            )
         return [f"      {line}" for line in (*declared, *begin, *body, end)]
 
 
@@ -407,14 +407,14 @@ def driver(name: str, modules: list[str], mpi: bool) -> list[str]:
     ]
 
 
-def main() -> int:
+def main(arguments: list[str] | None = None) -> int:
     """Command line; see --help."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("sources", nargs="+", type=Path, help="the .pf file, or with --driver all of a program's")
     parser.add_argument("--driver", metavar="NAME", help="write the program of this name instead of a module")
     parser.add_argument("--max-pes", type=int, default=0, help="ranks the program runs on; 0: without MPI")
     parser.add_argument("--output", type=Path, required=True)
-    args = parser.parse_args()
+    args = parser.parse_args(arguments)
     if args.driver:
         lines = driver(args.driver, [source.stem for source in args.sources], args.max_pes > 0)
     else:

@@ -2,9 +2,14 @@
 module pfunit
    use mpi_f08, only: MPI_Allreduce, MPI_COMM_NULL, MPI_COMM_WORLD, MPI_Comm, MPI_Comm_free, MPI_Comm_rank, MPI_Comm_size, &
       & MPI_Comm_split, MPI_Finalize, MPI_Init, MPI_LOGICAL, MPI_LOR, MPI_UNDEFINED, operator(/=)
-   use funit
+   use funit, only: SourceLocation, TestCase, anyExceptions, assert_close, assert_condition, assert_finite, assert_nan, &
+      & assert_never, assert_order, begin_test, end_test, has_failed, pf_values, print_summary, skip_test
    implicit none(type, external)
-   public
+   private
+
+   public :: MpiTestCase, MpiTestMethod, begin_mpi, begin_mpi_test, end_mpi, end_mpi_test, end_shared_test
+   public :: SourceLocation, TestCase, anyExceptions, assert_close, assert_condition, assert_finite, assert_nan
+   public :: assert_never, assert_order, begin_test, end_test, has_failed, pf_values, print_summary, skip_test
 
    !> A fixture of tests that run on several ranks.
    type, extends(TestCase) :: MpiTestCase
@@ -18,9 +23,6 @@ module pfunit
    !> What a test without a fixture is given.
    type, extends(MpiTestCase) :: MpiTestMethod
    end type MpiTestMethod
-
-   private :: MPI_Allreduce, MPI_COMM_NULL, MPI_COMM_WORLD, MPI_Comm, MPI_Comm_free, MPI_Comm_rank, MPI_Comm_size
-   private :: MPI_Comm_split, MPI_Finalize, MPI_Init, MPI_LOGICAL, MPI_LOR, MPI_UNDEFINED, operator(/=)
 
 contains
 
@@ -52,16 +54,17 @@ contains
       integer, intent(in) :: npes
       type(SourceLocation), intent(in) :: location
       logical, intent(out) :: active
-      character(32) :: suffix
+      character(16) :: suffix, process
       integer :: rank, ranks
 
       call MPI_Comm_rank(MPI_COMM_WORLD, rank)
       call MPI_Comm_size(MPI_COMM_WORLD, ranks)
-      write (suffix, '(a, i0, a, i0, a)') '[npes=', npes, '] (PE=', rank, ')'
-      call begin_test(name//trim(suffix))
+      write (suffix, "(a, i0, a)") "[npes=", npes, "]"
+      write (process, "(a, i0, a)") " (PE=", rank, ")"
+      call begin_test(name//trim(suffix), trim(process))
       active = rank < npes .and. npes <= ranks
       call MPI_Comm_split(MPI_COMM_WORLD, merge(0, MPI_UNDEFINED, active), rank, this%communicator)
-      if (npes > ranks .and. rank == 0) call assertFail('the test needs more processes than there are', location)
+      if (npes > ranks .and. rank == 0) call assert_never("Insufficient processes to run this test.", location)
    end subroutine begin_mpi_test
 
    !> End a test begun by `begin_mpi_test`: it has failed if it failed on any rank.

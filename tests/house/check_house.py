@@ -1,0 +1,218 @@
+"""The rules of the house that neither the compiler nor the linter checks; one line for every breach, exit code 1 if any.
+
+A folder of src/ uses only the folders LAYERS gives it (the table of docs/architecture.md); only sweep and the drivers know
+MPI, only io knows HDF5. Path and module name agree, `use` says what it takes, a module is private and has no variables,
+the library neither stops nor prints.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "support"))
+
+from fortran_source import statements
+
+# folder of src/: the folders below it that it may use, besides itself
+LAYERS = {
+    "core": set(),
+    "linalg": {"core"},
+    "contact": {"core"},
+    "rotor": {"core", "linalg"},
+    "machine": {"core", "linalg", "contact"},
+    "scenes": {"core", "linalg", "contact", "rotor", "machine"},
+    "integrate": {"core", "linalg", "contact", "machine"},
+    "dynamics": {"core", "linalg", "contact", "machine", "integrate"},
+    "io": {"core"},
+    "sweep": {"core", "linalg", "contact", "machine", "integrate", "dynamics", "io"},
+}
+DRIVERS = "drivers"
+
+# modules from outside: expression on the name, and who may use them (everybody, where None)
+EXTERNAL = [
+    (r"iso_fortran_env|iso_c_binding|ieee_arithmetic|ieee_exceptions|ieee_features", None),
+    (r"mpi_f08", {"sweep", DRIVERS}),
+    (r"hdf5|h5\w+", {"io"}),
+]
+
+MAX_COLUMNS = 132
+
+USE = re.compile(r"use\b(?:\s*,\s*(?:non_)?intrinsic\s*)?(?:\s*::)?\s*(\w+)\s*(,\s*only\s*:)?")
+UNIT = re.compile(r"(module|program)\s+(\w+)$")
+CONDITION = r"(?:if\s*\(.*\)\s*)?"
+STOP = re.compile(
+    CONDITION + r"(?:error\s+)?stop\b(?!\s*(?:%|=|\([^=]*\)\s*[%=]))|" + CONDITION + r"call\s+(?:exit|abort)\b"
+)
+PRINT = re.compile(CONDITION + r"(?:print\s*(?:\*|[\"']|\w+\s*(?:,|$))|write\s*\(\s*(?:unit\s*=\s*)?(?:\*|\d))")
+STANDARD_UNIT = re.compile(r"use\b.*\biso_fortran_env\b.*\b(output_unit|error_unit)\b")
+DECLARATION = re.compile(
+    r"(?:integer|real|logical|character|complex|double\s+precision|type\s*\(|class\s*\(|procedure\s*\()(?!.*\bfunction\s+\w)"
+)
+BLOCK = re.compile(r"(?:abstract\s+)?(interface)\b|(type)\b(?!\s*\()|(enum)\s*,")
+
+Breach = tuple[int, str]
+
+
+def folder_of_module(name: str, driver_modules: set[str]) -> str | None:
+    """The folder a module of the project belongs to; none for a module from outside."""
+    if name in driver_modules:
+        return DRIVERS
+    match = re.match(r"razy_([a-z0-9]+)_", name)
+    return match[1] if match else None
+
+
+def check_use(folder: str, code: list[Breach], driver_modules: set[str]) -> Iterator[Breach]:
+    """Every `use`: does this folder know that module, and does the line say what it takes?"""
+    allowed = LAYERS.get(folder, set(LAYERS)) | {folder}
+    for line, text in code:
+        match = USE.match(text)
+        if not match or re.match(r"use\w*\s*[=%(]", text):
+            continue
+        name = match[1]
+        if not match[2]:
+            yield line, f"only: 'use {name}' does not say what it takes"
+        used = folder_of_module(name, driver_modules)
+        if used is not None:
+            if used not in allowed:
+                yield line, f"layers: {folder} must not use {used} ({name})"
+            continue
+        users = [who for pattern, who in EXTERNAL if re.fullmatch(pattern, name)]
+        if not users:
+            yield line, f"layers: {name} is no module of this project and not one of those it may use"
+        elif users[0] is not None and folder not in users[0]:
+            yield line, f"layers: {folder} must not use {name}, only {' and '.join(sorted(users[0]))} may"
+
+
+def check_variables(code: list[Breach]) -> Iterator[Breach]:
+    """Variables that outlive a call: those of the module, and local ones with a value in their declaration or `save`."""
+    block, contained = "", False
+    for line, text in code:
+        if block:
+            block = "" if re.match(rf"end\s*{block}\b", text) else block
+        elif text == "contains":
+            contained = True
+        elif re.match(r"save\b(?!\s*[=%(])", text):
+            yield line, "state: 'save' keeps a variable from one call to the next"
+        elif (match := BLOCK.match(text)) and not re.match(r"type\s+is\b", text):
+            block = next(group for group in match.groups() if group)
+        elif DECLARATION.match(text) and not re.search(r"\bparameter\b", text.partition("::")[0]):
+            if not contained:
+                yield line, "state: a module has no variables"
+            elif has_initial_value(text):
+                yield line, "state: a value in the declaration of a local variable is kept from one call to the next"
+
+
+def has_initial_value(declaration: str) -> bool:
+    """Whether a declaration with `::` gives an entity a value, or an attribute `save`."""
+    attributes, found, entities = declaration.partition("::")
+    shape = None
+    while shape != entities:
+        shape, entities = entities, re.sub(r"\([^()]*\)|\[[^\[\]]*\]", "", entities)
+    return bool(found) and ("=" in entities or bool(re.search(r"\bsave\b", attributes)))
+
+
+def check_unit(file: Path, folder: str, code: list[Breach]) -> Iterator[Breach]:
+    """Name, `implicit none` and `private` of the one unit in a file."""
+    line, first = code[0]
+    unit = UNIT.match(first)
+    if not unit:
+        yield line, "unit: a file holds one module, or one program in drivers/"
+        return
+    expected = "_".join(("razy", *file.with_name(file.name.split(".")[0]).parts[1:]))
+    if folder != DRIVERS and (unit[1], unit[2]) != ("module", expected):
+        yield line, f"name: the path says 'module {expected}', the file '{first}'"
+    for later, text in code[1:]:
+        if UNIT.match(text):
+            yield later, "unit: a file holds one module or program"
+    texts = [re.sub(r"\s+", "", text) for _, text in code]
+    if "implicitnone(type,external)" not in texts:
+        yield line, "implicit: 'implicit none(type, external)' is missing"
+    head = texts[: texts.index("contains")] if "contains" in texts else texts
+    if unit[1] == "module" and "private" not in head_of_module(head):
+        yield line, "private: a bare 'private' is missing"
+
+
+def head_of_module(texts: list[str]) -> list[str]:
+    """The statements without those of type definitions, whose `private` is another one."""
+    head, inside = [], False
+    for text in texts:
+        if re.match(r"endtype", text):
+            inside = False
+        elif re.match(r"type(?!\().*", text):
+            inside = True
+        elif not inside:
+            head.append(text)
+    return head
+
+
+def check_library(code: list[Breach]) -> Iterator[Breach]:
+    """Nothing in the library ends the program or prints."""
+    for line, text in code:
+        if STOP.match(text):
+            yield line, "stop: the library does not end the program"
+        if PRINT.match(text) or STANDARD_UNIT.match(text):
+            yield line, "print: the library does not print"
+
+
+def check_source(root: Path, file: Path, driver_modules: set[str]) -> Iterator[Breach]:
+    """All breaches of one Fortran file; `file` is relative to the root."""
+    lines = (root / file).read_text(encoding="utf-8").splitlines()
+    for number, line in enumerate(lines, 1):
+        if len(line) > MAX_COLUMNS:
+            yield number, f"columns: {len(line)} columns, more than {MAX_COLUMNS}"
+    code = [(number, text.lower()) for number, text in statements(lines)]
+    if not code:
+        yield 1, "unit: an empty file"
+        return
+    folder = DRIVERS if file.parts[0] == DRIVERS else file.parts[1]
+    if folder != DRIVERS and folder not in LAYERS:
+        yield 1, f"layers: '{folder}' is no folder of the table of layers"
+    yield from check_use(folder, code, driver_modules)
+    yield from check_unit(file, folder, code)
+    if folder != DRIVERS:
+        yield from check_variables(code)
+        yield from check_library(code)
+
+
+def check_tree(root: Path) -> list[str]:
+    """All breaches in a source tree, as `file:line: rule: text`."""
+    files = sorted(
+        path.relative_to(root)
+        for folder in ("src", DRIVERS)
+        for pattern in ("*.f90", "*.f90.in")
+        for path in (root / folder).rglob(pattern)
+    )
+    driver_modules = {
+        match[2]
+        for file in files
+        if file.parts[0] == DRIVERS
+        for _, text in statements((root / file).read_text(encoding="utf-8").splitlines())
+        if (match := UNIT.match(text.lower()))
+    }
+    breaches = []
+    for file in files:
+        breaches += [f"{file}:{line}: {text}" for line, text in sorted(check_source(root, file, driver_modules))]
+    for file in sorted((root / "tests").rglob("CMakeLists.txt")):
+        for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), 1):
+            if re.match(r"\s*add_pfunit_ctest\b", line):
+                breaches.append(f"{file.relative_to(root)}:{number}: tests: razy_add_test sets what this call does not")
+    if not any(file.parts[0] == "src" for file in files):
+        breaches.append(f"{root}: tree: no Fortran file in src/")
+    return breaches
+
+
+def main() -> int:
+    """Command line; see --help."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("root", type=Path, help="the source tree")
+    breaches = check_tree(parser.parse_args().root)
+    print("\n".join(breaches) if breaches else "no breach of the house rules")
+    return 1 if breaches else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
