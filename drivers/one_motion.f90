@@ -1,0 +1,152 @@
+!! One motion with its observers, and what they saw as the content of a result file.
+module one_motion
+   use, intrinsic :: iso_fortran_env, only: int32, int8
+   use razy_contact_clearance_law, only: branch_meanings
+   use razy_core_error, only: error_t
+   use razy_core_number, only: to_text
+   use razy_dynamics_event_log, only: event_log_t
+   use razy_dynamics_extrema, only: extrema_t
+   use razy_dynamics_trajectory, only: trajectory_t
+   use razy_integrate_exact, only: exact_t, outcome_t, status_meanings, status_ok
+   use razy_integrate_observer, only: observer_slot_t
+   use razy_io_run_file, only: run_content_t
+   use razy_machine_machine, only: machine_t
+   use razy_scenes_study, only: motion_t, record_t
+   implicit none(type, external)
+   private
+
+   public :: compute
+
+contains
+
+   !> Compute the motion. `problem` says where and why it ended early; what was computed until then is in `content`.
+   subroutine compute(machine, motion, records, content, problem, error)
+      type(machine_t), intent(in) :: machine
+      type(motion_t), intent(in) :: motion
+      type(record_t), intent(in) :: records(:)
+      type(run_content_t), intent(out) :: content
+      character(:), allocatable, intent(out) :: problem
+      type(error_t), allocatable, intent(out) :: error
+
+      type(exact_t), target :: exact
+      type(extrema_t), allocatable, target :: extrema(:)
+      type(trajectory_t), target :: trajectory
+      type(event_log_t), target :: log
+      type(observer_slot_t), allocatable :: slots(:)
+      type(outcome_t) :: outcome
+      logical :: whole_state
+      integer :: i, k
+
+      whole_state = any(records%trajectory .and. records%observable == 0)
+      call exact%prepare(machine, whole_state, error)
+      if (allocated(error)) return
+      allocate (extrema(count(records%extrema)), slots(1))
+      slots(1)%observer => log
+      k = 0
+      do i = 1, size(records)
+         if (.not. records(i)%extrema) cycle
+         k = k + 1
+         extrema(k)%form = records(i)%observable
+         extrema(k)%from = records(i)%from
+         call extrema(k)%reset()
+         slots = [slots, observer_slot_t(extrema(k))]
+      end do
+      if (any(records%trajectory)) then
+         call plan_trajectory(trajectory, exact, records, whole_state)
+         slots = [slots, observer_slot_t(trajectory)]
+      end if
+      call exact%run(motion%t_end, motion%most_events, slots, outcome)
+      if (outcome%status /= status_ok) problem = "the motion ended at "//to_text(outcome%time)//" s: " &
+                                                 //trim(status_meanings(outcome%status))
+      call store_events(content, log, machine)
+      call store_extrema(content, extrema, machine)
+      if (any(records%trajectory)) call store_trajectory(content, trajectory, machine, whole_state)
+   end subroutine compute
+
+   subroutine plan_trajectory(trajectory, exact, records, whole_state)
+      type(trajectory_t), intent(inout) :: trajectory
+      type(exact_t), intent(in) :: exact
+      type(record_t), intent(in) :: records(:)
+      logical, intent(in) :: whole_state
+
+      integer :: first, n
+
+      trajectory%form = pack(records%observable, records%trajectory .and. records%observable > 0)
+      first = findloc(records%trajectory, .true., dim=1)
+      trajectory%from = records(first)%from
+      trajectory%interval = records(first)%interval
+      n = exact%states%coupled%m
+      if (whole_state) then
+         trajectory%to_coordinates = transpose(exact%states%coupled%project)
+      else
+         allocate (trajectory%to_coordinates(0, n))
+      end if
+      call trajectory%reset()
+   end subroutine plan_trajectory
+
+   subroutine store_events(content, log, machine)
+      type(run_content_t), intent(inout) :: content
+      type(event_log_t), intent(inout) :: log
+      type(machine_t), intent(in) :: machine
+
+      integer :: j
+
+      if (size(machine%contact) == 0) return
+      call log%finish()
+      content%event_time = log%time
+      content%event_contact = int(log%contact, int32)
+      content%event_state = int(log%branch, int32)
+      allocate (character(64) :: content%contact_names(size(machine%contact)))
+      do j = 1, size(machine%contact)
+         content%contact_names(j) = machine%contact(j)%name
+      end do
+      content%event_meanings = branch_meanings
+   end subroutine store_events
+
+   subroutine store_extrema(content, extrema, machine)
+      type(run_content_t), intent(inout) :: content
+      type(extrema_t), intent(in) :: extrema(:)
+      type(machine_t), intent(in) :: machine
+
+      integer :: i
+
+      allocate (content%extrema(size(extrema)))
+      do i = 1, size(extrema)
+         associate (observable => machine%observable(extrema(i)%form), stored => content%extrema(i))
+            stored%name = observable%name
+            stored%units = observable%unit
+            stored%long_name = observable%long_name
+            stored%value = extrema(i)%value(:extrema(i)%count)
+            stored%time = extrema(i)%time(:extrema(i)%count)
+            stored%kind = int(extrema(i)%kind(:extrema(i)%count), int8)
+         end associate
+      end do
+   end subroutine store_extrema
+
+   subroutine store_trajectory(content, trajectory, machine, whole_state)
+      type(run_content_t), intent(inout) :: content
+      type(trajectory_t), intent(inout) :: trajectory
+      type(machine_t), intent(in) :: machine
+      logical, intent(in) :: whole_state
+
+      integer :: i
+
+      call trajectory%finish()
+      content%time = trajectory%time
+      allocate (content%observables(size(trajectory%form)))
+      do i = 1, size(trajectory%form)
+         associate (observable => machine%observable(trajectory%form(i)))
+            content%observables(i)%name = observable%name
+            content%observables(i)%units = observable%unit
+            content%observables(i)%long_name = observable%long_name
+            content%observables(i)%values = trajectory%value(i, :)
+         end associate
+      end do
+      if (.not. whole_state) return
+      content%coordinate_names = machine%coordinate
+      content%coordinate_units = machine%unit
+      call move_alloc(trajectory%displacement, content%displacement)
+      call move_alloc(trajectory%velocity, content%velocity)
+   end subroutine store_trajectory
+
+end module one_motion

@@ -1,0 +1,39 @@
+!! How far a sweep is: a line that renews itself at a terminal, a line now and then elsewhere.
+module progress
+   use, intrinsic :: iso_fortran_env, only: error_unit
+   use command_line, only: is_terminal
+   use razy_core_kinds, only: i8, wp
+   implicit none(type, external)
+   private
+
+   public :: show_progress
+
+   !> Tenths of the work that are reported where there is no terminal.
+   integer, parameter :: reports = 10
+
+contains
+
+   !> Say how many of `total` points are done after `elapsed` s, and what time is left.
+   subroutine show_progress(done, total, elapsed)
+      integer(i8), intent(in) :: done, total
+      real(wp), intent(in) :: elapsed
+
+      integer(i8), save :: reported = 0
+      character(120) :: line
+      real(wp) :: left
+
+      if (total == 0) return
+      left = 0.0_wp
+      if (done > 0) left = elapsed*real(total - done, wp)/real(done, wp)
+      write (line, "(i0, a, i0, a, f0.1, a, f0.1, a)") done, " of ", total, " points, ", elapsed, " s, ", left, " s left"
+      if (is_terminal()) then
+         write (error_unit, "(a)", advance="no") achar(13)//line(:79)
+         if (done == total) write (error_unit, "(a)") ""
+      else if (done == total .or. (done*reports)/total > reported) then
+         reported = (done*reports)/total
+         write (error_unit, "(a)") trim(line)
+      end if
+      flush (error_unit)
+   end subroutine show_progress
+
+end module progress

@@ -1,0 +1,166 @@
+!! A sweep as the input describes it: its axis, its task, and its results as the content of a file.
+module sweep_case
+   use, intrinsic :: iso_fortran_env, only: int32
+   use razy_core_error, only: error_t
+   use razy_core_input, only: input_t
+   use razy_core_kinds, only: i8, wp
+   use razy_core_slot, only: slot_t
+   use razy_integrate_exact, only: status_meanings
+   use razy_io_sweep_file, only: sweep_content_t
+   use razy_scenes_study, only: motion_t, new_machine, record_t
+   use razy_sweep_grid, only: axis_t, new_axis
+   use razy_sweep_motion_task, only: motion_task_t
+   implicit none(type, external)
+   private
+
+   public :: check_points, new_sweep, sweep_content, sweep_task_t
+
+   !> The task of a sweep over one value of an input.
+   type, extends(motion_task_t) :: sweep_task_t
+      type(input_t) :: input
+      type(slot_t) :: slot
+      type(axis_t) :: axis
+      character(:), allocatable :: title, integrator, unit
+   contains
+      procedure :: machine_at
+   end type sweep_task_t
+
+contains
+
+   !> Make the task of an input, on every rank.
+   subroutine new_sweep(self, input, error)
+      type(sweep_task_t), intent(out) :: self
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      type(motion_t) :: motion
+      type(record_t), allocatable :: records(:)
+      integer :: i, k
+
+      self%input = input
+      if (input%count("sweep") == 0) then
+         call input%complain(error, "sweep", 1, "parameter", "required: the group%key that razy-sweep varies")
+         return
+      end if
+      call self%input%locate_value("sweep", 1, "parameter", self%slot, error)
+      if (allocated(error)) return
+      self%unit = self%input%unit_of(self%slot)
+      call read_axis(self%axis, input, error)
+      if (allocated(error)) return
+      call check_points(self, error)
+      if (allocated(error)) return
+      call new_machine(self%machine, motion, records, self%input, error)
+      if (allocated(error)) return
+      if (.not. any(records%extrema)) then
+         call input%complain(error, "record", 1, "what", "'extrema' of at least one observable, for a sweep")
+         return
+      end if
+      self%title = self%machine%title
+      self%integrator = motion%integrator
+      self%t_end = motion%t_end
+      self%most_events = motion%most_events
+      allocate (self%extrema(count(records%extrema)))
+      k = 0
+      do i = 1, size(records)
+         if (.not. records(i)%extrema) cycle
+         k = k + 1
+         self%extrema(k)%form = records(i)%observable
+         self%extrema(k)%from = records(i)%from
+      end do
+   end subroutine new_sweep
+
+   !> The values of the axis, from first, last, and step or points.
+   subroutine read_axis(axis, input, error)
+      type(axis_t), intent(out) :: axis
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      type(error_t), allocatable :: problem
+      real(wp) :: first, last, step
+      integer :: points
+
+      call input%get("sweep", 1, "first", first)
+      call input%get("sweep", 1, "last", last)
+      if (input%given("sweep", 1, "step") .eqv. input%given("sweep", 1, "points")) then
+         call input%complain(error, "sweep", 1, "step", "one of step and points has to be given")
+         return
+      end if
+      if (input%given("sweep", 1, "step")) then
+         call input%get("sweep", 1, "step", step)
+         call new_axis(axis, first, last, step, problem)
+         if (allocated(problem)) call input%complain(error, "sweep", 1, "step", problem%message)
+      else
+         call input%get("sweep", 1, "points", points)
+         call new_axis(axis, first, last, points, problem)
+         if (allocated(problem)) call input%complain(error, "sweep", 1, "points", problem%message)
+      end if
+   end subroutine read_axis
+
+   !> Refuse a sweep whose ends are out of the key's range or no machine; what fails between them becomes a status.
+   subroutine check_points(self, error)
+      type(sweep_task_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+
+      type(error_t), allocatable :: problem
+      integer :: k
+
+      do k = 1, 2
+         call self%machine_at(merge(1_i8, self%axis%n_values(), k == 1), problem)
+         if (.not. allocated(problem)) cycle
+         call self%input%complain(error, "sweep", 1, merge("first", "last ", k == 1), problem%message)
+         return
+      end do
+   end subroutine check_points
+
+   subroutine machine_at(self, point, error)
+      class(sweep_task_t), intent(inout) :: self
+      integer(i8), intent(in) :: point
+      type(error_t), allocatable, intent(out) :: error
+
+      type(motion_t) :: motion
+      type(record_t), allocatable :: records(:)
+
+      call self%input%put(self%slot, self%axis%value(point), error)
+      if (allocated(error)) return
+      call new_machine(self%machine, motion, records, self%input, error)
+      if (allocated(error)) return
+      self%t_end = motion%t_end
+      self%most_events = motion%most_events
+   end subroutine machine_at
+
+   !> The results as a file holds them; the task's own copy is gone after that.
+   subroutine sweep_content(self, content)
+      type(sweep_task_t), intent(inout) :: self
+      type(sweep_content_t), intent(out) :: content
+
+      integer :: i
+
+      allocate (content%axes(1), content%extrema(size(self%extrema)))
+      content%axes(1)%parameter = self%slot%path
+      content%axes(1)%units = merge_text(self%unit)
+      content%axes(1)%long_name = self%slot%path
+      content%axes(1)%values = self%axis%values()
+      content%status = int(self%status, int32)
+      content%status_meanings = [character(48) :: status_meanings, "no machine with this value"]
+      content%events = self%events
+      content%steps = self%steps
+      do i = 1, size(self%extrema)
+         associate (stored => content%extrema(i), observable => self%machine%observable(self%extrema(i)%form))
+            stored%name = observable%name
+            stored%units = observable%unit
+            stored%long_name = observable%long_name
+            call self%gathered(i)%in_grid_order(stored%offset, stored%value, stored%time, stored%kind)
+         end associate
+      end do
+   end subroutine sweep_content
+
+   !> A pure number has the unit 1.
+   pure function merge_text(unit) result(text)
+      character(*), intent(in) :: unit
+      character(:), allocatable :: text
+
+      text = unit
+      if (len_trim(text) == 0) text = "1"
+   end function merge_text
+
+end module sweep_case
