@@ -133,6 +133,11 @@ class RunResult(ResultFile):
         data = ExtremaData(value, self._find(f"{group}/time"), self._find(f"{group}/kind"))
         return data.read(slice(0, len(data)))
 
+    def extrema_quantity(self, observable: str) -> Quantity:
+        """Describe an observable whose extrema were recorded."""
+        choose(observable, self.extrema_observables, "extrema of observable", self.path)
+        return self._quantity(self._dataset(f"extrema/{observable}/value"), observable)
+
     def to_xarray(self) -> "xarray.Dataset":
         """Read trajectory and observables as an `xarray.Dataset` with dimensions ``time`` and ``coordinate``."""
         import xarray

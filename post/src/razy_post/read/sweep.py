@@ -159,4 +159,3 @@ class SweepResult(ResultFile):
 
 def _attrs(quantity: Quantity) -> dict[str, str]:
     return {"units": quantity.units, "long_name": quantity.long_name}
-
