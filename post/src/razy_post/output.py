@@ -10,6 +10,9 @@ from matplotlib.figure import Figure
 
 from razy_post import __version__
 from razy_post.errors import ResultError
+from razy_post.plot.style import look
+
+WINDOW_DPI = 140
 
 
 def check_target(path: Path) -> None:
@@ -49,7 +52,8 @@ def save(figure: Figure, path: Path, provenance: str) -> None:
     }.get(kind)
     partial = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
     try:
-        figure.savefig(partial, format=kind, dpi=figure.dpi, metadata=metadata)
+        with look():
+            figure.savefig(partial, format=kind, dpi=figure.dpi, metadata=metadata)
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)
@@ -64,7 +68,7 @@ def new_window(title: str) -> Figure:
     from matplotlib.backends.registry import BackendFilter, backend_registry
 
     try:
-        figure = pyplot.figure(num=title)
+        figure = pyplot.figure(num=title, dpi=WINDOW_DPI)
     except ImportError as cause:
         raise ResultError(f"no window can be opened ({cause}): {hint}") from cause
     if matplotlib.get_backend().lower() not in backend_registry.list_builtin(BackendFilter.INTERACTIVE):

@@ -9,13 +9,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import matplotlib.style
 from matplotlib.figure import Figure
 
 from razy_post.errors import ResultError
 from razy_post.plot import bifurcation, motion
 from razy_post.plot.options import PlotNote, PlotOptions
-from razy_post.plot.style import STYLE
+from razy_post.plot.style import look
 from razy_post.read import ResultFile
 
 __all__ = ["KINDS", "PICTURES", "Picture", "PlotNote", "PlotOptions", "draw"]
@@ -63,5 +62,5 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | N
         kind = next(iter(fitting))
     if kind not in fitting:
         raise ResultError(f"{result.path}: no {kind} picture of a file of {result.program} (has: {', '.join(fitting)})")
-    with matplotlib.style.context(["default", STYLE]):
+    with look():
         fitting[kind].draw(result, figure, options)

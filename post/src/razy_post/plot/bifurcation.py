@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -159,7 +160,12 @@ def _mark_failed(
     for index, value in enumerate(np.unique(status[status != 0])):
         at = parameter[status == value]
         label = f"{result.status_meanings.get(int(value), f'failed, status {value}')} ({at.size})"
-        look = {"linestyle": "none", "marker": "x+1234"[index % 6], "markersize": 3.5, "markeredgewidth": 0.8}
+        look: dict[str, Any] = {
+            "linestyle": "none",
+            "marker": "x+1234"[index % 6],
+            "markersize": 3.5,
+            "markeredgewidth": 0.8,
+        }
         for axes in column:
             low = np.full(at.shape, 0.02)
             axes.plot(at, low, transform=axes.get_xaxis_transform(), color=style.RED, label=label, zorder=5, **look)

@@ -1,6 +1,7 @@
 """Contact events as marks on time histories."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -53,15 +54,14 @@ class Marks:
         """
         if curve is None or self.size == 0.0:
             at, low = self.time * factor, np.full(self.time.shape, 0.02)
-            look = {"linestyle": "none", "marker": "|", "markersize": 4.0, "markeredgewidth": 0.4, "color": self.colour}
-            axes.plot(at, low, transform=axes.get_xaxis_transform(), label=self.label, **look)
+            axes.plot(at, low, transform=axes.get_xaxis_transform(), label=self.label, **_tick(self.colour))
             return
         value = np.interp(self.time, *curve)
         axes.plot(self.time * factor, value, label=self.label, zorder=3, **self._look())
 
-    def _look(self) -> dict:
+    def _look(self) -> dict[str, Any]:
         if self.size == 0.0:
-            return {"linestyle": "none", "marker": "|", "markersize": 4.0, "markeredgewidth": 0.6, "color": self.colour}
+            return _tick(self.colour)
         return {
             "linestyle": "none",
             "marker": "o",
@@ -70,6 +70,10 @@ class Marks:
             "color": self.colour,
             "markerfacecolor": self.colour if self.filled else "white",
         }
+
+
+def _tick(colour: str) -> dict[str, Any]:
+    return {"linestyle": "none", "marker": "|", "markersize": 4.0, "markeredgewidth": 0.5, "color": colour}
 
 
 def event_marks(result: RunResult, start: float, stop: float) -> list[Marks]:
@@ -86,7 +90,7 @@ def event_marks(result: RunResult, start: float, stop: float) -> list[Marks]:
     if len(groups) > MOST_GROUPS:
         return [Marks("contact events", time, style.RED, True, size)]
     names, meanings, contacts = result.contacts, result.state_meanings, np.unique(contact).tolist()
-    marks = []
+    marks: list[Marks] = []
     for number, value in groups.tolist():
         name = names[number - 1] if 1 <= number <= len(names) else f"contact {number}" if number > 0 else "event"
         words = meanings.get(value, f"state {value}" if value >= 0 else "")

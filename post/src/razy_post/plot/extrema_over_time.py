@@ -45,6 +45,7 @@ def draw(result: RunResult, figure: Figure, options: PlotOptions) -> None:
         axes.set_ylabel(axis_label(quantity, scale))
         style.set_axis(axes.yaxis, *axes.get_ylim())
     column[-1].set_xlabel("time (s)")
-    style.set_axis(column[-1].xaxis, *column[-1].get_xlim(), space_cm=10.0)
+    low, high = column[-1].get_xlim()
+    style.set_axis(column[-1].xaxis, low, high, space_cm=10.0)
     style.set_footer(figure, result, options)
     style.set_heading(figure, (column[0], column[0]), style.title_of(result, options), list(handles.values()))

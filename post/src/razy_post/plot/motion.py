@@ -169,7 +169,8 @@ def _label(
     ends = style.limits(low * scale.factor, high * scale.factor, margin)
     style.set_axis(axis, *ends, space_cm=space_cm)
     axis.set_label_text(axis_label(quantity, scale))
-    axis.axes.set(**{f"{axis.axis_name}lim": ends})
+    set_limits = axis.axes.set_xlim if axis is axis.axes.xaxis else axis.axes.set_ylim
+    set_limits(ends)
     return scale
 
 

@@ -12,7 +12,7 @@ from razy_post.plot.options import PlotNote, PlotOptions
 from razy_post.plot.units import per_second, readable_name
 from razy_post.read import Quantity, RunResult
 
-CHUNK_TIMES = 1 << 20
+CHUNK_TIMES = 1 << 18
 
 Reader = Callable[[slice], NDArray[np.float64]]
 Pair = tuple[NDArray[np.float64], NDArray[np.float64]]

@@ -2,9 +2,11 @@
 
 import math
 import textwrap
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
+import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
@@ -55,9 +57,13 @@ STYLE: dict[str, Any] = {
     "legend.columnspacing": 1.2,
     "lines.linewidth": 0.7,
     "agg.path.chunksize": 20000,
-    "svg.fonttype": "none",
     "pdf.fonttype": 42,
 }
+
+
+def look() -> AbstractContextManager[None]:
+    """Return a context in which pictures are drawn and saved alike, whatever the user's settings of matplotlib."""
+    return matplotlib.style.context(["default", STYLE])
 
 
 def point_handle(label: str, colour: str) -> Line2D:
@@ -91,8 +97,9 @@ def set_axis(axis: Axis, low: float, high: float, space_cm: float | None = None)
 
     Where `space_cm`, the length of a horizontal axis, is given, long numbers get fewer ticks.
     """
-    axis.set_major_formatter(ScalarFormatter(useOffset=False))
-    axis.get_major_formatter().set_scientific(False)
+    formatter = ScalarFormatter(useOffset=False)
+    formatter.set_scientific(False)
+    axis.set_major_formatter(formatter)
     if space_cm is not None:
         digits = max(1, math.ceil(math.log10(max(abs(low), abs(high), 1.0)))) + 1
         digits += max(0, 1 - math.floor(math.log10((high - low) / 5)))
@@ -129,6 +136,7 @@ def set_heading(figure: Figure, top: tuple[Axes, Axes], title: str, handles: lis
     legend = _legend(right, handles)
     if not title:
         return
+    figure.align_ylabels()
     text = axes.set_title(title.replace("$", r"\$"), loc="left", wrap=False)
     figure.draw_without_rendering()
     _fold(text, title, figure.bbox.width * 0.98 - text.get_window_extent().x0)

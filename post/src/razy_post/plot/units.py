@@ -2,6 +2,7 @@
 
 import math
 import re
+import string
 from dataclasses import dataclass
 
 from razy_post.read import Quantity
@@ -24,13 +25,13 @@ def scale_for(units: str, largest: float) -> Scale:
     """Choose the unit in which values up to `largest` (absolute, in `units`) read well.
 
     A unit that starts with a symbol of the SI to the first power takes a prefix; any other takes a power of ten.
-    Values between 0.1 and 1000 are left alone; the number before the unit is otherwise about 0.9 to 900.
+    Values between 0.09 and 900 are left alone; else the largest number on the axis becomes about 0.9 to 900.
     """
     unit = pretty(units)
-    if not math.isfinite(largest) or largest == 0.0 or 0.1 <= largest < 1000.0:
+    if not math.isfinite(largest) or largest == 0.0 or 0.09 <= largest < 900.0:
         return Scale(1.0, unit)
     power = 3 * math.floor(math.log10(1.1 * largest) / 3)
-    symbol = re.match(r"[A-Za-z]*", unit)[0]
+    symbol = unit[: len(unit) - len(unit.lstrip(string.ascii_letters))]
     if symbol in PREFIXED_UNITS and not unit[len(symbol) :].startswith(tuple("⁻⁰¹²³⁴⁵⁶⁷⁸⁹")):
         highest = 0 if symbol in NO_LARGE_PREFIX else max(PREFIXES)
         power = min(max(power, min(PREFIXES)), highest)

@@ -1,20 +1,20 @@
 """Extrema of an observable: of one motion, and of a sweep's points as a ragged array read in parts."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from razy_post.errors import ResultError
-from razy_post.read.file import Quantity
+from razy_post.read.file import Quantity, quantity_of
 
 MAXIMUM = 1
 MINIMUM = -1
 UNKNOWN = 0
 
-CHUNK_VALUES = 1 << 20
+CHUNK_VALUES = 1 << 18
 
 
 @dataclass(frozen=True)
@@ -63,6 +63,11 @@ class ExtremaData:
 
     def __len__(self) -> int:
         return int(self.value.shape[0])
+
+    def quantity(self, observable: str) -> Quantity:
+        """Describe the observable; its long name is that of the values without ``extrema of``."""
+        described = quantity_of(self.value, observable)
+        return replace(described, long_name=described.long_name.removeprefix("extrema of "))
 
     def values(self, part: slice) -> NDArray[np.float64]:
         """Read values `part`."""

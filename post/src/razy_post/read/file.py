@@ -27,7 +27,9 @@ class Quantity:
 def text(value: Any) -> str:
     """Return an attribute as text, whether stored with fixed or variable length, padded with blanks or not."""
     if isinstance(value, np.ndarray):
-        value = value.item() if value.size == 1 else " ".join(text(item) for item in value.flat)
+        return " ".join(text(item) for item in value.flat)
+    if isinstance(value, h5py.Empty):
+        return ""
     if isinstance(value, bytes):
         value = value.decode("utf-8", errors="replace")
     return str(value).rstrip("\0 ")
@@ -42,8 +44,8 @@ def text_list(value: Any) -> tuple[str, ...]:
 
 def meanings(item: h5py.Dataset) -> dict[int, str]:
     """Read what the values of a dataset mean from its attribute ``meanings``: ``0 = ok, 1 = ...``."""
-    pairs = re.findall(r"(-?\d+)\s*=\s*([^,;]+)", text(item.attrs.get("meanings", "")))
-    return {int(value): words.strip() for value, words in pairs}
+    pairs = re.findall(r"(-?\d+)\s*=\s*(.*?)\s*(?=[,;]\s*-?\d+\s*=|$)", text(item.attrs.get("meanings", "")))
+    return {int(value): words for value, words in pairs}
 
 
 def open_hdf5(path: str | Path) -> h5py.File:
@@ -59,7 +61,9 @@ def open_hdf5(path: str | Path) -> h5py.File:
     try:
         return h5py.File(path, "r")
     except OSError as cause:
-        reason = "another program is writing it" if "lock" in str(cause) else "damaged or incomplete HDF5 file"
+        reason = (
+            "another program is writing it" if isinstance(cause, BlockingIOError) else "damaged or incomplete HDF5 file"
+        )
         raise ResultError(f"{path}: {reason} ({str(cause).splitlines()[0]})") from cause
 
 
@@ -168,9 +172,10 @@ class ResultFile:
             return ()
         return tuple(n for n, item in group.items() if isinstance(item, kind) and not _dimension_only(item))
 
-    def _quantity(self, item: h5py.Dataset, name: str) -> Quantity:
-        units = text(item.attrs.get("units", ""))
-        return Quantity(name, units, text(item.attrs.get("long_name", "")) or name)
+
+def quantity_of(item: h5py.Dataset, name: str) -> Quantity:
+    """Describe a dataset called `name` by its attributes ``units`` and ``long_name``."""
+    return Quantity(name, text(item.attrs.get("units", "")), text(item.attrs.get("long_name", "")) or name)
 
 
 def _dimension_only(item: h5py.Dataset | h5py.Group) -> bool:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from razy_post.errors import ResultError
 from razy_post.read.extrema import Extrema, ExtremaData
-from razy_post.read.file import Quantity, ResultFile, choose, meanings, text_list
+from razy_post.read.file import Quantity, ResultFile, choose, meanings, quantity_of, text_list
 
 if TYPE_CHECKING:
     import xarray
@@ -50,7 +50,7 @@ class RunResult(ResultFile):
     @property
     def time_quantity(self) -> Quantity:
         """Describe the time."""
-        return self._quantity(self._vector("time"), "time")
+        return quantity_of(self._vector("time"), "time")
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -83,7 +83,7 @@ class RunResult(ResultFile):
         """Describe a coordinate, or with ``of="velocity"`` its velocity."""
         index = self._index(name)
         state = self._state(of)
-        shared = self._quantity(state, name).units
+        shared = quantity_of(state, name).units
         each = text_list(state.attrs["coordinate_units"]) if "coordinate_units" in state.attrs else ()
         if len(each) == len(self.coordinates):
             return Quantity(name, each[index], name)
@@ -91,7 +91,7 @@ class RunResult(ResultFile):
 
     def observable_quantity(self, name: str) -> Quantity:
         """Describe an observable."""
-        return self._quantity(self._observable(name), name)
+        return quantity_of(self._observable(name), name)
 
     def window(self, start: float | None = None, stop: float | None = None) -> slice:
         """Return the stored times between `start` and `stop` (s, both included) as a slice."""
@@ -127,16 +127,12 @@ class RunResult(ResultFile):
 
     def extrema(self, observable: str) -> Extrema:
         """Read the extrema of an observable."""
-        choose(observable, self.extrema_observables, "extrema of observable", self.path)
-        group = f"extrema/{observable}"
-        value = self._dataset(f"{group}/value")
-        data = ExtremaData(value, self._find(f"{group}/time"), self._find(f"{group}/kind"))
+        data = self._extrema_data(observable)
         return data.read(slice(0, len(data)))
 
     def extrema_quantity(self, observable: str) -> Quantity:
         """Describe an observable whose extrema were recorded."""
-        choose(observable, self.extrema_observables, "extrema of observable", self.path)
-        return self._quantity(self._dataset(f"extrema/{observable}/value"), observable)
+        return self._extrema_data(observable).quantity(observable)
 
     def to_xarray(self) -> "xarray.Dataset":
         """Read trajectory and observables as an `xarray.Dataset` with dimensions ``time`` and ``coordinate``."""
@@ -146,7 +142,7 @@ class RunResult(ResultFile):
         for name in ("displacement", "velocity"):
             if self._find(f"state/{name}") is not None:
                 item = self._state(name)
-                variables[name] = (("time", "coordinate"), item[()], {"units": self._quantity(item, name).units})
+                variables[name] = (("time", "coordinate"), item[()], {"units": quantity_of(item, name).units})
         for name in self.observables:
             quantity = self.observable_quantity(name)
             attrs = {"units": quantity.units, "long_name": quantity.long_name}
@@ -178,6 +174,11 @@ class RunResult(ResultFile):
         if column >= item.shape[1]:
             raise ResultError(f"{self.path}: dataset 'state/{name}' has no column for coordinate '{coordinate}'")
         return np.asarray(item[part, column], dtype=np.float64)
+
+    def _extrema_data(self, observable: str) -> ExtremaData:
+        choose(observable, self.extrema_observables, "extrema of observable", self.path)
+        group = f"extrema/{observable}"
+        return ExtremaData(self._dataset(f"{group}/value"), self._find(f"{group}/time"), self._find(f"{group}/kind"))
 
     def _event_data(self, name: str, count: int, missing: int) -> NDArray[np.int64]:
         if self._find(f"event/{name}") is None:

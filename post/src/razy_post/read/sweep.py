@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from razy_post.errors import ResultError
 from razy_post.read.extrema import UNKNOWN, ExtremaData, SweepExtrema
-from razy_post.read.file import Quantity, ResultFile, choose, meanings
+from razy_post.read.file import Quantity, ResultFile, choose, meanings, quantity_of
 
 if TYPE_CHECKING:
     import xarray
@@ -40,7 +40,7 @@ class SweepResult(ResultFile):
     def parameter(self, name: str | None = None) -> Quantity:
         """Describe a swept parameter; the only one if no name is given."""
         name = self._parameter_name(name)
-        return self._quantity(self._axis_data(name), name)
+        return quantity_of(self._axis_data(name), name)
 
     def axis(self, name: str | None = None) -> NDArray[np.float64]:
         """Read the values of a swept parameter, shape (values on this axis,), in the user's units."""
@@ -78,10 +78,9 @@ class SweepResult(ResultFile):
         """Open the extrema of an observable; only the offsets are read."""
         choose(observable, self.observables, "observable", self.path)
         group = f"extrema/{observable}"
-        value = self._dataset(f"{group}/value")
         offset = np.asarray(self._vector(f"{group}/offset", self.n_points + 1)[()], dtype=np.int64)
-        data = ExtremaData(value, self._find(f"{group}/time"), self._find(f"{group}/kind"))
-        return SweepExtrema(self._quantity(value, observable), data, offset)
+        data = ExtremaData(self._dataset(f"{group}/value"), self._find(f"{group}/time"), self._find(f"{group}/kind"))
+        return SweepExtrema(data.quantity(observable), data, offset)
 
     def table(self, observable: str, kind: int | None = None, parameter: str | None = None) -> ExtremaTable:
         """Read all extrema of an observable as rows (parameter, value, kind).
@@ -95,10 +94,11 @@ class SweepResult(ResultFile):
         parameter
             One of `parameters`; may be left out when there is only one.
         """
-        value = self.extrema(observable).all()
-        rows = np.repeat(self.grid(parameter), self.extrema(observable).counts)
-        keep = slice(None) if kind is None else value.kind == kind
-        return ExtremaTable(rows[keep], value.value[keep], value.kind[keep])
+        extrema = self.extrema(observable)
+        read = extrema.all()
+        at = np.repeat(self.grid(parameter), extrema.counts)
+        keep = slice(None) if kind is None else read.kind == kind
+        return ExtremaTable(at[keep], read.value[keep], read.kind[keep])
 
     def grid(self, parameter: str | None = None) -> NDArray[np.float64]:
         """Return a parameter's value at each point, shape (points,), in the user's units."""
@@ -115,7 +115,9 @@ class SweepResult(ResultFile):
         """
         import xarray
 
-        coordinates = {name: ("point", self.grid(name), _attrs(self.parameter(name))) for name in self.parameters}
+        coordinates: dict[str, tuple] = {
+            name: ("point", self.grid(name), _attrs(self.parameter(name))) for name in self.parameters
+        }
         variables: dict[str, tuple] = {"status": ("point", self.status)}
         for name in ("events", "steps"):
             counter = self._counter(name)
