@@ -32,6 +32,13 @@ def inside(figure: Figure, axes: Axes) -> np.ndarray:
     return picture[top - int(box.y1) + 14 : top - int(box.y0) - 14, int(box.x0) + 14 : int(box.x1) - 14]
 
 
+def near(marked: np.ndarray) -> np.ndarray:
+    """Return which pixels are at most three rows and columns from a marked one."""
+    rows, columns = marked.shape
+    wide = np.pad(marked, 3)
+    return np.any([wide[i : i + rows, j : j + columns] for i in range(7) for j in range(7)], axis=0)
+
+
 def line(axes: Axes, label: str):
     """Return the data of the line with this label."""
     found = [item for item in axes.get_lines() if item.get_label() == label]
