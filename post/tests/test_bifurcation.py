@@ -26,8 +26,9 @@ def test_each_extremum_is_a_point_of_its_kind(sweep):
     assert axes.get_title(loc="left") == "Torsional gear pair"
 
 
-def test_maxima_are_grey_and_minima_black(diagram):
-    figure = drawn(diagram, dpi=200)
+@pytest.mark.parametrize("limit", [10**6, 0])
+def test_maxima_are_grey_and_minima_black(diagram, limit):
+    figure = drawn(diagram, dpi=200, point_limit=limit)
     picture = inside(figure, figure.axes[0])
     middle = picture.shape[0] // 2
     assert picture[: middle - 20].min() == pytest.approx(0x8A, abs=2)

@@ -166,6 +166,7 @@ def test_two_parameters(tmp_path):
     [
         ("offset", np.arange(50)),
         ("offset", np.zeros(51, dtype=int)),
+        ("offset", np.concatenate(([1] * 50, [130]))),
         ("offset", np.concatenate(([0], [5], [3] * 48, [130]))),
         ("kind", np.zeros(3, dtype=np.int8)),
         ("time", np.zeros((2, 2))),
