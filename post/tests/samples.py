@@ -90,11 +90,15 @@ def write_run(path: Path, times: int = 2000, trajectory: bool = True, observable
     event = np.pi / 100 * np.arange(1, 8)
     with root(path, "razy-run", "Two masses") as file:
         if trajectory:
+            dimension_only(file, "sample", times)
             dataset(file, "time", time, "s", "time")
+            dataset(file, "state/time", time, "s", "time").make_scale("time")
+            dataset(file, "state/coordinate", ["x", "y"]).make_scale("coordinate")
             names = {"names": ["x", "y"], "coordinate_units": ["m", "m"]}
             dataset(file, "state/displacement", displacement, "m", "displacement", **names)
             dataset(file, "state/velocity", velocity, "m/s", "velocity", **names)
             if observable:
+                dataset(file, "observable/time", time, "s", "time").make_scale("time")
                 dataset(file, "observable/mesh_deformation", displacement[:, 0], "m", "mesh deformation")
         dataset(file, "event/time", event, "s", "time")
         dataset(file, "event/contact", np.ones(event.size, dtype=np.int32), names=["mesh"])

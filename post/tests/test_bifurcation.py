@@ -55,6 +55,15 @@ def test_non_finite_values_are_left_out(sweep):
     assert np.all(np.isfinite(axes.get_ylim()))
 
 
+def test_kinds_that_mean_nothing_here_are_drawn_too(sweep):
+    with h5py.File(sweep, "r+") as file:
+        file["extrema/mesh_deformation/kind"][:5] = [0, 2, -2, 100, -128]
+        total = file["extrema/mesh_deformation/value"].size
+    (axes,) = drawn(sweep).axes
+    assert line(axes, "extrema")[0].size == 5
+    assert sum(line(axes, label)[0].size for label in ("maxima", "minima", "extrema")) == total
+
+
 def test_extrema_of_unknown_kind(sweep):
     with h5py.File(sweep, "r+") as file:
         del file["extrema/mesh_deformation/kind"]

@@ -61,6 +61,16 @@ def test_xarray(run):
         data = result.to_xarray()
     assert data["displacement"].dims == ("time", "coordinate")
     np.testing.assert_allclose(data["displacement"].sel(coordinate="x"), data["mesh_deformation"])
+    assert data["mesh_deformation"].attrs == {"units": "m", "long_name": "mesh deformation"}
+    np.testing.assert_array_equal(data["event_state"], [0, 1, 0, 1, 0, 1, 0])
+    assert data.sizes == {"time": 2000, "coordinate": 2, "event": 7, "mesh_deformation_extremum": 8}
+
+
+def test_xarray_without_trajectory(tmp_path):
+    with opened(write_run(tmp_path / "run.h5", trajectory=False)) as result:
+        data = result.to_xarray()
+    assert data.sizes == {"event": 7, "mesh_deformation_extremum": 8}
+    np.testing.assert_allclose(data["mesh_deformation_extremum_time"], np.pi / 100 * (np.arange(8) + 0.5))
 
 
 def test_absent_parts(tmp_path):

@@ -40,7 +40,6 @@ class Panel:
     parameter: NDArray[np.float64]
     selected: NDArray[np.bool_]
     y_scale: Scale
-
     kinds: tuple[int, ...]
 
     @property

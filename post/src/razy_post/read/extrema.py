@@ -74,10 +74,11 @@ class ExtremaData:
         return np.asarray(self.value[part], dtype=np.float64)
 
     def kinds(self, part: slice) -> NDArray[np.int8]:
-        """Read kinds `part`; `UNKNOWN` where the file has none."""
+        """Read kinds `part`; `UNKNOWN` where the file has none or another value."""
         if self.kind is None:
             return np.full(part.stop - part.start, UNKNOWN, dtype=np.int8)
-        return np.asarray(self.kind[part], dtype=np.int8)
+        kind = np.asarray(self.kind[part])
+        return np.where(np.abs(kind) == MAXIMUM, kind, UNKNOWN).astype(np.int8)
 
     def read(self, part: slice) -> Extrema:
         """Read values, times and kinds `part`."""

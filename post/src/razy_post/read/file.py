@@ -23,6 +23,10 @@ class Quantity:
     units: str
     long_name: str
 
+    def attributes(self) -> dict[str, str]:
+        """Return the attributes that the dataset has in the file."""
+        return {"units": self.units, "long_name": self.long_name}
+
 
 def text(value: Any) -> str:
     """Return an attribute as text, whether stored with fixed or variable length, padded with blanks or not."""

@@ -65,7 +65,7 @@ class RunResult(ResultFile):
     @property
     def observables(self) -> tuple[str, ...]:
         """Names of the observables stored over time."""
-        return self._members("observable", h5py.Dataset)
+        return tuple(n for n in self._members("observable", h5py.Dataset) if not self.file[f"observable/{n}"].is_scale)
 
     def displacement(self, coordinate: str, part: slice = slice(None)) -> NDArray[np.float64]:
         """Read a coordinate over the times `part`, shape (times,)."""
@@ -135,21 +135,34 @@ class RunResult(ResultFile):
         return self._extrema_data(observable).quantity(observable)
 
     def to_xarray(self) -> "xarray.Dataset":
-        """Read trajectory and observables as an `xarray.Dataset` with dimensions ``time`` and ``coordinate``."""
+        """Read the whole file as an `xarray.Dataset`.
+
+        Dimensions are ``time`` and ``coordinate``, ``event`` and, for each observable whose extrema were recorded,
+        ``<observable>_extremum``; only those that the file has.
+        """
         import xarray
 
         variables: dict[str, tuple] = {}
+        coordinates: dict[str, tuple] = {}
+        if self.has_trajectory:
+            coordinates["time"] = ("time", self.time, {"units": self.time_quantity.units})
         for name in ("displacement", "velocity"):
             if self._find(f"state/{name}") is not None:
                 item = self._state(name)
                 variables[name] = (("time", "coordinate"), item[()], {"units": quantity_of(item, name).units})
+                coordinates["coordinate"] = ("coordinate", list(self.coordinates), {})
         for name in self.observables:
-            quantity = self.observable_quantity(name)
-            attrs = {"units": quantity.units, "long_name": quantity.long_name}
-            variables[name] = ("time", self.observable(name), attrs)
-        coordinates: dict[str, tuple] = {"time": ("time", self.time, {"units": self.time_quantity.units})}
-        if "displacement" in variables:
-            coordinates["coordinate"] = ("coordinate", list(self.coordinates), {})
+            variables[name] = ("time", self.observable(name), self.observable_quantity(name).attributes())
+        events = self.events
+        if events is not None:
+            variables["event_time"] = ("event", events.time, {"units": "s"})
+            variables["event_contact"] = ("event", events.contact)
+            variables["event_state"] = ("event", events.state)
+        for name in self.extrema_observables:
+            extrema, rows = self.extrema(name), f"{name}_extremum"
+            variables[rows] = (rows, extrema.value, self.extrema_quantity(name).attributes())
+            variables[f"{rows}_time"] = (rows, extrema.time, {"units": "s"})
+            variables[f"{rows}_kind"] = (rows, extrema.kind)
         return xarray.Dataset(variables, coordinates, attrs=self.attributes())
 
     def _state(self, name: str) -> h5py.Dataset:

@@ -116,7 +116,7 @@ class SweepResult(ResultFile):
         import xarray
 
         coordinates: dict[str, tuple] = {
-            name: ("point", self.grid(name), _attrs(self.parameter(name))) for name in self.parameters
+            name: ("point", self.grid(name), self.parameter(name).attributes()) for name in self.parameters
         }
         variables: dict[str, tuple] = {"status": ("point", self.status)}
         for name in ("events", "steps"):
@@ -126,7 +126,7 @@ class SweepResult(ResultFile):
         for name in self.observables:
             extrema, rows = self.extrema(name), f"{name}_extremum"
             read = extrema.all()
-            variables[name] = (rows, read.value, _attrs(extrema.quantity))
+            variables[name] = (rows, read.value, extrema.quantity.attributes())
             variables[f"{name}_time"] = (rows, read.time, {"units": "s"})
             if np.any(read.kind != UNKNOWN):
                 variables[f"{name}_kind"] = (rows, read.kind)
@@ -134,7 +134,7 @@ class SweepResult(ResultFile):
             coordinates[f"{name}_point"] = (rows, point, {})
             for parameter in self.parameters:
                 at = self.grid(parameter)[point]
-                coordinates[f"{name}_{parameter}"] = (rows, at, _attrs(self.parameter(parameter)))
+                coordinates[f"{name}_{parameter}"] = (rows, at, self.parameter(parameter).attributes())
         return xarray.Dataset(variables, coordinates, attrs=self.attributes())
 
     def _require_parameters(self) -> tuple[str, ...]:
@@ -157,7 +157,3 @@ class SweepResult(ResultFile):
         if self._find(f"point/{name}") is None:
             return None
         return np.asarray(self._vector(f"point/{name}", self.n_points)[()], dtype=np.int64)
-
-
-def _attrs(quantity: Quantity) -> dict[str, str]:
-    return {"units": quantity.units, "long_name": quantity.long_name}
