@@ -71,7 +71,7 @@ def draw_phase(result: RunResult, figure: Figure, options: PlotOptions) -> None:
     for axes in grid[len(chosen) :]:
         axes.remove()
     for axes, signal in zip(grid, chosen, strict=False):
-        _phase(figure, axes, signal, motion, options)
+        _phase(figure, axes, signal, motion, options, 0.8 / across)
     _finish(figure, result, (grid[0], grid[across - 1]), motion, options)
 
 
@@ -89,7 +89,7 @@ def draw_overview(result: RunResult, figure: Figure, options: PlotOptions) -> No
         axes.tick_params(labelbottom=False)
     _time_column(figure, grid[:, 0], chosen, motion, options)
     for axes, signal in zip(grid[:, 1], chosen, strict=True):
-        _phase(figure, axes, signal, motion, options)
+        _phase(figure, axes, signal, motion, options, 0.3)
     _finish(figure, result, (grid[0, 0], grid[0, 1]), motion, options)
 
 
@@ -147,9 +147,10 @@ def _envelope(figure: Figure, axes: Axes, signal: Signal, motion: Motion, scale:
     axes.fill_between(middle, low, high, color=style.BLACK, linewidth=0.3, label=signal.value.name)
 
 
-def _phase(figure: Figure, axes: Axes, signal: Signal, motion: Motion, options: PlotOptions) -> None:
+def _phase(figure: Figure, axes: Axes, signal: Signal, motion: Motion, options: PlotOptions, share: float) -> None:
+    """Draw a phase path into axes that take about `share` of the width of the figure."""
     x_ends, y_ends = _bounds(signal, signal.path(motion.time, motion.part))
-    x_scale = _label(axes.xaxis, signal.value, *x_ends, 0.05, space_cm=0.3 * figure.get_figwidth() / style.CM)
+    x_scale = _label(axes.xaxis, signal.value, *x_ends, 0.05, space_cm=share * figure.get_figwidth() / style.CM)
     y_scale = _label(axes.yaxis, signal.rate, *y_ends, 0.05)
     if motion.count <= options.point_limit:
         value, rate = _joined(signal.path(motion.time, motion.part))
