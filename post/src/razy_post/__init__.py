@@ -1,0 +1,3 @@
+"""Read and plot the HDF5 result files of razy."""
+
+__version__ = "0.1.0"

@@ -1,0 +1,131 @@
+"""The command ``razy-plot``."""
+
+import argparse
+import sys
+import warnings
+from pathlib import Path
+from typing import NoReturn
+
+from matplotlib.figure import Figure
+
+from razy_post import __version__, output
+from razy_post.errors import ResultError
+from razy_post.plot import KINDS, PlotNote, PlotOptions, draw
+from razy_post.plot.style import provenance
+from razy_post.read import open_result
+
+PROGRAM = "razy-plot"
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print the message and exit with 2."""
+        self.exit(2, f"{PROGRAM}: error: {message} (see {PROGRAM} --help)\n")
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    result = Parser(
+        prog=PROGRAM,
+        description="Draw the picture that fits a result file of razy: a bifurcation diagram from razy-sweep, "
+        "time histories and phase paths from razy-run.",
+        epilog="Exit code: 0 done, 2 bad input or usage, 1 anything else.",
+        allow_abbrev=False,
+    )
+    result.add_argument("file", metavar="FILE.h5", type=Path, help="result file")
+    result.add_argument(
+        "--save", metavar="FILE", type=Path, help="write the picture (.png, .pdf, .svg, ...) instead of showing it"
+    )
+    result.add_argument("--kind", choices=KINDS, help="kind of picture; by default the one that fits the file")
+    result.add_argument(
+        "--observable", metavar="NAME", action="append", default=[], help="observable to draw; repeat for several"
+    )
+    result.add_argument(
+        "--coordinate", metavar="NAME", action="append", default=[], help="coordinate to draw; repeat for several"
+    )
+    result.add_argument("--from", dest="start", metavar="X", type=_number, help="least parameter, or time in s")
+    result.add_argument("--to", dest="stop", metavar="X", type=_number, help="largest parameter, or time in s")
+    result.add_argument("--title", metavar="TEXT", help="title instead of the one in the file; '' for none")
+    result.add_argument("--size", metavar="WxH", type=_size, help="width and height in cm, such as 16x9.5")
+    result.add_argument(
+        "--dpi", metavar="N", type=_dpi, default=300, help="resolution of a saved picture (%(default)s)"
+    )
+    result.add_argument("--footer", action="store_true", help="file, version and commit in small print below")
+    result.add_argument("--version", action="version", version=f"{PROGRAM} {__version__}")
+    return result
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; return its exit code."""
+    given = parser().parse_args(arguments)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        warnings.simplefilter("always", PlotNote)
+        warnings.showwarning = lambda message, *_rest, **_more: print(f"{PROGRAM}: note: {message}", file=sys.stderr)
+        try:
+            _plot(given)
+        except ResultError as error:
+            return _fail(str(error), 2)
+        except KeyboardInterrupt:
+            return _fail("interrupted", 1)
+        except Exception as error:
+            return _fail(f"{type(error).__name__}: {error}", 1)
+    return 0
+
+
+def _plot(given: argparse.Namespace) -> None:
+    options = PlotOptions(
+        observables=tuple(given.observable),
+        coordinates=tuple(given.coordinate),
+        start=given.start,
+        stop=given.stop,
+        title=given.title,
+        size=given.size,
+        footer=given.footer,
+    )
+    if given.save is not None:
+        output.check_target(given.save)
+    with open_result(given.file) as result:
+        if given.save is None:
+            figure = output.new_window(f"{PROGRAM} {given.file}")
+            draw(result, figure, options, given.kind)
+            output.show_window()
+        else:
+            figure = Figure(dpi=given.dpi)
+            draw(result, figure, options, given.kind)
+            output.save(figure, given.save, provenance(result))
+
+
+def _fail(message: str, code: int) -> int:
+    print(f"{PROGRAM}: error: {' '.join(message.split())}", file=sys.stderr)
+    return code
+
+
+def _number(text: str) -> float:
+    value = float(text)
+    if value != value:
+        raise argparse.ArgumentTypeError("not a number")
+    return value
+
+
+def _size(text: str) -> tuple[float, float]:
+    try:
+        width, height = (float(part) for part in text.lower().split("x"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not WIDTHxHEIGHT in cm") from None
+    if not (3.0 <= width <= 200.0 and 3.0 <= height <= 200.0):
+        raise argparse.ArgumentTypeError(f"'{text}': width and height must be 3 to 200 cm")
+    return width, height
+
+
+def _dpi(text: str) -> int:
+    value = int(text) if text.isdecimal() else 0
+    if not 30 <= value <= 2400:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 30 to 2400")
+    return value
+
+
+if __name__ == "__main__":
+    sys.exit(main())

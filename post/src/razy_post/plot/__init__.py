@@ -1,0 +1,66 @@
+"""Pictures of result files.
+
+Which picture fits a file follows from the program that wrote it: the first entry of `PICTURES` for that program is its
+default, the others are chosen by kind. A further kind of picture is one more module here with a function
+``draw(result, figure, options)``, entered in `PICTURES`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from razy_post.errors import ResultError
+from razy_post.plot import bifurcation, motion
+from razy_post.plot.options import PlotNote, PlotOptions
+from razy_post.plot.style import look
+from razy_post.read import ResultFile
+
+__all__ = ["KINDS", "PICTURES", "Picture", "PlotNote", "PlotOptions", "draw"]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A kind of picture of one program's files and the function that draws it."""
+
+    program: str
+    kind: str
+    draw: Callable[[Any, Figure, PlotOptions], None]
+
+
+PICTURES = (
+    Picture("razy-sweep", "bifurcation", bifurcation.draw),
+    Picture("razy-run", "overview", motion.draw_overview),
+    Picture("razy-run", "time", motion.draw_time),
+    Picture("razy-run", "phase", motion.draw_phase),
+)
+KINDS = tuple(picture.kind for picture in PICTURES)
+
+
+def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | None = None) -> None:
+    """Draw the picture of a result file into an empty figure.
+
+    Parameters
+    ----------
+    result
+        Open result file.
+    figure
+        Figure to draw into; its resolution is used for density images, its size is set.
+    options
+        What the user asks for.
+    kind
+        One of `KINDS`; the default of the file if left out.
+
+    Raises
+    ------
+    ResultError
+        The file has no such picture, or lacks what the picture needs.
+    """
+    fitting = {picture.kind: picture for picture in PICTURES if picture.program == result.program}
+    if kind is None:
+        kind = next(iter(fitting))
+    if kind not in fitting:
+        raise ResultError(f"{result.path}: no {kind} picture of a file of {result.program} (has: {', '.join(fitting)})")
+    with look():
+        fitting[kind].draw(result, figure, options)

@@ -1,0 +1,217 @@
+"""Bifurcation diagram: extrema of an observable over the swept parameter, maxima grey and minima black."""
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from razy_post.errors import ResultError
+from razy_post.plot import density, style
+from razy_post.plot.options import PlotNote, PlotOptions
+from razy_post.plot.units import Scale, axis_label, scale_for
+from razy_post.read import SweepExtrema, SweepResult
+
+MOST_PANELS = 3
+
+
+@dataclass(frozen=True)
+class Panel:
+    """What one pair of axes shows: the extrema of the selected points of a sweep.
+
+    Attributes
+    ----------
+    parameter
+        Parameter at each point in the unit of the axis, shape (points,).
+    selected
+        The points in the range asked for, shape (points,).
+    y_scale
+        From the units of the file to those of the axis.
+    kinds
+        Kinds of extrema that occur.
+    """
+
+    extrema: SweepExtrema
+    parameter: NDArray[np.float64]
+    selected: NDArray[np.bool_]
+    y_scale: Scale
+    kinds: tuple[int, ...]
+
+    @property
+    def count(self) -> int:
+        """Number of extrema at the selected points."""
+        return int(self.extrema.counts[self.selected].sum())
+
+    def parts(self) -> Iterator[tuple[int, NDArray[np.float64], NDArray[np.float64]]]:
+        """Read (kind, parameter, value) in parts, in the units of the axes."""
+        for chunk in self.extrema.chunks(self.selected):
+            finite = np.isfinite(chunk.value)
+            for kind in self.kinds:
+                keep = finite & (chunk.kind == kind)
+                yield kind, self.parameter[chunk.point[keep]], chunk.value[keep] * self.y_scale.factor
+
+
+def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
+    """Draw the diagram of each observable asked for, one above the other."""
+    if options.coordinates:
+        raise ResultError(f"{result.path}: a sweep holds extrema of observables, no coordinates")
+    if len(result.parameters) > 1:
+        raise ResultError(
+            f"{result.path}: sweeps over {' and '.join(result.parameters)}; a bifurcation diagram needs one parameter"
+        )
+    observables = _observables(result, options)
+    grid = result.grid()
+    selected = _selected(result, grid, options)
+    quantity = result.parameter()
+    shown = grid[selected]
+    x_scale = scale_for(quantity.units, float(np.abs(shown).max()))
+    x_limits = style.limits(shown.min() * x_scale.factor, shown.max() * x_scale.factor, 0.01)
+
+    height = 9.5 if len(observables) == 1 else 5.0 * len(observables) + 1.5
+    style.set_size(figure, options, 16.0, height)
+    style.set_footer(figure, result, options)
+    column = figure.subplots(len(observables), 1, sharex=True, squeeze=False)[:, 0]
+    column[-1].set_xlabel(axis_label(quantity, x_scale))
+    width = figure.get_figwidth() / style.CM - 2.0
+    style.set_axis(column[-1].xaxis, *x_limits, space_cm=width)
+    column[-1].set_xlim(x_limits)
+
+    panels = []
+    for axes, name in zip(column, observables, strict=True):
+        panels.append(_prepare(result, axes, result.extrema(name), grid * x_scale.factor, selected, options))
+    failed = _mark_failed(result, column, grid * x_scale.factor, selected)
+    drawn = [kind for kind in style.EXTREMA if any(kind in panel.kinds for panel in panels)]
+    handles = [style.point_handle(*style.EXTREMA[kind]) for kind in drawn] + failed
+    style.set_heading(figure, (column[0], column[0]), style.title_of(result, options), handles)
+    for axes, panel in zip(column, panels, strict=True):
+        if panel.count > options.point_limit:
+            _draw_density(figure, axes, panel)
+        else:
+            _draw_points(axes, panel)
+
+
+def _observables(result: SweepResult, options: PlotOptions) -> tuple[str, ...]:
+    names = options.observables or result.observables
+    if not names:
+        raise ResultError(f"{result.path}: missing dataset '/extrema/<observable>/value'")
+    if not options.observables and len(names) > MOST_PANELS:
+        warnings.warn(
+            f"drawing {', '.join(names[:MOST_PANELS])}; choose others with --observable: "
+            f"{', '.join(names[MOST_PANELS:])}",
+            PlotNote,
+            stacklevel=2,
+        )
+        names = names[:MOST_PANELS]
+    return names
+
+
+def _selected(result: SweepResult, grid: NDArray[np.float64], options: PlotOptions) -> NDArray[np.bool_]:
+    selected = np.isfinite(grid)
+    if options.start is not None:
+        selected &= grid >= options.start
+    if options.stop is not None:
+        selected &= grid <= options.stop
+    if not np.any(selected):
+        has = f"the file has {grid.min():g} to {grid.max():g}" if grid.size else "the file has none"
+        raise ResultError(f"{result.path}: no point of {result.parameters[0]} {options.range_text()} ({has})")
+    return selected
+
+
+def _prepare(
+    result: SweepResult,
+    axes: Axes,
+    extrema: SweepExtrema,
+    parameter: NDArray[np.float64],
+    selected: NDArray[np.bool_],
+    options: PlotOptions,
+) -> Panel:
+    """Read all extrema once and choose unit and limits of the vertical axis."""
+    quantity = extrema.quantity
+    low, high, kinds = np.inf, -np.inf, set()
+    for chunk in extrema.chunks(selected):
+        value = chunk.value[np.isfinite(chunk.value)]
+        if value.size:
+            low, high = min(low, float(value.min())), max(high, float(value.max()))
+            kinds.update(np.unique(chunk.kind).tolist())
+    if low > high:
+        status = result.status[selected]
+        failed = f"; {np.count_nonzero(status)} of {status.size} points failed" if np.any(status) else ""
+        raise ResultError(f"{result.path}: no extrema of '{quantity.name}' {options.range_text()}{failed}")
+    scale = scale_for(quantity.units, max(abs(low), abs(high)))
+    y_limits = style.limits(low * scale.factor, high * scale.factor, 0.04)
+    axes.set_ylabel(axis_label(quantity, scale))
+    style.set_axis(axes.yaxis, *y_limits)
+    axes.set_ylim(y_limits)
+    return Panel(extrema, parameter, selected, scale, tuple(kind for kind in style.EXTREMA if kind in kinds))
+
+
+def _mark_failed(
+    result: SweepResult, column: NDArray, parameter: NDArray[np.float64], selected: NDArray[np.bool_]
+) -> list[Line2D]:
+    """Mark failed points at the lower edge; return the legend's entries, one for each status."""
+    status = np.where(selected, result.status, 0)
+    handles = []
+    for index, value in enumerate(np.unique(status[status != 0])):
+        at = parameter[status == value]
+        label = f"{result.status_meanings.get(int(value), f'failed, status {value}')} ({at.size})"
+        look: dict[str, Any] = {
+            "linestyle": "none",
+            "marker": "x+1234"[index % 6],
+            "markersize": 3.5,
+            "markeredgewidth": 0.8,
+        }
+        for axes in column:
+            low = np.full(at.shape, 0.02)
+            axes.plot(at, low, transform=axes.get_xaxis_transform(), color=style.RED, label=label, zorder=5, **look)
+        handles.append(Line2D([], [], color=style.RED, label=label, **look))
+    return handles
+
+
+def _draw_points(axes: Axes, panel: Panel) -> None:
+    layers: dict[int, list[density.Part]] = {kind: [] for kind in panel.kinds}
+    for kind, x, y in panel.parts():
+        layers[kind].append((x, y))
+    for kind, parts in layers.items():
+        x, y = (np.concatenate(values) for values in zip(*parts, strict=True))
+        label, colour = style.EXTREMA[kind]
+        axes.plot(
+            x,
+            y,
+            linestyle="none",
+            marker="o",
+            markersize=style.marker_size(panel.count),
+            markeredgewidth=0.0,
+            color=colour,
+            label=label,
+            rasterized=panel.count > style.RASTER_ABOVE,
+        )
+
+
+def _draw_density(figure: Figure, axes: Axes, panel: Panel) -> None:
+    rows, columns = density.cells(figure, axes)
+    at = panel.parameter[panel.selected]
+    x_range, columns = _columns(np.unique(at), axes.get_xlim(), columns)
+    motions = density.Density(x_range, (0.0, 1.0), (1, columns))
+    motions.add(at, np.zeros(at.size))
+    layers = {kind: density.Density(x_range, axes.get_ylim(), (rows, columns)) for kind in panel.kinds}
+    for kind, x, y in panel.parts():
+        layers[kind].add(x, y)
+    for kind, layer in layers.items():
+        density.show(axes, layer, layer.image(style.EXTREMA[kind][1], weight=motions.counts[0].astype(np.float64)))
+
+
+def _columns(values: NDArray[np.float64], view: tuple[float, float], most: int) -> tuple[tuple[float, float], int]:
+    """Return ends and number of the columns of a density image.
+
+    Fewer evenly spaced parameter values than cells get one column each, so that no empty stripes are left between.
+    """
+    steps = np.diff(values)
+    if 1 < values.size < most and np.ptp(steps) <= 1e-6 * steps.max():
+        half = 0.5 * (values[-1] - values[0]) / (values.size - 1)
+        return (float(values[0] - half), float(values[-1] + half)), values.size
+    return view, most

@@ -1,0 +1,100 @@
+"""Contact events as marks on time histories."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from razy_post.plot import style
+from razy_post.read import RunResult
+
+MOST_MARKERS = 200
+MOST_LARGE_MARKERS = 40
+MOST_GROUPS = 6
+
+
+@dataclass(frozen=True)
+class Marks:
+    """Events drawn alike.
+
+    Attributes
+    ----------
+    time
+        Times in s, shape (events,).
+    filled
+        Whether the marker is filled; one for an open contact is not.
+    size
+        Diameter of the markers in pt; 0 for events too many for that, which become ticks at the lower edge.
+    """
+
+    label: str
+    time: NDArray[np.float64]
+    colour: str
+    filled: bool
+    size: float
+
+    def handle(self) -> Line2D:
+        """Return the entry of the legend."""
+        return Line2D([], [], label=self.label, **self._look())
+
+    def draw(self, axes: Axes, factor: float, curve: tuple[NDArray, NDArray] | None) -> None:
+        """Mark the events.
+
+        Parameters
+        ----------
+        axes
+            Axes whose horizontal axis is time.
+        factor
+            From s to the unit of the time axis.
+        curve
+            Time (s) and value (unit of the axis) of the curve to mark; None marks at the lower edge of the axes.
+        """
+        if curve is None or self.size == 0.0:
+            at, low = self.time * factor, np.full(self.time.shape, 0.02)
+            axes.plot(at, low, transform=axes.get_xaxis_transform(), label=self.label, **_tick(self.colour))
+            return
+        value = np.interp(self.time, *curve)
+        axes.plot(self.time * factor, value, label=self.label, zorder=3, **self._look())
+
+    def _look(self) -> dict[str, Any]:
+        if self.size == 0.0:
+            return _tick(self.colour)
+        return {
+            "linestyle": "none",
+            "marker": "o",
+            "markersize": self.size,
+            "markeredgewidth": 0.6,
+            "color": self.colour,
+            "markerfacecolor": self.colour if self.filled else "white",
+        }
+
+
+def _tick(colour: str) -> dict[str, Any]:
+    return {"linestyle": "none", "marker": "|", "markersize": 4.0, "markeredgewidth": 0.5, "color": colour}
+
+
+def event_marks(result: RunResult, start: float, stop: float) -> list[Marks]:
+    """Return the events between `start` and `stop` (s), grouped by contact and state while the groups are few."""
+    events = result.events
+    if events is None:
+        return []
+    inside = (events.time >= start) & (events.time <= stop)
+    time, contact, state = events.time[inside], events.contact[inside], events.state[inside]
+    if time.size == 0:
+        return []
+    size = 3.0 if time.size <= MOST_LARGE_MARKERS else 2.0 if time.size <= MOST_MARKERS else 0.0
+    groups = np.unique(np.stack((contact, state)), axis=1).T
+    if len(groups) > MOST_GROUPS:
+        return [Marks("contact events", time, style.RED, True, size)]
+    names, meanings, contacts = result.contacts, result.state_meanings, np.unique(contact).tolist()
+    marks: list[Marks] = []
+    for number, value in groups.tolist():
+        name = names[number - 1] if 1 <= number <= len(names) else f"contact {number}" if number > 0 else "event"
+        words = meanings.get(value, f"state {value}" if value >= 0 else "")
+        colour = style.EVENT_COLOURS[contacts.index(number) if len(contacts) > 1 else len(marks)]
+        chosen = (contact == number) & (state == value)
+        marks.append(Marks(f"{name}: {words}" if words else name, time[chosen], colour, value != 0, size))
+    return marks

@@ -1,0 +1,47 @@
+"""What the user asks of a picture."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class PlotOptions:
+    """Choices that every kind of picture understands or refuses.
+
+    Attributes
+    ----------
+    observables, coordinates
+        Names to draw; the picture chooses where both are empty.
+    start, stop
+        Range of the swept parameter (its units) or of time (s), both ends included; open where None.
+    title
+        Replaces the title of the file; an empty text draws none.
+    size
+        Width and height in cm; the picture chooses where None.
+    footer
+        Whether file, version and commit stand in small print below.
+    point_limit
+        Largest number of points of one panel that are drawn one by one; more become a density image.
+    """
+
+    observables: tuple[str, ...] = ()
+    coordinates: tuple[str, ...] = ()
+    start: float | None = None
+    stop: float | None = None
+    title: str | None = None
+    size: tuple[float, float] | None = None
+    footer: bool = False
+    point_limit: int = 1_000_000
+
+    def range_text(self) -> str:
+        """Return the range in words, for messages."""
+        if self.start is None and self.stop is None:
+            return "in the file"
+        if self.start is None:
+            return f"up to {self.stop:g}"
+        if self.stop is None:
+            return f"from {self.start:g} on"
+        return f"between {self.start:g} and {self.stop:g}"
+
+
+class PlotNote(UserWarning):
+    """Something about a picture that the user should know, such as what was left out of it."""

@@ -1,0 +1,100 @@
+"""What a picture of one motion can show: coordinates and observables over time, with their rates of change."""
+
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razy_post.errors import ResultError
+from razy_post.plot.options import PlotNote, PlotOptions
+from razy_post.plot.units import per_second, readable_name
+from razy_post.read import Quantity, RunResult
+
+CHUNK_TIMES = 1 << 18
+
+Reader = Callable[[slice], NDArray[np.float64]]
+Pair = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A coordinate or observable of a motion.
+
+    Attributes
+    ----------
+    value, rate
+        Name and units of the signal and of its rate of change.
+    read
+        Reads the signal at the stored times of a slice.
+    read_rate
+        Reads the rate likewise; None where the file has none, and it is taken by differences.
+    """
+
+    value: Quantity
+    rate: Quantity
+    read: Reader
+    read_rate: Reader | None
+
+    def over_time(self, time: NDArray[np.float64], part: slice) -> Iterator[Pair]:
+        """Read (time, value) in parts."""
+        for piece in _pieces(part):
+            yield time[piece], self.read(piece)
+
+    def path(self, time: NDArray[np.float64], part: slice) -> Iterator[Pair]:
+        """Read (value, rate) in parts.
+
+        A rate that the file does not hold is the difference quotient over neighbouring times, of second order between
+        events; a time that is stored twice, as before and after an event, counts once.
+        """
+        for piece in _pieces(part):
+            if self.read_rate is not None:
+                yield self.read(piece), self.read_rate(piece)
+                continue
+            wide = slice(max(piece.start - 1, 0), min(piece.stop + 1, time.size))
+            keep = np.diff(time[wide], prepend=-np.inf) > 0.0
+            at, value = time[wide][keep], self.read(wide)[keep]
+            if at.size < 2:
+                continue
+            inside = (at >= time[piece.start]) & (at <= time[piece.stop - 1])
+            yield value[inside], np.gradient(value, at)[inside]
+
+
+def signals(result: RunResult, options: PlotOptions, most: int) -> list[Signal]:
+    """Return the signals asked for; else all observables, or all coordinates if there are none, but at most `most`."""
+    if not result.has_trajectory:
+        raise ResultError(f"{result.path}: missing dataset '/time': the motion was not stored over time")
+    if options.observables or options.coordinates:
+        return [_observable(result, name) for name in options.observables] + [
+            _coordinate(result, name) for name in options.coordinates
+        ]
+    make, names, option = _observable, result.observables, "--observable"
+    if not names:
+        make, names, option = _coordinate, result.coordinates, "--coordinate"
+    if not names:
+        raise ResultError(f"{result.path}: missing datasets '/observable/<name>' and '/state/displacement'")
+    if len(names) > most:
+        warnings.warn(
+            f"drawing {', '.join(names[:most])}; choose others with {option}: {', '.join(names[most:])}",
+            PlotNote,
+            stacklevel=2,
+        )
+    return [make(result, name) for name in names[:most]]
+
+
+def _observable(result: RunResult, name: str) -> Signal:
+    value = result.observable_quantity(name)
+    rate = Quantity(name, per_second(value.units), f"rate of {readable_name(value)}")
+    return Signal(value, rate, lambda part: result.observable(name, part), None)
+
+
+def _coordinate(result: RunResult, name: str) -> Signal:
+    value = result.coordinate_quantity(name)
+    rate = Quantity(name, per_second(value.units), f"velocity of {readable_name(value)}")
+    return Signal(value, rate, lambda part: result.displacement(name, part), lambda part: result.velocity(name, part))
+
+
+def _pieces(part: slice) -> Iterator[slice]:
+    for start in range(part.start, part.stop, CHUNK_TIMES):
+        yield slice(start, min(start + CHUNK_TIMES, part.stop))

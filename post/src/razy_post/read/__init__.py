@@ -1,0 +1,59 @@
+"""Result files as objects, opened lazily: ``with open_result("case.h5") as result: ...``.
+
+What a file holds follows from its root attribute ``program``. A further kind of file is one more module here with a
+class derived from `ResultFile`, entered in `READERS`.
+"""
+
+from pathlib import Path
+
+from razy_post.errors import ResultError
+from razy_post.read.extrema import Chunk, Extrema, SweepExtrema
+from razy_post.read.file import Quantity, ResultFile, open_hdf5, program_of
+from razy_post.read.run import Events, RunResult
+from razy_post.read.sweep import SweepResult
+
+__all__ = [
+    "READERS",
+    "Chunk",
+    "Events",
+    "Extrema",
+    "Quantity",
+    "ResultError",
+    "ResultFile",
+    "RunResult",
+    "SweepExtrema",
+    "SweepResult",
+    "open_result",
+]
+
+READERS: dict[str, type[ResultFile]] = {"razy-sweep": SweepResult, "razy-run": RunResult}
+
+
+def open_result(path: str | Path) -> ResultFile:
+    """Open a result file; only its attributes are read.
+
+    Parameters
+    ----------
+    path
+        HDF5 file written by one of razy's programs.
+
+    Returns
+    -------
+    ResultFile
+        A `SweepResult` or a `RunResult`; close it, or use it in a ``with`` statement.
+
+    Raises
+    ------
+    ResultError
+        The file does not exist, is not HDF5, was not written by razy, or by a program that has no reader.
+    """
+    file = open_hdf5(path)
+    try:
+        program = program_of(file)
+        if program not in READERS:
+            known = ", ".join(READERS)
+            raise ResultError(f"{path}: cannot read files of program '{program}' (can: {known})")
+        return READERS[program](file)
+    except BaseException:
+        file.close()
+        raise

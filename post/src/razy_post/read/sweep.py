@@ -1,0 +1,159 @@
+"""Files of ``razy-sweep``: points over one or two parameters and the extrema found at each."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from razy_post.errors import ResultError
+from razy_post.read.extrema import UNKNOWN, ExtremaData, SweepExtrema
+from razy_post.read.file import Quantity, ResultFile, choose, meanings, quantity_of
+
+if TYPE_CHECKING:
+    import xarray
+
+
+@dataclass(frozen=True)
+class ExtremaTable:
+    """Extrema of a sweep as rows; all arrays have shape (rows,), in the units of the file."""
+
+    parameter: NDArray[np.float64]
+    value: NDArray[np.float64]
+    kind: NDArray[np.int8]
+
+
+class SweepResult(ResultFile):
+    """Result of a sweep; points are in grid order and counted from 0."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the swept parameters, such as ``rotation.speed_rpm``."""
+        return self._members("axis", h5py.Dataset)
+
+    @property
+    def observables(self) -> tuple[str, ...]:
+        """Names of the observables whose extrema were recorded."""
+        return self._members("extrema", h5py.Group)
+
+    def parameter(self, name: str | None = None) -> Quantity:
+        """Describe a swept parameter; the only one if no name is given."""
+        name = self._parameter_name(name)
+        return quantity_of(self._axis_data(name), name)
+
+    def axis(self, name: str | None = None) -> NDArray[np.float64]:
+        """Read the values of a swept parameter, shape (values on this axis,), in the user's units."""
+        return np.asarray(self._axis_data(self._parameter_name(name))[()], dtype=np.float64)
+
+    @property
+    def n_points(self) -> int:
+        """Number of grid points."""
+        return int(np.prod([self._axis_data(name).shape[0] for name in self._require_parameters()]))
+
+    @property
+    def status(self) -> NDArray[np.int64]:
+        """Outcome of each point, shape (points,); 0 is success, and is assumed where the file has no status."""
+        if self._find("point/status") is None:
+            return np.zeros(self.n_points, dtype=np.int64)
+        return np.asarray(self._vector("point/status", self.n_points)[()], dtype=np.int64)
+
+    @property
+    def status_meanings(self) -> dict[int, str]:
+        """What the status values mean, as far as the file says."""
+        item = self._find("point/status")
+        return meanings(item) if item is not None else {}
+
+    @property
+    def events(self) -> NDArray[np.int64] | None:
+        """Number of contact events at each point, shape (points,); None if the file has none."""
+        return self._counter("events")
+
+    @property
+    def steps(self) -> NDArray[np.int64] | None:
+        """Number of integration steps at each point, shape (points,); None if the file has none."""
+        return self._counter("steps")
+
+    def extrema(self, observable: str) -> SweepExtrema:
+        """Open the extrema of an observable; only the offsets are read."""
+        choose(observable, self.observables, "observable", self.path)
+        group = f"extrema/{observable}"
+        offset = np.asarray(self._vector(f"{group}/offset", self.n_points + 1)[()], dtype=np.int64)
+        data = ExtremaData(self._dataset(f"{group}/value"), self._find(f"{group}/time"), self._find(f"{group}/kind"))
+        return SweepExtrema(data.quantity(observable), data, offset)
+
+    def table(self, observable: str, kind: int | None = None, parameter: str | None = None) -> ExtremaTable:
+        """Read all extrema of an observable as rows (parameter, value, kind).
+
+        Parameters
+        ----------
+        observable
+            One of `observables`.
+        kind
+            +1 for maxima, -1 for minima only; both if it is left out.
+        parameter
+            One of `parameters`; may be left out when there is only one.
+        """
+        extrema = self.extrema(observable)
+        read = extrema.all()
+        at = np.repeat(self.grid(parameter), extrema.counts)
+        keep = slice(None) if kind is None else read.kind == kind
+        return ExtremaTable(at[keep], read.value[keep], read.kind[keep])
+
+    def grid(self, parameter: str | None = None) -> NDArray[np.float64]:
+        """Return a parameter's value at each point, shape (points,), in the user's units."""
+        name = self._parameter_name(parameter)
+        if len(self.parameters) == 1 and self._find(f"point/{name}") is None:
+            return self.axis(name)
+        return np.asarray(self._vector(f"point/{name}", self.n_points)[()], dtype=np.float64)
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """Read the whole file as an `xarray.Dataset`.
+
+        Dimensions are ``point`` and, for each observable, ``<observable>_extremum``; the coordinates carry the
+        parameters of each, so that ``ds.groupby`` and ``ds.where`` work without the offsets.
+        """
+        import xarray
+
+        coordinates: dict[str, tuple] = {
+            name: ("point", self.grid(name), self.parameter(name).attributes()) for name in self.parameters
+        }
+        variables: dict[str, tuple] = {"status": ("point", self.status)}
+        for name in ("events", "steps"):
+            counter = self._counter(name)
+            if counter is not None:
+                variables[name] = ("point", counter)
+        for name in self.observables:
+            extrema, rows = self.extrema(name), f"{name}_extremum"
+            read = extrema.all()
+            variables[name] = (rows, read.value, extrema.quantity.attributes())
+            variables[f"{name}_time"] = (rows, read.time, {"units": "s"})
+            if np.any(read.kind != UNKNOWN):
+                variables[f"{name}_kind"] = (rows, read.kind)
+            point = np.repeat(np.arange(self.n_points), extrema.counts)
+            coordinates[f"{name}_point"] = (rows, point, {})
+            for parameter in self.parameters:
+                at = self.grid(parameter)[point]
+                coordinates[f"{name}_{parameter}"] = (rows, at, self.parameter(parameter).attributes())
+        return xarray.Dataset(variables, coordinates, attrs=self.attributes())
+
+    def _require_parameters(self) -> tuple[str, ...]:
+        if not self.parameters:
+            raise ResultError(f"{self.path}: missing dataset '/axis/<parameter>'")
+        return self.parameters
+
+    def _parameter_name(self, name: str | None) -> str:
+        known = self._require_parameters()
+        if name is not None:
+            return choose(name.replace("%", "."), known, "parameter", self.path)
+        if len(known) > 1:
+            raise ResultError(f"{self.path}: sweeps over several parameters, name one of: {', '.join(known)}")
+        return known[0]
+
+    def _axis_data(self, name: str) -> h5py.Dataset:
+        return self._vector(f"axis/{name}")
+
+    def _counter(self, name: str) -> NDArray[np.int64] | None:
+        if self._find(f"point/{name}") is None:
+            return None
+        return np.asarray(self._vector(f"point/{name}", self.n_points)[()], dtype=np.int64)

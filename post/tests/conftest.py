@@ -1,0 +1,27 @@
+"""Result files that the tests share."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from samples import logistic, ragged, write_run, write_sweep
+
+
+@pytest.fixture
+def sweep(tmp_path: Path) -> Path:
+    """Return a sweep of 50 points with 0 to 6 extrema each, the first with none."""
+    return write_sweep(tmp_path / "case.h5", np.linspace(1000.0, 1490.0, 50), {"mesh_deformation": ragged(50)})
+
+
+@pytest.fixture
+def diagram(tmp_path: Path) -> Path:
+    """Return a sweep of 200 points that looks like a bifurcation diagram, 40 extrema each."""
+    return write_sweep(
+        tmp_path / "diagram.h5", np.linspace(1000.0, 2600.0, 200), {"mesh_deformation": logistic(200, 40)}
+    )
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    """Return a motion with trajectory, observable, events and extrema."""
+    return write_run(tmp_path / "run.h5")

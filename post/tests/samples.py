@@ -1,0 +1,112 @@
+"""Result files made by hand, in the layout that razy writes."""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+ROOT = {
+    "razy_version": "0.1.0",
+    "git_commit": "0123456789abcdef0123456789abcdef01234567",
+    "integrator": "exact",
+    "input": "&scene kind='lumped' /\n",
+}
+
+
+def dataset(group: h5py.Group, name: str, data, units: str = "1", long_name: str | None = None, **attributes):
+    item = group.create_dataset(name, data=data)
+    item.attrs.update({"units": units, "long_name": long_name or name, **attributes})
+    return item
+
+
+def dimension_only(group: h5py.Group, name: str, length: int):
+    item = group.create_dataset(name, shape=(length,), dtype="f4")
+    item.make_scale(f"This is a netCDF dimension but not a netCDF variable. {length:9d}")
+
+
+def root(path: Path, program: str, title: str = "") -> h5py.File:
+    file = h5py.File(path, "w")
+    file.attrs.update({**ROOT, "program": program, "title": title})
+    return file
+
+
+def write_sweep(
+    path: Path,
+    parameter: np.ndarray,
+    extrema: dict[str, tuple[list[np.ndarray], list[np.ndarray]]],
+    status: np.ndarray | None = None,
+    title: str = "Torsional gear pair",
+    units: str = "m",
+) -> Path:
+    """Write a sweep; `extrema` has for each observable the values and the kinds of each point."""
+    name = "rotation.speed_rpm"
+    with root(path, "razy-sweep", title) as file:
+        dataset(file, f"axis/{name}", parameter, "rpm", name)
+        dataset(file, f"point/{name}", parameter, "rpm", name)
+        dimension_only(file, "point/point", parameter.size)
+        status = np.zeros(parameter.size, dtype=np.int32) if status is None else status
+        dataset(file, "point/status", status.astype(np.int32), meanings="0 = ok, 1 = too many events, 2 = overflow")
+        dataset(file, "point/events", np.arange(parameter.size, dtype=np.int64))
+        for observable, (values, kinds) in extrema.items():
+            group = file.create_group(f"extrema/{observable}")
+            counts = [len(point) for point in values]
+            dataset(group, "offset", np.concatenate(([0], np.cumsum(counts))).astype(np.int64))
+            dataset(group, "value", np.concatenate(values), units, observable.replace("_", " "))
+            dataset(group, "time", np.concatenate([0.25 + 1e-4 * np.arange(count) for count in counts]), "s")
+            dataset(group, "kind", np.concatenate(kinds).astype(np.int8))
+            dimension_only(group, "boundary", parameter.size + 1)
+            dimension_only(group, "extremum", sum(counts))
+    return path
+
+
+def ragged(points: int, seed: int = 1) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Return values and kinds of 0 to 6 extrema at each point, the first point with none."""
+    random = np.random.default_rng(seed)
+    counts = random.integers(0, 7, points)
+    counts[0] = 0
+    kinds = [np.where(np.arange(count) % 2 == 0, 1, -1) for count in counts]
+    return [1e-5 * (kind + 0.1 * random.standard_normal(kind.size)) for kind in kinds], kinds
+
+
+def logistic(points: int, each: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Return the logistic map as extrema: x as maxima, its mirror image as minima; `each` values a point, half each."""
+    rate = np.linspace(2.9, 4.0, points)
+    x = np.full(points, 0.5)
+    for _ in range(500):
+        x = rate * x * (1.0 - x)
+    rows = np.empty((points, each))
+    for column in range(0, each, 2):
+        x = rate * x * (1.0 - x)
+        rows[:, column], rows[:, column + 1] = 1e-4 * x, -1e-4 * x
+    kind = np.where(np.arange(each) % 2 == 0, 1, -1)
+    return list(rows), [kind] * points
+
+
+def write_run(path: Path, times: int = 2000, trajectory: bool = True, observable: bool = True) -> Path:
+    """Write a motion x = 1e-3 sin(100 t), y = 2e-3 cos(100 t) with events where x = 0."""
+    time = np.linspace(0.0, 0.25, times)
+    displacement = np.stack((1e-3 * np.sin(100 * time), 2e-3 * np.cos(100 * time)), axis=1)
+    velocity = np.stack((0.1 * np.cos(100 * time), -0.2 * np.sin(100 * time)), axis=1)
+    event = np.pi / 100 * np.arange(1, 8)
+    with root(path, "razy-run", "Two masses") as file:
+        if trajectory:
+            dimension_only(file, "sample", times)
+            dataset(file, "time", time, "s", "time")
+            dataset(file, "state/time", time, "s", "time").make_scale("time")
+            dataset(file, "state/coordinate", ["x", "y"]).make_scale("coordinate")
+            names = {"names": ["x", "y"], "coordinate_units": ["m", "m"]}
+            dataset(file, "state/displacement", displacement, "m", "displacement", **names)
+            dataset(file, "state/velocity", velocity, "m/s", "velocity", **names)
+            if observable:
+                dataset(file, "observable/time", time, "s", "time").make_scale("time")
+                dataset(file, "observable/mesh_deformation", displacement[:, 0], "m", "mesh deformation")
+        dataset(file, "event/time", event, "s", "time")
+        dataset(file, "event/contact", np.ones(event.size, dtype=np.int32), names=["mesh"])
+        dataset(file, "event/state", np.arange(event.size, dtype=np.int32) % 2, meanings="0 = open, 1 = closed")
+        group = file.create_group("extrema/mesh_deformation")
+        dimension_only(group, "extremum", 8)
+        kind = np.where(np.arange(8) % 2 == 0, 1, -1)
+        dataset(group, "value", 1e-3 * kind, "m", "mesh deformation")
+        dataset(group, "time", np.pi / 100 * (np.arange(8) + 0.5), "s")
+        dataset(group, "kind", kind.astype(np.int8))
+    return path
