@@ -80,7 +80,7 @@ contains
       if (i > command_argument_count()) then
          call raise(error, option//" needs a value; see --help")
       else if (option == "--set") then
-         command%overrides = [command%overrides, string_t(argument(i))]
+         call append(command%overrides, argument(i))
       else
          command%output = argument(i)
       end if
@@ -97,7 +97,7 @@ contains
       if (index(word, "--output=") == 1) then
          command%output = word(len("--output=") + 1:)
       else if (index(word, "--set=") == 1) then
-         command%overrides = [command%overrides, string_t(word(len("--set=") + 1:))]
+         call append(command%overrides, word(len("--set=") + 1:))
       else if (index(word, "-") == 1 .and. len(word) > 1) then
          known = [string_t("--output"), string_t("--force"), string_t("--set"), string_t("--check"), string_t("--help"), &
                   string_t("--version")]
@@ -108,6 +108,18 @@ contains
          command%input = word
       end if
    end subroutine take_word
+
+   subroutine append(list, text)
+      type(string_t), allocatable, intent(inout) :: list(:)
+      character(*), intent(in) :: text
+
+      type(string_t), allocatable :: longer(:)
+
+      allocate (longer(size(list) + 1))
+      longer(:size(list)) = list
+      longer(size(longer))%text = text
+      call move_alloc(longer, list)
+   end subroutine append
 
    function argument(i) result(text)
       integer, intent(in) :: i

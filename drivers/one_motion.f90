@@ -40,7 +40,8 @@ contains
       whole_state = any(records%trajectory .and. records%observable == 0)
       call exact%prepare(machine, whole_state, error)
       if (allocated(error)) return
-      allocate (extrema(count(records%extrema)), slots(1))
+      k = count(records%extrema)
+      allocate (extrema(k), slots(k + merge(2, 1, any(records%trajectory))))
       slots(1)%observer => log
       k = 0
       do i = 1, size(records)
@@ -49,11 +50,11 @@ contains
          extrema(k)%form = records(i)%observable
          extrema(k)%from = records(i)%from
          call extrema(k)%reset()
-         slots = [slots, observer_slot_t(extrema(k))]
+         slots(1 + k)%observer => extrema(k)
       end do
       if (any(records%trajectory)) then
          call plan_trajectory(trajectory, exact, records, whole_state)
-         slots = [slots, observer_slot_t(trajectory)]
+         slots(size(slots))%observer => trajectory
       end if
       call exact%run(motion%t_end, motion%most_events, slots, outcome)
       if (outcome%status /= status_ok) problem = "the motion ended at "//to_text(outcome%time)//" s: " &

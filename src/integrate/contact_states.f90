@@ -97,7 +97,6 @@ contains
          self%count = i
          self%state(i)%branch = branch
          call make_modes(self, self%state(i))
-         self%state(i)%level = exponent(max(self%state(i)%basis%fastest, 1.0_wp))
       end if
       if (self%state(i)%version /= self%version) call make_response(self, self%state(i))
       if (self%state(i)%basis%info /= 0) i = 0
@@ -136,6 +135,8 @@ contains
       end if
       state%version = self%version
       if (state%basis%info /= 0) return
+      ! Not taken over from the machine before: no bit of a result may depend on what was computed earlier.
+      state%level = exponent(max(state%basis%fastest, 1.0_wp))
       load = self%load
       harmonic = self%harmonic
       do j = 1, size(state%branch)

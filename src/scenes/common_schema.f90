@@ -17,7 +17,7 @@ contains
       allocate (schema(4))
       keys = [ &
              key_string("kind", "kind of machine", choices=kinds, required=.true.), &
-             key_string("title", "title of results and pictures", default="")]
+             key_string("title", "title of results and pictures", default="''")]
       schema(1) = group("scene", "What the file describes", required=.true., keys=keys)
       keys = [ &
              key_real("t_end", "end of the motion, which starts at 0", unit="s", rule=positive, required=.true.), &

@@ -4,7 +4,7 @@
 !! only excitation, clearances or start differ; that changes no bit of a result.
 module razy_sweep_motion_task
    use, intrinsic :: iso_fortran_env, only: int8
-   use razy_core_error, only: error_t
+   use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_dynamics_extrema, only: extrema_t
    use razy_integrate_exact, only: exact_t, outcome_t
@@ -138,6 +138,10 @@ contains
       integer(i8) :: n, place
       integer :: i
 
+      if (result%n_integers /= 3 + 2*size(self%gathered)) then
+         call raise(error, "a point has sent a result of another sweep")
+         return
+      end if
       self%status(point) = int(result%integers(1))
       self%events(point) = result%integers(2)
       self%steps(point) = result%integers(3)
