@@ -1,0 +1,261 @@
+!! Grids of one or two parameters: what values the points of a sweep have.
+!!
+!! Every value is formed from its integer index (first + i step), never accumulated, so a point has the same bits whichever
+!! rank computes it and wherever a sweep is taken up again. Points are numbered from 1; the last axis varies fastest.
+module razy_sweep_grid
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use razy_core_error, only: error_t, raise
+   use razy_core_kinds, only: i8, wp
+   implicit none(type, external)
+   private
+
+   public :: axis_t, grid_t, new_axis, new_grid
+
+   !> The most points a grid may have.
+   integer(i8), parameter, public :: most_points = 1000000000_i8
+
+   !> Largest magnitude of a value: differences of two values must not overflow.
+   real(wp), parameter :: largest_value = huge(1.0_wp)/4
+
+   !> Values of one parameter. Made by `new_axis`.
+   type :: axis_t
+      private
+      integer(i8) :: n = 0
+      real(wp) :: first = 0.0_wp, last = 0.0_wp, step = 0.0_wp
+      logical :: by_step = .false., ends_at_last = .false.
+      real(wp), allocatable :: list(:)
+   contains
+      procedure :: n_values
+      procedure :: value => axis_value
+      procedure :: values => axis_values
+   end type axis_t
+
+   !> One or two axes. Made by `new_grid`.
+   type :: grid_t
+      private
+      type(axis_t), allocatable, public :: axes(:)
+   contains
+      procedure :: n_points
+      procedure :: indices => grid_indices
+      procedure :: values => grid_values
+   end type grid_t
+
+   !> Make an axis from (first, last, step), (first, last, points) or a list of values.
+   interface new_axis
+      module procedure :: new_axis_by_step, new_axis_by_points, new_axis_by_list
+   end interface new_axis
+
+contains
+
+   !> first, first + step, …; the last value is `last` itself if the step divides the range to rounding, otherwise it lies short of it.
+   !>
+   !> Errors name the key: a number that is not finite, a step of zero, of the wrong sign or below resolution, too many points.
+   pure subroutine new_axis_by_step(self, first, last, step, error)
+      type(axis_t), intent(out) :: self
+      real(wp), intent(in) :: first, last, step
+      type(error_t), allocatable, intent(out) :: error
+      real(wp) :: range, steps, rounding
+
+      call check_value('first', first, error)
+      if (.not. allocated(error)) call check_value('last', last, error)
+      if (.not. allocated(error)) call check_value('step', step, error)
+      if (allocated(error)) return
+      range = last - first
+      if (step == 0.0_wp) then
+         call raise(error, 'step = 0: must not be zero')
+      else if (range /= 0.0_wp .and. (range > 0.0_wp .neqv. step > 0.0_wp)) then
+         call raise(error, 'step = '//text(step)//': must have the sign of last - first = '//text(range))
+      else if (abs(range)/most_points >= abs(step)) then
+         call raise(error, 'step = '//text(step)//': makes more than '//text_i8(most_points)//' points')
+      else if (abs(step) <= 4*spacing(max(abs(first), abs(last)))) then
+         call raise(error, 'step = '//text(step)//': is lost in the rounding of first and last')
+      end if
+      if (allocated(error)) return
+
+      self%by_step = .true.
+      self%first = first
+      self%last = last
+      self%step = step
+      if (abs(range) < 0.5_wp*abs(step)) then
+         self%n = 1
+         self%ends_at_last = range == 0.0_wp
+         return
+      end if
+      steps = range/step
+      rounding = 4*epsilon(steps)*steps + 2*spacing(max(abs(first), abs(last)))/abs(step)
+      self%ends_at_last = abs(steps - anint(steps)) <= min(rounding, 0.25_wp)
+      self%n = 1 + merge(nint(steps, i8), floor(steps, i8), self%ends_at_last)
+   end subroutine new_axis_by_step
+
+   !> `points` values at equal distances from `first` to `last`, both exact.
+   !>
+   !> Errors name the key: a number that is not finite, points below 1 or too many, one point of a range, values that coincide.
+   pure subroutine new_axis_by_points(self, first, last, points, error)
+      type(axis_t), intent(out) :: self
+      real(wp), intent(in) :: first, last
+      integer, intent(in) :: points
+      type(error_t), allocatable, intent(out) :: error
+
+      call check_value('first', first, error)
+      if (.not. allocated(error)) call check_value('last', last, error)
+      if (allocated(error)) return
+      if (points < 1 .or. points > most_points) then
+         call raise(error, 'points = '//text_i8(int(points, i8))//': must be 1 to '//text_i8(most_points))
+      else if (points == 1 .and. first /= last) then
+         call raise(error, 'points = 1: must be at least 2 as first and last differ')
+      else if (points > 1) then
+         if (abs(last - first)/(points - 1) <= 4*spacing(max(abs(first), abs(last)))) &
+            & call raise(error, 'points = '//text_i8(int(points, i8))//': the values from first to last would coincide')
+      end if
+      if (allocated(error)) return
+      self%n = points
+      self%first = first
+      self%last = last
+      self%ends_at_last = .true.
+   end subroutine new_axis_by_points
+
+   !> The given values, in their order.
+   !>
+   !> Errors: an empty list, a number that is not finite.
+   pure subroutine new_axis_by_list(self, values, error)
+      type(axis_t), intent(out) :: self
+      real(wp), intent(in) :: values(:)
+      type(error_t), allocatable, intent(out) :: error
+      integer(i8) :: i
+
+      if (size(values, kind=i8) < 1 .or. size(values, kind=i8) > most_points) then
+         call raise(error, 'values: must be 1 to '//text_i8(most_points)//' numbers')
+         return
+      end if
+      do i = 1, size(values, kind=i8)
+         call check_value('values('//text_i8(i)//')', values(i), error)
+         if (allocated(error)) return
+      end do
+      self%list = values
+      self%n = size(values, kind=i8)
+   end subroutine new_axis_by_list
+
+   !> Number of values.
+   pure integer(i8) function n_values(self)
+      class(axis_t), intent(in) :: self
+
+      n_values = self%n
+   end function n_values
+
+   !> Value number `i` = 1 … `n_values()`.
+   pure real(wp) function axis_value(self, i)
+      class(axis_t), intent(in) :: self
+      integer(i8), intent(in) :: i
+
+      if (allocated(self%list)) then
+         axis_value = self%list(i)
+      else if (self%ends_at_last .and. i == self%n) then
+         axis_value = self%last
+      else if (self%by_step) then
+         axis_value = self%first + real(i - 1, wp)*self%step
+      else
+         axis_value = self%first + (self%last - self%first)*(real(i - 1, wp)/real(self%n - 1, wp))
+      end if
+   end function axis_value
+
+   !> All values (n_values).
+   pure function axis_values(self) result(values)
+      class(axis_t), intent(in) :: self
+      real(wp), allocatable :: values(:)
+      integer(i8) :: i
+
+      allocate (values(self%n))
+      do i = 1, self%n
+         values(i) = self%value(i)
+      end do
+   end function axis_values
+
+   !> Make a grid of one or two axes.
+   !>
+   !> Errors: another number of axes, too many points.
+   pure subroutine new_grid(self, axes, error)
+      type(grid_t), intent(out) :: self
+      type(axis_t), intent(in) :: axes(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      if (size(axes) < 1 .or. size(axes) > 2) then
+         call raise(error, 'a sweep has one or two parameters, not '//text_i8(size(axes, kind=i8)))
+      else if (any(axes%n < 1)) then
+         call raise(error, 'an axis of the sweep has no values')
+      else if (product(axes%n) > most_points) then
+         call raise(error, 'the sweep has '//text_i8(product(axes%n))//' points: at most '//text_i8(most_points)//' are possible')
+      else
+         self%axes = axes
+      end if
+   end subroutine new_grid
+
+   !> Number of points.
+   pure integer(i8) function n_points(self)
+      class(grid_t), intent(in) :: self
+
+      n_points = product(self%axes%n)
+   end function n_points
+
+   !> Indices on the axes (axes), each from 1, of point number `point` = 1 … `n_points()`.
+   pure function grid_indices(self, point) result(indices)
+      class(grid_t), intent(in) :: self
+      integer(i8), intent(in) :: point
+      integer(i8) :: indices(size(self%axes))
+      integer(i8) :: rest
+      integer :: axis
+
+      rest = point - 1
+      do axis = size(self%axes), 1, -1
+         indices(axis) = 1 + mod(rest, self%axes(axis)%n)
+         rest = rest/self%axes(axis)%n
+      end do
+   end function grid_indices
+
+   !> Values of the parameters (axes) at point number `point` = 1 … `n_points()`.
+   pure function grid_values(self, point) result(values)
+      class(grid_t), intent(in) :: self
+      integer(i8), intent(in) :: point
+      real(wp) :: values(size(self%axes))
+      integer(i8) :: indices(size(self%axes))
+      integer :: axis
+
+      indices = self%indices(point)
+      do axis = 1, size(self%axes)
+         values(axis) = self%axes(axis)%value(indices(axis))
+      end do
+   end function grid_values
+
+   !> Raise an error if `value` is not finite or so large that differences overflow.
+   pure subroutine check_value(key, value, error)
+      character(*), intent(in) :: key
+      real(wp), intent(in) :: value
+      type(error_t), allocatable, intent(out) :: error
+
+      if (.not. ieee_is_finite(value)) then
+         call raise(error, key//' = '//text(value)//': must be finite')
+      else if (abs(value) > largest_value) then
+         call raise(error, key//' = '//text(value)//': must be within '//text(largest_value))
+      end if
+   end subroutine check_value
+
+   !> A real number as short text.
+   pure function text(value)
+      real(wp), intent(in) :: value
+      character(:), allocatable :: text
+      character(32) :: buffer
+
+      write (buffer, '(g0.9)') value
+      text = trim(adjustl(buffer))
+   end function text
+
+   !> An integer as text.
+   pure function text_i8(value) result(text)
+      integer(i8), intent(in) :: value
+      character(:), allocatable :: text
+      character(32) :: buffer
+
+      write (buffer, '(i0)') value
+      text = trim(buffer)
+   end function text_i8
+
+end module razy_sweep_grid

@@ -1,0 +1,211 @@
+!! The part of a sweep on rank 0: it hands out chunks, collects results and, between messages, computes points itself.
+!!
+!! Rank 0 takes one point at a time and looks for messages after each. Its memory does not grow with the sweep: it receives a few
+!! packets at a time, and their senders keep the others.
+!!
+!! A working manager was chosen by measurement against a one-sided counter (MPI_Fetch_and_op on rank 0) by which every rank takes its own
+!! chunks. Within a node the counter is as good; where the network has no remote atomics it is served only when rank 0 enters
+!! MPI, and a rank that asks is idle meanwhile, which cannot be known beforehand. Asking early hides that, on every network.
+module razy_sweep_manager
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: i8, wp
+   use razy_sweep_clock, only: patience_t, seconds
+   use razy_sweep_communicator, only: communicator_t
+   use razy_sweep_message, only: incoming_t, outgoing_t
+   use razy_sweep_protocol, only: chunk_size, sweep_options_t, tag_chunk, tag_request, tag_results, tag_tally, tally_t, unpack_tally
+   use razy_sweep_task, only: point_result_t, point_task
+   implicit none(type, external)
+   private
+
+   public :: manage, report_progress
+
+   !> Packets received at the same time.
+   integer, parameter :: n_incoming = 4
+
+   !> State of rank 0.
+   type :: manager_t
+      type(communicator_t) :: communicator
+      type(sweep_options_t) :: options
+      !> Points of the sweep, the next one to hand out, those collected.
+      integer(i8) :: n_points = 0, next = 1, collected = 0
+      !> Ranks that may still send.
+      integer :: active = 0
+      !> What ended the sweep early.
+      type(error_t), allocatable :: failure
+      type(point_result_t) :: result
+      type(incoming_t) :: incoming(n_incoming)
+      type(outgoing_t), allocatable :: replies(:)
+      type(tally_t), allocatable :: tallies(:)
+   end type manager_t
+
+   abstract interface
+      !> Tells how far the sweep is: points collected, points in all, time since its start [s].
+      subroutine report_progress(done, total, elapsed)
+         import :: i8, wp
+         implicit none(type, external)
+         integer(i8), intent(in) :: done, total
+         real(wp), intent(in) :: elapsed
+      end subroutine report_progress
+   end interface
+
+contains
+
+   !> Run the sweep on rank 0.
+   !>
+   !> `tallies` (0:ranks-1) is what each rank did, `failure` an error of `collect`, which ends the sweep early on all ranks, `error` a
+   !> failure of MPI.
+   subroutine manage(communicator, task, n_points, options, progress, tallies, failure, error)
+      type(communicator_t), intent(in) :: communicator
+      class(point_task), intent(inout) :: task
+      integer(i8), intent(in) :: n_points
+      type(sweep_options_t), intent(in) :: options
+      procedure(report_progress), optional :: progress
+      type(tally_t), allocatable, intent(out) :: tallies(:)
+      type(error_t), allocatable, intent(out) :: failure
+      type(error_t), allocatable, intent(out) :: error
+      type(manager_t), asynchronous :: manager
+      type(patience_t) :: patience
+      real(wp) :: start, now, reported
+      logical :: works, served
+      integer :: rank
+
+      manager%communicator = communicator
+      manager%options = options
+      manager%n_points = n_points
+      manager%active = communicator%size - 1
+      allocate (manager%replies(communicator%size - 1), manager%tallies(0:communicator%size - 1))
+      works = communicator%size <= max(1, options%largest_working_manager)
+      start = seconds()
+      reported = start
+      do
+         call serve(manager, task, served, error)
+         if (allocated(error)) return
+         if (works .and. manager%next <= manager%n_points) then
+            call compute_point(manager, task)
+            call patience%reset()
+         else if (manager%active == 0 .and. manager%next > manager%n_points) then
+            exit
+         else if (served) then
+            call patience%reset()
+         else
+            call patience%pause()
+         end if
+         if (present(progress)) then
+            now = seconds()
+            if (now - reported >= options%progress_interval .and. manager%collected < n_points) then
+               call progress(manager%collected, n_points, now - start)
+               reported = now
+            end if
+         end if
+      end do
+      do rank = 1, communicator%size - 1
+         call manager%replies(rank)%wait(error)
+         if (allocated(error)) return
+      end do
+      if (present(progress) .and. .not. allocated(manager%failure)) call progress(manager%collected, n_points, seconds() - start)
+      call move_alloc(manager%tallies, tallies)
+      call move_alloc(manager%failure, failure)
+   end subroutine manage
+
+   !> Answer and take over all that has arrived; `served` tells whether there was anything.
+   subroutine serve(manager, task, served, error)
+      type(manager_t), intent(inout), asynchronous :: manager
+      class(point_task), intent(inout) :: task
+      logical, intent(out) :: served
+      type(error_t), allocatable, intent(out) :: error
+      logical :: again, complete
+      integer :: slot
+
+      served = .false.
+      again = manager%active > 0
+      do while (again)
+         again = .false.
+         do slot = 1, n_incoming
+            associate (incoming => manager%incoming(slot))
+               if (.not. incoming%taken) call incoming%look(manager%communicator, error)
+               if (.not. allocated(error)) call incoming%arrived(complete, error)
+               if (allocated(error)) return
+               if (.not. complete) cycle
+            end associate
+            call answer(manager, task, slot, error)
+            if (allocated(error)) return
+            call manager%incoming(slot)%release()
+            again = .true.
+            served = .true.
+         end do
+      end do
+   end subroutine serve
+
+   !> Do what the message in `slot` asks for.
+   subroutine answer(manager, task, slot, error)
+      type(manager_t), intent(inout), asynchronous :: manager
+      class(point_task), intent(inout) :: task
+      integer, intent(in) :: slot
+      type(error_t), allocatable, intent(out) :: error
+      integer(i8) :: point
+
+      associate (incoming => manager%incoming(slot))
+         select case (incoming%tag)
+         case (tag_request)
+            call send_chunk(manager, incoming%source, error)
+         case (tag_results)
+            do while (.not. incoming%packet%at_end())
+               call incoming%packet%get(point, manager%result)
+               call collect(manager, task, point)
+            end do
+         case (tag_tally)
+            manager%tallies(incoming%source) = unpack_tally(incoming%packet%words(:3))
+            manager%active = manager%active - 1
+         end select
+      end associate
+   end subroutine answer
+
+   !> Hand out the next chunk to a rank; an empty one if no points are left.
+   subroutine send_chunk(manager, rank, error)
+      type(manager_t), intent(inout), asynchronous :: manager
+      integer, intent(in) :: rank
+      type(error_t), allocatable, intent(out) :: error
+      integer(i8) :: count
+
+      call manager%replies(rank)%wait(error)
+      if (allocated(error)) return
+      count = chunk_size(manager%n_points - manager%next + 1, manager%communicator%size, manager%options)
+      call manager%replies(rank)%packet%set([manager%next, count])
+      manager%next = manager%next + count
+      call manager%replies(rank)%post(manager%communicator, rank, tag_chunk, error)
+      manager%tallies(0)%messages = manager%tallies(0)%messages + 1
+   end subroutine send_chunk
+
+   !> Compute the next point here.
+   subroutine compute_point(manager, task)
+      type(manager_t), intent(inout) :: manager
+      class(point_task), intent(inout) :: task
+      integer(i8) :: point
+      real(wp) :: begun
+
+      point = manager%next
+      manager%next = point + 1
+      call manager%result%clear()
+      begun = seconds()
+      call task%run(point, manager%result)
+      manager%tallies(0)%busy = manager%tallies(0)%busy + (seconds() - begun)
+      manager%tallies(0)%points = manager%tallies(0)%points + 1
+      call collect(manager, task, point)
+   end subroutine compute_point
+
+   !> Give a result to the task; after a failure results are dropped and no more points are handed out.
+   subroutine collect(manager, task, point)
+      type(manager_t), intent(inout) :: manager
+      class(point_task), intent(inout) :: task
+      integer(i8), intent(in) :: point
+
+      if (allocated(manager%failure)) return
+      call task%collect(point, manager%result, manager%failure)
+      if (allocated(manager%failure)) then
+         manager%next = manager%n_points + 1
+      else
+         manager%collected = manager%collected + 1
+      end if
+   end subroutine collect
+
+end module razy_sweep_manager

@@ -1,0 +1,64 @@
+!! What rank 0 and the other ranks of a sweep say to each other, and how much work is handed out at a time.
+!!
+!! To rank 0: a request for the next chunk (no contents); results of points (razy_sweep_packet); when all is done, a tally.
+!! From rank 0: a chunk, that is first point and number of points; no points means that none are left.
+module razy_sweep_protocol
+   use razy_core_kinds, only: i8, wp
+   implicit none(type, external)
+   private
+
+   public :: chunk_size, pack_tally, sweep_options_t, tally_t, unpack_tally
+
+   integer, parameter, public :: tag_request = 1, tag_results = 2, tag_tally = 3, tag_chunk = 4
+
+   !> How the work is distributed. Nothing of it changes a result.
+   type :: sweep_options_t
+      !> Rank 0 computes points, too, in sweeps of up to this many ranks; with more it only manages, so that nobody waits for it.
+      integer :: largest_working_manager = 32
+      !> A chunk is what remains divided by (this times the number of ranks), at least and at most so many points.
+      integer :: shares_per_rank = 8
+      integer(i8) :: smallest_chunk = 1, largest_chunk = 1024
+      !> Results are sent when they fill so many 64-bit words or when the last were sent so long ago [s].
+      integer(i8) :: packet_words = 4096
+      real(wp) :: send_interval = 0.1_wp
+      !> Least time between two calls of `progress` [s].
+      real(wp) :: progress_interval = 0.1_wp
+   end type sweep_options_t
+
+   !> What a rank did.
+   type :: tally_t
+      !> Points computed, messages sent.
+      integer(i8) :: points = 0, messages = 0
+      !> Time spent in computing points [s].
+      real(wp) :: busy = 0.0_wp
+   end type tally_t
+
+contains
+
+   !> Number of points to hand out when `remaining` are left: many at first, one at the end, so that points of unequal cost balance.
+   elemental integer(i8) function chunk_size(remaining, ranks, options)
+      integer(i8), intent(in) :: remaining
+      integer, intent(in) :: ranks
+      type(sweep_options_t), intent(in) :: options
+      integer(i8) :: share
+
+      share = remaining/(int(options%shares_per_rank, i8)*ranks)
+      chunk_size = min(remaining, max(options%smallest_chunk, 1_i8, min(options%largest_chunk, share)))
+   end function chunk_size
+
+   !> A tally as words (3) of a message.
+   pure function pack_tally(tally) result(words)
+      type(tally_t), intent(in) :: tally
+      integer(i8) :: words(3)
+
+      words = [tally%points, tally%messages, transfer(tally%busy, 0_i8)]
+   end function pack_tally
+
+   !> The tally in words (3) of a message.
+   pure type(tally_t) function unpack_tally(words)
+      integer(i8), intent(in) :: words(:)
+
+      unpack_tally = tally_t(points=words(1), messages=words(2), busy=transfer(words(3), 0.0_wp))
+   end function unpack_tally
+
+end module razy_sweep_protocol

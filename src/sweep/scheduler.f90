@@ -1,0 +1,95 @@
+!! Dynamic distribution of the points of a sweep over the ranks of a communicator.
+!!
+!! Rank 0 manages and, with not too many ranks, computes too (razy_sweep_manager); the others compute (razy_sweep_worker). A result carries the
+!! number of its point and is collected in whatever order it comes, so what is collected does not depend on the number of
+!! ranks, bit for bit, as long as a point depends on its number alone. With one rank there are no messages.
+!!
+!! A point that fails is data and never ends a sweep. An error of `collect` ends it on all ranks with that error.
+!!
+!! A sweep that goes on from a checkpoint hands out only what is missing: its task maps 1 … n to those points. A chain is one
+!! point of the sweep; several results of it fit in one result.
+module razy_sweep_scheduler
+   use razy_core_error, only: error_t, raise
+   use razy_core_kinds, only: i8, wp
+   use razy_sweep_clock, only: seconds
+   use razy_sweep_communicator, only: communicator_t
+   use razy_sweep_manager, only: manage, report_progress
+   use razy_sweep_protocol, only: sweep_options_t, tally_t
+   use razy_sweep_task, only: point_task
+   use razy_sweep_worker, only: work
+   implicit none(type, external)
+   private
+
+   public :: report_progress, run_sweep, sweep_options_t, sweep_outcome_t
+
+   !> How a sweep went, the same on all ranks.
+   type :: sweep_outcome_t
+      !> Time from start to end [s].
+      real(wp) :: elapsed = 0.0_wp
+      !> What each rank did (ranks): points computed, messages sent, time spent in computing points [s].
+      integer(i8), allocatable :: points(:), messages(:)
+      real(wp), allocatable :: busy(:)
+   contains
+      procedure :: efficiency
+   end type sweep_outcome_t
+
+contains
+
+   !> Compute points 1 … n_points. Collective: `n_points` and `options` are the same on all ranks, which return together.
+   !>
+   !> `progress` is called on rank 0, between points, and once at the end.
+   !> Errors, the same on all ranks: n_points below zero; that of `collect`. A failure of MPI comes back where it is noticed.
+   subroutine run_sweep(communicator, task, n_points, options, progress, outcome, error)
+      type(communicator_t), intent(in) :: communicator
+      class(point_task), intent(inout) :: task
+      integer(i8), intent(in) :: n_points
+      type(sweep_options_t), intent(in) :: options
+      procedure(report_progress), optional :: progress
+      type(sweep_outcome_t), intent(out) :: outcome
+      type(error_t), allocatable, intent(out) :: error
+      type(tally_t), allocatable :: tallies(:)
+      type(error_t), allocatable :: failure
+      real(wp) :: start
+
+      if (n_points < 0) then
+         call raise(error, 'a sweep cannot have fewer than no points')
+         return
+      end if
+      start = seconds()
+      if (communicator%is_root()) then
+         call manage(communicator, task, n_points, options, progress, tallies, failure, error)
+         if (allocated(error)) return
+         outcome%points = tallies%points
+         outcome%messages = tallies%messages
+         outcome%busy = tallies%busy
+      else
+         call work(communicator, task, options, error)
+         if (allocated(error)) return
+      end if
+      call communicator%agree(failure)
+      if (.not. allocated(failure)) call share(communicator, outcome, failure)
+      outcome%elapsed = seconds() - start
+      if (.not. allocated(failure)) call communicator%broadcast(outcome%elapsed, failure)
+      call move_alloc(failure, error)
+   end subroutine run_sweep
+
+   !> Give the tallies on rank 0 to all ranks.
+   subroutine share(communicator, outcome, error)
+      type(communicator_t), intent(in) :: communicator
+      type(sweep_outcome_t), intent(inout) :: outcome
+      type(error_t), allocatable, intent(out) :: error
+
+      call communicator%broadcast(outcome%points, error)
+      if (.not. allocated(error)) call communicator%broadcast(outcome%messages, error)
+      if (.not. allocated(error)) call communicator%broadcast(outcome%busy, error)
+   end subroutine share
+
+   !> Share of the ranks' time that was spent in computing points.
+   pure real(wp) function efficiency(self)
+      class(sweep_outcome_t), intent(in) :: self
+
+      efficiency = 1.0_wp
+      if (self%elapsed > 0.0_wp) efficiency = sum(self%busy)/(size(self%busy)*self%elapsed)
+   end function efficiency
+
+end module razy_sweep_scheduler

@@ -1,0 +1,161 @@
+!! The part of a sweep on the ranks above 0.
+!!
+!! A worker asks for its next chunk before it computes the one it has, so it does not wait while rank 0 is busy with a point. Results
+!! gather in one buffer while another is under way; only when both are full does the worker wait.
+module razy_sweep_worker
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: i8, wp
+   use razy_sweep_clock, only: patience_t, seconds
+   use razy_sweep_communicator, only: communicator_t
+   use razy_sweep_message, only: incoming_t, outgoing_t
+   use razy_sweep_protocol, only: pack_tally, sweep_options_t, tag_request, tag_results, tag_tally, tally_t
+   use razy_sweep_task, only: point_result_t, point_task
+   implicit none(type, external)
+   private
+
+   public :: work
+
+   !> A packet may grow to so many times its usual size before the worker waits for rank 0.
+   integer(i8), parameter :: patience_in_packets = 16
+
+   !> State of a worker.
+   type :: worker_t
+      type(outgoing_t) :: request
+      type(incoming_t) :: reply
+      type(outgoing_t) :: results(2)
+      integer :: filling = 1
+      real(wp) :: last_sent = 0.0_wp
+      type(tally_t) :: tally
+   end type worker_t
+
+contains
+
+   !> Ask rank 0 for chunks and compute them until there are none left. Errors are failures of MPI.
+   subroutine work(communicator, task, options, error)
+      type(communicator_t), intent(in) :: communicator
+      class(point_task), intent(inout) :: task
+      type(sweep_options_t), intent(in) :: options
+      type(error_t), allocatable, intent(out) :: error
+      type(worker_t), asynchronous :: worker
+      type(point_result_t) :: result
+      integer(i8) :: first, count, point
+      real(wp) :: begun, ended
+
+      worker%last_sent = seconds()
+      call ask(worker, communicator, error)
+      do while (.not. allocated(error))
+         call await_chunk(worker, communicator, options, first, count, error)
+         if (allocated(error)) return
+         if (count == 0) exit
+         call ask(worker, communicator, error)
+         if (allocated(error)) return
+         do point = first, first + count - 1
+            begun = seconds()
+            call result%clear()
+            call task%run(point, result)
+            ended = seconds()
+            worker%tally%busy = worker%tally%busy + (ended - begun)
+            worker%tally%points = worker%tally%points + 1
+            call worker%results(worker%filling)%packet%put(point, result)
+            call send_if_due(worker, communicator, options, ended, error)
+            if (allocated(error)) return
+         end do
+      end do
+      if (.not. allocated(error)) call finish(worker, communicator, error)
+   end subroutine work
+
+   !> Ask for the next chunk. The answer to the request before has come, so its message is over or nearly so.
+   subroutine ask(worker, communicator, error)
+      type(worker_t), intent(inout), asynchronous :: worker
+      type(communicator_t), intent(in) :: communicator
+      type(error_t), allocatable, intent(out) :: error
+
+      call worker%request%wait(error)
+      if (allocated(error)) return
+      call worker%request%packet%set([integer(i8) ::])
+      call worker%request%post(communicator, 0, tag_request, error)
+      worker%tally%messages = worker%tally%messages + 1
+   end subroutine ask
+
+   !> Wait for the chunk that was asked for.
+   subroutine await_chunk(worker, communicator, options, first, count, error)
+      type(worker_t), intent(inout), asynchronous :: worker
+      type(communicator_t), intent(in) :: communicator
+      type(sweep_options_t), intent(in) :: options
+      integer(i8), intent(out) :: first, count
+      type(error_t), allocatable, intent(out) :: error
+      type(patience_t) :: patience
+      logical :: arrived
+
+      first = 0
+      count = 0
+      do
+         if (.not. worker%reply%taken) call worker%reply%look(communicator, error)
+         if (.not. allocated(error)) call worker%reply%arrived(arrived, error)
+         if (allocated(error)) return
+         if (arrived) exit
+         call patience%pause()
+         call send_if_due(worker, communicator, options, seconds(), error)
+         if (allocated(error)) return
+      end do
+      first = worker%reply%packet%words(1)
+      count = worker%reply%packet%words(2)
+      call worker%reply%release()
+   end subroutine await_chunk
+
+   !> Send the results gathered if they are many or if it is time, and the other buffer is free; wait for it if they are too many.
+   subroutine send_if_due(worker, communicator, options, now, error)
+      type(worker_t), intent(inout), asynchronous :: worker
+      type(communicator_t), intent(in) :: communicator
+      type(sweep_options_t), intent(in) :: options
+      real(wp), intent(in) :: now
+      type(error_t), allocatable, intent(out) :: error
+      integer(i8) :: length
+      logical :: free
+
+      length = worker%results(worker%filling)%packet%length
+      if (length == 0) return
+      if (length < options%packet_words .and. now - worker%last_sent < options%send_interval) return
+      if (length < patience_in_packets*options%packet_words) then
+         call worker%results(3 - worker%filling)%is_free(free, error)
+         if (allocated(error) .or. .not. free) return
+      end if
+      call send(worker, communicator, error)
+      worker%last_sent = now
+   end subroutine send_if_due
+
+   !> Send the results gathered and go on with the other buffer, when it is free.
+   subroutine send(worker, communicator, error)
+      type(worker_t), intent(inout), asynchronous :: worker
+      type(communicator_t), intent(in) :: communicator
+      type(error_t), allocatable, intent(out) :: error
+
+      call worker%results(worker%filling)%post(communicator, 0, tag_results, error)
+      if (allocated(error)) return
+      worker%tally%messages = worker%tally%messages + 1
+      worker%filling = 3 - worker%filling
+      call worker%results(worker%filling)%wait(error)
+      if (.not. allocated(error)) call worker%results(worker%filling)%packet%clear()
+   end subroutine send
+
+   !> Send the last results and the tally, and wait until rank 0 has them.
+   subroutine finish(worker, communicator, error)
+      type(worker_t), intent(inout), asynchronous :: worker
+      type(communicator_t), intent(in) :: communicator
+      type(error_t), allocatable, intent(out) :: error
+      integer :: i
+
+      if (worker%results(worker%filling)%packet%length > 0) call send(worker, communicator, error)
+      if (allocated(error)) return
+      worker%tally%messages = worker%tally%messages + 1
+      call worker%request%wait(error)
+      if (allocated(error)) return
+      call worker%request%packet%set(pack_tally(worker%tally))
+      call worker%request%post(communicator, 0, tag_tally, error)
+      if (.not. allocated(error)) call worker%request%wait(error)
+      do i = 1, 2
+         if (.not. allocated(error)) call worker%results(i)%wait(error)
+      end do
+   end subroutine finish
+
+end module razy_sweep_worker
