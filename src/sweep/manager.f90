@@ -7,7 +7,7 @@
 !! chunks. Within a node the counter is as good; where the network has no remote atomics it is served only when rank 0 enters
 !! MPI, and a rank that asks is idle meanwhile, which cannot be known beforehand. Asking early hides that, on every network.
 module razy_sweep_manager
-   use razy_core_error, only: error_t
+   use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_sweep_clock, only: patience_t, seconds
    use razy_sweep_communicator, only: communicator_t
@@ -83,7 +83,7 @@ contains
          if (works .and. manager%next <= manager%n_points) then
             call compute_point(manager, task)
             call patience%reset()
-         else if (manager%active == 0 .and. manager%next > manager%n_points) then
+         else if (manager%next > manager%n_points .and. .not. expects_messages(manager)) then
             exit
          else if (served) then
             call patience%reset()
@@ -102,10 +102,19 @@ contains
          call manager%replies(rank)%wait(error)
          if (allocated(error)) return
       end do
+      if (.not. allocated(manager%failure) .and. manager%collected /= n_points) &
+         & call raise(manager%failure, 'results of the sweep were lost on their way')
       if (present(progress) .and. .not. allocated(manager%failure)) call progress(manager%collected, n_points, seconds() - start)
       call move_alloc(manager%tallies, tallies)
       call move_alloc(manager%failure, failure)
    end subroutine manage
+
+   !> A rank may still send, or a message is still coming in: a tally can overtake the long message before it.
+   pure logical function expects_messages(manager)
+      type(manager_t), intent(in) :: manager
+
+      expects_messages = manager%active > 0 .or. any(manager%incoming%taken)
+   end function expects_messages
 
    !> Answer and take over all that has arrived; `served` tells whether there was anything.
    subroutine serve(manager, task, served, error)
@@ -117,7 +126,7 @@ contains
       integer :: slot
 
       served = .false.
-      again = manager%active > 0
+      again = expects_messages(manager)
       do while (again)
          again = .false.
          do slot = 1, n_incoming
