@@ -1,7 +1,7 @@
 !! Time and polite waiting.
 !!
-!! MPI libraries wait by spinning, which takes the core from a rank that has work when there are more ranks than cores. Whoever waits
-!! here spins for some microseconds, so that an answer that is near comes without delay, and then sleeps between looks; the
+!! MPI libraries wait by spinning, which takes the core from a rank that has work when there are more ranks than cores. Whoever
+!! waits here spins for some microseconds, so that an answer that is near comes without delay, and then sleeps between looks; the
 !! sleeps stay below a twentieth of the time waited already, and below a millisecond.
 module razy_sweep_clock
    use, intrinsic :: iso_c_binding, only: c_int, c_long, c_null_ptr, c_ptr

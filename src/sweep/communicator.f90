@@ -1,25 +1,20 @@
 !! The ranks of a sweep: a duplicated MPI communicator and the collective operations on it.
 !!
-!! `src/sweep` is the only folder that knows MPI, and MPI_COMM_WORLD appears in drivers only: a driver calls `start_mpi`, hands
-!! MPI_COMM_WORLD to `new_communicator` and ends with `finish_mpi`. Without mpirun there is one rank, and no collective operation
-!! sends anything. All waits are polite (razy_sweep_clock), so more ranks than cores do no harm.
+!! Without mpirun there is one rank, and no collective operation sends anything.
 !!
-!! How input is read: rank 0 reads, then all ranks call `agree(error)`, leave together if it is allocated (rank 0 prints the message),
-!! and only then broadcast values.
-!!
-!! Failures of MPI come back as `error`; the ranks are then no longer in step, and the driver can only call MPI_Abort.
+!! How input is read: rank 0 reads, then all ranks call `agree(error)`, leave together if it is allocated (the driver prints the
+!! message on rank 0), and only then broadcast values.
 module razy_sweep_communicator
-   use mpi_f08, only: mpi_character, mpi_comm, mpi_comm_dup, mpi_comm_free, mpi_comm_rank, mpi_comm_set_errhandler, &
-      & mpi_comm_size, mpi_double_precision, mpi_errors_return, mpi_error_string, mpi_finalize, mpi_iallreduce, mpi_ibarrier, &
-      & mpi_ibcast, mpi_init_thread, mpi_integer, mpi_integer8, mpi_max_error_string, mpi_min, mpi_request, mpi_status_ignore, &
-      & mpi_success, mpi_test, mpi_thread_single
+   use mpi_f08, only: mpi_character, mpi_comm, mpi_comm_dup, mpi_comm_free, mpi_comm_rank, mpi_comm_set_errhandler, mpi_comm_size, &
+      & mpi_double_precision, mpi_errors_return, mpi_iallreduce, mpi_ibarrier, mpi_ibcast, mpi_integer, mpi_integer8, mpi_min, &
+      & mpi_request
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
-   use razy_sweep_clock, only: patience_t
+   use razy_sweep_mpi, only: check_mpi, complete
    implicit none(type, external)
    private
 
-   public :: check_mpi, communicator_t, finish_mpi, new_communicator, start_mpi
+   public :: communicator_t, new_communicator
 
    !> The ranks that work together. Made by `new_communicator`.
    type :: communicator_t
@@ -41,24 +36,6 @@ module razy_sweep_communicator
    end type communicator_t
 
 contains
-
-   !> Initialise MPI for one thread a rank.
-   subroutine start_mpi(error)
-      type(error_t), allocatable, intent(out) :: error
-      integer :: code, provided
-
-      call mpi_init_thread(mpi_thread_single, provided, code)
-      call check_mpi(code, 'MPI_Init_thread', error)
-   end subroutine start_mpi
-
-   !> End MPI; all communicators are to be freed before.
-   subroutine finish_mpi(error)
-      type(error_t), allocatable, intent(out) :: error
-      integer :: code
-
-      call mpi_finalize(code)
-      call check_mpi(code, 'MPI_Finalize', error)
-   end subroutine finish_mpi
 
    !> Duplicate `parent`, so that messages of the sweep meet no others. Collective.
    subroutine new_communicator(self, parent, error)
@@ -286,36 +263,5 @@ contains
       call check_mpi(code, 'MPI_Ibcast', error)
       if (.not. allocated(error)) call complete(request, error)
    end subroutine share_text
-
-   !> Wait politely for the end of an operation.
-   subroutine complete(request, error)
-      type(mpi_request), intent(inout) :: request
-      type(error_t), allocatable, intent(out) :: error
-      type(patience_t) :: patience
-      logical :: done
-      integer :: code
-
-      do
-         call mpi_test(request, done, mpi_status_ignore, code)
-         call check_mpi(code, 'MPI_Test', error)
-         if (allocated(error) .or. done) return
-         call patience%pause()
-      end do
-   end subroutine complete
-
-   !> Raise an error if the MPI procedure `name` returned another `code` than success.
-   subroutine check_mpi(code, name, error)
-      integer, intent(in) :: code
-      character(*), intent(in) :: name
-      type(error_t), allocatable, intent(out) :: error
-      character(mpi_max_error_string) :: text
-      integer :: length, ignored
-
-      if (code == mpi_success) return
-      text = 'error of unknown kind'
-      length = len_trim(text)
-      call mpi_error_string(code, text, length, ignored)
-      call raise(error, name//': '//text(:length))
-   end subroutine check_mpi
 
 end module razy_sweep_communicator

@@ -47,7 +47,8 @@ module razy_sweep_grid
 
 contains
 
-   !> first, first + step, …; the last value is `last` itself if the step divides the range to rounding, otherwise it lies short of it.
+   !> first, first + step, …; the last value is `last` itself if the step divides the range to rounding, otherwise it lies short
+   !> of it.
    !>
    !> Errors name the key: a number that is not finite, a step of zero, of the wrong sign or below resolution, too many points.
    pure subroutine new_axis_by_step(self, first, last, step, error)
@@ -104,8 +105,9 @@ contains
       else if (points == 1 .and. first /= last) then
          call raise(error, 'points = 1: must be at least 2 as first and last differ')
       else if (points > 1) then
-         if (abs(last - first)/(points - 1) <= 4*spacing(max(abs(first), abs(last)))) &
-            & call raise(error, 'points = '//text_i8(int(points, i8))//': the values from first to last would coincide')
+         if (abs(last - first)/(points - 1) <= 4*spacing(max(abs(first), abs(last)))) then
+            call raise(error, 'points = '//text_i8(int(points, i8))//': the values from first to last would coincide')
+         end if
       end if
       if (allocated(error)) return
       self%n = points

@@ -1,15 +1,16 @@
 !! Messages between two ranks that neither waits for.
 !!
-!! Sends are synchronous-mode: one is over when its receiver has begun to take it, so a rank has at most as many messages under way as
-!! it has `outgoing_t`, and nothing piles up at the receiver. Long messages need both sides inside MPI to move: a rank that is
-!! busy calls `is_free` or `look` now and then.
+!! Sends are synchronous-mode: one is over when its receiver has begun to take it, so a rank has at most as many messages under
+!! way as it has `outgoing_t`, and nothing piles up at the receiver. Long messages need both sides inside MPI to move: a rank that
+!! is busy calls `is_free` or `look` now and then.
 module razy_sweep_message
    use mpi_f08, only: mpi_any_source, mpi_any_tag, mpi_get_count, mpi_imrecv, mpi_improbe, mpi_integer8, mpi_issend, mpi_message, &
       & mpi_request, mpi_status, mpi_status_ignore, mpi_test
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8
    use razy_sweep_clock, only: patience_t
-   use razy_sweep_communicator, only: check_mpi, communicator_t
+   use razy_sweep_communicator, only: communicator_t
+   use razy_sweep_mpi, only: check_mpi
    use razy_sweep_packet, only: packet_t
    implicit none(type, external)
    private

@@ -1,8 +1,8 @@
 !! Dynamic distribution of the points of a sweep over the ranks of a communicator.
 !!
-!! Rank 0 manages and, with not too many ranks, computes too (razy_sweep_manager); the others compute (razy_sweep_worker). A result carries the
-!! number of its point and is collected in whatever order it comes, so what is collected does not depend on the number of
-!! ranks, bit for bit, as long as a point depends on its number alone. With one rank there are no messages.
+!! Rank 0 manages and, with not too many ranks, computes too (razy_sweep_manager); the others compute (razy_sweep_worker). A result
+!! carries the number of its point and is collected in whatever order it comes, so what is collected does not depend on the
+!! number of ranks, bit for bit, as long as a point depends on its number alone. With one rank there are no messages.
 !!
 !! A point that fails is data and never ends a sweep. An error of `collect` ends it on all ranks with that error.
 !!

@@ -1,9 +1,9 @@
 !! What a sweep does at one of its points, and what comes out.
 !!
-!! A concrete task extends `point_task`. Every rank has its own copy: `run` is called on whichever rank has the point and works in the
-!! task's own workspace; `collect` is called on rank 0 only, once for each point, in any order. What the numbers of a
-!! result mean is between these two. A "point" of the sweep is the unit that is handed out: a grid point, the next unfinished one of a list,
-!! or a chain of grid points; the task knows which.
+!! A concrete task extends `point_task`. Every rank has its own copy: `run` is called on whichever rank has the point and works in
+!! the task's own workspace; `collect` is called on rank 0 only, once for each point, in any order. What the numbers of a result
+!! mean is between these two. A "point" of the sweep is the unit that is handed out: a grid point, the next unfinished one of a
+!! list, or a chain of grid points; the task knows which.
 module razy_sweep_task
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp

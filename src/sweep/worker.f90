@@ -1,7 +1,7 @@
 !! The part of a sweep on the ranks above 0.
 !!
-!! A worker asks for its next chunk before it computes the one it has, so it does not wait while rank 0 is busy with a point. Results
-!! gather in one buffer while another is under way; only when both are full does the worker wait.
+!! A worker asks for its next chunk before it computes the one it has, so it does not wait while rank 0 is busy with a point.
+!! Results gather in one buffer while another is under way; only when both are full does the worker wait.
 module razy_sweep_worker
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp

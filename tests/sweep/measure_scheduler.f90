@@ -3,8 +3,8 @@
 !! mpirun -n 2 measure_scheduler POINTS MICROSECONDS random|clustered [REPETITIONS]
 !!
 !! Work is a number of floating-point operations, calibrated on rank 0 before. "random" costs are log-uniform and independent;
-!! "clustered" are 1 but for one tenth of the points, side by side in the middle, that cost 10. MICROSECONDS is the mean. Prints for each
-!! repetition: ranks, points per second, share of the ranks' time spent in points, messages, points of rank 0.
+!! "clustered" are 1 but for one tenth of the points, side by side in the middle, that cost 10. MICROSECONDS is the mean. Prints
+!! for each repetition: ranks, points per second, share of the ranks' time spent in points, messages, points of rank 0.
 module measured_task
    use, intrinsic :: iso_fortran_env, only: int64, real64
    use razy_core_error, only: error_t, raise
@@ -99,7 +99,8 @@ program measure_scheduler
    use measured_task, only: calibrate, measured_task_t
    use mpi_f08, only: mpi_comm_world
    use razy_core_error, only: error_t
-   use razy_sweep_communicator, only: communicator_t, finish_mpi, new_communicator, start_mpi
+   use razy_sweep_communicator, only: communicator_t, new_communicator
+   use razy_sweep_mpi, only: finish_mpi, start_mpi
    use razy_sweep_scheduler, only: run_sweep, sweep_options_t, sweep_outcome_t
    implicit none(type, external)
 
