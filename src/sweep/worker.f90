@@ -114,12 +114,10 @@ contains
       logical :: free
 
       length = worker%results(worker%filling)%packet%length
-      if (length == 0) return
+      call worker%results(3 - worker%filling)%is_free(free, error)
+      if (length == 0 .or. allocated(error)) return
       if (length < options%packet_words .and. now - worker%last_sent < options%send_interval) return
-      if (length < patience_in_packets*options%packet_words) then
-         call worker%results(3 - worker%filling)%is_free(free, error)
-         if (allocated(error) .or. .not. free) return
-      end if
+      if (.not. free .and. length < patience_in_packets*options%packet_words) return
       call send(worker, communicator, error)
       worker%last_sent = now
    end subroutine send_if_due
