@@ -47,9 +47,8 @@ contains
       self%unit = self%input%unit_of(self%slot)
       call read_axis(self%axis, input, error)
       if (allocated(error)) return
-      call check_points(self, error)
-      if (allocated(error)) return
       call new_machine(self%machine, motion, records, self%input, error)
+      if (.not. allocated(error)) call check_points(self, error)
       if (allocated(error)) return
       if (.not. any(records%extrema)) then
          call input%complain(error, "record", 1, "what", "'extrema' of at least one observable, for a sweep")
@@ -102,13 +101,18 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(error_t), allocatable :: problem
+      type(motion_t) :: motion
+      type(record_t), allocatable :: records(:)
       integer :: k
 
       do k = 1, 2
-         call self%machine_at(merge(1_i8, self%axis%n_values(), k == 1), problem)
-         if (.not. allocated(problem)) cycle
-         call self%input%complain(error, "sweep", 1, merge("first", "last ", k == 1), problem%message)
-         return
+         call self%input%put(self%slot, self%axis%value(merge(1_i8, self%axis%n_values(), k == 1)), problem)
+         if (allocated(problem)) then
+            call self%input%complain(error, "sweep", 1, trim(merge("first", "last ", k == 1)), problem%message)
+         else
+            call new_machine(self%machine, motion, records, self%input, error)
+         end if
+         if (allocated(error)) return
       end do
    end subroutine check_points
 
@@ -137,7 +141,7 @@ contains
 
       allocate (content%axes(1), content%extrema(size(self%extrema)))
       content%axes(1)%parameter = self%slot%path
-      content%axes(1)%units = merge_text(self%unit)
+      content%axes(1)%units = unit_text(self%unit)
       content%axes(1)%long_name = self%slot%path
       content%axes(1)%values = self%axis%values()
       content%status = int(self%status, int32)
@@ -155,12 +159,12 @@ contains
    end subroutine sweep_content
 
    !> A pure number has the unit 1.
-   pure function merge_text(unit) result(text)
+   pure function unit_text(unit) result(text)
       character(*), intent(in) :: unit
       character(:), allocatable :: text
 
       text = unit
       if (len_trim(text) == 0) text = "1"
-   end function merge_text
+   end function unit_text
 
 end module sweep_case

@@ -84,7 +84,7 @@ contains
 
       call input%get(group, index, key, names)
       body = number_of(self, names(element)%text)
-      if (body == 0) call input%complain(error, group, index, key, "no body is named "//names(element)%text &
+      if (body == 0) call input%complain(error, group, index, key, "no body is named "//names(element)%text//"; " &
                                          //did_you_mean(names(element)%text, self%name, "bodies"))
    end subroutine find_body
 
@@ -106,7 +106,7 @@ contains
          if (lower(names(i)%text) == "frame") cycle
          ends(i) = number_of(self, names(i)%text)
          if (ends(i) == 0) then
-            call input%complain(error, group, index, "between", "no body is named "//names(i)%text &
+            call input%complain(error, group, index, "between", "no body is named "//names(i)%text//"; " &
                                 //did_you_mean(names(i)%text, [self%name, string_t("frame")], "bodies"))
             return
          end if

@@ -31,7 +31,7 @@ module razy_sweep_clock
 
    interface
       !> POSIX nanosleep; a signal may end it early, which does no harm here.
-      integer(c_int) function c_nanosleep(time, remaining) bind(c, name='nanosleep')
+      integer(c_int) function c_nanosleep(time, remaining) bind(c, name="nanosleep")
          import :: c_int, c_ptr, timespec_t
          implicit none(type, external)
          type(timespec_t), intent(in) :: time

@@ -45,16 +45,16 @@ contains
       integer :: code
 
       call mpi_comm_dup(parent, self%handle, code)
-      call check_mpi(code, 'MPI_Comm_dup', error)
+      call check_mpi(code, "MPI_Comm_dup", error)
       if (allocated(error)) return
       call mpi_comm_set_errhandler(self%handle, mpi_errors_return, code)
-      call check_mpi(code, 'MPI_Comm_set_errhandler', error)
+      call check_mpi(code, "MPI_Comm_set_errhandler", error)
       if (allocated(error)) return
       call mpi_comm_rank(self%handle, self%rank, code)
-      call check_mpi(code, 'MPI_Comm_rank', error)
+      call check_mpi(code, "MPI_Comm_rank", error)
       if (allocated(error)) return
       call mpi_comm_size(self%handle, self%size, code)
-      call check_mpi(code, 'MPI_Comm_size', error)
+      call check_mpi(code, "MPI_Comm_size", error)
    end subroutine new_communicator
 
    !> Free the duplicate. Collective.
@@ -64,7 +64,7 @@ contains
       integer :: code
 
       call mpi_comm_free(self%handle, code)
-      call check_mpi(code, 'MPI_Comm_free', error)
+      call check_mpi(code, "MPI_Comm_free", error)
    end subroutine free
 
    !> This is rank 0, the one that reads, collects, writes and prints.
@@ -83,7 +83,7 @@ contains
 
       if (self%size == 1) return
       call mpi_ibarrier(self%handle, request, code)
-      call check_mpi(code, 'MPI_Ibarrier', error)
+      call check_mpi(code, "MPI_Ibarrier", error)
       if (.not. allocated(error)) call complete(request, error)
    end subroutine barrier
 
@@ -100,7 +100,7 @@ contains
       if (self%size == 1) return
       mine = merge(self%rank, self%size, allocated(error))
       call mpi_iallreduce(mine, lowest, 1, mpi_integer, mpi_min, self%handle, request, code)
-      call check_mpi(code, 'MPI_Iallreduce', failure)
+      call check_mpi(code, "MPI_Iallreduce", failure)
       if (.not. allocated(failure)) call complete(request, failure)
       if (.not. allocated(failure)) then
          if (lowest == self%size) return
@@ -124,7 +124,7 @@ contains
 
       if (self%size == 1) return
       call mpi_ibcast(value, 1, mpi_integer, 0, self%handle, request, code)
-      call check_mpi(code, 'MPI_Ibcast', error)
+      call check_mpi(code, "MPI_Ibcast", error)
       if (.not. allocated(error)) call complete(request, error)
    end subroutine broadcast_integer
 
@@ -219,7 +219,7 @@ contains
 
       if (communicator%size == 1) return
       call mpi_ibcast(values, size(values), mpi_integer8, 0, communicator%handle, request, code)
-      call check_mpi(code, 'MPI_Ibcast', error)
+      call check_mpi(code, "MPI_Ibcast", error)
       if (.not. allocated(error)) call complete(request, error)
    end subroutine share_i8
 
@@ -233,7 +233,7 @@ contains
 
       if (communicator%size == 1) return
       call mpi_ibcast(values, size(values), mpi_double_precision, 0, communicator%handle, request, code)
-      call check_mpi(code, 'MPI_Ibcast', error)
+      call check_mpi(code, "MPI_Ibcast", error)
       if (.not. allocated(error)) call complete(request, error)
    end subroutine share_real
 
@@ -251,7 +251,7 @@ contains
       length = -1
       if (allocated(value)) length = len(value)
       call mpi_ibcast(length, 1, mpi_integer, root, communicator%handle, request, code)
-      call check_mpi(code, 'MPI_Ibcast', error)
+      call check_mpi(code, "MPI_Ibcast", error)
       if (.not. allocated(error)) call complete(request, error)
       if (allocated(error)) return
       if (communicator%rank /= root) then
@@ -260,7 +260,7 @@ contains
       end if
       if (length <= 0) return
       call mpi_ibcast(value, length, mpi_character, root, communicator%handle, request, code)
-      call check_mpi(code, 'MPI_Ibcast', error)
+      call check_mpi(code, "MPI_Ibcast", error)
       if (.not. allocated(error)) call complete(request, error)
    end subroutine share_text
 

@@ -57,19 +57,19 @@ contains
       type(error_t), allocatable, intent(out) :: error
       real(wp) :: range, steps, rounding
 
-      call check_value('first', first, error)
-      if (.not. allocated(error)) call check_value('last', last, error)
-      if (.not. allocated(error)) call check_value('step', step, error)
+      call check_value("first", first, error)
+      if (.not. allocated(error)) call check_value("last", last, error)
+      if (.not. allocated(error)) call check_value("step", step, error)
       if (allocated(error)) return
       range = last - first
       if (step == 0.0_wp) then
-         call raise(error, 'step = 0: must not be zero')
+         call raise(error, "step = 0: must not be zero")
       else if (range /= 0.0_wp .and. (range > 0.0_wp .neqv. step > 0.0_wp)) then
-         call raise(error, 'step = '//text(step)//': must have the sign of last - first = '//text(range))
+         call raise(error, "step = "//text(step)//": must have the sign of last - first = "//text(range))
       else if (abs(range)/most_points >= abs(step)) then
-         call raise(error, 'step = '//text(step)//': makes more than '//text_i8(most_points)//' points')
+         call raise(error, "step = "//text(step)//": makes more than "//text_i8(most_points)//" points")
       else if (abs(step) <= 4*spacing(max(abs(first), abs(last)))) then
-         call raise(error, 'step = '//text(step)//': is lost in the rounding of first and last')
+         call raise(error, "step = "//text(step)//": is lost in the rounding of first and last")
       end if
       if (allocated(error)) return
 
@@ -97,16 +97,16 @@ contains
       integer, intent(in) :: points
       type(error_t), allocatable, intent(out) :: error
 
-      call check_value('first', first, error)
-      if (.not. allocated(error)) call check_value('last', last, error)
+      call check_value("first", first, error)
+      if (.not. allocated(error)) call check_value("last", last, error)
       if (allocated(error)) return
       if (points < 1 .or. points > most_points) then
-         call raise(error, 'points = '//text_i8(int(points, i8))//': must be 1 to '//text_i8(most_points))
+         call raise(error, "points = "//text_i8(int(points, i8))//": must be 1 to "//text_i8(most_points))
       else if (points == 1 .and. first /= last) then
-         call raise(error, 'points = 1: must be at least 2 as first and last differ')
+         call raise(error, "points = 1: must be at least 2 as first and last differ")
       else if (points > 1) then
          if (abs(last - first)/(points - 1) <= 4*spacing(max(abs(first), abs(last)))) then
-            call raise(error, 'points = '//text_i8(int(points, i8))//': the values from first to last would coincide')
+            call raise(error, "points = "//text_i8(int(points, i8))//": the values from first to last would coincide")
          end if
       end if
       if (allocated(error)) return
@@ -126,11 +126,11 @@ contains
       integer(i8) :: i
 
       if (size(values, kind=i8) < 1 .or. size(values, kind=i8) > most_points) then
-         call raise(error, 'values: must be 1 to '//text_i8(most_points)//' numbers')
+         call raise(error, "values: must be 1 to "//text_i8(most_points)//" numbers")
          return
       end if
       do i = 1, size(values, kind=i8)
-         call check_value('values('//text_i8(i)//')', values(i), error)
+         call check_value("values("//text_i8(i)//")", values(i), error)
          if (allocated(error)) return
       end do
       self%list = values
@@ -181,11 +181,11 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       if (size(axes) < 1 .or. size(axes) > 2) then
-         call raise(error, 'a sweep has one or two parameters, not '//text_i8(size(axes, kind=i8)))
+         call raise(error, "a sweep has one or two parameters, not "//text_i8(size(axes, kind=i8)))
       else if (any(axes%n < 1)) then
-         call raise(error, 'an axis of the sweep has no values')
+         call raise(error, "an axis of the sweep has no values")
       else if (product(axes%n) > most_points) then
-         call raise(error, 'the sweep has '//text_i8(product(axes%n))//' points: at most '//text_i8(most_points)//' are possible')
+         call raise(error, "the sweep has "//text_i8(product(axes%n))//" points: at most "//text_i8(most_points)//" are possible")
       else
          self%axes = axes
       end if
@@ -234,9 +234,9 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       if (.not. ieee_is_finite(value)) then
-         call raise(error, key//' = '//text(value)//': must be finite')
+         call raise(error, key//" = "//text(value)//": must be finite")
       else if (abs(value) > largest_value) then
-         call raise(error, key//' = '//text(value)//': must be within '//text(largest_value))
+         call raise(error, key//" = "//text(value)//": must be within "//text(largest_value))
       end if
    end subroutine check_value
 
@@ -246,7 +246,7 @@ contains
       character(:), allocatable :: text
       character(32) :: buffer
 
-      write (buffer, '(g0.9)') value
+      write (buffer, "(g0.9)") value
       text = trim(adjustl(buffer))
    end function text
 
@@ -256,7 +256,7 @@ contains
       character(:), allocatable :: text
       character(32) :: buffer
 
-      write (buffer, '(i0)') value
+      write (buffer, "(i0)") value
       text = trim(buffer)
    end function text_i8
 

@@ -104,7 +104,7 @@ contains
          if (allocated(error)) return
       end do
       if (.not. allocated(manager%failure) .and. manager%collected /= n_points) then
-         call raise(manager%failure, 'results of the sweep were lost on their way')
+         call raise(manager%failure, "results of the sweep were lost on their way")
       end if
       if (present(progress) .and. .not. allocated(manager%failure)) call progress(manager%collected, n_points, seconds() - start)
       call move_alloc(manager%tallies, tallies)
@@ -168,7 +168,7 @@ contains
             manager%tallies(incoming%source) = unpack_tally(incoming%packet%words(:3))
             manager%active = manager%active - 1
          case default
-            call raise(error, 'a message that is none of the sweep')
+            call raise(error, "a message that is none of the sweep")
          end select
       end associate
    end subroutine answer

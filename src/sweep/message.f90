@@ -53,12 +53,12 @@ contains
       integer :: code
 
       if (self%packet%length > huge(1)) then
-         call raise(error, 'the result of a point is too long for one message')
+         call raise(error, "the result of a point is too long for one message")
          return
       end if
       call mpi_issend(self%packet%words, int(self%packet%length), mpi_integer8, destination, tag, communicator%handle, &
          & self%request, code)
-      call check_mpi(code, 'MPI_Issend', error)
+      call check_mpi(code, "MPI_Issend", error)
       self%under_way = .not. allocated(error)
    end subroutine post
 
@@ -72,7 +72,7 @@ contains
       free = .not. self%under_way
       if (free) return
       call mpi_test(self%request, free, mpi_status_ignore, code)
-      call check_mpi(code, 'MPI_Test', error)
+      call check_mpi(code, "MPI_Test", error)
       self%under_way = .not. free
    end subroutine is_free
 
@@ -100,18 +100,18 @@ contains
       integer :: code, count
 
       call mpi_improbe(mpi_any_source, mpi_any_tag, communicator%handle, self%taken, message, status, code)
-      call check_mpi(code, 'MPI_Improbe', error)
+      call check_mpi(code, "MPI_Improbe", error)
       if (allocated(error) .or. .not. self%taken) return
       self%source = status%mpi_source
       self%tag = status%mpi_tag
       self%complete = .false.
       call mpi_get_count(status, mpi_integer8, count, code)
-      call check_mpi(code, 'MPI_Get_count', error)
+      call check_mpi(code, "MPI_Get_count", error)
       if (allocated(error)) return
       call self%packet%clear()
       call self%packet%resize(int(count, i8))
       call mpi_imrecv(self%packet%words, count, mpi_integer8, message, self%request, code)
-      call check_mpi(code, 'MPI_Imrecv', error)
+      call check_mpi(code, "MPI_Imrecv", error)
    end subroutine look
 
    !> A message has been found and is complete in `packet`.
@@ -123,7 +123,7 @@ contains
 
       if (self%taken .and. .not. self%complete) then
          call mpi_test(self%request, self%complete, mpi_status_ignore, code)
-         call check_mpi(code, 'MPI_Test', error)
+         call check_mpi(code, "MPI_Test", error)
       end if
       complete = self%taken .and. self%complete
    end subroutine arrived

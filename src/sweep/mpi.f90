@@ -22,7 +22,7 @@ contains
       integer :: code, provided
 
       call mpi_init_thread(mpi_thread_single, provided, code)
-      call check_mpi(code, 'MPI_Init_thread', error)
+      call check_mpi(code, "MPI_Init_thread", error)
    end subroutine start_mpi
 
    !> End MPI; all communicators are to be freed before.
@@ -31,7 +31,7 @@ contains
       integer :: code
 
       call mpi_finalize(code)
-      call check_mpi(code, 'MPI_Finalize', error)
+      call check_mpi(code, "MPI_Finalize", error)
    end subroutine finish_mpi
 
    !> Wait politely for the end of an operation.
@@ -44,7 +44,7 @@ contains
 
       do
          call mpi_test(request, done, mpi_status_ignore, code)
-         call check_mpi(code, 'MPI_Test', error)
+         call check_mpi(code, "MPI_Test", error)
          if (allocated(error) .or. done) return
          call patience%pause()
       end do
@@ -59,10 +59,10 @@ contains
       integer :: length, ignored
 
       if (code == mpi_success) return
-      text = 'error of unknown kind'
+      text = "error of unknown kind"
       length = len_trim(text)
       call mpi_error_string(code, text, length, ignored)
-      call raise(error, name//': '//text(:length))
+      call raise(error, name//": "//text(:length))
    end subroutine check_mpi
 
 end module razy_sweep_mpi

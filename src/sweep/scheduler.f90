@@ -52,7 +52,7 @@ contains
       real(wp) :: start
 
       if (n_points < 0) then
-         call raise(error, 'a sweep cannot have fewer than no points')
+         call raise(error, "a sweep cannot have fewer than no points")
          return
       end if
       start = seconds()

@@ -60,7 +60,7 @@ contains
       type(point_result_t), intent(in) :: result
       type(error_t), allocatable, intent(out) :: error
 
-      if (result%integers(1) /= point) call raise(error, 'a result belongs to another point')
+      if (result%integers(1) /= point) call raise(error, "a result belongs to another point")
       self%collected = self%collected + 1
       self%sum = self%sum + result%reals(1)
    end subroutine collect
@@ -122,10 +122,10 @@ program measure_scheduler
    call get_command_argument(2, argument)
    read (argument, *) microseconds
    call get_command_argument(3, argument)
-   task%clustered = argument == 'clustered'
+   task%clustered = argument == "clustered"
    repetitions = 1
    call get_command_argument(4, argument)
-   if (argument /= '') read (argument, *) repetitions
+   if (argument /= "") read (argument, *) repetitions
    if (communicator%is_root()) task%operations = microseconds*calibrate()
    call communicator%broadcast(task%operations, error)
    call check(error)
@@ -136,7 +136,7 @@ program measure_scheduler
       call check(error)
       if (communicator%is_root()) print '(i0, " ranks, ", es9.3, " points/s, ", f6.2, " % busy, ", i0, " messages, ", i0, a)', &
          & communicator%size, task%n_points/outcome%elapsed, 100*outcome%efficiency(), sum(outcome%messages), outcome%points(1), &
-         & ' points of rank 0'
+         & " points of rank 0"
    end do
    call communicator%free(error)
    call check(error)

@@ -62,10 +62,10 @@ contains
       integer(i8) :: i
 
       if (point == self%fails_at) then
-         call raise(error, 'the disk is full')
+         call raise(error, "the disk is full")
          return
       end if
-      if (result%integers(1) /= point) call raise(error, 'a result belongs to another point')
+      if (result%integers(1) /= point) call raise(error, "a result belongs to another point")
       self%times(point) = self%times(point) + 1
       do i = 1, result%n_reals
          self%sums(point) = ieor(ishftc(self%sums(point), 1), transfer(result%reals(i), 0_i8))
