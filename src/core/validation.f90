@@ -71,7 +71,7 @@ contains
                call default_tokens(spec, tokens, problem)
                if (.not. allocated(problem)) call convert(spec, tokens, defaults(s)%values(k), problem)
                if (.not. is_name(spec%name) .or. lower(spec%name) /= spec%name .or. key_at(schema(s), spec%name) /= k) then
-                 problem = "the name must be in lower case and unique"
+                  problem = "the name must be in lower case and unique"
                end if
                if (spec%least < 1 .or. spec%most < spec%least) problem = "the numbers of values are contradictory"
                if (allocated(problem)) then
