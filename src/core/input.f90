@@ -13,7 +13,7 @@ module razy_core_input
    use razy_core_path, only: path_t
    use razy_core_schema, only: group_spec_t, key_spec_t
    use razy_core_slot, only: locate_slot, put_slot, slot_t
-   use razy_core_text, only: lower, string_t
+   use razy_core_text, only: append_text, lower, string_t
    use razy_core_text_file, only: clean_text, read_text_file
    use razy_core_validation, only: validate
    use razy_core_value, only: allowed_text
@@ -155,7 +155,7 @@ contains
       do i = 1, size(self%instances)
          if (len(group) > 0 .and. self%schema(self%instances(i)%spec)%name /= group) cycle
          own = name_in(self, i)
-         if (len(own) > 0) list = [list, string_t(own)]
+         if (len(own) > 0) call append_text(list, own)
       end do
    end function names
 
