@@ -29,7 +29,8 @@ contains
    end subroutine raise
 
    !> The line `origin: &group key = value: allowed`, or `--set: &group%key = value: allowed`.
-   !> Empty `group`, `key` or `value` are left out with what leads to them.
+   !> Empty `group`, `key` or `value` are left out with what leads to them; control characters become question marks, so
+   !> that it stays one line.
    pure function complaint(origin, group, key, value, allowed) result(message)
       !> `file:line`, `file` or `from_option`
       character(*), intent(in) :: origin
@@ -40,6 +41,7 @@ contains
       character(*), intent(in) :: value
       character(*), intent(in) :: allowed
       character(:), allocatable :: message
+      integer :: i
 
       message = origin//": "
       if (len(group) > 0) then
@@ -53,6 +55,9 @@ contains
          message = message//": "
       end if
       message = message//allowed
+      do i = 1, len(message)
+         if (iachar(message(i:i)) < iachar(" ")) message(i:i) = "?"
+      end do
    end function complaint
 
 end module razy_core_error

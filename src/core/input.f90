@@ -13,10 +13,10 @@ module razy_core_input
    use razy_core_path, only: path_t
    use razy_core_schema, only: group_spec_t, key_spec_t
    use razy_core_slot, only: locate_slot, put_slot, slot_t
-   use razy_core_text, only: lower, string_t
+   use razy_core_text, only: append_text, lower, string_t
    use razy_core_text_file, only: clean_text, read_text_file
    use razy_core_validation, only: validate
-   use razy_core_value, only: allowed_text
+   use razy_core_value, only: allowed_text, value_t
    implicit none(type, external)
    private
 
@@ -83,7 +83,7 @@ contains
       type(raw_document_t) :: raw
       type(raw_group_t) :: created
       type(entry_t) :: item
-      type(input_t) :: found
+      type(value_t) :: found
       type(path_t) :: path
       character(:), allocatable :: clean
       integer :: g, i
@@ -110,11 +110,10 @@ contains
          if (key%required) call raise(error, complaint(file, group, key%name, "", "is required, "//allowed_text(key)))
          return
       end if
-      allocate (found%instances(1))
-      allocate (found%instances(1)%values(1))
-      call read_key(raw, g, key, found%instances(1)%values(1), error)
+      call read_key(raw, g, key, found, error)
       if (allocated(error)) return
-      if (found%instances(1)%values(1)%count() > 0) value = found%instances(1)%values(1)%strings(1)%text
+      if (.not. allocated(found%strings)) return
+      if (size(found%strings) > 0) value = found%strings(1)%text
    end subroutine peek
 
    !> The group with this name, in any case: `group` and `index` for `get`; `index` is 0 when there is none.
@@ -155,7 +154,7 @@ contains
       do i = 1, size(self%instances)
          if (len(group) > 0 .and. self%schema(self%instances(i)%spec)%name /= group) cycle
          own = name_in(self, i)
-         if (len(own) > 0) list = [list, string_t(own)]
+         if (len(own) > 0) call append_text(list, own)
       end do
    end function names
 

@@ -70,9 +70,7 @@ contains
       end do
       call default_tokens(spec, defaults, problem)
       if (.not. all%whole .and. size(all%tokens) < size(defaults)) then
-         i = size(all%tokens)
-         all%tokens = [all%tokens, defaults(i + 1:)]
-         all%filled = [all%filled, spread(.false., 1, size(defaults) - i)]
+         call lengthen(all, size(defaults))
       end if
       do missing = 1, size(all%tokens)
          if (all%filled(missing)) cycle
@@ -83,6 +81,18 @@ contains
          all%tokens(missing) = defaults(missing)
       end do
    end subroutine gather
+
+   !> Make room for more elements, which nothing has filled yet.
+   pure subroutine lengthen(all, length)
+      type(gathered_t), intent(inout) :: all
+      integer, intent(in) :: length
+      type(token_t), allocatable :: longer(:)
+
+      allocate (longer(length))
+      longer(:size(all%tokens)) = all%tokens
+      all%filled = [all%filled, spread(.false., 1, length - size(all%tokens))]
+      call move_alloc(longer, all%tokens)
+   end subroutine lengthen
 
    !> The elements that were given.
    pure function given_tokens(all) result(tokens)
@@ -105,7 +115,7 @@ contains
       type(key_spec_t), intent(in) :: spec
       type(gathered_t), intent(inout) :: all
       character(:), allocatable, intent(out) :: problem
-      type(token_t), allocatable :: longer(:), values(:)
+      type(token_t), allocatable :: values(:)
       integer :: first, i, last, previous
 
       previous = all%line
@@ -125,12 +135,7 @@ contains
       end if
       first = item%first
       last = item%last
-      if (last > size(all%tokens)) then
-         allocate (longer(last))
-         longer(:size(all%tokens)) = all%tokens
-         all%filled = [all%filled, spread(.false., 1, last - size(all%tokens))]
-         call move_alloc(longer, all%tokens)
-      end if
+      if (last > size(all%tokens)) call lengthen(all, last)
       if (.not. allocated(item%option) .and. any(all%filled(first:last))) problem = twice(previous)
       if (allocated(problem)) return
       do i = first, last

@@ -53,7 +53,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(scanner_t) :: scanner
       type(raw_group_t) :: group
-      character(:), allocatable :: problem
+      character(:), allocatable :: key, problem
       integer :: line
 
       document%file = file
@@ -62,9 +62,9 @@ contains
       do
          call scanner%skip_blanks()
          if (scanner%at_end()) exit
-         call parse_group(scanner, group, line, problem)
+         call parse_group(scanner, group, line, key, problem)
          if (allocated(problem)) then
-            call raise(error, complaint(file//":"//to_text(line), group%name, "", "", problem))
+            call raise(error, complaint(file//":"//to_text(line), group%name, key, "", problem))
             return
          end if
          call append_group(document, group)
@@ -72,11 +72,12 @@ contains
       if (size(document%groups) == 0) call raise(error, complaint(file, "", "", "", "there is no namelist group (&name ... /)"))
    end subroutine parse_namelist
 
-   !> Read one group; `problem` is allocated when that fails and then belongs to `line`.
-   pure subroutine parse_group(scanner, group, line, problem)
+   !> Read one group; `problem` is allocated when that fails and then belongs to `line` and `key` (empty: to the group).
+   pure subroutine parse_group(scanner, group, line, key, problem)
       type(scanner_t), intent(inout) :: scanner
       type(raw_group_t), intent(out) :: group
       integer, intent(out) :: line
+      character(:), allocatable, intent(out) :: key
       character(:), allocatable, intent(out) :: problem
       type(entry_t) :: item
       character(:), allocatable :: name
@@ -84,6 +85,7 @@ contains
 
       started = scanner%line
       line = started
+      key = ""
       group%name = ""
       group%line = started
       allocate (group%entries(0))
@@ -117,7 +119,10 @@ contains
          case default
             call parse_entry(scanner, item, problem)
             line = scanner%line
-            if (allocated(problem)) return
+            if (allocated(problem)) then
+               key = item%key
+               return
+            end if
             call append_entry(group, item)
          end select
       end do
@@ -134,11 +139,11 @@ contains
 
       item%line = scanner%line
       call scanner%take_name(name)
+      item%key = lower(name)
       if (len(name) == 0) then
          problem = "found "//scanner%found()//" where a key (key = value) or / must stand"
          return
       end if
-      item%key = lower(name)
       call scanner%skip_blanks()
       if (scanner%next() == "(") then
          call parse_subscript(scanner, item, problem)
@@ -146,15 +151,14 @@ contains
          call scanner%skip_blanks()
       end if
       if (scanner%next() /= "=") then
-         problem = "found "//scanner%found()//" where = must follow the key '"//name//"'"
+         problem = "found "//scanner%found()//" where = must follow the key"
          return
       end if
       scanner%at = scanner%at + 1
       call parse_tokens(scanner, item%values, problem)
-      if (allocated(problem)) then
-         problem = "after '"//name//" =': "//problem
-      else if (item%first > 0 .and. size(item%values) /= item%last - item%first + 1) then
-         problem = "'"//name//"' must have as many values as its subscript names elements"
+      if (allocated(problem)) return
+      if (item%first > 0 .and. size(item%values) /= item%last - item%first + 1) then
+         problem = "there must be as many values as the subscript names elements"
       end if
    end subroutine parse_entry
 
@@ -174,7 +178,7 @@ contains
       call parse_integer(trim(adjustl(text(:colon - 1))), item%first, status(1))
       call parse_integer(trim(adjustl(text(colon + 1:))), item%last, status(2))
       if (any(status /= number_ok) .or. item%first < 1 .or. item%last < item%first .or. item%last > longest_list) then
-         problem = "the subscript of '"//item%key//"' must be (n) or (n:m) with 1 <= n <= m <= "//to_text(longest_list)
+         problem = "the subscript must be (n) or (n:m) with 1 <= n <= m <= "//to_text(longest_list)
          return
       end if
       scanner%at = scanner%at + length

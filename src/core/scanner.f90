@@ -153,8 +153,12 @@ contains
          return
       end if
       length = scan(self%text(self%at:), newline//tab//" ") - 1
+      if (length == 0) then
+         text = "a blank"
+         if (self%next() == newline) text = "the end of the line"
+         return
+      end if
       if (length < 0) length = len(self%text) + 1 - self%at
-      length = max(1, length)
       text = "'"//self%text(self%at:self%at + min(length, longest) - 1)//"'"
    end function found
 

@@ -2,6 +2,7 @@
 !!
 !! A scene's schema is an array of `group(...)`, each with `keys=[key_real(...), ...]`; schemas of parts are concatenated.
 !! Defaults are texts in namelist syntax; an unquoted default of a string key stands for itself.
+!! Build a schema once for each input, not in a loop: gfortran 12 does not free what array constructors of types hold.
 module razy_core_schema
    use razy_core_kinds, only: wp
    use razy_core_text, only: string_t
@@ -65,7 +66,8 @@ contains
 
       spec%name = name
       spec%doc = doc
-      spec%keys = keys
+      allocate (spec%keys(size(keys)))
+      spec%keys(:) = keys
       if (present(required)) spec%required = required
       if (present(repeatable)) spec%repeatable = repeatable
       if (present(name_space)) spec%name_space = name_space

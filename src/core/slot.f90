@@ -6,7 +6,7 @@ module razy_core_slot
    use razy_core_number, only: to_text
    use razy_core_path, only: parse_path, path_t, path_text
    use razy_core_schema, only: group_at, key_at, type_real
-   use razy_core_text, only: did_you_mean, string_t
+   use razy_core_text, only: append_text, did_you_mean, string_t
    use razy_core_value, only: allowed_text, within
    implicit none(type, external)
    private
@@ -119,11 +119,11 @@ contains
             do k = 1, size(spec%keys)
                if (spec%keys(k)%type /= type_real) cycle
                if (item%values(k)%count() <= 1 .and. spec%keys(k)%least == 1) then
-                  paths = [paths, string_t(path_text(spec%name, number, spec%keys(k)%name, 0))]
+                  call append_text(paths, path_text(spec%name, number, spec%keys(k)%name, 0))
                   cycle
                end if
                do element = 1, item%values(k)%count()
-                  paths = [paths, string_t(path_text(spec%name, number, spec%keys(k)%name, element))]
+                  call append_text(paths, path_text(spec%name, number, spec%keys(k)%name, element))
                end do
             end do
          end associate

@@ -3,7 +3,7 @@ module razy_core_text
    implicit none(type, external)
    private
 
-   public :: letters, string_t, lower, quoted, join, is_name, position_of, edit_distance, nearest_name, did_you_mean
+   public :: letters, string_t, lower, quoted, append_text, join, is_name, position_of, edit_distance, nearest_name, did_you_mean
 
    !> What a name begins with.
    character(*), parameter :: letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
@@ -44,6 +44,21 @@ contains
       end do
       written = written//"'"
    end function quoted
+
+   !> Add a text at the end of a list. (gfortran 12 cuts texts in `[list, string_t(text)]`.)
+   pure subroutine append_text(list, text)
+      type(string_t), allocatable, intent(inout) :: list(:)
+      character(*), intent(in) :: text
+      type(string_t), allocatable :: longer(:)
+      integer :: i
+
+      allocate (longer(size(list) + 1))
+      do i = 1, size(list)
+         call move_alloc(list(i)%text, longer(i)%text)
+      end do
+      longer(size(longer))%text = text
+      call move_alloc(longer, list)
+   end subroutine append_text
 
    !> The texts one after the other with `separator` between them.
    pure function join(list, separator) result(joined)

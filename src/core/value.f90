@@ -4,7 +4,7 @@ module razy_core_value
    use razy_core_kinds, only: wp
    use razy_core_number, only: number_not_finite, number_ok, parse_integer, parse_logical, parse_real, to_text
    use razy_core_schema, only: key_spec_t, type_integer, type_logical, type_real, type_string
-   use razy_core_text, only: join, nearest_name, position_of, quoted, string_t
+   use razy_core_text, only: append_text, join, nearest_name, position_of, quoted, string_t
    use razy_core_token, only: parse_values, token_logical, token_number, token_string, token_t, token_word
    implicit none(type, external)
    private
@@ -144,29 +144,37 @@ contains
    end function within
 
    !> Values written outside of a file, on the command line or as a default: namelist syntax, and for a string key also
-   !> bare text, with a comma between values where the key may have several.
+   !> bare text, with a comma between values where the key may have several. With a `problem` comes the text as one word.
    pure subroutine option_tokens(spec, text, tokens, problem)
       type(key_spec_t), intent(in) :: spec
       character(*), intent(in) :: text
       type(token_t), allocatable, intent(out) :: tokens(:)
       character(:), allocatable, intent(out) :: problem
+      type(string_t), allocatable :: parts(:)
       character(:), allocatable :: rest
-      integer :: comma
+      integer :: comma, i
 
       rest = trim(adjustl(text))
-      if (spec%type /= type_string .or. len(rest) == 0 .or. scan(rest, '"'//"'") == 1) then
+      allocate (parts(0))
+      if (spec%type /= type_string .or. scan(rest, '"'//"'") == 1) then
          call parse_values(rest, tokens, problem)
-         if (allocated(problem)) tokens = [token_t(token_word, rest)]
-         return
+         if (.not. allocated(problem)) return
+         deallocate (tokens)
+      else
+         do
+            comma = index(rest, ",")
+            if (comma == 0 .or. spec%most == 1) exit
+            call append_text(parts, trim(rest(:comma - 1)))
+            rest = adjustl(rest(comma + 1:))
+         end do
       end if
-      allocate (tokens(0))
-      do
-         comma = index(rest, ",")
-         if (comma == 0 .or. spec%most == 1) exit
-         tokens = [tokens, token_t(token_string, trim(rest(:comma - 1)))]
-         rest = adjustl(rest(comma + 1:))
+      call append_text(parts, trim(rest))
+      allocate (tokens(size(parts)))
+      do i = 1, size(parts)
+         tokens(i)%kind = token_string
+         if (allocated(problem)) tokens(i)%kind = token_word
+         call move_alloc(parts(i)%text, tokens(i)%text)
       end do
-      tokens = [tokens, token_t(token_string, trim(rest))]
    end subroutine option_tokens
 
    !> What a key may be: `a positive real number in m`, `one of 'exact', 'rk4'`.
