@@ -97,12 +97,15 @@ contains
       logical, intent(out) :: flat
 
       real(wp) :: f, jump, rate
+      real(wp) :: modulus(part%state%response%amplitudes)
       integer :: order, direction
 
       associate (rows => part%state%observed, response => part%state%response)
+         modulus = sqrt(self%cursor%re(:size(modulus))**2 + self%cursor%im(:size(modulus))**2)
          f = value_of(rows, response, self%cursor, self%form, 0)
          jump = f - self%end_value
-         if (self%after_event .and. abs(jump) > smallest_jump*(size_of(rows, response, self%cursor, self%form, 0) + abs(f))) then
+         if (self%after_event .and. &
+             abs(jump) > smallest_jump*(size_of(rows, response, self%cursor, modulus, self%form, 0) + abs(f))) then
             call self%turn(nint(sign(1.0_wp, jump)))
             self%end_value = f
             self%end_time = part%time + (part%time_low + self%cursor%tau)
@@ -110,7 +113,7 @@ contains
          direction = 0
          do order = 1, 4
             rate = value_of(rows, response, self%cursor, self%form, order)
-            if (abs(rate) > rounding*size_of(rows, response, self%cursor, self%form, order)) then
+            if (abs(rate) > rounding*size_of(rows, response, self%cursor, modulus, self%form, order)) then
                direction = nint(sign(1.0_wp, rate))
                exit
             end if

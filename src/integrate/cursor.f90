@@ -1,7 +1,8 @@
 !! A point on the closed form: amplitudes at a time of a segment, moved by steps of 2^-level or to any time.
 !!
 !! Steps multiply amplitudes by tabulated factors and serve the search for events; what is kept of an event is evaluated
-!! from the start of the segment, so that the state between events does not depend on the steps.
+!! from the start of the segment, so that the state between events does not depend on the steps. Nothing is allocated here
+!! but by `reserve`, when a response is larger than all before it.
 module razy_integrate_cursor
    use razy_core_kinds, only: wp
    use razy_integrate_response, only: response_t, rows_t
@@ -9,8 +10,9 @@ module razy_integrate_cursor
    implicit none(type, external)
    private
 
-   public :: cursor_t, move_to, reserve, set_state, shift, size_of, state_of, step, value_of
+   public :: copy, cursor_t, derivatives, move_to, reserve, set_state, shift, size_of, state_of, step, value_of
 
+   !> Arrays may be longer than the response at hand needs.
    type :: cursor_t
       !> Time since the start of the segment, s.
       real(wp) :: tau = 0.0_wp
@@ -20,19 +22,18 @@ module razy_integrate_cursor
 
 contains
 
-   !> Make room for a response; reuses what is there if it has the right size.
+   !> Make room for a response.
    pure subroutine reserve(self, response)
       type(cursor_t), intent(inout) :: self
       type(response_t), intent(in) :: response
 
-      integer :: n
-
-      n = size(response%exponent)
       if (allocated(self%re)) then
-         if (size(self%re) == n .and. size(self%rigid) == response%rigid .and. size(self%dense) == response%nx) return
+         if (size(self%re) >= response%amplitudes .and. size(self%rigid) >= response%rigid &
+             .and. size(self%dense) >= response%nx) return
          deallocate (self%re, self%im, self%rigid, self%rate, self%dense)
       end if
-      allocate (self%re(n), self%im(n), self%rigid(response%rigid), self%rate(response%rigid), self%dense(response%nx))
+      allocate (self%re(response%amplitudes + 8), self%im(response%amplitudes + 8))
+      allocate (self%rigid(response%rigid + 8), self%rate(response%rigid + 8), self%dense(response%nx + 8))
    end subroutine reserve
 
    !> Put the cursor at tau = 0 with the state z (2m) and the tones' phases (tones).
@@ -41,30 +42,37 @@ contains
       type(response_t), intent(in) :: response
       real(wp), intent(in) :: z(:), cosine(:), sine(:)
 
-      real(wp) :: rest(2*response%m), total
+      real(wp) :: rest(2*response%m)
       integer :: i, j, m, n
 
       m = response%m
       n = response%terms
       self%tau = 0.0_wp
       do i = 1, 2*m
-         total = z(i) - response%constant(i)
-         do j = 1, response%tones
-            total = total - (response%from_re(i, n + j)*cosine(j) + response%from_im(i, n + j)*sine(j))
-         end do
-         rest(i) = total
-      end do
-      do j = 1, n
-         self%re(j) = dot_product(response%to_re(:, j), rest)
-         self%im(j) = dot_product(response%to_im(:, j), rest)
+         rest(i) = z(i) - response%constant(i)
       end do
       do j = 1, response%tones
+         do i = 1, 2*m
+            rest(i) = rest(i) - (response%from_re(i, n + j)*cosine(j) + response%from_im(i, n + j)*sine(j))
+         end do
          self%re(n + j) = cosine(j)
          self%im(n + j) = sine(j)
       end do
+      do j = 1, n
+         self%re(j) = 0.0_wp
+         self%im(j) = 0.0_wp
+         do i = 1, 2*m
+            self%re(j) = self%re(j) + response%to_re(i, j)*rest(i)
+            self%im(j) = self%im(j) + response%to_im(i, j)*rest(i)
+         end do
+      end do
       do j = 1, response%rigid
-         self%rigid(j) = dot_product(response%rigid_mode(:, j), rest(:m))
-         self%rate(j) = dot_product(response%rigid_mode(:, j), rest(m + 1:))
+         self%rigid(j) = 0.0_wp
+         self%rate(j) = 0.0_wp
+         do i = 1, m
+            self%rigid(j) = self%rigid(j) + response%rigid_mode(i, j)*rest(i)
+            self%rate(j) = self%rate(j) + response%rigid_mode(i, j)*rest(m + i)
+         end do
       end do
       do j = 1, size(response%dense)
          call response%dense(j)%start(z, cosine, sine, self%dense(response%first(j):response%first(j + 1) - 1))
@@ -77,21 +85,58 @@ contains
       type(response_t), intent(in) :: response
       real(wp), intent(out) :: z(:)
 
-      integer :: j, m
+      integer :: i, j, m
 
       m = response%m
-      z = response%constant
-      do j = 1, size(self%re)
-         z = z + (response%from_re(:, j)*self%re(j) + response%from_im(:, j)*self%im(j))
+      do i = 1, 2*m
+         z(i) = response%constant(i)
+      end do
+      do j = 1, response%amplitudes
+         do i = 1, 2*m
+            z(i) = z(i) + (response%from_re(i, j)*self%re(j) + response%from_im(i, j)*self%im(j))
+         end do
       end do
       do j = 1, response%rigid
-         z(:m) = z(:m) + response%rigid_mode(:, j)*self%rigid(j)
-         z(m + 1:) = z(m + 1:) + response%rigid_mode(:, j)*self%rate(j)
+         do i = 1, m
+            z(i) = z(i) + response%rigid_mode(i, j)*self%rigid(j)
+            z(m + i) = z(m + i) + response%rigid_mode(i, j)*self%rate(j)
+         end do
       end do
       do j = 1, size(response%dense)
          call response%dense(j)%add_state(self%dense(response%first(j):response%first(j + 1) - 1), z)
       end do
    end subroutine state_of
+
+   !> The derivatives f, g, d of orders `order`, `order` + 1 and `order` + 2 (0…4) of form `j` at the cursor.
+   pure subroutine derivatives(rows, response, self, j, order, f, g, d)
+      type(rows_t), intent(in) :: rows
+      type(response_t), intent(in) :: response
+      type(cursor_t), intent(in) :: self
+      integer, intent(in) :: j, order
+      real(wp), intent(out) :: f, g
+      real(wp), intent(out), optional :: d
+
+      integer :: i
+
+      f = 0.0_wp
+      g = 0.0_wp
+      do i = 1, response%amplitudes
+         f = f + (rows%re(i, order, j)*self%re(i) + rows%im(i, order, j)*self%im(i))
+         g = g + (rows%re(i, order + 1, j)*self%re(i) + rows%im(i, order + 1, j)*self%im(i))
+      end do
+      if (order == 0) f = f + rows%constant(j)
+      if (order < 2 .and. response%rigid > 0) then
+         f = f + rigid_part(rows, response, self, j, order)
+         g = g + rigid_part(rows, response, self, j, order + 1)
+      else if (order == 2) then
+         f = f + rigid_part(rows, response, self, j, 2)
+      end if
+      do i = 1, response%nx
+         f = f + rows%dense(i, order, j)*self%dense(i)
+         g = g + rows%dense(i, order + 1, j)*self%dense(i)
+      end do
+      if (present(d)) d = value_of(rows, response, self, j, order + 2)
+   end subroutine derivatives
 
    !> The derivative of order `order` (0…4) of form `j` at the cursor.
    pure function value_of(rows, response, self, j, order) result(f)
@@ -104,46 +149,61 @@ contains
       integer :: i
 
       f = 0.0_wp
-      do i = 1, size(self%re)
+      do i = 1, response%amplitudes
          f = f + (rows%re(i, order, j)*self%re(i) + rows%im(i, order, j)*self%im(i))
       end do
-      select case (order)
-      case (0)
-         f = f + rows%constant(j)
-         do i = 1, response%rigid
-            f = f + (rows%rigid_y(i, j)*self%rigid(i) + rows%rigid_v(i, j)*self%rate(i))
-         end do
-      case (1)
-         do i = 1, response%rigid
-            f = f + (rows%rigid_y(i, j)*self%rate(i) + rows%rigid_v(i, j)*response%rigid_force(i))
-         end do
-      case (2)
-         do i = 1, response%rigid
-            f = f + rows%rigid_y(i, j)*response%rigid_force(i)
-         end do
-      case default
-         ! Rigid modes are parabolas.
-      end select
+      if (order == 0) f = f + rows%constant(j)
+      if (order < 3 .and. response%rigid > 0) f = f + rigid_part(rows, response, self, j, order)
       do i = 1, response%nx
          f = f + rows%dense(i, order, j)*self%dense(i)
       end do
    end function value_of
 
-   !> Sum of the moduli of all that `value_of` is the sum of: its rounding is some epsilon of that.
-   pure function size_of(rows, response, self, j, order) result(total)
+   !> What rigid modes, which are parabolas in time, give to a derivative of order 0, 1 or 2.
+   pure function rigid_part(rows, response, self, j, order) result(f)
       type(rows_t), intent(in) :: rows
       type(response_t), intent(in) :: response
       type(cursor_t), intent(in) :: self
+      integer, intent(in) :: j, order
+      real(wp) :: f
+
+      integer :: i
+
+      f = 0.0_wp
+      do i = 1, response%rigid
+         if (order == 0) then
+            f = f + (rows%rigid_y(i, j)*self%rigid(i) + rows%rigid_v(i, j)*self%rate(i))
+         else if (order == 1) then
+            f = f + (rows%rigid_y(i, j)*self%rate(i) + rows%rigid_v(i, j)*response%rigid_force(i))
+         else
+            f = f + rows%rigid_y(i, j)*response%rigid_force(i)
+         end if
+      end do
+   end function rigid_part
+
+   !> Sum of the moduli of all that `value_of` is the sum of: its rounding is some epsilon of that. `modulus` are the moduli
+   !> of the amplitudes.
+   pure function size_of(rows, response, self, modulus, j, order) result(total)
+      type(rows_t), intent(in) :: rows
+      type(response_t), intent(in) :: response
+      type(cursor_t), intent(in) :: self
+      real(wp), intent(in) :: modulus(:)
       integer, intent(in) :: j, order
       real(wp) :: total
 
       integer :: i
 
       total = 0.0_wp
-      if (order == 0) total = abs(rows%constant(j))
-      do i = 1, size(self%re)
-         total = total + rows%size0(i, j)*response%modulus(i)**order*sqrt(self%re(i)**2 + self%im(i)**2)
-      end do
+      if (order == 0) then
+         total = abs(rows%constant(j))
+         do i = 1, response%amplitudes
+            total = total + rows%size0(i, j)*modulus(i)
+         end do
+      else
+         do i = 1, response%amplitudes
+            total = total + rows%size0(i, j)*response%modulus(i)**order*modulus(i)
+         end do
+      end if
       do i = 1, response%rigid
          if (order == 0) total = total + abs(rows%rigid_y(i, j)*self%rigid(i)) + abs(rows%rigid_v(i, j)*self%rate(i))
          if (order == 1) total = total + abs(rows%rigid_y(i, j)*self%rate(i)) + abs(rows%rigid_v(i, j)*response%rigid_force(i))
@@ -164,9 +224,9 @@ contains
       integer :: i
 
       if (.not. response%has_step(level)) call tabulate(response, level)
-      h = scale(1.0_wp, -level)
+      h = response%step_length(level)
       self%tau = from%tau + h
-      do i = 1, size(from%re)
+      do i = 1, response%amplitudes
          self%re(i) = from%re(i)*response%step_re(i, level) - from%im(i)*response%step_im(i, level)
          self%im(i) = from%re(i)*response%step_im(i, level) + from%im(i)*response%step_re(i, level)
       end do
@@ -174,26 +234,24 @@ contains
          self%rigid(i) = from%rigid(i) + h*(from%rate(i) + 0.5_wp*h*response%rigid_force(i))
          self%rate(i) = from%rate(i) + h*response%rigid_force(i)
       end do
-      if (response%nx > 0) self%dense = matmul(response%step_dense(:, :, level), from%dense)
+      if (response%nx > 0) self%dense(:response%nx) = matmul(response%step_dense(:, :, level), from%dense(:response%nx))
    end subroutine step
 
    pure subroutine tabulate(response, level)
       type(response_t), intent(inout) :: response
       integer, intent(in) :: level
 
-      complex(wp) :: factor
       integer :: i, j, k
 
-      do i = 1, size(response%exponent)
-         factor = growth(response%exponent(i), scale(1.0_wp, -level))
-         response%step_re(i, level) = real(factor)
-         response%step_im(i, level) = aimag(factor)
+      response%step_length(level) = scale(1.0_wp, -level)
+      do i = 1, response%amplitudes
+         call growth(response%exponent(i), response%step_length(level), response%step_re(i, level), response%step_im(i, level))
       end do
       if (response%nx > 0) response%step_dense(:, :, level) = 0.0_wp
       do i = 1, size(response%dense)
          j = response%first(i)
          k = response%first(i + 1) - 1
-         response%step_dense(j:k, j:k, level) = matrix_exponential(response%dense(i)%matrix, scale(1.0_wp, -level))
+         response%step_dense(j:k, j:k, level) = matrix_exponential(response%dense(i)%matrix, response%step_length(level))
       end do
       response%has_step(level) = .true.
    end subroutine tabulate
@@ -205,14 +263,14 @@ contains
       real(wp), intent(in) :: tau
       type(cursor_t), intent(inout) :: self
 
-      complex(wp) :: factor
+      real(wp) :: re, im
       integer :: i, j, k
 
       self%tau = tau
-      do i = 1, size(start%re)
-         factor = growth(response%exponent(i), tau)
-         self%re(i) = start%re(i)*real(factor) - start%im(i)*aimag(factor)
-         self%im(i) = start%re(i)*aimag(factor) + start%im(i)*real(factor)
+      do i = 1, response%amplitudes
+         call growth(response%exponent(i), tau, re, im)
+         self%re(i) = start%re(i)*re - start%im(i)*im
+         self%im(i) = start%re(i)*im + start%im(i)*re
       end do
       do i = 1, response%rigid
          self%rigid(i) = start%rigid(i) + tau*(start%rate(i) + 0.5_wp*tau*response%rigid_force(i))
@@ -231,41 +289,88 @@ contains
       type(response_t), intent(in) :: response
       real(wp), intent(in) :: delta
 
-      complex(wp) :: x, a
-      real(wp), allocatable :: dense(:)
+      real(wp) :: x, y, re, im, next
       integer :: i, j, k
 
       self%tau = self%tau + delta
-      do i = 1, size(self%re)
-         x = response%exponent(i)*delta
-         a = cmplx(self%re(i), self%im(i), wp)
-         a = a + x*(a + x*0.5_wp*(a + x*(1.0_wp/3)*(a + x*0.25_wp*(a + x*0.2_wp*a))))
-         self%re(i) = real(a)
-         self%im(i) = aimag(a)
+      do i = 1, response%amplitudes
+         x = real(response%exponent(i))*delta
+         y = aimag(response%exponent(i))*delta
+         ! exp(x + iy) - 1 by Horner's rule.
+         re = 0.2_wp*x
+         im = 0.2_wp*y
+         do k = 4, 1, -1
+            next = (x*(1.0_wp + re) - y*im)*inverse(k)
+            im = (y*(1.0_wp + re) + x*im)*inverse(k)
+            re = next
+         end do
+         next = self%re(i) + (self%re(i)*re - self%im(i)*im)
+         self%im(i) = self%im(i) + (self%re(i)*im + self%im(i)*re)
+         self%re(i) = next
       end do
       do i = 1, response%rigid
          self%rigid(i) = self%rigid(i) + delta*(self%rate(i) + 0.5_wp*delta*response%rigid_force(i))
          self%rate(i) = self%rate(i) + delta*response%rigid_force(i)
       end do
-      if (response%nx == 0) return
-      dense = self%dense
       do i = 1, size(response%dense)
          j = response%first(i)
          k = response%first(i + 1) - 1
-         call exponential_action(response%dense(i)%matrix, response%dense(i)%norm, delta, dense(j:k), self%dense(j:k))
+         block
+            real(wp) :: from(k - j + 1)
+
+            from = self%dense(j:k)
+            call exponential_action(response%dense(i)%matrix, response%dense(i)%norm, delta, from, self%dense(j:k))
+         end block
       end do
    end subroutine shift
 
-   !> exp(exponent*tau); growth beyond the range of the numbers is held at its edge, where the caller sees a blow-up.
-   elemental function growth(exponent, tau) result(factor)
+   pure function inverse(k)
+      integer, intent(in) :: k
+      real(wp) :: inverse
+
+      real(wp), parameter :: inverses(4) = [1.0_wp, 0.5_wp, 1.0_wp/3, 0.25_wp]
+
+      inverse = inverses(k)
+   end function inverse
+
+   !> Real and imaginary part of exp(exponent*tau); growth beyond the range of the numbers is held at its edge, where the
+   !> caller sees a blow-up.
+   pure subroutine growth(exponent, tau, re, im)
       complex(wp), intent(in) :: exponent
       real(wp), intent(in) :: tau
-      complex(wp) :: factor
+      real(wp), intent(out) :: re, im
 
-      real(wp) :: angle
+      real(wp) :: angle, factor
 
       angle = aimag(exponent)*tau
-      factor = exp(min(max(real(exponent)*tau, -700.0_wp), 600.0_wp))*cmplx(cos(angle), sin(angle), wp)
-   end function growth
+      re = cos(angle)
+      im = sin(angle)
+      if (.not. abs(real(exponent)) > 0.0_wp) return
+      factor = exp(min(max(real(exponent)*tau, -700.0_wp), 600.0_wp))
+      re = factor*re
+      im = factor*im
+   end subroutine growth
+
+   !> Copy what the response uses of a cursor.
+   pure subroutine copy(from, response, to)
+      type(cursor_t), intent(in) :: from
+      type(response_t), intent(in) :: response
+      type(cursor_t), intent(inout) :: to
+
+      integer :: i
+
+      to%tau = from%tau
+      do i = 1, response%amplitudes
+         to%re(i) = from%re(i)
+         to%im(i) = from%im(i)
+      end do
+      do i = 1, response%rigid
+         to%rigid(i) = from%rigid(i)
+         to%rate(i) = from%rate(i)
+      end do
+      do i = 1, response%nx
+         to%dense(i) = from%dense(i)
+      end do
+   end subroutine copy
 
 end module razy_integrate_cursor

@@ -1,7 +1,7 @@
 !! A bracketed root of a watched function, to rounding, on the closed form.
 module razy_integrate_refine
    use razy_core_kinds, only: wp
-   use razy_integrate_cursor, only: cursor_t, move_to, shift, value_of
+   use razy_integrate_cursor, only: cursor_t, derivatives, move_to, shift
    use razy_integrate_response, only: response_t, rows_t
    use razy_integrate_sign_proof, only: hermite_root
    implicit none(type, external)
@@ -40,37 +40,38 @@ contains
       type(cursor_t), intent(inout) :: probe
       real(wp), intent(out) :: root
 
-      real(wp) :: left, right, f, g, d, delta, next, fastest
+      real(wp) :: left, right, f, g, d, delta, next
       integer :: i
 
       left = tau_here + low
       right = tau_here + high
-      fastest = maxval(response%modulus)
       root = tau_here + hermite_root(w%f0, w%g0, w%f1, w%g1, h, low, high)
       call move_to(start, response, root, probe)
       do i = 1, most_iterations
-         f = w%side*(value_of(rows, response, probe, w%form, w%order))
-         if (w%order == 0) f = f - w%side*w%bound
+         call derivatives(rows, response, probe, w%form, w%order, f, g, d)
+         f = w%side*(f - w%bound)
+         g = w%side*g
+         d = w%side*d
          if (f >= 0.0_wp) then
             left = root
          else
             right = root
          end if
-         g = w%side*value_of(rows, response, probe, w%form, w%order + 1)
-         d = w%side*value_of(rows, response, probe, w%form, w%order + 2)
          if (abs(f) <= 0.5_wp*epsilon(1.0_wp)*w%scale) exit
          delta = halley_step(f, g, d, right - left)
          next = root + delta
          if (.not. (next >= left .and. next <= right)) next = 0.5_wp*(left + right)
          delta = next - root
          if (abs(delta) <= spacing(right)) exit
-         if (abs(delta)*fastest <= small_shift) then
-            call shift(probe, response, delta)
-            probe%tau = next
-         else
-            call move_to(start, response, next, probe)
-         end if
          root = next
+         if (abs(delta)*response%fastest <= small_shift) then
+            call shift(probe, response, delta)
+            probe%tau = root
+            ! Halley's error is of third order: where the next correction would be rounding, it is not computed.
+            if (abs(delta)*(delta*max(response%fastest, abs(d)/max(abs(g), tiny(g))))**2 <= 0.1_wp*spacing(root)) exit
+         else
+            call move_to(start, response, root, probe)
+         end if
       end do
    end subroutine refine_root
 

@@ -39,9 +39,13 @@ module razy_integrate_response
 
    type :: response_t
       integer :: m = 0, terms = 0, tones = 0, rigid = 0, nx = 0
+      !> terms + tones.
+      integer :: amplitudes = 0
       !> Exponents of all amplitudes (terms + tones) and their moduli.
       complex(wp), allocatable :: exponent(:)
       real(wp), allocatable :: modulus(:)
+      !> Largest modulus of an exponent or of the rates in a dense part, 1/s.
+      real(wp) :: fastest = 0.0_wp
       logical :: growing = .false.
       !> z = constant + from_re Re(a) + from_im Im(a) + rigid and dense parts (2m, amplitudes).
       real(wp), allocatable :: constant(:), from_re(:, :), from_im(:, :)
@@ -57,6 +61,7 @@ module razy_integrate_response
       !> Dense step matrices (nx, nx, level), block diagonal.
       real(wp), allocatable :: step_dense(:, :, :)
       logical :: has_step(coarsest_level:finest_level) = .false.
+      real(wp) :: step_length(coarsest_level:finest_level) = 0.0_wp
    end type response_t
 
 contains
@@ -77,6 +82,7 @@ contains
       self%tones = size(omega)
       self%rigid = size(basis%rigid, 2)
       n = self%terms + self%tones
+      self%amplitudes = n
       self%exponent = [basis%lambda, (cmplx(0.0_wp, omega(t), wp), t=1, self%tones)]
       self%modulus = abs(self%exponent)
       self%growing = any(real(basis%lambda) > 0.0_wp)
@@ -99,6 +105,9 @@ contains
       allocate (self%step_re(n, coarsest_level:finest_level), self%step_im(n, coarsest_level:finest_level))
       self%has_step = .false.
       call add_dense_parts(self, basis, load, harmonic, omega)
+      self%fastest = 0.0_wp
+      if (n > 0) self%fastest = maxval(self%modulus)
+      if (size(self%dense) > 0) self%fastest = max(self%fastest, maxval(self%dense%norm))
    end subroutine new_response
 
    pure subroutine add_dense_parts(self, basis, load, harmonic, omega)
@@ -160,7 +169,7 @@ contains
       real(wp) :: form(2*response%m)
       integer :: i, j, p, n, part
 
-      n = size(response%exponent)
+      n = response%amplitudes
       self%forms = size(forms)
       self%constant = [(forms(j)%constant, j=1, size(forms))]
       call shape_matrix(self%size0, n, self%forms)

@@ -9,7 +9,7 @@
 !! Crossings smaller than the rounding of f itself do not count as such.
 module razy_integrate_search
    use razy_core_kinds, only: i8, wp
-   use razy_integrate_cursor, only: cursor_t, move_to, reserve, size_of, step, value_of
+   use razy_integrate_cursor, only: copy, cursor_t, derivatives, move_to, reserve, size_of, step, value_of
    use razy_integrate_refine, only: refine_root, watched_t
    use razy_integrate_response, only: coarsest_level, finest_level, response_t, rows_t
    use razy_integrate_sign_proof, only: proved_margin, proved_sign
@@ -31,8 +31,6 @@ module razy_integrate_search
       real(wp), allocatable :: modulus(:)
       !> Steps are 2^-level s.
       integer :: level = 10
-      !> Largest modulus of an exponent, 1/s.
-      real(wp) :: fastest = 0.0_wp
       !> Steps tried and halvings among them.
       integer(i8) :: steps = 0, halvings = 0
    end type search_t
@@ -83,7 +81,7 @@ contains
             if (found%tau <= tau_end) return
             exit
          end if
-         call accept(self, watched, roomy)
+         call accept(self, response, watched, roomy)
          since_resync = modulo(since_resync + 1, resync)
          if (since_resync == 0 .or. response%growing) call resynchronise(self, response, rows, start, watched)
       end do
@@ -104,8 +102,8 @@ contains
       integer :: i, verdict
       logical :: room
 
-      h = scale(1.0_wp, -self%level)
       call step(self%here, response, self%level, self%trial)
+      h = response%step_length(self%level)
       self%steps = self%steps + 1
       roomy = .true.
       verdict = stays
@@ -117,7 +115,7 @@ contains
          call refine_root(response, rows, start, self%here%tau, h, 0.0_wp, high, watched(i), self%trial_root, root)
          if (found%watched == 0 .or. root < found%tau) then
             found = exit_t(i, root)
-            call copy(self%trial_root, self%probe)
+            call copy(self%trial_root, response, self%probe)
          end if
       end do
       decided = verdict /= undecided
@@ -143,8 +141,9 @@ contains
       integer :: slope_sign
 
       high = h
-      w%f1 = w%side*value_of(rows, response, self%trial, w%form, w%order) - w%side*w%bound
-      w%g1 = w%side*value_of(rows, response, self%trial, w%form, w%order + 1)
+      call derivatives(rows, response, self%trial, w%form, w%order, w%f1, w%g1)
+      w%f1 = w%side*(w%f1 - w%bound)
+      w%g1 = w%side*w%g1
       if (abs(w%f1) <= w%noise) w%f1 = max(w%f1, 0.0_wp)
       m4 = w%m4
       if (response%growing) m4 = m4*growth_over(response, h)
@@ -180,7 +179,7 @@ contains
       real(wp) :: lowest, tau, t0, t1
       integer :: curvature
 
-      if (self%level >= finest_level .or. h*self%fastest <= shortest) return
+      if (self%level >= finest_level .or. h*response%fastest <= shortest) return
       t0 = w%side*value_of(rows, response, self%here, w%form, w%order + 3)
       t1 = w%side*value_of(rows, response, self%trial, w%form, w%order + 3)
       curvature = proved_sign(d0, t0, d1, t1, h, bound_of(self, response, rows, w, 6, h))
@@ -191,9 +190,9 @@ contains
          if (curvature < 0 .and. .not. w%f0 > 0.0_wp) verdict = undecided
       else if (curvature > 0 .and. w%g0 < 0.0_wp .and. w%g1 > 0.0_wp) then
          slope = watched_t(form=w%form, order=w%order + 1, side=-w%side, f0=-w%g0, g0=-d0, f1=-w%g1, g1=-d1, &
-                           scale=w%scale*self%fastest)
+                           scale=w%scale*response%fastest)
          call refine_root(response, rows, start, self%here%tau, h, 0.0_wp, h, slope, self%trial_root, tau)
-         lowest = w%side*value_of(rows, response, self%trial_root, w%form, w%order) - w%side*w%bound
+         lowest = w%side*(value_of(rows, response, self%trial_root, w%form, w%order) - w%bound)
          if (lowest < -w%noise) then
             verdict = leaves
             high = tau - self%here%tau
@@ -215,7 +214,7 @@ contains
 
       p = w%order + order
       bound = 0.0_wp
-      do i = 1, size(self%modulus)
+      do i = 1, response%amplitudes
          bound = bound + rows%size0(i, w%form)*response%modulus(i)**p*self%modulus(i)
       end do
       if (response%growing) bound = bound*growth_over(response, h)
@@ -267,21 +266,22 @@ contains
          associate (w => watched(i))
             proved = w%order == 0
             if (proved) proved = w%side*(rows%constant(w%form) - w%bound) &
-                                 > dot_product(rows%size0(:, w%form), self%modulus) + w%noise
+                                 > dot_product(rows%size0(:, w%form), self%modulus(:response%amplitudes)) + w%noise
          end associate
          if (.not. proved) return
       end do
    end function stay_forever
 
    !> Make the trial the present point; a step with room to spare is followed by a longer one.
-   subroutine accept(self, watched, roomy)
+   subroutine accept(self, response, watched, roomy)
       type(search_t), intent(inout) :: self
+      type(response_t), intent(in) :: response
       type(watched_t), intent(inout) :: watched(:)
       logical, intent(in) :: roomy
 
       integer :: i
 
-      call copy(self%trial, self%here)
+      call copy(self%trial, response, self%here)
       do i = 1, size(watched)
          watched(i)%f0 = watched(i)%f1
          watched(i)%g0 = watched(i)%g1
@@ -302,15 +302,14 @@ contains
       call reserve(self%trial_root, response)
       call reserve(self%probe, response)
       if (allocated(self%modulus)) then
-         if (size(self%modulus) /= size(response%exponent)) deallocate (self%modulus)
+         if (size(self%modulus) < response%amplitudes) deallocate (self%modulus)
       end if
-      if (.not. allocated(self%modulus)) allocate (self%modulus(size(response%exponent)))
-      self%fastest = 0.0_wp
-      if (size(response%modulus) > 0) self%fastest = maxval(response%modulus)
-      if (size(response%dense) > 0) self%fastest = max(self%fastest, maxval(response%dense%norm))
-      self%here%tau = tau_from
-      call copy(start, self%here)
-      if (tau_from > 0.0_wp) call move_to(start, response, tau_from, self%here)
+      if (.not. allocated(self%modulus)) allocate (self%modulus(response%amplitudes + 8))
+      if (tau_from > 0.0_wp) then
+         call move_to(start, response, tau_from, self%here)
+      else
+         call copy(start, response, self%here)
+      end if
       call renew(self, response, rows, watched)
    end subroutine prepare
 
@@ -339,34 +338,22 @@ contains
 
       integer :: i, j
 
-      do j = 1, size(self%modulus)
+      do j = 1, response%amplitudes
          self%modulus(j) = sqrt(self%here%re(j)**2 + self%here%im(j)**2)
       end do
       do i = 1, size(watched)
          associate (w => watched(i))
-            w%f0 = w%side*value_of(rows, response, self%here, w%form, w%order) - w%side*w%bound
-            w%g0 = w%side*value_of(rows, response, self%here, w%form, w%order + 1)
-            w%scale = size_of(rows, response, self%here, w%form, w%order)
-            if (w%order == 0) w%scale = w%scale + abs(w%bound)
+            call derivatives(rows, response, self%here, w%form, w%order, w%f0, w%g0)
+            w%f0 = w%side*(w%f0 - w%bound)
+            w%g0 = w%side*w%g0
+            w%scale = size_of(rows, response, self%here, self%modulus, w%form, w%order) + abs(w%bound)
             w%m4 = 0.0_wp
-            do j = 1, size(self%modulus)
-               w%m4 = w%m4 + rows%size4(j, w%form)*self%modulus(j)*response%modulus(j)**w%order
+            do j = 1, response%amplitudes
+               w%m4 = w%m4 + rows%size4(j, w%form)*self%modulus(j)*merge(response%modulus(j), 1.0_wp, w%order == 1)
             end do
             w%noise = 16*epsilon(1.0_wp)*w%scale
          end associate
       end do
    end subroutine renew
-
-   pure subroutine copy(from, to)
-      type(cursor_t), intent(in) :: from
-      type(cursor_t), intent(inout) :: to
-
-      to%tau = from%tau
-      to%re(:) = from%re
-      to%im(:) = from%im
-      to%rigid(:) = from%rigid
-      to%rate(:) = from%rate
-      to%dense(:) = from%dense
-   end subroutine copy
 
 end module razy_integrate_search

@@ -90,7 +90,10 @@ contains
       meshes = input%count("gear_mesh")
       first = merge(meshes + 1, 1, what == "relative_displacement")
       last = merge(meshes, size(machine%contact), what == "mesh_deformation")
-      known = [(string_t(machine%contact(contact)%name), contact=first, last)]
+      allocate (known(max(0, last - first + 1)))
+      do contact = first, last
+         known(contact - first + 1)%text = machine%contact(contact)%name
+      end do
       if (size(known) == 0) then
          contact = 0
          call input%complain(error, "record", i, "observable", "this needs a contact, and the scene has none of its kind")
