@@ -6,7 +6,7 @@
 !! goes on in the opposite direction.
 module razy_dynamics_extrema
    use razy_core_kinds, only: wp
-   use razy_integrate_cursor, only: cursor_t, move_to, reserve, size_of, value_of
+   use razy_integrate_cursor, only: copy, cursor_t, move_to, reserve, size_of, value_of
    use razy_integrate_observer, only: observer_t, piece_t
    use razy_integrate_refine, only: watched_t
    use razy_integrate_search, only: exit_t, first_exit, search_t
@@ -69,7 +69,11 @@ contains
       if (tau > part%duration) return
       associate (state => part%state)
          call reserve(self%cursor, state%response)
-         call move_to(part%start, state%response, tau, self%cursor)
+         if (tau > 0.0_wp) then
+            call move_to(part%start, state%response, tau, self%cursor)
+         else
+            call copy(part%start, state%response, self%cursor)
+         end if
          call begin_piece(self, part, flat)
          if (flat) return
          rate(1) = watched_t(form=self%form, order=1, side=real(self%direction, wp))
@@ -84,8 +88,7 @@ contains
             rate(1)%side = -rate(1)%side
             rate(1)%from_zero = .true.
          end do
-         call move_to(part%start, state%response, part%duration, self%cursor)
-         self%end_value = value_of(state%observed, state%response, self%cursor, self%form, 0)
+         self%end_value = value_of(state%observed, state%response, part%finish, self%form, 0)
          self%end_time = part%time + (part%time_low + part%duration)
       end associate
    end subroutine piece

@@ -174,6 +174,7 @@ contains
                   forms(used) = switching_form(self, j, law%slope(1, f), law%slope(2, f), law%constant(f))
                   if (guard%below /= 0) call add(guard%below, 1.0_wp, guard%lower)
                   if (guard%above /= 0) call add(guard%above, -1.0_wp, guard%upper)
+                  if (guard%below /= 0 .and. guard%above /= 0) watched(n)%shares_form = .true.
                end associate
             end do
          end associate

@@ -283,23 +283,24 @@ contains
       end do
    end subroutine move_to
 
-   !> Move by the small time `delta`: fifth-order Taylor factors, right to rounding for |exponent*delta| <= 3e-3.
+   !> Move by the small time `delta`: Taylor factors of order 5 or 9, right to rounding for |exponent*delta| <= 0.08.
    pure subroutine shift(self, response, delta)
       type(cursor_t), intent(inout) :: self
       type(response_t), intent(in) :: response
       real(wp), intent(in) :: delta
 
       real(wp) :: x, y, re, im, next
-      integer :: i, j, k
+      integer :: i, j, k, order
 
       self%tau = self%tau + delta
+      order = merge(5, 9, abs(delta)*response%fastest <= 3.0e-3_wp)
       do i = 1, response%amplitudes
          x = real(response%exponent(i))*delta
          y = aimag(response%exponent(i))*delta
          ! exp(x + iy) - 1 by Horner's rule.
-         re = 0.2_wp*x
-         im = 0.2_wp*y
-         do k = 4, 1, -1
+         re = x*inverse(order)
+         im = y*inverse(order)
+         do k = order - 1, 1, -1
             next = (x*(1.0_wp + re) - y*im)*inverse(k)
             im = (y*(1.0_wp + re) + x*im)*inverse(k)
             re = next
@@ -328,7 +329,7 @@ contains
       integer, intent(in) :: k
       real(wp) :: inverse
 
-      real(wp), parameter :: inverses(4) = [1.0_wp, 0.5_wp, 1.0_wp/3, 0.25_wp]
+      real(wp), parameter :: inverses(9) = [1.0_wp, 0.5_wp, 1.0_wp/3, 0.25_wp, 0.2_wp, 1.0_wp/6, 1.0_wp/7, 0.125_wp, 1.0_wp/9]
 
       inverse = inverses(k)
    end function inverse

@@ -33,6 +33,12 @@ module razy_integrate_exact
       integer :: states = 0
    end type outcome_t
 
+   !> The bound of a switching function that was crossed, and the side on which the motion had been.
+   type :: crossed_t
+      integer :: function = 0
+      real(wp) :: side = 0.0_wp, bound = 0.0_wp
+   end type crossed_t
+
    !> The propagator with what it keeps from run to run.
    type :: exact_t
       type(contact_states_t) :: states
@@ -76,7 +82,8 @@ contains
 
       type(piece_t) :: piece
       type(exit_t) :: found
-      integer :: i, standing, switched, crossed
+      type(crossed_t) :: crossed
+      integer :: i, standing, switched
       integer(i8) :: steps, halvings
 
       steps = self%search%steps
@@ -84,7 +91,6 @@ contains
       call begin(self)
       standing = 0
       switched = 0
-      crossed = 0
       do while (piece%time < t_end)
          i = state_index(self%states, self%branch)
          if (i == 0) outcome%status = status_no_modes
@@ -100,7 +106,8 @@ contains
          switched = 0
          if (found%watched == 0) cycle
          switched = piece%contact
-         crossed = piece%state%function(found%watched)
+         crossed = crossed_t(piece%state%function(found%watched), piece%state%watched(found%watched)%side, &
+                             piece%state%watched(found%watched)%bound)
          self%branch(switched) = piece%branch
          outcome%events = outcome%events + 1
          if (standing > 8*size(self%branch) + 8) outcome%status = status_chatter
@@ -134,11 +141,12 @@ contains
       end associate
    end subroutine begin
 
-   !> Follow state i from the time of `piece` to its end; `switched` is the contact that has just crossed its function
-   !> `crossed`, and so starts on a bound of it.
+   !> Follow state i from the time of `piece` to its end; `switched` is the contact that has just crossed the bound `crossed`,
+   !> and so starts on it.
    subroutine next_piece(self, i, switched, crossed, t_end, piece, found)
       class(exact_t), intent(inout), target :: self
-      integer, intent(in) :: i, switched, crossed
+      integer, intent(in) :: i, switched
+      type(crossed_t), intent(in) :: crossed
       real(wp), intent(in) :: t_end
       type(piece_t), intent(inout) :: piece
       type(exit_t), intent(out) :: found
@@ -154,13 +162,20 @@ contains
          call reserve(self%start, state%response)
          call set_state(self%start, state%response, self%z, self%cosine, self%sine)
          piece%start => self%start
+         piece%finish => self%search%probe
          fastest = state%basis%fastest
          if (size(self%states%omega) > 0) fastest = max(fastest, maxval(self%states%omega))
          longest = (t_end - piece%time) - piece%time_low
          piece%last = longest*fastest <= longest_angle
          if (.not. piece%last) longest = longest_angle/fastest
          state%watched%from_zero = .false.
-         if (switched > 0) state%watched%from_zero = state%contact == switched .and. state%function == crossed
+         if (switched > 0) then
+            do t = 1, size(state%watched)
+               state%watched(t)%from_zero = state%contact(t) == switched .and. state%function(t) == crossed%function &
+                                            .and. state%watched(t)%side*crossed%side < 0.0_wp &
+                                            .and. .not. abs(state%watched(t)%bound - crossed%bound) > 0.0_wp
+            end do
+         end if
          self%search%level = state%level
          call first_exit(self%search, state%response, state%switching, self%start, 0.0_wp, longest, state%watched, found)
          state%level = self%search%level

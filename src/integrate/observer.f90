@@ -13,7 +13,8 @@ module razy_integrate_observer
       !> Time of its start, s (sum of both), and its duration, s.
       real(wp) :: time = 0.0_wp, time_low = 0.0_wp, duration = 0.0_wp
       type(contact_state_t), pointer :: state => null()
-      type(cursor_t), pointer :: start => null()
+      !> Amplitudes at its start and at its end.
+      type(cursor_t), pointer :: start => null(), finish => null()
       !> Whether the motion ends with this piece.
       logical :: last = .false.
       !> The contact whose branch changes at its end, and the branch that follows; 0 if there is no event.

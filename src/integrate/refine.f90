@@ -15,6 +15,8 @@ module razy_integrate_refine
       real(wp) :: side = 1.0_wp, bound = 0.0_wp
       !> Starts on the bound and moves inwards.
       logical :: from_zero = .false.
+      !> Of the same form and order as the function before it in the list.
+      logical :: shares_form = .false.
       !> Values and slopes at both ends of the step, bound of the fourth derivative of f.
       real(wp) :: f0 = 0.0_wp, g0 = 0.0_wp, f1 = 0.0_wp, g1 = 0.0_wp, m4 = 0.0_wp
       !> Size of the terms that f is the sum of, and of the rounding in it.
@@ -22,7 +24,7 @@ module razy_integrate_refine
    end type watched_t
 
    !> Times the fastest exponent, a shift that Taylor factors take to rounding.
-   real(wp), parameter :: small_shift = 3.0e-3_wp
+   real(wp), parameter :: small_shift = 0.08_wp
    integer, parameter :: most_iterations = 60
 
 contains
@@ -62,13 +64,13 @@ contains
          next = root + delta
          if (.not. (next >= left .and. next <= right)) next = 0.5_wp*(left + right)
          delta = next - root
-         if (abs(delta) <= spacing(right)) exit
+         if (abs(delta) <= epsilon(1.0_wp)*right) exit
          root = next
          if (abs(delta)*response%fastest <= small_shift) then
             call shift(probe, response, delta)
             probe%tau = root
             ! Halley's error is of third order: where the next correction would be rounding, it is not computed.
-            if (abs(delta)*(delta*max(response%fastest, abs(d)/max(abs(g), tiny(g))))**2 <= 0.1_wp*spacing(root)) exit
+            if (abs(delta)*(delta*max(response%fastest, abs(d)/max(abs(g), tiny(g))))**2 <= 0.1_wp*epsilon(1.0_wp)*root) exit
          else
             call move_to(start, response, root, probe)
          end if

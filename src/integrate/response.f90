@@ -29,7 +29,7 @@ module razy_integrate_response
       real(wp), allocatable :: size0(:, :), size4(:, :)
       !> On rigid modes and their rates (rigid, forms).
       real(wp), allocatable :: rigid_y(:, :), rigid_v(:, :)
-      !> On dense states, orders 0…7 (nx, 0:7, forms).
+      !> On dense states, orders 0…5 (nx, 0:5, forms).
       real(wp), allocatable :: dense(:, :, :)
       real(wp), allocatable :: constant(:)
    end type rows_t
@@ -178,7 +178,7 @@ contains
       call shape_matrix(self%rigid_v, response%rigid, self%forms)
       if (allocated(self%re)) deallocate (self%re, self%im, self%dense)
       allocate (self%re(n, 0:4, self%forms), self%im(n, 0:4, self%forms))
-      allocate (self%dense(response%nx, 0:7, self%forms), source=0.0_wp)
+      allocate (self%dense(response%nx, 0:5, self%forms), source=0.0_wp)
       do j = 1, self%forms
          form = [forms(j)%on_y, forms(j)%on_v]
          self%constant(j) = self%constant(j) + dot_product(form, response%constant)

@@ -12,7 +12,7 @@ module razy_integrate_search
    use razy_integrate_cursor, only: copy, cursor_t, derivatives, move_to, reserve, size_of, step, value_of
    use razy_integrate_refine, only: refine_root, watched_t
    use razy_integrate_response, only: coarsest_level, finest_level, response_t, rows_t
-   use razy_integrate_sign_proof, only: proved_margin, proved_sign
+   use razy_integrate_sign_proof, only: proved_curvature, proved_margin, proved_monotone
    implicit none(type, external)
    private
 
@@ -26,7 +26,11 @@ module razy_integrate_search
 
    !> Workspace and counters of the search.
    type :: search_t
-      type(cursor_t) :: here, trial, trial_root, probe
+      !> Two ends of a step, of which `now` is the present one; a root; the root that is found.
+      type(cursor_t) :: point(2), trial_root, probe
+      integer :: now = 1
+      !> Amplitudes, rigid modes and dense states there is room for.
+      integer :: room(3) = -1
       !> Moduli of the amplitudes at the last exact evaluation.
       real(wp), allocatable :: modulus(:)
       !> Steps are 2^-level s.
@@ -71,7 +75,7 @@ contains
          watched(i)%f0 = max(watched(i)%f0, 0.0_wp)
       end do
       since_resync = 0
-      do while (self%here%tau < tau_end)
+      do while (self%point(self%now)%tau < tau_end)
          if (since_resync == 0) then
             if (stay_forever(self, response, rows, watched)) exit
          end if
@@ -81,7 +85,7 @@ contains
             if (found%tau <= tau_end) return
             exit
          end if
-         call accept(self, response, watched, roomy)
+         call accept(self, watched, roomy)
          since_resync = modulo(since_resync + 1, resync)
          if (since_resync == 0 .or. response%growing) call resynchronise(self, response, rows, start, watched)
       end do
@@ -98,22 +102,29 @@ contains
       type(exit_t), intent(out) :: found
       logical, intent(out) :: decided, roomy
 
-      real(wp) :: h, high, root
+      real(wp) :: f, g, h, high, root
       integer :: i, verdict
       logical :: room
 
-      call step(self%here, response, self%level, self%trial)
+      call step(self%point(self%now), response, self%level, self%point(3 - self%now))
       h = response%step_length(self%level)
       self%steps = self%steps + 1
       roomy = .true.
       verdict = stays
       do i = 1, size(watched)
-         call judge(self, response, rows, start, watched(i), h, verdict, high, room)
+         if (.not. watched(i)%shares_form) then
+            call derivatives(rows, response, self%point(3 - self%now), watched(i)%form, watched(i)%order, f, g)
+         end if
+         call judge(self, response, rows, start, watched(i), f, g, h, verdict, high, room)
          roomy = roomy .and. room
          if (verdict == undecided) exit
          if (verdict == stays) cycle
-         call refine_root(response, rows, start, self%here%tau, h, 0.0_wp, high, watched(i), self%trial_root, root)
-         if (found%watched == 0 .or. root < found%tau) then
+         if (found%watched == 0) then
+            call refine_root(response, rows, start, self%point(self%now)%tau, h, 0.0_wp, high, watched(i), self%probe, root)
+            found = exit_t(i, root)
+         else
+            call refine_root(response, rows, start, self%point(self%now)%tau, h, 0.0_wp, high, watched(i), self%trial_root, root)
+            if (root >= found%tau) cycle
             found = exit_t(i, root)
             call copy(self%trial_root, response, self%probe)
          end if
@@ -125,101 +136,75 @@ contains
       self%level = self%level + 1
    end subroutine try_step
 
-   !> What the function does on the step from `here` to `trial`; `high` (s after `here`) ends the bracket of a root.
-   subroutine judge(self, response, rows, start, w, h, verdict, high, room)
+   !> What the function, whose form has value `f` and slope `g` at the end, does on the step from `here` to `trial`; `high` (s after `here`) ends the bracket of a root.
+   subroutine judge(self, response, rows, start, w, f, g, h, verdict, high, room)
       type(search_t), intent(inout) :: self
       type(response_t), intent(in) :: response
       type(rows_t), intent(in) :: rows
       type(cursor_t), intent(in) :: start
       type(watched_t), intent(inout) :: w
-      real(wp), intent(in) :: h
+      real(wp), intent(in) :: f, g, h
       integer, intent(out) :: verdict
       real(wp), intent(out) :: high
       logical, intent(out) :: room
 
-      real(wp) :: margin, error, m4, d0, d1
-      integer :: slope_sign
+      real(wp) :: margin, m4, d0, d1
+      integer :: curvature
 
       high = h
-      call derivatives(rows, response, self%trial, w%form, w%order, w%f1, w%g1)
-      w%f1 = w%side*(w%f1 - w%bound)
-      w%g1 = w%side*w%g1
+      w%f1 = w%side*(f - w%bound)
+      w%g1 = w%side*g
       if (abs(w%f1) <= w%noise) w%f1 = max(w%f1, 0.0_wp)
       m4 = w%m4
       if (response%growing) m4 = m4*growth_over(response, h)
       if (response%nx > 0) m4 = m4 + dense_bound(self, response, rows, w%form, w%order + 4, h)
       margin = proved_margin(w%f0, w%g0, w%f1, w%g1, h, m4)
       room = .false.
+      verdict = stays
       if (w%f1 >= 0.0_wp .and. margin >= 0.0_wp) then
-         verdict = stays
-         error = m4*h**4/144
-         room = margin > 15*error
+         ! Twice the step has sixteen times the error.
+         room = margin > m4*h**4*(15.0_wp/144)
          return
       end if
-      d0 = w%side*value_of(rows, response, self%here, w%form, w%order + 2)
-      d1 = w%side*value_of(rows, response, self%trial, w%form, w%order + 2)
-      slope_sign = proved_sign(w%g0, d0, w%g1, d1, h, bound_of(self, response, rows, w, 5, h))
-      verdict = merge(stays, leaves, w%f1 >= 0.0_wp)
-      if (slope_sign /= 0) return
-      call judge_curved(self, response, rows, start, w, h, d0, d1, verdict, high)
+      if (w%f1 < 0.0_wp) verdict = leaves
+      if (self%level >= finest_level .or. h*response%fastest <= shortest) return
+      if (verdict == leaves .and. w%g0 > 0.0_wp .and. .not. w%f0 > 0.0_wp) then
+         ! From zero up and below zero again: half the step separates the root at its start from the one to be found.
+         verdict = undecided
+         return
+      end if
+      if (proved_monotone(w%f0, w%g0, w%f1, w%g1, h, m4, w%noise)) return
+      call proved_curvature(w%f0, w%g0, w%f1, w%g1, h, m4, w%noise, d0, d1, curvature)
+      if (curvature == 0) then
+         verdict = undecided
+      else if (verdict == stays .and. curvature > 0 .and. w%g0 < 0.0_wp .and. w%g1 > 0.0_wp) then
+         call judge_minimum(self, response, rows, start, w, d0, d1, h, verdict, high)
+      end if
    end subroutine judge
 
-   !> The third and last question: a function of one curvature, or a step too short for anything to hide in.
-   subroutine judge_curved(self, response, rows, start, w, h, d0, d1, verdict, high)
+   !> A convex function that is positive at both ends: the sign of its minimum decides, and ends the bracket of the first root.
+   subroutine judge_minimum(self, response, rows, start, w, d0, d1, h, verdict, high)
       type(search_t), intent(inout) :: self
       type(response_t), intent(in) :: response
       type(rows_t), intent(in) :: rows
       type(cursor_t), intent(in) :: start
       type(watched_t), intent(in) :: w
-      real(wp), intent(in) :: h, d0, d1
-      integer, intent(inout) :: verdict
+      real(wp), intent(in) :: d0, d1, h
+      integer, intent(out) :: verdict
       real(wp), intent(inout) :: high
 
       type(watched_t) :: slope
-      real(wp) :: lowest, tau, t0, t1
-      integer :: curvature
+      real(wp) :: lowest, tau
 
-      if (self%level >= finest_level .or. h*response%fastest <= shortest) return
-      t0 = w%side*value_of(rows, response, self%here, w%form, w%order + 3)
-      t1 = w%side*value_of(rows, response, self%trial, w%form, w%order + 3)
-      curvature = proved_sign(d0, t0, d1, t1, h, bound_of(self, response, rows, w, 6, h))
-      if (curvature == 0) then
-         verdict = undecided
-      else if (verdict == leaves) then
-         ! From zero up and below zero again: half the step separates the root at its start from the one to be found.
-         if (curvature < 0 .and. .not. w%f0 > 0.0_wp) verdict = undecided
-      else if (curvature > 0 .and. w%g0 < 0.0_wp .and. w%g1 > 0.0_wp) then
-         slope = watched_t(form=w%form, order=w%order + 1, side=-w%side, f0=-w%g0, g0=-d0, f1=-w%g1, g1=-d1, &
-                           scale=w%scale*response%fastest)
-         call refine_root(response, rows, start, self%here%tau, h, 0.0_wp, h, slope, self%trial_root, tau)
-         lowest = w%side*(value_of(rows, response, self%trial_root, w%form, w%order) - w%bound)
-         if (lowest < -w%noise) then
-            verdict = leaves
-            high = tau - self%here%tau
-         end if
-      end if
-   end subroutine judge_curved
-
-   !> Bound of the derivative of f of this order over the step: moduli do not grow, growing ones are seen to by the caller.
-   function bound_of(self, response, rows, w, order, h) result(bound)
-      type(search_t), intent(in) :: self
-      type(response_t), intent(in) :: response
-      type(rows_t), intent(in) :: rows
-      type(watched_t), intent(in) :: w
-      integer, intent(in) :: order
-      real(wp), intent(in) :: h
-      real(wp) :: bound
-
-      integer :: i, p
-
-      p = w%order + order
-      bound = 0.0_wp
-      do i = 1, response%amplitudes
-         bound = bound + rows%size0(i, w%form)*response%modulus(i)**p*self%modulus(i)
-      end do
-      if (response%growing) bound = bound*growth_over(response, h)
-      if (response%nx > 0) bound = bound + dense_bound(self, response, rows, w%form, p, h)
-   end function bound_of
+      slope = watched_t(form=w%form, order=w%order + 1, side=-w%side, f0=-w%g0, g0=-d0, f1=-w%g1, g1=-d1, &
+                        scale=w%scale*response%fastest)
+      call refine_root(response, rows, start, self%point(self%now)%tau, h, 0.0_wp, h, slope, self%trial_root, tau)
+      lowest = w%side*(value_of(rows, response, self%trial_root, w%form, w%order) - w%bound)
+      verdict = stays
+      if (lowest >= -w%noise) return
+      verdict = leaves
+      high = tau - self%point(self%now)%tau
+   end subroutine judge_minimum
 
    !> Largest factor by which an amplitude grows over a step.
    pure function growth_over(response, h) result(factor)
@@ -245,7 +230,7 @@ contains
       do i = 1, size(response%dense)
          j = response%first(i)
          k = response%first(i + 1) - 1
-         bound = bound + maxval(abs(rows%dense(j:k, p, form)))*sum(abs(self%here%dense(j:k))) &
+         bound = bound + maxval(abs(rows%dense(j:k, p, form)))*sum(abs(self%point(self%now)%dense(j:k))) &
                  *exp(min(response%dense(i)%norm*h, 600.0_wp))
       end do
    end function dense_bound
@@ -273,15 +258,14 @@ contains
    end function stay_forever
 
    !> Make the trial the present point; a step with room to spare is followed by a longer one.
-   subroutine accept(self, response, watched, roomy)
+   subroutine accept(self, watched, roomy)
       type(search_t), intent(inout) :: self
-      type(response_t), intent(in) :: response
       type(watched_t), intent(inout) :: watched(:)
       logical, intent(in) :: roomy
 
       integer :: i
 
-      call copy(self%trial, response, self%here)
+      self%now = 3 - self%now
       do i = 1, size(watched)
          watched(i)%f0 = watched(i)%f1
          watched(i)%g0 = watched(i)%g1
@@ -297,21 +281,28 @@ contains
       real(wp), intent(in) :: tau_from
       type(watched_t), intent(inout) :: watched(:)
 
-      call reserve(self%here, response)
-      call reserve(self%trial, response)
-      call reserve(self%trial_root, response)
-      call reserve(self%probe, response)
-      if (allocated(self%modulus)) then
-         if (size(self%modulus) < response%amplitudes) deallocate (self%modulus)
-      end if
-      if (.not. allocated(self%modulus)) allocate (self%modulus(response%amplitudes + 8))
+      if (any(self%room < [response%amplitudes, response%rigid, response%nx])) call make_room(self, response)
       if (tau_from > 0.0_wp) then
-         call move_to(start, response, tau_from, self%here)
+         call move_to(start, response, tau_from, self%point(self%now))
       else
-         call copy(start, response, self%here)
+         call copy(start, response, self%point(self%now))
       end if
       call renew(self, response, rows, watched)
    end subroutine prepare
+
+   !> Fit the workspace to a response that is larger than those before.
+   subroutine make_room(self, response)
+      type(search_t), intent(inout) :: self
+      type(response_t), intent(in) :: response
+
+      call reserve(self%point(1), response)
+      call reserve(self%point(2), response)
+      call reserve(self%trial_root, response)
+      call reserve(self%probe, response)
+      if (allocated(self%modulus)) deallocate (self%modulus)
+      allocate (self%modulus(size(self%point(1)%re)))
+      self%room = [size(self%point(1)%re), size(self%point(1)%rigid), size(self%point(1)%dense)]
+   end subroutine make_room
 
    !> Evaluate the present point from the start of the segment.
    subroutine resynchronise(self, response, rows, start, watched)
@@ -323,8 +314,8 @@ contains
 
       real(wp) :: tau
 
-      tau = self%here%tau
-      call move_to(start, response, tau, self%here)
+      tau = self%point(self%now)%tau
+      call move_to(start, response, tau, self%point(self%now))
       call renew(self, response, rows, watched)
       watched%f0 = max(watched%f0, 0.0_wp)
    end subroutine resynchronise
@@ -336,21 +327,26 @@ contains
       type(rows_t), intent(in) :: rows
       type(watched_t), intent(inout) :: watched(:)
 
+      real(wp) :: f, g, m4, total
       integer :: i, j
 
       do j = 1, response%amplitudes
-         self%modulus(j) = sqrt(self%here%re(j)**2 + self%here%im(j)**2)
+         self%modulus(j) = sqrt(self%point(self%now)%re(j)**2 + self%point(self%now)%im(j)**2)
       end do
       do i = 1, size(watched)
          associate (w => watched(i))
-            call derivatives(rows, response, self%here, w%form, w%order, w%f0, w%g0)
-            w%f0 = w%side*(w%f0 - w%bound)
-            w%g0 = w%side*w%g0
-            w%scale = size_of(rows, response, self%here, self%modulus, w%form, w%order) + abs(w%bound)
-            w%m4 = 0.0_wp
-            do j = 1, response%amplitudes
-               w%m4 = w%m4 + rows%size4(j, w%form)*self%modulus(j)*merge(response%modulus(j), 1.0_wp, w%order == 1)
-            end do
+            if (.not. w%shares_form) then
+               call derivatives(rows, response, self%point(self%now), w%form, w%order, f, g)
+               total = size_of(rows, response, self%point(self%now), self%modulus, w%form, w%order)
+               m4 = 0.0_wp
+               do j = 1, response%amplitudes
+                  m4 = m4 + rows%size4(j, w%form)*self%modulus(j)*merge(response%modulus(j), 1.0_wp, w%order == 1)
+               end do
+            end if
+            w%f0 = w%side*(f - w%bound)
+            w%g0 = w%side*g
+            w%m4 = m4
+            w%scale = total + abs(w%bound)
             w%noise = 16*epsilon(1.0_wp)*w%scale
          end associate
       end do
