@@ -65,7 +65,10 @@ contains
          if (allocated(self%state)) deallocate (self%state)
          allocate (self%state(4))
          call new_coupled(self%coupled, machine, keep_all, error)
-         if (allocated(error)) return
+         if (allocated(error)) then
+            deallocate (self%machine%mass)
+            return
+         end if
          if (allocated(self%w)) deallocate (self%w)
          allocate (self%w(self%coupled%m, size(machine%contact)))
          do j = 1, size(machine%contact)

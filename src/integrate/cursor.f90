@@ -10,7 +10,8 @@ module razy_integrate_cursor
    implicit none(type, external)
    private
 
-   public :: copy, cursor_t, derivatives, move_to, reserve, set_state, shift, size_of, state_of, step, value_of
+   public :: copy, cursor_t, derivatives, go_from, move_to, reserve, set_state, shift, size_of, state_of, step
+   public :: value_and_slope, value_of
 
    !> Arrays may be longer than the response at hand needs.
    type :: cursor_t
@@ -113,8 +114,45 @@ contains
       type(response_t), intent(in) :: response
       type(cursor_t), intent(in) :: self
       integer, intent(in) :: j, order
+      real(wp), intent(out) :: f, g, d
+
+      integer :: i
+
+      f = 0.0_wp
+      g = 0.0_wp
+      d = 0.0_wp
+      do i = 1, response%amplitudes
+         f = f + (rows%re(i, order, j)*self%re(i) + rows%im(i, order, j)*self%im(i))
+         g = g + (rows%re(i, order + 1, j)*self%re(i) + rows%im(i, order + 1, j)*self%im(i))
+         d = d + (rows%re(i, order + 2, j)*self%re(i) + rows%im(i, order + 2, j)*self%im(i))
+      end do
+      do i = 1, response%rigid
+         if (order == 0) then
+            f = f + (rows%rigid_y(i, j)*self%rigid(i) + rows%rigid_v(i, j)*self%rate(i))
+            g = g + (rows%rigid_y(i, j)*self%rate(i) + rows%rigid_v(i, j)*response%rigid_force(i))
+            d = d + rows%rigid_y(i, j)*response%rigid_force(i)
+         else if (order == 1) then
+            f = f + (rows%rigid_y(i, j)*self%rate(i) + rows%rigid_v(i, j)*response%rigid_force(i))
+            g = g + rows%rigid_y(i, j)*response%rigid_force(i)
+         else if (order == 2) then
+            f = f + rows%rigid_y(i, j)*response%rigid_force(i)
+         end if
+      end do
+      if (order == 0) f = f + rows%constant(j)
+      do i = 1, response%nx
+         f = f + rows%dense(i, order, j)*self%dense(i)
+         g = g + rows%dense(i, order + 1, j)*self%dense(i)
+         d = d + rows%dense(i, order + 2, j)*self%dense(i)
+      end do
+   end subroutine derivatives
+
+   !> The value f and slope g of form `j` at the cursor, or those of its derivative of order `order` (0…3).
+   pure subroutine value_and_slope(rows, response, self, j, order, f, g)
+      type(rows_t), intent(in) :: rows
+      type(response_t), intent(in) :: response
+      type(cursor_t), intent(in) :: self
+      integer, intent(in) :: j, order
       real(wp), intent(out) :: f, g
-      real(wp), intent(out), optional :: d
 
       integer :: i
 
@@ -124,19 +162,21 @@ contains
          f = f + (rows%re(i, order, j)*self%re(i) + rows%im(i, order, j)*self%im(i))
          g = g + (rows%re(i, order + 1, j)*self%re(i) + rows%im(i, order + 1, j)*self%im(i))
       end do
+      do i = 1, response%rigid
+         if (order == 0) then
+            f = f + (rows%rigid_y(i, j)*self%rigid(i) + rows%rigid_v(i, j)*self%rate(i))
+            g = g + (rows%rigid_y(i, j)*self%rate(i) + rows%rigid_v(i, j)*response%rigid_force(i))
+         else if (order == 1) then
+            f = f + (rows%rigid_y(i, j)*self%rate(i) + rows%rigid_v(i, j)*response%rigid_force(i))
+            g = g + rows%rigid_y(i, j)*response%rigid_force(i)
+         end if
+      end do
       if (order == 0) f = f + rows%constant(j)
-      if (order < 2 .and. response%rigid > 0) then
-         f = f + rigid_part(rows, response, self, j, order)
-         g = g + rigid_part(rows, response, self, j, order + 1)
-      else if (order == 2) then
-         f = f + rigid_part(rows, response, self, j, 2)
-      end if
       do i = 1, response%nx
          f = f + rows%dense(i, order, j)*self%dense(i)
          g = g + rows%dense(i, order + 1, j)*self%dense(i)
       end do
-      if (present(d)) d = value_of(rows, response, self, j, order + 2)
-   end subroutine derivatives
+   end subroutine value_and_slope
 
    !> The derivative of order `order` (0…4) of form `j` at the cursor.
    pure function value_of(rows, response, self, j, order) result(f)
@@ -220,15 +260,16 @@ contains
       integer, intent(in) :: level
       type(cursor_t), intent(inout) :: self
 
-      real(wp) :: h
+      real(wp) :: h, re
       integer :: i
 
       if (.not. response%has_step(level)) call tabulate(response, level)
       h = response%step_length(level)
       self%tau = from%tau + h
       do i = 1, response%amplitudes
-         self%re(i) = from%re(i)*response%step_re(i, level) - from%im(i)*response%step_im(i, level)
+         re = from%re(i)*response%step_re(i, level) - from%im(i)*response%step_im(i, level)
          self%im(i) = from%re(i)*response%step_im(i, level) + from%im(i)*response%step_re(i, level)
+         self%re(i) = re
       end do
       do i = 1, response%rigid
          self%rigid(i) = from%rigid(i) + h*(from%rate(i) + 0.5_wp*h*response%rigid_force(i))
@@ -283,31 +324,82 @@ contains
       end do
    end subroutine move_to
 
-   !> Move by the small time `delta`: Taylor factors of order 5 or 9, right to rounding for |exponent*delta| <= 0.08.
+   !> Go from `from` by `tau` (s), shorter than 2^-level: binary digits of tau down to the response's fine level by the table
+   !> of steps; what is left of tau by `shift`, or not at all if `coarsely`, and then tau is shortened by it.
+   pure subroutine go_from(from, response, level, coarsely, tau, self)
+      type(cursor_t), intent(in) :: from
+      type(response_t), intent(inout) :: response
+      integer, intent(in) :: level
+      logical, intent(in) :: coarsely
+      real(wp), intent(inout) :: tau
+      type(cursor_t), intent(inout) :: self
+
+      real(wp) :: h, re, rest
+      integer :: i, k
+
+      call copy(from, response, self)
+      rest = tau
+      h = response%step_length(level)
+      do k = level + 1, response%fine_level
+         h = 0.5_wp*h
+         if (rest < h) cycle
+         rest = rest - h
+         if (.not. response%has_step(k)) call tabulate(response, k)
+         do i = 1, response%amplitudes
+            re = self%re(i)*response%step_re(i, k) - self%im(i)*response%step_im(i, k)
+            self%im(i) = self%re(i)*response%step_im(i, k) + self%im(i)*response%step_re(i, k)
+            self%re(i) = re
+         end do
+         if (response%nx > 0) self%dense(:response%nx) = matmul(response%step_dense(:, :, k), self%dense(:response%nx))
+      end do
+      h = tau - rest
+      do i = 1, response%rigid
+         self%rigid(i) = from%rigid(i) + h*(from%rate(i) + 0.5_wp*h*response%rigid_force(i))
+         self%rate(i) = from%rate(i) + h*response%rigid_force(i)
+      end do
+      if (coarsely) then
+         tau = h
+      else
+         call shift(self, response, rest)
+      end if
+      self%tau = from%tau + tau
+   end subroutine go_from
+
+   !> Move by the small time `delta`: series that are right to rounding for |exponent*delta| <= 0.08.
    pure subroutine shift(self, response, delta)
       type(cursor_t), intent(inout) :: self
       type(response_t), intent(in) :: response
       real(wp), intent(in) :: delta
 
-      real(wp) :: x, y, re, im, next
-      integer :: i, j, k, order
+      real(wp) :: x, y, y2, re, im, factor
+      integer :: i, j, k
+      logical :: tiny_step
 
       self%tau = self%tau + delta
-      order = merge(5, 9, abs(delta)*response%fastest <= 3.0e-3_wp)
+      tiny_step = abs(delta)*response%fastest <= 3.0e-3_wp
       do i = 1, response%amplitudes
-         x = real(response%exponent(i))*delta
          y = aimag(response%exponent(i))*delta
-         ! exp(x + iy) - 1 by Horner's rule.
-         re = x*inverse(order)
-         im = y*inverse(order)
-         do k = order - 1, 1, -1
-            next = (x*(1.0_wp + re) - y*im)*inverse(k)
-            im = (y*(1.0_wp + re) + x*im)*inverse(k)
-            re = next
-         end do
-         next = self%re(i) + (self%re(i)*re - self%im(i)*im)
-         self%im(i) = self%im(i) + (self%re(i)*im + self%im(i)*re)
-         self%re(i) = next
+         y2 = y*y
+         if (tiny_step) then
+            re = 1.0_wp - y2*(0.5_wp - y2*(1.0_wp/24))
+            im = y*(1.0_wp - y2*(1.0_wp/6 - y2*(1.0_wp/120)))
+         else
+            re = 1.0_wp - y2*(0.5_wp - y2*(1.0_wp/24 - y2*(1.0_wp/720 - y2*(1.0_wp/40320))))
+            im = y*(1.0_wp - y2*(1.0_wp/6 - y2*(1.0_wp/120 - y2*(1.0_wp/5040 - y2*(1.0_wp/362880)))))
+         end if
+         if (i <= response%terms) then
+            x = real(response%exponent(i))*delta
+            if (tiny_step) then
+               factor = 1.0_wp + x*(1.0_wp + x*(0.5_wp + x*(1.0_wp/6 + x*(1.0_wp/24 + x*(1.0_wp/120)))))
+            else
+               factor = exp(x)
+            end if
+            re = factor*re
+            im = factor*im
+         end if
+         x = self%re(i)*re - self%im(i)*im
+         self%im(i) = self%re(i)*im + self%im(i)*re
+         self%re(i) = x
       end do
       do i = 1, response%rigid
          self%rigid(i) = self%rigid(i) + delta*(self%rate(i) + 0.5_wp*delta*response%rigid_force(i))
@@ -325,15 +417,6 @@ contains
       end do
    end subroutine shift
 
-   pure function inverse(k)
-      integer, intent(in) :: k
-      real(wp) :: inverse
-
-      real(wp), parameter :: inverses(9) = [1.0_wp, 0.5_wp, 1.0_wp/3, 0.25_wp, 0.2_wp, 1.0_wp/6, 1.0_wp/7, 0.125_wp, 1.0_wp/9]
-
-      inverse = inverses(k)
-   end function inverse
-
    !> Real and imaginary part of exp(exponent*tau); growth beyond the range of the numbers is held at its edge, where the
    !> caller sees a blow-up.
    pure subroutine growth(exponent, tau, re, im)
@@ -347,7 +430,7 @@ contains
       re = cos(angle)
       im = sin(angle)
       if (.not. abs(real(exponent)) > 0.0_wp) return
-      factor = exp(min(max(real(exponent)*tau, -700.0_wp), 600.0_wp))
+      factor = exp(min(max(real(exponent)*tau, -700.0_wp), 200.0_wp))
       re = factor*re
       im = factor*im
    end subroutine growth

@@ -53,6 +53,8 @@ module razy_integrate_exact
 
    !> Pieces are begun anew after this angle of the fastest exponent, so that its rounding stays below 1e-13.
    real(wp), parameter :: longest_angle = 1.0e3_wp
+   !> A growing term grows by less than the exponential of this in a piece; a state beyond `largest` is a blow-up.
+   real(wp), parameter :: longest_growth = 50.0_wp, largest = 1.0e100_wp
 
 contains
 
@@ -94,7 +96,7 @@ contains
       do while (piece%time < t_end)
          i = state_index(self%states, self%branch)
          if (i == 0) outcome%status = status_no_modes
-         if (.not. all(abs(self%z) <= sqrt(huge(1.0_wp)))) outcome%status = status_blow_up
+         if (.not. all(abs(self%z) <= largest)) outcome%status = status_blow_up
          if (outcome%status /= status_ok) exit
          call next_piece(self, i, switched, crossed, t_end, piece, found)
          outcome%pieces = outcome%pieces + 1
@@ -168,6 +170,11 @@ contains
          longest = (t_end - piece%time) - piece%time_low
          piece%last = longest*fastest <= longest_angle
          if (.not. piece%last) longest = longest_angle/fastest
+         if (state%response%growing) then
+            ! Growth is looked at again before a blow-up can pass the range of the numbers.
+            longest = min(longest, longest_growth/maxval(real(state%response%exponent)))
+            piece%last = piece%last .and. .not. piece%time + longest < t_end
+         end if
          state%watched%from_zero = .false.
          if (switched > 0) then
             do t = 1, size(state%watched)

@@ -44,8 +44,8 @@ module razy_integrate_modal_basis
    real(wp), parameter :: slow = 1.0e-4_wp
    !> Nearer than this, relative, to a frequency of excitation a mode is followed together with the excitation.
    real(wp), parameter :: near = 1.0e-3_wp
-   !> Eigenvector conditions beyond this lose more digits than the dense part.
-   real(wp), parameter :: worst_condition = 1.0e4_wp
+   !> Eigenvalues of a worse condition lose more digits, with its square, than the dense part.
+   real(wp), parameter :: worst_condition = 30.0_wp
 
 contains
 

@@ -1,7 +1,7 @@
 !! A bracketed root of a watched function, to rounding, on the closed form.
 module razy_integrate_refine
    use razy_core_kinds, only: wp
-   use razy_integrate_cursor, only: cursor_t, derivatives, move_to, shift
+   use razy_integrate_cursor, only: cursor_t, derivatives, go_from, shift
    use razy_integrate_response, only: response_t, rows_t
    use razy_integrate_sign_proof, only: hermite_root
    implicit none(type, external)
@@ -29,52 +29,55 @@ module razy_integrate_refine
 
 contains
 
-   !> The root in [low, high] (s after `tau_here`) of a step of length h; f(low) >= 0 > f(high), and f has one root there.
+   !> The root in [0, high] (s after `from`) of a step of 2^-level s; f(0) >= 0 > f(high), and f has one root there.
    !>
    !> Halley's iteration, kept in the bracket by bisection; it ends when the correction is below the spacing of numbers at
    !> the root or f below its rounding. `probe` is left at the root, whose time in the segment is `root`.
-   subroutine refine_root(response, rows, start, tau_here, h, low, high, w, probe, root)
-      type(response_t), intent(in) :: response
+   subroutine refine_root(response, rows, from, level, high, w, probe, root)
+      type(response_t), intent(inout) :: response
       type(rows_t), intent(in) :: rows
-      type(cursor_t), intent(in) :: start
-      real(wp), intent(in) :: tau_here, h, low, high
+      type(cursor_t), intent(in) :: from
+      integer, intent(in) :: level
+      real(wp), intent(in) :: high
       type(watched_t), intent(in) :: w
       type(cursor_t), intent(inout) :: probe
       real(wp), intent(out) :: root
 
-      real(wp) :: left, right, f, g, d, delta, next
+      real(wp) :: left, right, f, g, d, delta, next, tau
       integer :: i
 
-      left = tau_here + low
-      right = tau_here + high
-      root = tau_here + hermite_root(w%f0, w%g0, w%f1, w%g1, h, low, high)
-      call move_to(start, response, root, probe)
+      left = 0.0_wp
+      right = high
+      tau = hermite_root(w%f0, w%g0, w%f1, w%g1, response%step_length(level), high)
+      call go_from(from, response, level, .true., tau, probe)
       do i = 1, most_iterations
          call derivatives(rows, response, probe, w%form, w%order, f, g, d)
          f = w%side*(f - w%bound)
          g = w%side*g
          d = w%side*d
          if (f >= 0.0_wp) then
-            left = root
+            left = tau
          else
-            right = root
+            right = tau
          end if
          if (abs(f) <= 0.5_wp*epsilon(1.0_wp)*w%scale) exit
          delta = halley_step(f, g, d, right - left)
-         next = root + delta
+         next = tau + delta
          if (.not. (next >= left .and. next <= right)) next = 0.5_wp*(left + right)
-         delta = next - root
-         if (abs(delta) <= epsilon(1.0_wp)*right) exit
-         root = next
+         delta = next - tau
+         if (abs(delta) <= epsilon(1.0_wp)*(from%tau + tau)) exit
+         tau = next
          if (abs(delta)*response%fastest <= small_shift) then
             call shift(probe, response, delta)
-            probe%tau = root
             ! Halley's error is of third order: where the next correction would be rounding, it is not computed.
-            if (abs(delta)*(delta*max(response%fastest, abs(d)/max(abs(g), tiny(g))))**2 <= 0.1_wp*epsilon(1.0_wp)*root) exit
+            if (abs(delta)*(delta*max(response%fastest, abs(d)/max(abs(g), tiny(g))))**2 &
+                <= 0.1_wp*epsilon(1.0_wp)*(from%tau + tau)) exit
          else
-            call move_to(start, response, root, probe)
+            call go_from(from, response, level, .false., tau, probe)
          end if
       end do
+      root = from%tau + tau
+      probe%tau = root
    end subroutine refine_root
 
    !> Halley's correction; one that is longer than `most` is replaced by twice that, which breaks the bracket.

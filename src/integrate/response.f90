@@ -47,6 +47,8 @@ module razy_integrate_response
       !> Largest modulus of an exponent or of the rates in a dense part, 1/s.
       real(wp) :: fastest = 0.0_wp
       logical :: growing = .false.
+      !> Level of steps on which the fastest amplitude turns by less than 0.05.
+      integer :: fine_level = 0
       !> z = constant + from_re Re(a) + from_im Im(a) + rigid and dense parts (2m, amplitudes).
       real(wp), allocatable :: constant(:), from_re(:, :), from_im(:, :)
       !> a = to_re z + i to_im z for the terms (2m, terms), z without constant and tones.
@@ -108,6 +110,7 @@ contains
       self%fastest = 0.0_wp
       if (n > 0) self%fastest = maxval(self%modulus)
       if (size(self%dense) > 0) self%fastest = max(self%fastest, maxval(self%dense%norm))
+      self%fine_level = min(max(exponent(20*self%fastest), coarsest_level), finest_level)
    end subroutine new_response
 
    pure subroutine add_dense_parts(self, basis, load, harmonic, omega)

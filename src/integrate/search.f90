@@ -9,7 +9,7 @@
 !! Crossings smaller than the rounding of f itself do not count as such.
 module razy_integrate_search
    use razy_core_kinds, only: i8, wp
-   use razy_integrate_cursor, only: copy, cursor_t, derivatives, move_to, reserve, size_of, step, value_of
+   use razy_integrate_cursor, only: copy, cursor_t, move_to, reserve, size_of, step, value_and_slope, value_of
    use razy_integrate_refine, only: refine_root, watched_t
    use razy_integrate_response, only: coarsest_level, finest_level, response_t, rows_t
    use razy_integrate_sign_proof, only: proved_curvature, proved_margin, proved_monotone
@@ -79,7 +79,7 @@ contains
          if (since_resync == 0) then
             if (stay_forever(self, response, rows, watched)) exit
          end if
-         call try_step(self, response, rows, start, watched, found, decided, roomy)
+         call try_step(self, response, rows, watched, found, decided, roomy)
          if (.not. decided) cycle
          if (found%watched /= 0) then
             if (found%tau <= tau_end) return
@@ -93,11 +93,10 @@ contains
    end subroutine first_exit
 
    !> Judge all functions on one step; the earliest exit on it, if any, goes to `found`. Undecided: the next is half as long.
-   subroutine try_step(self, response, rows, start, watched, found, decided, roomy)
+   subroutine try_step(self, response, rows, watched, found, decided, roomy)
       type(search_t), intent(inout) :: self
       type(response_t), intent(inout) :: response
       type(rows_t), intent(in) :: rows
-      type(cursor_t), intent(in) :: start
       type(watched_t), intent(inout) :: watched(:)
       type(exit_t), intent(out) :: found
       logical, intent(out) :: decided, roomy
@@ -113,17 +112,17 @@ contains
       verdict = stays
       do i = 1, size(watched)
          if (.not. watched(i)%shares_form) then
-            call derivatives(rows, response, self%point(3 - self%now), watched(i)%form, watched(i)%order, f, g)
+            call value_and_slope(rows, response, self%point(3 - self%now), watched(i)%form, watched(i)%order, f, g)
          end if
-         call judge(self, response, rows, start, watched(i), f, g, h, verdict, high, room)
+         call judge(self, response, rows, watched(i), f, g, h, verdict, high, room)
          roomy = roomy .and. room
          if (verdict == undecided) exit
          if (verdict == stays) cycle
          if (found%watched == 0) then
-            call refine_root(response, rows, start, self%point(self%now)%tau, h, 0.0_wp, high, watched(i), self%probe, root)
+            call refine_root(response, rows, self%point(self%now), self%level, high, watched(i), self%probe, root)
             found = exit_t(i, root)
          else
-            call refine_root(response, rows, start, self%point(self%now)%tau, h, 0.0_wp, high, watched(i), self%trial_root, root)
+            call refine_root(response, rows, self%point(self%now), self%level, high, watched(i), self%trial_root, root)
             if (root >= found%tau) cycle
             found = exit_t(i, root)
             call copy(self%trial_root, response, self%probe)
@@ -137,11 +136,10 @@ contains
    end subroutine try_step
 
    !> What the function, whose form has value `f` and slope `g` at the end, does on the step from `here` to `trial`; `high` (s after `here`) ends the bracket of a root.
-   subroutine judge(self, response, rows, start, w, f, g, h, verdict, high, room)
+   subroutine judge(self, response, rows, w, f, g, h, verdict, high, room)
       type(search_t), intent(inout) :: self
-      type(response_t), intent(in) :: response
+      type(response_t), intent(inout) :: response
       type(rows_t), intent(in) :: rows
-      type(cursor_t), intent(in) :: start
       type(watched_t), intent(inout) :: w
       real(wp), intent(in) :: f, g, h
       integer, intent(out) :: verdict
@@ -178,16 +176,15 @@ contains
       if (curvature == 0) then
          verdict = undecided
       else if (verdict == stays .and. curvature > 0 .and. w%g0 < 0.0_wp .and. w%g1 > 0.0_wp) then
-         call judge_minimum(self, response, rows, start, w, d0, d1, h, verdict, high)
+         call judge_minimum(self, response, rows, w, d0, d1, h, verdict, high)
       end if
    end subroutine judge
 
    !> A convex function that is positive at both ends: the sign of its minimum decides, and ends the bracket of the first root.
-   subroutine judge_minimum(self, response, rows, start, w, d0, d1, h, verdict, high)
+   subroutine judge_minimum(self, response, rows, w, d0, d1, h, verdict, high)
       type(search_t), intent(inout) :: self
-      type(response_t), intent(in) :: response
+      type(response_t), intent(inout) :: response
       type(rows_t), intent(in) :: rows
-      type(cursor_t), intent(in) :: start
       type(watched_t), intent(in) :: w
       real(wp), intent(in) :: d0, d1, h
       integer, intent(out) :: verdict
@@ -198,7 +195,7 @@ contains
 
       slope = watched_t(form=w%form, order=w%order + 1, side=-w%side, f0=-w%g0, g0=-d0, f1=-w%g1, g1=-d1, &
                         scale=w%scale*response%fastest)
-      call refine_root(response, rows, start, self%point(self%now)%tau, h, 0.0_wp, h, slope, self%trial_root, tau)
+      call refine_root(response, rows, self%point(self%now), self%level, h, slope, self%trial_root, tau)
       lowest = w%side*(value_of(rows, response, self%trial_root, w%form, w%order) - w%bound)
       verdict = stays
       if (lowest >= -w%noise) return
@@ -212,7 +209,7 @@ contains
       real(wp), intent(in) :: h
       real(wp) :: factor
 
-      factor = exp(min(h*max(0.0_wp, maxval(real(response%exponent))), 600.0_wp))
+      factor = exp(min(h*max(0.0_wp, maxval(real(response%exponent))), 200.0_wp))
    end function growth_over
 
    !> Bound of the dense states' part in the derivative of order p: |r exp(Tt) x| <= max|r| exp(|T|t) sum|x|.
@@ -231,7 +228,7 @@ contains
          j = response%first(i)
          k = response%first(i + 1) - 1
          bound = bound + maxval(abs(rows%dense(j:k, p, form)))*sum(abs(self%point(self%now)%dense(j:k))) &
-                 *exp(min(response%dense(i)%norm*h, 600.0_wp))
+                 *exp(min(response%dense(i)%norm*h, 200.0_wp))
       end do
    end function dense_bound
 
@@ -336,7 +333,7 @@ contains
       do i = 1, size(watched)
          associate (w => watched(i))
             if (.not. w%shares_form) then
-               call derivatives(rows, response, self%point(self%now), w%form, w%order, f, g)
+               call value_and_slope(rows, response, self%point(self%now), w%form, w%order, f, g)
                total = size_of(rows, response, self%point(self%now), self%modulus, w%form, w%order)
                m4 = 0.0_wp
                do j = 1, response%amplitudes

@@ -55,9 +55,9 @@ contains
       if (max(d0, d1) <= -error) curvature = -1
    end subroutine proved_curvature
 
-   !> A point of [low, high] near the root of the cubic with these values and slopes at 0 and h; it starts a Newton iteration.
-   pure function hermite_root(f0, g0, f1, g1, h, low, high) result(root)
-      real(wp), intent(in) :: f0, g0, f1, g1, h, low, high
+   !> A point of [0, high] near the root of the cubic with these values and slopes at 0 and h; it starts a Newton iteration.
+   pure function hermite_root(f0, g0, f1, g1, h, high) result(root)
+      real(wp), intent(in) :: f0, g0, f1, g1, h, high
       real(wp) :: root
 
       real(wp) :: a, b, s, left, right, p, dp
@@ -65,11 +65,11 @@ contains
 
       a = 2*(f0 - f1) + h*(g0 + g1)
       b = 3*(f1 - f0) - h*(2*g0 + g1)
-      left = low/h
+      left = 0.0_wp
       right = high/h
-      s = 0.5_wp*(left + right)
-      if (f0 > 0.0_wp .and. f1 < 0.0_wp .and. .not. low > 0.0_wp) s = f0/(f0 - f1)
-      do i = 1, 6
+      s = 0.5_wp*right
+      if (f0 > 0.0_wp .and. f1 < 0.0_wp) s = f0/(f0 - f1)
+      do i = 1, 4
          p = f0 + s*(h*g0 + s*(b + s*a))
          dp = h*g0 + s*(2*b + 3*s*a)
          if (p >= 0.0_wp) then
@@ -83,9 +83,9 @@ contains
             s = 0.5_wp*(left + right)
          end if
          if (.not. (s > left .and. s < right)) s = 0.5_wp*(left + right)
-         if (abs(p) <= 1.0e-4_wp*abs(dp)) exit
+         if (abs(p) <= 0.05_wp*abs(dp)) exit
       end do
-      root = min(max(s*h, low), high)
+      root = min(max(s*h, 0.0_wp), high)
    end function hermite_root
 
 end module razy_integrate_sign_proof
