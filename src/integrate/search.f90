@@ -160,8 +160,8 @@ contains
       room = .false.
       verdict = stays
       if (w%f1 >= 0.0_wp .and. margin >= 0.0_wp) then
-         ! Twice the step has sixteen times the error.
-         room = margin > m4*h**4*(15.0_wp/144)
+         ! Twice the step has sixteen times the error, and a smaller margin.
+         room = margin > m4*h**4*(40.0_wp/144)
          return
       end if
       if (w%f1 < 0.0_wp) verdict = leaves
