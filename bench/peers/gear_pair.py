@@ -40,16 +40,16 @@ class Result:
     samples: list = field(default_factory=list)
     event_count: int | None = None
     cpu: float = 0.0
+    process: float | None = None
 
     def write(self, path):
         with open(path, "w", encoding="ascii") as out:
-            for speed, t, value, kind in self.extrema:
-                out.write(f"x {float(speed)!r} {float(t)!r} {float(value)!r} {int(kind)}\n")
-            for t in self.events:
-                out.write(f"e {float(t)!r}\n")
-            for t, d in self.samples:
-                out.write(f"d {float(t)!r} {float(d)!r}\n")
+            out.writelines(f"x {float(n)!r} {float(t)!r} {float(d)!r} {int(kind)}\n" for n, t, d, kind in self.extrema)
+            out.writelines(f"e {float(t)!r}\n" for t in self.events)
+            out.writelines(f"d {float(t)!r} {float(d)!r}\n" for t, d in self.samples)
             out.write(f"# cpu {self.cpu:.6f}\n")
+            if self.process is not None:
+                out.write(f"# process {self.process:.6f}\n")
             if self.event_count is not None:
                 out.write(f"# events {self.event_count}\n")
 

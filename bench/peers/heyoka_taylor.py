@@ -82,15 +82,18 @@ class Solver:
     def build(self, system, boundaries, rate):
         single = self.width is None
         t_event, nt_event = (hy.t_event, hy.nt_event) if single else (hy.t_event_batch, hy.nt_event_batch)
+        view = []  # of the integrator's parameters, taken once: a callback runs a thousand times a motion
         exits = [
-            t_event(boundary, callback=self.contact_callback(i), cooldown=COOLDOWN)
+            t_event(boundary, callback=self.contact_callback(i, view), cooldown=COOLDOWN)
             for i, boundary in enumerate(boundaries)
         ]
         options = {"t_events": exits, "tol": self.tolerance, "pars": self.parameters([1000.0] * (self.width or 1))}
         if rate is not None:
             options["nt_events"] = [nt_event(rate, callback=self.extremum_callback())]
         build = hy.taylor_adaptive if single else hy.taylor_adaptive_batch
-        return build(system, self.initial_state(), **options)
+        integrator = build(system, self.initial_state(), **options)
+        view.append(integrator.pars)
+        return integrator
 
     def initial_state(self):
         start = np.array(self.start)
@@ -100,27 +103,24 @@ class Solver:
         pars = np.array([[mesh_frequency(n) for n in speeds], [MESH] * len(speeds), [0.0] * len(speeds)])
         return pars[:, 0] if self.width is None else pars
 
-    def contact_callback(self, boundary):
+    def contact_callback(self, boundary, view):
+        up, down = CONTACT[1 if boundary == 0 else 0], CONTACT[0 if boundary == 0 else -1]
+        result = self.result
+
         def single(ta, sign):
-            side = self.new_side(boundary, sign)
-            ta.pars[STIFFNESS], ta.pars[SHIFT] = CONTACT[side]
-            self.result.event_count += 1
-            self.result.events.append(ta.time)
+            pars = view[0]
+            pars[STIFFNESS], pars[SHIFT] = up if sign > 0 else down
+            result.events.append(ta.time)
             return True
 
         def batch(ta, sign, lane):
-            ta.pars[STIFFNESS:, lane] = CONTACT[self.new_side(boundary, sign)]
+            pars = view[0]
+            pars[STIFFNESS, lane], pars[SHIFT, lane] = up if sign > 0 else down
             if lane < len(self.speeds):
-                self.result.event_count += 1
+                result.event_count += 1
             return True
 
         return single if self.width is None else batch
-
-    @staticmethod
-    def new_side(boundary, sign):
-        if boundary == 0:
-            return 1 if sign > 0 else 0
-        return 0 if sign > 0 else -1
 
     def extremum_callback(self):
         # heyoka copies a callback deeply, a bound method with its object: functions refer to this one
@@ -162,8 +162,7 @@ class Solver:
             self.recording.reset_cooldowns()
             self.set_time(self.recording, P3_FROM)
             self.propagate(self.recording, P3_END)
-        self.result.events.clear()
-        return self.result
+        return self.finish()
 
     def trajectory(self, speeds):
         self.reset(speeds)
@@ -174,6 +173,13 @@ class Solver:
         states = outcome[-1]
         d = self.closing(states.T) + ERROR_SINE * np.sin(mesh_frequency(speeds[0]) * grid)
         self.result.samples = list(zip(grid, d, strict=True))
+        return self.finish()
+
+    def finish(self):
+        if self.width is None:
+            self.result.event_count = len(self.result.events)
+            if self.recording is not None:
+                self.result.events = []
         return self.result
 
     def propagate(self, ta, t):

@@ -1,9 +1,9 @@
 """Peer: SciPy `solve_ivp` with events.
 
-Setting `METHOD:TREATMENT:RTOL:LONGEST`: METHOD of `solve_ivp`; LONGEST step in s (`inf`: no limit; an excursion into
-contact and back within one step goes unseen, so that a motion with `events` can be lost without a limit); TREATMENT `events` stops at every change of contact and starts
-again in the new contact state, `through` integrates over the kinks of the mesh force in one call.
-The right-hand side is plain float arithmetic: it is a tenth of the cost of a step of `solve_ivp`.
+Setting `METHOD:TREATMENT:RTOL:LONGEST`: METHOD of `solve_ivp`; TREATMENT `events` stops at every change of contact and
+starts again in the new contact state, `through` integrates over the kinks of the mesh force in one call; LONGEST step,
+s (`inf`: no limit).
+The right-hand side is plain float arithmetic, a small part of the cost of a step of `solve_ivp`.
 """
 
 import math
