@@ -2,7 +2,8 @@
 """Benchmark of the torsional gear pair: razy and its peers, cost beside error, in one run.
 
 bench/run.py --quick     some minutes; report in the build folder
-bench/run.py --full      about an hour; report in bench/report
+    bench/run.py --full      half an hour; report in bench/report
+    bench/run.py --full --only razy --keep     measure razy again, keep the other codes of the last full run
 """
 
 import argparse
@@ -28,12 +29,15 @@ def arguments():
     mode.add_argument("--quick", action="store_true", help="few settings, slow codes on a sample of speeds")
     mode.add_argument("--full", action="store_true", help="all settings")
     parser.add_argument("--only", help="codes to run, separated by commas")
+    parser.add_argument("--keep", action="store_true", help="with --only: take the other codes from the last report")
     parser.add_argument(
         "--razy-bin", type=Path, help="folder of razy-run and razy-sweep (default: build/bin, else PATH)"
     )
     parser.add_argument("--build", type=Path, default=BENCH.parent / "build" / "bench", help="folder for what is built")
     parser.add_argument("--report", type=Path, help="folder for the report")
     options = parser.parse_args()
+    if options.keep and not options.only:
+        parser.error("--keep goes with --only")
     options.build = options.build.resolve()
     if options.report is None:
         options.report = BENCH / "report" if options.full else options.build / "report"
@@ -75,8 +79,22 @@ def versions(razy_bin):
     return {name: version for name, version in found.items() if version}
 
 
+def keep(old, data, measured):
+    """Take from an earlier report what was not measured now; it has to come from the same machine and mode."""
+    for key in ("mode", "reference"):
+        if old[key] != data[key]:
+            sys.exit(f"--keep: the last report has another {key}")
+    if any(old["machine"][key] != data["machine"][key] for key in ("cpu", "cores")):
+        sys.exit("--keep: the last report is from another machine")
+    data["rows"] += [row for row in old["rows"] if row["code"] not in measured]
+    data["missing"] |= {code: words for code, words in old["missing"].items() if code not in measured}
+    data["failed"] += [words for words in old["failed"] if not words.startswith(tuple(measured))]
+    earlier = f"measured in the run of {old['date']}, load at the start {old['machine']['load']:.1f}"
+    data["kept"] = old.get("kept", earlier)
+
+
 def run_all(codes, references, data):
-    p2, p3, _ = references
+    p2, p3 = references
     with tempfile.TemporaryDirectory() as folder:
         for code, missing in codes:
             if missing:
@@ -126,12 +144,16 @@ def main():
         if unknown:
             sys.exit(f"unknown code {', '.join(sorted(unknown))}: {', '.join(code.name for code, _ in codes)}")
         codes = [pair for pair in codes if pair[0].name.lower() in wanted]
-    run_all(codes, references, data)
+    data["codes"] = [code.name for code, _ in codes]
+    run_all(codes, references[:2], data)
     if not data["rows"]:
         sys.exit("nothing could be measured")
 
+    results = options.report / "results.json"
+    if options.keep:
+        keep(json.loads(results.read_text(encoding="utf-8")), data, {code.name for code, _ in codes})
     options.report.mkdir(parents=True, exist_ok=True)
-    (options.report / "results.json").write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+    results.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
     (options.report / "report.md").write_text(table.markdown(data), encoding="utf-8")
     plot.work_precision(data, options.report / "report.png")
     print(f"report: {options.report / 'report.md'}")

@@ -10,6 +10,7 @@ import matplotlib.pyplot as plt
 from harness import cases
 
 MARKERS = "osD^v<>PX*hdp8"
+COLOURS = {"razy": "C3", "heyoka": "C0", "ARKODE": "C2", "CVODE": "C1", "SciPy": "C4", "Octave ode45": "C5"}
 
 
 def method(row):
@@ -31,7 +32,10 @@ def draw(axes, rows, cost, error, styles):
         lines.setdefault(method(row), []).append(row)
     for name, points in lines.items():
         points.sort(key=error)
-        marker, colour = styles.setdefault(name, (MARKERS[len(styles) % len(MARKERS)], f"C{len(styles) % 10}"))
+        if name not in styles:
+            colour = COLOURS[points[0]["code"]]
+            styles[name] = (MARKERS[sum(colour == other for _, other in styles.values())], colour)
+        marker, colour = styles[name]
         x, y = [cost(p) for p in points], [max(error(p), 1e-16) for p in points]
         axes.loglog(x, y, marker=marker, color=colour, label=name, linewidth=1, markersize=5)
     axes.axhline(cases.RIGHT, color="0.5", linewidth=0.8, linestyle="--")

@@ -26,7 +26,11 @@ def best_p2(rows):
 
 
 def best_p3(rows):
-    """The fastest setting with all compared speeds right; without one, the fastest of those with most of them right."""
+    """The fastest setting with all compared speeds right; without one, the fastest of those with most of them right.
+
+    Settings that ran all speeds go before those that ran a sample.
+    """
+    rows = [row for row in rows if not estimate_mark(row)] or rows
     share = max(row["right"] / row["compared"] for row in rows)
     return min((row for row in rows if row["right"] / row["compared"] == share), key=lambda row: row["cpu_all"])
 
@@ -161,9 +165,11 @@ def wrong_speeds(data):
 def markdown(data):
     reference, machine = data["reference"], data["machine"]
     versions = ", ".join(f"{name} {version}" for name, version in data["versions"].items())
+    measured_now = ", ".join(data["codes"])
     made = (
         f"Made by `bench/run.py --{data['mode']}` on {data['date']}. {machine['cpu']}, {machine['cores']} cores, "
         f"load at the start {machine['load']:.1f}; {versions}."
+        + (f" All but {measured_now} {data['kept']}." if "kept" in data else "")
     )
     meaning = (
         "One core, CPU time of the computation without start-up and compilation; the smallest of up to five runs. "

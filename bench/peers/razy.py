@@ -17,7 +17,8 @@ import h5py
 import numpy as np
 from gear_pair import P2_END, P2_POINTS, P3_END, P3_FROM, Result
 
-CHECKS = 5
+RUNS = 5
+"""Of what is too short to be timed once; the smallest counts."""
 OBSERVABLE = "mesh_deformation"
 
 
@@ -48,7 +49,7 @@ def settings(case, integrator, first, last, step):
             "rotation%speed_rpm": first,
             "record%what": "'trajectory'",
             "record%from": 0.0,
-            "record%step": P2_END / (P2_POINTS - 1),
+            "record%interval": P2_END / (P2_POINTS - 1),
         }
     else:
         keys |= {
@@ -93,8 +94,10 @@ def main():
             os.environ.get("RAZY_CASE", str(default_case)),
             *settings(case, integrator, first, last, step),
         ]
-        start_up = min(cpu_time([*command, "--check"]) for _ in range(CHECKS))
-        total = cpu_time([*command, "--output", str(output), "--force"])
+        start_up = min(cpu_time([*command, "--check"]) for _ in range(RUNS))
+        total = min(
+            cpu_time([*command, "--output", str(output), "--force"]) for _ in range(RUNS if case == "p2" else 1)
+        )
         result = read(case, output)
     result.cpu, result.process = max(total - start_up, 0.0), total
     result.write(sys.argv[6])
