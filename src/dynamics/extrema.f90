@@ -6,7 +6,8 @@
 !! goes on in the opposite direction.
 module razy_dynamics_extrema
    use razy_core_kinds, only: wp
-   use razy_integrate_cursor, only: copy, cursor_t, move_to, reserve, size_of, value_of
+   use razy_integrate_cursor, only: copy, cursor_t, move_to, reserve
+   use razy_integrate_forms, only: size_of, value_of
    use razy_integrate_observer, only: observer_t, piece_t
    use razy_integrate_refine, only: watched_t
    use razy_integrate_search, only: exit_t, first_exit, search_t

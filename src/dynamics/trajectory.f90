@@ -4,7 +4,8 @@
 !! between them, which are short where the motion is quick.
 module razy_dynamics_trajectory
    use razy_core_kinds, only: i8, wp
-   use razy_integrate_cursor, only: cursor_t, move_to, reserve, state_of, value_of
+   use razy_integrate_cursor, only: cursor_t, move_to, reserve, state_of
+   use razy_integrate_forms, only: value_of
    use razy_integrate_observer, only: observer_t, piece_t
    implicit none(type, external)
    private

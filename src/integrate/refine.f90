@@ -1,7 +1,8 @@
 !! A bracketed root of a watched function, to rounding, on the closed form.
 module razy_integrate_refine
    use razy_core_kinds, only: wp
-   use razy_integrate_cursor, only: cursor_t, derivatives, go_from, shift
+   use razy_integrate_cursor, only: cursor_t, go_from, shift
+   use razy_integrate_forms, only: derivatives
    use razy_integrate_response, only: response_t, rows_t
    use razy_integrate_sign_proof, only: hermite_root
    implicit none(type, external)

@@ -9,7 +9,8 @@
 !! Crossings smaller than the rounding of f itself do not count as such.
 module razy_integrate_search
    use razy_core_kinds, only: i8, wp
-   use razy_integrate_cursor, only: copy, cursor_t, move_to, reserve, size_of, step, value_and_slope, value_of
+   use razy_integrate_cursor, only: copy, cursor_t, move_to, reserve, step
+   use razy_integrate_forms, only: size_of, value_and_slope, value_of
    use razy_integrate_refine, only: refine_root, watched_t
    use razy_integrate_response, only: coarsest_level, finest_level, response_t, rows_t
    use razy_integrate_sign_proof, only: proved_curvature, proved_margin, proved_monotone
