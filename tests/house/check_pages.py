@@ -1,0 +1,75 @@
+"""Compare the pages in docs/namelist with the schema, as `write_pages` prints it; exit code 1 if they differ.
+
+A page begins with heading, meaning and table of its group; what follows is written by hand. `--update` puts the present
+heads into the pages, and makes pages that are missing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+from pathlib import Path
+
+INDEX = "README.md"
+
+
+def generated_heads(program: Path) -> dict[str, str]:
+    """The head of each page by the name of its group, in the order of the schema."""
+    text = subprocess.run([program], capture_output=True, text=True, check=True).stdout
+    heads = ["# `&" + part.rstrip("\n") + "\n" for part in text.split("# `&")[1:]]
+    return {head.split("`")[1].lstrip("&"): head for head in heads}
+
+
+def written_part(page: str) -> str:
+    """What follows the table of a page."""
+    lines = page.splitlines(keepends=True)
+    rows = [number for number, line in enumerate(lines) if line.startswith("|")]
+    if not rows:
+        return ""
+    last = rows[0]
+    while last + 1 in rows:
+        last += 1
+    return "".join(lines[last + 1 :])
+
+
+def differences(folder: Path, heads: dict[str, str]) -> list[str]:
+    """One line for every page that does not say what the schema says."""
+    found = []
+    pages = {page.stem: page for page in folder.glob("*.md") if page.name != INDEX}
+    index = (folder / INDEX).read_text(encoding="utf-8")
+    for name, head in heads.items():
+        if name not in pages:
+            found.append(f"{folder / name}.md: missing")
+        elif pages[name].read_text(encoding="utf-8").removesuffix(written_part(pages[name].read_text("utf-8"))) != head:
+            found.append(f"{pages[name]}: heading, meaning or table is not what the schema says")
+        elif not written_part(pages[name].read_text(encoding="utf-8")).strip():
+            found.append(f"{pages[name]}: nothing but the table")
+        if f"({name}.md)" not in index:
+            found.append(f"{folder / INDEX}: no link to {name}.md")
+    return found + [f"{page}: there is no such group" for name, page in sorted(pages.items()) if name not in heads]
+
+
+def main() -> int:
+    """Command line; see --help."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("program", type=Path, help="write_pages")
+    parser.add_argument("folder", type=Path, help="docs/namelist")
+    parser.add_argument("--update", action="store_true", help="put the present heads into the pages")
+    given = parser.parse_args()
+    heads = generated_heads(given.program)
+    if not heads:
+        print(f"{given.program} printed no group")
+        return 1
+    if given.update:
+        for name, head in heads.items():
+            page = given.folder / f"{name}.md"
+            rest = written_part(page.read_text(encoding="utf-8")) if page.exists() else ""
+            page.write_text(head + rest, encoding="utf-8")
+    found = differences(given.folder, heads)
+    print("\n".join(found) if found else f"{len(heads)} pages agree with the schema")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
