@@ -19,6 +19,7 @@ program razy_run
    type(machine_t) :: machine
    type(motion_t) :: motion
    type(record_t), allocatable :: records(:)
+   type(result_header_t) :: header
    type(run_content_t) :: content
    character(:), allocatable :: text, problem
 
@@ -38,8 +39,11 @@ program razy_run
    end if
    call compute(machine, motion, records, content, problem, error)
    if (allocated(error)) call fail(error%message, exit_failure)
-   call write_run_file(command%output, result_header_t("razy-run", machine%title, motion%integrator, input%effective()), &
-                       content, command%force, error)
+   header%program = "razy-run"
+   header%title = machine%title
+   header%integrator = motion%integrator
+   header%input = input%effective()
+   call write_run_file(command%output, header, content, command%force, error)
    if (allocated(error)) call fail(error%message, exit_failure)
    call say("wrote "//command%output)
    if (allocated(problem)) call fail(problem, exit_failure)

@@ -94,12 +94,16 @@ contains
       type(sweep_outcome_t), intent(in) :: outcome
       type(error_t), allocatable, intent(out) :: error
 
+      type(result_header_t) :: header
       type(sweep_content_t) :: content
       character(160) :: line
 
       call sweep_content(task, content)
-      call write_sweep_file(command%output, result_header_t("razy-sweep", task%title, task%integrator, effective), content, &
-                            command%force, error)
+      header%program = "razy-sweep"
+      header%title = task%title
+      header%integrator = task%integrator
+      header%input = effective
+      call write_sweep_file(command%output, header, content, command%force, error)
       if (allocated(error)) return
       write (line, "(a, i0, a, i0, a, f0.3, a, f0.1, a)") "wrote "//command%output//": ", size(content%status), " points, ", &
          count(content%status /= 0), " failed, ", outcome%elapsed, " s, ranks busy ", 100*outcome%efficiency(), " %"

@@ -80,12 +80,13 @@ contains
 
       call input%get("sweep", 1, "first", first)
       call input%get("sweep", 1, "last", last)
-      if (input%given("sweep", 1, "step") .eqv. input%given("sweep", 1, "points")) then
+      step = 0.0_wp
+      if (input%given("sweep", 1, "step")) call input%get("sweep", 1, "step", step)
+      if (abs(step) > 0.0_wp .eqv. input%given("sweep", 1, "points")) then
          call input%complain(error, "sweep", 1, "step", "one of step and points has to be given")
          return
       end if
-      if (input%given("sweep", 1, "step")) then
-         call input%get("sweep", 1, "step", step)
+      if (abs(step) > 0.0_wp) then
          call new_axis(axis, first, last, step, problem)
          if (allocated(problem)) call input%complain(error, "sweep", 1, "step", problem%message)
       else

@@ -10,7 +10,7 @@ module razy_dynamics_extrema
    use razy_integrate_forms, only: size_of, value_of
    use razy_integrate_observer, only: observer_t, piece_t
    use razy_integrate_refine, only: watched_t
-   use razy_integrate_search, only: exit_t, first_exit, search_t
+   use razy_integrate_search, only: exit_t, first_exit, rounding, search_t
    implicit none(type, external)
    private
 
@@ -29,6 +29,8 @@ module razy_dynamics_extrema
       integer, private :: direction = 0
       real(wp), private :: end_value = 0.0_wp, end_time = 0.0_wp
       logical, private :: begun = .false., after_event = .false.
+      !> Size of the terms that the observable is the sum of, at the start of the last piece.
+      real(wp), private :: size = 0.0_wp
       type(search_t), private :: search
       type(cursor_t), private :: cursor
    contains
@@ -38,8 +40,6 @@ module razy_dynamics_extrema
       procedure, private :: turn
    end type extrema_t
 
-   !> Differences below this, relative to the terms of a sum, are rounding.
-   real(wp), parameter :: rounding = 32*epsilon(1.0_wp)
    !> A smaller difference across an event, relative likewise, is the rounding of two evaluations and no jump.
    real(wp), parameter :: smallest_jump = 1.0e-11_wp
 
@@ -100,16 +100,17 @@ contains
       type(piece_t), intent(in) :: part
       logical, intent(out) :: flat
 
-      real(wp) :: f, jump, rate
+      real(wp) :: before, f, jump, rate
       real(wp) :: modulus(part%state%response%amplitudes)
       integer :: order, direction
 
       associate (rows => part%state%observed, response => part%state%response)
-         modulus = sqrt(self%cursor%re(:size(modulus))**2 + self%cursor%im(:size(modulus))**2)
+         modulus = sqrt(self%cursor%re(:response%amplitudes)**2 + self%cursor%im(:response%amplitudes)**2)
          f = value_of(rows, response, self%cursor, self%form, 0)
          jump = f - self%end_value
-         if (self%after_event .and. &
-             abs(jump) > smallest_jump*(size_of(rows, response, self%cursor, modulus, self%form, 0) + abs(f))) then
+         before = self%size
+         self%size = size_of(rows, response, self%cursor, modulus, self%form, 0)
+         if (self%after_event .and. abs(jump) > smallest_jump*max(before, self%size)) then
             call self%turn(nint(sign(1.0_wp, jump)))
             self%end_value = f
             self%end_time = part%time + (part%time_low + self%cursor%tau)

@@ -32,7 +32,7 @@ contains
 
    !> The root in [0, high] (s after `from`) of a step of 2^-level s; f(0) >= 0 > f(high), and f has one root there.
    !>
-   !> Halley's iteration, kept in the bracket by bisection; it ends when the correction is below the spacing of numbers at
+   !> Cauchy's iteration, kept in the bracket by bisection; it ends when the correction is below the spacing of numbers at
    !> the root or f below its rounding. `probe` is left at the root, whose time in the segment is `root`.
    subroutine refine_root(response, rows, from, level, high, w, probe, root)
       type(response_t), intent(inout) :: response
@@ -62,7 +62,7 @@ contains
             right = tau
          end if
          if (abs(f) <= 0.5_wp*epsilon(1.0_wp)*w%scale) exit
-         delta = halley_step(f, g, d, right - left)
+         delta = cauchy_step(f, g, d, right - left)
          next = tau + delta
          if (.not. (next >= left .and. next <= right)) next = 0.5_wp*(left + right)
          delta = next - tau
@@ -70,7 +70,7 @@ contains
          tau = next
          if (abs(delta)*response%fastest <= small_shift) then
             call shift(probe, response, delta)
-            ! Halley's error is of third order: where the next correction would be rounding, it is not computed.
+            ! The error is of third order: where the next correction would be rounding, it is not computed.
             if (abs(delta)*(delta*max(response%fastest, abs(d)/max(abs(g), tiny(g))))**2 &
                 <= 0.1_wp*epsilon(1.0_wp)*(from%tau + tau)) exit
          else
@@ -81,19 +81,19 @@ contains
       probe%tau = root
    end subroutine refine_root
 
-   !> Halley's correction; one that is longer than `most` is replaced by twice that, which breaks the bracket.
-   elemental function halley_step(f, g, d, most) result(delta)
+   !> The correction that solves f + g x + d x²/2 = 0 where f falls (Cauchy's method, of third order). Where there is none, or
+   !> one that is longer than `most`, twice that is returned, which breaks the bracket.
+   elemental function cauchy_step(f, g, d, most) result(delta)
       real(wp), intent(in) :: f, g, d, most
       real(wp) :: delta
 
-      real(wp) :: slope
+      real(wp) :: square, slope
 
-      slope = g*g - 0.5_wp*f*d
-      if (abs(f*g) <= most*abs(slope) .and. abs(slope) > 0.0_wp) then
-         delta = -f*g/slope
-      else
-         delta = 2*most
-      end if
-   end function halley_step
+      delta = 2*most
+      square = g*g - 2*f*d
+      if (.not. square > 0.0_wp) return
+      slope = sqrt(square) - g
+      if (2*abs(f) <= most*slope) delta = 2*f/slope
+   end function cauchy_step
 
 end module razy_integrate_refine

@@ -17,7 +17,7 @@ module razy_integrate_search
    implicit none(type, external)
    private
 
-   public :: exit_t, first_exit, search_t
+   public :: exit_t, first_exit, rounding, search_t
 
    !> Where the search ended: `watched` is the number of the function that left, 0 if none did before the end.
    type :: exit_t
@@ -40,6 +40,8 @@ module razy_integrate_search
       integer(i8) :: steps = 0, halvings = 0
    end type search_t
 
+   !> What is smaller than this part of the terms it is the sum of is rounding.
+   real(wp), parameter :: rounding = 16*epsilon(1.0_wp)
    !> Verdicts about one function on one step.
    integer, parameter :: stays = 0, leaves = 1, undecided = 2
    !> Steps between exact evaluations of the amplitudes.
@@ -136,7 +138,8 @@ contains
       self%level = self%level + 1
    end subroutine try_step
 
-   !> What the function, whose form has value `f` and slope `g` at the end, does on the step from `here` to `trial`; `high` (s after `here`) ends the bracket of a root.
+   !> What a function does on a step of length h at whose end its form has the value `f` and the slope `g`; `high` (s after the
+   !> start of the step) ends the bracket of a root, `room` says that twice the step may do.
    subroutine judge(self, response, rows, w, f, g, h, verdict, high, room)
       type(search_t), intent(inout) :: self
       type(response_t), intent(inout) :: response
@@ -345,7 +348,7 @@ contains
             w%g0 = w%side*g
             w%m4 = m4
             w%scale = total + abs(w%bound)
-            w%noise = 16*epsilon(1.0_wp)*w%scale
+            w%noise = rounding*w%scale
          end associate
       end do
    end subroutine renew

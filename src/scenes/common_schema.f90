@@ -39,7 +39,7 @@ contains
              key_string("parameter", "group%key of the value that varies, as in --set", required=.true.), &
              key_real("first", "first value, in the unit of the key", required=.true.), &
              key_real("last", "last value", required=.true.), &
-             key_real("step", "step from value to value; give this or points"), &
+             key_real("step", "step from value to value; give this or points (0: as if not given)"), &
              key_integer("points", "number of values; give this or step", rule=positive)]
       schema(4) = group("sweep", "A parameter that razy-sweep varies", keys=keys)
    end function common_schema
