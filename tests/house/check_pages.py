@@ -39,11 +39,13 @@ def differences(folder: Path, heads: dict[str, str]) -> list[str]:
     pages = {page.stem: page for page in folder.glob("*.md") if page.name != INDEX}
     index = (folder / INDEX).read_text(encoding="utf-8")
     for name, head in heads.items():
-        if name not in pages:
+        page = pages[name].read_text(encoding="utf-8") if name in pages else ""
+        written = written_part(page)
+        if not page:
             found.append(f"{folder / name}.md: missing")
-        elif pages[name].read_text(encoding="utf-8").removesuffix(written_part(pages[name].read_text("utf-8"))) != head:
+        elif page != head + written:
             found.append(f"{pages[name]}: heading, meaning or table is not what the schema says")
-        elif not written_part(pages[name].read_text(encoding="utf-8")).strip():
+        elif not written.strip():
             found.append(f"{pages[name]}: nothing but the table")
         if f"({name}.md)" not in index:
             found.append(f"{folder / INDEX}: no link to {name}.md")
