@@ -6,7 +6,9 @@ module razy_io_hdf5_dataset
    use, intrinsic :: iso_c_binding, only: c_associated, c_loc, c_null_ptr, c_ptr
    use, intrinsic :: iso_fortran_env, only: int8, int32, int64
    use hdf5, only: h5_integer_kind, h5_real_kind, h5dclose_f, h5dcreate_f, h5dwrite_f, h5gclose_f, h5gcreate_f, h5kind_to_type, &
-                   h5lexists_f, h5p_crt_order_indexed_f, h5p_crt_order_tracked_f, h5p_group_create_f, h5pclose_f, h5pcreate_f, &
+                   h5lexists_f, h5p_crt_order_indexed_f, h5p_crt_order_tracked_f, h5p_dataset_create_f, &
+                   h5p_group_create_f, h5pclose_f, &
+                   h5pcreate_f, h5pset_obj_track_times_f, &
                    h5pset_link_creation_order_f, h5sclose_f, h5screate_simple_f, h5t_ieee_f64le, h5t_std_i32le, &
                    h5t_std_i64le, h5t_std_i8le, h5tclose_f, hid_t, hsize_t
    use razy_core_error, only: error_t
@@ -146,13 +148,17 @@ contains
       integer(hsize_t), intent(in) :: extent(:)
       type(c_ptr), intent(in) :: buffer
       type(error_t), allocatable, intent(out) :: error
-      integer(hid_t) :: space, dataset
+      integer(hid_t) :: creation, space, dataset
       integer :: status, i
 
       call make_groups(file, path, error)
       if (allocated(error)) return
       call h5screate_simple_f(size(extent), extent, space, status)
-      if (status >= 0) call h5dcreate_f(file%id, path, file_type, space, dataset, status)
+      ! Without the time of its making, the same results make the same file, byte for byte.
+      if (status >= 0) call h5pcreate_f(h5p_dataset_create_f, creation, status)
+      if (status >= 0) call h5pset_obj_track_times_f(creation, .false., status)
+      if (status >= 0) call h5dcreate_f(file%id, path, file_type, space, dataset, status, creation)
+      if (status >= 0) call h5pclose_f(creation, status)
       if (status >= 0 .and. c_associated(buffer)) call h5dwrite_f(dataset, memory_type, buffer, status)
       if (status >= 0) call h5dclose_f(dataset, status)
       if (status >= 0) call h5sclose_f(space, status)
@@ -186,6 +192,7 @@ contains
          if (status >= 0 .and. .not. exists) then
             call h5pcreate_f(h5p_group_create_f, creation, status)
             if (status >= 0) call h5pset_link_creation_order_f(creation, creation_order, status)
+            if (status >= 0) call h5pset_obj_track_times_f(creation, .false., status)
             if (status >= 0) call h5gcreate_f(file%id, path(:last), group, status, gcpl_id=creation)
             if (status >= 0) call h5gclose_f(group, status)
             if (status >= 0) call h5pclose_f(creation, status)

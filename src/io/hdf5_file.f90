@@ -6,6 +6,7 @@ module razy_io_hdf5_file
    use hdf5, only: h5f_acc_trunc_f, h5f_close_strong_f, h5f_libver_latest_f, h5f_libver_v18_f, h5f_scope_global_f, h5fclose_f, &
                    h5fcreate_f, h5fflush_f, h5p_crt_order_indexed_f, h5p_crt_order_tracked_f, h5p_file_access_f, &
                    h5p_file_create_f, h5pclose_f, h5pcreate_f, h5pset_fclose_degree_f, h5pset_libver_bounds_f, &
+                   h5pset_obj_track_times_f, &
                    h5pset_link_creation_order_f, hid_t
    use razy_core_error, only: error_t, raise
    use razy_io_hdf5_library, only: check_hdf5, start_hdf5
@@ -84,6 +85,7 @@ contains
       if (status >= 0) call h5pset_libver_bounds_f(access, h5f_libver_v18_f, h5f_libver_latest_f, status)
       if (status >= 0) call h5pset_fclose_degree_f(access, h5f_close_strong_f, status)
       if (status >= 0) call h5pcreate_f(h5p_file_create_f, creation, status)
+      if (status >= 0) call h5pset_obj_track_times_f(creation, .false., status)
       if (status >= 0) call h5pset_link_creation_order_f(creation, ior(h5p_crt_order_tracked_f, h5p_crt_order_indexed_f), status)
       if (status >= 0) call h5fcreate_f(path, h5f_acc_trunc_f, id, status, creation, access)
       call check_hdf5(status, path//" cannot be written", error)
