@@ -107,9 +107,10 @@ make_environment() {
   echo "$wanted" >"$stamp"
 }
 
+# build PRESET TARGET
 build() {
   quietly "configuring $1" cmake --preset "$1"
-  quietly "building $1" cmake --build --preset "$1" --parallel "$cores"
+  quietly "building $1" cmake --build --preset "$1" --parallel "$cores" --target "$2"
 }
 
 prepare() {
@@ -122,31 +123,32 @@ prepare() {
   export OMPI_MCA_rmaps_base_oversubscribe=1
 }
 
-build_programs() {
-  build release
+# build_release TARGET
+build_release() {
+  build release "$1"
   ln -sfn ../../.venv/bin/razy-plot build/bin/razy-plot
 }
 
 demo() {
-  local case=torsional_gear_pair folder=build/demo start ranks
+  local scene=torsional_gear_pair folder=build/demo start ranks
   prepare
-  build_programs
+  build_release programs
   mkdir -p "$folder"
   ranks=$((cores < 2 ? 2 : cores))
-  echo "mpirun -n $ranks razy-sweep inputs/$case.nml"
+  echo "mpirun -n $ranks razy-sweep inputs/$scene.nml"
   start=$(date +%s%N)
-  mpirun -n "$ranks" build/bin/razy-sweep "inputs/$case.nml" --output "$folder/$case.h5" --force </dev/null
-  build/bin/razy-plot "$folder/$case.h5" --save "$folder/$case.png"
-  echo "results: $PWD/$folder/$case.h5"
-  echo "picture: $PWD/$folder/$case.png"
+  mpirun -n "$ranks" build/bin/razy-sweep "inputs/$scene.nml" --output "$folder/$scene.h5" --force </dev/null
+  build/bin/razy-plot "$folder/$scene.h5" --save "$folder/$scene.png"
+  echo "results: $PWD/$folder/$scene.h5"
+  echo "picture: $PWD/$folder/$scene.png"
   LC_ALL=C awk -v start="$start" -v end="$(date +%s%N)" \
     'BEGIN { printf "time of sweep and picture: %.1f s\n", (end - start) / 1e9 }'
 }
 
 run_tests() {
   prepare
-  build debug
-  build_programs
+  build debug all
+  build_release all
   ctest --preset debug --parallel "$cores"
   ctest --preset all --parallel "$cores"
 }
@@ -154,7 +156,10 @@ run_tests() {
 case ${1-help} in
   demo) demo ;;
   test) run_tests ;;
-  build) prepare && build_programs ;;
+  build)
+    prepare
+    build_release all
+    ;;
   help | -h | --help) usage ;;
   *)
     usage >&2
