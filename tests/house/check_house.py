@@ -1,8 +1,8 @@
-"""The rules of the house that neither the compiler nor the linter checks; one line for every breach, exit code 1 if any.
+"""The rules of the house that neither compiler nor linter checks; one line for every breach, exit code 1 if any.
 
-A folder of src/ uses only the folders LAYERS gives it (the table of docs/architecture.md); only sweep and the drivers know
-MPI, only io knows HDF5. Path and module name agree, `use` says what it takes, a module is private and has no variables,
-the library neither stops nor prints.
+A folder of src/ uses only the folders LAYERS gives it (the table of docs/architecture.md); only sweep and the drivers
+know MPI, only io knows HDF5. Path and module name agree, `use` says what it takes, a module is private and has no
+variables, the library neither stops nor prints.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def check_use(folder: str, code: list[Breach], driver_modules: set[str]) -> Iter
 
 
 def check_variables(code: list[Breach]) -> Iterator[Breach]:
-    """Variables that outlive a call: those of the module, and local ones with a value in their declaration or `save`."""
+    """Variables that outlive a call: those of the module, local ones with a value in their declaration or `save`."""
     block, contained = "", False
     for line, text in code:
         if block:

@@ -204,7 +204,10 @@ class CheckHouse(unittest.TestCase):
         for folder, allowed in check_house.LAYERS.items():
             self.assertFalse([below for below in allowed if order.index(below) >= order.index(folder)])
             for used in order:
-                text = f"module razy_{folder}_a\nuse razy_{used}_b, only: c\nimplicit none(type, external)\nprivate\nend module\n"
+                text = (
+                    f"module razy_{folder}_a\nuse razy_{used}_b, only: c\n"
+                    "implicit none(type, external)\nprivate\nend module\n"
+                )
                 found = breaches({f"src/{folder}/a.f90": text})
                 self.assertEqual(found == [], used == folder or used in allowed, found)
 

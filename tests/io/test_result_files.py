@@ -84,7 +84,7 @@ def test_xarray_opens_every_group(name, engine):
     path = FOLDER / name
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        for group in ["/"] + objects(path, h5py.Group):
+        for group in ["/", *objects(path, h5py.Group)]:
             with xarray.open_dataset(path, engine=engine, group=group) as dataset:
                 dataset.load()
                 assert not any(str(dimension).startswith("phony") for dimension in dataset.sizes)

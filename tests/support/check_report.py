@@ -1,7 +1,7 @@
 """Run a test program of the stand-in and compare what it reports with the sample file it was made of.
 
-The failures reported must be those on the lines after `! must fail`, no more and no fewer, with the closing lines and the
-exit code that pFUnit has. Arguments after `--` are the command.
+The failures reported must be those on the lines after `! must fail`, no more and no fewer, with the closing lines and
+the exit code that pFUnit has. Arguments after `--` are the command.
 """
 
 from __future__ import annotations

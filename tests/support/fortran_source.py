@@ -19,7 +19,7 @@ def blank_strings(line: str) -> str:
 
 
 def statements(lines: list[str]) -> list[tuple[int, str]]:
-    """Statements of the lines with the line they begin on: strings blanked, comments and pFUnit's directives left out."""
+    """Statements of the lines with the line they begin on: strings blanked, comments and directives left out."""
     found, text, start = [], "", 0
     for number, line in enumerate(lines, 1):
         code = blank_strings(line).strip()

@@ -1,0 +1,168 @@
+#!/usr/bin/env bash
+# Installs what razy needs, builds it, and runs the demo or the tests.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")"
+
+usage() {
+  cat <<'END'
+usage: ./setup.sh COMMAND
+  demo    build, sweep inputs/torsional_gear_pair.nml on all cores, draw its bifurcation diagram in build/demo/
+  test    build, run every test with all run-time checks (debug), then optimised (release)
+  build   build the programs into build/bin/
+  help    this text
+Missing Debian or Ubuntu packages are installed by apt-get, as root or by sudo without a password.
+Python packages go into .venv/ of this folder only.
+END
+}
+
+fail() {
+  printf 'setup.sh: %s\n' "$@" >&2
+  exit 1
+}
+
+# quietly MESSAGE COMMAND...: what the command prints is shown only if it fails.
+quietly() {
+  local log=build/setup.log
+  echo "$1"
+  shift
+  mkdir -p build
+  if ! "$@" >"$log" 2>&1 </dev/null; then
+    tail -n 100 "$log" >&2
+    fail "failed: $*" "all it said is in $log"
+  fi
+}
+
+has() { command -v "$1" >/dev/null 2>&1; }
+
+has_lapack() {
+  local folder answer=0
+  folder=$(mktemp -d)
+  printf 'external dsygvd, dgemm\ncall dsygvd\ncall dgemm\nend\n' >"$folder/link.f90"
+  gfortran -o "$folder/link" "$folder/link.f90" -llapack -lblas >/dev/null 2>&1 || answer=1
+  rm -r "$folder"
+  return "$answer"
+}
+
+# The first Python that is new enough and can make an environment; also one that pyenv provides.
+find_python() {
+  local python
+  for python in python3 /usr/bin/python3 python3.14 python3.13 python3.12 python3.11; do
+    if "$python" -c 'import sys, ensurepip, venv; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1; then
+      echo "$python"
+      return
+    fi
+  done
+  return 1
+}
+
+missing_packages() {
+  has gfortran || echo gfortran
+  has gcc || echo gcc
+  has cmake || echo cmake
+  has make || has ninja || echo ninja-build
+  has git || echo git
+  has mpifort || echo libopenmpi-dev
+  has mpirun || echo openmpi-bin
+  has h5fc || echo libhdf5-dev
+  has gfortran && has_lapack || echo liblapack-dev libblas-dev
+  [[ -x .venv/bin/python ]] || find_python >/dev/null || echo python3-venv
+}
+
+install_packages() {
+  local packages as_root=()
+  mapfile -t packages < <(missing_packages | tr ' ' '\n')
+  [[ ${#packages[@]} -gt 0 ]] || return 0
+  if [[ $EUID -ne 0 ]]; then
+    as_root=(sudo -n)
+    if ! has sudo || ! sudo -n true 2>/dev/null; then as_root=(); fi
+  fi
+  if ! has apt-get || [[ $EUID -ne 0 && ${#as_root[@]} -eq 0 ]]; then
+    cat >&2 <<END
+setup.sh: these are missing, and only root on Debian or Ubuntu can have them installed here (Debian's names):
+  ${packages[*]}
+Install them, for example by
+  sudo apt-get update && sudo apt-get install ${packages[*]}
+or load modules that provide them (gfortran 12, CMake 3.25, MPI, HDF5 with Fortran, LAPACK, Python 3.11 or newer),
+then start again.
+END
+    exit 2
+  fi
+  quietly "updating the list of packages" "${as_root[@]}" apt-get update
+  quietly "installing ${packages[*]}" \
+    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${packages[@]}"
+  mapfile -t packages < <(missing_packages | tr ' ' '\n')
+  [[ ${#packages[@]} -eq 0 ]] || fail "still missing after the installation: ${packages[*]}"
+}
+
+make_environment() {
+  local python stamp=.venv/requirements.sha256 wanted
+  wanted=$(cat post/pyproject.toml tests/requirements.txt | sha256sum)
+  if [[ -f $stamp && $(<"$stamp") == "$wanted" ]] && .venv/bin/razy-plot --help >/dev/null 2>&1; then return; fi
+  if ! .venv/bin/python -m pip --version >/dev/null 2>&1; then
+    python=$(find_python) || fail "no Python 3.11 or newer that can make an environment"
+    quietly "making a Python environment in .venv" "$python" -m venv --clear .venv
+  fi
+  quietly "installing Python packages into .venv" \
+    .venv/bin/python -m pip install --disable-pip-version-check -e "./post[test]" -r tests/requirements.txt
+  echo "$wanted" >"$stamp"
+}
+
+# build PRESET TARGET
+build() {
+  quietly "configuring $1" cmake --preset "$1"
+  quietly "building $1" cmake --build --preset "$1" --parallel "$cores" --target "$2"
+}
+
+prepare() {
+  cores=$(nproc)
+  install_packages
+  make_environment
+  if has ninja; then export CMAKE_GENERATOR=${CMAKE_GENERATOR:-Ninja}; fi
+  # Open MPI refuses root, and more ranks than cores, unless told otherwise.
+  if [[ $EUID -eq 0 ]]; then export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1; fi
+  export OMPI_MCA_rmaps_base_oversubscribe=1
+}
+
+# build_release TARGET
+build_release() {
+  build release "$1"
+  ln -sfn ../../.venv/bin/razy-plot build/bin/razy-plot
+}
+
+demo() {
+  local scene=torsional_gear_pair folder=build/demo start ranks
+  prepare
+  build_release programs
+  mkdir -p "$folder"
+  ranks=$((cores < 2 ? 2 : cores))
+  echo "mpirun -n $ranks razy-sweep inputs/$scene.nml"
+  start=$(date +%s%N)
+  mpirun -n "$ranks" build/bin/razy-sweep "inputs/$scene.nml" --output "$folder/$scene.h5" --force </dev/null
+  build/bin/razy-plot "$folder/$scene.h5" --save "$folder/$scene.png"
+  echo "results: $PWD/$folder/$scene.h5"
+  echo "picture: $PWD/$folder/$scene.png"
+  LC_ALL=C awk -v start="$start" -v end="$(date +%s%N)" \
+    'BEGIN { printf "time of sweep and picture: %.1f s\n", (end - start) / 1e9 }'
+}
+
+run_tests() {
+  prepare
+  build debug all
+  build_release all
+  ctest --preset debug --parallel "$cores"
+  ctest --preset all --parallel "$cores"
+}
+
+case ${1-help} in
+  demo) demo ;;
+  test) run_tests ;;
+  build)
+    prepare
+    build_release all
+    ;;
+  help | -h | --help) usage ;;
+  *)
+    usage >&2
+    exit 2
+    ;;
+esac
