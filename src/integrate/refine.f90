@@ -71,8 +71,10 @@ contains
          if (abs(delta)*response%fastest <= small_shift) then
             call shift(probe, response, delta)
             ! The error is of third order: where the next correction would be rounding, it is not computed.
-            if (abs(delta)*(delta*max(response%fastest, abs(d)/max(abs(g), tiny(g))))**2 &
-                <= 0.1_wp*epsilon(1.0_wp)*(from%tau + tau)) exit
+            if (abs(delta*d) < 1.0e-3_wp*abs(g)) then
+               if (abs(delta)*max(abs(delta)*response%fastest, abs(delta*d/g))**2 &
+                   <= 0.1_wp*epsilon(1.0_wp)*(from%tau + tau)) exit
+            end if
          else
             call go_from(from, response, level, .false., tau, probe)
          end if

@@ -88,7 +88,8 @@ contains
             if (found%tau <= tau_end) return
             exit
          end if
-         call accept(self, watched, roomy)
+         call accept(self, response, watched, roomy)
+         if (self%point(self%now)%tau >= tau_end) exit
          since_resync = modulo(since_resync + 1, resync)
          if (since_resync == 0 .or. response%growing) call resynchronise(self, response, rows, start, watched)
       end do
@@ -258,9 +259,11 @@ contains
       end do
    end function stay_forever
 
-   !> Make the trial the present point; a step with room to spare is followed by a longer one.
-   subroutine accept(self, watched, roomy)
+   !> Make the trial the present point; a step with room to spare is followed by a longer one, on which nothing grows by more
+   !> than a factor e.
+   subroutine accept(self, response, watched, roomy)
       type(search_t), intent(inout) :: self
+      type(response_t), intent(in) :: response
       type(watched_t), intent(inout) :: watched(:)
       logical, intent(in) :: roomy
 
@@ -272,6 +275,7 @@ contains
          watched(i)%g0 = watched(i)%g1
       end do
       if (roomy) self%level = max(self%level - 1, coarsest_level)
+      if (response%growing) self%level = max(self%level, exponent(maxval(real(response%exponent))))
    end subroutine accept
 
    subroutine prepare(self, response, rows, start, tau_from, watched)
