@@ -23,9 +23,8 @@ module razy_contact_clearance_law
 
    !> Branches of the law, as results name them.
    integer, parameter :: branch_open = 1, branch_upper = 2, branch_lower = 3, branch_upper_parting = 4, branch_lower_parting = 5
-   character(*), parameter :: branch_meanings = "1 = open, 2 = closed on the upper side (mesh: working flanks), "// &
-                              "3 = closed on the lower side (stop: closed; mesh: back flanks), "// &
-                              "4 = upper side parting without force, 5 = lower side parting without force"
+   character(*), parameter :: branch_meanings = "1 = open, 2 = closed (upper side), 3 = closed (lower side), "// &
+                              "4 = parting (upper side), 5 = parting (lower side)"
 
    !> One side of a law; a side that is not present never touches.
    type :: clearance_side_t

@@ -41,7 +41,7 @@ contains
          observable%error = machine%contact(contact)%error
          observable%unit = machine%contact(contact)%unit
          if (observable%name == "contact_force") observable%unit = machine%contact(contact)%force_unit
-         observable%long_name = long_name(observable%name)//" '"//machine%contact(contact)%name//"'"
+         observable%long_name = machine%contact(contact)%name//long_name(observable%name)
       case default
          call choose_body(bodies, input, i, body, error)
          if (allocated(error)) return
@@ -59,11 +59,11 @@ contains
 
       select case (name)
       case ("mesh_deformation")
-         long_name = "deformation of mesh"
+         long_name = " deformation"
       case ("contact_force")
-         long_name = "force of contact"
+         long_name = " contact force"
       case default
-         long_name = "relative displacement at stop"
+         long_name = " relative displacement"
       end select
    end function long_name
 

@@ -146,11 +146,22 @@ def set_heading(figure: Figure, top: tuple[Axes, Axes], title: str, handles: lis
 
 
 def _legend(axes: Axes, handles: list[Line2D]) -> Legend | None:
+    """Write the legend above the axes in as many columns as fit the figure, in room taken from all axes alike."""
     if not handles:
         return None
-    return axes.legend(
-        handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=min(len(handles), 4), borderaxespad=0.15
-    )
+    figure = axes.figure
+    for columns in range(min(len(handles), 4), 0, -1):
+        legend = axes.legend(
+            handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.15
+        )
+        legend.set_in_layout(False)
+        figure.draw_without_rendering()
+        if legend.get_window_extent().x0 >= 0.0:
+            break
+    engine = figure.get_layout_engine()
+    if engine is not None and (len(handles) > columns or len(figure.axes) > 1):
+        engine.set(rect=(0.0, 0.0, 1.0, 1.0 - legend.get_window_extent().height / figure.bbox.height))
+    return legend
 
 
 def _fold(text: Text, title: str, width: float) -> None:
