@@ -1,7 +1,7 @@
 !! The motion at given or natural times: observables and, if asked for, all coordinates and their rates.
 !!
-!! Given times are from + i*interval, formed from the integer. Natural times are the events and the steps of the search
-!! between them, which are short where the motion is quick.
+!! Given times are from + i*interval, formed from the integer. Natural times are the events and, between them, steps as the
+!! search takes them or shorter, so that the fastest term is resolved.
 module razy_dynamics_trajectory
    use razy_core_kinds, only: i8, wp
    use razy_integrate_cursor, only: cursor_t, move_to, reserve, state_of
@@ -65,7 +65,8 @@ contains
             i = i + 1
          end do
       else
-         h = scale(1.0_wp, -part%state%level)
+         ! At least six points in a turn of the fastest term, also where no contact is near.
+         h = scale(1.0_wp, -max(part%state%level, exponent(part%state%response%fastest)))
          i = 0
          do
             tau = i*h

@@ -46,7 +46,7 @@ module razy_integrate_search
    integer, parameter :: stays = 0, leaves = 1, undecided = 2
    !> Steps between exact evaluations of the amplitudes.
    integer, parameter :: resync = 32
-   !> Times the fastest exponent, a step on which a third-order change is below rounding.
+   !> Times the fastest exponent, a step on which a change of third order is below rounding: its ends decide.
    real(wp), parameter :: shortest = 1.0e-6_wp
 
 contains
