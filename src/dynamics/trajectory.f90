@@ -65,8 +65,8 @@ contains
             i = i + 1
          end do
       else
-         ! At least six points in a turn of the fastest term, also where no contact is near.
-         h = scale(1.0_wp, -max(part%state%level, exponent(part%state%response%fastest)))
+         ! At least 25 points in a turn of the fastest term, also where no contact is near.
+         h = scale(1.0_wp, -max(part%state%level, exponent(part%state%response%fastest) + 2))
          i = 0
          do
             tau = i*h

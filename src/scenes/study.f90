@@ -71,7 +71,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(bodies_t) :: bodies
-      integer :: most_events
+      integer :: i, most_events
 
       call new_lumped(machine, bodies, input, error)
       if (allocated(error)) return
@@ -85,6 +85,11 @@ contains
       call input%get("motion", 1, "max_events", most_events)
       call input%get("motion", 1, "integrator", motion%integrator)
       motion%most_events = most_events
+      do i = 1, size(records)
+         if (records(i)%from < motion%t_end) cycle
+         call input%complain(error, "record", i, "from", "less than the end of the motion, &motion t_end")
+         return
+      end do
       call set_start(machine, bodies, input, error)
    end subroutine new_machine
 
