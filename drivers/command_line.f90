@@ -3,12 +3,13 @@ module command_line
    use, intrinsic :: iso_c_binding, only: c_int
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use razy_core_error, only: error_t, raise
+   use razy_core_kinds, only: wp
    use razy_core_text, only: did_you_mean, string_t
    use razy_core_version, only: razy_git_commit, razy_version
    implicit none(type, external)
    private
 
-   public :: command_t, finish, is_terminal, print_help, print_version, read_command, say
+   public :: command_t, decimal, finish, is_terminal, print_help, print_version, read_command, say
    public :: exit_failure, exit_ok, exit_usage
 
    integer, parameter :: exit_ok = 0, exit_failure = 1, exit_usage = 2
@@ -174,6 +175,20 @@ contains
 
       write (error_unit, "(a)") line
    end subroutine say
+
+   !> A number with a digit before the point and so many behind it.
+   pure function decimal(value, places) result(text)
+      real(wp), intent(in) :: value
+      integer, intent(in) :: places
+      character(:), allocatable :: text
+
+      character(40) :: wide
+      character(12) :: form
+
+      write (form, "(a, i0, a)") "(f40.", places, ")"
+      write (wide, form) value
+      text = trim(adjustl(wide))
+   end function decimal
 
    !> Whether messages go to a terminal.
    function is_terminal() result(yes)

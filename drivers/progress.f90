@@ -1,7 +1,7 @@
 !! How far a sweep is: a line that renews itself at a terminal, a line now and then elsewhere.
 module progress
    use, intrinsic :: iso_fortran_env, only: error_unit
-   use command_line, only: is_terminal
+   use command_line, only: decimal, is_terminal
    use razy_core_kinds, only: i8, wp
    implicit none(type, external)
    private
@@ -25,7 +25,7 @@ contains
       if (total == 0) return
       left = 0.0_wp
       if (done > 0) left = elapsed*real(total - done, wp)/real(done, wp)
-      write (line, "(i0, a, i0, a, f0.1, a, f0.1, a)") done, " of ", total, " points, ", elapsed, " s, ", left, " s left"
+      write (line, "(i0, a, i0, a)") done, " of ", total, " points, "//decimal(elapsed, 1)//" s, "//decimal(left, 1)//" s left"
       if (is_terminal()) then
          write (error_unit, "(a)", advance="no") achar(13)//line(:79)
          if (done == total) write (error_unit, "(a)") ""

@@ -1,7 +1,8 @@
 !! razy-sweep: many motions over a parameter, under mpirun or alone.
 program razy_sweep
    use, intrinsic :: iso_fortran_env, only: output_unit
-   use command_line, only: command_t, exit_failure, exit_ok, exit_usage, finish, print_help, print_version, read_command, say
+   use command_line, only: command_t, decimal, exit_failure, exit_ok, exit_usage, finish, print_help, print_version, &
+                           read_command, say
    use mpi_f08, only: mpi_comm_world
    use progress, only: show_progress
    use razy_core_error, only: error_t
@@ -96,7 +97,7 @@ contains
 
       type(result_header_t) :: header
       type(sweep_content_t) :: content
-      character(160) :: line
+      character(80) :: line
 
       call sweep_content(task, content)
       header%program = "razy-sweep"
@@ -105,9 +106,9 @@ contains
       header%input = effective
       call write_sweep_file(command%output, header, content, command%force, error)
       if (allocated(error)) return
-      write (line, "(a, i0, a, i0, a, f0.3, a, f0.1, a)") "wrote "//command%output//": ", size(content%status), " points, ", &
-         count(content%status /= 0), " failed, ", outcome%elapsed, " s, ranks busy ", 100*outcome%efficiency(), " %"
-      call say(trim(line))
+      write (line, "(i0, a, i0, a)") size(content%status), " points, ", count(content%status /= 0), " failed, "
+      call say("wrote "//command%output//": "//trim(line)//" "//decimal(outcome%elapsed, 3)//" s, ranks busy "// &
+               decimal(100*outcome%efficiency(), 1)//" %")
    end subroutine write_results
 
    !> Leave together with one message if any rank has an error.

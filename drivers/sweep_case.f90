@@ -35,7 +35,6 @@ contains
 
       type(motion_t) :: motion
       type(record_t), allocatable :: records(:)
-      integer :: i, k
 
       self%input = input
       if (input%count("sweep") == 0) then
@@ -44,6 +43,10 @@ contains
       end if
       call self%input%locate_value("sweep", 1, "parameter", self%slot, error)
       if (allocated(error)) return
+      if (index(self%slot%path, "sweep%") == 1) then
+         call input%complain(error, "sweep", 1, "parameter", "a value of another group than &sweep")
+         return
+      end if
       self%unit = self%input%unit_of(self%slot)
       call read_axis(self%axis, input, error)
       if (allocated(error)) return
@@ -56,17 +59,21 @@ contains
       end if
       self%title = self%machine%title
       self%integrator = motion%integrator
+      allocate (self%extrema(count(records%extrema)))
+      call ask(self, motion, records)
+   end subroutine new_sweep
+
+   !> Take over what is asked of a motion.
+   subroutine ask(self, motion, records)
+      class(sweep_task_t), intent(inout) :: self
+      type(motion_t), intent(in) :: motion
+      type(record_t), intent(in) :: records(:)
+
       self%t_end = motion%t_end
       self%most_events = motion%most_events
-      allocate (self%extrema(count(records%extrema)))
-      k = 0
-      do i = 1, size(records)
-         if (.not. records(i)%extrema) cycle
-         k = k + 1
-         self%extrema(k)%form = records(i)%observable
-         self%extrema(k)%from = records(i)%from
-      end do
-   end subroutine new_sweep
+      self%extrema%form = pack(records%observable, records%extrema)
+      self%extrema%from = pack(records%from, records%extrema)
+   end subroutine ask
 
    !> The values of the axis, from first, last, and step or points.
    subroutine read_axis(axis, input, error)
@@ -128,9 +135,7 @@ contains
       call self%input%put(self%slot, self%axis%value(point), error)
       if (allocated(error)) return
       call new_machine(self%machine, motion, records, self%input, error)
-      if (allocated(error)) return
-      self%t_end = motion%t_end
-      self%most_events = motion%most_events
+      if (.not. allocated(error)) call ask(self, motion, records)
    end subroutine machine_at
 
    !> The results as a file holds them; the task's own copy is gone after that.

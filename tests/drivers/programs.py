@@ -1,0 +1,86 @@
+"""Start the programs as a user does, and look at what they leave."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+
+SOURCE = Path(os.environ["RAZY_SOURCE"])
+BUILD = Path(os.environ["RAZY_BUILD"])
+GEAR_PAIR = SOURCE / "inputs" / "torsional_gear_pair.nml"
+TWO_SIDED_STOP = SOURCE / "inputs" / "two_sided_stop.nml"
+PATIENCE = 120
+
+
+def command(program, *arguments, ranks=None):
+    words = [str(BUILD / "bin" / program), *map(str, arguments)]
+    return words if ranks is None else [os.environ["RAZY_MPIEXEC"], "-n", str(ranks), *words]
+
+
+def start(program, *arguments, ranks=None, timeout=PATIENCE):
+    """Run a program to its end, whatever its exit code, in the current folder."""
+    words = command(program, *arguments, ranks=ranks)
+    return subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=timeout)
+
+
+def succeed(program, *arguments, **options):
+    done = start(program, *arguments, **options)
+    assert done.returncode == 0, done.stderr
+    return done
+
+
+def plot(*arguments):
+    code = "import sys; from razy_post.cli import main; sys.exit(main())"
+    environment = os.environ | {"PYTHONPATH": str(SOURCE / "post" / "src")}
+    return subprocess.run(
+        [sys.executable, "-c", code, *map(str, arguments)],
+        stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE, env=environment,
+    )  # fmt: skip
+
+
+def sets(**values):
+    """Options of --set; `motion__t_end=0.1` is motion%t_end=0.1."""
+    return [word for key, value in values.items() for word in ("--set", f"{key.replace('__', '%')}={value}")]
+
+
+def changed(path, text, *changes):
+    """Write the text of an input with substitutions, each of which must apply once."""
+    for old, new in changes:
+        text, count = re.subn(old, new, text)
+        assert count == 1, (old, count)
+    path.write_text(text)
+    return path
+
+
+def datasets(path):
+    """Return every dataset as (type, shape, bytes), but those of nothing but object references."""
+    found = {}
+
+    def keep(name, item):
+        if isinstance(item, h5py.Dataset):
+            found[name] = (item.dtype.str, item.shape, item[()].tobytes())
+
+    with h5py.File(path) as file:
+        file.visititems(keep)
+    assert found
+    return found
+
+
+def attribute(path, name):
+    with h5py.File(path) as file:
+        return file.attrs[name]
+
+
+def left():
+    """Return the names of what lies in the current folder."""
+    return sorted(path.name for path in Path().iterdir())
+
+
+def names(path):
+    found = []
+    with h5py.File(path) as file:
+        file.visit(found.append)
+    return found

@@ -1,0 +1,69 @@
+"""Points that fail, and programs that are killed."""
+
+import subprocess
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+from programs import GEAR_PAIR, command, left, sets, succeed
+
+
+def test_failed_points_are_recorded_and_the_sweep_goes_on():
+    everything = sets(sweep__step=50, record__from=0)
+    succeed("razy-sweep", GEAR_PAIR, *everything, "--output", "whole.h5")
+    with h5py.File("whole.h5") as file:
+        events = file["point/events"][:]
+    limit = int(np.median(events)) + 1
+    while limit in events:
+        limit += 1
+    done = succeed("razy-sweep", GEAR_PAIR, *everything, *sets(motion__max_events=limit), "--output", "limited.h5")
+    fails = events > limit
+    assert 3 < fails.sum() < events.size - 3
+    assert f"{events.size} points, {fails.sum()} failed" in done.stderr
+    with h5py.File("whole.h5") as whole, h5py.File("limited.h5") as limited:
+        status = limited["point/status"]
+        assert np.array_equal(status[:] != 0, fails)
+        code = np.unique(status[:][fails])
+        assert code.size == 1
+        assert f"{code[0]} = event limit reached" in status.attrs["meanings"]
+        assert np.all(limited["point/events"][:][fails] == limit)
+        extrema = [file["extrema/mesh_deformation"] for file in (whole, limited)]
+        values = [np.split(group["value"][:], group["offset"][1:-1]) for group in extrema]
+    for k, failed in enumerate(fails):
+        if failed:
+            assert np.array_equal(values[1][k], values[0][k][: values[1][k].size])
+            assert values[1][k].size < values[0][k].size
+        else:
+            assert np.array_equal(values[1][k], values[0][k])
+
+
+def start_and_kill(program, *arguments):
+    """Kill the program when it has computed for a while; it must not have been at its end."""
+    with subprocess.Popen(command(program, *arguments), stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL) as process:
+        time.sleep(1.0)
+        assert process.poll() is None
+        process.kill()
+    assert process.returncode == -9
+
+
+def test_killed_run_leaves_no_file_of_the_final_name():
+    start_and_kill("razy-run", GEAR_PAIR, *sets(motion__t_end=1e9, record__from=1e8))
+    assert left() == []
+
+
+def test_killed_sweep_leaves_no_file_of_the_final_name_and_keeps_an_older_one():
+    endless = sets(sweep__step=1e-4, motion__t_end=3)
+    start_and_kill("razy-sweep", GEAR_PAIR, *endless)
+    assert not Path("torsional_gear_pair.h5").exists()
+    succeed("razy-sweep", GEAR_PAIR, *sets(sweep__step=400))
+    before = Path("torsional_gear_pair.h5").read_bytes()
+    start_and_kill("razy-sweep", GEAR_PAIR, *endless, "--force")
+    assert Path("torsional_gear_pair.h5").read_bytes() == before
+
+
+def test_unfinished_file_of_a_killed_run_is_in_nobodys_way():
+    Path("torsional_gear_pair.h5.partial").write_text("unfinished")
+    succeed("razy-sweep", GEAR_PAIR, *sets(sweep__step=400))
+    assert left() == ["torsional_gear_pair.h5", "torsional_gear_pair.h5.partial"]
+    assert Path("torsional_gear_pair.h5.partial").read_text() == "unfinished"

@@ -1,0 +1,69 @@
+"""razy-sweep under mpirun: the same results on any number of ranks, one message for a mistake."""
+
+import os
+from pathlib import Path
+
+import pytest
+from programs import GEAR_PAIR, attribute, changed, datasets, left, sets, start, succeed
+
+RANKS = [1, 2, 3]
+
+
+def test_results_do_not_depend_on_the_number_of_ranks():
+    succeed("razy-sweep", GEAR_PAIR, *sets(sweep__step=8), "--output", "alone.h5")
+    alone = datasets("alone.h5")
+    for ranks in RANKS:
+        succeed("razy-sweep", GEAR_PAIR, *sets(sweep__step=8), "--output", f"{ranks}.h5", ranks=ranks)
+        assert datasets(f"{ranks}.h5") == alone
+        assert attribute(f"{ranks}.h5", "input") == attribute("alone.h5", "input")
+        assert Path(f"{ranks}.h5").read_bytes() == Path("alone.h5").read_bytes()
+
+
+def test_more_ranks_than_points_and_failed_points():
+    options = sets(sweep__first=1800, sweep__last=1900, sweep__step=100, motion__max_events=100)
+    succeed("razy-sweep", GEAR_PAIR, *options, "--output", "alone.h5")
+    done = succeed("razy-sweep", GEAR_PAIR, *options, "--output", "three.h5", ranks=3)
+    assert "2 points, 2 failed" in done.stderr
+    assert datasets("three.h5") == datasets("alone.h5")
+
+
+def ours(done, word):
+    return [line for line in (done.stdout + done.stderr).splitlines() if word in line]
+
+
+@pytest.mark.parametrize("ranks", RANKS)
+def test_bad_input_is_one_message_and_exit_code_2(ranks):
+    changed(Path("bad.nml"), GEAR_PAIR.read_text(), ("what='extrema'", "what='extremes'"))
+    done = start("razy-sweep", "bad.nml", ranks=ranks, timeout=30)
+    assert done.returncode == 2
+    assert len(ours(done, "bad.nml:15: &record what = 'extremes'")) == 1
+    assert left() == ["bad.nml"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ([GEAR_PAIR, "--frce"], "--frce: no such option"),
+        ([GEAR_PAIR, "--output", "no/x.h5"], "no/x.h5"),
+        ([], "no input"),
+    ],
+)
+def test_wrong_usage_is_one_message_and_exit_code_2(arguments, says):
+    done = start("razy-sweep", *arguments, ranks=3, timeout=30)
+    assert done.returncode == 2
+    assert len(ours(done, says)) == 1
+
+
+def test_existing_file_is_refused():
+    Path("torsional_gear_pair.h5").write_text("precious")
+    done = start("razy-sweep", GEAR_PAIR, ranks=3, timeout=30)
+    assert done.returncode == 2
+    assert len(ours(done, "exists already")) == 1
+    assert Path("torsional_gear_pair.h5").read_text() == "precious"
+
+
+def test_help_version_and_check_are_printed_once():
+    assert len(ours(succeed("razy-sweep", "--help", ranks=3), "usage:")) == 1
+    assert len(ours(succeed("razy-sweep", "--version", ranks=3), os.environ["RAZY_VERSION"])) == 1
+    assert len(ours(succeed("razy-sweep", GEAR_PAIR, "--check", ranks=3), "&scene")) == 1
+    assert left() == []

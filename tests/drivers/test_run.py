@@ -1,0 +1,144 @@
+"""What razy-run computes and writes."""
+
+import f90nml
+import h5py
+import numpy as np
+import pytest
+from programs import GEAR_PAIR, TWO_SIDED_STOP, attribute, changed, datasets, left, names, sets, start, succeed
+
+
+def test_extrema_alone_store_no_trajectory():
+    succeed("razy-run", GEAR_PAIR)
+    stored = names("torsional_gear_pair.h5")
+    assert "extrema/mesh_deformation/value" in stored
+    assert not {"time", "state", "observable", "sample"} & {name.split("/")[0] for name in stored}
+
+
+def test_trajectory_alone_stores_no_extrema():
+    succeed("razy-run", GEAR_PAIR, *sets(record__what="'trajectory'", record__interval=1e-3, motion__t_end=0.3))
+    assert not [name for name in names("torsional_gear_pair.h5") if name.startswith(("extrema", "state"))]
+
+
+def test_extrema_and_trajectory_agree(folder):
+    case = changed(
+        folder / "case.nml", GEAR_PAIR.read_text(),
+        ("what='extrema', from=0.25", "what='extrema','trajectory', from=0.28, interval=1e-6"),
+        ("speed_rpm=1500.0", "speed_rpm=1900.0"),
+    )  # fmt: skip
+    succeed("razy-run", case)
+    with h5py.File("case.h5") as file:
+        time = file["time"][:]
+        deformation = file["observable/mesh_deformation"][:]
+        extrema = file["extrema/mesh_deformation"]
+        value, when, kind = extrema["value"][:], extrema["time"][:], extrema["kind"][:]
+    np.testing.assert_allclose(time, 0.28 + 1e-6 * np.arange(time.size), rtol=1e-14)
+    assert time.size in (20000, 20001)
+    inside = (when > time[1]) & (when < time[-2])
+    sampled = np.sign(np.diff(deformation))
+    turns = np.flatnonzero(sampled[1:] * sampled[:-1] < 0) + 1
+    assert turns.size == inside.sum() > 20
+    assert np.array_equal(sampled[turns - 1], kind[inside])
+    assert np.all(np.abs(time[turns] - when[inside]) <= 1e-6)
+    sampled_error = value[inside] - deformation[turns]
+    assert np.all(sampled_error * kind[inside] >= -1e-18)
+    assert np.abs(sampled_error).max() < 1e-7
+
+
+def test_natural_times_hold_the_events(folder):
+    case = changed(
+        folder / "case.nml", GEAR_PAIR.read_text(), ("what='extrema', from=0.25", "what='trajectory', from=0.25"),
+        ("speed_rpm=1500.0", "speed_rpm=1900.0"),
+    )  # fmt: skip
+    succeed("razy-run", case)
+    with h5py.File("case.h5") as file:
+        time, event = file["time"][:], file["event/time"][:]
+    assert np.all(np.diff(time) >= 0)
+    assert 0.25 <= time[0] < 0.2505 and time[-1] == 0.3
+    event = event[event > 0.25]
+    assert event.size > 20
+    assert np.isin(event, time).all()
+
+
+def test_static_start_is_the_equilibrium_under_the_constant_loads():
+    record = sets(record__what="'trajectory'", record__from=0, record__interval=1e-3, gear_mesh__error_sine=0)
+    succeed("razy-run", GEAR_PAIR, *record, "--output", "static.h5")
+    with h5py.File("static.h5") as file:
+        assert file["event/time"].size == 0
+        np.testing.assert_allclose(file["observable/mesh_deformation"][:], 100.0 / 0.08 / 8e8, rtol=1e-9)
+    succeed("razy-run", GEAR_PAIR, *record, *sets(motion__start="'zero'"), "--output", "zero.h5")
+    with h5py.File("zero.h5") as file:
+        deformation = file["observable/mesh_deformation"][:]
+    assert abs(deformation[0]) < 1e-18
+    assert np.ptp(deformation) > 1e-6
+
+
+def test_two_sided_stop_against_its_closed_form():
+    succeed("razy-run", TWO_SIDED_STOP)
+    mass, inner, outer, clearance = 3.5, 1e5, 1e6, 7e-4
+    with h5py.File("two_sided_stop.h5") as file:
+        x, v = file["state/displacement"][:], file["state/velocity"][:]
+        force, event = file["extrema/contact_force/value"][:], file["event/time"][:]
+        branch = file["event/state"][:]
+        assert list(file["state/displacement"].attrs["names"]) == ["body"]
+        axis = 0 if x.shape[0] == 1 else 1
+    x, v = x.squeeze(axis), v.squeeze(axis)
+    assert x.size == 1001 and x[0] == 0.0
+    np.testing.assert_allclose(v[0], 0.2, rtol=1e-14)
+    beyond = np.maximum(np.abs(x) - clearance, 0.0)
+    energy = 0.5 * (mass * v**2 + inner * x**2 + outer * beyond**2)
+    np.testing.assert_allclose(energy, 0.07, rtol=1e-12)
+    # deepest penetration p: inner (clearance + p)^2 + outer p^2 = mass v0^2
+    depth = np.roots([inner + outer, 2 * inner * clearance, inner * clearance**2 - mass * 0.2**2]).max()
+    np.testing.assert_allclose(np.abs(force), outer * depth, rtol=1e-12)
+    assert np.array_equal(np.sign(force), np.resize([1, -1], force.size))
+    omega = np.sqrt(inner / mass)
+    np.testing.assert_allclose(event[0], np.arcsin(clearance * omega / 0.2) / omega, rtol=1e-13)
+    assert branch[:4].tolist() == [2, 1, 3, 1]
+
+
+def test_effective_input_reads_back_to_the_same_bytes(folder):
+    options = sets(rotation__speed_rpm=1712.3456789, motion__t_end="0.1", record__from=0.05)
+    succeed("razy-run", GEAR_PAIR, *options, "--output", "first.h5")
+    text = attribute("first.h5", "input")
+    assert text == succeed("razy-run", GEAR_PAIR, *options, "--check").stdout
+    groups = f90nml.reads(text)
+    assert groups["rotation"]["speed_rpm"] == 1712.3456789
+    assert groups["gear_mesh"]["teeth"] == [40, 40]
+    assert groups["gear_mesh"]["damping"] == 0.0
+    assert [inertia["name"] for inertia in groups["inertia"]] == ["motor", "pinion", "wheel", "output"]
+    assert groups["motion"]["max_events"] > 0
+    (folder / "again.nml").write_text(text)
+    succeed("razy-run", "again.nml", "--output", "second.h5")
+    assert attribute("second.h5", "input") == text
+    assert datasets("second.h5") == datasets("first.h5")
+
+
+def test_motion_that_ends_early_is_stored_and_exit_code_1():
+    done = start("razy-run", GEAR_PAIR, *sets(rotation__speed_rpm=1900, motion__max_events=100, record__from=0))
+    assert done.returncode == 1
+    assert "event limit reached" in done.stderr
+    assert left() == ["torsional_gear_pair.h5"]
+    with h5py.File("torsional_gear_pair.h5") as file:
+        assert file["event/time"].size == 100
+        reached = file["extrema/mesh_deformation/time"][:].max()
+    assert 0 < reached < 0.3
+    succeed("razy-run", GEAR_PAIR, *sets(rotation__speed_rpm=1900, record__from=0), "--output", "whole.h5")
+    with h5py.File("torsional_gear_pair.h5") as part, h5py.File("whole.h5") as whole:
+        n = part["extrema/mesh_deformation/value"].size
+        assert n > 50
+        for name in ("extrema/mesh_deformation/value", "extrema/mesh_deformation/time"):
+            assert np.array_equal(part[name][:], whole[name][:n])
+        assert np.array_equal(part["event/time"][:], whole["event/time"][:100])
+
+
+@pytest.mark.parametrize("separation", ["zero_deformation", "zero_force"])
+def test_separation_of_a_damped_stop(separation):
+    options = sets(stop__damping=100, stop__separation=f"'{separation}'")
+    succeed(
+        "razy-run", TWO_SIDED_STOP, *options, *sets(**{"record(2)__what": "'trajectory'", "record(2)__interval": 1e-4})
+    )
+    with h5py.File("two_sided_stop.h5") as file:
+        x = file["state/displacement"][:].ravel()
+        force = file["observable/contact_force"][:]
+    adhesive = force * np.sign(x) < -1e-9
+    assert adhesive.any() == (separation == "zero_deformation")
