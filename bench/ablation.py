@@ -87,17 +87,19 @@ def markdown(chosen, rows, options, place):
     lines = [
         "# What each part costs, and what it buys",
         "",
-        f"Made by `bench/ablation.py` on {datetime.date.today().isoformat()} from {commit.stdout.strip() or 'unknown'}. "
-        + f"{place['cpu']}, {place['cores']} cores, load at the start {place['load']:.1f}; "
-        + f"gcc {versions(None).get('gcc', 'unknown')}.",
+        f"Made by `bench/ablation.py` on {datetime.date.today().isoformat()} "
+        f"from {commit.stdout.strip() or 'unknown'}. "
+        f"{place['cpu']}, {place['cores']} cores, load at the start {place['load']:.1f}; "
+        f"gcc {versions(None).get('gcc', 'unknown')}.",
         "",
         "The sweep P3 (401 speeds), processor time of one core without start-up and writing. "
-        f"{options.rounds} rounds in which every variant runs once, the faster of {options.sweeps} sweeps each; the median, "
-        "and the median of the ratios to the library as it is in the same round (in brackets the quartiles).",
+        f"{options.rounds} rounds in which every variant runs once, the faster of {options.sweeps} sweeps each; the "
+        "median, and the median of the ratios to the library as it is in the same round (in brackets the quartiles).",
         "",
-        "*Steps* are those of the search for changes of contact. *Differ*: regular speeds at which the number of changes "
-        "of contact is another than with the library as it is, and how many are missing there in all. *Right*, *lost* and "
-        "*worst error* of the extrema as in the [report](report.md), against the reference in quadruple precision.",
+        "*Steps* are those of the search for changes of contact. *Differ*: regular speeds at which the number of "
+        "changes of contact is another than with the library as it is, and how many are missing there in all. *Right*, "
+        "*lost* and *worst error* of the extrema as in the [report](report.md), against the reference in quadruple "
+        "precision.",
         "",
         "| variant | CPU, s | to as it is | steps | events | differ | missing | right | lost | worst error |",
         "|" + "---|" * 10,

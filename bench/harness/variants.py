@@ -72,8 +72,8 @@ BOUND = """\
 def signs_only(steps):
     """Decide by the signs of f at the ends of a step, the longest power of two in so many parts of the fastest period.
 
-    Halved is only what starts on its bound. `response%m >= 0` always holds; it keeps the compiler from warning of what is
-    not reached.
+    Only a step that starts on the bound is halved. `response%m >= 0` always holds; it keeps the compiler from warning of
+    what is not reached.
     """
     level = f"exponent(response%fastest*({steps}/(2*acos(-1.0_wp))))"
     judge = f"""\
@@ -92,28 +92,26 @@ def signs_only(steps):
     ]
 
 
-TWICE = "m4*(1.0_wp + 1.0e-9_wp)"
+LONGER = ("h, m4", "longer, m4")
 MONOTONE = "      if (proved_monotone(w%f0, w%g0, w%f1, w%g1, h, m4, w%noise)) return\n"
 CURVATURE = "      call proved_curvature(w%f0, w%g0, w%f1, w%g1, h, m4, w%noise, d0, d1, curvature)\n"
 PROOF_TWICE = [
     Patch(SEARCH, "      integer :: level = 10\n", "      integer :: level = 10\n      real(wp) :: idle = 0.0_wp\n"),
-    Patch(
-        SEARCH, MARGIN, f"      self%idle = self%idle + {MARGIN.split('= ')[1].strip().replace('m4', TWICE)}\n{MARGIN}"
-    ),
+    Patch(SEARCH, "real(wp) :: margin, m4, d0, d1\n", "real(wp) :: margin, m4, d0, d1, longer\n"),
     Patch(
         SEARCH,
-        MONOTONE,
-        f"      self%idle = self%idle + merge(1.0_wp, 0.0_wp, {MONOTONE[10:-9].replace('m4', TWICE)})\n{MONOTONE}",
+        MARGIN,
+        "      longer = h*(1.0_wp + 1.0e-9_wp)\n"
+        f"      self%idle = self%idle + {MARGIN.split('= ')[1].strip().replace(*LONGER)}\n{MARGIN}",
     ),
+    Patch(SEARCH, MONOTONE, f"{MONOTONE.replace(*LONGER).replace(' return', ' self%idle = self%idle + 1')}{MONOTONE}"),
     Patch(
-        SEARCH,
-        CURVATURE,
-        f"{CURVATURE.replace('m4', TWICE)}      self%idle = self%idle + d0 + d1 + curvature\n{CURVATURE}",
+        SEARCH, CURVATURE, f"{CURVATURE.replace(*LONGER)}      self%idle = self%idle + d0 + d1 + curvature\n{CURVATURE}"
     ),
     Patch(
         SEARCH,
         BOUND,
-        f"{BOUND.replace('%modulus(j)*', f'%modulus(j)*(1.0_wp + 1.0e-9_wp)*')}"
+        f"{BOUND.replace('%modulus(j)*', '%modulus(j)*(1.0_wp + 1.0e-9_wp)*')}"
         f"               self%idle = self%idle + m4\n               m4 = 0.0_wp\n{BOUND}",
     ),
 ]
