@@ -72,8 +72,8 @@ BOUND = """\
 def signs_only(steps):
     """Decide by the signs of f at the ends of a step, the longest power of two in so many parts of the fastest period.
 
-    Only a step that starts on the bound is halved. `response%m >= 0` always holds; it keeps the compiler from warning of
-    what is not reached.
+    Only a step that starts on the bound is halved. `response%m >= 0` always holds; it keeps the compiler from warning
+    of what is not reached.
     """
     level = f"exponent(response%fastest*({steps}/(2*acos(-1.0_wp))))"
     judge = f"""\
@@ -138,13 +138,13 @@ VARIANTS = [
         PROOF_TWICE,
     ),
     Variant(
-        "signs, quarter steps",
+        "signs in quarter steps",
         "In place of the proof the signs at the ends of fixed steps, the longest power of two below a quarter of the "
         "fastest period, as prototypes do.",
         signs_only(4),
     ),
-    Variant("signs, half steps", "The same with steps below half of the fastest period.", signs_only(2)),
-    Variant("signs, whole steps", "The same with steps below the fastest period.", signs_only(1)),
+    Variant("signs in half steps", "The same with steps below half of the fastest period.", signs_only(2)),
+    Variant("signs in whole steps", "The same with steps below the fastest period.", signs_only(1)),
     Variant(
         "nothing rare",
         "One tone, no mode that needs the matrix exponential and none that grows are constants of the program: what it "
