@@ -130,10 +130,10 @@ def main():
     reference = measure.reference(options.build.resolve(), "quad", "p3", cases.P3_SPEEDS)
     with tempfile.TemporaryDirectory() as folder:
         built = {}
-        for number, variant in enumerate(chosen):
+        for variant in chosen:
             print(f"building: {variant.name}", flush=True)
             try:
-                built[variant.name] = variants.build(variant, Path(folder) / str(number))
+                built[variant.name] = variants.build(variant, folder)
             except variants.PatchError as exc:
                 sys.exit(str(exc))
         rows = measure_all(built, reference, options.rounds, options.sweeps, folder)
