@@ -85,8 +85,8 @@ def conclusion(rows):
     for name in (name for name in rows if name.startswith("signs")):
         row = rows[name]
         lines.append(
-            f"The {name} take {row['ratio']:.2f} of the time and get {row['compared'] - row['right']} of {row['compared']} "
-            "regular speeds wrong."
+            f"The {name} take {row['ratio']:.2f} of the time and get {row['compared'] - row['right']} "
+            f"of {row['compared']} regular speeds wrong."
         )
     if "nothing rare" in rows:
         lines.append(f"That rare cases are provided for costs {1 - rows['nothing rare']['ratio']:.0%}.")
