@@ -183,6 +183,7 @@ def markdown(data):
     )
     lines = ["# Torsional gear pair: cost and error of several codes", "", made, "", meaning, ""]
     lines += ["![error against cost](report.png)", "", choice, "", *summary(data), ""]
+    lines += ["See also [what each part costs](ablation.md) and [ranks and memory](ranks.md).", ""]
     if data["missing"]:
         lines += ["Not measured: " + "; ".join(f"{k} – {v}" for k, v in data["missing"].items()) + ".", ""]
     if data["failed"]:

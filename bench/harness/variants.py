@@ -1,5 +1,6 @@
 """Variants of the library for bench/ablation.py: the sources with small patches, built in folders of their own."""
 
+import hashlib
 import shutil
 import subprocess
 from dataclasses import dataclass, field
@@ -111,7 +112,7 @@ PROOF_TWICE = [
     Patch(
         SEARCH,
         BOUND,
-        f"{BOUND.replace('%modulus(j)*', '%modulus(j)*(1.0_wp + 1.0e-9_wp)*')}"
+        f"{BOUND.replace('%modulus(j)*', '%modulus(j)*1.000000001_wp*')}"
         f"               self%idle = self%idle + m4\n               m4 = 0.0_wp\n{BOUND}",
     ),
 ]
@@ -205,21 +206,41 @@ VARIANTS = [
 ]
 
 
-def build(variant, folder):
-    """Build a variant in `folder`; return the path of its program."""
-    folder = Path(folder)
+def prepare(folder):
+    """Copy the sources that a variant is made of."""
     for part in ("src", "cmake", "drivers"):
         shutil.copytree(ROOT / part, folder / part)
     (folder / "bench").mkdir()
     shutil.copy(ROOT / "bench" / "p3.f90", folder / "bench")
     (folder / "CMakeLists.txt").write_text(PROJECT, encoding="utf-8")
+
+
+def restore(patch, folder):
+    (folder / patch.path).write_text((ROOT / patch.path).read_text(encoding="utf-8"), encoding="utf-8")
+
+
+def build(variant, folder):
+    """Build a variant in a folder below `folder`; return the path of its program.
+
+    Variants compiled alike share a folder, in which only the patched files are compiled again.
+    """
+    compiled_alike = repr((variant.options, [patch.new for patch in variant.patches if patch.path == COMPILER]))
+    place = Path(folder) / hashlib.sha256(compiled_alike.encode()).hexdigest()[:8]
+    if not place.exists():
+        prepare(place)
     for patch in variant.patches:
-        patch.apply(folder)
+        patch.apply(place)
+    generator = ["-G", "Ninja"] if shutil.which("ninja") else []
     for command in (
-        ["cmake", "-S", str(folder), "-B", str(folder / "build"), *variant.options],
-        ["cmake", "--build", str(folder / "build"), "--target", "p3", "--parallel", "2"],
+        ["cmake", *generator, "-S", str(place), "-B", str(place / "build"), *variant.options],
+        ["cmake", "--build", str(place / "build"), "--target", "p3", "--parallel", "2"],
     ):
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise PatchError(f"{variant.name}: {' '.join(command)}:\n{done.stdout[-3000:]}{done.stderr[-3000:]}")
-    return folder / "build" / "p3"
+    for patch in variant.patches:
+        if patch.path != COMPILER:
+            restore(patch, place)
+    program = Path(folder) / f"p3 {variant.name}"
+    shutil.copy(place / "build" / "p3", program)
+    return program
