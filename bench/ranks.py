@@ -64,12 +64,12 @@ def markdown(options, place, times, busy, memory, size):
     lines = [
         "# Ranks and memory",
         "",
-        f"Made by `bench/ranks.py` on {datetime.date.today().isoformat()}. {place['cpu']}, {place['cores']} cores, load "
-        f"at the start {place['load']:.1f}; {versions(options.razy_bin).get('razy')}.",
+        f"Made by `bench/ranks.py` on {datetime.date.today().isoformat()}. {place['cpu']}, {place['cores']} cores, "
+        f"load at the start {place['load']:.1f}; {versions(options.razy_bin).get('razy')}.",
         "",
         "## Two ranks",
-        f"The gear pair at 16001 speeds, 1000 to 2600 rpm. Elapsed time as razy-sweep prints it, median of {options.rounds} "
-        "runs of each in turn, without start-up and writing.",
+        f"The gear pair at 16001 speeds, 1000 to 2600 rpm. Elapsed time as razy-sweep prints it, median of "
+        f"{options.rounds} runs of each in turn, without start-up and writing.",
         "",
         "| ranks | elapsed, s | fastest, s | busy, % | to one rank |",
         "|---|---|---|---|---|",
