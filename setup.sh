@@ -6,10 +6,11 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 usage() {
   cat <<'END'
 usage: ./setup.sh COMMAND
-  demo    build, sweep inputs/torsional_gear_pair.nml on all cores, draw its bifurcation diagram in build/demo/
-  test    build, run every test with all run-time checks (debug), then optimised (release)
-  build   build the programs into build/bin/
-  help    this text
+  demo         build, sweep inputs/torsional_gear_pair.nml on all cores, draw its bifurcation diagram in build/demo/
+  test         build, run every test with all run-time checks (debug), then optimised (release)
+  build        build the programs into build/bin/, and the tests
+  environment  only install what is missing
+  help         this text
 Missing Debian or Ubuntu packages are installed by apt-get, as root or by sudo without a password.
 Python packages go into .venv/ of this folder only.
 END
@@ -160,6 +161,7 @@ case ${1-help} in
     prepare
     build_release all
     ;;
+  environment) prepare ;;
   help | -h | --help) usage ;;
   *)
     usage >&2

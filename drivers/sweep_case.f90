@@ -69,10 +69,17 @@ contains
       type(motion_t), intent(in) :: motion
       type(record_t), intent(in) :: records(:)
 
+      integer :: i, k
+
       self%t_end = motion%t_end
       self%most_events = motion%most_events
-      self%extrema%form = pack(records%observable, records%extrema)
-      self%extrema%from = pack(records%from, records%extrema)
+      k = 0
+      do i = 1, size(records)
+         if (.not. records(i)%extrema) cycle
+         k = k + 1
+         self%extrema(k)%form = records(i)%observable
+         self%extrema(k)%from = records(i)%from
+      end do
    end subroutine ask
 
    !> The values of the axis, from first, last, and step or points.

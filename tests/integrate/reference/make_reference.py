@@ -1,7 +1,7 @@
 """Motions of gear trains by SciPy's DOP853 with events, as data for test_reference.pf.
 
-Run by hand: python make_reference.py FOLDER. Every contact state is integrated as the smooth system it is until one of its
-guards is left in the outward direction; that is an independent way to the motion which razy has in closed form. The
+Run by hand: python make_reference.py FOLDER. Every contact state is integrated as the smooth system it is until one of
+its guards is left in the outward direction; that is an independent way to the motion which razy has in closed form. The
 parameters are repeated in test_reference.pf. Lines of the files: "s time d..." is a sample, "e time contact branch" an
 event, with razy's numbers of contacts and branches.
 """
@@ -19,7 +19,7 @@ PAIRS_OF_BRANCHES = {UPPER: UPPER_PARTING, LOWER: LOWER_PARTING}
 
 @dataclass
 class Mesh:
-    """Bodies (from 0), radii, stiffness, damping, backlash, tooth frequency in Hz, error amplitudes, rule of separation."""
+    """Bodies (from 0), radii, stiffness, damping, backlash, tooth frequency in Hz, error amplitudes, separation."""
 
     bodies: tuple
     radii: tuple
