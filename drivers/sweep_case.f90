@@ -102,13 +102,21 @@ contains
       end if
       if (abs(step) > 0.0_wp) then
          call new_axis(axis, first, last, step, problem)
-         if (allocated(problem)) call input%complain(error, "sweep", 1, "step", problem%message)
+         if (allocated(problem)) call input%complain(error, "sweep", 1, "step", after_colon(problem%message))
       else
          call input%get("sweep", 1, "points", points)
          call new_axis(axis, first, last, points, problem)
-         if (allocated(problem)) call input%complain(error, "sweep", 1, "points", problem%message)
+         if (allocated(problem)) call input%complain(error, "sweep", 1, "points", after_colon(problem%message))
       end if
    end subroutine read_axis
+
+   !> A message without the key and value that it begins with, which `complain` says already.
+   pure function after_colon(message) result(rest)
+      character(*), intent(in) :: message
+      character(:), allocatable :: rest
+
+      rest = message(index(message, ": ") + merge(2, 1, index(message, ": ") > 0):)
+   end function after_colon
 
    !> Refuse a sweep whose ends are out of the key's range or no machine; what fails between them becomes a status.
    subroutine check_points(self, error)

@@ -4,7 +4,7 @@ module razy_linalg_lapack
    implicit none(type, external)
    private
 
-   public :: dgeev, dgesv, dpotrf, dsyev, dtrsm, zgesv
+   public :: dgeev, dpotrf, dsyev, dtrsm, zgesv
 
    interface
       !> Eigenvalues and eigenvectors of a real symmetric matrix.
@@ -38,15 +38,6 @@ module razy_linalg_lapack
          real(wp), intent(inout) :: a(lda, *)
          integer, intent(out) :: info
       end subroutine dpotrf
-
-      !> Solution of a real linear system with several right-hand sides.
-      subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
-         import :: wp
-         implicit none(type, external)
-         integer, intent(in) :: n, nrhs, lda, ldb
-         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
-         integer, intent(out) :: ipiv(*), info
-      end subroutine dgesv
 
       !> Solution of a complex linear system with several right-hand sides.
       subroutine zgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
