@@ -1,4 +1,4 @@
-!! Frequencies of excitation of a lumped scene: those of loads, and the tooth frequencies of its gear meshes.
+!! Frequencies of excitation of a lumped scene: those of loads and moving stops, and the tooth frequencies of its gear meshes.
 !!
 !! Bodies joined by springs, dampers or stops have the same mean speed; a mesh changes it in the ratio of the teeth. All
 !! frequencies are formed in extended precision from the speed and whole numbers, and equal ones become one tone.
@@ -11,7 +11,7 @@ module razy_scenes_lumped_tones
    implicit none(type, external)
    private
 
-   public :: add_harmonic, find_speeds, harmonics_t
+   public :: add_harmonic, find_speeds, harmonics_t, read_frequency
 
    !> The tones met so far, and the phasors on rows (forces or contact errors) that belong to each.
    type :: harmonics_t
@@ -55,6 +55,47 @@ contains
       end if
       self%phasor(row, t) = self%phasor(row, t) + cmplx(cosine, -sign(1.0_wp, real(hertz, wp))*sine, wp)
    end subroutine add_harmonic
+
+   !> The frequency of `group` number i, Hz, from the one of three keys (after `prefix`) that gives it.
+   subroutine read_frequency(hertz, input, group, i, prefix, needed, error)
+      real(qp), intent(out) :: hertz
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group, prefix
+      integer, intent(in) :: i
+      logical, intent(in) :: needed
+      type(error_t), allocatable, intent(out) :: error
+
+      character(*), parameter :: keys(3) = [character(17) :: "frequency", "angular_frequency", "order"]
+      real(wp) :: value, speed
+      logical :: given(3)
+      integer :: k
+
+      hertz = 0.0_qp
+      do k = 1, 3
+         given(k) = input%given(group, i, prefix//trim(keys(k)))
+      end do
+      if (needed .and. count(given) /= 1) then
+         call input%complain(error, group, i, prefix//"amplitude", "one of "//prefix//"frequency, "//prefix// &
+                             "angular_frequency and "//prefix//"order goes with an amplitude")
+         return
+      end if
+      k = findloc(given, .true., dim=1)
+      if (k == 0) return
+      call input%get(group, i, prefix//trim(keys(k)), value)
+      select case (k)
+      case (1)
+         hertz = value
+      case (2)
+         hertz = value/(2*acos(-1.0_qp))
+      case (3)
+         if (input%count("rotation") == 0) then
+            call input%complain(error, group, i, prefix//"order", "an order needs &rotation")
+            return
+         end if
+         call input%get("rotation", 1, "speed_rpm", speed)
+         hertz = real(value, qp)*speed/60
+      end select
+   end subroutine read_frequency
 
    !> Mean speeds of all bodies, turns a second, in multiples of that of `&rotation`; 0 where nothing says what it is.
    subroutine find_speeds(input, bodies, ratio, error)
