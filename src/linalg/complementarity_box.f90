@@ -1,10 +1,10 @@
 !! Complementarity between bounds: w = M z + q, lower <= z <= upper, and
 !! w >= 0 where z = lower, w <= 0 where z = upper, w = 0 between.
 !!
-!! It is brought to the standard form: z = lower + x (z = upper - x without a lower bound, z = x - x' without any) and, for a second
-!! bound, one more unknown for the negative part of w. The enlarged matrix is positive semidefinite if M is, copositive if M is and every lower
-!! bound is finite, and then keeps the properties of razy_linalg_complementarity. Coulomb friction under a given normal force is
-!! of this form: sliding velocity w, friction force z between its bounds.
+!! It is brought to the standard form: z = lower + x (z = upper - x without a lower bound, z = x - x' without any) and, for a
+!! second bound, one more unknown for the negative part of w. The enlarged matrix is positive semidefinite if M is, copositive
+!! if M is and every lower bound is finite, and then keeps the properties of razy_linalg_complementarity. Coulomb friction
+!! under a given normal force is of this form: sliding velocity w, friction force z between its bounds.
 module razy_linalg_complementarity_box
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
    use razy_core_kinds, only: wp
