@@ -3,7 +3,7 @@
 !!
 !! With λ_T = β⁺ - β⁻ and the speed of sliding σ, the unknowns (λ_N, β⁺, β⁻, σ) >= 0 are complementary to
 !!
-!!      u_N + ε u_N⁻,    u_T + σ,    -u_T + σ,    limit + μ λ_N - β⁺ - β⁻.
+!!      u_N + ε u_N⁻,    u_T + σ,    -u_T + σ,    limit + Σ μ λ_N - β⁺ - β⁻.
 !!
 !! The matrix is copositive, xᵀMx = λᵀGλ + σᵀμλ_N >= 0 for x >= 0, and a solution v for the right side 0 consists of impulses
 !! without effect, W λ = 0 (a body jammed between stops). Then, without moving walls, qᵀv = Σ ε u_N⁻ λ_N + Σ limit σ. So Lemke's
@@ -68,7 +68,7 @@ contains
       integer :: k, m, n, plus, minus, speed
 
       n = size(problem%before)
-      m = size(problem%normal)
+      m = size(problem%limit)
       plus = n
       minus = n + m
       speed = n + 2*m
@@ -86,7 +86,7 @@ contains
          matrix(minus + k, speed + k) = 1.0_wp
          matrix(speed + k, plus + k) = -1.0_wp
          matrix(speed + k, minus + k) = -1.0_wp
-         if (problem%normal(k) > 0) matrix(speed + k, problem%normal(k)) = problem%coefficient(k)
+         matrix(speed + k, :n) = problem%coefficient(k, :)
       end do
       call solve_complementarity(matrix, q, z, w, status, pivots)
       impulse = z(:n + m)

@@ -4,7 +4,7 @@
 !! G = Wᵀ M⁻¹ W is the Delassus matrix. The laws are those of Moreau, Newton and Coulomb, on the level of impulses:
 !!
 !!     0 <= λ_i  ⟂  u_i + ε_i u_i⁻ >= 0                                          normal directions
-!!     |λ_k| <= r_k = limit_k + μ_k λ_normal(k),   λ_k = -r_k sign(u_k) if u_k /= 0   tangential directions
+!!     |λ_k| <= r_k = limit_k + Σ_i μ_ki λ_i,   λ_k = -r_k sign(u_k) if u_k /= 0     tangential directions
 !!
 !! Sources: Moreau, in Nonsmooth Mechanics and Applications, CISM 302 (1988); Glocker, Set-Valued Force Laws, Springer (2001).
 !! How it is solved: razy_linalg_complementarity_friction and razy_linalg_complementarity_seidel.
@@ -17,16 +17,15 @@ module razy_linalg_complementarity_impact
 
    !> A problem of n normal and m tangential directions, the normal ones first.
    type :: impact_problem_t
-      !> G (n + m, n + m), 1/kg, symmetric and positive semidefinite.
+      !> G (n + m, n + m), 1/kg, positive semidefinite.
       real(wp), allocatable :: delassus(:, :)
       !> Velocities without any impulse (n + m), m/s.
       real(wp), allocatable :: drift(:)
       !> Velocities u⁻ before the impact and coefficients of restitution (n).
       real(wp), allocatable :: before(:), restitution(:)
-      !> Of each tangential direction (m): the normal one that presses it, 0 if none; the coefficient of friction; the
-      !> largest impulse at no pressure, N s (a given normal force times coefficient and time).
-      integer, allocatable :: normal(:)
-      real(wp), allocatable :: coefficient(:), limit(:)
+      !> Friction in each tangential direction: coefficients of the normal impulses (m, n), and the largest impulse without
+      !> any of these (m), N s: a given normal force times coefficient and time; neither is negative.
+      real(wp), allocatable :: coefficient(:, :), limit(:)
    end type impact_problem_t
 
 contains
@@ -50,8 +49,7 @@ contains
       real(wp), intent(in) :: impulse(:)
       real(wp) :: bound
 
-      bound = problem%limit(k)
-      if (problem%normal(k) > 0) bound = bound + problem%coefficient(k)*max(0.0_wp, impulse(problem%normal(k)))
+      bound = problem%limit(k) + dot_product(problem%coefficient(k, :), max(0.0_wp, impulse(:size(problem%before))))
    end function impulse_bound
 
    !> How far impulses λ are from obeying the laws: the largest |λ_i - projection(λ_i - u_i/G_ii)| G_ii, or distance from the

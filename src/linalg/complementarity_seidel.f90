@@ -2,7 +2,7 @@
 !!
 !! Each direction in turn gets the impulse that its law asks for while the others are held. Known convergence: if all bounds of
 !! friction are given (coefficients zero or no friction at all), this is coordinate descent on a convex quadratic function
-!! between bounds, which converges for every positive semidefinite G with positive diagonal, in the end linearly (Luo and
+!! between bounds, which converges for every symmetric positive semidefinite G with positive diagonal, in the end linearly (Luo and
 !! Tseng, SIAM J. Control Optim. 30 (1992) 408–425). With friction pressed by contacts it converges for small coefficients
 !! (the step is then a contraction) and usually otherwise, without proof: Jourdan, Alart and Jean, Comput. Methods Appl.
 !! Mech. Engrg. 155 (1998) 31–47. Impulses that are not unique depend on the start; the velocities without friction do not.
@@ -40,7 +40,7 @@ contains
          do i = 1, size(impulse)
             g = problem%delassus(i, i)
             if (.not. g > 0.0_wp) cycle
-            next = impulse(i) - (q(i) + dot_product(problem%delassus(:, i), impulse))/g
+            next = impulse(i) - (q(i) + dot_product(problem%delassus(i, :), impulse))/g
             if (i <= n) then
                impulse(i) = max(0.0_wp, next)
             else
