@@ -5,6 +5,7 @@ module razy_scenes_study
    use razy_core_kinds, only: i8, wp
    use razy_core_schema, only: group_spec_t, key_string
    use razy_core_text, only: lower, string_t
+   use razy_machine_method, only: check_method, method_t
    use razy_machine_equilibrium, only: find_equilibrium
    use razy_machine_machine, only: machine_t, observable_t
    use razy_scenes_lumped, only: new_lumped
@@ -20,7 +21,7 @@ module razy_scenes_study
    type :: motion_t
       real(wp) :: t_end = 0.0_wp
       integer(i8) :: most_events = 0
-      character(:), allocatable :: integrator
+      type(method_t) :: method
    end type motion_t
 
    !> What one &record asks for. `observable` is its number in the machine, 0 for the whole state.
@@ -83,7 +84,8 @@ contains
       end if
       call input%get("motion", 1, "t_end", motion%t_end)
       call input%get("motion", 1, "max_events", most_events)
-      call input%get("motion", 1, "integrator", motion%integrator)
+      call read_method(motion%method, machine, input, error)
+      if (allocated(error)) return
       motion%most_events = most_events
       do i = 1, size(records)
          if (records(i)%from < motion%t_end) cycle
@@ -92,6 +94,31 @@ contains
       end do
       call set_start(machine, bodies, input, error)
    end subroutine new_machine
+
+   !> The method that &motion names, checked against the machine's laws.
+   subroutine read_method(method, machine, input, error)
+      type(method_t), intent(out) :: method
+      type(machine_t), intent(in) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: allowed, key, text
+      integer :: most_steps
+
+      call input%get("motion", 1, "integrator", text)
+      method%integrator = lower(text)
+      call input%get("motion", 1, "treatment", text)
+      method%treatment = lower(text)
+      call input%get("motion", 1, "relative_tolerance", method%relative_tolerance)
+      call input%get("motion", 1, "absolute_tolerance", method%absolute_tolerance)
+      call input%get("motion", 1, "step", method%step)
+      call input%get("motion", 1, "sharpness", method%sharpness)
+      call input%get("motion", 1, "band", method%band)
+      call input%get("motion", 1, "max_steps", most_steps)
+      method%most_steps = most_steps
+      call check_method(method, machine, key, allowed)
+      if (len(key) > 0) call input%complain(error, "motion", 1, key, allowed)
+   end subroutine read_method
 
    subroutine read_records(machine, records, bodies, input, error)
       type(machine_t), intent(inout) :: machine
