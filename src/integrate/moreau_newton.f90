@@ -7,12 +7,12 @@ module razy_integrate_moreau_newton
    implicit none(type, external)
    private
 
-   public :: inner_branches, newton_round
+   public :: implicit_branches, newton_round
 
 contains
 
-   !> Branches of the compliant laws at the inner time.
-   pure subroutine inner_branches(self, dv, branch)
+   !> Branches of the compliant laws in the step.
+   pure subroutine implicit_branches(self, dv, branch)
       type(moreau_step_t), intent(in) :: self
       real(wp), intent(in) :: dv(:)
       integer, intent(inout) :: branch(:)
@@ -22,11 +22,11 @@ contains
 
       do i = 1, size(self%kinds%compliant)
          associate (j => self%kinds%compliant(i))
-            call inner_contact(self, j, dv, s, rate)
+            call implicit_contact(self, j, dv, s, rate)
             branch(j) = self%machine%contact(j)%law%initial_branch(s, rate)
          end associate
       end do
-   end subroutine inner_branches
+   end subroutine implicit_branches
 
    !> Δv with the compliant laws linearised about `dv`, and the impulses that belong to it. Not `found`: the
    !> matrix is singular, or no impulses obey the laws.
@@ -46,7 +46,7 @@ contains
       next = rest
       do i = 1, size(self%kinds%compliant)
          associate (j => self%kinds%compliant(i))
-            call inner_contact(self, j, dv, s, rate)
+            call implicit_contact(self, j, dv, s, rate)
             force(j) = self%machine%contact(j)%law%force(branch(j), s, rate, self%machine%contact(j)%normal)
             call self%machine%contact(j)%law%slopes(branch(j), s, rate, self%machine%contact(j)%normal, k(j), b(j))
             next = next - self%h*self%w(:, j)*(force(j) - slope(self, k(j), b(j))*dot_product(self%w(:, j), dv))
@@ -60,17 +60,17 @@ contains
       call add_impulses(self, force, next, found)
    end subroutine newton_round
 
-   !> s and s' of contact j at the inner time of the step.
-   pure subroutine inner_contact(self, j, dv, s, rate)
+   !> s of contact j at the end of the step and its mean s' over it, as theta weighs it.
+   pure subroutine implicit_contact(self, j, dv, s, rate)
       type(moreau_step_t), intent(in) :: self
       integer, intent(in) :: j
       real(wp), intent(in) :: dv(:)
       real(wp), intent(out) :: s, rate
 
       rate = dot_product(self%w(:, j), self%v0 + self%theta*dv)
-      s = dot_product(self%w(:, j), self%q0) + self%theta*self%h*rate + self%inner%s(j)
+      s = dot_product(self%w(:, j), self%q0) + self%h*rate + self%finish%s(j)
       rate = rate + self%inner%rate(j)
-   end subroutine inner_contact
+   end subroutine implicit_contact
 
    !> dF/d(wᵀΔv) of a compliant law.
    pure function slope(self, stiffness, damping)
@@ -78,7 +78,7 @@ contains
       real(wp), intent(in) :: stiffness, damping
       real(wp) :: slope
 
-      slope = self%theta*(self%theta*self%h*stiffness + damping)
+      slope = self%theta*(self%h*stiffness + damping)
    end function slope
 
    !> Factors of M + θh B + θ²h² K + Σ h (dF/dΔv) w wᵀ, and what impulses do.
