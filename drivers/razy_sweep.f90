@@ -102,7 +102,8 @@ contains
       call sweep_content(task, content)
       header%program = "razy-sweep"
       header%title = task%title
-      header%integrator = task%integrator
+      header%integrator = trim(task%method%integrator)
+      header%treatment = trim(task%method%treatment)
       header%input = effective
       call write_sweep_file(command%output, header, content, command%force, error)
       if (allocated(error)) return

@@ -5,7 +5,7 @@ module sweep_case
    use razy_core_input, only: input_t
    use razy_core_kinds, only: i8, wp
    use razy_core_slot, only: slot_t
-   use razy_integrate_exact, only: status_meanings
+   use razy_integrate_integrator, only: status_meanings
    use razy_io_sweep_file, only: sweep_content_t
    use razy_scenes_study, only: motion_t, new_machine, record_t
    use razy_sweep_grid, only: axis_t, new_axis
@@ -20,7 +20,7 @@ module sweep_case
       type(input_t) :: input
       type(slot_t) :: slot
       type(axis_t) :: axis
-      character(:), allocatable :: title, integrator, unit
+      character(:), allocatable :: title, unit
    contains
       procedure :: machine_at
    end type sweep_task_t
@@ -58,7 +58,7 @@ contains
          return
       end if
       self%title = self%machine%title
-      self%integrator = motion%integrator
+      self%method = motion%method
       allocate (self%extrema(count(records%extrema)))
       call ask(self, motion, records)
    end subroutine new_sweep
@@ -72,6 +72,7 @@ contains
       integer :: i, k
 
       self%t_end = motion%t_end
+      self%method = motion%method
       self%most_events = motion%most_events
       k = 0
       do i = 1, size(records)
@@ -166,7 +167,7 @@ contains
       content%axes(1)%long_name = self%slot%path
       content%axes(1)%values = self%axis%values()
       content%status = int(self%status, int32)
-      content%status_meanings = [character(48) :: status_meanings, "no machine with this value"]
+      content%status_meanings = [character(48) :: status_meanings]
       content%events = self%events
       content%steps = self%steps
       do i = 1, size(self%extrema)

@@ -7,17 +7,15 @@ module razy_sweep_motion_task
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_dynamics_extrema, only: extrema_t
-   use razy_integrate_exact, only: exact_t, outcome_t
-   use razy_integrate_observer, only: observer_slot_t
+   use razy_integrate_factory, only: new_integrator
+   use razy_integrate_integrator, only: integrator_t, observer_slot_t, outcome_t, status_no_machine
+   use razy_machine_method, only: method_t
    use razy_machine_machine, only: machine_t
    use razy_sweep_task, only: point_result_t, point_task
    implicit none(type, external)
    private
 
-   public :: gathered_t, motion_task_t, status_no_machine
-
-   !> Status of a point for which there is no machine; the other values are those of razy_integrate_exact.
-   integer, parameter :: status_no_machine = 5
+   public :: gathered_t, motion_task_t
 
    !> Extrema of one observable over the whole sweep, in the order in which points were collected.
    type :: gathered_t
@@ -35,7 +33,8 @@ module razy_sweep_motion_task
       real(wp) :: t_end = 0.0_wp
       integer(i8) :: most_events = 0
       type(machine_t) :: machine
-      type(exact_t) :: exact
+      type(method_t) :: method
+      class(integrator_t), allocatable :: integrator
       type(extrema_t), allocatable :: extrema(:)
       !> Collected on rank 0 (points).
       integer, allocatable :: status(:)
@@ -49,7 +48,7 @@ module razy_sweep_motion_task
    end type motion_task_t
 
    abstract interface
-      !> Set `self%machine` to the machine of point number `point`.
+      !> Set `self%machine` and `self%method` to those of point number `point`.
       subroutine make_machine(self, point, error)
          import :: error_t, i8, motion_task_t
          implicit none(type, external)
@@ -94,11 +93,12 @@ contains
          call self%extrema(i)%reset()
       end do
       call self%machine_at(point, error)
-      if (.not. allocated(error)) call self%exact%prepare(self%machine, .false., error)
+      if (.not. allocated(error)) call new_integrator(self%integrator, self%method, error)
+      if (.not. allocated(error)) call self%integrator%prepare(self%machine, .false., error)
       if (allocated(error)) then
          outcome%status = status_no_machine
       else
-         call follow(self%exact, self%extrema, self%t_end, self%most_events, outcome)
+         call follow(self%integrator, self%extrema, self%t_end, self%most_events, outcome)
       end if
       call result%append([int(outcome%status, i8), outcome%events, outcome%steps])
       do i = 1, size(self%extrema)
@@ -111,9 +111,9 @@ contains
       end do
    end subroutine run_point
 
-   !> Run the propagator with all extrema as observers.
-   subroutine follow(exact, extrema, t_end, most_events, outcome)
-      type(exact_t), intent(inout) :: exact
+   !> Run the integrator with all extrema as observers.
+   subroutine follow(integrator, extrema, t_end, most_events, outcome)
+      class(integrator_t), intent(inout) :: integrator
       type(extrema_t), intent(inout), target :: extrema(:)
       real(wp), intent(in) :: t_end
       integer(i8), intent(in) :: most_events
@@ -125,7 +125,7 @@ contains
       do i = 1, size(extrema)
          slots(i)%observer => extrema(i)
       end do
-      call exact%run(t_end, most_events, slots, outcome)
+      call integrator%run(t_end, most_events, slots, outcome)
    end subroutine follow
 
    !> Take over the result of a point.
