@@ -10,10 +10,11 @@ module razy_scenes_lumped
    use razy_core_schema, only: group_spec_t
    use razy_core_text, only: lower
    use razy_machine_machine, only: contact_t, machine_t, observable_t
+   use razy_scenes_harmonics, only: add_harmonic, harmonics_t, new_harmonics, read_load
    use razy_scenes_lumped_bodies, only: bodies_t, find_body, find_ends, new_bodies
    use razy_scenes_lumped_observables, only: lumped_observable
    use razy_scenes_lumped_schema, only: lumped_schema
-   use razy_scenes_lumped_tones, only: add_harmonic, find_speeds, harmonics_t
+   use razy_scenes_lumped_tones, only: find_speeds
    use razy_scenes_scene, only: scene_t
    implicit none(type, external)
    private
@@ -103,8 +104,7 @@ contains
       meshes = input%count("gear_mesh")
       stops = input%count("stop")
       allocate (machine%contact(meshes + stops))
-      allocate (harmonics%hertz(0), harmonics%tone(0), harmonics%phasor(n + meshes + stops, 0))
-      allocate (harmonics%constant(n + meshes + stops), source=0.0_wp)
+      call new_harmonics(harmonics, n + meshes + stops)
       do i = 1, meshes
          call new_mesh(machine%contact(i), bodies, input, i, ratio, harmonics, n + i, error)
          if (allocated(error)) return
@@ -274,56 +274,17 @@ contains
       type(harmonics_t), intent(inout) :: harmonics
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: amplitude, phase, value
+      real(wp) :: cosine, sine, value
       real(qp) :: hertz
       integer :: body, i
 
       do i = 1, input%count("load")
          call find_body(bodies, input, "load", i, "on", 1, body, error)
+         if (.not. allocated(error)) call read_load(input, i, value, cosine, sine, hertz, error)
          if (allocated(error)) return
-         call input%get("load", i, "value", value)
-         call input%get("load", i, "amplitude", amplitude)
-         call input%get("load", i, "phase", phase)
          machine%load(body) = machine%load(body) + value
-         call load_frequency(input, i, abs(amplitude) > 0.0_wp, hertz, error)
-         if (allocated(error)) return
-         phase = phase*acos(-1.0_wp)/180
-         call add_harmonic(harmonics, body, hertz, amplitude*sin(phase), amplitude*cos(phase))
+         call add_harmonic(harmonics, body, hertz, cosine, sine)
       end do
    end subroutine add_loads
-
-   !> The frequency of load i, Hz, from the one of three keys that gives it.
-   subroutine load_frequency(input, i, needed, hertz, error)
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-      logical, intent(in) :: needed
-      real(qp), intent(out) :: hertz
-      type(error_t), allocatable, intent(out) :: error
-
-      character(*), parameter :: allowed = "one of frequency, angular_frequency and order goes with an amplitude"
-      real(wp) :: value, speed
-
-      hertz = 0.0_qp
-      if (count([input%given("load", i, "frequency"), input%given("load", i, "angular_frequency"), &
-                 input%given("load", i, "order")]) /= merge(1, 0, needed)) then
-         if (needed) call input%complain(error, "load", i, "amplitude", allowed)
-         if (needed) return
-      end if
-      if (input%given("load", i, "frequency")) then
-         call input%get("load", i, "frequency", value)
-         hertz = value
-      else if (input%given("load", i, "angular_frequency")) then
-         call input%get("load", i, "angular_frequency", value)
-         hertz = value/(2*acos(-1.0_qp))
-      else if (input%given("load", i, "order")) then
-         if (input%count("rotation") == 0) then
-            call input%complain(error, "load", i, "order", "an order needs &rotation")
-            return
-         end if
-         call input%get("load", i, "order", value)
-         call input%get("rotation", 1, "speed_rpm", speed)
-         hertz = real(value, qp)*speed/60
-      end if
-   end subroutine load_frequency
 
 end module razy_scenes_lumped
