@@ -154,15 +154,14 @@ contains
          if (allocated(error)) return
          mass = machine%mass
          call linearise(machine, context%contacts, stiffness, damping, status, culprit)
-         select case (status)
-         case (linear_no_equilibrium)
+         if (status == linear_no_equilibrium) then
             call raise(error, "the constant loads are in no equilibrium: balance them, or take contacts='closed' or 'open'")
-         case (linear_rigid)
+         else if (status == linear_rigid) then
             call raise(error, "the contact "//machine%contact(culprit)%name//" is rigid and has no stiffness: contacts='open'")
-         case (linear_curved)
+         else if (status == linear_curved) then
             call raise(error, "the contact "//machine%contact(culprit)%name//" is not piecewise linear: "// &
                        "contacts='equilibrium' or 'open'")
-         end select
+         end if
       class default
          call raise(error, "no family of machines")
       end select

@@ -30,8 +30,9 @@ contains
                           " has "//decimal(answer%frequency, 6)//" Hz, share "//decimal(answer%share, 3))
          if (answer%others > 0) call append_text(lines, "the value nearest to that of the input; others in the range: " &
                                                  //to_text(answer%others))
-         if (abs(answer%frequency/self%frequency - 1) > 1.0e-12_wp) &
+         if (abs(answer%frequency/self%frequency - 1) > 1.0e-12_wp) then
             call append_text(lines, "rounding keeps the frequency from its goal by more than 1e-12 of it")
+         end if
       end associate
       list = changes(self%branches, self%grid(1), self%grid(size(self%grid)))
       k = 0

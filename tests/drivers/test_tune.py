@@ -128,8 +128,8 @@ def test_contacts():
 
 
 MISTAKES = [
-    (sets(tune__frequency=80.0, tune__last=2e8), "frequency = 80.0: the mode that is mostly table has 28.3925 to 71.4877 Hz"),
-    (sets(tune__frequency=80.62), "has 28.3925 to 77.7012 and 82.9781 to 100.3979 Hz for spring(1)%stiffness from 2.0e7"),
+    (sets(tune__frequency=80.0, tune__last=2e8), "= 80.0: the mode that is mostly table has 28.3925 to 71.4877 Hz"),
+    (sets(tune__frequency=80.62), "28.3925 to 77.7012 and 82.9781 to 100.3979 Hz for spring(1)%stiffness from 2.0e7"),
     (sets(tune__coordinate="'tabel'"), "did you mean 'table'?"),
     (sets(tune__coordinate="'zz'"), "table, pallet, mould"),
     (sets(tune__mode=1), "one of coordinate and mode has to be given"),
