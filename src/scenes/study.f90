@@ -15,7 +15,7 @@ module razy_scenes_study
    implicit none(type, external)
    private
 
-   public :: motion_t, new_drawing, new_machine, read_study, record_t, study_schema
+   public :: motion_t, new_drawing, new_machine, new_structure, read_study, record_t, study_schema
 
    !> What &motion says.
    type :: motion_t
@@ -98,6 +98,20 @@ contains
       end do
       call set_start(machine, scene, input, error)
    end subroutine new_machine
+
+   !> The machine that an input describes without observables and start: its matrices, contacts and loads.
+   subroutine new_structure(machine, input, error)
+      type(machine_t), intent(out) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      class(scene_t), allocatable :: scene
+      character(:), allocatable :: kind
+
+      call input%get("scene", 1, "kind", kind)
+      call new_scene(scene, kind)
+      call scene%build(machine, input, error)
+   end subroutine new_structure
 
    !> The method that &motion names, checked against the machine's laws.
    subroutine read_method(method, machine, input, error)

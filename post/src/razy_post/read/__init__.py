@@ -11,6 +11,7 @@ from razy_post.read.extrema import Chunk, Extrema, SweepExtrema
 from razy_post.read.file import Quantity, ResultFile, open_hdf5, program_of
 from razy_post.read.run import Events, RunResult
 from razy_post.read.sweep import SweepResult
+from razy_post.read.tune import TuneResult
 
 __all__ = [
     "READERS",
@@ -23,10 +24,11 @@ __all__ = [
     "RunResult",
     "SweepExtrema",
     "SweepResult",
+    "TuneResult",
     "open_result",
 ]
 
-READERS: dict[str, type[ResultFile]] = {"razy-sweep": SweepResult, "razy-run": RunResult}
+READERS: dict[str, type[ResultFile]] = {"razy-sweep": SweepResult, "razy-run": RunResult, "razy-tune": TuneResult}
 
 
 def open_result(path: str | Path) -> ResultFile:
@@ -40,7 +42,7 @@ def open_result(path: str | Path) -> ResultFile:
     Returns
     -------
     ResultFile
-        A `SweepResult` or a `RunResult`; close it, or use it in a ``with`` statement.
+        A `SweepResult`, `RunResult` or `TuneResult`; close it, or use it in a ``with`` statement.
 
     Raises
     ------
