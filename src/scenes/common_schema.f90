@@ -62,11 +62,11 @@ contains
              key_string("integrator", "method", choices=integrators, required=.true.), &
              key_string("treatment", "of jumps and kinks of the laws", choices=treatments, default="automatic"), &
              key_real("tolerance", "relative tolerances, one motion each; the absolute one is in proportion as in &motion", &
-                      rule=positive, least=0, most=32), &
-             key_real("step", "steps of a method without step control, one motion each", unit="s", rule=positive, least=0, &
+                      rule=positive, least=1, most=32), &
+             key_real("step", "steps of a method without step control, one motion each", unit="s", rule=positive, least=1, &
                       most=32), &
              key_real("sharpness", "of smoothed jumps: one value, or one for each motion; as in &motion if not given", &
-                      rule=positive, least=0, most=32), &
+                      rule=positive, least=1, most=32), &
              key_real("band", "half width of the band of sticking; as in &motion if not given", unit="m/s or rad/s", &
                       rule=nonnegative)]
       schema(5) = group("duel", "A method that razy-duel sets beside others", repeatable=.true., keys=keys)
