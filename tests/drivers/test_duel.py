@@ -3,7 +3,7 @@
 import h5py
 import numpy as np
 import pytest
-from programs import SOURCE, fail, succeed
+from programs import SOURCE, start, succeed
 
 CASE = """
 &scene  kind='lumped', title='Mass against a stop' /
@@ -42,11 +42,15 @@ def test_errors_fall_with_the_tolerance(case):
     assert np.all(cost > 0)
 
 
-def test_methods_that_do_not_fit_are_refused(case):
-    line = fail("razy-duel", case, "--set", "duel(1)%treatment='smoothing'", code=2)
-    assert "&duel treatment" in line and "leave out the treatment" in line
-    line = fail("razy-duel", case, "--set", "duel(2)%step=1e-4", code=2)
-    assert "either tolerances or steps" in line
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [("duel(1)%treatment='smoothing'", "leave out the treatment"), ("duel(2)%step=1e-4", "either tolerances or steps")],
+)
+def test_methods_that_do_not_fit_are_refused(case, setting, words):
+    done = start("razy-duel", case, "--set", setting)
+    assert done.returncode == 2
+    assert "&duel" in done.stderr and words in done.stderr
+    assert len(done.stderr.splitlines()) == 1
 
 
 def test_inputs_of_the_thesis_are_valid():
