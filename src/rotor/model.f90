@@ -37,6 +37,7 @@ module razy_rotor_model
       complex(wp), allocatable :: unbalance(:, :)
    contains
       procedure :: closed_stiffness
+      procedure :: closed_damping
    end type rotor_model_t
 
 contains
@@ -168,20 +169,35 @@ contains
       class(rotor_model_t), intent(in) :: self
       type(csr_t) :: stiffness
 
+      stiffness = plus_meshes(self%stiffness, self%mesh_direction, self%mesh_stiffness)
+   end function closed_stiffness
+
+   !> B with all meshes closed and linear, B + sum b w wᵀ.
+   function closed_damping(self) result(damping)
+      class(rotor_model_t), intent(in) :: self
+      type(csr_t) :: damping
+
+      damping = plus_meshes(self%damping, self%mesh_direction, self%mesh_damping)
+   end function closed_damping
+
+   function plus_meshes(matrix, direction, factor) result(total)
+      type(csr_t), intent(in) :: matrix
+      real(wp), intent(in) :: direction(:, :), factor(:)
+      type(csr_t) :: total
+
       type(entries_t) :: entries
+      integer, allocatable :: at(:)
       integer :: i, j, k
 
-      do j = 1, size(self%mesh_stiffness)
-         associate (w => self%mesh_direction(:, j))
-            do k = 1, size(w)
-               if (.not. abs(w(k)) > 0.0_wp) cycle
-               do i = 1, size(w)
-                  call entries%add(i, k, self%mesh_stiffness(j)*w(i)*w(k))
-               end do
+      do j = 1, size(factor)
+         at = pack([(i, i=1, size(direction, 1))], abs(direction(:, j)) > 0.0_wp)
+         do k = 1, size(at)
+            do i = 1, size(at)
+               call entries%add(at(i), at(k), factor(j)*direction(at(i), j)*direction(at(k), j))
             end do
-         end associate
+         end do
       end do
-      stiffness = add_matrices(1.0_wp, self%stiffness, 1.0_wp, new_csr(entries, size(self%load), size(self%load)))
-   end function closed_stiffness
+      total = add_matrices(1.0_wp, matrix, 1.0_wp, new_csr(entries, matrix%rows, matrix%columns))
+   end function plus_meshes
 
 end module razy_rotor_model
