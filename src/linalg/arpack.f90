@@ -7,7 +7,7 @@ module razy_linalg_arpack
    public :: dsaupd, dseupd
 
    interface
-      !> One step of the implicitly restarted Lanczos method, by reverse communication.
+      !> One step of the implicitly restarted Lanczos method, by reverse communication. A tolerance 0 becomes the rounding.
       subroutine dsaupd(ido, bmat, n, which, nev, tol, resid, ncv, v, ldv, iparam, ipntr, workd, workl, lworkl, info)
          import :: wp
          implicit none(type, external)
@@ -15,8 +15,7 @@ module razy_linalg_arpack
          character, intent(in) :: bmat
          character(2), intent(in) :: which
          integer, intent(in) :: n, nev, ncv, ldv, lworkl
-         real(wp), intent(in) :: tol
-         real(wp), intent(inout) :: resid(*), v(ldv, *), workd(*), workl(*)
+         real(wp), intent(inout) :: tol, resid(*), v(ldv, *), workd(*), workl(*)
       end subroutine dsaupd
 
       !> Eigenvalues and vectors after dsaupd has converged.
@@ -29,8 +28,8 @@ module razy_linalg_arpack
          character(2), intent(in) :: which
          integer, intent(in) :: ldz, n, nev, ncv, ldv, lworkl
          logical, intent(inout) :: select(*)
-         real(wp), intent(in) :: sigma, tol
-         real(wp), intent(inout) :: d(*), z(ldz, *), resid(*), v(ldv, *), workd(*), workl(*)
+         real(wp), intent(in) :: sigma
+         real(wp), intent(inout) :: tol, d(*), z(ldz, *), resid(*), v(ldv, *), workd(*), workl(*)
          integer, intent(inout) :: iparam(11), ipntr(11)
          integer, intent(inout) :: info
       end subroutine dseupd

@@ -147,6 +147,7 @@ contains
 
       real(wp), allocatable :: basis(:, :), residual(:), workd(:, :), workl(:)
       logical, allocatable :: select(:)
+      real(wp) :: tolerance
       integer :: ido, info, iparam(11), ipntr(11), n, width
 
       n = operator%mass%rows
@@ -158,11 +159,12 @@ contains
       iparam = 0
       iparam([1, 3, 7]) = [1, most_restarts, 3]
       ipntr = 0
+      tolerance = 0.0_wp
       ido = 0
       info = 1
       pairs%searches = 1
       do
-         call dsaupd(ido, "G", n, "LM", wanted, 0.0_wp, residual, width, basis, n, iparam, ipntr, workd, workl, &
+         call dsaupd(ido, "G", n, "LM", wanted, tolerance, residual, width, basis, n, iparam, ipntr, workd, workl, &
                      size(workl), info)
          if (abs(ido) /= 1 .and. ido /= 2) exit
          associate (x => workd(:, 1 + ipntr(1)/n), y => workd(:, 1 + ipntr(2)/n))
@@ -180,7 +182,7 @@ contains
          end associate
       end do
       if (info == 0 .and. iparam(5) >= wanted) then
-         call dseupd(.true., "A", select, pairs%value, basis, n, operator%shift, "G", n, "LM", wanted, 0.0_wp, residual, &
+         call dseupd(.true., "A", select, pairs%value, basis, n, operator%shift, "G", n, "LM", wanted, tolerance, residual, &
                      width, basis, n, iparam, ipntr, workd, workl, size(workl), info)
          if (info /= 0) pairs%status = modes_failed
       else

@@ -89,11 +89,11 @@ contains
       end if
       allocate (image(n, n), block(n, n))
       do i = 1, n
-         image(:, i) = m%times(pairs%vector(:, i))
+         image(:, i) = sqrt(2*ratio*sqrt(max(pairs%value(i), 0.0_wp)))*m%times(pairs%vector(:, i))
       end do
       block = 0.0_wp
       do i = 1, n
-         block = block + 2*ratio*sqrt(max(pairs%value(i), 0.0_wp))*spread(image(:, i), 2, n)*spread(image(:, i), 1, n)
+         block = block + spread(image(:, i), 2, n)*spread(image(:, i), 1, n)
       end do
       call entries%add_block(own, block)
    end subroutine add_modal
