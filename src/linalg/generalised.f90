@@ -13,7 +13,7 @@ module razy_linalg_generalised
    implicit none(type, external)
    private
 
-   public :: dense_modes, eigenpairs_t, lowest_modes
+   public :: dense_modes, eigenpairs_t, lowest_modes, orient
    public :: modes_found, modes_failed, modes_not_definite, modes_not_converged, modes_missing
 
    !> Outcomes: found; LAPACK or ARPACK failed; K - shift M or M is not positive definite; no convergence; fewer than the

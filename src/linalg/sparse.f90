@@ -40,17 +40,48 @@ contains
       real(wp), intent(in) :: value
 
       if (row < 1 .or. column < 1 .or. .not. abs(value) > 0.0_wp) return
-      if (.not. allocated(self%row)) allocate (self%row(256), self%column(256), self%value(256))
-      if (self%count == size(self%row)) then
-         self%row = [self%row, self%row]
-         self%column = [self%column, self%column]
-         self%value = [self%value, self%value]
-      end if
+      call make_room(self)
       self%count = self%count + 1
       self%row(self%count) = row
       self%column(self%count) = column
       self%value(self%count) = value
    end subroutine add
+
+   !> Room for one more entry.
+   pure subroutine make_room(self)
+      type(entries_t), intent(inout) :: self
+
+      integer, allocatable :: column(:), row(:)
+      real(wp), allocatable :: value(:)
+      integer :: room
+
+      if (.not. allocated(self%row)) allocate (self%row(256), self%column(256), self%value(256))
+      if (self%count < size(self%row)) return
+      room = 2*self%count
+      allocate (row(room), column(room), value(room))
+      row(:self%count) = self%row
+      column(:self%count) = self%column
+      value(:self%count) = self%value
+      call move_alloc(row, self%row)
+      call move_alloc(column, self%column)
+      call move_alloc(value, self%value)
+   end subroutine make_room
+
+   !> Cut the room of a matrix to its entries.
+   pure subroutine trim_room(matrix, used)
+      type(csr_t), intent(inout) :: matrix
+      integer, intent(in) :: used
+
+      integer, allocatable :: column(:)
+      real(wp), allocatable :: value(:)
+
+      matrix%start(matrix%rows + 1) = used + 1
+      allocate (column(used), value(used))
+      column = matrix%column(:used)
+      value = matrix%value(:used)
+      call move_alloc(column, matrix%column)
+      call move_alloc(value, matrix%value)
+   end subroutine trim_room
 
    !> Add a dense `block` (m, m) at the rows and columns `index` (m); an index 0 is left out.
    pure subroutine add_block(self, index, block)
@@ -113,9 +144,7 @@ contains
             end associate
          end do
       end do
-      matrix%start(rows + 1) = used + 1
-      matrix%column = matrix%column(:used)
-      matrix%value = matrix%value(:used)
+      call trim_room(matrix, used)
    end function new_csr
 
    !> Stable insertion sort of a row, which is short.
@@ -168,9 +197,7 @@ contains
             end if
          end do
       end do
-      total%start(total%rows + 1) = used + 1
-      total%column = total%column(:used)
-      total%value = total%value(:used)
+      call trim_room(total, used)
    end function add_matrices
 
    !> Column of entry k, beyond all columns after the end of row i.

@@ -12,6 +12,7 @@ module razy_rotor_damping
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
+   use razy_linalg_band_lapack, only: dgemm
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
    use razy_linalg_sparse, only: csr_t, entries_t, new_csr
    use razy_rotor_numbering, only: numbering_t
@@ -82,7 +83,7 @@ contains
       m = mass%extract(own)
       k = stiffness%extract(own)
       kb = bearings%extract(own)
-      pairs = dense_modes(k%dense() + kb%dense(), m%dense())
+      pairs = dense_modes(add_dense(k, kb), m%dense())
       if (pairs%status /= modes_found) then
          call raise(error, "modal damping of shaft "//to_text(s)//": the eigenproblem was not solved")
          return
@@ -91,12 +92,21 @@ contains
       do i = 1, n
          image(:, i) = sqrt(2*ratio*sqrt(max(pairs%value(i), 0.0_wp)))*m%times(pairs%vector(:, i))
       end do
-      block = 0.0_wp
+      call dgemm("N", "T", n, n, n, 1.0_wp, image, n, image, n, 0.0_wp, block, n)
+      ! Symmetric to the last bit, so that C is skew-symmetric.
       do i = 1, n
-         block = block + spread(image(:, i), 2, n)*spread(image(:, i), 1, n)
+         block(i, :i - 1) = block(:i - 1, i)
       end do
       call entries%add_block(own, block)
    end subroutine add_modal
+
+   function add_dense(a, b) result(total)
+      type(csr_t), intent(in) :: a, b
+      real(wp), allocatable :: total(:, :)
+
+      total = a%dense()
+      total = total + b%dense()
+   end function add_dense
 
    !> C (n, n) of the internal damping B, with the speed ratio of each shaft in it.
    pure function circulatory_matrix(rotor, numbering, damping) result(circulatory)

@@ -190,7 +190,7 @@ contains
       integer :: i, j, k
 
       do j = 1, size(factor)
-         at = pack([(i, i=1, size(direction, 1))], abs(direction(:, j)) > 0.0_wp)
+         at = places_of(direction(:, j))
          do k = 1, size(at)
             do i = 1, size(at)
                call entries%add(at(i), at(k), factor(j)*direction(at(i), j)*direction(at(k), j))
@@ -199,5 +199,21 @@ contains
       end do
       total = add_matrices(1.0_wp, matrix, 1.0_wp, new_csr(entries, matrix%rows, matrix%columns))
    end function plus_meshes
+
+   !> Where a vector is not zero.
+   pure function places_of(vector) result(at)
+      real(wp), intent(in) :: vector(:)
+      integer, allocatable :: at(:)
+
+      integer :: i, k
+
+      allocate (at(count(abs(vector) > 0.0_wp)))
+      k = 0
+      do i = 1, size(vector)
+         if (.not. abs(vector(i)) > 0.0_wp) cycle
+         k = k + 1
+         at(k) = i
+      end do
+   end function places_of
 
 end module razy_rotor_model

@@ -1,18 +1,21 @@
 !! Natural frequencies and shapes of a rotor system at rest, undamped, and what the shapes are.
 !!
 !! Small systems go to LAPACK, large ones to ARPACK. Bending stiffness of n elements spans n⁴, so that the factor of a fine mesh
-!! carries rounding of that size; its eigenvalues are then taken anew as Rayleigh quotients whose energy is summed up from the
-!! deformations of the elements. That is exact to rounding and errors of the shapes enter squared.
+!! carries rounding of that size. So the pairs found are improved once, x + (K - shift M)⁻¹ (lambda M x - K x) with the
+!! residual from the deformations of the elements, and taken anew as the eigenpairs in the space of these vectors
+!! (Rayleigh and Ritz), again from deformations.
 module razy_rotor_modes
    use razy_core_kinds, only: pi, wp
-   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, lowest_modes, modes_found, modes_not_definite
-   use razy_linalg_sparse, only: csr_t
+   use razy_linalg_banded, only: band_factor_t
+   use razy_linalg_dense, only: product_of
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, lowest_modes, modes_found, modes_not_definite, orient
+   use razy_linalg_sparse, only: add_matrices, csr_t
+   use razy_rotor_deformation, only: projected_stiffness, restoring_force
    use razy_rotor_model, only: rotor_model_t
-   use razy_rotor_section, only: section_t, shear_cowper
    implicit none(type, external)
    private
 
-   public :: energy_shares, natural_modes, reference_shift, strain_energy
+   public :: energy_shares, natural_modes, reference_shift
 
    !> Systems of at most this size, or of which more than a third of all modes is wanted, go to LAPACK.
    integer, parameter :: most_dense = 300
@@ -53,11 +56,40 @@ contains
          if (pairs%status /= modes_not_definite) exit
          shift = raise_shift*shift
       end do
-      if (pairs%status /= modes_found) return
-      do j = 1, size(pairs%value)
-         pairs%value(j) = 2*strain_energy(model, pairs%vector(:, j), meshed)
-      end do
+      if (pairs%status == modes_found) call improve(pairs, model, stiffness, shift, meshed)
    end function natural_modes
+
+   !> One step of inverse iteration in the form of a correction, and the Ritz pairs of the vectors.
+   subroutine improve(pairs, model, stiffness, shift, meshed)
+      type(eigenpairs_t), intent(inout) :: pairs
+      type(rotor_model_t), intent(in) :: model
+      type(csr_t), intent(in) :: stiffness
+      real(wp), intent(in) :: shift
+      logical, intent(in) :: meshed
+
+      type(band_factor_t) :: factor
+      type(eigenpairs_t) :: ritz
+      real(wp), allocatable :: residual(:)
+      integer :: info, j
+
+      call factor%factor(add_matrices(1.0_wp, stiffness, -shift, model%mass), info)
+      if (info /= 0) then
+         pairs%status = modes_not_definite
+         return
+      end if
+      do j = 1, size(pairs%value)
+         residual = pairs%value(j)*model%mass%times(pairs%vector(:, j))
+         residual = residual - restoring_force(model, pairs%vector(:, j), meshed)
+         residual = factor%solve(residual)
+         pairs%vector(:, j) = pairs%vector(:, j) + residual
+      end do
+      pairs%solutions = pairs%solutions + size(pairs%value)
+      ritz = dense_modes(projected_stiffness(model, pairs%vector, meshed), model%mass%congruence(pairs%vector))
+      pairs%status = ritz%status
+      pairs%value = ritz%value
+      pairs%vector = product_of(pairs%vector, ritz%vector)
+      call orient(pairs%vector)
+   end subroutine improve
 
    !> A number of the size of the lowest omega² that is not zero: bending of the longest shaft, pinned at its ends.
    pure function reference_shift(model) result(shift)
@@ -78,80 +110,6 @@ contains
          end associate
       end do
    end function reference_shift
-
-   !> qᵀ K q/2 of a displacement `q` (n), J (for a mode with xᵀ M x = 1: omega²/2), from elongation, twist and bending
-   !> of each element, bearings, and with `meshed` the meshes.
-   function strain_energy(model, q, meshed) result(energy)
-      type(rotor_model_t), intent(in) :: model
-      real(wp), intent(in) :: q(:)
-      logical, intent(in) :: meshed
-      real(wp) :: energy
-
-      real(wp) :: left(6), right(6)
-      integer :: e, i, j, node, s
-
-      energy = 0.0_wp
-      do s = 1, size(model%rotor%shaft)
-         node = 1
-         left = at_node(model, q, s, node)
-         do i = 1, size(model%rotor%shaft(s)%section)
-            do e = 1, model%rotor%shaft(s)%section(i)%elements
-               node = node + 1
-               right = at_node(model, q, s, node)
-               energy = energy + element_energy(model%rotor%shaft(s)%section(i), model%rotor%shaft(s)%shear, left, right)
-               left = right
-            end do
-         end do
-      end do
-      do i = 1, size(model%rotor%bearing)
-         associate (bearing => model%rotor%bearing(i))
-            left = at_node(model, q, bearing%shaft, bearing%node)
-            energy = energy + 0.5_wp*dot_product(left, matmul(bearing%stiffness, left))
-         end associate
-      end do
-      if (.not. meshed) return
-      do j = 1, size(model%mesh_stiffness)
-         energy = energy + 0.5_wp*model%mesh_stiffness(j)*dot_product(model%mesh_direction(:, j), q)**2
-      end do
-   end function strain_energy
-
-   !> Displacements (6) of a node; those that are held are zero.
-   pure function at_node(model, q, shaft, node) result(displacement)
-      type(rotor_model_t), intent(in) :: model
-      real(wp), intent(in) :: q(:)
-      integer, intent(in) :: shaft, node
-      real(wp) :: displacement(6)
-
-      integer :: at(6), k
-
-      at = model%numbering%of(shaft, node)
-      displacement = 0.0_wp
-      do k = 1, 6
-         if (at(k) > 0) displacement(k) = q(at(k))
-      end do
-   end function at_node
-
-   !> Energy of one element of a section. Bending by the angle b between its ends costs E J b²/(2 l); the antisymmetric
-   !> deformation a = psi_1 + psi_2 - 2 (v_2 - v_1)/l costs 3 E J a²/(2 l (1 + Phi)).
-   pure function element_energy(section, shear, left, right) result(energy)
-      type(section_t), intent(in) :: section
-      integer, intent(in) :: shear
-      real(wp), intent(in) :: left(6), right(6)
-      real(wp) :: energy
-
-      real(wp) :: ratio, length, y, z
-
-      length = section%length/section%elements
-      associate (area => section%area(), second => section%second_moment(), young => section%material%young, &
-                 modulus => section%material%shear)
-         ratio = 0.0_wp
-         if (shear == shear_cowper) ratio = 12*young*second/(section%shear_coefficient()*modulus*area*length**2)
-         y = left(6) + right(6) - 2*(right(2) - left(2))/length
-         z = left(5) + right(5) + 2*(right(3) - left(3))/length
-         energy = 0.5_wp/length*(young*area*(right(1) - left(1))**2 + 2*modulus*second*(right(4) - left(4))**2 &
-                                 + young*second*((right(6) - left(6))**2 + (right(5) - left(5))**2 + 3*(y**2 + z**2)/(1 + ratio)))
-      end associate
-   end function element_energy
 
    !> Shares of the kinetic energy of a shape `q` (n) in axial motion, torsion, bending in the plane xy and in xz; they add
    !> up to 1.

@@ -1,13 +1,12 @@
 !! A rotor model in few coordinates, q = T y: dense matrices, projected by T.
 module razy_rotor_reduced
    use razy_core_kinds, only: wp
-   use razy_linalg_band_lapack, only: dgemm
-   use razy_linalg_generalised, only: dense_modes, eigenpairs_t
+   use razy_linalg_dense, only: congruence_of, product_of
    use razy_rotor_model, only: rotor_model_t
    implicit none(type, external)
    private
 
-   public :: reduced_t, new_reduced, transformed, product_of
+   public :: reduced_t, new_reduced, transformed
 
    !> The model with p coordinates,
    !>
@@ -53,11 +52,11 @@ contains
       type(reduced_t) :: reduced
 
       reduced%basis = product_of(old%basis, basis)
-      reduced%mass = project(old%mass, basis)
-      reduced%damping = project(old%damping, basis)
-      reduced%gyroscopic = project(old%gyroscopic, basis)
-      reduced%stiffness = project(old%stiffness, basis)
-      reduced%circulatory = project(old%circulatory, basis)
+      reduced%mass = congruence_of(old%mass, basis)
+      reduced%damping = congruence_of(old%damping, basis)
+      reduced%gyroscopic = congruence_of(old%gyroscopic, basis)
+      reduced%stiffness = congruence_of(old%stiffness, basis)
+      reduced%circulatory = congruence_of(old%circulatory, basis)
       call project_vectors(reduced, basis, old%mesh_direction, old%load, old%unbalance)
       reduced%mesh_stiffness = old%mesh_stiffness
       reduced%mesh_damping = old%mesh_damping
@@ -82,34 +81,6 @@ contains
          reduced%load(i) = dot_product(basis(:, i), load)
       end do
    end subroutine project_vectors
-
-   !> Vᵀ A V.
-   function project(matrix, basis) result(projected)
-      real(wp), intent(in) :: matrix(:, :), basis(:, :)
-      real(wp), allocatable :: projected(:, :)
-
-      real(wp), allocatable :: image(:, :)
-      integer :: m, p
-
-      p = size(basis, 1)
-      m = size(basis, 2)
-      image = product_of(matrix, basis)
-      allocate (projected(m, m))
-      if (p*m > 0) call dgemm("T", "N", m, m, p, 1.0_wp, basis, p, image, p, 0.0_wp, projected, m)
-   end function project
-
-   !> A B.
-   function product_of(a, b) result(c)
-      real(wp), intent(in) :: a(:, :), b(:, :)
-      real(wp), allocatable :: c(:, :)
-
-      allocate (c(size(a, 1), size(b, 2)))
-      if (size(a)*size(b) == 0) then
-         c = 0.0_wp
-         return
-      end if
-      call dgemm("N", "N", size(a, 1), size(b, 2), size(a, 2), 1.0_wp, a, size(a, 1), b, size(b, 1), 0.0_wp, c, size(c, 1))
-   end function product_of
 
    !> K with all meshes closed and linear.
    pure function closed_stiffness(self) result(stiffness)

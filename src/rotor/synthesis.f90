@@ -13,11 +13,12 @@ module razy_rotor_synthesis
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
    use razy_linalg_banded, only: band_factor_t
+   use razy_linalg_dense, only: product_of
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, lowest_modes, modes_found
    use razy_linalg_sparse, only: add_matrices, csr_t
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_modes, only: reference_shift
-   use razy_rotor_reduced, only: new_reduced, product_of, reduced_t, transformed
+   use razy_rotor_reduced, only: new_reduced, reduced_t, transformed
    implicit none(type, external)
    private
 
