@@ -13,14 +13,17 @@ module sample_task
       integer(i8) :: operations = 1000
       !> Reals in the longest result.
       integer(i8) :: longest = 10
-      !> Points below 1 fail nowhere: `collect` fails here.
+      !> `collect` fails at this point; if it is negative, `settle` fails after so many. 0: nothing fails.
       integer(i8) :: fails_at = 0
+      !> What `settle` saw last: results collected.
+      integer(i8) :: settled = 0
       !> What was collected (points): how often, sums over the bits of the results, last real.
       integer(i8), allocatable :: times(:), sums(:)
       real(wp), allocatable :: last(:)
    contains
       procedure :: run
       procedure :: collect
+      procedure :: settle
       procedure :: begin
    end type sample_task_t
 
@@ -72,5 +75,14 @@ contains
       end do
       self%last(point) = result%reals(result%n_reals)
    end subroutine collect
+
+   !> Note how many points had been collected.
+   subroutine settle(self, error)
+      class(sample_task_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+
+      self%settled = sum(self%times)
+      if (self%fails_at < 0 .and. self%settled >= -self%fails_at) call raise(error, "the disk is full")
+   end subroutine settle
 
 end module sample_task
