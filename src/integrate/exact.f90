@@ -49,6 +49,7 @@ module razy_integrate_exact
    contains
       procedure :: prepare
       procedure :: run
+      procedure :: final_state
    end type exact_t
 
    !> Pieces are begun anew after this angle of the fastest exponent, so that its rounding stays below 1e-13.
@@ -121,6 +122,18 @@ contains
       outcome%halvings = self%search%halvings - halvings
       outcome%states = self%states%count
    end subroutine run
+
+   !> Displacement and velocity (n each) of all coordinates at the end of the last run; it was prepared with `keep_all`.
+   pure subroutine final_state(self, displacement, velocity)
+      class(exact_t), intent(in) :: self
+      real(wp), allocatable, intent(out) :: displacement(:), velocity(:)
+
+      integer :: m
+
+      m = self%states%coupled%m
+      displacement = matmul(self%z(:m), self%states%coupled%project)
+      velocity = matmul(self%z(m + 1:), self%states%coupled%project)
+   end subroutine final_state
 
    !> State and branches at the time 0.
    subroutine begin(self)

@@ -36,9 +36,9 @@ module razy_sweep_manager
       integer(i8) :: n_points = 0, next = 1, collected = 0, results = 0, own = 0
       !> Ranks that may still send.
       integer :: active = 0
-      !> No more points are computed; ranks that know that nothing is left for them.
+      !> No more points are computed; ranks that have been told that it is over.
       logical :: stopping = .false.
-      logical, allocatable :: dismissed(:)
+      logical, allocatable :: told(:)
       !> What ended the sweep early.
       type(error_t), allocatable :: failure
       type(point_result_t) :: result
@@ -87,7 +87,7 @@ contains
       manager%active = communicator%size - 1
       allocate (manager%replies(communicator%size - 1), manager%orders(communicator%size - 1), &
          & manager%tallies(0:communicator%size - 1))
-      allocate (manager%dismissed(communicator%size - 1), source=.false.)
+      allocate (manager%told(communicator%size - 1), source=.false.)
       works = communicator%size <= max(1, options%largest_working_manager)
       total = merge(options%results, n_points, options%results > 0)
       start = seconds()
@@ -193,6 +193,7 @@ contains
          case (tag_tally)
             manager%tallies(incoming%source) = unpack_tally(incoming%packet%words(:3))
             manager%active = manager%active - 1
+            call tell(manager, incoming%source, error)
          case default
             call raise(error, "a message that is none of the sweep")
          end select
@@ -209,14 +210,13 @@ contains
       call manager%replies(rank)%wait(error)
       if (allocated(error)) return
       count = chunk_size(manager%n_points - manager%next + 1, manager%communicator%size, manager%options)
-      manager%dismissed(rank) = count == 0
       call manager%replies(rank)%packet%set([manager%next, count])
       manager%next = manager%next + count
       call manager%replies(rank)%post(manager%communicator, rank, tag_chunk, error)
       manager%tallies(0)%messages = manager%tallies(0)%messages + 1
    end subroutine send_chunk
 
-   !> Hand out nothing more, give up the point that rank 0 is at, and tell all ranks that have not been told that nothing is left.
+   !> Hand out nothing more, give up the point that rank 0 is at, and tell all ranks.
    subroutine stop_all(manager, error)
       type(manager_t), intent(inout), asynchronous :: manager
       type(error_t), allocatable, intent(out) :: error
@@ -225,14 +225,23 @@ contains
       manager%next = manager%n_points + 1
       manager%own = 0
       do rank = 1, size(manager%orders)
-         if (manager%dismissed(rank)) cycle
-         manager%dismissed(rank) = .true.
-         call manager%orders(rank)%packet%set([integer(i8) ::])
-         call manager%orders(rank)%post(manager%communicator, rank, tag_stop, error)
+         call tell(manager, rank, error)
          if (allocated(error)) return
-         manager%tallies(0)%messages = manager%tallies(0)%messages + 1
       end do
    end subroutine stop_all
+
+   !> Tell a rank, once, that it is over.
+   subroutine tell(manager, rank, error)
+      type(manager_t), intent(inout), asynchronous :: manager
+      integer, intent(in) :: rank
+      type(error_t), allocatable, intent(out) :: error
+
+      if (manager%told(rank)) return
+      manager%told(rank) = .true.
+      call manager%orders(rank)%packet%set([integer(i8) ::])
+      call manager%orders(rank)%post(manager%communicator, rank, tag_stop, error)
+      manager%tallies(0)%messages = manager%tallies(0)%messages + 1
+   end subroutine tell
 
    !> Compute the next point here, or the next part of the one that was begun.
    subroutine compute_point(manager, task)

@@ -2,8 +2,8 @@
 !!
 !! To rank 0: a request for the next chunk (one word: 1 if this rank was asked to stop); results of points (razy_sweep_packet);
 !! when all is done, a tally.
-!! From rank 0: a chunk, that is first point and number of points, where no points means that none are left; an order to stop
-!! (no contents), before which chunks may have been sent that are then not computed, and after which an empty chunk comes.
+!! From rank 0: a chunk, that is first point and number of points, where no points means that none are left; once, the word that
+!! it is over (no contents): in answer to the tally, or before, and then chunks that have come or come later are not computed.
 module razy_sweep_protocol
    use razy_core_kinds, only: i8, wp
    implicit none(type, external)
@@ -20,6 +20,8 @@ module razy_sweep_protocol
       !> A chunk is what remains divided by (this times the number of ranks), at least and at most so many points.
       integer :: shares_per_rank = 8
       integer(i8) :: smallest_chunk = 1, largest_chunk = 1024
+      !> Ask for the next chunk before the present one is computed: not for points that are few and long.
+      logical :: ask_ahead = .true.
       !> Results are sent when they fill so many 64-bit words or when the last were sent so long ago [s].
       integer(i8) :: packet_words = 4096
       real(wp) :: send_interval = 0.1_wp

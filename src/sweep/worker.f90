@@ -1,6 +1,7 @@
 !! The part of a sweep on the ranks above 0.
 !!
-!! A worker asks for its next chunk before it computes the one it has, so it does not wait while rank 0 is busy with a point.
+!! A worker asks for its next chunk before it computes the one it has, so it does not wait while rank 0 is busy with a point;
+!! unless points are few and long, and it would keep the next one from others.
 !! Results gather in one buffer while another is under way; only when both are full does the worker wait.
 !!
 !! When rank 0 orders it, or this rank is interrupted itself, the worker finishes the result it is at and gives back the rest.
@@ -30,8 +31,8 @@ module razy_sweep_worker
       !> A chunk that has come and not been begun.
       logical :: has_chunk = .false.
       integer(i8) :: first = 0, count = 0
-      !> No more points are computed.
-      logical :: stopping = .false.
+      !> No more points are computed; rank 0 has said that it is over.
+      logical :: stopping = .false., told = .false.
       real(wp) :: last_sent = 0.0_wp
       type(tally_t) :: tally
       type(point_result_t) :: result
@@ -55,13 +56,14 @@ contains
          call await_chunk(worker, communicator, options, first, count, error)
          if (allocated(error)) return
          if (count == 0) exit
-         call ask(worker, communicator, error)
+         if (options%ask_ahead) call ask(worker, communicator, error)
          if (allocated(error)) return
          do point = first, first + count - 1
             if (worker%stopping) exit
             call compute_point(worker, communicator, task, options, interrupted, point, error)
             if (allocated(error)) return
          end do
+         if (.not. options%ask_ahead) call ask(worker, communicator, error)
       end do
       if (.not. allocated(error)) call finish(worker, communicator, error)
    end subroutine work
@@ -88,7 +90,9 @@ contains
          call send_if_due(worker, communicator, options, ended, error)
          if (.not. allocated(error)) call listen(worker, communicator, error)
          if (allocated(error)) return
-         if (present(interrupted)) worker%stopping = worker%stopping .or. interrupted()
+         if (present(interrupted)) then
+            if (interrupted()) worker%stopping = .true.
+         end if
          if (worker%stopping .or. .not. worker%result%continues) return
       end do
    end subroutine compute_point
@@ -123,6 +127,7 @@ contains
          worker%count = worker%reply%packet%words(2)
       case (tag_stop)
          worker%stopping = .true.
+         worker%told = .true.
       case default
          call raise(error, "a message that is none of the sweep")
       end select
@@ -186,11 +191,12 @@ contains
       if (.not. allocated(error)) call worker%results(worker%filling)%packet%clear()
    end subroutine send
 
-   !> Send the last results and the tally, and wait until rank 0 has them.
+   !> Send the last results and the tally, and wait until rank 0 has them and says that it is over.
    subroutine finish(worker, communicator, error)
       type(worker_t), intent(inout), asynchronous :: worker
       type(communicator_t), intent(in) :: communicator
       type(error_t), allocatable, intent(out) :: error
+      type(patience_t) :: patience
       integer :: i
 
       if (worker%results(worker%filling)%packet%length > 0) call send(worker, communicator, error)
@@ -203,6 +209,10 @@ contains
       if (.not. allocated(error)) call worker%request%wait(error)
       do i = 1, 2
          if (.not. allocated(error)) call worker%results(i)%wait(error)
+      end do
+      do while (.not. (worker%told .or. allocated(error)))
+         call listen(worker, communicator, error)
+         if (.not. worker%told) call patience%pause()
       end do
    end subroutine finish
 

@@ -139,6 +139,7 @@ program measure_scheduler
    call communicator%broadcast(task%operations, error)
    call check(error)
    do repetition = 1, repetitions
+      task%collected = 0
       call communicator%barrier(error)
       call check(error)
       call run_sweep(communicator, task, task%n_points, options, outcome=outcome, error=error)

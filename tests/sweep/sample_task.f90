@@ -15,6 +15,10 @@ module sample_task
       integer(i8) :: longest = 10
       !> `collect` fails at this point; if it is negative, `settle` fails after so many. 0: nothing fails.
       integer(i8) :: fails_at = 0
+      !> Each point yields so many results, one after the other.
+      integer :: parts = 1
+      !> The part that comes next.
+      integer :: part = 1
       !> What `settle` saw last: results collected.
       integer(i8) :: settled = 0
       !> What was collected (points): how often, sums over the bits of the results, last real.
@@ -51,7 +55,10 @@ contains
       do i = 1, self%operations*(1 + mod(mixed, 10_i8))/5
          x = 3.9_wp*x*(1.0_wp - x)
       end do
-      call result%append([point, mixed])
+      x = x/self%part
+      call result%append([point, int(self%part, i8)])
+      result%continues = self%part < self%parts
+      self%part = merge(self%part + 1, 1, result%continues)
       do i = 1, 1 + mod(mixed, self%longest)
          call result%append(x/i)
       end do
@@ -68,7 +75,9 @@ contains
          call raise(error, "the disk is full")
          return
       end if
-      if (result%integers(1) /= point) call raise(error, "a result belongs to another point")
+      if (result%integers(1) /= point .or. result%integers(2) /= 1 + mod(self%times(point), int(self%parts, i8))) then
+         call raise(error, "a result belongs to another point")
+      end if
       self%times(point) = self%times(point) + 1
       do i = 1, result%n_reals
          self%sums(point) = ieor(ishftc(self%sums(point), 1), transfer(result%reals(i), 0_i8))
