@@ -120,6 +120,7 @@ contains
          call raise(error, self%file%path//": is damaged at its beginning; delete it to begin anew")
          return
       end if
+      deallocate (identity)
       allocate (character(head(4)) :: identity)
       identity = transfer(words(n_head + 1:place - 1), identity)
    end subroutine take_up
