@@ -41,7 +41,8 @@ program razy_run
    if (allocated(error)) call fail(error%message, exit_failure)
    header%program = "razy-run"
    header%title = machine%title
-   header%integrator = motion%integrator
+   header%integrator = trim(motion%method%integrator)
+   header%treatment = trim(motion%method%treatment)
    header%input = input%effective()
    call write_run_file(command%output, header, content, command%force, error)
    if (allocated(error)) call fail(error%message, exit_failure)

@@ -164,7 +164,8 @@ contains
 
       header%program = "razy-sweep"
       header%title = task%title
-      header%integrator = task%integrator
+      header%integrator = trim(task%method%integrator)
+      header%treatment = trim(task%method%treatment)
       header%input = effective
       call write_results(task, command%output, header, command%force, failed, error)
       if (allocated(error)) then

@@ -19,7 +19,7 @@ module sweep_case
       type(input_t) :: input
       type(slot_t) :: slot
       type(axis_t) :: axis
-      character(:), allocatable :: title, integrator, unit
+      character(:), allocatable :: title, unit
    contains
       procedure :: machine_at
    end type sweep_task_t
@@ -58,7 +58,7 @@ contains
          return
       end if
       self%title = self%machine%title
-      self%integrator = motion%integrator
+      self%method = motion%method
       allocate (self%extrema(count(records%extrema)))
       call ask(self, motion, records)
    end subroutine new_sweep
@@ -94,6 +94,7 @@ contains
       integer :: i, k
 
       self%t_end = motion%t_end
+      self%method = motion%method
       self%most_events = motion%most_events
       k = 0
       do i = 1, size(records)

@@ -3,7 +3,7 @@ module sweep_result
    use, intrinsic :: iso_fortran_env, only: int32, int8
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
-   use razy_integrate_exact, only: status_meanings
+   use razy_integrate_integrator, only: status_meanings
    use razy_io_header, only: result_header_t
    use razy_io_sweep_file, only: sweep_content_t, sweep_writer_t
    use razy_sweep_motion_task, only: motion_result_t
@@ -63,7 +63,7 @@ contains
       content%axes(1)%long_name = task%slot%path
       content%axes(1)%values = task%axis%values()
       if (task%plan%has_chains()) content%directions = int(task%plan%directions, int8)
-      content%status_meanings = [character(48) :: status_meanings, "no machine with this value"]
+      content%status_meanings = [character(48) :: status_meanings]
       do i = 1, size(task%extrema)
          associate (stored => content%extrema(i), observable => task%machine%observable(task%extrema(i)%form))
             stored%name = observable%name

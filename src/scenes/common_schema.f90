@@ -1,29 +1,45 @@
 !! The groups that every kind of scene has: what it is, how it moves, what is recorded, what is varied.
 module razy_scenes_common_schema
    use razy_core_schema, only: group, group_spec_t, key_integer, key_real, key_spec_t, key_string, nonnegative, positive
+   use razy_machine_method, only: integrators, treatments
    implicit none(type, external)
    private
 
-   public :: common_schema
+   public :: common_schema, scene_kinds
+
+   !> What `&scene kind` may be.
+   character(*), parameter :: scene_kinds(*) = [character(8) :: "lumped"]
 
 contains
 
    !> The common groups; `observables` are the names that `&record` accepts in this kind of scene.
-   function common_schema(kinds, observables) result(schema)
-      character(*), intent(in) :: kinds(:), observables(:)
+   function common_schema(observables) result(schema)
+      character(*), intent(in) :: observables(:)
       type(group_spec_t), allocatable :: schema(:)
       type(key_spec_t), allocatable :: keys(:)
 
       allocate (schema(4))
       keys = [ &
-             key_string("kind", "kind of machine", choices=kinds, required=.true.), &
+             key_string("kind", "kind of machine", choices=scene_kinds, required=.true.), &
              key_string("title", "title of results and pictures", default="''")]
       schema(1) = group("scene", "What the file describes", required=.true., keys=keys)
       keys = [ &
              key_real("t_end", "end of the motion, which starts at 0", unit="s", rule=positive, required=.true.), &
              key_string("start", "state at the start: equilibrium under the constant loads, all zero, or as in &initial", &
                         choices=["static", "zero  ", "given "], default="static"), &
-             key_string("integrator", "method", choices=["exact"], default="exact"), &
+             key_string("integrator", "method; automatic: exact where all laws are piecewise linear, else dop853", &
+                        choices=integrators, default="automatic"), &
+             key_string("treatment", "of jumps and kinks of the laws, by a Runge-Kutta method; automatic: event", &
+                        choices=treatments, default="automatic"), &
+             key_real("relative_tolerance", "of the error of a step", rule=positive, default="1.0e-9"), &
+             key_real("absolute_tolerance", "of the error of a step, in mass-normalised coordinates", rule=positive, &
+                      default="1.0e-12"), &
+             key_real("step", "step of rk4 and moreau_jean; first step of the others, 0: chosen", unit="s", &
+                      rule=nonnegative, default="0.0"), &
+             key_real("sharpness", "of smoothed jumps, per unit of the contact variable", rule=positive, default="1.0e6"), &
+             key_real("band", "half width of the band of sticking, for switching", unit="m/s or rad/s", rule=nonnegative, &
+                      default="1.0e-6"), &
+             key_integer("max_steps", "steps after which a motion is given up", rule=positive, default="1000000000"), &
              key_integer("max_events", "events after which a motion is given up", rule=positive, default="10000000")]
       schema(2) = group("motion", "The motion that is computed", keys=keys)
       keys = [ &

@@ -13,8 +13,9 @@ module razy_sweep_motion_task
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_dynamics_extrema, only: extrema_t
-   use razy_integrate_exact, only: exact_t, outcome_t, status_ok
-   use razy_integrate_observer, only: observer_slot_t
+   use razy_integrate_factory, only: new_integrator
+   use razy_integrate_integrator, only: integrator_t, observer_slot_t, outcome_t, status_no_machine, status_ok
+   use razy_machine_method, only: method_t
    use razy_machine_machine, only: machine_t
    use razy_sweep_carried, only: carried_t
    use razy_sweep_checkpoint, only: checkpoint_t
@@ -24,10 +25,8 @@ module razy_sweep_motion_task
    implicit none(type, external)
    private
 
-   public :: motion_result_t, motion_task_t, status_no_machine
+   public :: motion_result_t, motion_task_t
 
-   !> Status of a point for which there is no machine; the other values are those of razy_integrate_exact.
-   integer, parameter :: status_no_machine = 5
    !> Integers of a result before those of the observables, for each observable, and of the end of a link of a chain.
    integer(i8), parameter :: n_head = 4, n_each = 2, n_carried = 2
 
@@ -46,7 +45,8 @@ module razy_sweep_motion_task
       real(wp) :: t_end = 0.0_wp
       integer(i8) :: most_events = 0
       type(machine_t) :: machine
-      type(exact_t) :: exact
+      type(method_t) :: method
+      class(integrator_t), allocatable :: integrator
       type(extrema_t), allocatable :: extrema(:)
       type(plan_t) :: plan
       !> The unit that is being computed, the link of its chain that was computed last, and what it carries on.
@@ -72,7 +72,7 @@ module razy_sweep_motion_task
    end type motion_task_t
 
    abstract interface
-      !> Set `self%machine` to the machine of point number `point`.
+      !> Set `self%machine` and `self%method` to those of point number `point`.
       subroutine make_machine(self, point, error)
          import :: error_t, i8, motion_task_t
          implicit none(type, external)
@@ -208,11 +208,12 @@ contains
       end do
       call self%machine_at(point, error)
       if (self%plan%has_chains() .and. .not. allocated(error)) call self%carried%begin(self%machine)
-      if (.not. allocated(error)) call self%exact%prepare(self%machine, self%plan%has_chains(), error)
+      if (.not. allocated(error)) call new_integrator(self%integrator, self%method, error)
+      if (.not. allocated(error)) call self%integrator%prepare(self%machine, self%plan%has_chains(), error)
       if (allocated(error)) then
          outcome%status = status_no_machine
       else
-         call follow(self%exact, self%extrema, self%t_end, self%most_events, outcome)
+         call follow(self%integrator, self%extrema, self%t_end, self%most_events, outcome)
       end if
       call result%append([int(outcome%status, i8), outcome%events, outcome%steps, point])
       do i = 1, size(self%extrema)
@@ -225,7 +226,8 @@ contains
       end do
       if (.not. self%plan%has_chains()) return
       if (outcome%status == status_ok) then
-         call self%exact%final_state(displacement, velocity)
+         allocate (displacement(size(self%machine%displacement)), velocity(size(self%machine%velocity)))
+         call self%integrator%final_state(displacement, velocity)
          call self%carried%finish(self%machine, self%t_end, displacement, velocity)
       else
          call self%carried%forget()
@@ -233,9 +235,9 @@ contains
       call self%carried%append_to(result)
    end subroutine run_point
 
-   !> Run the propagator with all extrema as observers.
-   subroutine follow(exact, extrema, t_end, most_events, outcome)
-      type(exact_t), intent(inout) :: exact
+   !> Run the integrator with all extrema as observers.
+   subroutine follow(integrator, extrema, t_end, most_events, outcome)
+      class(integrator_t), intent(inout) :: integrator
       type(extrema_t), intent(inout), target :: extrema(:)
       real(wp), intent(in) :: t_end
       integer(i8), intent(in) :: most_events
@@ -247,7 +249,7 @@ contains
       do i = 1, size(extrema)
          slots(i)%observer => extrema(i)
       end do
-      call exact%run(t_end, most_events, slots, outcome)
+      call integrator%run(t_end, most_events, slots, outcome)
    end subroutine follow
 
    !> Take over a result: count its extrema and put it into the checkpoint.

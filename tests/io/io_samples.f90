@@ -61,6 +61,7 @@ contains
       header%program = program
       header%title = "Rázy"
       header%integrator = "exact"
+      header%treatment = "event"
       allocate (character(long_input_length) :: header%input)
       do i = 1, long_input_length
          position = mod(i - 1, len(line)) + 1

@@ -63,7 +63,7 @@ def test_nothing_is_chunked_and_dimensions_take_no_room(name):
 @pytest.mark.parametrize("name", SWEEPS + RUNS[:2])
 def test_root_attributes(name):
     with h5py.File(FOLDER / name) as file:
-        assert set(file.attrs) == {"razy_version", "git_commit", "program", "title", "integrator", "input"}
+        assert set(file.attrs) == {"razy_version", "git_commit", "program", "title", "integrator", "treatment", "input"}
         assert all(isinstance(value, str) for value in file.attrs.values())
         assert file.attrs["program"] == ("razy-sweep" if name in SWEEPS else "razy-run")
         assert file.attrs["title"] == "R\u00e1zy"
