@@ -19,6 +19,8 @@ module razy_io_locked_file
       !> Words in the file.
       integer(int64) :: length = 0
       type(c_ptr), private :: stream = c_null_ptr
+      !> This program has written to it.
+      logical, private :: changed = .false.
    contains
       procedure :: open => open_locked
       procedure :: is_empty
@@ -108,6 +110,7 @@ contains
       logical :: current
 
       self%path = path
+      self%changed = .false.
       do
          self%stream = c_fopen(path//c_null_char, "a+"//c_null_char)
          if (.not. c_associated(self%stream)) then
@@ -156,6 +159,7 @@ contains
       character(200) :: reason
       integer :: status
 
+      self%changed = .true.
       write (self%unit, iostat=status, iomsg=reason) words
       if (status == 0) flush (self%unit, iostat=status, iomsg=reason)
       if (status == 0) then
@@ -211,7 +215,7 @@ contains
       call synchronise(self%path, error)
    end subroutine flush_to_disk
 
-   !> Close the file, keep its first `length` words, give up the lock; nothing if it is not open.
+   !> Close the file, which keeps its first `length` words, and give up the lock; nothing if it is not open.
    subroutine close_file(self)
       class(locked_file_t), intent(inout) :: self
 
@@ -222,7 +226,7 @@ contains
       if (self%unit /= -1) close (self%unit, iostat=status)
       self%unit = -1
       if (.not. c_associated(self%stream)) return
-      if (c_lseek(c_fileno(self%stream), 0_c_int64_t, from_end) > bytes_per_word*self%length) then
+      if (self%changed .and. c_lseek(c_fileno(self%stream), 0_c_int64_t, from_end) > bytes_per_word*self%length) then
          code = c_ftruncate(c_fileno(self%stream), bytes_per_word*self%length)
       end if
       code = c_fclose(self%stream)
