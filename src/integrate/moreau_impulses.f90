@@ -8,6 +8,7 @@
 !! not move). Without friction there always are impulses, as Σ ε u λ >= Σ u λ = 0 for all that are without effect
 !! (razy_linalg_complementarity_friction); a body squeezed between moving stops, or jammed with friction, may have none.
 module razy_integrate_moreau_impulses
+   use razy_contact_contact_law, only: branch_lower, branch_upper
    use razy_core_kinds, only: wp
    use razy_integrate_moreau_state, only: friction_coefficient, moreau_step_t
    use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept, solve_impact
@@ -19,11 +20,12 @@ module razy_integrate_moreau_impulses
 
 contains
 
-   !> Add the effect of the impulses of rigid sides and friction to Δv; `force` (contacts) are the compliant forces. Not `found`:
+   !> Add the effect of the impulses of rigid sides and friction to Δv; `force` and `branch` (contacts) are those of the compliant laws. Not `found`:
    !> no impulses obey the laws.
-   subroutine add_impulses(self, force, dv, found)
+   subroutine add_impulses(self, force, branch, dv, found)
       type(moreau_step_t), intent(inout) :: self
       real(wp), intent(in) :: force(:)
+      integer, intent(in) :: branch(:)
       real(wp), intent(inout) :: dv(:)
       logical, intent(out) :: found
 
@@ -39,14 +41,14 @@ contains
             active(i) = side%direction*(middle - side%edge) <= 0.0_wp .or. self%branch0(side%contact) == side%closed
          end associate
       end do
-      call solve_for(self, force, pack([(i, i=1, size(active))], active), free, dv, found)
+      call solve_for(self, force, branch, pack([(i, i=1, size(active))], active), free, dv, found)
    end subroutine add_impulses
 
    !> Δv from that without impulses, `free`, and the impulses of the sides `active` and of friction.
-   subroutine solve_for(self, force, active, free, dv, found)
+   subroutine solve_for(self, force, branch, active, free, dv, found)
       type(moreau_step_t), intent(inout) :: self
       real(wp), intent(in) :: force(:), free(:)
-      integer, intent(in) :: active(:)
+      integer, intent(in) :: branch(:), active(:)
       real(wp), intent(out) :: dv(:)
       logical, intent(out) :: found
 
@@ -59,7 +61,7 @@ contains
       dv = free
       self%impulse = 0.0_wp
       self%bound = 0.0_wp
-      call bound_friction(self, force, active, problem)
+      call bound_friction(self, force, branch, active, problem)
       n = size(active)
       if (n == 0 .and. .not. any(problem%limit > 0.0_wp)) return
       contact = [self%kinds%side(active)%contact, self%kinds%friction]
@@ -83,10 +85,10 @@ contains
    end subroutine solve_for
 
    !> Coefficients and given bounds of friction under the sides `active` and compliant forces.
-   pure subroutine bound_friction(self, force, active, problem)
+   pure subroutine bound_friction(self, force, branch, active, problem)
       type(moreau_step_t), intent(in) :: self
       real(wp), intent(in) :: force(:)
-      integer, intent(in) :: active(:)
+      integer, intent(in) :: branch(:), active(:)
       type(impact_problem_t), intent(out) :: problem
 
       real(wp) :: rate, mu, normal
@@ -95,6 +97,11 @@ contains
       allocate (problem%coefficient(size(self%kinds%friction), size(active)), problem%limit(size(self%kinds%friction)))
       do k = 1, size(self%kinds%friction)
          associate (j => self%kinds%friction(k), contact => self%machine%contact(self%kinds%friction(k)))
+            problem%coefficient(k, :) = 0.0_wp
+            problem%limit(k) = 0.0_wp
+            if (contact%only_with > 0) then
+               if (.not. touching(self, contact%only_with, branch, active)) cycle
+            end if
             rate = dot_product(self%w(:, j), self%v0) + self%start%rate(j)
             mu = friction_coefficient(contact, self%branch0(j), rate)
             normal = contact%normal
@@ -104,5 +111,18 @@ contains
          end associate
       end do
    end subroutine bound_friction
+
+   !> Whether contact j is closed in the step: a rigid one takes part, a compliant one is neither open nor parting.
+   pure function touching(self, j, branch, active)
+      type(moreau_step_t), intent(in) :: self
+      integer, intent(in) :: j, branch(:), active(:)
+      logical :: touching
+
+      if (self%machine%contact(j)%law%impacts) then
+         touching = any(self%kinds%side(active)%contact == j)
+      else
+         touching = branch(j) == branch_upper .or. branch(j) == branch_lower
+      end if
+   end function touching
 
 end module razy_integrate_moreau_impulses

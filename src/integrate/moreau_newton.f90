@@ -57,7 +57,7 @@ contains
           .or. any(abs(b - self%damping) > 0.0_wp)) call factorise(self, k, b, found)
       if (.not. found) return
       call dgetrs("N", size(next), 1, self%factor, size(next), self%pivot, next, size(next), info)
-      call add_impulses(self, force, next, found)
+      call add_impulses(self, force, branch, next, found)
    end subroutine newton_round
 
    !> s of contact j at the end of the step and its mean s' over it, as theta weighs it.
