@@ -2,7 +2,7 @@
 !!
 !! A closed contact with the slopes k, b of its law is a two-way spring and damper: it adds k w wᵀ to K and b w wᵀ to B.
 module razy_dynamics_linearised
-   use razy_contact_clearance_law, only: branch_lower, branch_open, branch_upper
+   use razy_contact_contact_law, only: branch_lower, branch_open, branch_upper
    use razy_core_kinds, only: wp
    use razy_machine_equilibrium, only: find_equilibrium
    use razy_machine_machine, only: contact_t, machine_t
