@@ -4,8 +4,8 @@
 !! that rounding does not open contacts at rest. Friction has the coefficient of the speed and branch at the start of the step.
 !!
 !! A side that is parting when the step begins, u > 0, but pressed, comes back within the step and does no work: u⁺ + u >= 0 then
-!! takes the place of u⁺ + ε u >= 0. So u⁺ + u <= 0 wherever λ > 0, and impulses never add energy (theta = 1/2, stops that do
-!! not move). Without friction there always are impulses, as Σ ε u λ >= Σ u λ = 0 for all that are without effect
+!! takes the place of u⁺ + ε u >= 0. So u⁺ + u <= 0 wherever λ > 0, and impulses never add energy (theta = 1/2, no friction, stops
+!! that do not move). Without friction there always are impulses, as Σ ε u λ >= Σ u λ = 0 for all that are without effect
 !! (razy_linalg_complementarity_friction); a body squeezed between moving stops, or jammed with friction, may have none.
 module razy_integrate_moreau_impulses
    use razy_contact_contact_law, only: branch_lower, branch_upper
@@ -20,8 +20,8 @@ module razy_integrate_moreau_impulses
 
 contains
 
-   !> Add the effect of the impulses of rigid sides and friction to Δv; `force` and `branch` (contacts) are those of the compliant laws. Not `found`:
-   !> no impulses obey the laws.
+   !> Add the effect of the impulses of rigid sides and friction to Δv; `force` and `branch` (contacts) are those of the
+   !> compliant laws. Not `found`: no impulses obey the laws.
    subroutine add_impulses(self, force, branch, dv, found)
       type(moreau_step_t), intent(inout) :: self
       real(wp), intent(in) :: force(:)

@@ -10,9 +10,9 @@
 !! Engrg. 177 (1999) 235–257; Acary and Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, Springer (2008), 10.
 !!
 !! Compliant laws take s and s' at the end of the step: an elastic force that grows with s then takes at least the energy that
-!! it stores, U(s⁺) - U(s) <= F(s⁺) (s⁺ - s), however stiff it is, and a stiff damper stops the motion; their order is 1. The equations are solved by Newton's method in
-!! Δv, with a problem of impulses in every round. If branches go on changing (a force that jumps has no solution at the jump
-!! itself) they are kept after some rounds.
+!! it stores, U(s⁺) - U(s) <= F(s⁺) (s⁺ - s), however stiff it is, and a stiff damper stops the motion; their order is 1. The
+!! equations are solved by Newton's method in Δv, with a problem of impulses in every round. If branches go on changing (a force
+!! that jumps has no solution at the jump itself) they are kept after some rounds.
 module razy_integrate_moreau_step
    use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking
    use razy_core_kinds, only: wp
