@@ -5,8 +5,8 @@
 !! real and one complex system with the matrices λ/h - J. Error estimate, starting values and iteration control are those of
 !! E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed. (1996), IV.8.
 !!
-!! With z = (y, y') the matrix λ - J is reduced by hand: (K + λ(B + λ)) y = q + (B + λ) p, v = λ y - p for the right-hand side (p, q),
-!! where K and B are the tangents of the forces. That is an eighth of the work on the whole matrix.
+!! With z = (y, y') the matrix λ - J is reduced by hand: (K + λ(B + λ)) y = q + (B + λ) p, v = λ y - p for the right-hand
+!! side (p, q), where K and B are the tangents of the forces. That is an eighth of the work on the whole matrix.
 !!
 !! Why this one: L-stable, so that a stiff contact is damped out instead of ringing at the step's frequency; stiffly accurate, so
 !! that the end of a step satisfies the stiff equation as well as the stages do; and of the highest order with both at
@@ -92,8 +92,8 @@ contains
 
    !> Make room for n = 2m components and take the tolerances.
    !>
-   !> The estimate is of order 4 in h and the error after many steps of order 5, so a tolerance `relative`^(4/5) of the estimate makes
-   !> the error proportional to `relative`.
+   !> The estimate is of order 4 in h and the error after many steps of order 5, so a tolerance `relative`^(4/5) of the
+   !> estimate makes the error proportional to `relative`.
    subroutine prepare(self, n, relative, absolute)
       class(radau5_t), intent(inout) :: self
       integer, intent(in) :: n
@@ -398,9 +398,10 @@ contains
    !> Coefficients r_1…r_4 (n, 4) of the dense output (razy_integrate_tableaux): the collocation polynomial p of degree 3, corrected
    !> to degree 4 by the error estimate.
    !>
-   !> p + D Q(θ), Q' = (1 - θ)(θ - c_1)(θ - c_2)/(c_1 c_2), passes through both ends (Q(1) = 0, for Q' is orthogonal to 1) and has the
-   !> slopes of p at the nodes, and with D = h f_0 - p'(0) that of the motion at the start: its error is of order 5 in h, where
-   !> that of p is of order 4. D is λ times the estimate, which is filtered, so that it stays bounded in stiff components.
+   !> p + D Q(θ), Q' = (1 - θ)(θ - c_1)(θ - c_2)/(c_1 c_2), passes through both ends (Q(1) = 0, for Q' is orthogonal to 1)
+   !> and has the slopes of p at the nodes, and with D = h f_0 - p'(0) that of the motion at the start: its error is of order
+   !> 5 in h, where that of p is of order 4. D is λ times the estimate, which is filtered, so that it stays
+   !> bounded in stiff components.
    pure subroutine dense_coefficients(self, r)
       class(radau5_t), intent(in) :: self
       real(wp), intent(inout) :: r(:, :)

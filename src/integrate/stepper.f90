@@ -311,12 +311,11 @@ contains
       real(wp), intent(in) :: tau, z(:)
 
       self%z_start(:self%n) = z
-      select case (self%known)
-      case (unknown)
+      if (self%known == unknown) then
          call field%derivative(tau, z, self%dz_start)
-      case (moved_on)
+      else if (self%known == moved_on) then
          self%dz_start = self%dz_end
-      end select
+      end if
       self%k(:self%n, 1) = self%dz_start
       self%known = same_start
    end subroutine know_start

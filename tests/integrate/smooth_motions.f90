@@ -1,7 +1,8 @@
 !! Machines with smooth motions in closed form, and their motion by fixed steps of a stepper.
 module smooth_motions
-   use machine_samples, only: add_contact, add_tone, bare_machine, connect, observe
-   use razy_contact_contact_law, only: contact_law_t
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use machine_samples, only: add_contact, add_tone, bare_machine, connect
+   use razy_contact_contact_law, only: branch_upper, contact_law_t
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, qp, wp
    use razy_integrate_field, only: field_t
@@ -11,12 +12,12 @@ module smooth_motions
    implicit none(type, external)
    private
 
-   public :: chain, chain_motion, fixed_steps, oscillator, oscillator_motion, power_law_t, slope_between
+   public :: controlled_steps, dense_errors, exact_motion, fixed_steps, make_ready, order_between, power_law_t, sample
 
    !> F = stiffness |s|^(3/2) sign s, always closed.
    type, extends(contact_law_t) :: power_law_t
-      real(wp) :: stiffness_of_power = 0.0_wp
-      !> From this time of s on the force is no number.
+      real(wp) :: factor = 0.0_wp
+      !> Beyond this s the force is no number.
       real(wp) :: breaks_above = huge(1.0_wp)
    contains
       procedure :: initial_branch
@@ -112,63 +113,175 @@ contains
       motion(2) = real(lambda*c*exp(lambda*t), wp) + sum(real(i*omega*amplitude*exp(i*omega*t), wp))
    end function free_and_forced
 
-   !> Displacements and velocities at `t_end` after `steps` equal steps of a method, whatever its error estimate says.
-   subroutine fixed_steps(machine, name, t_end, steps, motion, dense_error, exact)
+   !> A machine by its name: "oscillator", "chain", or any other for the Hertz contact, whose motion has no closed form.
+   function sample(name) result(machine)
+      character(*), intent(in) :: name
+      type(machine_t) :: machine
+
+      select case (name)
+      case ("oscillator")
+         machine = oscillator()
+      case ("chain")
+         machine = chain()
+      case default
+         machine = pressed_ball()
+      end select
+   end function sample
+
+   !> Its displacements and velocities at time t.
+   pure function exact_motion(name, t) result(motion)
+      character(*), intent(in) :: name
+      real(wp), intent(in) :: t
+      real(wp), allocatable :: motion(:)
+
+      if (name == "oscillator") then
+         motion = oscillator_motion(t)
+      else
+         motion = chain_motion(t)
+      end if
+   end function exact_motion
+
+   !> A ball of 1 kg pressed onto a plane by 10 N and a harmonic force, which never lets it go.
+   function pressed_ball() result(machine)
+      type(machine_t) :: machine
+
+      type(power_law_t) :: law
+
+      law%factor = 1.0e5_wp
+      machine = bare_machine([1.0_wp])
+      call connect(machine%damping, 1, 0, 4.0_wp)
+      machine%load = [10.0_wp]
+      call add_tone(machine, 20.0_qp, [cmplx(3.0_wp, 0.0_wp, wp)])
+      call add_contact(machine, [1.0_wp], law)
+      machine%displacement = [(10.0_wp/law%factor)**(2.0_wp/3)]
+      machine%velocity = [0.1_wp]
+   end function pressed_ball
+
+   !> A stepper and field ready at the state of the machine at time 0, all coordinates followed.
+   subroutine make_ready(machine, name, relative, absolute, field, stepper, z)
       type(machine_t), intent(in) :: machine
       character(*), intent(in) :: name
-      real(wp), intent(in) :: t_end
-      integer, intent(in) :: steps
-      real(wp), intent(out) :: motion(:)
-      !> Largest error of the dense output within single steps that start on the exact motion.
-      real(wp), intent(out), optional :: dense_error
-      interface
-         pure function exact(t) result(motion)
-            import :: wp
-            implicit none(type, external)
-            real(wp), intent(in) :: t
-            real(wp) :: motion(6)
-         end function exact
-      end interface
-      optional :: exact
+      real(wp), intent(in) :: relative, absolute
+      type(field_t), intent(out) :: field
+      type(stepper_t), intent(out) :: stepper
+      real(wp), allocatable, intent(out) :: z(:)
 
-      type(field_t) :: field
-      type(stepper_t) :: stepper
       type(method_t) :: method
       type(error_t), allocatable :: error
-      real(wp), allocatable :: z(:)
-      real(wp) :: h
-      integer :: i
-      logical :: accepted, failed
 
       call field%attach(machine, .true., error)
       allocate (z(2*field%m))
       call field%first_state(z)
       method%integrator = name
-      method%step = t_end/steps
-      method%relative_tolerance = 1.0e30_wp
+      method%relative_tolerance = relative
+      method%absolute_tolerance = absolute
       call stepper%prepare(method, size(z))
-      h = t_end/steps
+   end subroutine make_ready
+
+   !> Displacements and velocities at `t_end` after equal steps of a method, whatever its error estimate says.
+   subroutine fixed_steps(machine, name, t_end, steps, motion)
+      type(machine_t), intent(in) :: machine
+      character(*), intent(in) :: name
+      real(wp), intent(in) :: t_end
+      integer, intent(in) :: steps
+      real(wp), intent(out) :: motion(:)
+
+      type(field_t) :: field
+      type(stepper_t) :: stepper
+      real(wp), allocatable :: z(:)
+      integer :: i
+      logical :: accepted, failed
+
+      call make_ready(machine, name, 1.0e-12_wp, 1.0e-15_wp, field, stepper, z)
       do i = 1, steps
-         call stepper%attempt(field, (i - 1)*h, z, h, accepted, failed)
+         call stepper%attempt(field, (i - 1)*(t_end/steps), z, t_end/steps, accepted, failed)
          z = stepper%z_end
+         if (.not. accepted) call stepper%restart()
       end do
       call field%to_coordinates(z, motion(:field%m), motion(field%m + 1:))
    end subroutine fixed_steps
 
+   !> The same by controlled steps from a first one that the stepper chooses; `stepper` keeps the counters.
+   subroutine controlled_steps(machine, name, relative, absolute, t_end, motion, stepper, field, ended)
+      type(machine_t), intent(in) :: machine
+      character(*), intent(in) :: name
+      real(wp), intent(in) :: relative, absolute, t_end
+      real(wp), intent(out) :: motion(:)
+      type(stepper_t), intent(out) :: stepper
+      type(field_t), intent(out) :: field
+      logical, intent(out) :: ended
+
+      real(wp), allocatable :: z(:)
+      real(wp) :: h, tau
+      logical :: accepted, failed
+
+      call make_ready(machine, name, relative, absolute, field, stepper, z)
+      call stepper%first_step(field, 0.0_wp, z, t_end, h)
+      tau = 0.0_wp
+      do while (tau < t_end .and. h > epsilon(1.0_wp)*t_end)
+         call stepper%attempt(field, tau, z, h, accepted, failed)
+         if (accepted) then
+            z = stepper%z_end
+            tau = tau + h
+         end if
+         h = min(stepper%h_next, t_end - tau)
+         if (t_end - tau - h < 1.0e-9_wp*h) h = t_end - tau
+      end do
+      ended = .not. tau < t_end*(1.0_wp - 4*epsilon(1.0_wp))
+      call field%to_coordinates(z, motion(:field%m), motion(field%m + 1:))
+   end subroutine controlled_steps
+
+   !> Largest errors of the dense output and of its time derivative within one step h that starts on the exact motion at time t.
+   subroutine dense_errors(name, method, t, h, error, rate_error)
+      character(*), intent(in) :: name, method
+      real(wp), intent(in) :: t, h
+      real(wp), intent(out) :: error, rate_error
+
+      integer, parameter :: points = 16
+      type(field_t) :: field
+      type(stepper_t) :: stepper
+      type(machine_t) :: machine
+      real(wp), allocatable :: z(:), motion(:), x(:)
+      integer :: i, m
+      logical :: accepted, failed
+
+      machine = sample(name)
+      motion = exact_motion(name, t)
+      m = size(motion)/2
+      machine%displacement = motion(:m)
+      machine%velocity = motion(m + 1:)
+      call make_ready(machine, method, 1.0e20_wp, 1.0e20_wp, field, stepper, z)
+      call field%start_piece(t, 0.0_wp)
+      call stepper%attempt(field, 0.0_wp, z, h, accepted, failed)
+      call stepper%prepare_dense(field, 0.0_wp, z)
+      allocate (x(2*m))
+      error = 0.0_wp
+      rate_error = 0.0_wp
+      do i = 0, points
+         motion = exact_motion(name, t + h*i/points)
+         call stepper%at(real(i, wp)/points, z)
+         call field%to_coordinates(z, x(:m), x(m + 1:))
+         error = max(error, norm2(x - motion))
+         call stepper%rate_at(real(i, wp)/points, z)
+         call field%to_coordinates(z, x(:m), x(m + 1:))
+         rate_error = max(rate_error, norm2(x(:m) - motion(m + 1:)))
+      end do
+   end subroutine dense_errors
+
    !> Order seen between errors at steps that differ by `ratio`.
-   elemental function slope_between(coarse, fine, ratio) result(order)
+   elemental function order_between(coarse, fine, ratio) result(order)
       real(wp), intent(in) :: coarse, fine, ratio
       real(wp) :: order
 
       order = log(coarse/fine)/log(ratio)
-   end function slope_between
+   end function order_between
 
    pure function initial_branch(self, s, rate) result(branch)
       class(power_law_t), intent(in) :: self
       real(wp), intent(in) :: s, rate
       integer :: branch
 
-      branch = 1
+      branch = branch_upper
    end function initial_branch
 
    pure function force(self, branch, s, rate, normal) result(value)
@@ -177,7 +290,8 @@ contains
       real(wp), intent(in) :: s, rate, normal
       real(wp) :: value
 
-      value = sign(self%stiffness_of_power*abs(s)**1.5_wp, s)
+      value = sign(self%factor*abs(s)**1.5_wp, s)
+      if (s > self%breaks_above) value = ieee_value(value, ieee_quiet_nan)
    end function force
 
    pure subroutine slopes(self, branch, s, rate, normal, stiffness, damping)
@@ -186,7 +300,7 @@ contains
       real(wp), intent(in) :: s, rate, normal
       real(wp), intent(out) :: stiffness, damping
 
-      stiffness = 1.5_wp*self%stiffness_of_power*sqrt(abs(s))
+      stiffness = 1.5_wp*self%factor*sqrt(abs(s))
       damping = 0.0_wp
    end subroutine slopes
 
