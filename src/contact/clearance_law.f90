@@ -2,17 +2,19 @@
 !!
 !! For the contact variable s (a gap, or a mesh deformation) the restoring force is
 !!
-!!     F = 0                           for lower <= s <= upper,
-!!     F = k_u (s - upper) + b_u s'    for s > upper,
-!!     F = k_l (s - lower) + b_l s'    for s < lower.
+!!     F = 0                                 for lower <= s <= upper,
+!!     F = k_u (s - upper) + b_u s' + j_u    for s > upper,
+!!     F = k_l (s - lower) + b_l s' - j_l    for s < lower.
 !!
 !! A one-sided stop has s = gap, lower = 0 and no upper side; a two-sided stop lower = -clearance, upper = clearance
 !! (THEORY 2); a gear mesh s = d, lower = -backlash, upper = 0 (THEORY 4). With damping there are two rules for the loss of
 !! contact (THEORY 1): at zero deformation, where the force may have turned adhesive, or at zero force (3.28), after which
-!! the surfaces relax without force until the deformation is gone.
+!! the surfaces relax without force until the deformation is gone. A side with a jump j > 0 of the force at touch, such as a
+!! spring that is switched on when it is already stretched (THEORY 2, (3.44)-(3.47)), is left at zero deformation too.
 module razy_contact_clearance_law
    use razy_contact_contact_law, only: branch_lower, branch_lower_parting, branch_open, branch_t, branch_upper, &
-                                       branch_upper_parting, contact_law_t, guard_t
+                                       branch_upper_parting, contact_law_t
+   use razy_contact_gap_branches, only: bound, gap_branch
    use razy_core_kinds, only: pi, wp
    implicit none(type, external)
    private
@@ -26,6 +28,8 @@ module razy_contact_clearance_law
       real(wp) :: edge = 0.0_wp
       !> N/m (N m/rad) and N s/m (N m s/rad).
       real(wp) :: stiffness = 0.0_wp, damping = 0.0_wp
+      !> Force at touch without damping, N (N m), not negative.
+      real(wp) :: jump = 0.0_wp
    end type clearance_side_t
 
    !> Switching functions: 1 is s, 2 and 3 the force of a side that parts at zero force.
@@ -61,35 +65,21 @@ contains
 
       closed = merge(branch_upper, branch_lower, direction > 0.0_wp)
       parting = merge(branch_upper_parting, branch_lower_parting, direction > 0.0_wp)
-      law%branch(closed) = branch_t(side%stiffness, side%damping, -side%stiffness*side%edge)
+      law%branch(closed) = branch_t(side%stiffness, side%damping, direction*side%jump - side%stiffness*side%edge)
       call bound(law%guard(1, branch_open), direction, side%edge, closed)
       if (.not. part_at_zero_force .or. .not. side%damping > 0.0_wp) then
          call bound(law%guard(1, closed), -direction, side%edge, branch_open)
          return
       end if
+      if (side%jump > 0.0_wp) call bound(law%guard(1, closed), -direction, side%edge, branch_open)
       law%functions = law%functions + 1
       f = law%functions
       law%slope(:, f) = [side%stiffness, side%damping]
-      law%constant(f) = -side%stiffness*side%edge
+      law%constant(f) = law%branch(closed)%offset
       call bound(law%guard(f, closed), -direction, 0.0_wp, parting)
       call bound(law%guard(f, parting), direction, 0.0_wp, closed)
       call bound(law%guard(1, parting), -direction, side%edge, branch_open)
    end subroutine add_side
-
-   !> Bound a function from above (direction > 0) or below, and name the branch beyond.
-   pure subroutine bound(guard, direction, value, beyond)
-      type(guard_t), intent(inout) :: guard
-      real(wp), intent(in) :: direction, value
-      integer, intent(in) :: beyond
-
-      if (direction > 0.0_wp) then
-         guard%upper = value
-         guard%above = beyond
-      else
-         guard%lower = value
-         guard%below = beyond
-      end if
-   end subroutine bound
 
    !> The branch in which a motion with `s` and its rate starts. On an edge the rate decides, then `open`.
    pure function initial_branch(self, s, rate) result(branch)
@@ -97,29 +87,8 @@ contains
       real(wp), intent(in) :: s, rate
       integer :: branch
 
-      real(wp) :: force
-      integer :: f, parting
-
-      branch = branch_open
-      associate (edge => self%guard(1, branch_open))
-         if (edge%above /= 0 .and. (s > edge%upper .or. (is_on(s, edge%upper) .and. rate > 0.0_wp))) branch = edge%above
-         if (edge%below /= 0 .and. (s < edge%lower .or. (is_on(s, edge%lower) .and. rate < 0.0_wp))) branch = edge%below
-      end associate
-      if (branch == branch_open) return
-      do f = 2, self%functions
-         force = self%slope(1, f)*s + self%slope(2, f)*rate + self%constant(f)
-         parting = max(self%guard(f, branch)%above, self%guard(f, branch)%below)
-         if (parting == branch_upper_parting .and. force < 0.0_wp) branch = parting
-         if (parting == branch_lower_parting .and. force > 0.0_wp) branch = parting
-      end do
+      branch = gap_branch(self, s, rate)
    end function initial_branch
-
-   pure function is_on(value, edge) result(on)
-      real(wp), intent(in) :: value, edge
-      logical :: on
-
-      on = .not. (value < edge .or. value > edge)
-   end function is_on
 
    !> F in a branch, N (N m).
    pure function force(self, branch, s, rate, normal)

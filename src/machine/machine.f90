@@ -28,6 +28,8 @@ module razy_machine_machine
       !> Normal force of a friction element, N (N m): `normal`, plus the force of contact `normal_of` if that is not 0.
       real(wp) :: normal = 0.0_wp
       integer :: normal_of = 0
+      !> A contact while which is open or parting the normal force is 0, and so there is no friction; 0: none.
+      integer :: only_with = 0
       !> +1 if a reported contact force has the sign of F (mesh), -1 if it counts positive on the lower side (stop).
       real(wp) :: force_sign = 1.0_wp
       !> Unit of s and of F.

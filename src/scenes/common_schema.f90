@@ -5,19 +5,22 @@ module razy_scenes_common_schema
    implicit none(type, external)
    private
 
-   public :: common_schema
+   public :: common_schema, scene_kinds
+
+   !> What `&scene kind` may be.
+   character(*), parameter :: scene_kinds(*) = [character(8) :: "lumped"]
 
 contains
 
    !> The common groups; `observables` are the names that `&record` accepts in this kind of scene.
-   function common_schema(kinds, observables) result(schema)
-      character(*), intent(in) :: kinds(:), observables(:)
+   function common_schema(observables) result(schema)
+      character(*), intent(in) :: observables(:)
       type(group_spec_t), allocatable :: schema(:)
       type(key_spec_t), allocatable :: keys(:)
 
       allocate (schema(4))
       keys = [ &
-             key_string("kind", "kind of machine", choices=kinds, required=.true.), &
+             key_string("kind", "kind of machine", choices=scene_kinds, required=.true.), &
              key_string("title", "title of results and pictures", default="''")]
       schema(1) = group("scene", "What the file describes", required=.true., keys=keys)
       keys = [ &

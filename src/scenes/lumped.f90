@@ -7,21 +7,78 @@ module razy_scenes_lumped
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t
    use razy_core_kinds, only: qp, wp
+   use razy_core_schema, only: group_spec_t
    use razy_core_text, only: lower
-   use razy_machine_machine, only: contact_t, machine_t
+   use razy_machine_machine, only: contact_t, machine_t, observable_t
    use razy_scenes_lumped_bodies, only: bodies_t, find_body, find_ends, new_bodies
+   use razy_scenes_lumped_observables, only: lumped_observable
+   use razy_scenes_lumped_schema, only: lumped_schema
    use razy_scenes_lumped_tones, only: add_harmonic, find_speeds, harmonics_t
+   use razy_scenes_scene, only: scene_t
    implicit none(type, external)
    private
 
-   public :: new_lumped
+   public :: lumped_t
+
+   !> The scene; it keeps the bodies of the machine that was built last.
+   type, extends(scene_t) :: lumped_t
+      type(bodies_t) :: bodies
+   contains
+      procedure, nopass :: schema
+      procedure :: build
+      procedure :: new_observable
+      procedure :: set_initial
+   end type lumped_t
 
 contains
 
-   !> The machine of a lumped scene, without observables and start.
-   subroutine new_lumped(machine, bodies, input, error)
+   function schema() result(groups)
+      type(group_spec_t), allocatable :: groups(:)
+
+      groups = lumped_schema()
+   end function schema
+
+   subroutine build(self, machine, input, error)
+      class(lumped_t), intent(inout) :: self
       type(machine_t), intent(out) :: machine
-      type(bodies_t), intent(out) :: bodies
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      call new_bodies(self%bodies, input, error)
+      if (.not. allocated(error)) call assemble(machine, self%bodies, input, error)
+   end subroutine build
+
+   subroutine new_observable(self, observable, machine, input, i, error)
+      class(lumped_t), intent(in) :: self
+      type(observable_t), intent(out) :: observable
+      type(machine_t), intent(in) :: machine
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      call lumped_observable(observable, machine, self%bodies, input, i, error)
+   end subroutine new_observable
+
+   subroutine set_initial(self, machine, input, error)
+      class(lumped_t), intent(in) :: self
+      type(machine_t), intent(inout) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: body, i
+
+      do i = 1, input%count("initial")
+         call find_body(self%bodies, input, "initial", i, "on", 1, body, error)
+         if (allocated(error)) return
+         call input%get("initial", i, "displacement", machine%displacement(body))
+         call input%get("initial", i, "velocity", machine%velocity(body))
+      end do
+   end subroutine set_initial
+
+   !> The machine of a lumped scene, without observables and start.
+   subroutine assemble(machine, bodies, input, error)
+      type(machine_t), intent(out) :: machine
+      type(bodies_t), intent(in) :: bodies
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
@@ -29,8 +86,6 @@ contains
       real(qp), allocatable :: ratio(:)
       integer :: i, n, meshes, stops
 
-      call new_bodies(bodies, input, error)
-      if (allocated(error)) return
       n = bodies%count
       call input%get("scene", 1, "title", machine%title)
       machine%coordinate = [character(64) ::(bodies%name(i)%text, i=1, n)]
@@ -67,7 +122,7 @@ contains
          machine%contact(i)%error = harmonics%phasor(n + i, :)
          machine%contact(i)%offset = harmonics%constant(n + i)
       end do
-   end subroutine new_lumped
+   end subroutine assemble
 
    !> Springs and dampers into K and B.
    subroutine add_connections(machine, bodies, input, error)

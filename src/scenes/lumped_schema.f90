@@ -18,7 +18,7 @@ contains
    function lumped_schema() result(schema)
       type(group_spec_t), allocatable :: schema(:)
 
-      schema = [common_schema(["lumped"], lumped_observables), bodies(), connections(), contacts(), actions()]
+      schema = [common_schema(lumped_observables), bodies(), connections(), contacts(), actions()]
    end function lumped_schema
 
    function bodies() result(schema)

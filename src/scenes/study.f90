@@ -5,13 +5,11 @@ module razy_scenes_study
    use razy_core_kinds, only: i8, wp
    use razy_core_schema, only: group_spec_t, key_string
    use razy_core_text, only: lower, string_t
-   use razy_machine_method, only: check_method, method_t
    use razy_machine_equilibrium, only: find_equilibrium
    use razy_machine_machine, only: machine_t, observable_t
-   use razy_scenes_lumped, only: new_lumped
-   use razy_scenes_lumped_bodies, only: bodies_t, find_body
-   use razy_scenes_lumped_observables, only: new_observable
-   use razy_scenes_lumped_schema, only: lumped_schema
+   use razy_machine_method, only: check_method, method_t
+   use razy_scenes_factory, only: new_scene, scene_kinds
+   use razy_scenes_scene, only: scene_t
    implicit none(type, external)
    private
 
@@ -32,8 +30,6 @@ module razy_scenes_study
       real(wp) :: from = 0.0_wp, interval = 0.0_wp
    end type record_t
 
-   character(*), parameter :: kinds(*) = [character(8) :: "lumped"]
-
 contains
 
    !> The schema of a kind of scene.
@@ -41,12 +37,14 @@ contains
       character(*), intent(in) :: kind
       type(group_spec_t), allocatable :: schema(:)
 
-      select case (lower(kind))
-      case ("lumped")
-         schema = lumped_schema()
-      case default
+      class(scene_t), allocatable :: scene
+
+      call new_scene(scene, kind)
+      if (allocated(scene)) then
+         schema = scene%schema()
+      else
          allocate (schema(0))
-      end select
+      end if
    end function study_schema
 
    !> Check the text of an input file against the schema of its kind of scene, `--set` overrides included.
@@ -58,7 +56,8 @@ contains
 
       character(:), allocatable :: kind
 
-      call peek(text, file, "scene", key_string("kind", "kind of machine", choices=kinds, required=.true.), overrides, kind, error)
+      call peek(text, file, "scene", key_string("kind", "kind of machine", choices=scene_kinds, required=.true.), overrides, &
+                kind, error)
       if (allocated(error)) return
       call read_input_text(input, text, file, study_schema(kind), overrides, error)
    end subroutine read_study
@@ -71,12 +70,15 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      type(bodies_t) :: bodies
+      class(scene_t), allocatable :: scene
+      character(:), allocatable :: kind
       integer :: i, most_events
 
-      call new_lumped(machine, bodies, input, error)
+      call input%get("scene", 1, "kind", kind)
+      call new_scene(scene, kind)
+      call scene%build(machine, input, error)
       if (allocated(error)) return
-      call read_records(machine, records, bodies, input, error)
+      call read_records(machine, records, scene, input, error)
       if (allocated(error)) return
       if (input%count("motion") == 0) then
          call input%complain(error, "motion", 1, "t_end", "required: the end of the motion in s")
@@ -92,7 +94,7 @@ contains
          call input%complain(error, "record", i, "from", "less than the end of the motion, &motion t_end")
          return
       end do
-      call set_start(machine, bodies, input, error)
+      call set_start(machine, scene, input, error)
    end subroutine new_machine
 
    !> The method that &motion names, checked against the machine's laws.
@@ -120,10 +122,10 @@ contains
       if (len(key) > 0) call input%complain(error, "motion", 1, key, allowed)
    end subroutine read_method
 
-   subroutine read_records(machine, records, bodies, input, error)
+   subroutine read_records(machine, records, scene, input, error)
       type(machine_t), intent(inout) :: machine
       type(record_t), allocatable, intent(out) :: records(:)
-      type(bodies_t), intent(in) :: bodies
+      class(scene_t), intent(in) :: scene
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
@@ -147,7 +149,7 @@ contains
             if (allocated(error)) return
             cycle
          end if
-         call new_observable(observable, machine, bodies, input, i, error)
+         call scene%new_observable(observable, machine, input, i, error)
          if (allocated(error)) return
          do k = 1, size(machine%observable)
             if (machine%observable(k)%name /= observable%name) cycle
@@ -182,17 +184,18 @@ contains
    end subroutine check_times
 
    !> Displacement and velocity at the time 0.
-   subroutine set_start(machine, bodies, input, error)
+   subroutine set_start(machine, scene, input, error)
       type(machine_t), intent(inout) :: machine
-      type(bodies_t), intent(in) :: bodies
+      class(scene_t), intent(in) :: scene
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
       character(:), allocatable :: start
       logical :: found
-      integer :: body, i
+      integer :: n
 
-      allocate (machine%displacement(bodies%count), machine%velocity(bodies%count), source=0.0_wp)
+      n = size(machine%load)
+      allocate (machine%displacement(n), machine%velocity(n), source=0.0_wp)
       call input%get("motion", 1, "start", start)
       if (input%count("initial") > 0 .and. lower(start) /= "given") then
          call input%complain(error, "motion", 1, "start", "'given' where the file has &initial")
@@ -205,12 +208,7 @@ contains
                                               "them, or start from 'zero' or 'given'")
       case ("zero")
       case default
-         do i = 1, input%count("initial")
-            call find_body(bodies, input, "initial", i, "on", 1, body, error)
-            if (allocated(error)) return
-            call input%get("initial", i, "displacement", machine%displacement(body))
-            call input%get("initial", i, "velocity", machine%velocity(body))
-         end do
+         call scene%set_initial(machine, input, error)
       end select
    end subroutine set_start
 
