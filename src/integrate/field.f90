@@ -137,6 +137,7 @@ contains
       do j = 1, size(self%branch)
          self%branch(j) = self%machine%contact(j)%law%initial_branch(self%s(j), self%rate(j))
       end do
+      call self%enter_mode()
    end subroutine first_state
 
    !> Make ready for the branches as they are.
