@@ -329,14 +329,9 @@ contains
                end if
             end if
          end associate
-<<<<<<< HEAD
          self%force(j) = force
          do i = 1, self%m
             a(i) = a(i) - self%w(i, j)*force
-=======
-         do i = 1, m
-            dz(m + i) = dz(m + i) - self%w(i, j)*force
->>>>>>> rk
          end do
       end do
       if (self%constraints%count > 0) call add_constraint_forces(self, a)
