@@ -12,7 +12,7 @@ program razy_sweep
    use razy_io_header, only: result_header_t
    use razy_io_output, only: output_is_free
    use razy_io_sweep_file, only: sweep_content_t, write_sweep_file
-   use razy_scenes_study, only: read_study
+   use razy_scenes_study, only: new_drawing, read_study
    use razy_sweep_communicator, only: communicator_t, new_communicator
    use razy_sweep_mpi, only: finish_mpi, start_mpi
    use razy_sweep_scheduler, only: run_sweep, sweep_options_t, sweep_outcome_t
@@ -105,6 +105,8 @@ contains
       header%integrator = trim(task%method%integrator)
       header%treatment = trim(task%method%treatment)
       header%input = effective
+      call new_drawing(header%drawing, task%input, error)
+      if (allocated(error)) return
       call write_sweep_file(command%output, header, content, command%force, error)
       if (allocated(error)) return
       write (line, "(i0, a, i0, a)") size(content%status), " points, ", count(content%status /= 0), " failed, "

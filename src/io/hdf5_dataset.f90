@@ -24,6 +24,7 @@ module razy_io_hdf5_dataset
 
    !> Create the dataset at `path` and write the values.
    interface write_dataset
+      module procedure write_real64_0
       module procedure write_real64_1
       module procedure write_real64_2
       module procedure write_int64
@@ -33,6 +34,17 @@ module razy_io_hdf5_dataset
    end interface write_dataset
 
 contains
+
+   !> One real number, of no dimension.
+   subroutine write_real64_0(file, path, value, units, long_name, error)
+      type(hdf5_file_t), intent(in) :: file
+      character(*), intent(in) :: path, units, long_name
+      real(wp), intent(in), target :: value
+      type(error_t), allocatable, intent(out) :: error
+
+      call write_raw(file, path, h5t_ieee_f64le, h5kind_to_type(wp, h5_real_kind), [integer(hsize_t) ::], c_loc(value), units, &
+                     long_name, [character(1) ::], error)
+   end subroutine write_real64_0
 
    !> Real numbers (n).
    subroutine write_real64_1(file, path, values, units, long_name, scale, error)
