@@ -26,9 +26,9 @@ program razy_duel
    character(:), allocatable :: text
    integer :: i
 
-   call read_command(command, error)
+   call read_command(command, .false., error)
    if (allocated(error)) call fail("razy-duel: "//error%message, exit_usage)
-   if (command%help) call print_help("razy-duel", "compute one motion by several integrators: error against cost")
+   if (command%help) call print_help("razy-duel", "compute one motion by several integrators: error against cost", .false.)
    if (command%version) call print_version("razy-duel")
    if (command%help .or. command%version) stop
    call read_text_file(command%input, text, error)

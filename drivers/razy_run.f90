@@ -23,9 +23,9 @@ program razy_run
    type(run_content_t) :: content
    character(:), allocatable :: text, problem
 
-   call read_command(command, error)
+   call read_command(command, .false., error)
    if (allocated(error)) call fail("razy-run: "//error%message, exit_usage)
-   if (command%help) call print_help("razy-run", "compute one motion: trajectory, events, extrema, as &record asks")
+   if (command%help) call print_help("razy-run", "compute one motion: trajectory, events, extrema, as &record asks", .false.)
    if (command%version) call print_version("razy-run")
    if (command%help .or. command%version) stop
    call read_text_file(command%input, text, error)

@@ -161,7 +161,6 @@ contains
          associate (contact => self%machine%contact(j))
             force = contact%law%force(self%branch(j), self%s(j), self%rate(j), contact%normal)
          end associate
-         if (.not. abs(force) > 0.0_wp) cycle
          do i = 1, m
             dz(m + i) = dz(m + i) - self%w(i, j)*force
          end do

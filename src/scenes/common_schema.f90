@@ -56,7 +56,10 @@ contains
              key_real("first", "first value, in the unit of the key", required=.true.), &
              key_real("last", "last value", required=.true.), &
              key_real("step", "step from value to value; give this or points (0: as if not given)"), &
-             key_integer("points", "number of values; give this or step", rule=positive)]
+             key_integer("points", "number of values; give this or step", rule=positive), &
+             key_string("direction", "whether each motion starts as &motion says, or where the one before ended: in the "// &
+                        "order of the values (up), against it (down), or both", &
+                        choices=["independent", "up         ", "down       ", "both       "], default="independent")]
       schema(4) = group("sweep", "A parameter that razy-sweep varies", keys=keys)
       keys = [ &
              key_string("parameter", "group%key of the value that is looked for, as in --set", required=.true.), &
