@@ -3,8 +3,8 @@
 
     cmake --build build --target measure_modes && bench/rotor.py --razy-bin build/bin
 
-The 50 lowest modes of a pinned shaft by ARPACK, from 600 to 100,002 coordinates, with their errors against theory; processor
-time and the largest resident set of the process. 200 speeds of the test gearbox reduced to 48 coordinates, mesh closed.
+The 50 lowest modes of a pinned shaft by ARPACK, from 600 to 100,002 coordinates, with their errors against theory;
+processor time and the largest resident set of the process. 200 speeds of the test gearbox reduced to 48 coordinates, mesh closed.
 """
 
 import argparse
@@ -44,18 +44,19 @@ def markdown(options, place, shafts, campbell):
         "# Rotors",
         "",
         f"Made by `bench/rotor.py` on {datetime.date.today().isoformat()}. {place['cpu']}, {place['cores']} cores, "
-        f"load at the start {place['load']:.1f}; {versions(options.razy_bin).get('razy')}. Times are processor times of one core.",
+        f"load at the start {place['load']:.1f}; {versions(options.razy_bin).get('razy')}. "
+        "Times are processor times of one core.",
         "",
         "## Lowest 50 modes of a pinned shaft",
-        "Errors are the largest of the natural frequencies against theory: the Rayleigh beam, and bars in tension and torsion. Up to "
-        "1000 elements they are those of the discretisation (order 4 and 2).",
+        "Errors are the largest of the natural frequencies against theory: the Rayleigh beam, and bars in tension and "
+        "torsion. Up to 4000 elements they are those of the discretisation (order 4 and 2).",
         "",
         "| coordinates | assembly, s | modes, s | memory, MB | bending | axial | torsion |",
         "|---|---|---|---|---|---|---|",
     ]
     lines += [
-        f"| {s['coordinates']:.0f} | {s['assembly']:.3f} | {s['modes']:.2f} | {s['memory'] / 1e6:.0f} | {s['bending_error']:.1e} "
-        f"| {s['axial_error']:.1e} | {s['torsional_error']:.1e} |"
+        f"| {s['coordinates']:.0f} | {s['assembly']:.3f} | {s['modes']:.2f} | {s['memory'] / 1e6:.0f} "
+        f"| {s['bending_error']:.1e} | {s['axial_error']:.1e} | {s['torsional_error']:.1e} |"
         for s in shafts
     ]
     lines += [

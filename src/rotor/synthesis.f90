@@ -130,7 +130,7 @@ contains
       allocate (basis(n, 0), column(n))
       do s = 1, size(model%rotor%shaft)
          associate (first => model%numbering%first(s), last => model%numbering%first(s + 1) - 1)
-            inner = pack([(i, i=first, last)], .not. held(first:last))
+            inner = pack([(i, i=first, last)],.not. held(first:last))
             rim = pack([(i, i=first, last)], held(first:last))
          end associate
          if (count < 0 .or. count > size(inner)) then
