@@ -4,6 +4,7 @@ import os
 import random
 import signal
 import time
+from pathlib import Path
 
 import pytest
 from faults import Sweep, kill_all, processes_of, rank_of
@@ -36,7 +37,7 @@ def test_random_kills(case):
         kills += 1
         if process.returncode == 0:
             sweep.expect_whole()
-            os.remove("case.h5")
+            Path("case.h5").unlink()
         else:
             unfinished += 1
     assert unfinished > KILLS // 2

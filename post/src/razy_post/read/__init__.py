@@ -10,10 +10,12 @@ from razy_post.errors import ResultError
 from razy_post.read.extrema import Chunk, Extrema, SweepExtrema
 from razy_post.read.file import Quantity, ResultFile, open_hdf5, program_of
 from razy_post.read.run import Events, RunResult
-from razy_post.read.sweep import SweepResult
+from razy_post.read.sweep import DOWN, UP, SweepResult
 
 __all__ = [
+    "DOWN",
     "READERS",
+    "UP",
     "Chunk",
     "Events",
     "Extrema",
