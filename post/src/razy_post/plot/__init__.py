@@ -34,6 +34,7 @@ PICTURES = (
     Picture("razy-run", "overview", motion.draw_overview),
     Picture("razy-run", "time", motion.draw_time),
     Picture("razy-run", "phase", motion.draw_phase),
+    Picture("razy-run", "loop", motion.draw_loop),
 )
 KINDS = tuple(picture.kind for picture in PICTURES)
 
