@@ -79,8 +79,9 @@ contains
          if (abs(y(3) - y(2)) > 0.0_wp .and. abs(y(3) - y(1)) > 0.0_wp) then
             xi = (x(1) - x(2))/(x(3) - x(2))
             phi = (y(1) - y(2))/(y(3) - y(2))
-            if (phi**2 < xi .and. (1 - phi)**2 < 1 - xi) &
+            if (phi**2 < xi .and. (1 - phi)**2 < 1 - xi) then
                t = y(1)/(y(2) - y(1))*y(3)/(y(2) - y(3)) + (x(3) - x(1))/(x(2) - x(1))*y(1)/(y(3) - y(1))*y(2)/(y(3) - y(2))
+            end if
          end if
          self%trial = x(1) + min(max(t, least), 1 - least)*(x(2) - x(1))
       end associate

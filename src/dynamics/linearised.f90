@@ -1,8 +1,9 @@
 !! The linear machine M q'' + B q' + K q = 0 that a machine is when its contacts keep a chosen state.
 !!
-!! A closed contact with the slopes k, b of its law is a two-way spring and damper: it adds k w wᵀ to K and b w wᵀ to B.
+!! A closed contact with the slopes k = dF/ds, b = dF/ds' of its law is a two-way spring and damper: it adds k w wᵀ to K and
+!! b w wᵀ to B. A friction element has no gap to close and adds nothing where all contacts are open or closed.
 module razy_dynamics_linearised
-   use razy_contact_contact_law, only: branch_lower, branch_open, branch_upper
+   use razy_contact_contact_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_machine_equilibrium, only: find_equilibrium
    use razy_machine_machine, only: contact_t, machine_t
@@ -10,33 +11,41 @@ module razy_dynamics_linearised
    private
 
    public :: contact_choices, contacts_closed, contacts_equilibrium, contacts_open, linearise
+   public :: linear_ok, linear_no_equilibrium, linear_rigid, linear_curved
 
    !> States of the contacts: none acts; all act, on their upper side if they have two; those act that do in static equilibrium.
    integer, parameter :: contacts_open = 1, contacts_closed = 2, contacts_equilibrium = 3
    !> Their names in an input, in this order.
    character(*), parameter :: contact_choices(3) = [character(11) :: "open", "closed", "equilibrium"]
 
+   !> Outcomes: done; there is no equilibrium; a contact that acts is rigid; a contact taken as closed has no one stiffness.
+   integer, parameter :: linear_ok = 0, linear_no_equilibrium = 1, linear_rigid = 2, linear_curved = 3
+
 contains
 
-   !> K and B (n, n) with the contacts in a state. `found` is false if equilibrium is asked for and there is none.
-   subroutine linearise(machine, contacts, stiffness, damping, found)
+   !> K and B (n, n) with the contacts in a state; `culprit` is the contact that a status belongs to.
+   subroutine linearise(machine, contacts, stiffness, damping, status, culprit)
       type(machine_t), intent(in) :: machine
       integer, intent(in) :: contacts
       real(wp), allocatable, intent(out) :: stiffness(:, :), damping(:, :)
-      logical, intent(out) :: found
+      integer, intent(out) :: status, culprit
 
       real(wp) :: q(size(machine%mass, 1)), k, b
-      integer :: i, j
+      logical :: found
+      integer :: i
 
       stiffness = machine%stiffness
       damping = machine%damping
-      found = .true.
+      status = linear_ok
+      culprit = 0
       q = 0.0_wp
+      found = .true.
       if (contacts == contacts_equilibrium) call find_equilibrium(machine, q, found)
-      if (.not. found) return
-      do j = 1, size(machine%contact)
-         associate (w => machine%contact(j)%w)
-            call contact_slopes(machine%contact(j), contacts, q, k, b)
+      if (.not. found) status = linear_no_equilibrium
+      do while (status == linear_ok .and. culprit < size(machine%contact))
+         culprit = culprit + 1
+         associate (w => machine%contact(culprit)%w)
+            call contact_slopes(machine%contact(culprit), contacts, q, k, b, status)
             do i = 1, size(q)
                stiffness(:, i) = stiffness(:, i) + k*w*w(i)
                damping(:, i) = damping(:, i) + b*w*w(i)
@@ -46,25 +55,36 @@ contains
    end subroutine linearise
 
    !> Stiffness and damping of one contact at rest in the displacement `q`. All that is known here of a law is asked here.
-   pure subroutine contact_slopes(contact, contacts, q, stiffness, damping)
+   pure subroutine contact_slopes(contact, contacts, q, stiffness, damping, status)
       type(contact_t), intent(in) :: contact
       integer, intent(in) :: contacts
       real(wp), intent(in) :: q(:)
       real(wp), intent(out) :: stiffness, damping
+      integer, intent(out) :: status
 
+      real(wp) :: s
       integer :: branch
 
+      s = dot_product(contact%w, q) + contact%offset
+      stiffness = 0.0_wp
+      damping = 0.0_wp
+      status = linear_ok
       associate (law => contact%law)
-         select case (contacts)
-         case (contacts_closed)
-            branch = merge(branch_upper, branch_lower, law%guard(1, branch_open)%above /= 0)
-         case (contacts_equilibrium)
-            branch = law%initial_branch(dot_product(contact%w, q) + contact%offset, 0.0_wp)
-         case default
-            branch = branch_open
-         end select
-         stiffness = law%branch(branch)%stiffness
-         damping = law%branch(branch)%damping
+         branch = branch_open
+         if (contacts == contacts_closed) then
+            branch = merge(law%guard(1, branch_open)%above, law%guard(1, branch_open)%below, law%guard(1, branch_open)%above /= 0)
+            if (branch == 0) branch = branch_open
+         else if (contacts == contacts_equilibrium) then
+            branch = law%initial_branch(s, 0.0_wp)
+         end if
+         if (branch == branch_open) return
+         if (law%constraint(branch)) then
+            status = linear_rigid
+         else if (contacts == contacts_closed .and. .not. law%piecewise_linear) then
+            status = linear_curved
+         else
+            call law%slopes(branch, s, 0.0_wp, 0.0_wp, stiffness, damping)
+         end if
       end associate
    end subroutine contact_slopes
 

@@ -120,8 +120,8 @@ contains
          change%branch = b
          change%coordinate = branches%coordinate(i:i + 1)
          change%frequency = [(hertz(branches%value(b(k), i + k - 1)), k=1, 2)]
-         if (change%place(1) /= change%place(2) .or. b(1) /= b(2) .or. change%coordinate(1) /= change%coordinate(2)) &
-            list = [list, change]
+         if (change%place(1) == change%place(2) .and. b(1) == b(2) .and. change%coordinate(1) == change%coordinate(2)) cycle
+         list = [list, change]
       end do
    end function changes
 

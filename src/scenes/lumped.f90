@@ -2,14 +2,15 @@
 module razy_scenes_lumped
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t
-   use razy_core_kinds, only: pi, qp, wp
+   use razy_core_kinds, only: qp, wp
    use razy_core_schema, only: group_spec_t
    use razy_machine_machine, only: machine_t, observable_t
+   use razy_scenes_harmonics, only: add_harmonic, harmonics_t, new_harmonics, read_load
    use razy_scenes_lumped_bodies, only: bodies_t, find_body, find_ends, new_bodies
    use razy_scenes_lumped_contacts, only: new_friction, new_mesh, new_stop
    use razy_scenes_lumped_observables, only: lumped_observable
    use razy_scenes_lumped_schema, only: lumped_schema
-   use razy_scenes_lumped_tones, only: add_harmonic, find_speeds, harmonics_t, read_frequency
+   use razy_scenes_lumped_tones, only: find_speeds
    use razy_scenes_scene, only: scene_t
    implicit none(type, external)
    private
@@ -100,8 +101,7 @@ contains
       stops = input%count("stop")
       contacts = meshes + stops + input%count("friction")
       allocate (machine%contact(contacts))
-      allocate (harmonics%hertz(0), harmonics%tone(0), harmonics%phasor(n + contacts, 0))
-      allocate (harmonics%constant(n + contacts), source=0.0_wp)
+      call new_harmonics(harmonics, n + contacts)
       do i = 1, contacts
          if (i <= meshes) then
             call new_mesh(machine%contact(i), bodies, input, i, ratio, harmonics, n + i, error)
@@ -175,21 +175,16 @@ contains
       type(harmonics_t), intent(inout) :: harmonics
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: amplitude, phase, value
+      real(wp) :: cosine, sine, value
       real(qp) :: hertz
       integer :: body, i
 
       do i = 1, input%count("load")
          call find_body(bodies, input, "load", i, "on", 1, body, error)
+         if (.not. allocated(error)) call read_load(input, i, value, cosine, sine, hertz, error)
          if (allocated(error)) return
-         call input%get("load", i, "value", value)
-         call input%get("load", i, "amplitude", amplitude)
-         call input%get("load", i, "phase", phase)
          machine%load(body) = machine%load(body) + value
-         call read_frequency(hertz, input, "load", i, "", abs(amplitude) > 0.0_wp, error)
-         if (allocated(error)) return
-         phase = phase*pi/180
-         call add_harmonic(harmonics, body, hertz, amplitude*sin(phase), amplitude*cos(phase))
+         call add_harmonic(harmonics, body, hertz, cosine, sine)
       end do
    end subroutine add_loads
 

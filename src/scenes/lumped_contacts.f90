@@ -13,7 +13,7 @@ module razy_scenes_lumped_contacts
    use razy_machine_machine, only: contact_t
    use razy_scenes_gap_laws, only: read_gap_law
    use razy_scenes_lumped_bodies, only: bodies_t, find_ends
-   use razy_scenes_lumped_tones, only: add_harmonic, harmonics_t, read_frequency
+   use razy_scenes_harmonics, only: add_harmonic, harmonics_t, read_frequency
    implicit none(type, external)
    private
 

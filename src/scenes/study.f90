@@ -1,6 +1,7 @@
 !! A study: an input file, checked, as the machine it describes and what is to be done with it.
 module razy_scenes_study
    use razy_contact_contact_law, only: branch_open
+   use razy_core_drawing, only: drawing_t
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t, peek, read_input_text
    use razy_core_kinds, only: i8, wp
@@ -9,12 +10,12 @@ module razy_scenes_study
    use razy_machine_equilibrium, only: find_equilibrium
    use razy_machine_machine, only: machine_t, observable_t
    use razy_machine_method, only: check_method, method_t
-   use razy_scenes_factory, only: new_scene, scene_kinds
+   use razy_scenes_factory, only: draw_scene, new_scene, scene_kinds
    use razy_scenes_scene, only: scene_t
    implicit none(type, external)
    private
 
-   public :: motion_t, new_machine, read_study, record_t, study_schema
+   public :: motion_t, new_drawing, new_machine, new_structure, read_study, record_t, study_schema
 
    !> What &motion says.
    type :: motion_t
@@ -98,6 +99,20 @@ contains
       call set_start(machine, scene, input, error)
    end subroutine new_machine
 
+   !> The machine that an input describes without observables and start: its matrices, contacts and loads.
+   subroutine new_structure(machine, input, error)
+      type(machine_t), intent(out) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      class(scene_t), allocatable :: scene
+      character(:), allocatable :: kind
+
+      call input%get("scene", 1, "kind", kind)
+      call new_scene(scene, kind)
+      call scene%build(machine, input, error)
+   end subroutine new_structure
+
    !> The method that &motion names, checked against the machine's laws.
    subroutine read_method(method, machine, input, error)
       type(method_t), intent(out) :: method
@@ -122,6 +137,22 @@ contains
       call check_method(method, machine, key, allowed)
       if (len(key) > 0) call input%complain(error, "motion", 1, key, allowed)
    end subroutine read_method
+
+   !> The geometry of the machine, for pictures; not allocated where the kind of scene has none.
+   subroutine new_drawing(drawing, input, error)
+      type(drawing_t), allocatable, intent(out) :: drawing
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      type(machine_t) :: machine
+      class(scene_t), allocatable :: scene
+      character(:), allocatable :: kind
+
+      call input%get("scene", 1, "kind", kind)
+      call new_scene(scene, kind)
+      call scene%build(machine, input, error)
+      if (.not. allocated(error)) call draw_scene(scene, drawing, input, error)
+   end subroutine new_drawing
 
    subroutine read_records(machine, records, scene, input, error)
       type(machine_t), intent(inout) :: machine
