@@ -23,9 +23,9 @@ program razy_run
    type(run_content_t) :: content
    character(:), allocatable :: text, problem
 
-   call read_command(command, error)
+   call read_command(command, .false., error)
    if (allocated(error)) call fail("razy-run: "//error%message, exit_usage)
-   if (command%help) call print_help("razy-run", "compute one motion: trajectory, events, extrema, as &record asks")
+   if (command%help) call print_help("razy-run", "compute one motion: trajectory, events, extrema, as &record asks", .false.)
    if (command%version) call print_version("razy-run")
    if (command%help .or. command%version) stop
    call read_text_file(command%input, text, error)
@@ -41,7 +41,8 @@ program razy_run
    if (allocated(error)) call fail(error%message, exit_failure)
    header%program = "razy-run"
    header%title = machine%title
-   header%integrator = motion%integrator
+   header%integrator = trim(motion%method%integrator)
+   header%treatment = trim(motion%method%treatment)
    header%input = input%effective()
    call new_drawing(header%drawing, input, error)
    if (.not. allocated(error)) call write_run_file(command%output, header, content, command%force, error)

@@ -20,6 +20,8 @@ module razy_io_header
       character(:), allocatable :: title
       !> Method of integration.
       character(:), allocatable :: integrator
+      !> What is done about jumps and kinks of contact laws.
+      character(:), allocatable :: treatment
       !> The effective input, of any length.
       character(:), allocatable :: input
       !> Not allocated for a machine without geometry.
@@ -39,6 +41,7 @@ contains
       if (.not. allocated(error)) call write_attribute(file, "/", "program", text(header%program), error)
       if (.not. allocated(error)) call write_attribute(file, "/", "title", text(header%title), error)
       if (.not. allocated(error)) call write_attribute(file, "/", "integrator", text(header%integrator), error)
+      if (.not. allocated(error)) call write_attribute(file, "/", "treatment", text(header%treatment), error)
       if (.not. allocated(error)) call write_attribute(file, "/", "input", text(header%input), error)
       if (allocated(error) .or. .not. allocated(header%drawing)) return
       call write_drawing(file, header%drawing, error)

@@ -10,7 +10,7 @@ module razy_scenes_harmonics
    implicit none(type, external)
    private
 
-   public :: add_harmonic, harmonics_t, new_harmonics, read_load
+   public :: add_harmonic, harmonics_t, new_harmonics, read_frequency, read_load
 
    !> The tones met so far, and the phasors on rows (forces or contact errors) that belong to each.
    type :: harmonics_t
@@ -80,49 +80,57 @@ contains
       phase = phase*acos(-1.0_wp)/180
       cosine = amplitude*sin(phase)
       sine = amplitude*cos(phase)
-      call load_frequency(input, i, abs(amplitude) > 0.0_wp, hertz, error)
+      call read_frequency(hertz, input, "load", i, "", abs(amplitude) > 0.0_wp, error)
    end subroutine read_load
 
-   !> The frequency of load i, Hz, from the one of three keys that gives it.
-   subroutine load_frequency(input, i, needed, hertz, error)
+   !> The frequency of `group` number i, Hz, from the one of three keys (after `prefix`) that gives it.
+   subroutine read_frequency(hertz, input, group, i, prefix, needed, error)
+      real(qp), intent(out) :: hertz
       type(input_t), intent(in) :: input
+      character(*), intent(in) :: group, prefix
       integer, intent(in) :: i
       logical, intent(in) :: needed
-      real(qp), intent(out) :: hertz
       type(error_t), allocatable, intent(out) :: error
 
+      character(*), parameter :: keys(3) = [character(17) :: "frequency", "angular_frequency", "order"]
       real(wp) :: value, speed
+      logical :: given(3)
+      integer :: k
 
       hertz = 0.0_qp
-      if (count([input%given("load", i, "frequency"), input%given("load", i, "angular_frequency"), &
-                 input%given("load", i, "order")]) /= merge(1, 0, needed)) then
-         if (needed) call input%complain(error, "load", i, "amplitude", "one of "//frequencies(input)//" goes with an amplitude")
-         if (needed) return
+      do k = 1, 3
+         given(k) = input%given(group, i, prefix//trim(keys(k)))
+      end do
+      if (needed .and. count(given) /= 1) then
+         call input%complain(error, group, i, prefix//"amplitude", "one of "//frequencies(input, prefix)//" goes with an amplitude")
+         return
       end if
-      if (input%given("load", i, "frequency")) then
-         call input%get("load", i, "frequency", value)
+      k = findloc(given, .true., dim=1)
+      if (k == 0) return
+      call input%get(group, i, prefix//trim(keys(k)), value)
+      select case (k)
+      case (1)
          hertz = value
-      else if (input%given("load", i, "angular_frequency")) then
-         call input%get("load", i, "angular_frequency", value)
+      case (2)
          hertz = value/(2*acos(-1.0_qp))
-      else if (input%given("load", i, "order")) then
+      case (3)
          if (input%count("rotation") == 0) then
-            call input%complain(error, "load", i, "order", "an order needs &rotation")
+            call input%complain(error, group, i, prefix//"order", "an order needs &rotation")
             return
          end if
-         call input%get("load", i, "order", value)
          call input%get("rotation", 1, "speed_rpm", speed)
          hertz = real(value, qp)*speed/60
-      end if
-   end subroutine load_frequency
+      end select
+   end subroutine read_frequency
 
    !> The keys that may give the frequency; only a scene with a mean speed has orders.
-   pure function frequencies(input) result(text)
+   pure function frequencies(input, prefix) result(text)
       type(input_t), intent(in) :: input
+      character(*), intent(in) :: prefix
       character(:), allocatable :: text
 
-      text = "frequency and angular_frequency"
-      if (group_at(input%schema, "rotation") > 0) text = "frequency, angular_frequency and order"
+      text = prefix//"frequency and "//prefix//"angular_frequency"
+      if (group_at(input%schema, "rotation") > 0) text = prefix//"frequency, "//prefix//"angular_frequency and "//prefix//"order"
    end function frequencies
 
 end module razy_scenes_harmonics

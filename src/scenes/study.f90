@@ -1,5 +1,6 @@
 !! A study: an input file, checked, as the machine it describes and what is to be done with it.
 module razy_scenes_study
+   use razy_contact_contact_law, only: branch_open
    use razy_core_drawing, only: drawing_t
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t, peek, read_input_text
@@ -8,18 +9,19 @@ module razy_scenes_study
    use razy_core_text, only: lower, string_t
    use razy_machine_equilibrium, only: find_equilibrium
    use razy_machine_machine, only: machine_t, observable_t
+   use razy_machine_method, only: check_method, method_t
    use razy_scenes_factory, only: draw_scene, new_scene, scene_kinds
    use razy_scenes_scene, only: scene_t
    implicit none(type, external)
    private
 
-   public :: motion_t, new_drawing, new_machine, read_study, record_t, study_schema
+   public :: motion_t, new_drawing, new_machine, new_structure, read_study, record_t, study_schema
 
    !> What &motion says.
    type :: motion_t
       real(wp) :: t_end = 0.0_wp
       integer(i8) :: most_events = 0
-      character(:), allocatable :: integrator
+      type(method_t) :: method
    end type motion_t
 
    !> What one &record asks for. `observable` is its number in the machine, 0 for the whole state.
@@ -86,7 +88,8 @@ contains
       end if
       call input%get("motion", 1, "t_end", motion%t_end)
       call input%get("motion", 1, "max_events", most_events)
-      call input%get("motion", 1, "integrator", motion%integrator)
+      call read_method(motion%method, machine, input, error)
+      if (allocated(error)) return
       motion%most_events = most_events
       do i = 1, size(records)
          if (records(i)%from < motion%t_end) cycle
@@ -95,6 +98,45 @@ contains
       end do
       call set_start(machine, scene, input, error)
    end subroutine new_machine
+
+   !> The machine that an input describes without observables and start: its matrices, contacts and loads.
+   subroutine new_structure(machine, input, error)
+      type(machine_t), intent(out) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      class(scene_t), allocatable :: scene
+      character(:), allocatable :: kind
+
+      call input%get("scene", 1, "kind", kind)
+      call new_scene(scene, kind)
+      call scene%build(machine, input, error)
+   end subroutine new_structure
+
+   !> The method that &motion names, checked against the machine's laws.
+   subroutine read_method(method, machine, input, error)
+      type(method_t), intent(out) :: method
+      type(machine_t), intent(in) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: allowed, key, text
+      integer :: most_steps
+
+      call input%get("motion", 1, "integrator", text)
+      method%integrator = lower(text)
+      call input%get("motion", 1, "treatment", text)
+      method%treatment = lower(text)
+      call input%get("motion", 1, "relative_tolerance", method%relative_tolerance)
+      call input%get("motion", 1, "absolute_tolerance", method%absolute_tolerance)
+      call input%get("motion", 1, "step", method%step)
+      call input%get("motion", 1, "sharpness", method%sharpness)
+      call input%get("motion", 1, "band", method%band)
+      call input%get("motion", 1, "max_steps", most_steps)
+      method%most_steps = most_steps
+      call check_method(method, machine, key, allowed)
+      if (len(key) > 0) call input%complain(error, "motion", 1, key, allowed)
+   end subroutine read_method
 
    !> The geometry of the machine, for pictures; not allocated where the kind of scene has none.
    subroutine new_drawing(drawing, input, error)
@@ -182,7 +224,7 @@ contains
 
       character(:), allocatable :: start
       logical :: found
-      integer :: n
+      integer :: j, n
 
       n = size(machine%load)
       allocate (machine%displacement(n), machine%velocity(n), source=0.0_wp)
@@ -193,13 +235,45 @@ contains
       end if
       select case (lower(start))
       case ("static")
+         do j = 1, size(machine%contact)
+            if (.not. any(machine%contact(j)%law%constraint)) cycle
+            call input%complain(error, "motion", 1, "start", "'zero', or 'given' with &initial: '"//machine%contact(j)%name// &
+                                "' is a rigid stop or dry friction, with which an equilibrium is not one position")
+            return
+         end do
          call find_equilibrium(machine, machine%displacement, found)
          if (.not. found) call input%complain(error, "motion", 1, "start", "the constant loads are in no equilibrium: balance "// &
                                               "them, or start from 'zero' or 'given'")
       case ("zero")
       case default
          call scene%set_initial(machine, input, error)
+         if (allocated(error)) return
       end select
+      call check_rigid_stops(machine, input, error)
    end subroutine set_start
+
+   !> A motion cannot start beyond a rigid stop.
+   subroutine check_rigid_stops(machine, input, error)
+      type(machine_t), intent(in) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: rounding, s
+      integer :: j
+
+      do j = 1, size(machine%contact)
+         associate (contact => machine%contact(j), edge => machine%contact(j)%law%guard(1, branch_open))
+            if (.not. contact%law%impacts) cycle
+            s = dot_product(contact%w, machine%displacement) + contact%offset + sum(real(contact%error))
+            rounding = 16*epsilon(1.0_wp)*(dot_product(abs(contact%w), abs(machine%displacement)) + abs(contact%offset) &
+                                           + sum(abs(contact%error)))
+            if (.not. ((edge%above /= 0 .and. s > edge%upper + rounding) &
+                       .or. (edge%below /= 0 .and. s < edge%lower - rounding))) cycle
+            call input%complain(error, "motion", 1, "start", "a state that is not beyond the rigid stop '"//contact%name// &
+                                "'; give the position by start = 'given' and &initial")
+            return
+         end associate
+      end do
+   end subroutine check_rigid_stops
 
 end module razy_scenes_study
