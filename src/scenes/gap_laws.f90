@@ -30,8 +30,8 @@ contains
 
       specs = [ &
               key_string("law", "law of the closed contact", choices=laws, default="kelvin_voigt"), &
-              key_real("stiffness", "stiffness of the closed contact; not for 'rigid'", &
-                       unit="N/m or N m/rad, with an exponent n N/m^n or N m/rad^n", rule=positive), &
+              key_real("stiffness", "stiffness of the closed contact, with n = 1.5 for 'hertz', n = exponent for "// &
+                       "'hunt_crossley', else n = 1; not for 'rigid'", unit="N/m^n or N m/rad^n", rule=positive), &
               key_real("damping", "damping of the closed contact, for 'kelvin_voigt' and 'switched_spring'; 0 if not given", &
                        unit="N s/m or N m s/rad", rule=nonnegative), &
               key_string("separation", "where a damped contact is lost; 'zero_deformation' if not given", &
