@@ -191,7 +191,9 @@ contains
       open (newunit=unit, file=path, access="stream", form="unformatted", action="write", position="append", iostat=status)
       if (status == 0) then
          write (unit, iostat=status, iomsg=message) words
+         if (status == 0) message = "could not be written, but can be now"
          close (unit, iostat=status)
+         if (status /= 0) message = "cannot be closed"
       end if
       reason = trim(message)
    end function reason_of_failure
