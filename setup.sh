@@ -44,6 +44,15 @@ has_lapack() {
   return "$answer"
 }
 
+has_arpack() {
+  local folder answer=0
+  folder=$(mktemp -d)
+  printf 'external dsaupd\ncall dsaupd\nend\n' >"$folder/link.f90"
+  gfortran -o "$folder/link" "$folder/link.f90" -larpack >/dev/null 2>&1 || answer=1
+  rm -r "$folder"
+  return "$answer"
+}
+
 # The first Python that is new enough and can make an environment; also one that pyenv provides.
 find_python() {
   local python
@@ -66,6 +75,7 @@ missing_packages() {
   has mpirun || echo openmpi-bin
   has h5fc || echo libhdf5-dev
   has gfortran && has_lapack || echo liblapack-dev libblas-dev
+  has gfortran && has_arpack || echo libarpack2-dev
   [[ -x .venv/bin/python ]] || find_python >/dev/null || echo python3-venv
 }
 
@@ -83,7 +93,7 @@ setup.sh: these are missing, and only root on Debian or Ubuntu can have them ins
   ${packages[*]}
 Install them, for example by
   sudo apt-get update && sudo apt-get install ${packages[*]}
-or load modules that provide them (gfortran 12, CMake 3.25, MPI, HDF5 with Fortran, LAPACK, Python 3.11 or newer),
+or load modules that provide them (gfortran 12, CMake 3.25, MPI, HDF5 with Fortran, LAPACK, ARPACK, Python 3.11 or newer),
 then start again.
 END
     exit 2

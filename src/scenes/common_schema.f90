@@ -8,7 +8,7 @@ module razy_scenes_common_schema
    public :: common_schema, scene_kinds
 
    !> What `&scene kind` may be.
-   character(*), parameter :: scene_kinds(*) = [character(8) :: "lumped"]
+   character(*), parameter :: scene_kinds(*) = [character(8) :: "lumped", "planar"]
 
 contains
 
@@ -18,7 +18,7 @@ contains
       type(group_spec_t), allocatable :: schema(:)
       type(key_spec_t), allocatable :: keys(:)
 
-      allocate (schema(5))
+      allocate (schema(6))
       keys = [ &
              key_string("kind", "kind of machine", choices=scene_kinds, required=.true.), &
              key_string("title", "title of results and pictures", default="''")]
@@ -56,7 +56,10 @@ contains
              key_real("first", "first value, in the unit of the key", required=.true.), &
              key_real("last", "last value", required=.true.), &
              key_real("step", "step from value to value; give this or points (0: as if not given)"), &
-             key_integer("points", "number of values; give this or step", rule=positive)]
+             key_integer("points", "number of values; give this or step", rule=positive), &
+             key_string("direction", "whether each motion starts as &motion says, or where the one before ended: in the "// &
+                        "order of the values (up), against it (down), or both", &
+                        choices=["independent", "up         ", "down       ", "both       "], default="independent")]
       schema(4) = group("sweep", "A parameter that razy-sweep varies", keys=keys)
       keys = [ &
              key_string("parameter", "group%key of the value that is looked for, as in --set", required=.true.), &
@@ -72,6 +75,18 @@ contains
              key_integer("modes", "number of frequencies that are stored; all if there are fewer", rule=positive, &
                          default="6")]
       schema(5) = group("tune", "A parameter that razy-tune looks for, and the natural frequency it is to give", keys=keys)
+      keys = [ &
+             key_string("integrator", "method", choices=integrators, required=.true.), &
+             key_string("treatment", "of jumps and kinks of the laws", choices=treatments, default="automatic"), &
+             key_real("tolerance", "relative tolerances, one motion each; the absolute one is in proportion as in &motion", &
+                      rule=positive, least=1, most=32), &
+             key_real("step", "steps of a method without step control, one motion each", unit="s", rule=positive, least=1, &
+                      most=32), &
+             key_real("sharpness", "of smoothed jumps: one value, or one for each motion; as in &motion if not given", &
+                      rule=positive, least=1, most=32), &
+             key_real("band", "half width of the band of sticking; as in &motion if not given", unit="m/s or rad/s", &
+                      rule=nonnegative)]
+      schema(6) = group("duel", "A method that razy-duel sets beside others", repeatable=.true., keys=keys)
    end function common_schema
 
 end module razy_scenes_common_schema

@@ -30,7 +30,9 @@ contains
       case ("mesh_deformation")
          call observe_contact(observable, machine, input, i, 1, meshes, error)
       case ("relative_displacement")
-         call observe_contact(observable, machine, input, i, meshes + 1, size(machine%contact), error)
+         call observe_contact(observable, machine, input, i, meshes + 1, meshes + input%count("stop"), error)
+      case ("sliding_velocity")
+         call observe_contact(observable, machine, input, i, meshes + input%count("stop") + 1, size(machine%contact), error)
       case ("contact_force")
          call observe_contact(observable, machine, input, i, 1, size(machine%contact), error)
       case default

@@ -38,7 +38,7 @@ contains
       if (input%given("record", i, "of")) observable%name = observable%name//"."//name_of(input, i)
    end subroutine name_observable
 
-   !> Make it the force or the variable s of the contact that the record names, one of `first` to `last`.
+   !> Make it the force, the variable s or the rate s' of the contact that the record names, one of `first` to `last`.
    subroutine observe_contact(observable, machine, input, i, first, last, error)
       type(observable_t), intent(inout) :: observable
       type(machine_t), intent(in) :: machine
@@ -67,6 +67,13 @@ contains
          observable%error = chosen%error
          observable%unit = chosen%unit
          if (observable%name == "contact_force") observable%unit = chosen%force_unit
+         if (observable%name == "sliding_velocity") then
+            observable%on_displacement = 0.0_wp
+            observable%on_velocity = chosen%w
+            observable%constant = chosen%drive
+            observable%error = chosen%error*cmplx(0.0_wp, machine%tone%omega, wp)
+            observable%unit = chosen%unit//"/s"
+         end if
          observable%long_name = chosen%name//long_name(observable%name)
       end associate
    end subroutine observe_contact
@@ -80,6 +87,8 @@ contains
          long_name = " deformation"
       case ("contact_force")
          long_name = " contact force"
+      case ("sliding_velocity")
+         long_name = " sliding velocity"
       case default
          long_name = " relative displacement"
       end select

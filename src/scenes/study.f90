@@ -1,5 +1,7 @@
 !! A study: an input file, checked, as the machine it describes and what is to be done with it.
 module razy_scenes_study
+   use razy_contact_contact_law, only: branch_open
+   use razy_core_drawing, only: drawing_t
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t, peek, read_input_text
    use razy_core_kinds, only: i8, wp
@@ -8,12 +10,12 @@ module razy_scenes_study
    use razy_machine_equilibrium, only: find_equilibrium
    use razy_machine_machine, only: machine_t, observable_t
    use razy_machine_method, only: check_method, method_t
-   use razy_scenes_factory, only: new_scene, scene_kinds
+   use razy_scenes_factory, only: draw_scene, new_scene, scene_kinds
    use razy_scenes_scene, only: scene_t
    implicit none(type, external)
    private
 
-   public :: motion_t, new_machine, new_structure, read_study, record_t, study_schema
+   public :: motion_t, new_drawing, new_machine, new_structure, read_study, record_t, study_schema
 
    !> What &motion says.
    type :: motion_t
@@ -136,6 +138,22 @@ contains
       if (len(key) > 0) call input%complain(error, "motion", 1, key, allowed)
    end subroutine read_method
 
+   !> The geometry of the machine, for pictures; not allocated where the kind of scene has none.
+   subroutine new_drawing(drawing, input, error)
+      type(drawing_t), allocatable, intent(out) :: drawing
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      type(machine_t) :: machine
+      class(scene_t), allocatable :: scene
+      character(:), allocatable :: kind
+
+      call input%get("scene", 1, "kind", kind)
+      call new_scene(scene, kind)
+      call scene%build(machine, input, error)
+      if (.not. allocated(error)) call draw_scene(scene, drawing, input, error)
+   end subroutine new_drawing
+
    subroutine read_records(machine, records, scene, input, error)
       type(machine_t), intent(inout) :: machine
       type(record_t), allocatable, intent(out) :: records(:)
@@ -206,7 +224,7 @@ contains
 
       character(:), allocatable :: start
       logical :: found
-      integer :: n
+      integer :: j, n
 
       n = size(machine%load)
       allocate (machine%displacement(n), machine%velocity(n), source=0.0_wp)
@@ -217,6 +235,12 @@ contains
       end if
       select case (lower(start))
       case ("static")
+         do j = 1, size(machine%contact)
+            if (.not. any(machine%contact(j)%law%constraint)) cycle
+            call input%complain(error, "motion", 1, "start", "'zero', or 'given' with &initial: '"//machine%contact(j)%name// &
+                                "' is a rigid stop or dry friction, with which an equilibrium is not one position")
+            return
+         end do
          call find_equilibrium(machine, machine%displacement, found)
          if (.not. found) call input%complain(error, "motion", 1, "start", "the constant loads are in no equilibrium: balance "// &
                                               "them, or start from 'zero' or 'given'")
@@ -224,6 +248,31 @@ contains
       case default
          call scene%set_initial(machine, input, error)
       end select
+      if (.not. allocated(error)) call check_rigid_stops(machine, input, error)
    end subroutine set_start
+
+   !> A motion cannot start beyond a rigid stop.
+   subroutine check_rigid_stops(machine, input, error)
+      type(machine_t), intent(in) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: rounding, s
+      integer :: j
+
+      do j = 1, size(machine%contact)
+         associate (contact => machine%contact(j), edge => machine%contact(j)%law%guard(1, branch_open))
+            if (.not. contact%law%impacts) cycle
+            s = dot_product(contact%w, machine%displacement) + contact%offset + sum(real(contact%error))
+            rounding = 16*epsilon(1.0_wp)*(dot_product(abs(contact%w), abs(machine%displacement)) + abs(contact%offset) &
+                                           + sum(abs(contact%error)))
+            if (.not. ((edge%above /= 0 .and. s > edge%upper + rounding) &
+                       .or. (edge%below /= 0 .and. s < edge%lower - rounding))) cycle
+            call input%complain(error, "motion", 1, "start", "a state that is not beyond the rigid stop '"//contact%name// &
+                                "'; give the position by start = 'given' and &initial")
+            return
+         end associate
+      end do
+   end subroutine check_rigid_stops
 
 end module razy_scenes_study

@@ -1,0 +1,300 @@
+!! The symmetric eigenproblem K x = lambda M x with M positive definite, K positive semidefinite: all of it or its lowest end.
+!!
+!! Small problems go to LAPACK (dsygvd). Of large sparse ones the lowest eigenpairs are found by ARPACK in shift-invert mode on
+!! the banded Cholesky factor of K - shift M; a negative shift makes that positive definite also where K has rigid-body modes.
+!! A Lanczos method can miss copies of a multiple eigenvalue. So the number of eigenvalues below the last one is counted
+!! by Sylvester's law of inertia, and what is missing is looked for again, orthogonal to what was found.
+module razy_linalg_generalised
+   use razy_core_kinds, only: wp
+   use razy_linalg_arpack, only: dsaupd, dseupd
+   use razy_linalg_band_lapack, only: dgemv, dsygvd
+   use razy_linalg_banded, only: band_factor_t, negative_eigenvalues
+   use razy_linalg_sparse, only: add_matrices, csr_t
+   implicit none(type, external)
+   private
+
+   public :: dense_modes, eigenpairs_t, keep_first, lowest_modes, orient
+   public :: modes_found, modes_failed, modes_not_definite, modes_not_converged, modes_missing
+
+   !> Outcomes: found; LAPACK or ARPACK failed; K - shift M or M is not positive definite; no convergence; fewer than the
+   !> count by inertia.
+   integer, parameter :: modes_found = 0, modes_failed = 1, modes_not_definite = 2, modes_not_converged = 3, modes_missing = 4
+   !> Restarts of the Lanczos method, and searches for what was missed.
+   integer, parameter :: most_restarts = 300, most_searches = 10
+   !> Eigenvalues that differ less, relatively, are copies when a gap for the count is looked for.
+   real(wp), parameter :: copy = 1.0e-6_wp
+
+   !> Eigenpairs in ascending order; vectors (n, pairs) with xᵀ M x = 1 and their largest component positive.
+   type :: eigenpairs_t
+      integer :: status = modes_found
+      real(wp), allocatable :: value(:), vector(:, :)
+      !> Solutions with the factor, and searches (1 unless copies were missed); 0 where LAPACK served.
+      integer :: solutions = 0, searches = 0
+   end type eigenpairs_t
+
+   !> The operator of ARPACK's mode 3.
+   type :: shifted_t
+      type(csr_t) :: mass
+      type(band_factor_t) :: factor
+      real(wp) :: shift = 0.0_wp
+      !> Pairs that are known, whose directions are removed, and M times them.
+      real(wp), allocatable :: known(:, :), image(:, :)
+   end type shifted_t
+
+contains
+
+   !> All eigenpairs by LAPACK. `stiffness`, `mass` (n, n).
+   function dense_modes(stiffness, mass) result(pairs)
+      real(wp), contiguous, intent(in) :: stiffness(:, :), mass(:, :)
+      type(eigenpairs_t) :: pairs
+
+      real(wp), allocatable :: factor(:, :), work(:)
+      integer, allocatable :: iwork(:)
+      integer :: info, n
+
+      n = size(mass, 1)
+      pairs%vector = stiffness
+      factor = mass
+      allocate (pairs%value(n), work(1 + 6*n + 2*n*n), iwork(3 + 5*n))
+      if (n == 0) return
+      call dsygvd(1, "V", "U", n, pairs%vector, n, factor, n, pairs%value, work, size(work), iwork, size(iwork), info)
+      if (info > n) then
+         pairs%status = modes_not_definite
+      else if (info /= 0) then
+         pairs%status = modes_failed
+      end if
+      call orient(pairs%vector)
+   end function dense_modes
+
+   !> The `count` lowest eigenpairs of sparse K and M. `shift` < 0, or 0 where K is positive definite; it should be of the
+   !> size of the lowest eigenvalues that are not zero. `count` is less than n.
+   function lowest_modes(stiffness, mass, count, shift) result(pairs)
+      type(csr_t), intent(in) :: stiffness, mass
+      integer, intent(in) :: count
+      real(wp), intent(in) :: shift
+      type(eigenpairs_t) :: pairs
+
+      type(shifted_t) :: operator
+      type(eigenpairs_t) :: more
+      real(wp) :: gap
+      integer :: below, info, wanted
+
+      operator%mass = mass
+      operator%shift = shift
+      allocate (operator%known(mass%rows, 0), operator%image(mass%rows, 0))
+      call operator%factor%factor(add_matrices(1.0_wp, stiffness, -shift, mass), info)
+      if (info /= 0) then
+         pairs%status = modes_not_definite
+         allocate (pairs%value(0), pairs%vector(mass%rows, 0))
+         return
+      end if
+      ! One more than asked for, to have a gap above the last.
+      wanted = min(count + 1, mass%rows - 1)
+      call lanczos(pairs, operator, wanted)
+      do while (pairs%status == modes_found)
+         call find_gap(pairs%value, count, gap, below)
+         if (below == 0) exit
+         wanted = negative_eigenvalues(add_matrices(1.0_wp, stiffness, -gap, mass)) - below
+         if (wanted <= 0) exit
+         if (pairs%searches == most_searches) then
+            pairs%status = modes_missing
+            exit
+         end if
+         call deflate(operator, pairs)
+         call lanczos(more, operator, wanted)
+         call merge_pairs(pairs, more)
+      end do
+      if (size(pairs%value) > count) call keep_first(pairs, count)
+      call orient(pairs%vector)
+   end function lowest_modes
+
+   !> The highest gap among the first `count` + 1 values that is no gap between copies: a number in it, and the number of
+   !> values below; 0 if there is none.
+   pure subroutine find_gap(value, count, gap, below)
+      real(wp), intent(in) :: value(:)
+      integer, intent(in) :: count
+      real(wp), intent(out) :: gap
+      integer, intent(out) :: below
+
+      gap = 0.0_wp
+      do below = min(count, size(value) - 1), 1, -1
+         if (value(below + 1) - value(below) > copy*maxval(abs(value(:below + 1)))) then
+            gap = 0.5_wp*(value(below) + value(below + 1))
+            return
+         end if
+      end do
+   end subroutine find_gap
+
+   !> Remove the directions of all pairs found from the operator.
+   subroutine deflate(operator, pairs)
+      type(shifted_t), intent(inout) :: operator
+      type(eigenpairs_t), intent(in) :: pairs
+
+      integer :: j
+
+      operator%known = pairs%vector
+      operator%image = pairs%vector
+      do j = 1, size(pairs%value)
+         call operator%mass%multiply(pairs%vector(:, j), operator%image(:, j))
+      end do
+   end subroutine deflate
+
+   !> The `wanted` lowest eigenpairs, orthogonal to those the operator knows, by the implicitly restarted Lanczos method.
+   subroutine lanczos(pairs, operator, wanted)
+      type(eigenpairs_t), intent(out) :: pairs
+      type(shifted_t), intent(in) :: operator
+      integer, intent(in) :: wanted
+
+      real(wp), allocatable :: basis(:, :), residual(:), workd(:, :), workl(:)
+      logical, allocatable :: select(:)
+      real(wp) :: tolerance
+      integer :: ido, info, iparam(11), ipntr(11), n, width
+
+      n = operator%mass%rows
+      width = min(n, max(2*wanted + 1, 20))
+      allocate (basis(n, width), residual(n), workd(n, 3), workl(width*(width + 8)), select(width))
+      allocate (pairs%value(wanted))
+      call start_vector(residual)
+      call remove_known(operator, residual)
+      iparam = 0
+      iparam([1, 3, 7]) = [1, most_restarts, 3]
+      ipntr = 0
+      tolerance = 0.0_wp
+      ido = 0
+      info = 1
+      pairs%searches = 1
+      do
+         call dsaupd(ido, "G", n, "LM", wanted, tolerance, residual, width, basis, n, iparam, ipntr, workd, workl, &
+                     size(workl), info)
+         if (abs(ido) /= 1 .and. ido /= 2) exit
+         associate (x => workd(:, 1 + ipntr(1)/n), y => workd(:, 1 + ipntr(2)/n))
+            if (ido == 2) then
+               call operator%mass%multiply(x, y)
+            else
+               if (ido == 1) then
+                  y = operator%factor%solve(workd(:, 1 + ipntr(3)/n))
+               else
+                  y = operator%factor%solve(operator%mass%times(x))
+               end if
+               call remove_known(operator, y)
+               pairs%solutions = pairs%solutions + 1
+            end if
+         end associate
+      end do
+      if (info == 0 .and. iparam(5) >= wanted) then
+         call dseupd(.true., "A", select, pairs%value, basis, n, operator%shift, "G", n, "LM", wanted, tolerance, residual, &
+                     width, basis, n, iparam, ipntr, workd, workl, size(workl), info)
+         if (info /= 0) pairs%status = modes_failed
+      else
+         pairs%status = merge(modes_not_converged, modes_failed, info == 0 .or. info == 1 .or. info == 3)
+      end if
+      if (pairs%status == modes_found) then
+         allocate (pairs%vector(n, wanted))
+         pairs%vector(:, :) = basis(:, :wanted)
+      else
+         pairs%value = pairs%value(:0)
+         allocate (pairs%vector(n, 0))
+      end if
+   end subroutine lanczos
+
+   !> x - X Xᵀ M x for the known pairs X, twice, because once leaves rounding behind.
+   subroutine remove_known(operator, x)
+      type(shifted_t), intent(in) :: operator
+      real(wp), intent(inout) :: x(:)
+
+      real(wp), allocatable :: share(:)
+      integer :: m, n, pass
+
+      n = size(operator%known, 1)
+      m = size(operator%known, 2)
+      if (m == 0) return
+      allocate (share(m))
+      do pass = 1, 2
+         call dgemv("T", n, m, 1.0_wp, operator%image, n, x, 1, 0.0_wp, share, 1)
+         call dgemv("N", n, m, -1.0_wp, operator%known, n, share, 1, 1.0_wp, x, 1)
+      end do
+   end subroutine remove_known
+
+   !> Numbers in [-1, 1] without pattern, the same in every call: a linear congruential generator (Park and Miller, 1988).
+   pure subroutine start_vector(x)
+      real(wp), intent(out) :: x(:)
+
+      integer, parameter :: modulus = 2147483647, factor = 16807, quotient = 127773, remainder = 2836
+      integer :: i, state
+
+      state = 20261
+      do i = 1, size(x)
+         state = factor*mod(state, quotient) - remainder*(state/quotient)
+         if (state <= 0) state = state + modulus
+         x(i) = 2*real(state, wp)/modulus - 1
+      end do
+   end subroutine start_vector
+
+   !> Both sets of pairs in ascending order.
+   subroutine merge_pairs(pairs, more)
+      type(eigenpairs_t), intent(inout) :: pairs
+      type(eigenpairs_t), intent(in) :: more
+
+      real(wp), allocatable :: value(:), vector(:, :)
+      integer :: i, j, k
+
+      pairs%status = more%status
+      pairs%solutions = pairs%solutions + more%solutions
+      pairs%searches = pairs%searches + 1
+      allocate (value(size(pairs%value) + size(more%value)))
+      allocate (vector(size(pairs%vector, 1), size(value)))
+      i = 1
+      j = 1
+      do k = 1, size(value)
+         if (j > size(more%value)) then
+            value(k) = pairs%value(i)
+            vector(:, k) = pairs%vector(:, i)
+            i = i + 1
+            cycle
+         end if
+         if (i <= size(pairs%value)) then
+            if (pairs%value(i) <= more%value(j)) then
+               value(k) = pairs%value(i)
+               vector(:, k) = pairs%vector(:, i)
+               i = i + 1
+               cycle
+            end if
+         end if
+         value(k) = more%value(j)
+         vector(:, k) = more%vector(:, j)
+         j = j + 1
+      end do
+      call move_alloc(value, pairs%value)
+      call move_alloc(vector, pairs%vector)
+   end subroutine merge_pairs
+
+   !> Keep the `count` lowest pairs.
+   subroutine keep_first(pairs, count)
+      type(eigenpairs_t), intent(inout) :: pairs
+      integer, intent(in) :: count
+
+      real(wp), allocatable :: vector(:, :)
+
+      pairs%value = pairs%value(:count)
+      allocate (vector(size(pairs%vector, 1), count))
+      vector(:, :) = pairs%vector(:, :count)
+      call move_alloc(vector, pairs%vector)
+   end subroutine keep_first
+
+   !> Make the first of the largest components of each vector positive, so that signs do not depend on the method.
+   pure subroutine orient(vector)
+      real(wp), intent(inout) :: vector(:, :)
+
+      real(wp) :: largest
+      integer :: i, j
+
+      do j = 1, size(vector, 2)
+         largest = maxval(abs(vector(:, j)))
+         do i = 1, size(vector, 1)
+            if (abs(vector(i, j)) >= (1 - copy)*largest) exit
+         end do
+         if (vector(i, j) < 0.0_wp) vector(:, j) = -vector(:, j)
+      end do
+   end subroutine orient
+
+end module razy_linalg_generalised

@@ -1,0 +1,76 @@
+!! Bearings between a node of a shaft and the rigid frame: stiffness and damping matrices, of rolling elements or as given.
+!!
+!! A rolling element at the angle delta from y towards z pushes along t = (0, cos delta, sin delta, 0, -xi sin delta,
+!! xi cos delta), xi being the distance of the row from the node along x, and along the axis at radius r by
+!! t_ax = (1, 0, 0, 0, r sin delta, -r cos delta) (THEORY 6, (4.62)-(4.65)):
+!!
+!!     K = sum k t tᵀ + k_ax t_ax t_axᵀ,   B = beta K.
+!!
+!! All elements are taken to carry; three or more give N k/2 in every radial direction.
+module razy_rotor_bearing
+   use razy_core_kinds, only: pi, wp
+   implicit none(type, external)
+   private
+
+   public :: bearing_t, rolling_row_t, given_bearing, rolling_bearing
+
+   !> A bearing on a node, its matrices in (u, v, w, phi, theta, psi): N/m (N m/rad, N/rad), N s/m.
+   type :: bearing_t
+      integer :: shaft = 0, node = 0
+      real(wp) :: stiffness(6, 6) = 0.0_wp, damping(6, 6) = 0.0_wp
+   end type bearing_t
+
+   !> A row of equal rolling elements.
+   type :: rolling_row_t
+      integer :: elements = 0
+      !> Angle of the first element from y towards z, rad.
+      real(wp) :: first_angle = 0.0_wp
+      !> Radial and axial stiffness of each element, N/m.
+      real(wp) :: radial = 0.0_wp, axial = 0.0_wp
+      !> Distance of the row from the node along +x, radius at which axial forces act, m.
+      real(wp) :: offset = 0.0_wp, axial_radius = 0.0_wp
+      !> Damping over stiffness, s.
+      real(wp) :: damping_factor = 0.0_wp
+   end type rolling_row_t
+
+contains
+
+   !> A bearing with these matrices (6, 6).
+   pure function given_bearing(shaft, node, stiffness, damping) result(bearing)
+      integer, intent(in) :: shaft, node
+      real(wp), intent(in) :: stiffness(6, 6), damping(6, 6)
+      type(bearing_t) :: bearing
+
+      bearing%shaft = shaft
+      bearing%node = node
+      bearing%stiffness = stiffness
+      bearing%damping = damping
+   end function given_bearing
+
+   !> A bearing of one row of rolling elements at equal angles.
+   pure function rolling_bearing(shaft, node, row) result(bearing)
+      integer, intent(in) :: shaft, node
+      type(rolling_row_t), intent(in) :: row
+      type(bearing_t) :: bearing
+
+      real(wp) :: angle, k(6, 6), along(6), radial(6)
+      integer :: j
+
+      k = 0.0_wp
+      do j = 1, row%elements
+         angle = row%first_angle + 2*pi*(j - 1)/row%elements
+         radial = [0.0_wp, cos(angle), sin(angle), 0.0_wp, -row%offset*sin(angle), row%offset*cos(angle)]
+         along = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, row%axial_radius*sin(angle), -row%axial_radius*cos(angle)]
+         k = k + row%radial*outer(radial) + row%axial*outer(along)
+      end do
+      bearing = given_bearing(shaft, node, k, row%damping_factor*k)
+   end function rolling_bearing
+
+   pure function outer(t) result(product)
+      real(wp), intent(in) :: t(6)
+      real(wp) :: product(6, 6)
+
+      product = spread(t, 2, 6)*spread(t, 1, 6)
+   end function outer
+
+end module razy_rotor_bearing

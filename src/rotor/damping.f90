@@ -1,0 +1,147 @@
+!! Internal damping of shafts and the circulatory matrix that comes with it.
+!!
+!! `nodal` (THEORY 6, (4.32)-(4.34)): on v and w of every node b_i = 2 D sqrt(k_vi m_vi), with the diagonal entries of the
+!! shaft's stiffness and of the mass with its disks. There is none in torsion and axial motion, and the damping ratios of
+!! modes are many times D.
+!! `modal`: the ratio D in every mode of each shaft on its bearings, meshes open, B = M V diag(2 D omega) Vᵀ M. It fills the
+!! shaft's block of B.
+!!
+!! Damping that turns with the shaft acts on velocities relative to it, q' - Omega J q with J q = x × q at each node:
+!! C = -(B J + J B)/2, which is -B J for a B without preferred direction, and the mean over a turn for any other.
+module razy_rotor_damping
+   use razy_core_error, only: error_t, raise
+   use razy_core_kinds, only: wp
+   use razy_core_number, only: to_text
+   use razy_linalg_band_lapack, only: dgemm
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
+   use razy_linalg_sparse, only: csr_t, entries_t, new_csr
+   use razy_rotor_numbering, only: numbering_t
+   use razy_rotor_rotor, only: damping_modal, damping_nodal, rotor_t
+   implicit none(type, external)
+   private
+
+   public :: circulatory_matrix, internal_damping
+
+   !> The block of a shaft is full with modal damping: no more coordinates than this.
+   integer, parameter :: most_modal = 3000
+   !> The coordinate that J exchanges each of the six with (0: none), and the sign of J(exchanged, coordinate).
+   integer, parameter :: partner(6) = [0, 3, 2, 0, 6, 5]
+   real(wp), parameter :: turn(6) = [0.0_wp, 1.0_wp, -1.0_wp, 0.0_wp, 1.0_wp, -1.0_wp]
+
+contains
+
+   !> B of the shafts' material (n, n); `stiffness` is that of the shafts alone, `bearings` that of the bearings.
+   subroutine internal_damping(damping, rotor, numbering, mass, stiffness, bearings, error)
+      type(csr_t), intent(out) :: damping
+      type(rotor_t), intent(in) :: rotor
+      type(numbering_t), intent(in) :: numbering
+      type(csr_t), intent(in) :: mass, stiffness, bearings
+      type(error_t), allocatable, intent(out) :: error
+
+      type(entries_t) :: entries
+      real(wp), allocatable :: k(:), m(:)
+      integer :: i, s
+
+      if (rotor%damping == damping_nodal) then
+         k = stiffness%diagonal()
+         m = mass%diagonal()
+         do i = 1, numbering%n
+            if (numbering%kind(i) /= 2 .and. numbering%kind(i) /= 3) cycle
+            call entries%add(i, i, 2*rotor%shaft(numbering%shaft(i))%damping_ratio*sqrt(k(i)*m(i)))
+         end do
+      else if (rotor%damping == damping_modal) then
+         do s = 1, size(rotor%shaft)
+            call add_modal(entries, numbering, s, rotor%shaft(s)%damping_ratio, mass, stiffness, bearings, error)
+            if (allocated(error)) return
+         end do
+      end if
+      damping = new_csr(entries, numbering%n, numbering%n)
+   end subroutine internal_damping
+
+   subroutine add_modal(entries, numbering, s, ratio, mass, stiffness, bearings, error)
+      type(entries_t), intent(inout) :: entries
+      type(numbering_t), intent(in) :: numbering
+      integer, intent(in) :: s
+      real(wp), intent(in) :: ratio
+      type(csr_t), intent(in) :: mass, stiffness, bearings
+      type(error_t), allocatable, intent(out) :: error
+
+      type(csr_t) :: m, k, kb
+      type(eigenpairs_t) :: pairs
+      real(wp), allocatable :: image(:, :), block(:, :)
+      integer, allocatable :: own(:)
+      integer :: i, n
+
+      own = [(i, i=numbering%first(s), numbering%first(s + 1) - 1)]
+      n = size(own)
+      if (n == 0 .or. .not. ratio > 0.0_wp) return
+      if (n > most_modal) then
+         call raise(error, "modal damping of shaft "//to_text(s)//" with "//to_text(n)//" coordinates: at most "// &
+                    to_text(most_modal)//" (reduce the model, or use nodal damping)")
+         return
+      end if
+      m = mass%extract(own)
+      k = stiffness%extract(own)
+      kb = bearings%extract(own)
+      pairs = dense_modes(add_dense(k, kb), m%dense())
+      if (pairs%status /= modes_found) then
+         call raise(error, "modal damping of shaft "//to_text(s)//": the eigenproblem was not solved")
+         return
+      end if
+      allocate (image(n, n), block(n, n))
+      do i = 1, n
+         image(:, i) = sqrt(2*ratio*sqrt(max(pairs%value(i), 0.0_wp)))*m%times(pairs%vector(:, i))
+      end do
+      call dgemm("N", "T", n, n, n, 1.0_wp, image, n, image, n, 0.0_wp, block, n)
+      ! Symmetric to the last bit, so that C is skew-symmetric.
+      do i = 1, n
+         block(i, :i - 1) = block(:i - 1, i)
+      end do
+      call entries%add_block(own, block)
+   end subroutine add_modal
+
+   function add_dense(a, b) result(total)
+      type(csr_t), intent(in) :: a, b
+      real(wp), allocatable :: total(:, :)
+
+      total = a%dense()
+      total = total + b%dense()
+   end function add_dense
+
+   !> C (n, n) of the internal damping B, with the speed ratio of each shaft in it.
+   pure function circulatory_matrix(rotor, numbering, damping) result(circulatory)
+      type(rotor_t), intent(in) :: rotor
+      type(numbering_t), intent(in) :: numbering
+      type(csr_t), intent(in) :: damping
+      type(csr_t) :: circulatory
+
+      type(entries_t) :: entries
+      real(wp) :: half
+      integer :: i, j, k
+
+      do i = 1, damping%rows
+         do k = damping%start(i), damping%start(i + 1) - 1
+            j = damping%column(k)
+            half = 0.5_wp*rotor%shaft(numbering%shaft(i))%speed_ratio*damping%value(k)
+            call entries%add(i, partner_of(numbering, j), half*turn(numbering%kind(j)))
+            call entries%add(partner_of(numbering, i), j, -half*turn(numbering%kind(i)))
+         end do
+      end do
+      circulatory = new_csr(entries, damping%rows, damping%rows)
+   end function circulatory_matrix
+
+   !> Number of the coordinate that J exchanges coordinate i with, or 0.
+   pure function partner_of(numbering, i) result(other)
+      type(numbering_t), intent(in) :: numbering
+      integer, intent(in) :: i
+      integer :: other
+
+      integer :: index(6)
+
+      other = 0
+      if (partner(numbering%kind(i)) == 0) return
+      index = numbering%of(numbering%shaft(i), numbering%node(i))
+      other = index(partner(numbering%kind(i)))
+   end function partner_of
+
+end module razy_rotor_damping

@@ -1,0 +1,219 @@
+!! The assembled rotor system,
+!!
+!!     M q'' + (B + Omega G) q' + (K + Omega C) q = f - sum_j w_j F_j(d_j, d_j'),   d_j = w_jᵀ q + Delta_j(t),
+!!
+!! with sparse matrices in the coordinates of `numbering`. Meshes are not in B and K: they are directions w_j = (delta_1, -delta_2),
+!! to which a linear mesh adds k w wᵀ and b w wᵀ.
+module razy_rotor_model
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: wp
+   use razy_linalg_sparse, only: add_matrices, csr_t, entries_t, new_csr
+   use razy_rotor_damping, only: circulatory_matrix, internal_damping
+   use razy_rotor_element, only: element_t, new_element
+   use razy_rotor_numbering, only: new_numbering, numbering_t
+   use razy_rotor_rotor, only: rotor_t
+   implicit none(type, external)
+   private
+
+   public :: rotor_model_t, new_rotor_model
+
+   !> The model with n coordinates. Matrices are (n, n), SI units.
+   type :: rotor_model_t
+      !> What it was made of.
+      type(rotor_t) :: rotor
+      type(numbering_t) :: numbering
+      !> M; B of shafts and bearings; G; K of shafts and bearings; C. G and C contain the speed ratios of the shafts, and are
+      !> multiplied by the speed of the system.
+      type(csr_t) :: mass, damping, gyroscopic, stiffness, circulatory
+      !> K of the shafts alone; B of the shafts' material alone.
+      type(csr_t) :: shaft_stiffness, internal_damping
+      !> w (n, meshes).
+      real(wp), allocatable :: mesh_direction(:, :)
+      !> Linear stiffness and damping of the meshes (meshes).
+      real(wp), allocatable :: mesh_stiffness(:), mesh_damping(:)
+      !> Constant load f (n), N (N m).
+      real(wp), allocatable :: load(:)
+      !> U (n, shafts), kg m: unbalance of shaft s at the angular speed omega is the force Re(U omega² e^(i omega t)).
+      complex(wp), allocatable :: unbalance(:, :)
+   contains
+      procedure :: closed_stiffness
+      procedure :: closed_damping
+   end type rotor_model_t
+
+contains
+
+   !> Assemble a rotor system. An error names the part that cannot be.
+   subroutine new_rotor_model(model, rotor, error)
+      type(rotor_model_t), intent(out) :: model
+      type(rotor_t), intent(in) :: rotor
+      type(error_t), allocatable, intent(out) :: error
+
+      type(entries_t) :: bearing_damping, bearing_stiffness
+      type(csr_t) :: bearings
+      integer :: i, n
+
+      call rotor%check(error)
+      if (allocated(error)) return
+      model%rotor = rotor
+      model%numbering = new_numbering(rotor)
+      n = model%numbering%n
+      call assemble_shafts(model)
+      do i = 1, size(rotor%bearing)
+         associate (at => model%numbering%of(rotor%bearing(i)%shaft, rotor%bearing(i)%node))
+            call bearing_stiffness%add_block(at, rotor%bearing(i)%stiffness)
+            call bearing_damping%add_block(at, rotor%bearing(i)%damping)
+         end associate
+      end do
+      bearings = new_csr(bearing_stiffness, n, n)
+      model%stiffness = add_matrices(1.0_wp, model%shaft_stiffness, 1.0_wp, bearings)
+      call internal_damping(model%internal_damping, rotor, model%numbering, model%mass, model%shaft_stiffness, bearings, error)
+      if (allocated(error)) return
+      model%damping = add_matrices(1.0_wp, model%internal_damping, 1.0_wp, new_csr(bearing_damping, n, n))
+      model%circulatory = circulatory_matrix(rotor, model%numbering, model%internal_damping)
+      call assemble_meshes(model)
+      call assemble_loads(model)
+   end subroutine new_rotor_model
+
+   !> M, G and K of elements and disks.
+   subroutine assemble_shafts(model)
+      type(rotor_model_t), intent(inout) :: model
+
+      type(entries_t) :: gyroscopic, mass, stiffness
+      type(element_t) :: element
+      integer :: at(12), e, i, n, node, s
+
+      associate (rotor => model%rotor, numbering => model%numbering)
+         do s = 1, size(rotor%shaft)
+            node = 0
+            do i = 1, size(rotor%shaft(s)%section)
+               associate (section => rotor%shaft(s)%section(i))
+                  element = new_element(section, section%length/section%elements, rotor%shaft(s)%shear)
+                  element%gyroscopic = rotor%shaft(s)%speed_ratio*element%gyroscopic
+                  do e = 1, section%elements
+                     node = node + 1
+                     at(:6) = numbering%of(s, node)
+                     at(7:) = numbering%of(s, node + 1)
+                     call mass%add_block(at, element%mass)
+                     call gyroscopic%add_block(at, element%gyroscopic)
+                     call stiffness%add_block(at, element%stiffness)
+                  end do
+               end associate
+            end do
+         end do
+         do i = 1, size(rotor%disk)
+            associate (disk => rotor%disk(i))
+               at(:6) = numbering%of(disk%shaft, disk%node)
+               call mass%add_block(at(:6), disk%mass_matrix())
+               call gyroscopic%add_block(at(:6), rotor%shaft(disk%shaft)%speed_ratio*disk%gyroscopic_matrix())
+            end associate
+         end do
+         n = numbering%n
+      end associate
+      model%mass = new_csr(mass, n, n)
+      model%gyroscopic = new_csr(gyroscopic, n, n)
+      model%shaft_stiffness = new_csr(stiffness, n, n)
+   end subroutine assemble_shafts
+
+   subroutine assemble_meshes(model)
+      type(rotor_model_t), intent(inout) :: model
+
+      integer :: gear, i, j
+
+      allocate (model%mesh_direction(model%numbering%n, size(model%rotor%mesh)), source=0.0_wp)
+      do j = 1, size(model%rotor%mesh)
+         associate (mesh => model%rotor%mesh(j))
+            do gear = 1, 2
+               associate (at => model%numbering%of(mesh%shaft(gear), mesh%node(gear)), delta => mesh%direction(gear))
+                  do i = 1, 6
+                     if (at(i) > 0) model%mesh_direction(at(i), j) = merge(1.0_wp, -1.0_wp, gear == 1)*delta(i)
+                  end do
+               end associate
+            end do
+         end associate
+      end do
+      model%mesh_stiffness = model%rotor%mesh%stiffness
+      model%mesh_damping = model%rotor%mesh%damping
+   end subroutine assemble_meshes
+
+   subroutine assemble_loads(model)
+      type(rotor_model_t), intent(inout) :: model
+
+      complex(wp) :: phase
+      integer :: at(6), i, k
+
+      allocate (model%load(model%numbering%n), source=0.0_wp)
+      allocate (model%unbalance(model%numbering%n, size(model%rotor%shaft)), source=(0.0_wp, 0.0_wp))
+      do i = 1, size(model%rotor%load)
+         associate (load => model%rotor%load(i))
+            at = model%numbering%of(load%shaft, load%node)
+            do k = 1, 6
+               if (at(k) > 0) model%load(at(k)) = model%load(at(k)) + load%force(k)
+            end do
+         end associate
+      end do
+      do i = 1, size(model%rotor%unbalance)
+         associate (unbalance => model%rotor%unbalance(i))
+            at = model%numbering%of(unbalance%shaft, unbalance%node)
+            phase = unbalance%moment*exp(cmplx(0.0_wp, unbalance%angle, wp))
+            associate (u => model%unbalance(:, unbalance%shaft))
+               if (at(2) > 0) u(at(2)) = u(at(2)) + phase
+               ! sin(omega t) along z, turning from y to z for omega > 0
+               if (at(3) > 0) u(at(3)) = u(at(3)) - (0.0_wp, 1.0_wp)*phase
+            end associate
+         end associate
+      end do
+   end subroutine assemble_loads
+
+   !> K with all meshes closed and linear, K + sum k w wᵀ.
+   function closed_stiffness(self) result(stiffness)
+      class(rotor_model_t), intent(in) :: self
+      type(csr_t) :: stiffness
+
+      stiffness = plus_meshes(self%stiffness, self%mesh_direction, self%mesh_stiffness)
+   end function closed_stiffness
+
+   !> B with all meshes closed and linear, B + sum b w wᵀ.
+   function closed_damping(self) result(damping)
+      class(rotor_model_t), intent(in) :: self
+      type(csr_t) :: damping
+
+      damping = plus_meshes(self%damping, self%mesh_direction, self%mesh_damping)
+   end function closed_damping
+
+   function plus_meshes(matrix, direction, factor) result(total)
+      type(csr_t), intent(in) :: matrix
+      real(wp), intent(in) :: direction(:, :), factor(:)
+      type(csr_t) :: total
+
+      type(entries_t) :: entries
+      integer, allocatable :: at(:)
+      integer :: i, j, k
+
+      do j = 1, size(factor)
+         at = places_of(direction(:, j))
+         do k = 1, size(at)
+            do i = 1, size(at)
+               call entries%add(at(i), at(k), factor(j)*direction(at(i), j)*direction(at(k), j))
+            end do
+         end do
+      end do
+      total = add_matrices(1.0_wp, matrix, 1.0_wp, new_csr(entries, matrix%rows, matrix%columns))
+   end function plus_meshes
+
+   !> Where a vector is not zero.
+   pure function places_of(vector) result(at)
+      real(wp), intent(in) :: vector(:)
+      integer, allocatable :: at(:)
+
+      integer :: i, k
+
+      allocate (at(count(abs(vector) > 0.0_wp)))
+      k = 0
+      do i = 1, size(vector)
+         if (.not. abs(vector(i)) > 0.0_wp) cycle
+         k = k + 1
+         at(k) = i
+      end do
+   end function places_of
+
+end module razy_rotor_model

@@ -1,0 +1,189 @@
+!! What a rotor system consists of: shafts with what sits on them, and meshes between them.
+!!
+!! Nodes of a shaft are counted from 1 at its end of smallest x. Coordinates of a node are (u, v, w, phi, theta, psi), see
+!! `element`. The angular speed of shaft s about +x is speed_ratio(s) Omega, Omega being the speed of the system; a wheel driven
+!! by an external gear has a negative ratio.
+module razy_rotor_rotor
+   use razy_core_error, only: error_t, raise
+   use razy_core_kinds, only: wp
+   use razy_core_number, only: to_text
+   use razy_rotor_bearing, only: bearing_t
+   use razy_rotor_disk, only: disk_t
+   use razy_rotor_gear_mesh, only: gear_mesh_t
+   use razy_rotor_section, only: section_t, shear_none
+   implicit none(type, external)
+   private
+
+   public :: node_load_t, rotor_t, shaft_t, support_t, unbalance_t
+   public :: damping_none, damping_nodal, damping_modal, longest_name
+
+   !> Internal damping of the shafts: none, the thesis's on the nodes (4.32), a ratio in every mode.
+   integer, parameter :: damping_none = 0, damping_nodal = 1, damping_modal = 2
+   !> Longer names of shafts are cut.
+   integer, parameter :: longest_name = 40
+
+   !> A shaft: sections in order along +x.
+   type :: shaft_t
+      character(longest_name) :: name = ""
+      type(section_t), allocatable :: section(:)
+      !> shear_none or shear_cowper.
+      integer :: shear = shear_none
+      !> Its angular speed over that of the system, with sign.
+      real(wp) :: speed_ratio = 1.0_wp
+      !> D of the internal damping.
+      real(wp) :: damping_ratio = 0.0_wp
+   contains
+      procedure :: nodes
+      procedure :: positions
+   end type shaft_t
+
+   !> Coordinates of a node that the frame holds.
+   type :: support_t
+      integer :: shaft = 0, node = 0
+      logical :: fixed(6) = .false.
+   end type support_t
+
+   !> Constant forces, N, and moments, N m, on a node.
+   type :: node_load_t
+      integer :: shaft = 0, node = 0
+      real(wp) :: force(6) = 0.0_wp
+   end type node_load_t
+
+   !> Mass times eccentricity, kg m, at an angle, rad, from y towards z at time 0.
+   type :: unbalance_t
+      integer :: shaft = 0, node = 0
+      real(wp) :: moment = 0.0_wp, angle = 0.0_wp
+   end type unbalance_t
+
+   !> The system. Any list may be of size zero.
+   type :: rotor_t
+      type(shaft_t), allocatable :: shaft(:)
+      type(disk_t), allocatable :: disk(:)
+      type(bearing_t), allocatable :: bearing(:)
+      type(support_t), allocatable :: support(:)
+      type(gear_mesh_t), allocatable :: mesh(:)
+      type(node_load_t), allocatable :: load(:)
+      type(unbalance_t), allocatable :: unbalance(:)
+      !> Motions that exist; of a motion left out there are no coordinates.
+      logical :: axial = .true., bending = .true., torsion = .true.
+      integer :: damping = damping_none
+   contains
+      procedure :: check
+   end type rotor_t
+
+contains
+
+   !> Number of nodes.
+   pure function nodes(self)
+      class(shaft_t), intent(in) :: self
+      integer :: nodes
+
+      nodes = 1 + sum(self%section%elements)
+   end function nodes
+
+   !> Positions (nodes) along x from the first node, m.
+   pure function positions(self) result(x)
+      class(shaft_t), intent(in) :: self
+      real(wp), allocatable :: x(:)
+
+      real(wp) :: start
+      integer :: e, i, node
+
+      allocate (x(self%nodes()))
+      start = 0.0_wp
+      node = 1
+      x(1) = 0.0_wp
+      do i = 1, size(self%section)
+         associate (section => self%section(i))
+            do e = 1, section%elements
+               node = node + 1
+               x(node) = start + e*section%length/section%elements
+            end do
+            start = start + section%length
+         end associate
+      end do
+   end function positions
+
+   !> What makes no rotor: a part without place, length or mass. Names the part by its kind and number.
+   subroutine check(self, error)
+      class(rotor_t), intent(in) :: self
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: i
+
+      do i = 1, size(self%shaft)
+         if (size(self%shaft(i)%section) == 0) then
+            call raise(error, "shaft "//to_text(i)//" has no section")
+         else if (any(self%shaft(i)%section%elements < 1)) then
+            call raise(error, "shaft "//to_text(i)//": a section has no element")
+         else if (.not. all(self%shaft(i)%section%length > 0.0_wp)) then
+            call raise(error, "shaft "//to_text(i)//": the length of a section is not positive")
+         else if (.not. all(self%shaft(i)%section%inner >= 0.0_wp &
+                            .and. self%shaft(i)%section%outer > self%shaft(i)%section%inner)) then
+            call raise(error, "shaft "//to_text(i)//": diameters of a section are not 0 <= inner < outer")
+         else if (.not. all(self%shaft(i)%section%material%young > 0.0_wp .and. &
+                            self%shaft(i)%section%material%shear > 0.0_wp .and. &
+                            self%shaft(i)%section%material%density > 0.0_wp)) then
+            call raise(error, "shaft "//to_text(i)//": moduli and density of a section are not positive")
+         end if
+         if (allocated(error)) return
+      end do
+      do i = 1, size(self%disk)
+         call check_place(self, "disk", i, self%disk(i)%shaft, self%disk(i)%node, error)
+         if (allocated(error)) return
+      end do
+      do i = 1, size(self%bearing)
+         call check_place(self, "bearing", i, self%bearing(i)%shaft, self%bearing(i)%node, error)
+         if (allocated(error)) return
+      end do
+      do i = 1, size(self%support)
+         call check_place(self, "support", i, self%support(i)%shaft, self%support(i)%node, error)
+         if (allocated(error)) return
+      end do
+      do i = 1, size(self%load)
+         call check_place(self, "load", i, self%load(i)%shaft, self%load(i)%node, error)
+         if (allocated(error)) return
+      end do
+      do i = 1, size(self%unbalance)
+         call check_place(self, "unbalance", i, self%unbalance(i)%shaft, self%unbalance(i)%node, error)
+         if (allocated(error)) return
+      end do
+      call check_meshes(self, error)
+   end subroutine check
+
+   subroutine check_meshes(self, error)
+      class(rotor_t), intent(in) :: self
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: gear, i
+
+      do i = 1, size(self%mesh)
+         associate (mesh => self%mesh(i))
+            do gear = 1, 2
+               call check_place(self, "mesh", i, mesh%shaft(gear), mesh%node(gear), error)
+               if (allocated(error)) return
+            end do
+            if (mesh%shaft(1) == mesh%shaft(2)) then
+               call raise(error, "mesh "//to_text(i)//": both gears are on one shaft")
+            else if (.not. all(mesh%radius > 0.0_wp)) then
+               call raise(error, "mesh "//to_text(i)//": a radius is not positive")
+            end if
+         end associate
+         if (allocated(error)) return
+      end do
+   end subroutine check_meshes
+
+   subroutine check_place(self, part, number, shaft, node, error)
+      class(rotor_t), intent(in) :: self
+      character(*), intent(in) :: part
+      integer, intent(in) :: number, shaft, node
+      type(error_t), allocatable, intent(out) :: error
+
+      if (shaft < 1 .or. shaft > size(self%shaft)) then
+         call raise(error, part//" "//to_text(number)//": no shaft "//to_text(shaft))
+      else if (node < 1 .or. node > self%shaft(shaft)%nodes()) then
+         call raise(error, part//" "//to_text(number)//": no node "//to_text(node)//" on shaft "//to_text(shaft))
+      end if
+   end subroutine check_place
+
+end module razy_rotor_rotor
