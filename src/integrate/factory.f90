@@ -3,6 +3,7 @@ module razy_integrate_factory
    use razy_core_error, only: error_t, raise
    use razy_integrate_exact, only: exact_t
    use razy_integrate_integrator, only: integrator_t
+   use razy_integrate_moreau, only: moreau_t
    use razy_integrate_runge_kutta, only: new_runge_kutta, runge_kutta_t
    use razy_machine_method, only: method_t
    implicit none(type, external)
@@ -34,6 +35,14 @@ contains
          select type (integrator)
          type is (runge_kutta_t)
             call new_runge_kutta(integrator, method)
+         end select
+      case ("moreau_jean")
+         if (allocated(integrator)) deallocate (integrator)
+         allocate (moreau_t :: integrator)
+         select type (integrator)
+         type is (moreau_t)
+            integrator%step = method%step
+            integrator%most_steps = method%most_steps
          end select
       case default
          call raise(error, "there is no integrator '"//trim(method%integrator)//"'")

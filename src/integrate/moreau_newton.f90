@@ -57,19 +57,18 @@ contains
           .or. any(abs(b - self%damping) > 0.0_wp)) call factorise(self, k, b, found)
       if (.not. found) return
       call dgetrs("N", size(next), 1, self%factor, size(next), self%pivot, next, size(next), info)
-      call add_impulses(self, force, next, found)
+      call add_impulses(self, force, branch, next, found)
    end subroutine newton_round
 
-   !> s of contact j at the end of the step and its mean s' over it, as theta weighs it.
+   !> s and s' of contact j at the end of the step.
    pure subroutine implicit_contact(self, j, dv, s, rate)
       type(moreau_step_t), intent(in) :: self
       integer, intent(in) :: j
       real(wp), intent(in) :: dv(:)
       real(wp), intent(out) :: s, rate
 
-      rate = dot_product(self%w(:, j), self%v0 + self%theta*dv)
-      s = dot_product(self%w(:, j), self%q0) + self%h*rate + self%finish%s(j)
-      rate = rate + self%inner%rate(j)
+      s = dot_product(self%w(:, j), self%q0 + self%h*(self%v0 + self%theta*dv)) + self%finish%s(j)
+      rate = dot_product(self%w(:, j), self%v0 + dv) + self%finish%rate(j)
    end subroutine implicit_contact
 
    !> dF/d(wᵀΔv) of a compliant law.
@@ -78,7 +77,7 @@ contains
       real(wp), intent(in) :: stiffness, damping
       real(wp) :: slope
 
-      slope = self%theta*(self%h*stiffness + damping)
+      slope = self%theta*self%h*stiffness + damping
    end function slope
 
    !> Factors of M + θh B + θ²h² K + Σ h (dF/dΔv) w wᵀ, and what impulses do.

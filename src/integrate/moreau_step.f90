@@ -2,17 +2,17 @@
 !!
 !! With v_θ = v + θ Δv and q_θ = q + θ h v_θ, a step of length h from (q, v) is
 !!
-!!     M Δv + h B v_θ + h K q_θ = h f(t + θh) - h Σ w_j F_j(s_j⁺, s_jθ') + Σ w λ,    q⁺ = q + h v_θ,  v⁺ = v + Δv,
+!!     M Δv + h B v_θ + h K q_θ = h f(t + θh) - h Σ w_j F_j(s_j⁺, s_j'⁺) + Σ w λ,    q⁺ = q + h v_θ,  v⁺ = v + Δv,
 !!
 !! where F_j are the compliant laws and λ the impulses of rigid contacts and friction elements. A rigid side takes part if its gap
-!! is closed in the middle of the step, g + h u/2 <= 0, or if it is closed already and free motion would keep it so. It then obeys
-!! 0 <= u⁺ + ε u ⟂ λ >= 0 (with ε = 1 if u > 0: razy_integrate_moreau_impulses); friction obeys Coulomb's law in s'⁺. Source: Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999)
-!! 235–257; Acary and Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, Springer (2008), chapter 10.
+!! is closed in the middle of the step, g + h u/2 <= 0, or was so in the last one. It then obeys 0 <= u⁺ + ε u ⟂ λ >= 0 (with
+!! ε = 1 if u > 0: razy_integrate_moreau_impulses); friction obeys Coulomb's law in s'⁺. Source: Jean, Comput. Methods Appl. Mech.
+!! Engrg. 177 (1999) 235–257; Acary and Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, Springer (2008), 10.
 !!
-!! Compliant laws take s at the end of the step: an elastic force that grows with s then takes at least the energy that it
-!! stores, U(s⁺) - U(s) <= F(s⁺) (s⁺ - s), however stiff it is; their order is 1. The equations are solved by Newton's method in Δv,
-!! with a problem of impulses in every round. If branches go on changing (a force that jumps has no solution at the jump itself)
-!! they are kept after some rounds.
+!! Compliant laws take s and s' at the end of the step: an elastic force that grows with s then takes at least the energy that
+!! it stores, U(s⁺) - U(s) <= F(s⁺) (s⁺ - s), however stiff it is, and a stiff damper stops the motion; their order is 1. The
+!! equations are solved by Newton's method in Δv, with a problem of impulses in every round. If branches go on changing (a force
+!! that jumps has no solution at the jump itself) they are kept after some rounds.
 module razy_integrate_moreau_step
    use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking
    use razy_core_kinds, only: wp
@@ -155,7 +155,7 @@ contains
          associate (side => self%kinds%side(i))
             if (side%direction*self%impulse(side%contact) > 0.0_wp) self%branch1(side%contact) = side%closed
             if (self%branch1(side%contact) == side%closed .and. self%branch0(side%contact) /= side%closed) then
-              self%impacts = self%impacts + 1
+               self%impacts = self%impacts + 1
             end if
          end associate
       end do
@@ -165,7 +165,7 @@ contains
          terms = dot_product(abs(self%w(:, j)), abs(self%v0) + abs(self%v1)) + abs(self%finish%rate(j))
          self%branch1(j) = merge(branch_forward, branch_backward, rate > 0.0_wp)
          if (abs(rate) <= standing*terms .or. abs(self%impulse(j)) < (1.0_wp - standing)*self%bound(j)) then
-           self%branch1(j) = branch_sticking
+            self%branch1(j) = branch_sticking
          end if
       end do
    end subroutine end_branches
@@ -180,7 +180,7 @@ contains
       do i = 1, size(self%kinds%compliant)
          j = self%kinds%compliant(i)
          self%force1(j) = self%machine%contact(j)%law%force(self%branch1(j), s_at_end(self, j), rate_at_end(self, j), &
-                                                             self%machine%contact(j)%normal)
+                                                            self%machine%contact(j)%normal)
       end do
    end subroutine end_forces
 

@@ -64,6 +64,8 @@ module razy_integrate_runge_kutta
    !> A state beyond is a blow-up; a step below this part of the motion is an underflow.
    real(wp), parameter :: largest = 1.0e100_wp, least_step = 1.0e-6_wp*epsilon(1.0_wp)
    real(wp), parameter :: eps = epsilon(1.0_wp)
+   !> An event before this part of a step is looked for again in a shorter step.
+   real(wp), parameter :: least_share = 0.125_wp
 
 contains
 
@@ -196,10 +198,12 @@ contains
       found = .false.
       dense = .false.
       associate (view => self%view, field => self%view%field, stepper => self%view%stepper)
-         call self%memory%keep(field%branch, stepper%h_next)
          if (field%treatment == treat_by_events) then
             call self%locator%find(field, stepper, self%tau, self%z, found, theta, dense)
+            if (found .and. theta < least_share) call shorten(self, found, theta, dense)
          end if
+         call self%memory%keep(field%branch, merge(min(stepper%h_next, 4*theta*stepper%h), stepper%h_next, found))
+         last = last .and. .not. stepper%h < remaining(self)
          view%start = self%tau
          view%z_start = self%z
          view%h = stepper%h
@@ -285,6 +289,28 @@ contains
          end do
       end associate
    end subroutine take_step
+
+   !> An event early in a long step is found again in a shorter one: a polynomial over the whole step would lose digits there.
+   subroutine shorten(self, found, theta, dense)
+      class(runge_kutta_t), intent(inout) :: self
+      logical, intent(inout) :: found, dense
+      real(wp), intent(inout) :: theta
+
+      real(wp) :: h
+      logical :: accepted, failed
+
+      associate (stepper => self%view%stepper)
+         h = 2*theta*stepper%h
+         if (.not. h > least_step*self%t_end) return
+         call stepper%restart()
+         call stepper%attempt(self%view%field, self%tau, self%z, h, accepted, failed)
+         if (.not. accepted) then
+            call stepper%restart()
+            call stepper%attempt(self%view%field, self%tau, self%z, 0.5_wp*h/theta, accepted, failed)
+         end if
+         call self%locator%find(self%view%field, stepper, self%tau, self%z, found, theta, dense)
+      end associate
+   end subroutine shorten
 
    !> Where the dense output is of lower order than the method: step to the event by the method itself, and correct its time.
    subroutine polish(self)

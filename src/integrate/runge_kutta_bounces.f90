@@ -143,7 +143,7 @@ contains
 
       ended = .false.
       if (self%count(j) == 0 .or. .not. pull > 0.0_wp) return
-      if (self%last(j)**2 <= 2*pull*4*noise) then
+      if (self%last(j)**2 <= 2*pull*16*noise) then
          if (self%count(j) < 3) self%ratio(j) = restitution
       else if (self%count(j) < 3 .or. self%last(j)**2 > epsilon(1.0_wp)*self%first(j)**2) then
          return

@@ -1,7 +1,8 @@
 !! Step control: from the scaled error of a step (1: just allowed) to the factor of the next step.
 !!
-!! Proportional-integral control, h_new = h safety error^(-1/q + 0.75 beta) previous_error^beta, with q the order of the estimate in h
-!! (K. Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533-554; constants of Hairer, Nørsett and Wanner I, II.4, and II, IV.2).
+!! Proportional-integral control, h_new = h safety error^(-1/q + 0.75 beta) previous_error^beta, with q the order of the
+!! estimate in h (K. Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533-554; constants of Hairer, Nørsett and Wanner I,
+!! II.4, and of Hairer and Wanner II, IV.2).
 !! With `predictive` the steps and errors of the last two accepted steps predict the error of the next
 !! (Gustafsson, ACM Trans. Math. Softw. 20 (1994) 496-517), which suits stiff problems.
 module razy_integrate_step_control

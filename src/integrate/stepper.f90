@@ -3,7 +3,8 @@
 !! `attempt` changes nothing but the stepper; the caller takes `z_end` if he likes. After an accepted step the next attempt has to
 !! start at its end, after one that was not accepted at the same point, unless `restart` is called in between (an event, a shorter
 !! piece of the step): slopes known from the step before and the controller's memory are forgotten there. `attempt` evaluates the
-!! slope at the end of an accepted step, so that every explicit method of s stages needs s right-hand sides a step.
+!! slope at the end of an accepted step, so that an
+!! explicit method of s stages needs s right-hand sides a step.
 !!
 !! The error of a step is the largest |error_i|/(absolute + relative max(|z_i| before, |z_i| after)); up to 1 it is accepted.
 !! Rows of stages are stored with a length that is a multiple of four, zeros beyond n. Nothing is allocated but by `prepare`.
@@ -11,6 +12,7 @@ module razy_integrate_stepper
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use razy_core_kinds, only: i8, wp
    use razy_integrate_field, only: field_t
+   use razy_integrate_radau5, only: radau5_t
    use razy_integrate_step_control, only: factor_of_failure, step_control_t
    use razy_integrate_tableaux, only: new_tableau, sum_t, tableau_t
    use razy_machine_method, only: method_t
@@ -36,6 +38,9 @@ module razy_integrate_stepper
       real(wp) :: relative = 0.0_wp, absolute = 0.0_wp, step = 0.0_wp
       type(tableau_t) :: tableau
       type(step_control_t) :: control
+      type(radau5_t) :: radau
+      !> Coefficients r_4… of the dense output.
+      integer :: polynomials = 0
       !> What is known of the slope at the start of the next attempt.
       integer :: known = 0
       !> Start and stage of the step, slopes (padded n, stages), coefficients 0…7 of the dense output (n, 0:7).
@@ -54,10 +59,12 @@ module razy_integrate_stepper
    integer, parameter :: unknown = 0, same_start = 1, moved_on = 2
    !> Weight of the estimate of order 3 in that of DOP853 (Hairer, Nørsett and Wanner I, (10.17)).
    real(wp), parameter :: share_of_third = 0.01_wp
+   !> Growth of a step for which new factors do not pay.
+   real(wp), parameter :: most_kept = 1.2_wp
 
 contains
 
-   !> Make ready for `method`, one of razy_integrate_tableaux, on z of n components.
+   !> Make ready for `method`, one of razy_integrate_tableaux or "radau5", on z of n components.
    subroutine prepare(self, method, n)
       class(stepper_t), intent(inout) :: self
       type(method_t), intent(in) :: method
@@ -65,14 +72,26 @@ contains
 
       integer :: padded
 
+      self%name = method%integrator
+      self%implicit = self%name == "radau5"
       call new_tableau(self%tableau, trim(method%integrator))
-      self%name = self%tableau%name
-      self%order = self%tableau%order
-      self%dense_order = self%tableau%dense_order
-      self%stages = self%tableau%stages
-      self%adaptive = self%tableau%estimate > 0
-      self%control = step_control_t(order=max(self%tableau%estimate, 1), beta=self%tableau%beta, least=self%tableau%least, &
-                                    most=self%tableau%most)
+      if (self%implicit) then
+         self%order = 5
+         self%dense_order = 4
+         self%stages = 3
+         self%polynomials = 1
+         self%adaptive = .true.
+         self%control = step_control_t(order=4, least=0.2_wp, most=8.0_wp, predictive=.true.)
+         call self%radau%prepare(n, method%relative_tolerance, method%absolute_tolerance)
+      else
+         self%order = self%tableau%order
+         self%dense_order = self%tableau%dense_order
+         self%stages = self%tableau%stages
+         self%polynomials = self%tableau%polynomials
+         self%adaptive = self%tableau%estimate > 0
+         self%control = step_control_t(order=max(self%tableau%estimate, 1), beta=self%tableau%beta, least=self%tableau%least, &
+                                       most=self%tableau%most)
+      end if
       self%relative = method%relative_tolerance
       self%absolute = method%absolute_tolerance
       self%step = method%step
@@ -104,6 +123,7 @@ contains
 
       self%known = unknown
       call self%control%forget()
+      if (self%implicit) call self%radau%restart()
    end subroutine restart
 
    !> A step to start with, s, at most `longest`: that of the method if it gives one, else by the size of z, z' and z''
@@ -150,17 +170,53 @@ contains
       end if
    end subroutine first_step
 
-   !> Try a step h from (tau, z). `failed`: it led to no number; then, and when it is not accepted, `h_next` is shorter.
+   !> Try a step h from (tau, z). `failed`: it led to no number, or its equations were not solved; then, and when it is not
+   !> accepted, `h_next` is shorter.
    subroutine attempt(self, field, tau, z, h, accepted, failed)
       class(stepper_t), intent(inout) :: self
       type(field_t), intent(inout) :: field
       real(wp), intent(in) :: tau, z(:), h
       logical, intent(out) :: accepted, failed
 
-      integer :: i, last
-
       call know_start(self, field, tau, z)
       self%h = h
+      self%error = 0.0_wp
+      failed = .not. all(ieee_is_finite(self%dz_start))
+      if (.not. failed) then
+         if (self%implicit) then
+            call implicit_step(self, field, tau, z, h, failed)
+         else
+            call explicit_step(self, field, tau, h, failed)
+         end if
+      end if
+      accepted = .false.
+      if (.not. failed) accepted = self%error <= 1.0_wp
+      if (accepted) then
+         if (self%tableau%fsal) then
+            self%dz_end = self%k(:self%n, self%stages + 1)
+         else
+            call field%derivative(tau + h, self%z_end, self%dz_end)
+            self%k(:self%n, self%stages + 1) = self%dz_end
+         end if
+         failed = .not. all(ieee_is_finite(self%dz_end))
+         accepted = .not. failed
+      end if
+      if (self%implicit) then
+         call propose_implicit(self, accepted, failed)
+      else
+         call propose(self, accepted, failed)
+      end if
+   end subroutine attempt
+
+   !> Stages, end and error of a step h.
+   subroutine explicit_step(self, field, tau, h, failed)
+      type(stepper_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau, h
+      logical, intent(out) :: failed
+
+      integer :: i, last
+
       last = self%stages + 1
       do i = 2, self%stages
          call combine(self%z_start, h, self%k, self%tableau%row(i), self%z_stage)
@@ -169,19 +225,26 @@ contains
       call combine(self%z_start, h, self%k, self%tableau%row(last), self%z_stage)
       self%z_end = self%z_stage(:self%n)
       if (self%tableau%fsal) call field%derivative(tau + h, self%z_end, self%k(:self%n, last))
-      self%error = 0.0_wp
       if (self%adaptive) self%error = scaled_error(self)
       failed = .not. all(ieee_is_finite(self%z_end)) .or. .not. ieee_is_finite(self%error)
-      accepted = .false.
-      if (.not. failed) accepted = self%error <= 1.0_wp
-      if (accepted) then
-         if (.not. self%tableau%fsal) call field%derivative(tau + h, self%z_end, self%k(:self%n, last))
-         self%dz_end = self%k(:self%n, last)
-         failed = .not. all(ieee_is_finite(self%dz_end))
-         accepted = .not. failed
-      end if
-      call propose(self, accepted, failed)
-   end subroutine attempt
+   end subroutine explicit_step
+
+   !> The same by Newton's iteration.
+   subroutine implicit_step(self, field, tau, z, h, failed)
+      type(stepper_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau, z(:), h
+      logical, intent(out) :: failed
+
+      logical :: again
+
+      call self%radau%solve_stages(field, tau, z, h, failed)
+      if (failed) return
+      again = self%control%rejected .or. .not. self%control%last_h > 0.0_wp
+      call self%radau%estimate_error(field, tau, z, self%dz_start, h, again, self%error)
+      self%z_end = z + self%radau%z(:, 3)
+      failed = .not. all(ieee_is_finite(self%z_end)) .or. .not. ieee_is_finite(self%error)
+   end subroutine implicit_step
 
    !> Count the attempt, remember where the next one starts, and propose its step.
    pure subroutine propose(self, accepted, failed)
@@ -211,6 +274,36 @@ contains
       end if
    end subroutine propose
 
+   !> The same for the implicit method, whose proposal depends on the work of the iteration; a step that would hardly grow is
+   !> kept, and its factors with it.
+   pure subroutine propose_implicit(self, accepted, failed)
+      type(stepper_t), intent(inout) :: self
+      logical, intent(in) :: accepted, failed
+
+      real(wp) :: factor, safety
+
+      safety = self%radau%safety(self%control%safety)
+      if (accepted) then
+         self%accepted_steps = self%accepted_steps + 1
+         self%known = moved_on
+         call self%radau%keep_polynomial(self%h)
+         call self%control%accepted(self%h, self%error, safety, factor)
+         if (factor >= 1.0_wp .and. factor <= most_kept .and. self%radau%has_jacobian) factor = 1.0_wp
+         self%h_next = factor*self%h
+         return
+      end if
+      self%rejected_steps = self%rejected_steps + 1
+      self%known = same_start
+      if (failed) then
+         self%control%rejected = .true.
+         self%h_next = self%radau%shrink*self%h
+      else
+         call self%control%refused(self%error, safety, factor)
+         self%h_next = factor*self%h
+      end if
+      call self%radau%refuse()
+   end subroutine propose_implicit
+
    !> Start of the step and the slope there, evaluated unless it is known.
    subroutine know_start(self, field, tau, z)
       type(stepper_t), intent(inout) :: self
@@ -218,12 +311,11 @@ contains
       real(wp), intent(in) :: tau, z(:)
 
       self%z_start(:self%n) = z
-      select case (self%known)
-      case (unknown)
+      if (self%known == unknown) then
          call field%derivative(tau, z, self%dz_start)
-      case (moved_on)
+      else if (self%known == moved_on) then
          self%dz_start = self%dz_end
-      end select
+      end if
       self%k(:self%n, 1) = self%dz_start
       self%known = same_start
    end subroutine know_start
@@ -242,7 +334,7 @@ contains
       end do
       error = abs(self%h)*estimate(1)
       if (self%tableau%errors == 2 .and. estimate(1) > 0.0_wp) then
-         error = error*(estimate(1)/sqrt(estimate(1)**2 + share_of_third*estimate(2)**2))
+         error = error*(estimate(1)/hypot(estimate(1), sqrt(share_of_third)*estimate(2)))
       end if
    end function scaled_error
 
@@ -309,13 +401,17 @@ contains
       real(wp) :: total
       integer :: i, j, l, last
 
+      self%r(:, 0) = z
+      if (self%implicit) then
+         call self%radau%dense_coefficients(self%r(:, 1:4))
+         return
+      end if
       last = self%stages + 1
       do i = last + 1, last + self%tableau%extra
          call combine(self%z_start, self%h, self%k, self%tableau%row(i), self%z_stage)
          call field%derivative(tau + self%tableau%node(i)*self%h, self%z_stage(:self%n), self%k(:self%n, i))
       end do
       do i = 1, self%n
-         self%r(i, 0) = z(i)
          self%r(i, 1) = self%z_end(i) - z(i)
          self%r(i, 2) = self%h*self%dz_start(i) - self%r(i, 1)
          self%r(i, 3) = self%r(i, 1) - self%h*self%dz_end(i) - self%r(i, 2)
@@ -342,9 +438,9 @@ contains
 
       rest = 1.0_wp - theta
       do i = 1, self%n
-         z(i) = self%r(i, 3 + self%tableau%polynomials)
+         z(i) = self%r(i, 3 + self%polynomials)
       end do
-      do l = 2 + self%tableau%polynomials, 0, -1
+      do l = 2 + self%polynomials, 0, -1
          if (mod(l, 2) == 0) then
             z(:self%n) = self%r(:, l) + theta*z(:self%n)
          else
@@ -363,9 +459,9 @@ contains
       integer :: i, l
 
       do i = 1, self%n
-         value = self%r(i, 3 + self%tableau%polynomials)
+         value = self%r(i, 3 + self%polynomials)
          slope = 0.0_wp
-         do l = 2 + self%tableau%polynomials, 0, -1
+         do l = 2 + self%polynomials, 0, -1
             factor = theta
             if (mod(l, 2) /= 0) factor = 1.0_wp - theta
             slope = factor*slope + merge(value, -value, mod(l, 2) == 0)

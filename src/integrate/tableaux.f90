@@ -5,8 +5,8 @@
 !! stages that only the dense output needs. Error estimates and dense output are sums h Σ_j e_j k_j, h Σ_j d_j k_j.
 !!
 !! Dense output, θ in [0, 1], after Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, 2nd ed. (1993),
-!! II.6: z(θ) = z_0 + θ(r_1 + (1-θ)(r_2 + θ(r_3 + (1-θ)(r_4 + …)))) with r_1 = z_1 - z_0, r_2 = h k_1 - r_1, r_3 = r_1 - h k_(stages+1) - r_2;
-!! r_4… are the sums of the d. Without them it is the cubic Hermite polynomial.
+!! II.6: z(θ) = z_0 + θ(r_1 + (1-θ)(r_2 + θ(r_3 + (1-θ)(r_4 + …)))) with r_1 = z_1 - z_0, r_2 = h k_1 - r_1,
+!! r_3 = r_1 - h k_(stages+1) - r_2; r_4… are the sums of the d. Without them it is the cubic Hermite polynomial.
 module razy_integrate_tableaux
    use razy_core_kinds, only: wp
    implicit none(type, external)
@@ -44,7 +44,7 @@ module razy_integrate_tableaux
 
 contains
 
-   !> The tableau of one of `explicit_methods`.
+   !> The tableau of one of `explicit_methods`; without a name and stages for any other.
    subroutine new_tableau(self, name)
       type(tableau_t), intent(out) :: self
       character(*), intent(in) :: name
@@ -59,6 +59,8 @@ contains
          call dormand_prince(self)
       case ("dop853")
          call dop853(self)
+      case default
+         self%name = ""
       end select
    end subroutine new_tableau
 

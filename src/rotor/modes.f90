@@ -8,7 +8,7 @@ module razy_rotor_modes
    use razy_core_kinds, only: pi, wp
    use razy_linalg_banded, only: band_factor_t
    use razy_linalg_dense, only: product_of
-   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, lowest_modes, modes_found, modes_not_definite, orient
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, keep_first, lowest_modes, modes_found, modes_not_definite, orient
    use razy_linalg_sparse, only: add_matrices, csr_t
    use razy_rotor_deformation, only: projected_stiffness, restoring_force
    use razy_rotor_model, only: rotor_model_t
@@ -34,9 +34,8 @@ contains
       type(eigenpairs_t) :: pairs
 
       type(csr_t) :: stiffness
-      real(wp), allocatable :: vector(:, :)
       real(wp) :: shift
-      integer :: attempt, j, kept, n
+      integer :: attempt, kept, n
 
       n = model%mass%rows
       kept = min(count, n)
@@ -45,9 +44,7 @@ contains
       if (n <= most_dense .or. 3*kept > n) then
          pairs = dense_modes(stiffness%dense(), model%mass%dense())
          if (pairs%status /= modes_found .or. kept == n) return
-         pairs%value = pairs%value(:kept)
-         allocate (vector, source=pairs%vector(:, :kept))
-         call move_alloc(vector, pairs%vector)
+         call keep_first(pairs, kept)
          return
       end if
       shift = -reference_shift(model)
@@ -69,7 +66,7 @@ contains
 
       type(band_factor_t) :: factor
       type(eigenpairs_t) :: ritz
-      real(wp), allocatable :: residual(:)
+      real(wp), allocatable :: force(:), residual(:), vector(:, :)
       integer :: info, j
 
       call factor%factor(add_matrices(1.0_wp, stiffness, -shift, model%mass), info)
@@ -78,16 +75,19 @@ contains
          return
       end if
       do j = 1, size(pairs%value)
-         residual = pairs%value(j)*model%mass%times(pairs%vector(:, j))
-         residual = residual - restoring_force(model, pairs%vector(:, j), meshed)
-         residual = factor%solve(residual)
-         pairs%vector(:, j) = pairs%vector(:, j) + residual
+         residual = model%mass%times(pairs%vector(:, j))
+         force = restoring_force(model, pairs%vector(:, j), meshed)
+         residual = pairs%value(j)*residual - force
+         force = factor%solve(residual)
+         pairs%vector(:, j) = pairs%vector(:, j) + force
       end do
       pairs%solutions = pairs%solutions + size(pairs%value)
       ritz = dense_modes(projected_stiffness(model, pairs%vector, meshed), model%mass%congruence(pairs%vector))
       pairs%status = ritz%status
       pairs%value = ritz%value
-      pairs%vector = product_of(pairs%vector, ritz%vector)
+      ! A separate array: the compiler would take the stack for the product otherwise.
+      vector = product_of(pairs%vector, ritz%vector)
+      call move_alloc(vector, pairs%vector)
       call orient(pairs%vector)
    end subroutine improve
 

@@ -1,5 +1,6 @@
 """Chains of motions: each starts where the one before ended, with the excitation going on; up, down, both."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import h5py
@@ -16,7 +17,7 @@ def extrema(path):
     with h5py.File(path) as file:
         group = file["extrema/displacement"]
         offset = group["offset"][:]
-        pieces = [(group["value"][a:b], group["time"][a:b]) for a, b in zip(offset[:-1], offset[1:], strict=True)]
+        pieces = [(group["value"][a:b], group["time"][a:b]) for a, b in pairwise(offset)]
         return pieces, {name: item[:] for name, item in file["point"].items()}
 
 
@@ -54,7 +55,7 @@ def amplitudes(path):
 
 
 def test_hysteresis():
-    """Between the two jumps the way up stays on the large motion and the way down on the small one; elsewhere they agree."""
+    """Between the jumps the way up has the large motion and the way down the small one; elsewhere they agree."""
     succeed("razy-sweep", HYSTERESIS)
     amplitude, points = amplitudes("hysteresis.h5")
     assert points["direction"].tolist() == [1] * 241 + [-1] * 241

@@ -1,8 +1,8 @@
 !! Machines with rigid contacts and friction for the tests of time stepping, and one call that runs them.
 module moreau_samples
    use machine_samples, only: add_contact, bare_machine, observe, stop_law
-   use razy_contact_contact_law, only: branch_backward, branch_forward, branch_lower, branch_open, branch_sticking, branch_upper, &
-                                       contact_law_t, guard_t
+   use razy_contact_friction_law, only: new_friction_law
+   use razy_contact_rigid_law, only: new_rigid_law, rigid_side_t
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_integrate_integrator, only: observer_slot_t, observer_t, outcome_t
@@ -13,106 +13,7 @@ module moreau_samples
 
    public :: add_friction, add_rigid, bouncing_ball, energy, step_through
 
-   !> Stand-ins for rigid and friction laws.
-   type, extends(contact_law_t) :: rigid_sample_t
-   contains
-      procedure :: initial_branch => rigid_branch
-      procedure :: force => no_force
-      procedure :: slopes => no_slopes
-      procedure :: smoothed => no_smoothed
-   end type rigid_sample_t
-
-   type, extends(contact_law_t) :: friction_sample_t
-      real(wp) :: kinetic = 0.0_wp, static = 0.0_wp, decay = 0.0_wp
-   contains
-      procedure :: initial_branch => friction_branch
-      procedure :: force => friction_force
-      procedure :: slopes => friction_slopes
-      procedure :: smoothed => friction_smoothed
-   end type friction_sample_t
-
 contains
-
-   pure function rigid_branch(self, s, rate) result(branch)
-      class(rigid_sample_t), intent(in) :: self
-      real(wp), intent(in) :: s, rate
-      integer :: branch
-
-      branch = branch_open
-      associate (open => self%guard(1, branch_open))
-         if (open%above /= 0 .and. s >= open%upper .and. rate >= 0.0_wp) branch = branch_upper
-         if (open%below /= 0 .and. s <= open%lower .and. rate <= 0.0_wp) branch = branch_lower
-      end associate
-   end function rigid_branch
-
-   pure function no_force(self, branch, s, rate, normal) result(force)
-      class(rigid_sample_t), intent(in) :: self
-      integer, intent(in) :: branch
-      real(wp), intent(in) :: s, rate, normal
-      real(wp) :: force
-
-      force = 0.0_wp
-   end function no_force
-
-   pure subroutine no_slopes(self, branch, s, rate, normal, stiffness, damping)
-      class(rigid_sample_t), intent(in) :: self
-      integer, intent(in) :: branch
-      real(wp), intent(in) :: s, rate, normal
-      real(wp), intent(out) :: stiffness, damping
-
-      stiffness = 0.0_wp
-      damping = 0.0_wp
-   end subroutine no_slopes
-
-   pure subroutine no_smoothed(self, s, rate, normal, sharpness, force, stiffness, damping)
-      class(rigid_sample_t), intent(in) :: self
-      real(wp), intent(in) :: s, rate, normal, sharpness
-      real(wp), intent(out) :: force, stiffness, damping
-
-      force = 0.0_wp
-      stiffness = 0.0_wp
-      damping = 0.0_wp
-   end subroutine no_smoothed
-
-   pure function friction_branch(self, s, rate) result(branch)
-      class(friction_sample_t), intent(in) :: self
-      real(wp), intent(in) :: s, rate
-      integer :: branch
-
-      branch = branch_sticking
-      if (rate > 0.0_wp) branch = branch_forward
-      if (rate < 0.0_wp) branch = branch_backward
-   end function friction_branch
-
-   pure function friction_force(self, branch, s, rate, normal) result(force)
-      class(friction_sample_t), intent(in) :: self
-      integer, intent(in) :: branch
-      real(wp), intent(in) :: s, rate, normal
-      real(wp) :: force
-
-      force = normal*(self%kinetic + (self%static - self%kinetic)/(1 + self%decay*abs(rate)))
-      if (branch == branch_backward) force = -force
-   end function friction_force
-
-   pure subroutine friction_slopes(self, branch, s, rate, normal, stiffness, damping)
-      class(friction_sample_t), intent(in) :: self
-      integer, intent(in) :: branch
-      real(wp), intent(in) :: s, rate, normal
-      real(wp), intent(out) :: stiffness, damping
-
-      stiffness = 0.0_wp
-      damping = 0.0_wp
-   end subroutine friction_slopes
-
-   pure subroutine friction_smoothed(self, s, rate, normal, sharpness, force, stiffness, damping)
-      class(friction_sample_t), intent(in) :: self
-      real(wp), intent(in) :: s, rate, normal, sharpness
-      real(wp), intent(out) :: force, stiffness, damping
-
-      force = 0.0_wp
-      stiffness = 0.0_wp
-      damping = 0.0_wp
-   end subroutine friction_smoothed
 
    !> A rigid stop for wᵀq on one side of `edge`: `side` is upper or lower.
    subroutine add_rigid(machine, w, side, edge, restitution, error)
@@ -121,39 +22,29 @@ contains
       character(*), intent(in) :: side
       complex(wp), intent(in), optional :: error(:)
 
-      type(rigid_sample_t) :: law
-
-      law%impacts = .true.
-      law%restitution = restitution
-      law%constraint([branch_upper, branch_lower]) = .true.
-      if (side == "upper") law%guard(1, branch_open) = guard_t(upper=edge, above=branch_upper)
-      if (side == "lower") law%guard(1, branch_open) = guard_t(lower=edge, below=branch_lower)
       call add_contact(machine, w, stop_law("upper", 1.0_wp, 1.0_wp), error=error)
       deallocate (machine%contact(size(machine%contact))%law)
-      allocate (machine%contact(size(machine%contact))%law, source=law)
+      allocate (machine%contact(size(machine%contact))%law, source=new_rigid_law(rigid_side_t(side /= "upper", edge), &
+                                                                                 rigid_side_t(side /= "lower", edge), restitution))
    end subroutine add_rigid
 
-   !> Friction against wᵀq' + drive, pressed by a given normal force and, if not 0, by contact `normal_of`.
-   subroutine add_friction(machine, w, static, kinetic, decay, normal, normal_of, drive)
+   !> Friction against wᵀq' + drive, pressed by a given normal force (while `only_with` is closed) and, if not
+   !> 0, by contact `normal_of`.
+   subroutine add_friction(machine, w, static, kinetic, decay, normal, normal_of, drive, only_with)
       type(machine_t), intent(inout) :: machine
       real(wp), intent(in) :: w(:), static, kinetic, decay, normal
       integer, intent(in) :: normal_of
       real(wp), intent(in), optional :: drive
+      integer, intent(in), optional :: only_with
 
-      type(friction_sample_t) :: law
-
-      law%constraint(branch_sticking) = .true.
-      law%force_guard(branch_sticking) = guard_t(-static, static, branch_backward, branch_forward)
-      law%static = static
-      law%kinetic = kinetic
-      law%decay = decay
       call add_contact(machine, w, stop_law("upper", 1.0_wp, 1.0_wp))
       associate (contact => machine%contact(size(machine%contact)))
          deallocate (contact%law)
-         allocate (contact%law, source=law)
+         allocate (contact%law, source=new_friction_law(static, kinetic, decay))
          contact%normal = normal
          contact%normal_of = normal_of
          if (present(drive)) contact%drive = drive
+         if (present(only_with)) contact%only_with = only_with
       end associate
    end subroutine add_friction
 
