@@ -145,6 +145,8 @@ contains
       case (branch_lower)
          call push(self%lower, self%lower%edge - s, -rate, f, stiffness, damping)
          f = -f
+      case default
+         return
       end select
    end subroutine evaluate
 
