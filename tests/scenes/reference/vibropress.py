@@ -67,6 +67,7 @@ def follow(tolerance):
 
         watched = []
         for j in range(6):
+
             def gap(s, y, j=j):
                 return W[j] @ y[:9] + CLEARANCE[j]
 
@@ -95,7 +96,11 @@ def main():
     columns = np.column_stack((times, states[:, 7], states[:, 5], force[:, [0, 2, 4]]))
     lines = [f"{TIMES} {events}"] + [" ".join(f"{value:.17e}" for value in row) for row in columns]
     (Path(__file__).parent.parent / "data" / "vibropress.txt").write_text("\n".join(lines) + "\n")
-    print(events, "events; two tolerances differ by", np.max(np.abs(states - rough)[:, MOVING] / np.abs(states).max(axis=0)[MOVING]))
+    print(
+        events,
+        "events; two tolerances differ by",
+        np.max(np.abs(states - rough)[:, MOVING] / np.abs(states).max(axis=0)[MOVING]),
+    )
 
 
 if __name__ == "__main__":
