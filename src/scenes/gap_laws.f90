@@ -36,7 +36,8 @@ contains
                        unit="N s/m or N m s/rad", rule=nonnegative), &
               key_string("separation", "where a damped contact is lost; 'zero_deformation' if not given", &
                          choices=["zero_deformation", "zero_force      "]), &
-              key_real("exponent", "exponent n of the deformation, for 'hunt_crossley'; 1.5 if not given", low=1.0_wp), &
+              key_real("exponent", "exponent n of the deformation, for 'hunt_crossley'; 1.5 if not given", &
+                       low=1.0_wp, high=10.0_wp), &
               key_real("hysteresis", "factor alpha of the damping, for 'hunt_crossley'", unit="s/m or s/rad", rule=nonnegative), &
               key_real("restitution", "coefficient of restitution, for 'rigid'", low=0.0_wp, high=1.0_wp), &
               key_real("radius", "radii of the two surfaces, for 'hertz'; of one only: the other is flat", unit="m", &
