@@ -4,7 +4,8 @@
     cmake --build build --target measure_modes && bench/rotor.py --razy-bin build/bin
 
 The 50 lowest modes of a pinned shaft by ARPACK, from 600 to 100,002 coordinates, with their errors against theory;
-processor time and the largest resident set of the process. 200 speeds of the test gearbox reduced to 48 coordinates, mesh closed.
+processor time and the largest resident set of the process. 200 speeds of the test gearbox reduced to 48
+coordinates, mesh closed.
 """
 
 import argparse

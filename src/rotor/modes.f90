@@ -10,12 +10,12 @@ module razy_rotor_modes
    use razy_linalg_dense, only: product_of
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, keep_first, lowest_modes, modes_found, modes_not_definite, orient
    use razy_linalg_sparse, only: add_matrices, csr_t
-   use razy_rotor_deformation, only: projected_stiffness, restoring_force
+   use razy_rotor_deformation, only: deformations, projected_stiffness, restoring_force
    use razy_rotor_model, only: rotor_model_t
    implicit none(type, external)
    private
 
-   public :: energy_shares, natural_modes, reference_shift
+   public :: energy_shares, natural_modes, reference_shift, strain_shares
 
    !> Systems of at most this size, or of which more than a third of all modes is wanted, go to LAPACK.
    integer, parameter :: most_dense = 300
@@ -131,5 +131,34 @@ contains
       end do
       share = share/sum(share)
    end function energy_shares
+
+   !> Shares of the strain energy of a shape `q` (n) in the shafts, the bearings and the meshes, which are closed if `meshed`; they
+   !> add up to 1. Zero for rigid-body motion, which has no strain energy.
+   function strain_shares(model, q, meshed) result(share)
+      type(rotor_model_t), intent(in) :: model
+      real(wp), intent(in) :: q(:)
+      logical, intent(in) :: meshed
+      real(wp) :: share(3)
+
+      real(wp) :: moved(6)
+      integer :: at(6), j, k
+
+      share(1) = sum(deformations(model, q)**2)
+      share(2:) = 0.0_wp
+      do j = 1, size(model%rotor%bearing)
+         at = model%numbering%of(model%rotor%bearing(j)%shaft, model%rotor%bearing(j)%node)
+         do k = 1, 6
+            moved(k) = 0.0_wp
+            if (at(k) > 0) moved(k) = q(at(k))
+         end do
+         share(2) = share(2) + dot_product(moved, matmul(model%rotor%bearing(j)%stiffness, moved))
+      end do
+      if (meshed) then
+         do j = 1, size(model%mesh_stiffness)
+            share(3) = share(3) + model%mesh_stiffness(j)*dot_product(model%mesh_direction(:, j), q)**2
+         end do
+      end if
+      if (sum(share) > tiny(1.0_wp)) share = share/sum(share)
+   end function strain_shares
 
 end module razy_rotor_modes
