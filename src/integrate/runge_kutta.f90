@@ -171,8 +171,9 @@ contains
                outcome%status = status_no_contact_forces
                return
             end if
-            self%shown = field%branch
+            self%following = field%branch
             call after_impacts(self, outcome)
+            self%shown = field%branch
             self%view%z_stop = self%z
             if (self%resolution%impacts > 0) call show_changes(self, piece, observers, outcome, 1)
          end if
@@ -451,7 +452,7 @@ contains
          piece%duration = 0.0_wp
          piece%last = .false.
          piece%contact = self%resolution%contact(i)
-         piece%branch = self%view%field%branch(piece%contact)
+         piece%branch = self%following(piece%contact)
          outcome%events = outcome%events + 1
          call show_piece(observers, piece)
       end do
