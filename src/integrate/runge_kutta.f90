@@ -60,7 +60,7 @@ module razy_integrate_runge_kutta
    end type runge_kutta_t
 
    !> The field's time starts again after this angle of the fastest excitation, so that its rounding stays small.
-   real(wp), parameter :: longest_angle = 1.0e3_wp
+   real(wp), parameter :: longest_angle = 30.0_wp
    !> A state beyond is a blow-up; a step below this part of the motion is an underflow.
    real(wp), parameter :: largest = 1.0e100_wp, least_step = 1.0e-6_wp*epsilon(1.0_wp)
    real(wp), parameter :: eps = epsilon(1.0_wp)
@@ -160,7 +160,7 @@ contains
          call field%first_state(self%z)
          guards%delta = 1.0e-9_wp*self%t_end
          guards%count = 0
-         call guards%measure(field, self%z, .true.)
+         call guards%measure(field, 0.0_wp, self%z, .true.)
          if (field%treatment == treat_by_events) then
             call self%resolution%push_out(field, guards, 0.0_wp, self%z, moved)
             if (self%resolution%found) then

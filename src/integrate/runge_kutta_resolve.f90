@@ -88,7 +88,7 @@ contains
       self%let_go = .false.
       self%impacted = .false.
       self%impacts = 0
-      call guards%measure(field, z, .false.)
+      call guards%measure(field, tau, z, .false.)
       call take_hits(self, field, guards, hit, tau, z)
       call find_sides(self, field, guards, hit)
       if (any(self%side(:self%sides)%before < 0.0_wp)) call strike(self, field, guards, z)
@@ -104,7 +104,7 @@ contains
          call field%enter_mode()
          call field%keep_constraints(tau, z)
          call guards%watch(field)
-         call guards%measure(field, z, .false.)
+         call guards%measure(field, tau, z, .false.)
          if (.not. let_go_of(self, field, guards, tau, z)) exit
       end do
       self%changes = 0
@@ -321,7 +321,7 @@ contains
          real(wp), intent(in) :: g, g_rate
          logical :: beyond
 
-         beyond = g < -noise .or. (g <= noise .and. g_rate < 0.0_wp)
+         beyond = (g < -noise .and. .not. g_rate > 0.0_wp) .or. (g <= noise .and. g_rate < 0.0_wp)
       end function beyond
 
    end function further
