@@ -10,15 +10,18 @@ module command_line
    private
 
    public :: command_t, decimal, finish, is_terminal, print_help, print_version, read_command, say
-   public :: exit_failure, exit_ok, exit_usage
+   public :: exit_failure, exit_interrupted, exit_ok, exit_usage
 
-   integer, parameter :: exit_ok = 0, exit_failure = 1, exit_usage = 2
+   integer, parameter :: exit_ok = 0, exit_failure = 1, exit_usage = 2, exit_interrupted = 3
 
    !> The options; `output` has its default already.
    type :: command_t
       character(:), allocatable :: input, output
       type(string_t), allocatable :: overrides(:)
       logical :: force = .false., check = .false., help = .false., version = .false.
+      !> Of a sweep: forget the checkpoint; least time between two writings to disk that are waited for, s.
+      logical :: anew = .false.
+      real(wp) :: checkpoint = 60.0_wp
    end type command_t
 
    interface
@@ -33,9 +36,10 @@ module command_line
 
 contains
 
-   !> Read the arguments of the program.
-   subroutine read_command(command, error)
+   !> Read the arguments of the program; a sweep has more options than a single run.
+   subroutine read_command(command, sweep, error)
       type(command_t), intent(out) :: command
+      logical, intent(in) :: sweep
       type(error_t), allocatable, intent(out) :: error
 
       character(:), allocatable :: word
@@ -59,7 +63,14 @@ contains
             i = i + 1
             call take(command, word, i, error)
          case default
-            call take_word(command, word, error)
+            if (sweep .and. word == "--anew") then
+               command%anew = .true.
+            else if (sweep .and. word == "--checkpoint") then
+               i = i + 1
+               call take(command, word, i, error)
+            else
+               call take_word(command, word, sweep, error)
+            end if
          end select
          if (allocated(error)) return
       end do
@@ -82,15 +93,33 @@ contains
          call raise(error, option//" needs a value; see --help")
       else if (option == "--set") then
          call append(command%overrides, argument(i))
+      else if (option == "--checkpoint") then
+         call read_seconds(command%checkpoint, argument(i), error)
       else
          command%output = argument(i)
       end if
    end subroutine take
 
+   !> The time between two writings to disk, which may be 0.
+   subroutine read_seconds(seconds, text, error)
+      real(wp), intent(inout) :: seconds
+      character(*), intent(in) :: text
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: status
+
+      read (text, *, iostat=status) seconds
+      if (status == 0) then
+         if (seconds >= 0.0_wp .and. verify(text, "0123456789.eE+-") == 0) return
+      end if
+      call raise(error, "--checkpoint "//text//": a time in s, 0 or more")
+   end subroutine read_seconds
+
    !> Take `--option=value`, or the input file.
-   subroutine take_word(command, word, error)
+   subroutine take_word(command, word, sweep, error)
       type(command_t), intent(inout) :: command
       character(*), intent(in) :: word
+      logical, intent(in) :: sweep
       type(error_t), allocatable, intent(out) :: error
 
       type(string_t), allocatable :: known(:)
@@ -99,9 +128,12 @@ contains
          command%output = word(len("--output=") + 1:)
       else if (index(word, "--set=") == 1) then
          call append(command%overrides, word(len("--set=") + 1:))
+      else if (sweep .and. index(word, "--checkpoint=") == 1) then
+         call read_seconds(command%checkpoint, word(len("--checkpoint=") + 1:), error)
       else if (index(word, "-") == 1 .and. len(word) > 1) then
          known = [string_t("--output"), string_t("--force"), string_t("--set"), string_t("--check"), string_t("--help"), &
                   string_t("--version")]
+         if (sweep) known = [known, string_t("--anew"), string_t("--checkpoint")]
          call raise(error, word//": no such option; "//did_you_mean(word, known, "options"))
       else if (allocated(command%input)) then
          call raise(error, word//": one input file only, and "//command%input//" is given already")
@@ -147,8 +179,9 @@ contains
    end function default_output
 
    !> Help of program `name`.
-   subroutine print_help(name, does)
+   subroutine print_help(name, does, sweep)
       character(*), intent(in) :: name, does
+      logical, intent(in) :: sweep
 
       write (output_unit, "(a)") &
          name//": "//does, &
@@ -158,9 +191,18 @@ contains
          "  --force                  overwrite the result file if it exists", &
          "  --set GROUP%KEY=VALUE    change a value of the input, e.g. --set motion%t_end=0.5;", &
          "                           of a repeated group: --set 'load(2)%value=-50'", &
-         "  --check                  check the input, print it with all defaults, and stop", &
-         "  --help, --version", &
-         "exit code: 0 done, 2 bad input or usage, 1 anything else"
+         "  --check                  check the input, print it with all defaults, and stop"
+      if (sweep) write (output_unit, "(a)") &
+         "  --checkpoint SECONDS     have results on the disk itself after this time (default: 60);", &
+         "                           an interrupted sweep goes on when the same command is given again", &
+         "  --anew                   do not go on: delete the checkpoint, and begin again"
+      write (output_unit, "(a)") "  --help, --version"
+      if (sweep) then
+         write (output_unit, "(a)") &
+            "exit code: 0 done, 2 bad input or usage, 3 stopped by SIGTERM or SIGUSR1, 1 anything else"
+      else
+         write (output_unit, "(a)") "exit code: 0 done, 2 bad input or usage, 1 anything else"
+      end if
    end subroutine print_help
 
    subroutine print_version(name)

@@ -1,14 +1,14 @@
 !! One motion with its observers, and what they saw as the content of a result file.
 module one_motion
    use, intrinsic :: iso_fortran_env, only: int32, int8
-   use razy_contact_clearance_law, only: branch_meanings
+   use razy_contact_contact_law, only: branch_meanings
    use razy_core_error, only: error_t
    use razy_core_number, only: to_text
    use razy_dynamics_event_log, only: event_log_t
    use razy_dynamics_extrema, only: extrema_t
    use razy_dynamics_trajectory, only: trajectory_t
-   use razy_integrate_exact, only: exact_t, outcome_t, status_meanings, status_ok
-   use razy_integrate_observer, only: observer_slot_t
+   use razy_integrate_factory, only: new_integrator
+   use razy_integrate_integrator, only: integrator_t, observer_slot_t, outcome_t, status_meanings, status_ok
    use razy_io_run_file, only: run_content_t
    use razy_machine_machine, only: machine_t
    use razy_scenes_study, only: motion_t, record_t
@@ -28,7 +28,7 @@ contains
       character(:), allocatable, intent(out) :: problem
       type(error_t), allocatable, intent(out) :: error
 
-      type(exact_t), target :: exact
+      class(integrator_t), allocatable, target :: integrator
       type(extrema_t), allocatable, target :: extrema(:)
       type(trajectory_t), target :: trajectory
       type(event_log_t), target :: log
@@ -38,7 +38,9 @@ contains
       integer :: i, k
 
       whole_state = any(records%trajectory .and. records%observable == 0)
-      call exact%prepare(machine, whole_state, error)
+      call new_integrator(integrator, motion%method, error)
+      if (allocated(error)) return
+      call integrator%prepare(machine, whole_state, error)
       if (allocated(error)) return
       k = count(records%extrema)
       allocate (extrema(k), slots(k + merge(2, 1, any(records%trajectory))))
@@ -53,10 +55,10 @@ contains
          slots(1 + k)%observer => extrema(k)
       end do
       if (any(records%trajectory)) then
-         call plan_trajectory(trajectory, exact, records, whole_state)
+         call plan_trajectory(trajectory, records, merge(size(machine%mass, 1), 0, whole_state))
          slots(size(slots))%observer => trajectory
       end if
-      call exact%run(motion%t_end, motion%most_events, slots, outcome)
+      call integrator%run(motion%t_end, motion%most_events, slots, outcome)
       if (outcome%status /= status_ok) problem = "the motion ended at "//to_text(outcome%time)//" s: " &
                                                  //trim(status_meanings(outcome%status))
       call store_events(content, log, machine)
@@ -64,24 +66,18 @@ contains
       if (any(records%trajectory)) call store_trajectory(content, trajectory, machine, whole_state)
    end subroutine compute
 
-   subroutine plan_trajectory(trajectory, exact, records, whole_state)
+   subroutine plan_trajectory(trajectory, records, coordinates)
       type(trajectory_t), intent(inout) :: trajectory
-      type(exact_t), intent(in) :: exact
       type(record_t), intent(in) :: records(:)
-      logical, intent(in) :: whole_state
+      integer, intent(in) :: coordinates
 
-      integer :: first, n
+      integer :: first
 
       trajectory%form = pack(records%observable, records%trajectory .and. records%observable > 0)
       first = findloc(records%trajectory, .true., dim=1)
       trajectory%from = records(first)%from
       trajectory%interval = records(first)%interval
-      n = exact%states%coupled%m
-      if (whole_state) then
-         trajectory%to_coordinates = transpose(exact%states%coupled%project)
-      else
-         allocate (trajectory%to_coordinates(0, n))
-      end if
+      trajectory%coordinates = coordinates
       call trajectory%reset()
    end subroutine plan_trajectory
 

@@ -10,7 +10,7 @@ program razy_run
    use razy_io_output, only: output_is_free
    use razy_io_run_file, only: run_content_t, write_run_file
    use razy_machine_machine, only: machine_t
-   use razy_scenes_study, only: motion_t, new_machine, read_study, record_t
+   use razy_scenes_study, only: motion_t, new_drawing, new_machine, read_study, record_t
    implicit none(type, external)
 
    type(command_t) :: command
@@ -23,9 +23,9 @@ program razy_run
    type(run_content_t) :: content
    character(:), allocatable :: text, problem
 
-   call read_command(command, error)
+   call read_command(command, .false., error)
    if (allocated(error)) call fail("razy-run: "//error%message, exit_usage)
-   if (command%help) call print_help("razy-run", "compute one motion: trajectory, events, extrema, as &record asks")
+   if (command%help) call print_help("razy-run", "compute one motion: trajectory, events, extrema, as &record asks", .false.)
    if (command%version) call print_version("razy-run")
    if (command%help .or. command%version) stop
    call read_text_file(command%input, text, error)
@@ -41,9 +41,11 @@ program razy_run
    if (allocated(error)) call fail(error%message, exit_failure)
    header%program = "razy-run"
    header%title = machine%title
-   header%integrator = motion%integrator
+   header%integrator = trim(motion%method%integrator)
+   header%treatment = trim(motion%method%treatment)
    header%input = input%effective()
-   call write_run_file(command%output, header, content, command%force, error)
+   call new_drawing(header%drawing, input, error)
+   if (.not. allocated(error)) call write_run_file(command%output, header, content, command%force, error)
    if (allocated(error)) call fail(error%message, exit_failure)
    call say("wrote "//command%output)
    if (allocated(problem)) call fail(problem, exit_failure)

@@ -1,26 +1,25 @@
-!! A sweep as the input describes it: its axis, its task, and its results as the content of a file.
+!! A sweep as the input describes it: its axis, its directions, its task.
 module sweep_case
-   use, intrinsic :: iso_fortran_env, only: int32
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t
    use razy_core_kinds, only: i8, wp
    use razy_core_slot, only: slot_t
-   use razy_integrate_exact, only: status_meanings
-   use razy_io_sweep_file, only: sweep_content_t
+   use razy_core_text, only: lower
    use razy_scenes_study, only: motion_t, new_machine, record_t
    use razy_sweep_grid, only: axis_t, new_axis
    use razy_sweep_motion_task, only: motion_task_t
+   use razy_sweep_plan, only: new_plan
    implicit none(type, external)
    private
 
-   public :: check_points, new_sweep, sweep_content, sweep_task_t
+   public :: check_points, new_sweep, sweep_task_t
 
    !> The task of a sweep over one value of an input.
    type, extends(motion_task_t) :: sweep_task_t
       type(input_t) :: input
       type(slot_t) :: slot
       type(axis_t) :: axis
-      character(:), allocatable :: title, integrator, unit
+      character(:), allocatable :: title, unit
    contains
       procedure :: machine_at
    end type sweep_task_t
@@ -50,6 +49,7 @@ contains
       self%unit = self%input%unit_of(self%slot)
       call read_axis(self%axis, input, error)
       if (allocated(error)) return
+      call plan_points(self, input)
       call new_machine(self%machine, motion, records, self%input, error)
       if (.not. allocated(error)) call check_points(self, error)
       if (allocated(error)) return
@@ -58,10 +58,32 @@ contains
          return
       end if
       self%title = self%machine%title
-      self%integrator = motion%integrator
+      self%method = motion%method
       allocate (self%extrema(count(records%extrema)))
       call ask(self, motion, records)
    end subroutine new_sweep
+
+   !> All points, alone or as chains.
+   subroutine plan_points(self, input)
+      class(sweep_task_t), intent(inout) :: self
+      type(input_t), intent(in) :: input
+
+      character(:), allocatable :: direction
+      logical :: whole
+
+      call input%get("sweep", 1, "direction", direction)
+      select case (lower(direction))
+      case ("up")
+         call new_plan(self%plan, self%axis%n_values(), 1_i8, [1])
+      case ("down")
+         call new_plan(self%plan, self%axis%n_values(), 1_i8, [-1])
+      case ("both")
+         call new_plan(self%plan, self%axis%n_values(), 1_i8, [1, -1])
+      case default
+         call new_plan(self%plan, self%axis%n_values(), 1_i8, [integer ::])
+      end select
+      call self%plan%close(whole)
+   end subroutine plan_points
 
    !> Take over what is asked of a motion.
    subroutine ask(self, motion, records)
@@ -72,6 +94,7 @@ contains
       integer :: i, k
 
       self%t_end = motion%t_end
+      self%method = motion%method
       self%most_events = motion%most_events
       k = 0
       do i = 1, size(records)
@@ -147,45 +170,10 @@ contains
       type(motion_t) :: motion
       type(record_t), allocatable :: records(:)
 
-      call self%input%put(self%slot, self%axis%value(point), error)
+      call self%input%put(self%slot, self%axis%value(self%plan%grid_point(point)), error)
       if (allocated(error)) return
       call new_machine(self%machine, motion, records, self%input, error)
       if (.not. allocated(error)) call ask(self, motion, records)
    end subroutine machine_at
-
-   !> The results as a file holds them; the task's own copy is gone after that.
-   subroutine sweep_content(self, content)
-      type(sweep_task_t), intent(inout) :: self
-      type(sweep_content_t), intent(out) :: content
-
-      integer :: i
-
-      allocate (content%axes(1), content%extrema(size(self%extrema)))
-      content%axes(1)%parameter = self%slot%path
-      content%axes(1)%units = unit_text(self%unit)
-      content%axes(1)%long_name = self%slot%path
-      content%axes(1)%values = self%axis%values()
-      content%status = int(self%status, int32)
-      content%status_meanings = [character(48) :: status_meanings, "no machine with this value"]
-      content%events = self%events
-      content%steps = self%steps
-      do i = 1, size(self%extrema)
-         associate (stored => content%extrema(i), observable => self%machine%observable(self%extrema(i)%form))
-            stored%name = observable%name
-            stored%units = observable%unit
-            stored%long_name = observable%long_name
-            call self%gathered(i)%in_grid_order(stored%offset, stored%value, stored%time, stored%kind)
-         end associate
-      end do
-   end subroutine sweep_content
-
-   !> A pure number has the unit 1.
-   pure function unit_text(unit) result(text)
-      character(*), intent(in) :: unit
-      character(:), allocatable :: text
-
-      text = unit
-      if (len_trim(text) == 0) text = "1"
-   end function unit_text
 
 end module sweep_case

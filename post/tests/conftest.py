@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from samples import logistic, ragged, write_run, write_sweep
+from samples import logistic, ragged, write_run, write_sweep, write_tune
 
 
 @pytest.fixture
@@ -25,3 +25,9 @@ def diagram(tmp_path: Path) -> Path:
 def run(tmp_path: Path) -> Path:
     """Return a motion with trajectory, observable, events and extrema."""
     return write_run(tmp_path / "run.h5")
+
+
+@pytest.fixture
+def tuning(tmp_path: Path) -> Path:
+    """Return a tuning whose mode passes from one curve to another at 4 N/m."""
+    return write_tune(tmp_path / "tune.h5")

@@ -110,3 +110,26 @@ def write_run(path: Path, times: int = 2000, trajectory: bool = True, observable
         dataset(group, "time", np.pi / 100 * (np.arange(8) + 0.5), "s")
         dataset(group, "kind", kind.astype(np.int8))
     return path
+
+
+def write_tune(path: Path, points: int = 101, gap: float = 0.5) -> Path:
+    """Write a tuning of a spring k beside a mode of 2 Hz: the mode is the first up to k = 4, then the second."""
+    parameter = np.linspace(1.0, 9.0, points)
+    first, second = (np.sqrt((parameter + 4.0) / 2 + sign * np.hypot((parameter - 4.0) / 2, gap)) for sign in (-1, 1))
+    place = np.where(parameter <= 4.0, 1, 2)
+    found = np.where(place == 1, first, second)
+    with root(path, "razy-tune", "Two masses") as file:
+        mode = "the mode that is mostly a"
+        dataset(file, "parameter", parameter, "N/m", "spring(1)%stiffness")
+        dataset(file, "objective", (1 - found / 2.7) ** 2, "1", f"(1 - f/goal)^2 of {mode}")
+        dataset(file, "tuned_frequency", found, "Hz", f"natural frequency of {mode}")
+        dataset(file, "tuned_place", place.astype(np.int32), "1", f"place of {mode}")
+        dataset(file, "mode", np.array([1, 2], dtype=np.int32))
+        dataset(file, "frequency", np.stack((first, second), axis=1), "Hz", "natural frequency")
+        dimension_only(file, "order", 2)
+        dataset(file, "frequency_before", np.array([1.0, 2.0]), "Hz")
+        dataset(file, "frequency_after", np.array([2.0, 2.7]), "Hz")
+        for name, value, units in (("goal", 2.7, "Hz"), ("reference", 1.0, "N/m"), ("share", 0.9, "1")):
+            dataset(file, name, value, units)
+        dataset(file, "optimum", 7.21, "N/m", "spring(1)%stiffness, tuned", mode=mode)
+    return path

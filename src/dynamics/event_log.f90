@@ -1,7 +1,7 @@
 !! The list of all events of a motion.
 module razy_dynamics_event_log
    use razy_core_kinds, only: wp
-   use razy_integrate_observer, only: observer_t, piece_t
+   use razy_integrate_integrator, only: observer_t, piece_t
    implicit none(type, external)
    private
 

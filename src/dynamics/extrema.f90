@@ -1,16 +1,12 @@
 !! Maxima and minima of an observable from a given time on, to rounding.
 !!
-!! Within a piece they are the roots of the observable's rate, found with the proof of razy_integrate_search that none is
-!! missed. Across events the direction of the motion is carried along: where a force kink or a jump turns it, the event
+!! Within a piece they are the roots of the observable's rate, found by the integrator (`exact` proves that none is
+!! missed). Across events the direction of the motion is carried along: where a force kink or a jump turns it, the event
 !! itself is the extremum. A jump counts as a motion in no time; a plateau is an extremum at its beginning if the motion
 !! goes on in the opposite direction.
 module razy_dynamics_extrema
    use razy_core_kinds, only: wp
-   use razy_integrate_cursor, only: copy, cursor_t, move_to, reserve
-   use razy_integrate_forms, only: size_of, value_of
-   use razy_integrate_observer, only: observer_t, piece_t
-   use razy_integrate_refine, only: watched_t
-   use razy_integrate_search, only: exit_t, first_exit, rounding, search_t
+   use razy_integrate_integrator, only: glimpse_t, observer_t, piece_t
    implicit none(type, external)
    private
 
@@ -31,8 +27,6 @@ module razy_dynamics_extrema
       logical, private :: begun = .false., after_event = .false.
       !> Size of the terms that the observable is the sum of, at the start of the last piece.
       real(wp), private :: size = 0.0_wp
-      type(search_t), private :: search
-      type(cursor_t), private :: cursor
    contains
       procedure :: reset
       procedure :: piece
@@ -61,77 +55,54 @@ contains
       class(extrema_t), intent(inout) :: self
       type(piece_t), intent(in) :: part
 
-      type(exit_t) :: found
-      type(watched_t) :: rate(1)
-      real(wp) :: tau
-      logical :: flat
+      real(wp) :: tau, tau_found, value
+      logical :: flat, found, turned
 
       tau = max((self%from - part%time) - part%time_low, 0.0_wp)
       if (tau > part%duration) return
-      associate (state => part%state)
-         call reserve(self%cursor, state%response)
-         if (tau > 0.0_wp) then
-            call move_to(part%start, state%response, tau, self%cursor)
-         else
-            call copy(part%start, state%response, self%cursor)
-         end if
-         call begin_piece(self, part, flat)
-         if (flat) return
-         rate(1) = watched_t(form=self%form, order=1, side=real(self%direction, wp))
-         self%search%level = state%level
-         do while (tau < part%duration)
-            call first_exit(self%search, state%response, state%observed, part%start, tau, part%duration, rate, found)
-            if (found%watched == 0) exit
-            tau = found%tau
-            call self%record(part%time + (part%time_low + tau), &
-                             value_of(state%observed, state%response, self%search%probe, self%form, 0), self%direction)
-            self%direction = -self%direction
-            rate(1)%side = -rate(1)%side
-            rate(1)%from_zero = .true.
-         end do
-         self%end_value = value_of(state%observed, state%response, part%finish, self%form, 0)
-         self%end_time = part%time + (part%time_low + part%duration)
-      end associate
+      call begin_piece(self, part, tau, flat)
+      if (flat) return
+      turned = .false.
+      do while (tau < part%duration)
+         call part%by%next_turn(self%form, tau, part%duration, self%direction, turned, found, tau_found, value)
+         if (.not. found) exit
+         tau = tau_found
+         call self%record(part%time + (part%time_low + tau), value, self%direction)
+         self%direction = -self%direction
+         turned = .true.
+      end do
+      self%end_value = part%by%value(self%form, part%duration)
+      self%end_time = part%time + (part%time_low + part%duration)
    end subroutine piece
 
-   !> See whether the motion jumps or turns where a piece begins, and take its direction; `flat`: it does not move at all.
-   subroutine begin_piece(self, part, flat)
+   !> See whether the motion jumps or turns where recording of a piece begins, at `tau`, and take its direction; `flat`: it
+   !> does not move at all.
+   subroutine begin_piece(self, part, tau, flat)
       class(extrema_t), intent(inout) :: self
       type(piece_t), intent(in) :: part
+      real(wp), intent(in) :: tau
       logical, intent(out) :: flat
 
-      real(wp) :: before, f, jump, rate
-      real(wp) :: modulus(part%state%response%amplitudes)
-      integer :: order, direction
+      type(glimpse_t) :: seen
+      real(wp) :: before, jump
 
-      associate (rows => part%state%observed, response => part%state%response)
-         modulus = sqrt(self%cursor%re(:response%amplitudes)**2 + self%cursor%im(:response%amplitudes)**2)
-         f = value_of(rows, response, self%cursor, self%form, 0)
-         jump = f - self%end_value
-         before = self%size
-         self%size = size_of(rows, response, self%cursor, modulus, self%form, 0)
-         if (self%after_event .and. abs(jump) > smallest_jump*max(before, self%size)) then
-            call self%turn(nint(sign(1.0_wp, jump)))
-            self%end_value = f
-            self%end_time = part%time + (part%time_low + self%cursor%tau)
-         end if
-         direction = 0
-         do order = 1, 4
-            rate = value_of(rows, response, self%cursor, self%form, order)
-            if (abs(rate) > rounding*size_of(rows, response, self%cursor, modulus, self%form, order)) then
-               direction = nint(sign(1.0_wp, rate))
-               exit
-            end if
-         end do
-      end associate
+      call part%by%glimpse(self%form, tau, seen)
+      jump = seen%value - self%end_value
+      before = self%size
+      self%size = seen%size
+      if (self%after_event .and. abs(jump) > smallest_jump*max(before, self%size)) then
+         call self%turn(nint(sign(1.0_wp, jump)))
+         self%end_value = seen%value
+         self%end_time = part%time + (part%time_low + tau)
+      end if
       self%after_event = part%contact /= 0
-      flat = direction == 0
+      flat = seen%direction == 0
       if (.not. self%begun .and. flat) then
-         self%end_value = f
-         self%end_time = part%time + (part%time_low + self%cursor%tau)
+         self%end_value = seen%value
+         self%end_time = part%time + (part%time_low + tau)
       end if
       self%begun = .true.
-      call self%turn(direction)
+      call self%turn(seen%direction)
    end subroutine begin_piece
 
    !> Go on in a direction; a reversal makes the last value an extremum.

@@ -1,12 +1,10 @@
 !! The motion at given or natural times: observables and, if asked for, all coordinates and their rates.
 !!
-!! Given times are from + i*interval, formed from the integer. Natural times are the events and, between them, steps as the
-!! search takes them or shorter, so that the fastest term is resolved.
+!! Given times are from + i*interval, formed from the integer. Natural times are the events and, between them, the
+!! interval that the integrator names.
 module razy_dynamics_trajectory
    use razy_core_kinds, only: i8, wp
-   use razy_integrate_cursor, only: cursor_t, move_to, reserve, state_of
-   use razy_integrate_forms, only: value_of
-   use razy_integrate_observer, only: observer_t, piece_t
+   use razy_integrate_integrator, only: observer_t, piece_t
    implicit none(type, external)
    private
 
@@ -17,12 +15,11 @@ module razy_dynamics_trajectory
       integer, allocatable :: form(:)
       !> Start and interval of recording, s; interval 0 takes natural times.
       real(wp) :: from = 0.0_wp, interval = 0.0_wp
-      !> Coordinates from coupled coordinates (n, m); n = 0 records no state.
-      real(wp), allocatable :: to_coordinates(:, :)
+      !> Number of coordinates n of the machine if the state is recorded, which needs all of them followed; else 0.
+      integer :: coordinates = 0
       !> Number of points; times in s (count), values (form, count), displacements and velocities (n, count).
       integer :: count = 0
       real(wp), allocatable :: time(:), value(:, :), displacement(:, :), velocity(:, :)
-      type(cursor_t), private :: cursor
    contains
       procedure :: reset
       procedure :: piece
@@ -55,7 +52,6 @@ contains
       real(wp) :: tau, h
       integer(i8) :: i
 
-      call reserve(self%cursor, part%state%response)
       if (self%interval > 0.0_wp) then
          i = max(0_i8, ceiling(((part%time - self%from) + part%time_low)/self%interval, i8))
          do
@@ -65,8 +61,7 @@ contains
             i = i + 1
          end do
       else
-         ! At least 25 points in a turn of the fastest term, also where no contact is near.
-         h = scale(1.0_wp, -max(part%state%level, exponent(part%state%response%fastest) + 2))
+         h = part%by%interval()
          i = 0
          do
             tau = i*h
@@ -83,21 +78,16 @@ contains
       type(piece_t), intent(in) :: part
       real(wp), intent(in) :: time, tau
 
-      real(wp) :: z(2*part%state%response%m)
-      integer :: i, m
+      integer :: i
 
-      call move_to(part%start, part%state%response, tau, self%cursor)
       if (self%count == size(self%time)) call resize(self, 2*self%count)
       self%count = self%count + 1
       self%time(self%count) = time
       do i = 1, size(self%form)
-         self%value(i, self%count) = value_of(part%state%observed, part%state%response, self%cursor, self%form(i), 0)
+         self%value(i, self%count) = part%by%value(self%form(i), tau)
       end do
-      if (size(self%to_coordinates, 1) == 0) return
-      m = part%state%response%m
-      call state_of(self%cursor, part%state%response, z)
-      self%displacement(:, self%count) = matmul(self%to_coordinates, z(:m))
-      self%velocity(:, self%count) = matmul(self%to_coordinates, z(m + 1:))
+      if (self%coordinates == 0) return
+      call part%by%state(tau, self%displacement(:, self%count), self%velocity(:, self%count))
    end subroutine record
 
    subroutine resize(self, points)
@@ -105,15 +95,12 @@ contains
       integer, intent(in) :: points
 
       real(wp), allocatable :: time(:)
-      integer :: n
-
-      n = size(self%to_coordinates, 1)
       allocate (time(points))
       if (self%count > 0) time(:self%count) = self%time(:self%count)
       call move_alloc(time, self%time)
       call widen(self%value, size(self%form))
-      call widen(self%displacement, n)
-      call widen(self%velocity, n)
+      call widen(self%displacement, self%coordinates)
+      call widen(self%velocity, self%coordinates)
 
    contains
 

@@ -3,7 +3,6 @@
 !! What depends on the machine's matrices alone (coupled coordinates, modes) outlives a change of the excitation; what depends
 !! on the excitation (response, rows) is made anew for every machine that is attached, and only for states it visits.
 module razy_integrate_contact_states
-   use razy_contact_clearance_law, only: clearance_law_t
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_integrate_modal_basis, only: modal_basis_t, new_modal_basis

@@ -4,34 +4,21 @@
 !! it (razy_integrate_search). The state carries over an event unchanged, the phases of excitation are formed anew from the
 !! time, which is kept in two doubles, so that errors do not grow with the number of pieces.
 module razy_integrate_exact
-   use razy_core_error, only: error_t
+   use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_core_tone, only: add_time
    use razy_integrate_contact_states, only: attach, contact_states_t, state_index
-   use razy_integrate_cursor, only: cursor_t, move_to, reserve, set_state, state_of
-   use razy_integrate_observer, only: observer_slot_t, piece_t
-   use razy_integrate_search, only: exit_t, first_exit, search_t
+   use razy_integrate_cursor, only: copy, cursor_t, move_to, reserve, set_state, state_of
+   use razy_integrate_forms, only: size_of, value_of
+   use razy_integrate_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, &
+                                        status_blow_up, status_chatter, status_event_limit, status_no_modes, status_ok
+   use razy_integrate_refine, only: watched_t
+   use razy_integrate_search, only: exit_t, first_exit, rounding, search_t
    use razy_machine_machine, only: machine_t
    implicit none(type, external)
    private
 
-   public :: exact_t, outcome_t, status_meanings
-   public :: status_ok, status_event_limit, status_chatter, status_blow_up, status_no_modes
-
-   !> How a run ended.
-   integer, parameter :: status_ok = 0, status_event_limit = 1, status_chatter = 2, status_blow_up = 3, status_no_modes = 4
-   character(*), parameter :: status_meanings(0:4) = [character(24) :: "ok", "event limit reached", "chatter limit reached", &
-                                                                                                   "blow-up", "eigenproblem failed"]
-
-   !> Result and counters of a run.
-   type :: outcome_t
-      integer :: status = status_ok
-      !> Time reached, s.
-      real(wp) :: time = 0.0_wp
-      integer(i8) :: events = 0, steps = 0, halvings = 0, pieces = 0
-      !> Contact states known at the end.
-      integer :: states = 0
-   end type outcome_t
+   public :: exact_t
 
    !> The bound of a switching function that was crossed, and the side on which the motion had been.
    type :: crossed_t
@@ -40,15 +27,31 @@ module razy_integrate_exact
    end type crossed_t
 
    !> The propagator with what it keeps from run to run.
-   type :: exact_t
+   type, extends(integrator_t) :: exact_t
       type(contact_states_t) :: states
       type(search_t) :: search
+      !> Amplitudes at the start of the piece; the search's probe holds those at its end.
       type(cursor_t) :: start
       real(wp), allocatable :: z(:), cosine(:), sine(:)
       integer, allocatable :: branch(:)
+      !> State under way, duration of its piece, s.
+      integer :: now = 0
+      real(wp) :: duration = 0.0_wp
+      !> What observers are answered with.
+      type(cursor_t) :: looker
+      logical :: looked = .false.
+      type(search_t) :: look
    contains
       procedure :: prepare
       procedure :: run
+      procedure :: value
+      procedure :: glimpse
+      procedure :: next_turn
+      procedure :: state
+      procedure :: contact
+      procedure :: branch_now
+      procedure :: interval
+      procedure :: final_state
    end type exact_t
 
    !> Pieces are begun anew after this angle of the fastest exponent, so that its rounding stays below 1e-13.
@@ -58,15 +61,21 @@ module razy_integrate_exact
 
 contains
 
-   !> Take a machine; `keep_all` follows every coordinate, not only those that contacts and observables feel.
+   !> Take a machine; refused with an error if one of its laws is not piecewise linear.
    subroutine prepare(self, machine, keep_all, error)
       class(exact_t), intent(inout) :: self
       type(machine_t), intent(in) :: machine
       logical, intent(in) :: keep_all
       type(error_t), allocatable, intent(out) :: error
 
-      integer :: m
+      integer :: j, m
 
+      do j = 1, size(machine%contact)
+         if (machine%contact(j)%law%piecewise_linear) cycle
+         call raise(error, "the exact propagator cannot follow contact '"//machine%contact(j)%name// &
+                    "', whose law is not piecewise linear")
+         return
+      end do
       call attach(self%states, machine, keep_all, error)
       if (allocated(error)) return
       m = self%states%coupled%m
@@ -91,6 +100,7 @@ contains
       steps = self%search%steps
       halvings = self%search%halvings
       call begin(self)
+      piece%by => self
       standing = 0
       switched = 0
       do while (piece%time < t_end)
@@ -100,16 +110,16 @@ contains
          if (outcome%status /= status_ok) exit
          call next_piece(self, i, switched, crossed, t_end, piece, found)
          outcome%pieces = outcome%pieces + 1
-         call show(observers, piece)
-         call state_of(self%search%probe, piece%state%response, self%z)
+         call show_piece(observers, piece)
+         call state_of(self%search%probe, self%states%state(i)%response, self%z)
          standing = merge(standing + 1, 0, found%watched > 0 .and. .not. piece%duration > 0.0_wp)
          call add_time(piece%time, piece%time_low, piece%duration)
          if (piece%last) piece%time = t_end
          switched = 0
          if (found%watched == 0) cycle
          switched = piece%contact
-         crossed = crossed_t(piece%state%function(found%watched), piece%state%watched(found%watched)%side, &
-                             piece%state%watched(found%watched)%bound)
+         crossed = crossed_t(self%states%state(i)%function(found%watched), self%states%state(i)%watched(found%watched)%side, &
+                             self%states%state(i)%watched(found%watched)%bound)
          self%branch(switched) = piece%branch
          outcome%events = outcome%events + 1
          if (standing > 8*size(self%branch) + 8) outcome%status = status_chatter
@@ -146,7 +156,7 @@ contains
    !> Follow state i from the time of `piece` to its end; `switched` is the contact that has just crossed the bound `crossed`,
    !> and so starts on it.
    subroutine next_piece(self, i, switched, crossed, t_end, piece, found)
-      class(exact_t), intent(inout), target :: self
+      class(exact_t), intent(inout) :: self
       integer, intent(in) :: i, switched
       type(crossed_t), intent(in) :: crossed
       real(wp), intent(in) :: t_end
@@ -156,15 +166,14 @@ contains
       real(wp) :: longest, fastest
       integer :: t
 
-      piece%state => self%states%state(i)
+      self%now = i
+      self%looked = .false.
       associate (state => self%states%state(i))
          do t = 1, size(self%cosine)
             call self%states%machine%tone(t)%phasor(piece%time, piece%time_low, self%cosine(t), self%sine(t))
          end do
          call reserve(self%start, state%response)
          call set_state(self%start, state%response, self%z, self%cosine, self%sine)
-         piece%start => self%start
-         piece%finish => self%search%probe
          fastest = state%basis%fastest
          if (size(self%states%omega) > 0) fastest = max(fastest, maxval(self%states%omega))
          longest = (t_end - piece%time) - piece%time_low
@@ -184,10 +193,12 @@ contains
             end do
          end if
          self%search%level = state%level
+         self%search%resolution = spacing(piece%time)
          call first_exit(self%search, state%response, state%switching, self%start, 0.0_wp, longest, state%watched, found)
          state%level = self%search%level
          if (found%watched == 0) call move_to(self%start, state%response, found%tau, self%search%probe)
          piece%duration = found%tau
+         self%duration = found%tau
          piece%last = piece%last .and. found%watched == 0
          piece%contact = 0
          if (found%watched == 0) return
@@ -196,15 +207,163 @@ contains
       end associate
    end subroutine next_piece
 
-   subroutine show(observers, piece)
-      type(observer_slot_t), intent(in) :: observers(:)
-      type(piece_t), intent(in) :: piece
+   !> Amplitudes at `tau` into `self%looker`.
+   subroutine look_at(self, tau)
+      class(exact_t), intent(inout) :: self
+      real(wp), intent(in) :: tau
 
-      integer :: i
+      if (self%looked .and. .not. abs(tau - self%looker%tau) > 0.0_wp) return
+      self%looked = .true.
+      associate (response => self%states%state(self%now)%response)
+         call reserve(self%looker, response)
+         if (.not. abs(tau) > 0.0_wp) then
+            call copy(self%start, response, self%looker)
+         else if (.not. abs(tau - self%duration) > 0.0_wp) then
+            call copy(self%search%probe, response, self%looker)
+         else
+            call move_to(self%start, response, tau, self%looker)
+         end if
+      end associate
+   end subroutine look_at
 
-      do i = 1, size(observers)
-         call observers(i)%observer%piece(piece)
-      end do
-   end subroutine show
+   !> Value of observable `form` at `tau`.
+   function value(self, form, tau)
+      class(exact_t), intent(inout) :: self
+      integer, intent(in) :: form
+      real(wp), intent(in) :: tau
+      real(wp) :: value
+
+      call look_at(self, tau)
+      associate (state => self%states%state(self%now))
+         value = value_of(state%observed, state%response, self%looker, form, 0)
+      end associate
+   end function value
+
+   !> Value, size and direction of observable `form` at `tau`, from up to four derivatives.
+   subroutine glimpse(self, form, tau, seen)
+      class(exact_t), intent(inout) :: self
+      integer, intent(in) :: form
+      real(wp), intent(in) :: tau
+      type(glimpse_t), intent(out) :: seen
+
+      real(wp) :: rate
+      real(wp) :: modulus(self%states%state(self%now)%response%amplitudes)
+      integer :: order
+
+      call look_at(self, tau)
+      associate (rows => self%states%state(self%now)%observed, response => self%states%state(self%now)%response)
+         modulus = sqrt(self%looker%re(:response%amplitudes)**2 + self%looker%im(:response%amplitudes)**2)
+         seen%value = value_of(rows, response, self%looker, form, 0)
+         seen%size = size_of(rows, response, self%looker, modulus, form, 0)
+         do order = 1, 4
+            rate = value_of(rows, response, self%looker, form, order)
+            if (abs(rate) > rounding*size_of(rows, response, self%looker, modulus, form, order)) then
+               seen%direction = nint(sign(1.0_wp, rate))
+               return
+            end if
+         end do
+      end associate
+   end subroutine glimpse
+
+   !> The next root of the observable's rate, found with the proof that none was before it.
+   subroutine next_turn(self, form, tau, tau_end, direction, turned, found, tau_found, value)
+      class(exact_t), intent(inout) :: self
+      integer, intent(in) :: form, direction
+      real(wp), intent(in) :: tau, tau_end
+      logical, intent(in) :: turned
+      logical, intent(out) :: found
+      real(wp), intent(out) :: tau_found, value
+
+      type(exit_t) :: turn
+      type(watched_t) :: rate(1)
+
+      rate(1) = watched_t(form=form, order=1, side=real(direction, wp), from_zero=turned)
+      associate (state => self%states%state(self%now))
+         self%look%level = state%level
+         call first_exit(self%look, state%response, state%observed, self%start, tau, tau_end, rate, turn)
+         found = turn%watched /= 0
+         tau_found = turn%tau
+         value = 0.0_wp
+         if (found) value = value_of(state%observed, state%response, self%look%probe, form, 0)
+      end associate
+   end subroutine next_turn
+
+   !> Displacements and velocities (n each) at `tau`; needs a machine prepared with `keep_all`.
+   subroutine state(self, tau, displacement, velocity)
+      class(exact_t), intent(inout) :: self
+      real(wp), intent(in) :: tau
+      real(wp), intent(out) :: displacement(:), velocity(:)
+
+      real(wp) :: z(size(self%z))
+
+      call look_at(self, tau)
+      call state_of(self%looker, self%states%state(self%now)%response, z)
+      call to_coordinates(self, z, displacement, velocity)
+   end subroutine state
+
+   !> Displacements and velocities (n each) that the last run ended with; needs a machine prepared with `keep_all`.
+   subroutine final_state(self, displacement, velocity)
+      class(exact_t), intent(in) :: self
+      real(wp), intent(out) :: displacement(:), velocity(:)
+
+      call to_coordinates(self, self%z, displacement, velocity)
+   end subroutine final_state
+
+   pure subroutine to_coordinates(self, z, displacement, velocity)
+      class(exact_t), intent(in) :: self
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(out) :: displacement(:), velocity(:)
+
+      associate (coupled => self%states%coupled)
+         displacement = matmul(z(:coupled%m), coupled%project)
+         velocity = matmul(z(coupled%m + 1:), coupled%project)
+      end associate
+   end subroutine to_coordinates
+
+   !> Variable s, rate s' and reported force of contact j at `tau`.
+   subroutine contact(self, j, tau, s, rate, force)
+      class(exact_t), intent(inout) :: self
+      integer, intent(in) :: j
+      real(wp), intent(in) :: tau
+      real(wp), intent(out) :: s, rate, force
+
+      real(wp) :: z(size(self%z)), cosine, sine
+      complex(wp) :: turn
+      integer :: t
+
+      call look_at(self, tau)
+      call state_of(self%looker, self%states%state(self%now)%response, z)
+      associate (touching => self%states%machine%contact(j), m => self%states%coupled%m)
+         s = dot_product(self%states%w(:, j), z(:m)) + touching%offset
+         rate = dot_product(self%states%w(:, j), z(m + 1:)) + touching%drive
+         do t = 1, size(self%cosine)
+            cosine = cos(self%states%omega(t)*tau)
+            sine = sin(self%states%omega(t)*tau)
+            turn = cmplx(self%cosine(t), self%sine(t), wp)*cmplx(cosine, sine, wp)*touching%error(t)
+            s = s + real(turn)
+            rate = rate - self%states%omega(t)*aimag(turn)
+         end do
+         force = touching%force_sign*touching%law%force(self%branch(j), s, rate, touching%normal)
+      end associate
+   end subroutine contact
+
+   !> Branch of contact j.
+   pure function branch_now(self, j) result(branch)
+      class(exact_t), intent(in) :: self
+      integer, intent(in) :: j
+      integer :: branch
+
+      branch = self%branch(j)
+   end function branch_now
+
+   !> The step of the search, or less, so that a turn of the fastest term has at least 25 points.
+   pure function interval(self)
+      class(exact_t), intent(in) :: self
+      real(wp) :: interval
+
+      associate (state => self%states%state(self%now))
+         interval = scale(1.0_wp, -max(state%level, exponent(state%response%fastest) + 2))
+      end associate
+   end function interval
 
 end module razy_integrate_exact

@@ -20,10 +20,11 @@ module razy_io_hdf5_dataset
    implicit none(type, external)
    private
 
-   public :: write_dataset, add_dimension
+   public :: write_dataset, reserve_dataset, add_dimension
 
    !> Create the dataset at `path` and write the values.
    interface write_dataset
+      module procedure write_real64_0
       module procedure write_real64_1
       module procedure write_real64_2
       module procedure write_int64
@@ -32,7 +33,74 @@ module razy_io_hdf5_dataset
       module procedure write_strings
    end interface write_dataset
 
+   !> Create the dataset at `path` of `length` numbers of the type of `mold`, which razy_io_hdf5_part writes piece by piece.
+   interface reserve_dataset
+      module procedure reserve_real64
+      module procedure reserve_int64
+      module procedure reserve_int32
+      module procedure reserve_int8
+   end interface reserve_dataset
+
 contains
+
+   !> One real number, of no dimension.
+   subroutine write_real64_0(file, path, value, units, long_name, error)
+      type(hdf5_file_t), intent(in) :: file
+      character(*), intent(in) :: path, units, long_name
+      real(wp), intent(in), target :: value
+      type(error_t), allocatable, intent(out) :: error
+
+      call write_raw(file, path, h5t_ieee_f64le, h5kind_to_type(wp, h5_real_kind), [integer(hsize_t) ::], c_loc(value), units, &
+                     long_name, [character(1) ::], error)
+   end subroutine write_real64_0
+
+   !> Room for real numbers.
+   subroutine reserve_real64(file, path, mold, length, units, long_name, scale, error)
+      type(hdf5_file_t), intent(in) :: file
+      character(*), intent(in) :: path, units, long_name, scale
+      real(wp), intent(in) :: mold
+      integer(int64), intent(in) :: length
+      type(error_t), allocatable, intent(out) :: error
+
+      call write_raw(file, path, h5t_ieee_f64le, h5kind_to_type(kind(mold), h5_real_kind), [int(length, hsize_t)], c_null_ptr, &
+                     units, long_name, [scale], error)
+   end subroutine reserve_real64
+
+   !> Room for 64-bit integers.
+   subroutine reserve_int64(file, path, mold, length, units, long_name, scale, error)
+      type(hdf5_file_t), intent(in) :: file
+      character(*), intent(in) :: path, units, long_name, scale
+      integer(int64), intent(in) :: mold
+      integer(int64), intent(in) :: length
+      type(error_t), allocatable, intent(out) :: error
+
+      call write_raw(file, path, h5t_std_i64le, h5kind_to_type(kind(mold), h5_integer_kind), [int(length, hsize_t)], c_null_ptr, &
+                     units, long_name, [scale], error)
+   end subroutine reserve_int64
+
+   !> Room for 32-bit integers.
+   subroutine reserve_int32(file, path, mold, length, units, long_name, scale, error)
+      type(hdf5_file_t), intent(in) :: file
+      character(*), intent(in) :: path, units, long_name, scale
+      integer(int32), intent(in) :: mold
+      integer(int64), intent(in) :: length
+      type(error_t), allocatable, intent(out) :: error
+
+      call write_raw(file, path, h5t_std_i32le, h5kind_to_type(kind(mold), h5_integer_kind), [int(length, hsize_t)], c_null_ptr, &
+                     units, long_name, [scale], error)
+   end subroutine reserve_int32
+
+   !> Room for 8-bit integers.
+   subroutine reserve_int8(file, path, mold, length, units, long_name, scale, error)
+      type(hdf5_file_t), intent(in) :: file
+      character(*), intent(in) :: path, units, long_name, scale
+      integer(int8), intent(in) :: mold
+      integer(int64), intent(in) :: length
+      type(error_t), allocatable, intent(out) :: error
+
+      call write_raw(file, path, h5t_std_i8le, h5kind_to_type(kind(mold), h5_integer_kind), [int(length, hsize_t)], c_null_ptr, &
+                     units, long_name, [scale], error)
+   end subroutine reserve_int8
 
    !> Real numbers (n).
    subroutine write_real64_1(file, path, values, units, long_name, scale, error)

@@ -153,7 +153,7 @@ contains
       if (allocated(content%extrema)) then
          do i = 1, size(content%extrema)
             if (allocated(error)) return
-            call write_extrema(file, content%extrema(i), 0_int64, error)
+            call write_extrema(file, content%extrema(i), error)
          end do
       end if
    end subroutine write_content

@@ -1,17 +1,21 @@
 !! The result file of razy-sweep: axes, what became of each point, and the extrema of the observables.
+!!
+!! A file is begun with the numbers of points and extrema, filled with parts of consecutive points, and committed: no more than a
+!! part has to be in memory.
 module razy_io_sweep_file
-   use, intrinsic :: iso_fortran_env, only: int32, int64
+   use, intrinsic :: iso_fortran_env, only: int8, int32, int64
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
-   use razy_io_extrema, only: check_name, extrema_t, write_extrema
+   use razy_io_extrema, only: check_name, extrema_t, reserve_extrema, write_extrema_part
    use razy_io_hdf5_attribute, only: write_attribute
-   use razy_io_hdf5_dataset, only: add_dimension, write_dataset
+   use razy_io_hdf5_dataset, only: add_dimension, reserve_dataset, write_dataset
    use razy_io_hdf5_file, only: hdf5_file_t
+   use razy_io_hdf5_part, only: write_part
    use razy_io_header, only: result_header_t, write_header
    implicit none(type, external)
    private
 
-   public :: axis_t, sweep_content_t, write_sweep_file
+   public :: axis_t, sweep_content_t, sweep_writer_t, write_sweep_file
 
    !> A parameter that is varied.
    type :: axis_t
@@ -25,9 +29,12 @@ module razy_io_sweep_file
       real(wp), allocatable :: values(:)
    end type axis_t
 
-   !> The results; points are in grid order, the last axis runs fastest. All components but `extrema` are needed.
+   !> The results of all points or of some consecutive ones. Points are in grid order, the last axis runs fastest; with directions
+   !> all points of the first come before those of the second. All components but `directions` and `extrema` are needed.
    type :: sweep_content_t
       type(axis_t), allocatable :: axes(:)
+      !> +1 for chains of points up the first axis, -1 for chains down, both in turn; not allocated if each point stands alone.
+      integer(int8), allocatable :: directions(:)
       !> What became of each point (points): 0 for success, else an index into `status_meanings`.
       integer(int32), allocatable :: status(:)
       !> Meaning of each status, in words (0:).
@@ -40,6 +47,19 @@ module razy_io_sweep_file
       type(extrema_t), allocatable :: extrema(:)
    end type sweep_content_t
 
+   !> A file that is being written: `begin`, `put` for all points, then `commit`; after an error `discard`.
+   type :: sweep_writer_t
+      type(hdf5_file_t), private :: file
+      !> Points in all, and written; extrema of each observable in all, and written.
+      integer(int64), private :: points = 0, written = 0
+      integer(int64), allocatable, private :: total(:), extrema(:)
+   contains
+      procedure :: begin => begin_file
+      procedure :: put => put_points
+      procedure :: commit => commit_file
+      procedure :: discard => discard_file
+   end type sweep_writer_t
+
    character(*), parameter :: point = "/point/point"
 
 contains
@@ -51,20 +71,94 @@ contains
       type(sweep_content_t), intent(in) :: content
       logical, intent(in) :: overwrite
       type(error_t), allocatable, intent(out) :: error
-      type(hdf5_file_t) :: file
+      type(sweep_writer_t) :: writer
+      integer(int64), allocatable :: total(:)
+      integer :: i
 
       call check_content(content, error)
       if (allocated(error)) return
-      call file%create(path, error)
+      allocate (total(0))
+      if (allocated(content%extrema)) then
+         total = [(size(content%extrema(i)%value, kind=int64), i=1, size(content%extrema))]
+      end if
+      call writer%begin(path, header, content, total, error)
       if (allocated(error)) return
-      call write_header(file, header, error)
-      if (.not. allocated(error)) call write_content(file, content, error)
+      call writer%put(content, error)
       if (allocated(error)) then
-         call file%discard()
+         call writer%discard()
       else
-         call file%commit(overwrite, error)
+         call writer%commit(overwrite, error)
       end if
    end subroutine write_sweep_file
+
+   !> Begin a file under a temporary name; `layout` has the axes, directions, meanings of status and, of `extrema`, names and units;
+   !> `total` is the number of extrema of each observable.
+   subroutine begin_file(self, path, header, layout, total, error)
+      class(sweep_writer_t), intent(inout) :: self
+      character(*), intent(in) :: path
+      type(result_header_t), intent(in) :: header
+      type(sweep_content_t), intent(in) :: layout
+      integer(int64), intent(in) :: total(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      self%points = n_points(layout)
+      self%written = 0
+      self%total = total
+      self%extrema = 0*total
+      call self%file%create(path, error)
+      if (allocated(error)) return
+      call write_header(self%file, header, error)
+      if (.not. allocated(error)) call write_layout(self%file, layout, self%points, total, error)
+      if (allocated(error)) call self%file%discard()
+   end subroutine begin_file
+
+   !> Write the points that follow those written before.
+   subroutine put_points(self, part, error)
+      class(sweep_writer_t), intent(inout) :: self
+      type(sweep_content_t), intent(in) :: part
+      type(error_t), allocatable, intent(out) :: error
+      integer :: i
+
+      call write_part(self%file, "/point/status", self%written, part%status, error)
+      if (.not. allocated(error)) call write_part(self%file, "/point/events", self%written, part%events, error)
+      if (.not. allocated(error)) call write_part(self%file, "/point/steps", self%written, part%steps, error)
+      do i = 1, size(self%total)
+         if (allocated(error)) return
+         call write_extrema_part(self%file, part%extrema(i), self%written, self%extrema(i), error)
+         self%extrema(i) = self%extrema(i) + size(part%extrema(i)%value, kind=int64)
+      end do
+      self%written = self%written + size(part%status, kind=int64)
+   end subroutine put_points
+
+   !> Give the complete file its name; a file that is not complete is discarded.
+   subroutine commit_file(self, overwrite, error)
+      class(sweep_writer_t), intent(inout) :: self
+      logical, intent(in) :: overwrite
+      type(error_t), allocatable, intent(out) :: error
+
+      if (self%written /= self%points .or. any(self%extrema /= self%total)) then
+         call raise(error, self%file%path//": has not got as many points or extrema as it was made for")
+         call self%file%discard()
+      else
+         call self%file%commit(overwrite, error)
+      end if
+   end subroutine commit_file
+
+   !> Give the file up.
+   subroutine discard_file(self)
+      class(sweep_writer_t), intent(inout) :: self
+
+      call self%file%discard()
+   end subroutine discard_file
+
+   !> Number of points that axes and directions make.
+   pure integer(int64) function n_points(content)
+      type(sweep_content_t), intent(in) :: content
+      integer :: i
+
+      n_points = product([(size(content%axes(i)%values, kind=int64), i=1, size(content%axes))])
+      if (allocated(content%directions)) n_points = n_points*size(content%directions)
+   end function n_points
 
    !> Refuse arrays that do not belong together.
    subroutine check_content(content, error)
@@ -79,7 +173,7 @@ contains
          return
       end if
       points = size(content%status, kind=int64)
-      if (product([(size(content%axes(i)%values, kind=int64), i=1, size(content%axes))]) /= points) then
+      if (n_points(content) /= points) then
          call raise(error, "sweep result: the axes do not make as many points as there are values of status")
       else if (size(content%events, kind=int64) /= points .or. size(content%steps, kind=int64) /= points) then
          call raise(error, "sweep result: status, events and steps differ in length")
@@ -95,57 +189,80 @@ contains
          if (allocated(error)) return
          if (.not. allocated(content%extrema(i)%offset)) then
             call raise(error, "sweep result: the extrema of "//content%extrema(i)%name//" have no offset")
+         else if (size(content%extrema(i)%offset, kind=int64) /= points + 1) then
+            call raise(error, "sweep result: the offset of the extrema of "//content%extrema(i)%name// &
+                       " must have one value more than there are points")
          end if
       end do
    end subroutine check_content
 
-   !> The groups `/axis`, `/point` and `/extrema`.
-   subroutine write_content(file, content, error)
+   !> The groups `/axis`, `/point` and `/extrema`, with room for what `put` writes.
+   subroutine write_layout(file, layout, points, total, error)
       type(hdf5_file_t), intent(in) :: file
-      type(sweep_content_t), intent(in) :: content
+      type(sweep_content_t), intent(in) :: layout
+      integer(int64), intent(in) :: points, total(:)
       type(error_t), allocatable, intent(out) :: error
-      integer(int64) :: points
       integer :: i
 
-      points = size(content%status, kind=int64)
-      do i = 1, size(content%axes)
-         associate (axis => content%axes(i))
+      do i = 1, size(layout%axes)
+         associate (axis => layout%axes(i))
             call write_dataset(file, "/axis/"//dotted(axis%parameter), axis%values, axis%units, axis%long_name, &
                                "/axis/"//dotted(axis%parameter), error)
          end associate
          if (allocated(error)) return
       end do
       call add_dimension(file, point, points, "points, dimension only", error)
-      do i = 1, size(content%axes)
+      do i = 1, size(layout%axes)
          if (allocated(error)) return
-         call write_axis_at_points(file, content%axes, i, error)
+         call write_axis_at_points(file, layout%axes, i, points, error)
       end do
-      if (.not. allocated(error)) call write_status(file, content, error)
+      if (.not. allocated(error) .and. allocated(layout%directions)) call write_directions(file, layout%directions, points, error)
+      if (.not. allocated(error)) call reserve_status(file, layout, points, error)
       if (allocated(error)) return
-      call write_dataset(file, "/point/events", content%events, "1", "contact events", point, error)
+      call reserve_dataset(file, "/point/events", 0_int64, points, "1", "contact events", point, error)
       if (allocated(error)) return
-      call write_dataset(file, "/point/steps", content%steps, "1", "steps of the integrator", point, error)
+      call reserve_dataset(file, "/point/steps", 0_int64, points, "1", "steps of the integrator", point, error)
       if (allocated(error)) return
-      call write_coordinates(file, content%axes, error)
-      if (.not. allocated(content%extrema)) return
-      do i = 1, size(content%extrema)
+      call write_coordinates(file, layout, error)
+      if (.not. allocated(layout%extrema)) return
+      do i = 1, size(layout%extrema)
          if (allocated(error)) return
-         call write_extrema(file, content%extrema(i), points, error)
+         call reserve_extrema(file, layout%extrema(i), points, total(i), error)
       end do
-   end subroutine write_content
+   end subroutine write_layout
+
+   !> `/point/direction`.
+   subroutine write_directions(file, directions, points, error)
+      type(hdf5_file_t), intent(in) :: file
+      integer(int8), intent(in) :: directions(:)
+      integer(int64), intent(in) :: points
+      type(error_t), allocatable, intent(out) :: error
+      integer(int8), allocatable :: values(:)
+      integer(int64) :: i
+
+      allocate (values(points))
+      do i = 1, points
+         values(i) = directions(1 + (i - 1)*size(directions)/points)
+      end do
+      call write_dataset(file, "/point/direction", values, "1", "direction of the chain of points", point, error)
+      if (allocated(error)) return
+      call write_attribute(file, "/point/direction", "flag_values", [1_int8, -1_int8], error)
+      if (.not. allocated(error)) call write_attribute(file, "/point/direction", "flag_meanings", "up down", error)
+   end subroutine write_directions
 
    !> The parameter of axis `k` at each point.
-   subroutine write_axis_at_points(file, axes, k, error)
+   subroutine write_axis_at_points(file, axes, k, points, error)
       type(hdf5_file_t), intent(in) :: file
       type(axis_t), intent(in) :: axes(:)
       integer, intent(in) :: k
+      integer(int64), intent(in) :: points
       type(error_t), allocatable, intent(out) :: error
       real(wp), allocatable :: values(:)
       integer(int64) :: sizes(size(axes)), i, inner
 
       sizes = [(size(axes(i)%values, kind=int64), i=1, size(axes))]
       inner = product(sizes(k + 1:))
-      allocate (values(product(sizes)))
+      allocate (values(points))
       do i = 1, size(values, kind=int64)
          values(i) = axes(k)%values(mod((i - 1)/inner, sizes(k)) + 1)
       end do
@@ -153,9 +270,10 @@ contains
    end subroutine write_axis_at_points
 
    !> `/point/status` with its meanings in words and as CF has them.
-   subroutine write_status(file, content, error)
+   subroutine reserve_status(file, content, points, error)
       type(hdf5_file_t), intent(in) :: file
       type(sweep_content_t), intent(in) :: content
+      integer(int64), intent(in) :: points
       type(error_t), allocatable, intent(out) :: error
       character(:), allocatable :: meanings, flags
       character(12) :: number
@@ -170,24 +288,25 @@ contains
          meanings = meanings//", "//trim(number)//" = "//trim(content%status_meanings(i))
          flags = flags//" "//underscored(trim(content%status_meanings(i)))
       end do
-      call write_dataset(file, "/point/status", content%status, "1", "what became of the point", point, error)
+      call reserve_dataset(file, "/point/status", 0_int32, points, "1", "what became of the point", point, error)
       if (.not. allocated(error)) call write_attribute(file, "/point/status", "meanings", meanings(3:), error)
       if (.not. allocated(error)) call write_attribute(file, "/point/status", "flag_values", values, error)
       if (.not. allocated(error)) call write_attribute(file, "/point/status", "flag_meanings", flags(2:), error)
-   end subroutine write_status
+   end subroutine reserve_status
 
    !> Tell CF readers that the parameters are the coordinates of the points.
-   subroutine write_coordinates(file, axes, error)
+   subroutine write_coordinates(file, layout, error)
       type(hdf5_file_t), intent(in) :: file
-      type(axis_t), intent(in) :: axes(:)
+      type(sweep_content_t), intent(in) :: layout
       type(error_t), allocatable, intent(out) :: error
       character(:), allocatable :: names
       integer :: i
 
       names = ""
-      do i = 1, size(axes)
-         names = names//" "//dotted(axes(i)%parameter)
+      do i = 1, size(layout%axes)
+         names = names//" "//dotted(layout%axes(i)%parameter)
       end do
+      if (allocated(layout%directions)) names = names//" direction"
       call write_attribute(file, "/point/status", "coordinates", names(2:), error)
       if (.not. allocated(error)) call write_attribute(file, "/point/events", "coordinates", names(2:), error)
       if (.not. allocated(error)) call write_attribute(file, "/point/steps", "coordinates", names(2:), error)

@@ -4,7 +4,7 @@ module razy_linalg_lapack
    implicit none(type, external)
    private
 
-   public :: dgeev, dpotrf, dsyev, dtrsm, zgesv
+   public :: dgeev, dgetrf, dgetrs, dpotrf, dsyev, dtrsm, zgesv, zgetrf, zgetrs
 
    interface
       !> Eigenvalues and eigenvectors of a real symmetric matrix.
@@ -29,6 +29,26 @@ module razy_linalg_lapack
          integer, intent(out) :: info
       end subroutine dgeev
 
+      !> Triangular factors of a general matrix.
+      subroutine dgetrf(m, n, a, lda, ipiv, info)
+         import :: wp
+         implicit none(type, external)
+         integer, intent(in) :: m, n, lda
+         real(wp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: ipiv(*), info
+      end subroutine dgetrf
+
+      !> Solution of linear systems with factors made by dgetrf.
+      subroutine dgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
+         import :: wp
+         implicit none(type, external)
+         character, intent(in) :: trans
+         integer, intent(in) :: n, nrhs, lda, ldb, ipiv(*)
+         real(wp), intent(in) :: a(lda, *)
+         real(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dgetrs
+
       !> Cholesky factor of a symmetric positive definite matrix.
       subroutine dpotrf(uplo, n, a, lda, info)
          import :: wp
@@ -47,6 +67,26 @@ module razy_linalg_lapack
          complex(wp), intent(inout) :: a(lda, *), b(ldb, *)
          integer, intent(out) :: ipiv(*), info
       end subroutine zgesv
+
+      !> LU factors of a complex matrix with row interchanges.
+      subroutine zgetrf(m, n, a, lda, ipiv, info)
+         import :: wp
+         implicit none(type, external)
+         integer, intent(in) :: m, n, lda
+         complex(wp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: ipiv(*), info
+      end subroutine zgetrf
+
+      !> Solution of complex linear systems with factors made by zgetrf.
+      subroutine zgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
+         import :: wp
+         implicit none(type, external)
+         character, intent(in) :: trans
+         integer, intent(in) :: n, nrhs, lda, ldb, ipiv(*)
+         complex(wp), intent(in) :: a(lda, *)
+         complex(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine zgetrs
 
       !> Triangular solve with several right-hand sides.
       subroutine dtrsm(side, uplo, transa, diag, m, n, alpha, a, lda, b, ldb)

@@ -1,9 +1,12 @@
 !! Static equilibrium under the constant loads, contacts included.
 !!
-!! The potential energy ½ qᵀKq + Σ U_j(s_j) - f0ᵀq of a machine with clearance laws is convex and piecewise quadratic. It is
-!! minimised by Newton's method in the contact state at hand with an exact line search over the points where contacts
-!! open or close; that ends after finitely many steps. Rigid-body displacements are left out: of all equilibria the one that
-!! is orthogonal (in M) to the modes of zero stiffness is taken. Excitation does not count.
+!! The potential energy ½ qᵀKq + Σ U_j(s_j) - f0ᵀq of a machine whose contacts push harder the deeper they are is convex. It
+!! is minimised by Newton's method in the contact state at hand with an exact line search. With piecewise-linear laws that is
+!! piecewise quadratic, its line search goes over the points where contacts open or close, and all ends after finitely
+!! many steps; else the search brackets the sign change of the slope. Rigid-body displacements are left out: of all
+!! equilibria the one that is orthogonal (in M) to the modes of zero stiffness is taken. Excitation does not count.
+!! Constraints (rigid stops, friction) have no energy; machines with such are not for this module. Nor is there an
+!! equilibrium where a body would have to rest on the edge of a law whose force jumps there.
 module razy_machine_equilibrium
    use razy_core_kinds, only: wp
    use razy_linalg_eigen, only: symmetric_eigen
@@ -16,6 +19,8 @@ module razy_machine_equilibrium
    integer, parameter :: most_iterations = 200
    !> Stiffness below this part of the largest, and residuals below this part of the loads, are rounding.
    real(wp), parameter :: negligible = 1.0e-11_wp
+   !> A minimum further than this along a direction, in steps of Newton's method or of the residual, is none.
+   real(wp), parameter :: farthest = 1.0e30_wp
 
 contains
 
@@ -27,10 +32,13 @@ contains
 
       real(wp) :: inverse_root(size(q), size(q)), residual(size(q)), direction(size(q)), step
       integer :: i
+      logical :: linear, near
 
       call inverse_square_root(machine%mass, inverse_root)
       q = 0.0_wp
       found = .false.
+      near = .false.
+      linear = all([(machine%contact(i)%law%piecewise_linear, i=1, size(machine%contact))])
       do i = 1, most_iterations
          residual = restoring(machine, q) - machine%load
          call newton_direction(machine, inverse_root, q, residual, direction)
@@ -38,13 +46,14 @@ contains
             found = .true.
             return
          end if
-         call line_search(machine, q, direction, step)
+         call line_search(machine, linear, q, direction, step)
          if (step > 0.1_wp*huge(1.0_wp)) return
          q = q + step*direction
-         if (abs(step - 1.0_wp) <= 1.0e-9_wp .and. settled(machine, q, inverse_root)) then
-            found = .true.
-            return
-         end if
+         ! Without the last full step of the linear case, one more than is needed.
+         found = near .and. .not. linear
+         near = settled(machine, q, inverse_root)
+         found = near .and. (found .or. (linear .and. abs(step - 1.0_wp) <= 1.0e-9_wp))
+         if (found) return
       end do
    end subroutine find_equilibrium
 
@@ -68,21 +77,22 @@ contains
       logical, intent(in), optional :: moduli
       real(wp) :: force(size(q))
 
-      real(wp) :: s
-      integer :: j
+      real(wp) :: damping, f, s, stiffness
+      integer :: branch, j
 
       force = matmul(machine%stiffness, q)
       if (present(moduli)) force = matmul(abs(machine%stiffness), abs(q))
       do j = 1, size(machine%contact)
          associate (contact => machine%contact(j))
             s = dot_product(contact%w, q) + contact%offset
-            associate (branch => contact%law%branch(contact%law%initial_branch(s, 0.0_wp)))
-               if (present(moduli)) then
-                  force = force + abs(contact%w)*(branch%stiffness*abs(s) + abs(branch%offset))
-               else
-                  force = force + contact%w*(branch%stiffness*s + branch%offset)
-               end if
-            end associate
+            branch = contact%law%initial_branch(s, 0.0_wp)
+            f = contact%law%force(branch, s, 0.0_wp, contact%normal)
+            if (present(moduli)) then
+               call contact%law%slopes(branch, s, 0.0_wp, contact%normal, stiffness, damping)
+               force = force + abs(contact%w)*(abs(stiffness*s) + abs(f - stiffness*s))
+            else
+               force = force + contact%w*f
+            end if
          end associate
       end do
    end function restoring
@@ -93,18 +103,17 @@ contains
       real(wp), intent(in) :: inverse_root(:, :), q(:), residual(:)
       real(wp), intent(out) :: direction(:)
 
-      real(wp) :: k(size(q), size(q)), values(size(q)), part(size(q)), drive(size(q)), s
+      real(wp) :: k(size(q), size(q)), values(size(q)), part(size(q)), drive(size(q)), damping, s, stiffness
       integer :: i, info, j
 
       k = machine%stiffness
       do j = 1, size(machine%contact)
          associate (contact => machine%contact(j))
             s = dot_product(contact%w, q) + contact%offset
-            associate (branch => contact%law%branch(contact%law%initial_branch(s, 0.0_wp)))
-               do i = 1, size(q)
-                  k(:, i) = k(:, i) + branch%stiffness*contact%w*contact%w(i)
-               end do
-            end associate
+            call contact%law%slopes(contact%law%initial_branch(s, 0.0_wp), s, 0.0_wp, contact%normal, stiffness, damping)
+            do i = 1, size(q)
+               k(:, i) = k(:, i) + stiffness*contact%w*contact%w(i)
+            end do
          end associate
       end do
       k = matmul(inverse_root, matmul(k, inverse_root))
@@ -133,8 +142,9 @@ contains
    end subroutine newton_direction
 
    !> The step along `direction` at which the energy is least; huge if it falls without end.
-   subroutine line_search(machine, q, direction, step)
+   subroutine line_search(machine, linear, q, direction, step)
       type(machine_t), intent(in) :: machine
+      logical, intent(in) :: linear
       real(wp), intent(in) :: q(:), direction(:)
       real(wp), intent(out) :: step
 
@@ -154,6 +164,10 @@ contains
       end do
       low = 0.0_wp
       slope_low = slope(low)
+      if (.not. linear) then
+         call search(slope_low, step)
+         return
+      end if
       do
          high = huge(1.0_wp)
          if (any(edges(:n) > low)) high = minval(edges(:n), edges(:n) > low)
@@ -182,6 +196,71 @@ contains
          n = n + 1
          edges(n) = (edge - s)/rate
       end subroutine add
+
+      !> Wide steps until the slope is positive; none is found where, beyond all edges, it no longer grows.
+      subroutine search(first, root)
+         real(wp), intent(in) :: first
+         real(wp), intent(out) :: root
+
+         real(wp) :: a, b, slope_a, slope_b
+
+         root = 0.0_wp
+         if (first >= 0.0_wp) return
+         root = huge(1.0_wp)
+         a = 0.0_wp
+         b = 1.0_wp
+         slope_a = first
+         do while (b < farthest)
+            slope_b = slope(b)
+            if (slope_b >= 0.0_wp) then
+               call find_root(a, slope_a, b, slope_b, root)
+               return
+            end if
+            if (slope_b <= slope_a + negligible*abs(slope_a) .and. .not. any(edges(:n) > b)) return
+            a = b
+            slope_a = slope_b
+            b = 4*b
+         end do
+      end subroutine search
+
+      !> The sign change of the slope between `first`, where it is negative, and `last`: false position (Illinois), each
+      !> third time halving.
+      subroutine find_root(first, slope_first, last, slope_last, root)
+         real(wp), intent(in) :: first, slope_first, last, slope_last
+         real(wp), intent(out) :: root
+
+         real(wp) :: a, b, f, slope_a, slope_b
+         integer :: i, side
+
+         a = first
+         b = last
+         slope_a = slope_first
+         slope_b = slope_last
+         side = 0
+         do i = 1, 2*most_iterations
+            if (modulo(i, 3) == 0) then
+               root = 0.5_wp*(a + b)
+            else if (slope_b > -slope_a) then
+               root = a - slope_a*(b - a)/(slope_b - slope_a)
+            else
+               root = b - slope_b*(b - a)/(slope_b - slope_a)
+            end if
+            if (.not. (root > a .and. root < b)) exit
+            f = slope(root)
+            if (f < 0.0_wp) then
+               a = root
+               slope_a = f
+               if (side < 0) slope_b = 0.5_wp*slope_b
+               side = -1
+            else
+               b = root
+               slope_b = f
+               if (side > 0) slope_a = 0.5_wp*slope_a
+               side = 1
+            end if
+         end do
+         root = merge(a, b, -slope_a < slope_b)
+      end subroutine find_root
 
       pure function slope(t)
          real(wp), intent(in) :: t

@@ -3,9 +3,11 @@
 !!     M q'' + B q' + K q = f0 + Σ_t Re(F_t e^{iω_t t}) - Σ_j w_j F_j(s_j, s_j'),
 !!     s_j = w_jᵀ q + c_j + Σ_t Re(e_jt e^{iω_t t}),
 !!
-!! with the clearance laws F_j. A machine is made once and not changed; a sweep makes another for each point.
+!! with the contact laws F_j. For a friction element s' is the sliding velocity, w_jᵀq' + drive + error rate, and F_j grows with
+!! the normal force: a constant one, or the force of another contact.
+!! A machine is made once and not changed; a sweep makes another for each point.
 module razy_machine_machine
-   use razy_contact_clearance_law, only: clearance_law_t, same_slopes
+   use razy_contact_contact_law, only: contact_law_t, same_slopes
    use razy_core_kinds, only: wp
    use razy_core_tone, only: tone_t
    implicit none(type, external)
@@ -20,7 +22,14 @@ module razy_machine_machine
       real(wp), allocatable :: w(:)
       real(wp) :: offset = 0.0_wp
       complex(wp), allocatable :: error(:)
-      type(clearance_law_t) :: law
+      class(contact_law_t), allocatable :: law
+      !> Constant part of s' beside that of `w` and `error`: speed of a belt, m/s (rad/s).
+      real(wp) :: drive = 0.0_wp
+      !> Normal force of a friction element, N (N m): `normal`, plus the force of contact `normal_of` if that is not 0.
+      real(wp) :: normal = 0.0_wp
+      integer :: normal_of = 0
+      !> A contact while which is open or parting the normal force is 0, and so there is no friction; 0: none.
+      integer :: only_with = 0
       !> +1 if a reported contact force has the sign of F (mesh), -1 if it counts positive on the lower side (stop).
       real(wp) :: force_sign = 1.0_wp
       !> Unit of s and of F.

@@ -1,29 +1,45 @@
 !! The groups that every kind of scene has: what it is, how it moves, what is recorded, what is varied.
 module razy_scenes_common_schema
    use razy_core_schema, only: group, group_spec_t, key_integer, key_real, key_spec_t, key_string, nonnegative, positive
+   use razy_machine_method, only: integrators, treatments
    implicit none(type, external)
    private
 
-   public :: common_schema
+   public :: common_schema, scene_kinds
+
+   !> What `&scene kind` may be.
+   character(*), parameter :: scene_kinds(*) = [character(8) :: "lumped", "planar"]
 
 contains
 
    !> The common groups; `observables` are the names that `&record` accepts in this kind of scene.
-   function common_schema(kinds, observables) result(schema)
-      character(*), intent(in) :: kinds(:), observables(:)
+   function common_schema(observables) result(schema)
+      character(*), intent(in) :: observables(:)
       type(group_spec_t), allocatable :: schema(:)
       type(key_spec_t), allocatable :: keys(:)
 
-      allocate (schema(4))
+      allocate (schema(6))
       keys = [ &
-             key_string("kind", "kind of machine", choices=kinds, required=.true.), &
+             key_string("kind", "kind of machine", choices=scene_kinds, required=.true.), &
              key_string("title", "title of results and pictures", default="''")]
       schema(1) = group("scene", "What the file describes", required=.true., keys=keys)
       keys = [ &
              key_real("t_end", "end of the motion, which starts at 0", unit="s", rule=positive, required=.true.), &
              key_string("start", "state at the start: equilibrium under the constant loads, all zero, or as in &initial", &
                         choices=["static", "zero  ", "given "], default="static"), &
-             key_string("integrator", "method", choices=["exact"], default="exact"), &
+             key_string("integrator", "method; automatic: exact where all laws are piecewise linear, else dop853", &
+                        choices=integrators, default="automatic"), &
+             key_string("treatment", "of jumps and kinks of the laws, by a Runge-Kutta method; automatic: event", &
+                        choices=treatments, default="automatic"), &
+             key_real("relative_tolerance", "of the error of a step", rule=positive, default="1.0e-9"), &
+             key_real("absolute_tolerance", "of the error of a step, in mass-normalised coordinates", rule=positive, &
+                      default="1.0e-12"), &
+             key_real("step", "step of rk4 and moreau_jean; first step of the others, 0: chosen", unit="s", &
+                      rule=nonnegative, default="0.0"), &
+             key_real("sharpness", "of smoothed jumps, per unit of the contact variable", rule=positive, default="1.0e6"), &
+             key_real("band", "half width of the band of sticking, for switching", unit="m/s or rad/s", rule=nonnegative, &
+                      default="1.0e-6"), &
+             key_integer("max_steps", "steps after which a motion is given up", rule=positive, default="1000000000"), &
              key_integer("max_events", "events after which a motion is given up", rule=positive, default="10000000")]
       schema(2) = group("motion", "The motion that is computed", keys=keys)
       keys = [ &
@@ -40,8 +56,37 @@ contains
              key_real("first", "first value, in the unit of the key", required=.true.), &
              key_real("last", "last value", required=.true.), &
              key_real("step", "step from value to value; give this or points (0: as if not given)"), &
-             key_integer("points", "number of values; give this or step", rule=positive)]
+             key_integer("points", "number of values; give this or step", rule=positive), &
+             key_string("direction", "whether each motion starts as &motion says, or where the one before ended: in the "// &
+                        "order of the values (up), against it (down), or both", &
+                        choices=["independent", "up         ", "down       ", "both       "], default="independent")]
       schema(4) = group("sweep", "A parameter that razy-sweep varies", keys=keys)
+      keys = [ &
+             key_string("parameter", "group%key of the value that is looked for, as in --set", required=.true.), &
+             key_real("first", "first value of the range, in the unit of the key", required=.true.), &
+             key_real("last", "last value of the range", required=.true.), &
+             key_real("frequency", "natural frequency that the mode shall have", unit="Hz", rule=positive, required=.true.), &
+             key_string("coordinate", "the mode is the one that is mostly this coordinate; give this or mode"), &
+             key_integer("mode", "the mode is the one with this number before tuning; give this or coordinate", rule=positive), &
+             key_string("contacts", "state of the contacts: open, closed as two-way springs, or as in static equilibrium", &
+                        choices=["closed     ", "open       ", "equilibrium"], default="closed"), &
+             key_integer("points", "values of the parameter for which frequencies are stored", low=2, high=100000, &
+                         default="201"), &
+             key_integer("modes", "number of frequencies that are stored; all if there are fewer", rule=positive, &
+                         default="6")]
+      schema(5) = group("tune", "A parameter that razy-tune looks for, and the natural frequency it is to give", keys=keys)
+      keys = [ &
+             key_string("integrator", "method", choices=integrators, required=.true.), &
+             key_string("treatment", "of jumps and kinks of the laws", choices=treatments, default="automatic"), &
+             key_real("tolerance", "relative tolerances, one motion each; the absolute one is in proportion as in &motion", &
+                      rule=positive, least=1, most=32), &
+             key_real("step", "steps of a method without step control, one motion each", unit="s", rule=positive, least=1, &
+                      most=32), &
+             key_real("sharpness", "of smoothed jumps: one value, or one for each motion; as in &motion if not given", &
+                      rule=positive, least=1, most=32), &
+             key_real("band", "half width of the band of sticking; as in &motion if not given", unit="m/s or rad/s", &
+                      rule=nonnegative)]
+      schema(6) = group("duel", "A method that razy-duel sets beside others", repeatable=.true., keys=keys)
    end function common_schema
 
 end module razy_scenes_common_schema

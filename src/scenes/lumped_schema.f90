@@ -2,6 +2,7 @@
 module razy_scenes_lumped_schema
    use razy_core_schema, only: group, group_spec_t, key_integer, key_name, key_real, key_spec_t, key_string, nonnegative, positive
    use razy_scenes_common_schema, only: common_schema
+   use razy_scenes_gap_laws, only: gap_law_keys
    implicit none(type, external)
    private
 
@@ -9,7 +10,8 @@ module razy_scenes_lumped_schema
 
    !> What `&record` accepts in a lumped scene.
    character(*), parameter :: lumped_observables(*) = [character(24) :: "mesh_deformation", "contact_force", &
-                                                                       "relative_displacement", "displacement", "velocity", "state"]
+                                                                       "relative_displacement", "sliding_velocity", &
+                                                                       "displacement", "velocity", "state"]
    integer, parameter :: most_harmonics = 32
 
 contains
@@ -18,7 +20,7 @@ contains
    function lumped_schema() result(schema)
       type(group_spec_t), allocatable :: schema(:)
 
-      schema = [common_schema(["lumped"], lumped_observables), bodies(), connections(), contacts(), actions()]
+      schema = [common_schema(lumped_observables), bodies(), connections(), contacts(), actions()]
    end function lumped_schema
 
    function bodies() result(schema)
@@ -61,16 +63,22 @@ contains
       type(group_spec_t), allocatable :: schema(:)
       type(key_spec_t), allocatable :: keys(:)
 
-      allocate (schema(2))
+      allocate (schema(3))
       keys = [ &
              key_name(), &
              ends(), &
              key_string("side", "closes for q > clearance, for q < -clearance, or both", choices=["upper", "lower", &
                                                                                                   "both "], default="upper"), &
              key_real("clearance", "displacement up to contact; a negative one is preload", unit="m or rad", required=.true.), &
-             key_real("stiffness", "stiffness of the closed contact", unit="N/m or N m/rad", rule=positive, required=.true.), &
-             key_real("damping", "damping of the closed contact", unit="N s/m or N m s/rad", rule=nonnegative, default="0.0"), &
-             separation()]
+             gap_law_keys(), &
+             key_real("motion_amplitude", "amplitude of a given motion of the second end, beside its own", unit="m or rad", &
+                      default="0.0"), &
+             key_real("motion_phase", "phase of that motion", unit="deg", default="0.0"), &
+             key_real("motion_frequency", "frequency of that motion", unit="Hz", rule=positive), &
+             key_real("motion_angular_frequency", "frequency of that motion, instead of motion_frequency", unit="rad/s", &
+                      rule=positive), &
+             key_real("motion_order", "frequency in multiples of the speed of &rotation, instead of motion_frequency", &
+                      rule=positive)]
       schema(1) = group("stop", "A stop between two bodies or a body and the frame, acting on q = q1 - q2", &
                         repeatable=.true., keys=keys)
       keys = [ &
@@ -81,13 +89,28 @@ contains
              key_real("stiffness", "mesh stiffness", unit="N/m", rule=positive, required=.true.), &
              key_real("damping", "mesh damping, acting in contact", unit="N s/m", rule=nonnegative, default="0.0"), &
              key_real("backlash", "backlash along the line of action", unit="m", rule=nonnegative, default="0.0"), &
-             separation(), &
+             key_string("separation", "where a damped contact is lost", choices=["zero_deformation", "zero_force      "], &
+                        default="zero_deformation"), &
              key_real("error_sine", &
                       "static transmission error: sine amplitudes of the harmonics of the tooth frequency", unit="m", &
                       least=1, most=most_harmonics), &
              key_real("error_cosine", "static transmission error: cosine amplitudes likewise", unit="m", &
                       least=1, most=most_harmonics)]
       schema(2) = group("gear_mesh", "A pair of gears: d = r1 q1 - r2 q2 + error", repeatable=.true., keys=keys)
+      keys = [ &
+             key_name(), &
+             ends(), &
+             key_real("static_coefficient", "coefficient of friction while sticking", rule=nonnegative, required=.true.), &
+             key_real("kinetic_coefficient", "coefficient while sliding, or what it falls to; the static one if not given", &
+                      rule=nonnegative), &
+             key_real("decay", "how fast the coefficient falls with the speed v of sliding: kinetic + (static - kinetic)/"// &
+                      "(1 + decay*v); 0: kinetic while sliding", unit="s/m or s/rad", rule=nonnegative, default="0.0"), &
+             key_real("normal_load", "constant normal force", unit="N or N m", rule=nonnegative), &
+             key_string("normal_contact", "name of a stop whose force is the normal force, beside normal_load"), &
+             key_string("only_with", "name of a stop; there is friction only while it is closed"), &
+             key_real("belt_speed", "velocity of the second surface beside that of its body", unit="m/s or rad/s", default="0.0")]
+      schema(3) = group("friction", "Dry friction between two bodies or a body and the frame, with the velocity of sliding "// &
+                        "v = q1' - q2' - belt_speed", repeatable=.true., keys=keys)
    end function contacts
 
    function actions() result(schema)
@@ -122,12 +145,5 @@ contains
 
       ends = key_string("between", "names of the two bodies, one of which may be 'frame'", count=2, required=.true.)
    end function ends
-
-   function separation()
-      type(key_spec_t) :: separation
-
-      separation = key_string("separation", "where a damped contact is lost", &
-                              choices=["zero_deformation", "zero_force      "], default="zero_deformation")
-   end function separation
 
 end module razy_scenes_lumped_schema

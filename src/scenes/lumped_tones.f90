@@ -1,60 +1,17 @@
-!! Frequencies of excitation of a lumped scene: those of loads, and the tooth frequencies of its gear meshes.
+!! Mean speeds of a lumped scene, from which the tooth frequencies of its gear meshes follow.
 !!
-!! Bodies joined by springs, dampers or stops have the same mean speed; a mesh changes it in the ratio of the teeth. All
-!! frequencies are formed in extended precision from the speed and whole numbers, and equal ones become one tone.
+!! Bodies joined by springs, dampers or stops have the same mean speed; a mesh changes it in the ratio of the teeth.
 module razy_scenes_lumped_tones
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t
-   use razy_core_kinds, only: qp, wp
-   use razy_core_tone, only: tone_from_hertz, tone_t
+   use razy_core_kinds, only: qp
    use razy_scenes_lumped_bodies, only: bodies_t, find_body, find_ends
    implicit none(type, external)
    private
 
-   public :: add_harmonic, find_speeds, harmonics_t
-
-   !> The tones met so far, and the phasors on rows (forces or contact errors) that belong to each.
-   type :: harmonics_t
-      integer :: count = 0
-      real(qp), allocatable :: hertz(:)
-      type(tone_t), allocatable :: tone(:)
-      !> Phasors (rows, tones): Re(phasor e^{iωt}).
-      complex(wp), allocatable :: phasor(:, :)
-      !> What harmonics of frequency zero add (rows).
-      real(wp), allocatable :: constant(:)
-   end type harmonics_t
+   public :: find_speeds
 
 contains
-
-   !> Add cosine*cos(2πft) + sine*sin(2πft) to a row; a negative frequency turns the other way.
-   pure subroutine add_harmonic(self, row, hertz, cosine, sine)
-      type(harmonics_t), intent(inout) :: self
-      integer, intent(in) :: row
-      real(qp), intent(in) :: hertz
-      real(wp), intent(in) :: cosine, sine
-
-      complex(wp), allocatable :: larger(:, :)
-      integer :: t, rows
-
-      rows = size(self%constant)
-      if (.not. (abs(cosine) > 0.0_wp .or. abs(sine) > 0.0_wp)) return
-      if (.not. abs(hertz) > 0.0_qp) then
-         self%constant(row) = self%constant(row) + cosine
-         return
-      end if
-      do t = 1, self%count
-         if (.not. abs(abs(hertz) - self%hertz(t)) > 4*epsilon(1.0_qp)*abs(hertz)) exit
-      end do
-      if (t > self%count) then
-         self%count = t
-         self%hertz = [self%hertz, abs(hertz)]
-         self%tone = [self%tone, tone_from_hertz(abs(hertz))]
-         allocate (larger(rows, t), source=(0.0_wp, 0.0_wp))
-         larger(:, :t - 1) = self%phasor
-         call move_alloc(larger, self%phasor)
-      end if
-      self%phasor(row, t) = self%phasor(row, t) + cmplx(cosine, -sign(1.0_wp, real(hertz, wp))*sine, wp)
-   end subroutine add_harmonic
 
    !> Mean speeds of all bodies, turns a second, in multiples of that of `&rotation`; 0 where nothing says what it is.
    subroutine find_speeds(input, bodies, ratio, error)

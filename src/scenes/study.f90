@@ -1,5 +1,7 @@
 !! A study: an input file, checked, as the machine it describes and what is to be done with it.
 module razy_scenes_study
+   use razy_contact_contact_law, only: branch_open
+   use razy_core_drawing, only: drawing_t
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t, peek, read_input_text
    use razy_core_kinds, only: i8, wp
@@ -7,20 +9,19 @@ module razy_scenes_study
    use razy_core_text, only: lower, string_t
    use razy_machine_equilibrium, only: find_equilibrium
    use razy_machine_machine, only: machine_t, observable_t
-   use razy_scenes_lumped, only: new_lumped
-   use razy_scenes_lumped_bodies, only: bodies_t, find_body
-   use razy_scenes_lumped_observables, only: new_observable
-   use razy_scenes_lumped_schema, only: lumped_schema
+   use razy_machine_method, only: check_method, method_t
+   use razy_scenes_factory, only: draw_scene, new_scene, scene_kinds
+   use razy_scenes_scene, only: scene_t
    implicit none(type, external)
    private
 
-   public :: motion_t, new_machine, read_study, record_t, study_schema
+   public :: motion_t, new_drawing, new_machine, new_structure, read_study, record_t, study_schema
 
    !> What &motion says.
    type :: motion_t
       real(wp) :: t_end = 0.0_wp
       integer(i8) :: most_events = 0
-      character(:), allocatable :: integrator
+      type(method_t) :: method
    end type motion_t
 
    !> What one &record asks for. `observable` is its number in the machine, 0 for the whole state.
@@ -31,8 +32,6 @@ module razy_scenes_study
       real(wp) :: from = 0.0_wp, interval = 0.0_wp
    end type record_t
 
-   character(*), parameter :: kinds(*) = [character(8) :: "lumped"]
-
 contains
 
    !> The schema of a kind of scene.
@@ -40,12 +39,14 @@ contains
       character(*), intent(in) :: kind
       type(group_spec_t), allocatable :: schema(:)
 
-      select case (lower(kind))
-      case ("lumped")
-         schema = lumped_schema()
-      case default
+      class(scene_t), allocatable :: scene
+
+      call new_scene(scene, kind)
+      if (allocated(scene)) then
+         schema = scene%schema()
+      else
          allocate (schema(0))
-      end select
+      end if
    end function study_schema
 
    !> Check the text of an input file against the schema of its kind of scene, `--set` overrides included.
@@ -57,7 +58,8 @@ contains
 
       character(:), allocatable :: kind
 
-      call peek(text, file, "scene", key_string("kind", "kind of machine", choices=kinds, required=.true.), overrides, kind, error)
+      call peek(text, file, "scene", key_string("kind", "kind of machine", choices=scene_kinds, required=.true.), overrides, &
+                kind, error)
       if (allocated(error)) return
       call read_input_text(input, text, file, study_schema(kind), overrides, error)
    end subroutine read_study
@@ -70,12 +72,15 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      type(bodies_t) :: bodies
+      class(scene_t), allocatable :: scene
+      character(:), allocatable :: kind
       integer :: i, most_events
 
-      call new_lumped(machine, bodies, input, error)
+      call input%get("scene", 1, "kind", kind)
+      call new_scene(scene, kind)
+      call scene%build(machine, input, error)
       if (allocated(error)) return
-      call read_records(machine, records, bodies, input, error)
+      call read_records(machine, records, scene, input, error)
       if (allocated(error)) return
       if (input%count("motion") == 0) then
          call input%complain(error, "motion", 1, "t_end", "required: the end of the motion in s")
@@ -83,20 +88,76 @@ contains
       end if
       call input%get("motion", 1, "t_end", motion%t_end)
       call input%get("motion", 1, "max_events", most_events)
-      call input%get("motion", 1, "integrator", motion%integrator)
+      call read_method(motion%method, machine, input, error)
+      if (allocated(error)) return
       motion%most_events = most_events
       do i = 1, size(records)
          if (records(i)%from < motion%t_end) cycle
          call input%complain(error, "record", i, "from", "less than the end of the motion, &motion t_end")
          return
       end do
-      call set_start(machine, bodies, input, error)
+      call set_start(machine, scene, input, error)
    end subroutine new_machine
 
-   subroutine read_records(machine, records, bodies, input, error)
+   !> The machine that an input describes without observables and start: its matrices, contacts and loads.
+   subroutine new_structure(machine, input, error)
+      type(machine_t), intent(out) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      class(scene_t), allocatable :: scene
+      character(:), allocatable :: kind
+
+      call input%get("scene", 1, "kind", kind)
+      call new_scene(scene, kind)
+      call scene%build(machine, input, error)
+   end subroutine new_structure
+
+   !> The method that &motion names, checked against the machine's laws.
+   subroutine read_method(method, machine, input, error)
+      type(method_t), intent(out) :: method
+      type(machine_t), intent(in) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: allowed, key, text
+      integer :: most_steps
+
+      call input%get("motion", 1, "integrator", text)
+      method%integrator = lower(text)
+      call input%get("motion", 1, "treatment", text)
+      method%treatment = lower(text)
+      call input%get("motion", 1, "relative_tolerance", method%relative_tolerance)
+      call input%get("motion", 1, "absolute_tolerance", method%absolute_tolerance)
+      call input%get("motion", 1, "step", method%step)
+      call input%get("motion", 1, "sharpness", method%sharpness)
+      call input%get("motion", 1, "band", method%band)
+      call input%get("motion", 1, "max_steps", most_steps)
+      method%most_steps = most_steps
+      call check_method(method, machine, key, allowed)
+      if (len(key) > 0) call input%complain(error, "motion", 1, key, allowed)
+   end subroutine read_method
+
+   !> The geometry of the machine, for pictures; not allocated where the kind of scene has none.
+   subroutine new_drawing(drawing, input, error)
+      type(drawing_t), allocatable, intent(out) :: drawing
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      type(machine_t) :: machine
+      class(scene_t), allocatable :: scene
+      character(:), allocatable :: kind
+
+      call input%get("scene", 1, "kind", kind)
+      call new_scene(scene, kind)
+      call scene%build(machine, input, error)
+      if (.not. allocated(error)) call draw_scene(scene, drawing, input, error)
+   end subroutine new_drawing
+
+   subroutine read_records(machine, records, scene, input, error)
       type(machine_t), intent(inout) :: machine
       type(record_t), allocatable, intent(out) :: records(:)
-      type(bodies_t), intent(in) :: bodies
+      class(scene_t), intent(in) :: scene
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
@@ -120,7 +181,7 @@ contains
             if (allocated(error)) return
             cycle
          end if
-         call new_observable(observable, machine, bodies, input, i, error)
+         call scene%new_observable(observable, machine, input, i, error)
          if (allocated(error)) return
          do k = 1, size(machine%observable)
             if (machine%observable(k)%name /= observable%name) cycle
@@ -155,17 +216,18 @@ contains
    end subroutine check_times
 
    !> Displacement and velocity at the time 0.
-   subroutine set_start(machine, bodies, input, error)
+   subroutine set_start(machine, scene, input, error)
       type(machine_t), intent(inout) :: machine
-      type(bodies_t), intent(in) :: bodies
+      class(scene_t), intent(in) :: scene
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
       character(:), allocatable :: start
       logical :: found
-      integer :: body, i
+      integer :: j, n
 
-      allocate (machine%displacement(bodies%count), machine%velocity(bodies%count), source=0.0_wp)
+      n = size(machine%load)
+      allocate (machine%displacement(n), machine%velocity(n), source=0.0_wp)
       call input%get("motion", 1, "start", start)
       if (input%count("initial") > 0 .and. lower(start) /= "given") then
          call input%complain(error, "motion", 1, "start", "'given' where the file has &initial")
@@ -173,18 +235,44 @@ contains
       end if
       select case (lower(start))
       case ("static")
+         do j = 1, size(machine%contact)
+            if (.not. any(machine%contact(j)%law%constraint)) cycle
+            call input%complain(error, "motion", 1, "start", "'zero', or 'given' with &initial: '"//machine%contact(j)%name// &
+                                "' is a rigid stop or dry friction, with which an equilibrium is not one position")
+            return
+         end do
          call find_equilibrium(machine, machine%displacement, found)
          if (.not. found) call input%complain(error, "motion", 1, "start", "the constant loads are in no equilibrium: balance "// &
                                               "them, or start from 'zero' or 'given'")
       case ("zero")
       case default
-         do i = 1, input%count("initial")
-            call find_body(bodies, input, "initial", i, "on", 1, body, error)
-            if (allocated(error)) return
-            call input%get("initial", i, "displacement", machine%displacement(body))
-            call input%get("initial", i, "velocity", machine%velocity(body))
-         end do
+         call scene%set_initial(machine, input, error)
       end select
+      if (.not. allocated(error)) call check_rigid_stops(machine, input, error)
    end subroutine set_start
+
+   !> A motion cannot start beyond a rigid stop.
+   subroutine check_rigid_stops(machine, input, error)
+      type(machine_t), intent(in) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: rounding, s
+      integer :: j
+
+      do j = 1, size(machine%contact)
+         associate (contact => machine%contact(j), edge => machine%contact(j)%law%guard(1, branch_open))
+            if (.not. contact%law%impacts) cycle
+            s = dot_product(contact%w, machine%displacement) + contact%offset + sum(real(contact%error))
+            rounding = 16*epsilon(1.0_wp)*(dot_product(abs(contact%w), abs(machine%displacement)) + abs(contact%offset) &
+                                           + sum(abs(contact%error)))
+            if (.not. ((edge%above /= 0 .and. s > edge%upper + rounding) &
+                       .or. (edge%below /= 0 .and. s < edge%lower - rounding))) cycle
+            call input%complain(error, "motion", 1, "start", "a state that is not beyond the rigid stop '"//contact%name// &
+                                "'; give the position by start = 'given' and &initial")
+            return
+         end associate
+      end do
+   end subroutine check_rigid_stops
 
 end module razy_scenes_study

@@ -3,6 +3,9 @@
 !! Rank 0 takes one point at a time and looks for messages after each. Its memory does not grow with the sweep: it receives a few
 !! packets at a time, and their senders keep the others.
 !!
+!! When the sweep is to stop, after an interruption or a failure, it tells all ranks, hands out nothing more, and collects what
+!! they still send.
+!!
 !! A working manager was chosen by measurement against a one-sided counter (MPI_Fetch_and_op on rank 0) by which every rank takes
 !! its own chunks. Within a node the counter is somewhat better (0.1 microseconds a call); without remote atomics (Open MPI's
 !! osc/pt2pt) it is served only when rank 0 enters MPI: 40 ms a call while rank 0 computes points of 20 ms, in which the rank
@@ -13,7 +16,8 @@ module razy_sweep_manager
    use razy_sweep_clock, only: patience_t, seconds
    use razy_sweep_communicator, only: communicator_t
    use razy_sweep_message, only: incoming_t, outgoing_t
-   use razy_sweep_protocol, only: chunk_size, sweep_options_t, tag_chunk, tag_request, tag_results, tag_tally, tally_t, unpack_tally
+   use razy_sweep_protocol, only: ask_interrupt, chunk_size, sweep_options_t, tag_chunk, tag_request, tag_results, tag_stop, &
+      & tag_tally, tally_t, unpack_tally
    use razy_sweep_task, only: point_result_t, point_task
    implicit none(type, external)
    private
@@ -27,20 +31,24 @@ module razy_sweep_manager
    type :: manager_t
       type(communicator_t) :: communicator
       type(sweep_options_t) :: options
-      !> Points of the sweep, the next one to hand out, those collected.
-      integer(i8) :: n_points = 0, next = 1, collected = 0
+      !> Points of the sweep, the next one to hand out, those of which all was collected, results collected; the point that rank
+      !> 0 is at, or 0.
+      integer(i8) :: n_points = 0, next = 1, collected = 0, results = 0, own = 0
       !> Ranks that may still send.
       integer :: active = 0
+      !> No more points are computed; ranks that have been told that it is over.
+      logical :: stopping = .false.
+      logical, allocatable :: told(:)
       !> What ended the sweep early.
       type(error_t), allocatable :: failure
       type(point_result_t) :: result
       type(incoming_t) :: incoming(n_incoming)
-      type(outgoing_t), allocatable :: replies(:)
+      type(outgoing_t), allocatable :: replies(:), orders(:)
       type(tally_t), allocatable :: tallies(:)
    end type manager_t
 
    abstract interface
-      !> Tells how far the sweep is: points collected, points in all, time since its start [s].
+      !> Tells how far the sweep is: results collected, results in all, time since its start [s].
       subroutine report_progress(done, total, elapsed)
          import :: i8, wp
          implicit none(type, external)
@@ -53,19 +61,22 @@ contains
 
    !> Run the sweep on rank 0.
    !>
-   !> `tallies` (0:ranks-1) is what each rank did, `failure` an error of `collect`, which ends the sweep early on all ranks, `error`
-   !> a failure of MPI.
-   subroutine manage(communicator, task, n_points, options, progress, tallies, failure, error)
+   !> `tallies` (0:ranks-1) is what each rank did, `stopped` tells whether an interruption ended the sweep early, `failure` is an
+   !> error of `collect` or `settle`, which does the same, `error` a failure of MPI.
+   subroutine manage(communicator, task, n_points, options, progress, interrupted, tallies, stopped, failure, error)
       type(communicator_t), intent(in) :: communicator
       class(point_task), intent(inout) :: task
       integer(i8), intent(in) :: n_points
       type(sweep_options_t), intent(in) :: options
       procedure(report_progress), optional :: progress
+      procedure(ask_interrupt), optional :: interrupted
       type(tally_t), allocatable, intent(out) :: tallies(:)
+      logical, intent(out) :: stopped
       type(error_t), allocatable, intent(out) :: failure
       type(error_t), allocatable, intent(out) :: error
       type(manager_t), asynchronous :: manager
       type(patience_t) :: patience
+      integer(i8) :: total
       real(wp) :: start, now, reported
       logical :: works, served
       integer :: rank
@@ -74,14 +85,21 @@ contains
       manager%options = options
       manager%n_points = n_points
       manager%active = communicator%size - 1
-      allocate (manager%replies(communicator%size - 1), manager%tallies(0:communicator%size - 1))
+      allocate (manager%replies(communicator%size - 1), manager%orders(communicator%size - 1), &
+         & manager%tallies(0:communicator%size - 1))
+      allocate (manager%told(communicator%size - 1), source=.false.)
       works = communicator%size <= max(1, options%largest_working_manager)
+      total = merge(options%results, n_points, options%results > 0)
       start = seconds()
       reported = start
       do
          call serve(manager, task, served, error)
          if (allocated(error)) return
-         if (works .and. manager%next <= manager%n_points) then
+         if (.not. allocated(manager%failure)) call task%settle(manager%failure)
+         if (.not. manager%stopping .and. present(interrupted)) manager%stopping = interrupted()
+         if (manager%stopping .or. allocated(manager%failure)) call stop_all(manager, error)
+         if (allocated(error)) return
+         if (works .and. (manager%own > 0 .or. manager%next <= manager%n_points)) then
             call compute_point(manager, task)
             call patience%reset()
          else if (manager%next > manager%n_points .and. .not. expects_messages(manager)) then
@@ -93,20 +111,24 @@ contains
          end if
          if (present(progress)) then
             now = seconds()
-            if (now - reported >= options%progress_interval .and. manager%collected < n_points) then
-               call progress(manager%collected, n_points, now - start)
+            if (now - reported >= options%progress_interval .and. manager%results < total) then
+               call progress(manager%results, total, now - start)
                reported = now
             end if
          end if
       end do
       do rank = 1, communicator%size - 1
          call manager%replies(rank)%wait(error)
+         if (.not. allocated(error)) call manager%orders(rank)%wait(error)
          if (allocated(error)) return
       end do
-      if (.not. allocated(manager%failure) .and. manager%collected /= n_points) then
+      stopped = manager%stopping .and. manager%collected < n_points
+      if (.not. allocated(manager%failure) .and. .not. manager%stopping .and. manager%collected /= n_points) then
          call raise(manager%failure, "results of the sweep were lost on their way")
       end if
-      if (present(progress) .and. .not. allocated(manager%failure)) call progress(manager%collected, n_points, seconds() - start)
+      if (present(progress) .and. .not. allocated(manager%failure) .and. .not. stopped) then
+         call progress(manager%results, total, seconds() - start)
+      end if
       call move_alloc(manager%tallies, tallies)
       call move_alloc(manager%failure, failure)
    end subroutine manage
@@ -158,7 +180,11 @@ contains
       associate (incoming => manager%incoming(slot))
          select case (incoming%tag)
          case (tag_request)
-            call send_chunk(manager, incoming%source, error)
+            if (incoming%packet%words(1) == 1) then
+               manager%stopping = .true.
+               call stop_all(manager, error)
+            end if
+            if (.not. allocated(error)) call send_chunk(manager, incoming%source, error)
          case (tag_results)
             do while (.not. incoming%packet%at_end())
                call incoming%packet%get(point, manager%result)
@@ -167,6 +193,7 @@ contains
          case (tag_tally)
             manager%tallies(incoming%source) = unpack_tally(incoming%packet%words(:3))
             manager%active = manager%active - 1
+            call tell(manager, incoming%source, error)
          case default
             call raise(error, "a message that is none of the sweep")
          end select
@@ -189,24 +216,55 @@ contains
       manager%tallies(0)%messages = manager%tallies(0)%messages + 1
    end subroutine send_chunk
 
-   !> Compute the next point here.
+   !> Hand out nothing more, give up the point that rank 0 is at, and tell all ranks.
+   subroutine stop_all(manager, error)
+      type(manager_t), intent(inout), asynchronous :: manager
+      type(error_t), allocatable, intent(out) :: error
+      integer :: rank
+
+      manager%next = manager%n_points + 1
+      manager%own = 0
+      do rank = 1, size(manager%orders)
+         call tell(manager, rank, error)
+         if (allocated(error)) return
+      end do
+   end subroutine stop_all
+
+   !> Tell a rank, once, that it is over.
+   subroutine tell(manager, rank, error)
+      type(manager_t), intent(inout), asynchronous :: manager
+      integer, intent(in) :: rank
+      type(error_t), allocatable, intent(out) :: error
+
+      if (manager%told(rank)) return
+      manager%told(rank) = .true.
+      call manager%orders(rank)%packet%set([integer(i8) ::])
+      call manager%orders(rank)%post(manager%communicator, rank, tag_stop, error)
+      manager%tallies(0)%messages = manager%tallies(0)%messages + 1
+   end subroutine tell
+
+   !> Compute the next point here, or the next part of the one that was begun.
    subroutine compute_point(manager, task)
       type(manager_t), intent(inout) :: manager
       class(point_task), intent(inout) :: task
       integer(i8) :: point
       real(wp) :: begun
 
-      point = manager%next
-      manager%next = point + 1
+      if (manager%own == 0) then
+         manager%own = manager%next
+         manager%next = manager%next + 1
+      end if
+      point = manager%own
       call manager%result%clear()
       begun = seconds()
       call task%run(point, manager%result)
       manager%tallies(0)%busy = manager%tallies(0)%busy + (seconds() - begun)
       manager%tallies(0)%points = manager%tallies(0)%points + 1
+      if (.not. manager%result%continues) manager%own = 0
       call collect(manager, task, point)
    end subroutine compute_point
 
-   !> Give a result to the task; after a failure results are dropped and no more points are handed out.
+   !> Give a result to the task; after a failure results are dropped.
    subroutine collect(manager, task, point)
       type(manager_t), intent(inout) :: manager
       class(point_task), intent(inout) :: task
@@ -214,11 +272,9 @@ contains
 
       if (allocated(manager%failure)) return
       call task%collect(point, manager%result, manager%failure)
-      if (allocated(manager%failure)) then
-         manager%next = manager%n_points + 1
-      else
-         manager%collected = manager%collected + 1
-      end if
+      if (allocated(manager%failure)) return
+      manager%results = manager%results + 1
+      if (.not. manager%result%continues) manager%collected = manager%collected + 1
    end subroutine collect
 
 end module razy_sweep_manager

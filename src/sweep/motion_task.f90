@@ -2,54 +2,77 @@
 !!
 !! A driver extends this type with what makes a machine of a point. The propagator keeps modes from point to point as long as
 !! only excitation, clearances or start differ; that changes no bit of a result.
+!!
+!! In a chain each motion starts where the one before ended (razy_sweep_carried); after a motion that failed the chain begins anew
+!! as the input says. A machine whose stiffness varies has another split into coordinates that its contacts feel and those they do
+!! not, so chains follow every coordinate.
+!!
+!! Results go to the checkpoint at once; rank 0 keeps the place of each and the numbers of extrema.
 module razy_sweep_motion_task
    use, intrinsic :: iso_fortran_env, only: int8
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_dynamics_extrema, only: extrema_t
-   use razy_integrate_exact, only: exact_t, outcome_t
-   use razy_integrate_observer, only: observer_slot_t
+   use razy_integrate_factory, only: new_integrator
+   use razy_integrate_integrator, only: integrator_t, observer_slot_t, outcome_t, status_no_machine, status_ok
+   use razy_machine_method, only: method_t
    use razy_machine_machine, only: machine_t
+   use razy_sweep_carried, only: carried_t
+   use razy_sweep_checkpoint, only: checkpoint_t
+   use razy_sweep_communicator, only: communicator_t
+   use razy_sweep_plan, only: plan_t
    use razy_sweep_task, only: point_result_t, point_task
    implicit none(type, external)
    private
 
-   public :: gathered_t, motion_task_t, status_no_machine
+   public :: motion_result_t, motion_task_t
 
-   !> Status of a point for which there is no machine; the other values are those of razy_integrate_exact.
-   integer, parameter :: status_no_machine = 5
+   !> Integers of a result before those of the observables, for each observable, and of the end of a link of a chain.
+   integer(i8), parameter :: n_head = 4, n_each = 2, n_carried = 2
 
-   !> Extrema of one observable over the whole sweep, in the order in which points were collected.
-   type :: gathered_t
-      !> Extrema of point i: count(i) from start(i) + 1 on; kind of the first, they alternate.
-      integer(i8), allocatable :: start(:), count(:)
+   !> What became of one point.
+   type :: motion_result_t
+      integer :: status = 0
+      integer(i8) :: events = 0, steps = 0
+      !> For each observable (observables): number of extrema, kind of the first, which alternate with the others, and the place
+      !> of the first value among the reals of the result; the times follow the values.
+      integer(i8), allocatable :: count(:), place(:)
       integer(int8), allocatable :: first_kind(:)
-      integer(i8) :: used = 0
-      real(wp), allocatable :: value(:), time(:)
-   contains
-      procedure :: in_grid_order
-   end type gathered_t
+   end type motion_result_t
 
-   !> The task. `prepare_ranks` is called on every rank, `prepare_root` on rank 0 besides.
+   !> The task. Units and points of the sweep are those of `plan`, the same on all ranks.
    type, abstract, extends(point_task) :: motion_task_t
       real(wp) :: t_end = 0.0_wp
       integer(i8) :: most_events = 0
       type(machine_t) :: machine
-      type(exact_t) :: exact
+      type(method_t) :: method
+      class(integrator_t), allocatable :: integrator
       type(extrema_t), allocatable :: extrema(:)
-      !> Collected on rank 0 (points).
-      integer, allocatable :: status(:)
-      integer(i8), allocatable :: events(:), steps(:)
-      type(gathered_t), allocatable :: gathered(:)
+      type(plan_t) :: plan
+      !> The unit that is being computed, the link of its chain that was computed last, and what it carries on.
+      integer(i8), private :: at_unit = 0, link = 0
+      type(carried_t), private :: carried
+      !> Where chains that are taken up go on: the last result of each, one after the other. (units + 1), (units + 1)
+      integer(i8), allocatable, private :: integers_before(:), reals_before(:), last_integers(:)
+      real(wp), allocatable, private :: last_reals(:)
+      !> On rank 0: the results, and the number of extrema of each observable (observables).
+      type(checkpoint_t) :: checkpoint
+      integer(i8), allocatable :: total(:)
    contains
       procedure(make_machine), deferred :: machine_at
-      procedure :: run => run_point
+      procedure :: run => run_unit
       procedure :: collect => collect_point
+      procedure :: settle => settle_points
       procedure :: prepare_root
+      procedure :: share_plan
+      procedure :: result_at
+      procedure, private :: run_point
+      procedure, private :: resume_chain
+      procedure, private :: recall_chains
    end type motion_task_t
 
    abstract interface
-      !> Set `self%machine` to the machine of point number `point`.
+      !> Set `self%machine` and `self%method` to those of point number `point`.
       subroutine make_machine(self, point, error)
          import :: error_t, i8, motion_task_t
          implicit none(type, external)
@@ -61,26 +84,115 @@ module razy_sweep_motion_task
 
 contains
 
-   !> Make room for the results of all points.
-   subroutine prepare_root(self, points)
+   !> On rank 0: open the checkpoint of the result file `output`, and find out what is to be done.
+   subroutine prepare_root(self, output, input, error)
       class(motion_task_t), intent(inout) :: self
-      integer(i8), intent(in) :: points
+      character(*), intent(in) :: output, input
+      type(error_t), allocatable, intent(out) :: error
 
-      integer :: i
+      type(point_result_t) :: result
+      type(motion_result_t) :: motion
+      integer(i8) :: n_integers, point
+      logical :: whole
 
-      allocate (self%status(points), source=0)
-      allocate (self%events(points), self%steps(points), source=0_i8)
-      allocate (self%gathered(size(self%extrema)))
-      do i = 1, size(self%gathered)
-         associate (gathered => self%gathered(i))
-            allocate (gathered%start(points), gathered%count(points), source=0_i8)
-            allocate (gathered%first_kind(points), source=0_int8)
-            allocate (gathered%value(1024), gathered%time(1024))
-         end associate
+      n_integers = n_head + n_each*size(self%extrema) + merge(n_carried, 0_i8, self%plan%has_chains())
+      allocate (self%total(size(self%extrema)), source=0_i8)
+      call self%checkpoint%open(output, input, n_integers, self%plan, error)
+      if (allocated(error)) return
+      do point = 1, merge(self%plan%points, 0_i8, self%plan%n_done > 0)
+         if (.not. self%plan%done(point)) cycle
+         call self%result_at(point, result, motion, error)
+         if (allocated(error)) return
+         self%total = self%total + motion%count
       end do
+      call self%plan%close(whole)
+      if (.not. whole) then
+         call raise(error, self%checkpoint%journal%file%path//": does not belong to this sweep; delete it to begin anew")
+      else if (self%plan%has_chains()) then
+         call self%recall_chains(error)
+      end if
    end subroutine prepare_root
 
-   !> Compute one motion: status, events, steps, then count and first kind for each observable, and values and times.
+   !> Collect the last results of chains that are to go on.
+   subroutine recall_chains(self, error)
+      class(motion_task_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+
+      type(point_result_t) :: result, all
+      integer(i8) :: unit, units
+
+      units = self%plan%units()
+      allocate (self%integers_before(units + 1), self%reals_before(units + 1), source=0_i8)
+      call all%reserve(0_i8, 0_i8)
+      do unit = 1, units
+         if (self%plan%reached(unit) > 0) then
+            call self%checkpoint%get(self%plan%point_of_link(self%plan%chain(unit), self%plan%reached(unit)), result, error)
+            if (allocated(error)) return
+            call all%append(result%integers(:result%n_integers))
+            call all%append(result%reals(:result%n_reals))
+         end if
+         self%integers_before(unit + 1) = all%n_integers
+         self%reals_before(unit + 1) = all%n_reals
+      end do
+      self%last_integers = all%integers(:all%n_integers)
+      self%last_reals = all%reals(:all%n_reals)
+   end subroutine recall_chains
+
+   !> Give all ranks the plan that rank 0 has closed. Collective.
+   subroutine share_plan(self, communicator, error)
+      class(motion_task_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(error_t), allocatable, intent(out) :: error
+
+      call communicator%broadcast(self%plan%n_done, error)
+      if (self%plan%has_chains()) then
+         if (.not. allocated(error)) call communicator%broadcast(self%plan%chain, error)
+         if (.not. allocated(error)) call communicator%broadcast(self%plan%reached, error)
+         if (.not. allocated(error)) call communicator%broadcast(self%integers_before, error)
+         if (.not. allocated(error)) call communicator%broadcast(self%reals_before, error)
+         if (.not. allocated(error)) call communicator%broadcast(self%last_integers, error)
+         if (.not. allocated(error)) call communicator%broadcast(self%last_reals, error)
+      else
+         if (.not. allocated(error)) call communicator%broadcast(self%plan%run_first, error)
+         if (.not. allocated(error)) call communicator%broadcast(self%plan%run_before, error)
+      end if
+   end subroutine share_plan
+
+   !> Compute a missing point, or the next link of a chain.
+   subroutine run_unit(self, point, result)
+      class(motion_task_t), intent(inout) :: self
+      integer(i8), intent(in) :: point
+      type(point_result_t), intent(inout) :: result
+
+      if (self%plan%has_chains()) then
+         if (self%at_unit /= point) call self%resume_chain(point)
+         self%link = self%link + 1
+         call self%run_point(self%plan%point_of_link(self%plan%chain(point), self%link), result)
+         result%continues = self%link < self%plan%first_axis
+         if (.not. result%continues) self%at_unit = 0
+      else
+         call self%run_point(self%plan%point_of_unit(point), result)
+      end if
+   end subroutine run_unit
+
+   !> Take up the chain of a unit where it ended.
+   subroutine resume_chain(self, unit)
+      class(motion_task_t), intent(inout) :: self
+      integer(i8), intent(in) :: unit
+
+      type(point_result_t) :: result
+
+      self%at_unit = unit
+      self%link = self%plan%reached(unit)
+      call self%carried%forget()
+      if (self%link == 0) return
+      call result%append(self%last_integers(self%integers_before(unit) + 1:self%integers_before(unit + 1)))
+      call result%append(self%last_reals(self%reals_before(unit) + 1:self%reals_before(unit + 1)))
+      call self%carried%take_from(result)
+   end subroutine resume_chain
+
+   !> Compute one motion: status, events, steps, point, then count and first kind for each observable, and values and times; in a
+   !> chain then what is carried on.
    subroutine run_point(self, point, result)
       class(motion_task_t), intent(inout) :: self
       integer(i8), intent(in) :: point
@@ -88,19 +200,22 @@ contains
 
       type(error_t), allocatable :: error
       type(outcome_t) :: outcome
+      real(wp), allocatable :: displacement(:), velocity(:)
       integer :: i
 
       do i = 1, size(self%extrema)
          call self%extrema(i)%reset()
       end do
       call self%machine_at(point, error)
-      if (.not. allocated(error)) call self%exact%prepare(self%machine, .false., error)
+      if (self%plan%has_chains() .and. .not. allocated(error)) call self%carried%begin(self%machine)
+      if (.not. allocated(error)) call new_integrator(self%integrator, self%method, error)
+      if (.not. allocated(error)) call self%integrator%prepare(self%machine, self%plan%has_chains(), error)
       if (allocated(error)) then
          outcome%status = status_no_machine
       else
-         call follow(self%exact, self%extrema, self%t_end, self%most_events, outcome)
+         call follow(self%integrator, self%extrema, self%t_end, self%most_events, outcome)
       end if
-      call result%append([int(outcome%status, i8), outcome%events, outcome%steps])
+      call result%append([int(outcome%status, i8), outcome%events, outcome%steps, point])
       do i = 1, size(self%extrema)
          associate (extrema => self%extrema(i))
             call result%append(int(extrema%count, i8))
@@ -109,11 +224,20 @@ contains
             call result%append(extrema%time(:extrema%count))
          end associate
       end do
+      if (.not. self%plan%has_chains()) return
+      if (outcome%status == status_ok) then
+         allocate (displacement(size(self%machine%displacement)), velocity(size(self%machine%velocity)))
+         call self%integrator%final_state(displacement, velocity)
+         call self%carried%finish(self%machine, self%t_end, displacement, velocity)
+      else
+         call self%carried%forget()
+      end if
+      call self%carried%append_to(result)
    end subroutine run_point
 
-   !> Run the propagator with all extrema as observers.
-   subroutine follow(exact, extrema, t_end, most_events, outcome)
-      type(exact_t), intent(inout) :: exact
+   !> Run the integrator with all extrema as observers.
+   subroutine follow(integrator, extrema, t_end, most_events, outcome)
+      class(integrator_t), intent(inout) :: integrator
       type(extrema_t), intent(inout), target :: extrema(:)
       real(wp), intent(in) :: t_end
       integer(i8), intent(in) :: most_events
@@ -125,93 +249,64 @@ contains
       do i = 1, size(extrema)
          slots(i)%observer => extrema(i)
       end do
-      call exact%run(t_end, most_events, slots, outcome)
+      call integrator%run(t_end, most_events, slots, outcome)
    end subroutine follow
 
-   !> Take over the result of a point.
+   !> Take over a result: count its extrema and put it into the checkpoint.
    subroutine collect_point(self, point, result, error)
       class(motion_task_t), intent(inout) :: self
       integer(i8), intent(in) :: point
       type(point_result_t), intent(in) :: result
       type(error_t), allocatable, intent(out) :: error
 
-      integer(i8) :: n, place
       integer :: i
+      logical :: fresh
 
-      if (result%n_integers /= 3 + 2*size(self%gathered)) then
-         call raise(error, "a point has sent a result of another sweep")
+      fresh = point >= 1 .and. result%n_integers == self%checkpoint%n_integers
+      if (fresh) call self%plan%mark_done(result%integers(4), fresh)
+      if (.not. fresh) then
+         call raise(error, "a point has sent a result of another sweep, or twice")
          return
       end if
-      self%status(point) = int(result%integers(1))
-      self%events(point) = result%integers(2)
-      self%steps(point) = result%integers(3)
-      place = 0
-      do i = 1, size(self%gathered)
-         associate (gathered => self%gathered(i))
-            n = result%integers(2 + 2*i)
-            call make_room(gathered%value, gathered%used, n)
-            call make_room(gathered%time, gathered%used, n)
-            gathered%start(point) = gathered%used
-            gathered%count(point) = n
-            gathered%first_kind(point) = int(result%integers(3 + 2*i), int8)
-            gathered%value(gathered%used + 1:gathered%used + n) = result%reals(place + 1:place + n)
-            gathered%time(gathered%used + 1:gathered%used + n) = result%reals(place + n + 1:place + 2*n)
-            gathered%used = gathered%used + n
-            place = place + 2*n
-         end associate
+      do i = 1, size(self%total)
+         self%total(i) = self%total(i) + result%integers(n_head + n_each*(i - 1) + 1)
       end do
+      call self%checkpoint%put(result%integers(4), result)
    end subroutine collect_point
 
-   !> Let the array hold `more` numbers behind the first `used`.
-   pure subroutine make_room(array, used, more)
-      real(wp), allocatable, intent(inout) :: array(:)
-      integer(i8), intent(in) :: used, more
+   !> Make the results collected so far safe.
+   subroutine settle_points(self, error)
+      class(motion_task_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: longer(:)
+      call self%checkpoint%settle(error)
+   end subroutine settle_points
 
-      if (used + more <= size(array, kind=i8)) return
-      allocate (longer(max(used + more, used + used/2)))
-      longer(:used) = array(:used)
-      call move_alloc(longer, array)
-   end subroutine make_room
+   !> On rank 0: what became of a point that is done; values and times stand in `result`.
+   subroutine result_at(self, point, result, motion, error)
+      class(motion_task_t), intent(inout) :: self
+      integer(i8), intent(in) :: point
+      type(point_result_t), intent(inout) :: result
+      type(motion_result_t), intent(inout) :: motion
+      type(error_t), allocatable, intent(out) :: error
 
-   !> Hand over offset (points + 1), value, time and kind in the order of the grid; the gathered arrays are gone after that.
-   subroutine in_grid_order(self, offset, value, time, kind)
-      class(gathered_t), intent(inout) :: self
-      integer(i8), allocatable, intent(out) :: offset(:)
-      real(wp), allocatable, intent(out) :: value(:), time(:)
-      integer(int8), allocatable, intent(out) :: kind(:)
+      integer(i8) :: place
+      integer :: i, n
 
-      integer(i8) :: i, k, points
-
-      points = size(self%count, kind=i8)
-      allocate (offset(points + 1))
-      offset(1) = 0
-      do i = 1, points
-         offset(i + 1) = offset(i) + self%count(i)
+      call self%checkpoint%get(point, result, error)
+      if (allocated(error)) return
+      n = size(self%extrema)
+      if (.not. allocated(motion%count)) allocate (motion%count(n), motion%place(n), motion%first_kind(n))
+      motion%status = int(result%integers(1))
+      motion%events = result%integers(2)
+      motion%steps = result%integers(3)
+      place = 1
+      do i = 1, n
+         motion%count(i) = result%integers(n_head + n_each*(i - 1) + 1)
+         motion%first_kind(i) = int(result%integers(n_head + n_each*i), int8)
+         motion%place(i) = place
+         place = place + 2*motion%count(i)
       end do
-      allocate (kind(self%used))
-      do i = 1, points
-         do k = 1, self%count(i)
-            kind(offset(i) + k) = merge(self%first_kind(i), -self%first_kind(i), modulo(k, 2_i8) == 1)
-         end do
-      end do
-      call sorted(self%value, value)
-      call sorted(self%time, time)
-
-   contains
-
-      subroutine sorted(array, ordered)
-         real(wp), allocatable, intent(inout) :: array(:)
-         real(wp), allocatable, intent(out) :: ordered(:)
-
-         allocate (ordered(self%used))
-         do i = 1, points
-            ordered(offset(i) + 1:offset(i + 1)) = array(self%start(i) + 1:self%start(i) + self%count(i))
-         end do
-         deallocate (array)
-      end subroutine sorted
-
-   end subroutine in_grid_order
+   end subroutine result_at
 
 end module razy_sweep_motion_task

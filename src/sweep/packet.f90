@@ -1,6 +1,7 @@
 !! Results of several points in one array of 64-bit words, as they travel from a rank to rank 0.
 !!
-!! Layout, for each point: its number, number of integers, number of reals, the integers, the bits of the reals.
+!! Layout, for each result: number of its point, 1 if the point has more to yield, number of integers, number of reals, the
+!! integers, the bits of the reals.
 module razy_sweep_packet
    use razy_core_kinds, only: i8, wp
    use razy_sweep_task, only: point_result_t
@@ -8,6 +9,8 @@ module razy_sweep_packet
    private
 
    public :: packet_t
+
+   integer(i8), parameter :: n_head = 4
 
    !> A buffer that is used again: only its first `length` words are valid. Reading goes on at `cursor`.
    type :: packet_t
@@ -69,9 +72,9 @@ contains
       integer(i8) :: i, start
 
       start = self%length
-      call self%resize(start + 3 + result%n_integers + result%n_reals)
-      self%words(start + 1:start + 3) = [point, result%n_integers, result%n_reals]
-      start = start + 3
+      call self%resize(start + n_head + result%n_integers + result%n_reals)
+      self%words(start + 1:start + n_head) = [point, merge(1_i8, 0_i8, result%continues), result%n_integers, result%n_reals]
+      start = start + n_head
       do i = 1, result%n_integers
          self%words(start + i) = result%integers(i)
       end do
@@ -91,10 +94,11 @@ contains
       start = self%cursor
       point = self%words(start + 1)
       call result%clear()
-      call result%reserve(self%words(start + 2), self%words(start + 3))
-      result%n_integers = self%words(start + 2)
-      result%n_reals = self%words(start + 3)
-      start = start + 3
+      result%continues = self%words(start + 2) == 1
+      call result%reserve(self%words(start + 3), self%words(start + 4))
+      result%n_integers = self%words(start + 3)
+      result%n_reals = self%words(start + 4)
+      start = start + n_head
       do i = 1, result%n_integers
          result%integers(i) = self%words(start + i)
       end do

@@ -1,15 +1,17 @@
 !! What rank 0 and the other ranks of a sweep say to each other, and how much work is handed out at a time.
 !!
-!! To rank 0: a request for the next chunk (no contents); results of points (razy_sweep_packet); when all is done, a tally.
-!! From rank 0: a chunk, that is first point and number of points; no points means that none are left.
+!! To rank 0: a request for the next chunk (one word: 1 if this rank was asked to stop); results of points (razy_sweep_packet);
+!! when all is done, a tally.
+!! From rank 0: a chunk, that is first point and number of points, where no points means that none are left; once, the word that
+!! it is over (no contents): in answer to the tally, or before, and then chunks that have come or come later are not computed.
 module razy_sweep_protocol
    use razy_core_kinds, only: i8, wp
    implicit none(type, external)
    private
 
-   public :: chunk_size, pack_tally, sweep_options_t, tally_t, unpack_tally
+   public :: ask_interrupt, chunk_size, pack_tally, sweep_options_t, tally_t, unpack_tally
 
-   integer, parameter, public :: tag_request = 1, tag_results = 2, tag_tally = 3, tag_chunk = 4
+   integer, parameter, public :: tag_request = 1, tag_results = 2, tag_tally = 3, tag_chunk = 4, tag_stop = 5
 
    !> How the work is distributed. Nothing of it changes a result.
    type :: sweep_options_t
@@ -18,20 +20,31 @@ module razy_sweep_protocol
       !> A chunk is what remains divided by (this times the number of ranks), at least and at most so many points.
       integer :: shares_per_rank = 8
       integer(i8) :: smallest_chunk = 1, largest_chunk = 1024
+      !> Ask for the next chunk before the present one is computed: not for points that are few and long.
+      logical :: ask_ahead = .true.
       !> Results are sent when they fill so many 64-bit words or when the last were sent so long ago [s].
       integer(i8) :: packet_words = 4096
       real(wp) :: send_interval = 0.1_wp
       !> Least time between two calls of `progress` [s].
       real(wp) :: progress_interval = 0.1_wp
+      !> Results in all, where points yield more than one; 0: one each.
+      integer(i8) :: results = 0
    end type sweep_options_t
 
    !> What a rank did.
    type :: tally_t
-      !> Points computed, messages sent.
+      !> Results computed, messages sent.
       integer(i8) :: points = 0, messages = 0
       !> Time spent in computing points [s].
       real(wp) :: busy = 0.0_wp
    end type tally_t
+
+   abstract interface
+      !> Whether the program was asked to stop.
+      logical function ask_interrupt()
+         implicit none(type, external)
+      end function ask_interrupt
+   end interface
 
 contains
 

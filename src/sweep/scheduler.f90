@@ -4,7 +4,8 @@
 !! carries the number of its point and is collected in whatever order it comes, so what is collected does not depend on the
 !! number of ranks, bit for bit, as long as a point depends on its number alone. With one rank there are no messages.
 !!
-!! A point that fails is data and never ends a sweep. An error of `collect` ends it on all ranks with that error.
+!! A point that fails is data and never ends a sweep. An error of `collect` or `settle` ends it on all ranks with that error. When
+!! any rank is interrupted, each finishes the result it is at, all of them reach rank 0, and the sweep ends as `stopped`.
 !!
 !! A sweep that goes on from a checkpoint hands out only what is missing: its task maps 1 … n to those points. A chain is one
 !! point of the sweep; several results of it fit in one result.
@@ -14,19 +15,21 @@ module razy_sweep_scheduler
    use razy_sweep_clock, only: seconds
    use razy_sweep_communicator, only: communicator_t
    use razy_sweep_manager, only: manage, report_progress
-   use razy_sweep_protocol, only: sweep_options_t, tally_t
+   use razy_sweep_protocol, only: ask_interrupt, sweep_options_t, tally_t
    use razy_sweep_task, only: point_task
    use razy_sweep_worker, only: work
    implicit none(type, external)
    private
 
-   public :: report_progress, run_sweep, sweep_options_t, sweep_outcome_t
+   public :: ask_interrupt, report_progress, run_sweep, sweep_options_t, sweep_outcome_t
 
    !> How a sweep went, the same on all ranks.
    type :: sweep_outcome_t
       !> Time from start to end [s].
       real(wp) :: elapsed = 0.0_wp
-      !> What each rank did (ranks): points computed, messages sent, time spent in computing points [s].
+      !> The sweep was interrupted before its end.
+      logical :: stopped = .false.
+      !> What each rank did (ranks): results computed, messages sent, time spent in computing points [s].
       integer(i8), allocatable :: points(:), messages(:)
       real(wp), allocatable :: busy(:)
    contains
@@ -37,9 +40,10 @@ contains
 
    !> Compute points 1 … n_points. Collective: `n_points` and `options` are the same on all ranks, which return together.
    !>
-   !> `progress` is called on rank 0, between points, and once at the end.
-   !> Errors, the same on all ranks: n_points below zero; that of `collect`. A failure of MPI comes back where it is noticed.
-   subroutine run_sweep(communicator, task, n_points, options, progress, outcome, error)
+   !> `progress` is called on rank 0, between points, and once at the end; `interrupted` on every rank between results.
+   !> Errors, the same on all ranks: n_points below zero; that of `collect` or `settle`. A failure of MPI comes back where it is
+   !> noticed.
+   subroutine run_sweep(communicator, task, n_points, options, progress, outcome, error, interrupted)
       type(communicator_t), intent(in) :: communicator
       class(point_task), intent(inout) :: task
       integer(i8), intent(in) :: n_points
@@ -47,6 +51,7 @@ contains
       procedure(report_progress), optional :: progress
       type(sweep_outcome_t), intent(out) :: outcome
       type(error_t), allocatable, intent(out) :: error
+      procedure(ask_interrupt), optional :: interrupted
       type(tally_t), allocatable :: tallies(:)
       type(error_t), allocatable :: failure
       real(wp) :: start
@@ -57,13 +62,13 @@ contains
       end if
       start = seconds()
       if (communicator%is_root()) then
-         call manage(communicator, task, n_points, options, progress, tallies, failure, error)
+         call manage(communicator, task, n_points, options, progress, interrupted, tallies, outcome%stopped, failure, error)
          if (allocated(error)) return
          outcome%points = tallies%points
          outcome%messages = tallies%messages
          outcome%busy = tallies%busy
       else
-         call work(communicator, task, options, error)
+         call work(communicator, task, options, interrupted, error)
          if (allocated(error)) return
       end if
       call communicator%agree(failure)
@@ -79,7 +84,8 @@ contains
       type(sweep_outcome_t), intent(inout) :: outcome
       type(error_t), allocatable, intent(out) :: error
 
-      call communicator%broadcast(outcome%points, error)
+      call communicator%broadcast(outcome%stopped, error)
+      if (.not. allocated(error)) call communicator%broadcast(outcome%points, error)
       if (.not. allocated(error)) call communicator%broadcast(outcome%messages, error)
       if (.not. allocated(error)) call communicator%broadcast(outcome%busy, error)
    end subroutine share

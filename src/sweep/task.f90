@@ -3,7 +3,8 @@
 !! A concrete task extends `point_task`. Every rank has its own copy: `run` is called on whichever rank has the point and works in
 !! the task's own workspace; `collect` is called on rank 0 only, once for each point, in any order. What the numbers of a result
 !! mean is between these two. A "point" of the sweep is the unit that is handed out: a grid point, the next unfinished one of a
-!! list, or a chain of grid points; the task knows which.
+!! list, or a chain of grid points; the task knows which. A chain yields a result for each of its grid points: while `continues`
+!! is true in a result, `run` is called again with the same number on the same rank, and nothing else between.
 module razy_sweep_task
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
@@ -18,6 +19,8 @@ module razy_sweep_task
       integer(i8), allocatable :: integers(:)
       real(wp), allocatable :: reals(:)
       integer(i8) :: n_integers = 0, n_reals = 0
+      !> The point has more to yield.
+      logical :: continues = .false.
    contains
       procedure :: clear
       procedure :: reserve
@@ -31,11 +34,12 @@ module razy_sweep_task
    contains
       procedure(run_point), deferred :: run
       procedure(collect_point), deferred :: collect
+      procedure(settle_results), deferred :: settle
    end type point_task
 
    abstract interface
-      !> Compute point number `point`, from 1; `result` comes empty. Must depend on nothing but `point`: not on the points computed
-      !> before, not on the rank. A failure of the numerics is a status among the integers.
+      !> Compute point number `point`, from 1, or the next part of it; `result` comes empty. Must depend on nothing but `point` and
+      !> the parts of it before: not on other points, not on the rank. A failure of the numerics is a status among the integers.
       subroutine run_point(self, point, result)
          import :: i8, point_result_t, point_task
          implicit none(type, external)
@@ -44,7 +48,7 @@ module razy_sweep_task
          type(point_result_t), intent(inout) :: result
       end subroutine run_point
 
-      !> Take over the result of point number `point` on rank 0. An error (a full disk) ends the sweep on all ranks.
+      !> Take over a result of point number `point` on rank 0. An error ends the sweep on all ranks.
       subroutine collect_point(self, point, result, error)
          import :: error_t, i8, point_result_t, point_task
          implicit none(type, external)
@@ -53,6 +57,15 @@ module razy_sweep_task
          type(point_result_t), intent(in) :: result
          type(error_t), allocatable, intent(out) :: error
       end subroutine collect_point
+
+      !> Write down what was collected; called on rank 0 whenever nothing else waits to be collected, and at the end of the sweep.
+      !> An error (a full disk) ends the sweep on all ranks.
+      subroutine settle_results(self, error)
+         import :: error_t, point_task
+         implicit none(type, external)
+         class(point_task), intent(inout) :: self
+         type(error_t), allocatable, intent(out) :: error
+      end subroutine settle_results
    end interface
 
 contains
@@ -63,6 +76,7 @@ contains
 
       self%n_integers = 0
       self%n_reals = 0
+      self%continues = .false.
    end subroutine clear
 
    !> Make room for so many more integers and reals.

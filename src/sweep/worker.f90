@@ -1,14 +1,18 @@
 !! The part of a sweep on the ranks above 0.
 !!
-!! A worker asks for its next chunk before it computes the one it has, so it does not wait while rank 0 is busy with a point.
+!! A worker asks for its next chunk before it computes the one it has, so it does not wait while rank 0 is busy with a point;
+!! unless points are few and long, and it would keep the next one from others.
 !! Results gather in one buffer while another is under way; only when both are full does the worker wait.
+!!
+!! When rank 0 orders it, or this rank is interrupted itself, the worker finishes the result it is at and gives back the rest.
 module razy_sweep_worker
-   use razy_core_error, only: error_t
+   use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_sweep_clock, only: patience_t, seconds
    use razy_sweep_communicator, only: communicator_t
    use razy_sweep_message, only: incoming_t, outgoing_t
-   use razy_sweep_protocol, only: pack_tally, sweep_options_t, tag_request, tag_results, tag_tally, tally_t
+   use razy_sweep_protocol, only: ask_interrupt, pack_tally, sweep_options_t, tag_chunk, tag_request, tag_results, tag_stop, &
+      & tag_tally, tally_t
    use razy_sweep_task, only: point_result_t, point_task
    implicit none(type, external)
    private
@@ -24,22 +28,27 @@ module razy_sweep_worker
       type(incoming_t) :: reply
       type(outgoing_t) :: results(2)
       integer :: filling = 1
+      !> A chunk that has come and not been begun.
+      logical :: has_chunk = .false.
+      integer(i8) :: first = 0, count = 0
+      !> No more points are computed; rank 0 has said that it is over.
+      logical :: stopping = .false., told = .false.
       real(wp) :: last_sent = 0.0_wp
       type(tally_t) :: tally
+      type(point_result_t) :: result
    end type worker_t
 
 contains
 
    !> Ask rank 0 for chunks and compute them until there are none left. Errors are failures of MPI.
-   subroutine work(communicator, task, options, error)
+   subroutine work(communicator, task, options, interrupted, error)
       type(communicator_t), intent(in) :: communicator
       class(point_task), intent(inout) :: task
       type(sweep_options_t), intent(in) :: options
+      procedure(ask_interrupt), optional :: interrupted
       type(error_t), allocatable, intent(out) :: error
       type(worker_t), asynchronous :: worker
-      type(point_result_t) :: result
       integer(i8) :: first, count, point
-      real(wp) :: begun, ended
 
       worker%last_sent = seconds()
       call ask(worker, communicator, error)
@@ -47,22 +56,46 @@ contains
          call await_chunk(worker, communicator, options, first, count, error)
          if (allocated(error)) return
          if (count == 0) exit
-         call ask(worker, communicator, error)
+         if (options%ask_ahead) call ask(worker, communicator, error)
          if (allocated(error)) return
          do point = first, first + count - 1
-            begun = seconds()
-            call result%clear()
-            call task%run(point, result)
-            ended = seconds()
-            worker%tally%busy = worker%tally%busy + (ended - begun)
-            worker%tally%points = worker%tally%points + 1
-            call worker%results(worker%filling)%packet%put(point, result)
-            call send_if_due(worker, communicator, options, ended, error)
+            if (worker%stopping) exit
+            call compute_point(worker, communicator, task, options, interrupted, point, error)
             if (allocated(error)) return
          end do
+         if (.not. options%ask_ahead) call ask(worker, communicator, error)
       end do
       if (.not. allocated(error)) call finish(worker, communicator, error)
    end subroutine work
+
+   !> Compute a point, all its results, unless the worker is to stop between them.
+   subroutine compute_point(worker, communicator, task, options, interrupted, point, error)
+      type(worker_t), intent(inout), asynchronous :: worker
+      type(communicator_t), intent(in) :: communicator
+      class(point_task), intent(inout) :: task
+      type(sweep_options_t), intent(in) :: options
+      procedure(ask_interrupt), optional :: interrupted
+      integer(i8), intent(in) :: point
+      type(error_t), allocatable, intent(out) :: error
+      real(wp) :: begun, ended
+
+      do
+         begun = seconds()
+         call worker%result%clear()
+         call task%run(point, worker%result)
+         ended = seconds()
+         worker%tally%busy = worker%tally%busy + (ended - begun)
+         worker%tally%points = worker%tally%points + 1
+         call worker%results(worker%filling)%packet%put(point, worker%result)
+         call send_if_due(worker, communicator, options, ended, error)
+         if (.not. allocated(error)) call listen(worker, communicator, error)
+         if (allocated(error)) return
+         if (present(interrupted)) then
+            if (interrupted()) worker%stopping = .true.
+         end if
+         if (worker%stopping .or. .not. worker%result%continues) return
+      end do
+   end subroutine compute_point
 
    !> Ask for the next chunk. The answer to the request before has come, so its message is over or nearly so.
    subroutine ask(worker, communicator, error)
@@ -72,10 +105,34 @@ contains
 
       call worker%request%wait(error)
       if (allocated(error)) return
-      call worker%request%packet%set([integer(i8) ::])
+      call worker%request%packet%set([merge(1_i8, 0_i8, worker%stopping)])
       call worker%request%post(communicator, 0, tag_request, error)
       worker%tally%messages = worker%tally%messages + 1
    end subroutine ask
+
+   !> Take in what rank 0 has sent, if anything: the chunk that was asked for, or the order to stop.
+   subroutine listen(worker, communicator, error)
+      type(worker_t), intent(inout), asynchronous :: worker
+      type(communicator_t), intent(in) :: communicator
+      type(error_t), allocatable, intent(out) :: error
+      logical :: arrived
+
+      if (.not. worker%reply%taken) call worker%reply%look(communicator, error)
+      if (.not. allocated(error)) call worker%reply%arrived(arrived, error)
+      if (allocated(error) .or. .not. arrived) return
+      select case (worker%reply%tag)
+      case (tag_chunk)
+         worker%has_chunk = .true.
+         worker%first = worker%reply%packet%words(1)
+         worker%count = worker%reply%packet%words(2)
+      case (tag_stop)
+         worker%stopping = .true.
+         worker%told = .true.
+      case default
+         call raise(error, "a message that is none of the sweep")
+      end select
+      call worker%reply%release()
+   end subroutine listen
 
    !> Wait for the chunk that was asked for.
    subroutine await_chunk(worker, communicator, options, first, count, error)
@@ -85,22 +142,20 @@ contains
       integer(i8), intent(out) :: first, count
       type(error_t), allocatable, intent(out) :: error
       type(patience_t) :: patience
-      logical :: arrived
 
       first = 0
       count = 0
       do
-         if (.not. worker%reply%taken) call worker%reply%look(communicator, error)
-         if (.not. allocated(error)) call worker%reply%arrived(arrived, error)
+         if (.not. worker%has_chunk) call listen(worker, communicator, error)
          if (allocated(error)) return
-         if (arrived) exit
+         if (worker%has_chunk) exit
          call patience%pause()
          call send_if_due(worker, communicator, options, seconds(), error)
          if (allocated(error)) return
       end do
-      first = worker%reply%packet%words(1)
-      count = worker%reply%packet%words(2)
-      call worker%reply%release()
+      worker%has_chunk = .false.
+      first = worker%first
+      count = worker%count
    end subroutine await_chunk
 
    !> Send the results gathered if they are many or if it is time, and the other buffer is free; wait for it if they are too many.
@@ -136,11 +191,12 @@ contains
       if (.not. allocated(error)) call worker%results(worker%filling)%packet%clear()
    end subroutine send
 
-   !> Send the last results and the tally, and wait until rank 0 has them.
+   !> Send the last results and the tally, and wait until rank 0 has them and says that it is over.
    subroutine finish(worker, communicator, error)
       type(worker_t), intent(inout), asynchronous :: worker
       type(communicator_t), intent(in) :: communicator
       type(error_t), allocatable, intent(out) :: error
+      type(patience_t) :: patience
       integer :: i
 
       if (worker%results(worker%filling)%packet%length > 0) call send(worker, communicator, error)
@@ -153,6 +209,10 @@ contains
       if (.not. allocated(error)) call worker%request%wait(error)
       do i = 1, 2
          if (.not. allocated(error)) call worker%results(i)%wait(error)
+      end do
+      do while (.not. (worker%told .or. allocated(error)))
+         call listen(worker, communicator, error)
+         if (.not. worker%told) call patience%pause()
       end do
    end subroutine finish
 

@@ -2,10 +2,8 @@
 module watchers
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
-   use razy_integrate_cursor, only: cursor_t, move_to, reserve
-   use razy_integrate_forms, only: value_of
-   use razy_integrate_exact, only: exact_t, outcome_t
-   use razy_integrate_observer, only: observer_slot_t, observer_t, piece_t
+   use razy_integrate_exact, only: exact_t
+   use razy_integrate_integrator, only: observer_slot_t, observer_t, outcome_t, piece_t
    use razy_machine_machine, only: machine_t
    implicit none(type, external)
    private
@@ -15,6 +13,8 @@ module watchers
    !> Time, contact and new branch of every event, and every contact state met (as a number of base 10).
    type, extends(observer_t) :: event_log_t
       integer :: count = 0
+      !> Contacts of the machine, set by `simulate`.
+      integer :: contacts = 0
       real(wp), allocatable :: time(:)
       integer, allocatable :: contact(:), branch(:), state(:)
    contains
@@ -24,8 +24,7 @@ module watchers
    !> Values of all observables (forms, times) at given ascending times.
    type, extends(observer_t) :: sampler_t
       real(wp), allocatable :: time(:), value(:, :)
-      integer :: done = 0
-      type(cursor_t) :: cursor
+      integer :: done = 0, forms = 0
    contains
       procedure :: piece => sample_piece
    end type sampler_t
@@ -40,8 +39,8 @@ contains
 
       if (.not. allocated(self%time)) allocate (self%time(1024), self%contact(1024), self%branch(1024), self%state(0))
       code = 0
-      do j = 1, size(part%state%branch)
-         code = 10*code + part%state%branch(j)
+      do j = 1, self%contacts
+         code = 10*code + part%by%branch_now(j)
       end do
       if (.not. any(self%state == code)) self%state = [self%state, code]
       if (part%contact == 0) return
@@ -63,15 +62,13 @@ contains
       real(wp) :: tau
       integer :: j
 
-      if (.not. allocated(self%value)) allocate (self%value(part%state%observed%forms, size(self%time)), source=0.0_wp)
-      call reserve(self%cursor, part%state%response)
+      if (.not. allocated(self%value)) allocate (self%value(self%forms, size(self%time)), source=0.0_wp)
       do while (self%done < size(self%time))
          tau = (self%time(self%done + 1) - part%time) - part%time_low
          if (tau > part%duration .and. .not. part%last) return
          self%done = self%done + 1
-         call move_to(part%start, part%state%response, tau, self%cursor)
-         do j = 1, part%state%observed%forms
-            self%value(j, self%done) = value_of(part%state%observed, part%state%response, self%cursor, j, 0)
+         do j = 1, self%forms
+            self%value(j, self%done) = part%by%value(j, tau)
          end do
       end do
    end subroutine sample_piece
@@ -89,7 +86,7 @@ contains
       type(exact_t), target :: own
       type(observer_slot_t) :: slot(3)
       integer(i8) :: limit
-      integer :: n
+      integer :: i, n
       logical :: everything
 
       n = 0
@@ -99,6 +96,14 @@ contains
       if (present(second)) slot(2)%observer => second
       if (present(third)) n = 3
       if (present(third)) slot(3)%observer => third
+      do i = 1, n
+         select type (watcher => slot(i)%observer)
+         type is (event_log_t)
+            watcher%contacts = size(machine%contact)
+         type is (sampler_t)
+            watcher%forms = size(machine%observable)
+         end select
+      end do
       everything = .false.
       if (present(keep_all)) everything = keep_all
       limit = huge(limit)

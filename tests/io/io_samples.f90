@@ -9,10 +9,11 @@ module io_samples
    use razy_io_header, only: result_header_t
    use razy_io_run_file, only: history_t, run_content_t
    use razy_io_sweep_file, only: axis_t, sweep_content_t
+   use razy_io_tune_file, only: tune_content_t
    implicit none(type, external)
    private
 
-   public :: sample_header, sample_sweep, sample_two_axes, sample_run, sample_empty_run
+   public :: sample_header, sample_sweep, sample_two_axes, sample_run, sample_empty_run, sample_tune
    public :: read_reals, read_integers, read_table, delete_if_present, limit_file_size, file_has_text
 
    integer, parameter, public :: long_input_length = 300000
@@ -61,6 +62,7 @@ contains
       header%program = program
       header%title = "Rázy"
       header%integrator = "exact"
+      header%treatment = "event"
       allocate (character(long_input_length) :: header%input)
       do i = 1, long_input_length
          position = mod(i - 1, len(line)) + 1
@@ -135,6 +137,26 @@ contains
       content%extrema(1)%time = [real(wp) ::]
       content%extrema(1)%kind = [integer(int8) ::]
    end function sample_empty_run
+
+   !> Three values of the parameter, two modes of three.
+   function sample_tune() result(content)
+      type(tune_content_t) :: content
+
+      content%name = "spring(1)%stiffness"
+      content%units = "N/m"
+      content%mode = "the mode that is mostly table"
+      content%parameter = [1.0_wp, 2.0_wp, 3.0_wp]
+      content%objective = [0.25_wp, 0.0_wp, 0.25_wp]
+      content%tuned = [1.0_wp, 2.0_wp, 3.0_wp]
+      content%place = [1_int32, 1_int32, 2_int32]
+      content%frequency = reshape([1.0_wp, 2.5_wp, 2.0_wp, 2.5_wp, 3.0_wp, 2.5_wp], [2, 3])
+      content%frequency_before = [1.0_wp, 2.5_wp, 9.0_wp]
+      content%frequency_after = [2.0_wp, 2.5_wp, 9.5_wp]
+      content%goal = 2.0_wp
+      content%reference = 1.0_wp
+      content%optimum = 2.0_wp
+      content%share = 0.75_wp
+   end function sample_tune
 
    !> The real dataset of rank 1, read back; not allocated if it cannot be read.
    subroutine read_reals(path, name, values)

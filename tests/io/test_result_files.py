@@ -17,6 +17,7 @@ import xarray
 FOLDER = Path(os.environ["RAZY_SAMPLES"])
 SWEEPS = ["sample_sweep.h5", "sample_two_axes.h5"]
 RUNS = ["sample_run.h5", "sample_empty_run.h5", "sample_extrema_only.h5"]
+TUNES = ["sample_tune.h5"]
 ENGINES = ["h5netcdf", "netcdf4"]
 
 
@@ -27,7 +28,7 @@ def objects(path, kind):
     return found
 
 
-@pytest.mark.parametrize("name", SWEEPS + RUNS)
+@pytest.mark.parametrize("name", SWEEPS + RUNS + TUNES)
 def test_every_dataset_has_units_and_long_name(name):
     datasets = objects(FOLDER / name, h5py.Dataset)
     assert len(datasets) >= 4
@@ -38,7 +39,7 @@ def test_every_dataset_has_units_and_long_name(name):
                 assert isinstance(value, str) and value.strip(), (dataset, attribute)
 
 
-@pytest.mark.parametrize("name", SWEEPS + RUNS)
+@pytest.mark.parametrize("name", SWEEPS + RUNS + TUNES)
 def test_every_dimension_has_one_scale_in_reach(name):
     with h5py.File(FOLDER / name) as file:
         for path in objects(FOLDER / name, h5py.Dataset):
@@ -51,7 +52,7 @@ def test_every_dimension_has_one_scale_in_reach(name):
                 assert dataset.parent.name.startswith(dimension[0].parent.name), path
 
 
-@pytest.mark.parametrize("name", SWEEPS + RUNS)
+@pytest.mark.parametrize("name", SWEEPS + RUNS + TUNES)
 def test_nothing_is_chunked_and_dimensions_take_no_room(name):
     with h5py.File(FOLDER / name) as file:
         for path in objects(FOLDER / name, h5py.Dataset):
@@ -60,12 +61,13 @@ def test_nothing_is_chunked_and_dimensions_take_no_room(name):
                 assert file[path].id.get_storage_size() == 0
 
 
-@pytest.mark.parametrize("name", SWEEPS + RUNS[:2])
+@pytest.mark.parametrize("name", SWEEPS + RUNS[:2] + TUNES)
 def test_root_attributes(name):
     with h5py.File(FOLDER / name) as file:
-        assert set(file.attrs) == {"razy_version", "git_commit", "program", "title", "integrator", "input"}
+        assert set(file.attrs) == {"razy_version", "git_commit", "program", "title", "integrator", "treatment", "input"}
         assert all(isinstance(value, str) for value in file.attrs.values())
-        assert file.attrs["program"] == ("razy-sweep" if name in SWEEPS else "razy-run")
+        program = "sweep" if name in SWEEPS else "tune" if name in TUNES else "run"
+        assert file.attrs["program"] == f"razy-{program}"
         assert file.attrs["title"] == "R\u00e1zy"
         assert h5py.check_string_dtype(file.attrs.get_id("title").dtype) == ("utf-8", None)
         line = "&disk name='d' /\n"
@@ -79,7 +81,7 @@ def test_empty_root_attributes_are_strings():
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("name", SWEEPS + RUNS)
+@pytest.mark.parametrize("name", SWEEPS + RUNS + TUNES)
 def test_xarray_opens_every_group(name, engine):
     path = FOLDER / name
     with warnings.catch_warnings():
@@ -148,6 +150,18 @@ def test_run_through_xarray(engine):
         assert event["state"].attrs["meanings"] == "0 = open, 1 = closed"
         np.testing.assert_array_equal(event["time"], [0.11, 0.22])
         np.testing.assert_array_equal(tree["extrema/gap/time"], [0.05, 0.15, 0.25])
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_tune_through_xarray(engine):
+    with xarray.open_dataset(FOLDER / "sample_tune.h5", engine=engine) as data:
+        assert data["frequency"].dims == ("parameter", "mode")
+        assert float(data["frequency"].sel(parameter=3.0, mode=1)) == 3.0
+        assert data["objective"].dims == ("parameter",) and data["frequency_before"].dims == ("order",)
+        assert data["optimum"].dims == () and float(data["optimum"]) == 2.0
+        assert data["optimum"].attrs["units"] == data["parameter"].attrs["units"] == "N/m"
+        assert data["optimum"].attrs["mode"] == "the mode that is mostly table"
+        np.testing.assert_array_equal(data["tuned_place"], [1, 1, 2])
 
 
 def test_members_come_in_the_order_of_writing():

@@ -1,6 +1,7 @@
 !! Machines made by hand for tests, without a namelist.
 module machine_samples
    use razy_contact_clearance_law, only: clearance_law_t, clearance_side_t, new_clearance_law
+   use razy_contact_contact_law, only: contact_law_t
    use razy_core_kinds, only: qp, wp
    use razy_core_tone, only: tone_from_hertz
    use razy_machine_machine, only: contact_t, machine_t, observable_t, observe_contact_force
@@ -67,11 +68,13 @@ contains
    subroutine add_contact(machine, w, law, offset, error)
       type(machine_t), intent(inout) :: machine
       real(wp), intent(in) :: w(:)
-      type(clearance_law_t), intent(in) :: law
+      class(contact_law_t), intent(in) :: law
       real(wp), intent(in), optional :: offset
       complex(wp), intent(in), optional :: error(:)
 
       type(contact_t) :: contact
+      type(contact_t), allocatable :: all(:)
+      integer :: j
 
       contact%name = "contact"
       contact%unit = "m"
@@ -81,7 +84,12 @@ contains
       if (present(offset)) contact%offset = offset
       allocate (contact%error(size(machine%tone)), source=(0.0_wp, 0.0_wp))
       if (present(error)) contact%error = error
-      machine%contact = [machine%contact, contact]
+      allocate (all(size(machine%contact) + 1))
+      do j = 1, size(machine%contact)
+         all(j) = machine%contact(j)
+      end do
+      all(size(all)) = contact
+      call move_alloc(all, machine%contact)
    end subroutine add_contact
 
    !> The observable aᵀq + bᵀq'.

@@ -25,6 +25,7 @@ module measured_task
    contains
       procedure :: run
       procedure :: collect
+      procedure :: settle
       procedure :: cost
    end type measured_task_t
 
@@ -64,6 +65,14 @@ contains
       self%collected = self%collected + 1
       self%sum = self%sum + result%reals(1)
    end subroutine collect
+
+   !> There is nothing to write down.
+   subroutine settle(self, error)
+      class(measured_task_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+
+      if (self%collected > self%n_points) call raise(error, "more results than points")
+   end subroutine settle
 
    !> A chain of operations that no compiler shortens.
    real(real64) function labour(operations)
@@ -130,6 +139,7 @@ program measure_scheduler
    call communicator%broadcast(task%operations, error)
    call check(error)
    do repetition = 1, repetitions
+      task%collected = 0
       call communicator%barrier(error)
       call check(error)
       call run_sweep(communicator, task, task%n_points, options, outcome=outcome, error=error)

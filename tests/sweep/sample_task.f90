@@ -13,14 +13,21 @@ module sample_task
       integer(i8) :: operations = 1000
       !> Reals in the longest result.
       integer(i8) :: longest = 10
-      !> Points below 1 fail nowhere: `collect` fails here.
+      !> `collect` fails at this point; if it is negative, `settle` fails after so many. 0: nothing fails.
       integer(i8) :: fails_at = 0
+      !> Each point yields so many results, one after the other.
+      integer :: parts = 1
+      !> The part that comes next.
+      integer :: part = 1
+      !> What `settle` saw last: results collected.
+      integer(i8) :: settled = 0
       !> What was collected (points): how often, sums over the bits of the results, last real.
       integer(i8), allocatable :: times(:), sums(:)
       real(wp), allocatable :: last(:)
    contains
       procedure :: run
       procedure :: collect
+      procedure :: settle
       procedure :: begin
    end type sample_task_t
 
@@ -48,7 +55,10 @@ contains
       do i = 1, self%operations*(1 + mod(mixed, 10_i8))/5
          x = 3.9_wp*x*(1.0_wp - x)
       end do
-      call result%append([point, mixed])
+      x = x/self%part
+      call result%append([point, int(self%part, i8)])
+      result%continues = self%part < self%parts
+      self%part = merge(self%part + 1, 1, result%continues)
       do i = 1, 1 + mod(mixed, self%longest)
          call result%append(x/i)
       end do
@@ -65,12 +75,23 @@ contains
          call raise(error, "the disk is full")
          return
       end if
-      if (result%integers(1) /= point) call raise(error, "a result belongs to another point")
+      if (result%integers(1) /= point .or. result%integers(2) /= 1 + mod(self%times(point), int(self%parts, i8))) then
+         call raise(error, "a result belongs to another point")
+      end if
       self%times(point) = self%times(point) + 1
       do i = 1, result%n_reals
          self%sums(point) = ieor(ishftc(self%sums(point), 1), transfer(result%reals(i), 0_i8))
       end do
       self%last(point) = result%reals(result%n_reals)
    end subroutine collect
+
+   !> Note how many points had been collected.
+   subroutine settle(self, error)
+      class(sample_task_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+
+      self%settled = sum(self%times)
+      if (self%fails_at < 0 .and. self%settled >= -self%fails_at) call raise(error, "the disk is full")
+   end subroutine settle
 
 end module sample_task

@@ -12,7 +12,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from razy_post.errors import ResultError
-from razy_post.plot import bifurcation, motion
+from razy_post.plot import bifurcation, machine, motion, tuning, work_precision
 from razy_post.plot.options import PlotNote, PlotOptions
 from razy_post.plot.style import look
 from razy_post.read import ResultFile
@@ -34,8 +34,12 @@ PICTURES = (
     Picture("razy-run", "overview", motion.draw_overview),
     Picture("razy-run", "time", motion.draw_time),
     Picture("razy-run", "phase", motion.draw_phase),
+    Picture("razy-run", "loop", motion.draw_loop),
+    *(Picture(program, "machine", machine.draw) for program in ("razy-run", "razy-sweep")),
+    Picture("razy-tune", "tuning", tuning.draw),
+    Picture("razy-duel", "work-precision", work_precision.draw),
 )
-KINDS = tuple(picture.kind for picture in PICTURES)
+KINDS = tuple(dict.fromkeys(picture.kind for picture in PICTURES))
 
 
 def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | None = None) -> None:

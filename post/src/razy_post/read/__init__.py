@@ -7,26 +7,38 @@ class derived from `ResultFile`, entered in `READERS`.
 from pathlib import Path
 
 from razy_post.errors import ResultError
+from razy_post.read.duel import DuelResult, Series
 from razy_post.read.extrema import Chunk, Extrema, SweepExtrema
 from razy_post.read.file import Quantity, ResultFile, open_hdf5, program_of
 from razy_post.read.run import Events, RunResult
-from razy_post.read.sweep import SweepResult
+from razy_post.read.sweep import DOWN, UP, SweepResult
+from razy_post.read.tune import TuneResult
 
 __all__ = [
+    "DOWN",
     "READERS",
+    "UP",
     "Chunk",
+    "DuelResult",
     "Events",
     "Extrema",
     "Quantity",
     "ResultError",
     "ResultFile",
     "RunResult",
+    "Series",
     "SweepExtrema",
     "SweepResult",
+    "TuneResult",
     "open_result",
 ]
 
-READERS: dict[str, type[ResultFile]] = {"razy-sweep": SweepResult, "razy-run": RunResult}
+READERS: dict[str, type[ResultFile]] = {
+    "razy-sweep": SweepResult,
+    "razy-run": RunResult,
+    "razy-tune": TuneResult,
+    "razy-duel": DuelResult,
+}
 
 
 def open_result(path: str | Path) -> ResultFile:
@@ -40,7 +52,7 @@ def open_result(path: str | Path) -> ResultFile:
     Returns
     -------
     ResultFile
-        A `SweepResult` or a `RunResult`; close it, or use it in a ``with`` statement.
+        A `SweepResult`, `RunResult`, `TuneResult` or `DuelResult`; close it, or use it in a ``with`` statement.
 
     Raises
     ------

@@ -1,0 +1,81 @@
+!! razy-duel: one motion by several integrators, error against cost.
+program razy_duel
+   use command_line, only: command_t, decimal, exit_failure, exit_usage, finish, print_help, print_version, read_command, say
+   use duel, only: compute_duel
+   use duel_case, only: entry_t, read_entries
+   use, intrinsic :: iso_fortran_env, only: output_unit
+   use razy_core_error, only: error_t
+   use razy_core_input, only: input_t
+   use razy_core_text_file, only: read_text_file
+   use razy_io_duel_file, only: duel_content_t, write_duel_file
+   use razy_io_header, only: result_header_t
+   use razy_io_output, only: output_is_free
+   use razy_machine_machine, only: machine_t
+   use razy_scenes_study, only: motion_t, new_machine, read_study, record_t
+   implicit none(type, external)
+
+   type(command_t) :: command
+   type(error_t), allocatable :: error
+   type(input_t) :: input
+   type(machine_t) :: machine
+   type(motion_t) :: motion
+   type(record_t), allocatable :: records(:)
+   type(entry_t), allocatable :: entries(:)
+   type(result_header_t) :: header
+   type(duel_content_t) :: content
+   character(:), allocatable :: text
+   integer :: i
+
+   call read_command(command, .false., error)
+   if (allocated(error)) call fail("razy-duel: "//error%message, exit_usage)
+   if (command%help) call print_help("razy-duel", "compute one motion by several integrators: error against cost", .false.)
+   if (command%version) call print_version("razy-duel")
+   if (command%help .or. command%version) stop
+   call read_text_file(command%input, text, error)
+   if (.not. allocated(error)) call read_study(input, text, command%input, command%overrides, error)
+   if (.not. allocated(error)) call new_machine(machine, motion, records, input, error)
+   if (.not. allocated(error)) call read_entries(entries, motion%method, machine, input, error)
+   if (.not. allocated(error) .and. .not. command%check) call output_is_free(command%output, command%force, error)
+   if (allocated(error)) call fail(error%message, exit_usage)
+   if (command%check) then
+      write (output_unit, "(a)", advance="no") input%effective()
+      stop
+   end if
+   call compute_duel(machine, motion, entries, content, error)
+   if (allocated(error)) call fail(error%message, exit_failure)
+   header%program = "razy-duel"
+   header%title = machine%title
+   header%integrator = "several"
+   header%treatment = "several"
+   header%input = input%effective()
+   call write_duel_file(command%output, header, content, command%force, error)
+   if (allocated(error)) call fail(error%message, exit_failure)
+   call print_table()
+   call say("wrote "//command%output)
+
+contains
+
+   !> The rows as a table on standard output.
+   subroutine print_table()
+      character(*), parameter :: form = "(a16, 1x, a13, 1x, es9.2, 1x, es9.2, 1x, es9.2, 1x, es9.2, i9, i8, i11, i10, 2x, a)"
+
+      write (output_unit, "(a, es9.2, a, es9.2, a)") "reference: "//content%reference//"; against "//content%check// &
+         " its error is ", content%reference_error, ", that of its event times ", content%reference_event_error, " s"
+      write (output_unit, "(a16, 1x, a13, 4(1x, a9), a9, a8, a11, a10, 2x, a)") "method", "treatment", "setting", "error", &
+         "events, s", "cpu, s", "events", "surplus", "rhs", "steps", "status"
+      do i = 1, size(content%setting)
+         write (output_unit, form) content%method(i), content%treatment(i), content%setting(i), content%error(i), &
+            content%event_time_error(i), content%cpu_time(i), content%events(i), content%event_surplus(i), &
+            content%evaluations(i), content%steps(i), trim(content%status_meanings(content%status(i) + 1))
+      end do
+   end subroutine print_table
+
+   subroutine fail(line, code)
+      character(*), intent(in) :: line
+      integer, intent(in) :: code
+
+      call say(line)
+      call finish(code)
+   end subroutine fail
+
+end program razy_duel

@@ -1,0 +1,155 @@
+"""A picture of a machine in its reference position: bodies, points, and what acts between them."""
+
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
+from numpy.typing import NDArray
+
+from razy_post.plot import style
+from razy_post.plot.options import PlotOptions
+from razy_post.read import ResultFile
+from razy_post.read.scene import Element, Scene, read_scene
+
+BLUE, GREEN, OCHRE = style.EVENT_COLOURS[1:4]
+STUB = 0.09
+MARK = 0.028
+COILS = 4
+
+
+def draw(result: ResultFile, figure: Figure, options: PlotOptions) -> None:
+    """Draw the geometry that a result file holds; names stand at bodies, kinds in the legend.
+
+    Parameters
+    ----------
+    result
+        Open result file.
+    figure
+        Empty figure.
+    options
+        Title, size and footer are used.
+
+    Raises
+    ------
+    ResultError
+        The file holds no geometry.
+    """
+    scene = read_scene(result)
+    style.set_size(figure, options, 16.0, 12.0)
+    axes = figure.add_subplot()
+    scale = _scale(scene)
+    for body in scene.bodies:
+        corner = body.centre - body.size / 2
+        axes.add_patch(Rectangle(corner, *body.size, facecolor="0.93", edgecolor="0.35", linewidth=1.0, zorder=1))
+        axes.plot(*body.centre, "+", color="0.35", markersize=6, zorder=2)
+        axes.annotate(body.name, body.centre, (5, 4), textcoords="offset points", color="0.25", zorder=5)
+    if scene.points:
+        axes.plot(*np.array([point.position for point in scene.points]).T, ".", color="0.3", markersize=3.5, zorder=4)
+    handles: dict[str, Line2D] = {}
+    for element in scene.elements:
+        line = _draw_element(axes, element, scale)
+        line.set_label(element.kind)
+        handles.setdefault(element.kind, line)
+    axes.set_aspect("equal")
+    axes.margins(0.06)
+    axes.set_xlabel("x (m)")
+    axes.set_ylabel("y (m)")
+    style.set_footer(figure, result, options)
+    style.set_heading(figure, (axes, axes), style.title_of(result, options), list(handles.values()))
+
+
+def _scale(scene: Scene) -> float:
+    """Return the extent of the machine in m, 1 for a single place."""
+    places = [corner for body in scene.bodies for corner in (body.centre - body.size / 2, body.centre + body.size / 2)]
+    places += [point.position for point in scene.points]
+    places += [end for element in scene.elements for end in (element.first, element.second)]
+    extent = float(np.ptp(np.array(places), axis=0).max()) if places else 0.0
+    return extent if extent > 0.0 else 1.0
+
+
+def _draw_element(axes: Axes, element: Element, scale: float) -> Line2D:
+    """Draw one element and return its line for the legend."""
+    if element.kind == "exciter":
+        return _draw_exciter(axes, element, scale)
+    if element.kind == "load":
+        return _draw_arrow(axes, element.first, element.direction, scale, style.RED)
+    first, second = element.first, element.second
+    if math.dist(first, second) < 1e-9 * scale:
+        # An end in the frame that has no place of its own, or a closed gap.
+        second = first - STUB * scale * element.direction if 0 in element.bodies else second
+        if 0 in element.bodies:
+            _draw_ground(axes, second, element.direction, scale)
+    if element.kind == "stop":
+        return _draw_stop(axes, element.first, element.second, element.direction, scale)
+    if element.kind == "damper":
+        colour, path = GREEN, _box(first, second, scale)
+    else:
+        colour, path = BLUE, _coils(first, second, scale)
+    return axes.plot(*path.T, color=colour, linewidth=1.0, zorder=3)[0]
+
+
+def _across(direction: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.array([direction[1], -direction[0]])
+
+
+def _coils(first: NDArray[np.float64], second: NDArray[np.float64], scale: float) -> NDArray[np.float64]:
+    """Return a zigzag between two places."""
+    line = second - first
+    along = np.concatenate(([0.0, 0.2], 0.2 + 0.6 * (np.arange(2 * COILS) + 0.5) / (2 * COILS), [0.8, 1.0]))
+    aside = np.concatenate(([0.0, 0.0], np.tile([1.0, -1.0], COILS), [0.0, 0.0])) * MARK * scale / 2
+    normal = _across(line / max(float(np.hypot(*line)), 1e-300))
+    return first + np.outer(along, line) + np.outer(aside, normal)
+
+
+def _box(first: NDArray[np.float64], second: NDArray[np.float64], scale: float) -> NDArray[np.float64]:
+    """Return a dashpot between two places: rod, piston, cylinder."""
+    line = second - first
+    normal = _across(line / max(float(np.hypot(*line)), 1e-300)) * MARK * scale / 2
+    at = first + np.outer([0.0, 0.45, 0.45, 0.45, np.nan, 0.3, 0.6, 0.6, 0.3, np.nan, 0.6, 1.0], line)
+    aside = np.outer([0.0, 0.0, 0.7, -0.7, np.nan, 1.0, 1.0, -1.0, -1.0, np.nan, 0.0, 0.0], normal)
+    return at + aside
+
+
+def _draw_stop(
+    axes: Axes,
+    first: NDArray[np.float64],
+    second: NDArray[np.float64],
+    direction: NDArray[np.float64],
+    scale: float,
+) -> Line2D:
+    """Draw the two faces of a contact, across its direction."""
+    face = _across(direction) * MARK * scale
+    for place in (first, second):
+        handle = axes.plot(*np.array([place - face, place + face]).T, color=style.RED, linewidth=2.0, zorder=4)[0]
+    return handle
+
+
+def _draw_ground(axes: Axes, place: NDArray[np.float64], direction: NDArray[np.float64], scale: float) -> None:
+    """Draw a piece of the frame: a line with hatches behind it."""
+    face, back = _across(direction) * MARK * scale, -direction * MARK * scale / 2
+    lines = [place - face, place + face]
+    for step in np.linspace(-1.0, 0.6, 4):
+        lines += [np.full(2, np.nan), place + step * face, place + (step + 0.4) * face + back]
+    axes.plot(*np.array(lines).T, color="0.35", linewidth=0.8, zorder=2)
+
+
+def _draw_exciter(axes: Axes, element: Element, scale: float) -> Line2D:
+    """Draw the axes of both rotors as circles, and the resultant as an arrow between them."""
+    middle = (element.first + element.second) / 2
+    _draw_arrow(axes, middle, element.direction, scale, OCHRE)
+    both = np.array([element.first, element.second])
+    return axes.plot(*both.T, "o", color=OCHRE, markerfacecolor="white", markersize=9, zorder=4)[0]
+
+
+def _draw_arrow(
+    axes: Axes, place: NDArray[np.float64], direction: NDArray[np.float64], scale: float, colour: str
+) -> Line2D:
+    """Draw a force; a moment, which has no direction in the plane, as a ring."""
+    if not np.any(direction):
+        return axes.plot(*place, "o", color=colour, markerfacecolor="none", markersize=8, zorder=4)[0]
+    tip = place + STUB * scale * direction
+    axes.annotate("", tip, place, arrowprops={"arrowstyle": "->", "color": colour, "linewidth": 1.3}, zorder=4)
+    return axes.plot(*np.array([place, tip]).T, color=colour, linewidth=1.3, zorder=3)[0]

@@ -1,0 +1,120 @@
+!! What every contact law is to an integrator: branches, the force in each, and what ends a branch.
+!!
+!! A law gives the restoring force F of a contact variable s (gap, mesh deformation, or the sliding of a friction element)
+!! and its rate s'; the machine is acted on by -w F. A **branch** is one smooth piece of the law. It holds as long as every
+!! **switching function** f = alpha s + beta s' + gamma stays within its **guard**; what leaves a bound says which branch
+!! follows.
+!!
+!! In a **constraint** branch (a closed rigid stop, a sticking friction element) F is whatever keeps s' (and for a stop s)
+!! as it is; there a guard on F itself says when the branch ends. A law with **impacts** reverses s' by Newton's rule,
+!! s'+ = -restitution s'-, when the motion arrives at such a branch (THEORY 1, (2.1)-(2.10)).
+module razy_contact_contact_law
+   use razy_core_kinds, only: wp
+   implicit none(type, external)
+   private
+
+   public :: branch_t, contact_law_t, guard_t, same_slopes
+   public :: branch_open, branch_upper, branch_lower, branch_upper_parting, branch_lower_parting
+   public :: branch_forward, branch_backward, branch_sticking, branch_meanings, branches
+
+   !> Branches of all laws, as results name them.
+   integer, parameter :: branch_open = 1, branch_upper = 2, branch_lower = 3, branch_upper_parting = 4, branch_lower_parting = 5, &
+                         branch_forward = 6, branch_backward = 7, branch_sticking = 8
+   integer, parameter :: branches = 8
+   character(*), parameter :: branch_meanings = "1 = open, 2 = closed (upper side), 3 = closed (lower side), "// &
+                              "4 = parting (upper side), 5 = parting (lower side), "// &
+                              "6 = sliding forward, 7 = sliding backward, 8 = sticking"
+
+   !> F = stiffness*s + damping*s' + offset.
+   type :: branch_t
+      real(wp) :: stiffness = 0.0_wp, damping = 0.0_wp, offset = 0.0_wp
+   end type branch_t
+
+   !> Bounds of one switching function in one branch and the branches that follow; 0 means unbounded.
+   type :: guard_t
+      real(wp) :: lower = 0.0_wp, upper = 0.0_wp
+      integer :: below = 0, above = 0
+   end type guard_t
+
+   !> A law. What is data here describes the branches; the force in them is the extension's.
+   type, abstract :: contact_law_t
+      !> Whether F is affine in every branch, as `branch` says; only then is `branch` of any meaning.
+      logical :: piecewise_linear = .false.
+      type(branch_t) :: branch(branches)
+      !> Functions in use; `slope` holds alpha and beta of each, `constant` its gamma. The first is s in laws with a gap.
+      integer :: functions = 1
+      real(wp) :: slope(2, 3) = 0.0_wp, constant(3) = 0.0_wp
+      !> Guards (function, branch).
+      type(guard_t) :: guard(3, branches)
+      !> Branches in which F is a constraint force, and the guard on F there (per normal force with `of_normal`).
+      logical :: constraint(branches) = .false., of_normal = .false.
+      type(guard_t) :: force_guard(branches)
+      !> Whether s' jumps when the motion arrives at a constraint, and Newton's coefficient of restitution, in [0, 1].
+      logical :: impacts = .false.
+      real(wp) :: restitution = 0.0_wp
+      !> Whether there is a smoothed form.
+      logical :: smoothable = .true.
+   contains
+      !> Branch in which a motion with s and s' starts.
+      procedure(branch_at), deferred :: initial_branch
+      !> F in a branch, N (N m); `normal` is the normal force of a friction element.
+      procedure(force_in), deferred :: force
+      !> dF/ds and dF/ds' in a branch.
+      procedure(slopes_in), deferred :: slopes
+      !> F and its slopes with every jump smoothed: H(x) = 1/2 + atan(sharpness x)/pi, sign x = 2 atan(sharpness x)/pi
+      !> (THEORY 3, (3.40)-(3.43)).
+      procedure(smooth_force), deferred :: smoothed
+   end type contact_law_t
+
+   abstract interface
+      pure function branch_at(self, s, rate) result(branch)
+         import :: contact_law_t, wp
+         implicit none(type, external)
+         class(contact_law_t), intent(in) :: self
+         real(wp), intent(in) :: s, rate
+         integer :: branch
+      end function branch_at
+
+      pure function force_in(self, branch, s, rate, normal) result(force)
+         import :: contact_law_t, wp
+         implicit none(type, external)
+         class(contact_law_t), intent(in) :: self
+         integer, intent(in) :: branch
+         real(wp), intent(in) :: s, rate, normal
+         real(wp) :: force
+      end function force_in
+
+      pure subroutine slopes_in(self, branch, s, rate, normal, stiffness, damping)
+         import :: contact_law_t, wp
+         implicit none(type, external)
+         class(contact_law_t), intent(in) :: self
+         integer, intent(in) :: branch
+         real(wp), intent(in) :: s, rate, normal
+         real(wp), intent(out) :: stiffness, damping
+      end subroutine slopes_in
+
+      pure subroutine smooth_force(self, s, rate, normal, sharpness, force, stiffness, damping)
+         import :: contact_law_t, wp
+         implicit none(type, external)
+         class(contact_law_t), intent(in) :: self
+         real(wp), intent(in) :: s, rate, normal, sharpness
+         real(wp), intent(out) :: force, stiffness, damping
+      end subroutine smooth_force
+   end interface
+
+contains
+
+   !> Whether two piecewise-linear laws have the same stiffness, damping and switching slopes, so that the same modes serve
+   !> both.
+   pure function same_slopes(a, b) result(same)
+      class(contact_law_t), intent(in) :: a, b
+      logical :: same
+
+      same = a%piecewise_linear .and. b%piecewise_linear .and. a%functions == b%functions
+      same = same .and. .not. any(abs(a%branch%stiffness - b%branch%stiffness) > 0.0_wp)
+      same = same .and. .not. any(abs(a%branch%damping - b%branch%damping) > 0.0_wp)
+      same = same .and. .not. any(abs(a%slope - b%slope) > 0.0_wp)
+      same = same .and. all(a%constraint .eqv. b%constraint)
+   end function same_slopes
+
+end module razy_contact_contact_law

@@ -1,0 +1,131 @@
+!! Dry friction: Coulomb's with a static and a kinetic coefficient, falling with the speed of sliding (THEORY 1 and 2).
+!!
+!! The contact variable's rate s' is the velocity of sliding, and with the normal force N
+!!
+!!     F = μ(|s'|) N sign s',   μ(v) = μ_k + (μ_s - μ_k)/(1 + δ v)    (3.23), (3.32).
+!!
+!! With δ = 0 it is Coulomb's: kinetic μ_k while sliding, static μ_s while sticking. The thesis's belt has μ_k = 0, δ = 3 s/m.
+!! Sticking is a constraint: s' stays 0 and F is what keeps it so, as long as |F| <= μ_s N.
+module razy_contact_friction_law
+   use razy_contact_contact_law, only: branch_backward, branch_forward, branch_sticking, contact_law_t, guard_t
+   use razy_core_kinds, only: pi, wp
+   implicit none(type, external)
+   private
+
+   public :: friction_law_t, new_friction_law
+
+   !> Switching function: s'.
+   type, extends(contact_law_t) :: friction_law_t
+      !> μ_s, μ_k, and δ, s/m (s/rad).
+      real(wp) :: static = 0.0_wp, kinetic = 0.0_wp, decay = 0.0_wp
+   contains
+      procedure :: initial_branch
+      procedure :: force
+      procedure :: slopes
+      procedure :: smoothed
+   end type friction_law_t
+
+contains
+
+   !> A law from its coefficients, 0 <= kinetic <= static, and decay >= 0, s/m (s/rad).
+   pure function new_friction_law(static, kinetic, decay) result(law)
+      real(wp), intent(in) :: static, kinetic, decay
+      type(friction_law_t) :: law
+
+      law%static = static
+      law%kinetic = kinetic
+      law%decay = decay
+      law%slope(2, 1) = 1.0_wp
+      law%guard(1, branch_forward) = guard_t(lower=0.0_wp, below=branch_sticking)
+      law%guard(1, branch_backward) = guard_t(upper=0.0_wp, above=branch_sticking)
+      law%constraint(branch_sticking) = .true.
+      law%of_normal = .true.
+      law%force_guard(branch_sticking) = guard_t(-static, static, branch_backward, branch_forward)
+   end function new_friction_law
+
+   !> The branch in which a motion starts, by the rate alone.
+   pure function initial_branch(self, s, rate) result(branch)
+      class(friction_law_t), intent(in) :: self
+      real(wp), intent(in) :: s, rate
+      integer :: branch
+
+      associate (u1 => self%of_normal, u2 => s)
+         branch = branch_sticking
+         if (rate > 0.0_wp) branch = branch_forward
+         if (rate < 0.0_wp) branch = branch_backward
+      end associate
+   end function initial_branch
+
+   !> F in a branch, N (N m); 0 where it sticks, because F is then a constraint force, which the integrator knows.
+   pure function force(self, branch, s, rate, normal)
+      class(friction_law_t), intent(in) :: self
+      integer, intent(in) :: branch
+      real(wp), intent(in) :: s, rate, normal
+      real(wp) :: force
+
+      real(wp) :: coefficient, slope, way
+
+      force = 0.0_wp
+      associate (unused => s)
+         if (branch /= branch_forward .and. branch /= branch_backward) return
+         way = merge(1.0_wp, -1.0_wp, branch == branch_forward)
+         call evaluate(self, way*rate, coefficient, slope)
+         force = way*coefficient*normal
+      end associate
+   end function force
+
+   !> dF/ds and dF/ds' in a branch.
+   pure subroutine slopes(self, branch, s, rate, normal, stiffness, damping)
+      class(friction_law_t), intent(in) :: self
+      integer, intent(in) :: branch
+      real(wp), intent(in) :: s, rate, normal
+      real(wp), intent(out) :: stiffness, damping
+
+      real(wp) :: coefficient, slope
+
+      stiffness = 0.0_wp
+      damping = 0.0_wp
+      associate (unused => s)
+         if (branch /= branch_forward .and. branch /= branch_backward) return
+         call evaluate(self, merge(rate, -rate, branch == branch_forward), coefficient, slope)
+         damping = slope*normal
+      end associate
+   end subroutine slopes
+
+   !> μ(v) and its derivative. A step that looks a little beyond v = 0 sees the smooth continuation of the branch, up to where
+   !> the falling part has doubled.
+   pure subroutine evaluate(self, v, coefficient, slope)
+      class(friction_law_t), intent(in) :: self
+      real(wp), intent(in) :: v
+      real(wp), intent(out) :: coefficient, slope
+
+      real(wp) :: falling
+
+      falling = (self%static - self%kinetic)/max(1.0_wp + self%decay*v, 0.5_wp)
+      slope = 0.0_wp
+      if (self%decay > 0.0_wp) then
+         coefficient = self%kinetic + falling
+         if (1.0_wp + self%decay*v > 0.5_wp) slope = -self%decay*falling/(1.0_wp + self%decay*v)
+      else
+         coefficient = self%kinetic
+      end if
+   end subroutine evaluate
+
+   !> F = μ(|s'|) N (2/π) atan(sharpness s') and its slopes.
+   pure subroutine smoothed(self, s, rate, normal, sharpness, force, stiffness, damping)
+      class(friction_law_t), intent(in) :: self
+      real(wp), intent(in) :: s, rate, normal, sharpness
+      real(wp), intent(out) :: force, stiffness, damping
+
+      real(wp) :: coefficient, share, slope
+
+      associate (unused => s)
+         call evaluate(self, abs(rate), coefficient, slope)
+         share = 2*atan(sharpness*rate)/pi
+         force = normal*coefficient*share
+         stiffness = 0.0_wp
+         damping = normal*(slope*abs(share) + coefficient*2*sharpness/(pi*(1.0_wp + (sharpness*rate)**2)))
+      end associate
+   end subroutine smoothed
+
+end module razy_contact_friction_law

@@ -1,0 +1,432 @@
+!! Radau IIA of order 5 with three stages: one step, by a simplified Newton iteration.
+!!
+!! The collocation polynomial through c = ((4-√6)/10, (4+√6)/10, 1); the increments Z_i of the stages solve
+!! Z = h (A ⊗ I) f(z + Z). A^-1 has one real eigenvalue and a conjugate pair, so that with T^-1 A^-1 T = Λ an iteration solves one
+!! real and one complex system with the matrices λ/h - J. Error estimate, starting values and iteration control are those of
+!! E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed. (1996), IV.8.
+!!
+!! With z = (y, y') the matrix λ - J is reduced by hand: (K + λ(B + λ)) y = q + (B + λ) p, v = λ y - p for the right-hand
+!! side (p, q), where K and B are the tangents of the forces. That is an eighth of the work on the whole matrix.
+!!
+!! Why this one: L-stable, so that a stiff contact is damped out instead of ringing at the step's frequency; stiffly accurate, so
+!! that the end of a step satisfies the stiff equation as well as the stages do; and of the highest order with both at
+!! one real and one complex factorisation.
+module razy_integrate_radau5
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use razy_core_kinds, only: i8, wp
+   use razy_integrate_field, only: field_t
+   use razy_linalg_lapack, only: dgetrf, dgetrs, zgetrf, zgetrs
+   implicit none(type, external)
+   private
+
+   public :: radau5_t
+   public :: radau_inverse_transform, radau_node, radau_transform
+
+   !> Workspace and memory of the method for n = 2m components.
+   type :: radau5_t
+      integer :: m = 0
+      !> Tolerances of the estimate, which is of lower order than the result.
+      real(wp) :: relative = 0.0_wp, absolute = 0.0_wp
+      !> Newton iterations of the last attempt, and their rate of convergence; memory of the iteration's contraction.
+      integer :: iterations = 0
+      real(wp) :: contraction = 0.0_wp, faded = 1.0_wp
+      !> Factor by which the step should shrink after a failure.
+      real(wp) :: shrink = 0.5_wp
+      integer(i8) :: factorisations = 0
+      !> Whether there is a Jacobian matrix, whether it is that of the start of the step; step of the factors at hand.
+      logical :: has_jacobian = .false., is_fresh = .false.
+      real(wp) :: h_factored = 0.0_wp
+      !> Step of the collocation polynomial at hand (0: there is none).
+      real(wp) :: h_polynomial = 0.0_wp
+      !> df/dz (n, n); factors (m, m).
+      real(wp), allocatable :: jacobian(:, :), factor(:, :)
+      complex(wp), allocatable :: complex_factor(:, :)
+      integer, allocatable :: pivot(:), complex_pivot(:)
+      !> Increments of the stages, the same transformed, slopes (n, 3); divided differences of the polynomial (n, 3).
+      real(wp), allocatable :: z(:, :), w(:, :), f(:, :), difference(:, :)
+      !> Error estimate, its first part, and a stage (n).
+      real(wp), allocatable :: error(:), raw(:), stage(:)
+      real(wp), allocatable :: real_side(:)
+      complex(wp), allocatable :: complex_side(:)
+   contains
+      procedure :: prepare
+      procedure :: restart
+      procedure :: solve_stages
+      procedure :: estimate_error
+      procedure :: keep_polynomial
+      procedure :: refuse
+      procedure :: dense_coefficients
+      procedure :: safety
+   end type radau5_t
+
+   real(wp), parameter :: root = sqrt(6.0_wp)
+   real(wp), parameter :: radau_node(3) = [(4 - root)/10, (4 + root)/10, 1.0_wp]
+   real(wp), parameter :: cube_root_81 = 4.32674871092222514696492_wp, cube_root_9 = 2.08008382305190411453006_wp
+   !> Eigenvalues of A^-1: `lambda`, and `lambda_re` ± i `lambda_im`.
+   real(wp), parameter, public :: lambda = 30/(6 + cube_root_81 - cube_root_9)
+   real(wp), parameter :: inverse_re = (12 - cube_root_81 + cube_root_9)/60, &
+                          inverse_im = (cube_root_81 + cube_root_9)*sqrt(3.0_wp)/60
+   real(wp), parameter, public :: lambda_re = inverse_re/(inverse_re**2 + inverse_im**2), &
+                                  lambda_im = inverse_im/(inverse_re**2 + inverse_im**2)
+   !> T and T^-1 (Hairer and Wanner II, IV.8), columns one after the other.
+   real(wp), parameter :: radau_transform(3, 3) = reshape([ &
+                                                          9.1232394870892942792e-2_wp, 0.24171793270710701896_wp, &
+                                                          0.96604818261509293619_wp, -0.14125529502095420843_wp, &
+                                                          0.20412935229379993199_wp, 1.0_wp, &
+                                                          -3.0029194105147424492e-2_wp, 0.38294211275726193779_wp, &
+                                                          0.0_wp], [3, 3])
+   real(wp), parameter :: radau_inverse_transform(3, 3) = reshape([ &
+                                                                  4.3255798900631553510_wp, -4.1787185915519047273_wp, &
+                                                                  -0.50287263494578687595_wp, 0.33919925181580986954_wp, &
+                                                                  -0.32768282076106238708_wp, 2.5719269498556054292_wp, &
+                                                                  0.54177053993587487119_wp, 0.47662355450055045196_wp, &
+                                                                  -0.59603920482822492497_wp], [3, 3])
+   !> -h p'(0) of the collocation polynomial in terms of the Z.
+   real(wp), parameter :: slope_at_start(3) = [-(13 + 7*root)/3, (-13 + 7*root)/3, -1.0_wp/3]
+
+   integer, parameter :: most_iterations = 7
+   !> Rate of convergence below which the Jacobian matrix is kept, and above which the iteration is given up.
+   real(wp), parameter :: good_contraction = 1.0e-3_wp, bad_contraction = 0.99_wp
+
+contains
+
+   !> Make room for n = 2m components and take the tolerances.
+   !>
+   !> The estimate is of order 4 in h and the error after many steps of order 5, so a tolerance `relative`^(4/5) of the
+   !> estimate makes the error proportional to `relative`.
+   subroutine prepare(self, n, relative, absolute)
+      class(radau5_t), intent(inout) :: self
+      integer, intent(in) :: n
+      real(wp), intent(in) :: relative, absolute
+
+      integer :: m
+
+      m = n/2
+      self%relative = relative**0.8_wp
+      self%absolute = absolute*(self%relative/relative)
+      self%factorisations = 0
+      if (self%m /= m .or. .not. allocated(self%z)) then
+         if (allocated(self%z)) then
+            deallocate (self%jacobian, self%factor, self%complex_factor, self%pivot, self%complex_pivot, self%z, self%w, self%f)
+            deallocate (self%difference, self%error, self%raw, self%stage, self%real_side, self%complex_side)
+         end if
+         allocate (self%jacobian(n, n), self%factor(m, m), self%complex_factor(m, m), self%pivot(m), self%complex_pivot(m))
+         allocate (self%z(n, 3), self%w(n, 3), self%f(n, 3), self%difference(n, 3), self%error(n), self%raw(n), self%stage(n))
+         allocate (self%real_side(m), self%complex_side(m))
+      end if
+      self%m = m
+      call self%restart()
+   end subroutine prepare
+
+   !> Forget what is known from the steps before.
+   pure subroutine restart(self)
+      class(radau5_t), intent(inout) :: self
+
+      self%has_jacobian = .false.
+      self%is_fresh = .false.
+      self%h_polynomial = 0.0_wp
+      self%h_factored = 0.0_wp
+      self%faded = 1.0_wp
+      self%contraction = 0.0_wp
+   end subroutine restart
+
+   !> The increments Z of the stages of a step h from (tau, z). `failed`: they were not found; `shrink` h and try again.
+   subroutine solve_stages(self, field, tau, z, h, failed)
+      class(radau5_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau, z(:), h
+      logical, intent(out) :: failed
+
+      real(wp) :: change, last_change, ratio, last_ratio, target
+      integer :: i, j, k, n
+
+      n = 2*self%m
+      self%shrink = 0.5_wp
+      call factorise(self, field, tau, z, h, failed)
+      if (failed) return
+      call start_values(self, h)
+      target = max(10*epsilon(1.0_wp)/self%relative, min(0.03_wp, sqrt(self%relative)))
+      self%faded = max(self%faded, epsilon(1.0_wp))**0.8_wp
+      self%contraction = good_contraction
+      last_change = 0.0_wp
+      last_ratio = 1.0_wp
+      failed = .true.
+      do i = 1, most_iterations
+         self%iterations = i
+         do j = 1, 3
+            self%stage = z + self%z(:, j)
+            call field%derivative(tau + radau_node(j)*h, self%stage, self%f(:, j))
+         end do
+         call newton_correction(self, h)
+         change = 0.0_wp
+         do k = 1, 3
+            do j = 1, n
+               if (.not. ieee_is_finite(self%f(j, k))) return
+               change = max(change, abs(self%f(j, k))/(self%absolute + self%relative*abs(z(j))))
+            end do
+         end do
+         if (i > 1) then
+            ratio = change/last_change
+            self%contraction = merge(ratio, sqrt(ratio*last_ratio), i == 2)
+            last_ratio = ratio
+            if (self%contraction >= bad_contraction) return
+            self%faded = self%contraction/(1.0_wp - self%contraction)
+            ratio = self%faded*change*self%contraction**(most_iterations - 1 - i)/target
+            if (ratio >= 1.0_wp) then
+               self%shrink = 0.8_wp*min(max(ratio, 1.0e-4_wp), 20.0_wp)**(-1.0_wp/(3 + most_iterations - i))
+               return
+            end if
+         end if
+         last_change = max(change, epsilon(1.0_wp))
+         self%w = self%w + self%f
+         call transform(radau_transform, self%w, self%z)
+         if (self%faded*change <= target) then
+            failed = .false.
+            return
+         end if
+      end do
+   end subroutine solve_stages
+
+   !> From slopes f and transformed increments w to the correction of w, in f.
+   subroutine newton_correction(self, h)
+      class(radau5_t), intent(inout) :: self
+      real(wp), intent(in) :: h
+
+      complex(wp) :: eigenvalue, p, q, v
+      real(wp) :: g(3), real_eigenvalue
+      integer :: i, info, j, m
+
+      m = self%m
+      real_eigenvalue = lambda/h
+      eigenvalue = cmplx(lambda_re, lambda_im, wp)/h
+      do i = 1, 2*m
+         g = matmul(radau_inverse_transform, self%f(i, :))
+         self%f(i, 1) = g(1) - real_eigenvalue*self%w(i, 1)
+         q = cmplx(g(2), g(3), wp) - eigenvalue*cmplx(self%w(i, 2), self%w(i, 3), wp)
+         self%f(i, 2) = real(q, wp)
+         self%f(i, 3) = aimag(q)
+      end do
+      call solve_real(self, real_eigenvalue, self%f(:, 1))
+      do i = 1, m
+         self%complex_side(i) = cmplx(self%f(m + i, 2), self%f(m + i, 3), wp) &
+                                + eigenvalue*cmplx(self%f(i, 2), self%f(i, 3), wp)
+      end do
+      do j = 1, m
+         p = cmplx(self%f(j, 2), self%f(j, 3), wp)
+         do i = 1, m
+            self%complex_side(i) = self%complex_side(i) - self%jacobian(m + i, m + j)*p
+         end do
+      end do
+      call zgetrs("N", m, 1, self%complex_factor, m, self%complex_pivot, self%complex_side, m, info)
+      do i = 1, m
+         v = eigenvalue*self%complex_side(i) - cmplx(self%f(i, 2), self%f(i, 3), wp)
+         self%f(i, 2) = real(self%complex_side(i), wp)
+         self%f(i, 3) = aimag(self%complex_side(i))
+         self%f(m + i, 2) = real(v, wp)
+         self%f(m + i, 3) = aimag(v)
+      end do
+   end subroutine newton_correction
+
+   !> (eigenvalue - J)^-1 x in place of x (n).
+   subroutine solve_real(self, eigenvalue, x)
+      type(radau5_t), intent(inout) :: self
+      real(wp), intent(in) :: eigenvalue
+      real(wp), intent(inout) :: x(:)
+
+      integer :: i, info, j, m
+
+      m = self%m
+      do i = 1, m
+         self%real_side(i) = x(m + i) + eigenvalue*x(i)
+      end do
+      do j = 1, m
+         do i = 1, m
+            self%real_side(i) = self%real_side(i) - self%jacobian(m + i, m + j)*x(j)
+         end do
+      end do
+      call dgetrs("N", m, 1, self%factor, m, self%pivot, self%real_side, m, info)
+      do i = 1, m
+         x(m + i) = eigenvalue*self%real_side(i) - x(i)
+         x(i) = self%real_side(i)
+      end do
+   end subroutine solve_real
+
+   !> Jacobian matrix and factors, if those at hand are not of this step.
+   subroutine factorise(self, field, tau, z, h, failed)
+      type(radau5_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau, z(:), h
+      logical, intent(out) :: failed
+
+      complex(wp) :: eigenvalue
+      integer :: i, info, j, m
+
+      failed = .false.
+      if (.not. self%has_jacobian) then
+         call field%jacobian(tau, z, self%jacobian)
+         self%has_jacobian = .true.
+         self%is_fresh = .true.
+         self%h_factored = 0.0_wp
+         failed = .not. all(ieee_is_finite(self%jacobian))
+         if (failed) return
+      end if
+      if (.not. abs(h - self%h_factored) > 0.0_wp) return
+      m = self%m
+      eigenvalue = cmplx(lambda_re, lambda_im, wp)/h
+      do j = 1, m
+         do i = 1, m
+            self%factor(i, j) = -self%jacobian(m + i, j) - (lambda/h)*self%jacobian(m + i, m + j)
+            self%complex_factor(i, j) = -self%jacobian(m + i, j) - eigenvalue*self%jacobian(m + i, m + j)
+         end do
+         self%factor(j, j) = self%factor(j, j) + (lambda/h)**2
+         self%complex_factor(j, j) = self%complex_factor(j, j) + eigenvalue**2
+      end do
+      self%factorisations = self%factorisations + 1
+      self%h_factored = h
+      call dgetrf(m, m, self%factor, m, self%pivot, info)
+      failed = info /= 0
+      call zgetrf(m, m, self%complex_factor, m, self%complex_pivot, info)
+      failed = failed .or. info /= 0
+      if (failed) self%h_factored = 0.0_wp
+   end subroutine factorise
+
+   !> Increments to start from: the last polynomial extrapolated, or zero.
+   pure subroutine start_values(self, h)
+      type(radau5_t), intent(inout) :: self
+      real(wp), intent(in) :: h
+
+      real(wp) :: s
+      integer :: j
+
+      self%z = 0.0_wp
+      self%w = 0.0_wp
+      if (.not. self%h_polynomial > 0.0_wp) return
+      do j = 1, 3
+         s = radau_node(j)*h/self%h_polynomial
+         self%z(:, j) = s*(self%difference(:, 1) + (s - (radau_node(2) - 1)) &
+                           *(self%difference(:, 2) + (s - (radau_node(1) - 1))*self%difference(:, 3)))
+      end do
+      call transform(radau_inverse_transform, self%z, self%w)
+   end subroutine start_values
+
+   !> out_i = Σ_j matrix_ij x_j for the three columns of x.
+   pure subroutine transform(matrix, x, out)
+      real(wp), intent(in) :: matrix(3, 3), x(:, :)
+      real(wp), intent(out) :: out(:, :)
+
+      integer :: i, j
+
+      do j = 1, 3
+         do i = 1, size(x, 1)
+            out(i, j) = matrix(j, 1)*x(i, 1) + matrix(j, 2)*x(i, 2) + matrix(j, 3)*x(i, 3)
+         end do
+      end do
+   end subroutine transform
+
+   !> Error estimate (λ/h - J)^-1 (f_0 - p'(0)) and its largest component in units of the tolerance. With `again` the estimate
+   !> is filtered a second time where it is above 1 (first and rejected steps), which forgives a stiff transient.
+   subroutine estimate_error(self, field, tau, z, dz, h, again, scaled)
+      class(radau5_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau, z(:), dz(:), h
+      logical, intent(in) :: again
+      real(wp), intent(out) :: scaled
+
+      integer :: i
+
+      do i = 1, 2*self%m
+         self%raw(i) = (slope_at_start(1)*self%z(i, 1) + slope_at_start(2)*self%z(i, 2) + slope_at_start(3)*self%z(i, 3))/h
+         self%error(i) = self%raw(i) + dz(i)
+      end do
+      call solve_real(self, lambda/h, self%error)
+      scaled = scaled_error(self, z)
+      if (.not. ieee_is_finite(scaled)) return
+      if (scaled <= 1.0_wp .or. .not. again) return
+      self%stage = z + self%error
+      call field%derivative(tau, self%stage, self%error)
+      self%error = self%error + self%raw
+      call solve_real(self, lambda/h, self%error)
+      scaled = scaled_error(self, z)
+   end subroutine estimate_error
+
+   pure function scaled_error(self, z) result(scaled)
+      type(radau5_t), intent(in) :: self
+      real(wp), intent(in) :: z(:)
+      real(wp) :: scaled
+
+      real(wp) :: part
+      integer :: i
+
+      scaled = 0.0_wp
+      do i = 1, 2*self%m
+         part = abs(self%error(i))/(self%absolute + self%relative*max(abs(z(i)), abs(z(i) + self%z(i, 3))))
+         if (.not. ieee_is_finite(part)) then
+            scaled = part
+            return
+         end if
+         scaled = max(scaled, part)
+      end do
+   end function scaled_error
+
+   !> After an accepted step h: keep its polynomial, and its Jacobian matrix if the iteration converged well with it.
+   pure subroutine keep_polynomial(self, h)
+      class(radau5_t), intent(inout) :: self
+      real(wp), intent(in) :: h
+
+      real(wp) :: chord, second
+      integer :: i
+
+      do i = 1, 2*self%m
+         self%difference(i, 1) = (self%z(i, 2) - self%z(i, 3))/(radau_node(2) - 1)
+         chord = (self%z(i, 1) - self%z(i, 2))/(radau_node(1) - radau_node(2))
+         second = (chord - self%z(i, 1)/radau_node(1))/radau_node(2)
+         self%difference(i, 2) = (chord - self%difference(i, 1))/(radau_node(1) - 1)
+         self%difference(i, 3) = self%difference(i, 2) - second
+      end do
+      self%h_polynomial = h
+      self%has_jacobian = self%contraction <= good_contraction
+      self%is_fresh = .false.
+   end subroutine keep_polynomial
+
+   !> After an attempt that was not accepted: the next one takes the Jacobian matrix at its start.
+   pure subroutine refuse(self)
+      class(radau5_t), intent(inout) :: self
+
+      self%has_jacobian = self%is_fresh
+   end subroutine refuse
+
+   !> Coefficients r_1…r_4 (n, 4) of the dense output (razy_integrate_tableaux): the collocation polynomial p of degree 3, corrected
+   !> to degree 4 by the error estimate.
+   !>
+   !> p + D Q(θ), Q' = (1 - θ)(θ - c_1)(θ - c_2)/(c_1 c_2), passes through both ends (Q(1) = 0, for Q' is orthogonal to 1)
+   !> and has the slopes of p at the nodes, and with D = h f_0 - p'(0) that of the motion at the start: its error is of order
+   !> 5 in h, where that of p is of order 4. D is λ times the estimate, which is filtered, so that it stays
+   !> bounded in stiff components.
+   pure subroutine dense_coefficients(self, r)
+      class(radau5_t), intent(in) :: self
+      real(wp), intent(inout) :: r(:, :)
+
+      real(wp) :: at_end, at_start, correction
+      integer :: i
+
+      do i = 1, 2*self%m
+         correction = lambda*self%error(i)
+         at_start = correction - (slope_at_start(1)*self%z(i, 1) + slope_at_start(2)*self%z(i, 2) + slope_at_start(3)*self%z(i, 3))
+         at_end = self%difference(i, 1) - (radau_node(2) - 1)*(self%difference(i, 2) - (radau_node(1) - 1)*self%difference(i, 3))
+         r(i, 1) = self%z(i, 3)
+         r(i, 2) = at_start - r(i, 1)
+         r(i, 3) = r(i, 1) - at_end - r(i, 2)
+         r(i, 4) = -correction/(4*radau_node(1)*radau_node(2))
+      end do
+   end subroutine dense_coefficients
+
+   !> Safety factor of step control after so much of Newton's work.
+   pure function safety(self, usual) result(value)
+      class(radau5_t), intent(in) :: self
+      real(wp), intent(in) :: usual
+      real(wp) :: value
+
+      value = min(usual, usual*(1 + 2*most_iterations)/(self%iterations + 2*most_iterations))
+   end function safety
+
+end module razy_integrate_radau5

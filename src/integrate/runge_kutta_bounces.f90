@@ -1,0 +1,184 @@
+!! Impacts of a rigid contact that follow each other ever faster (chatter to rest).
+!!
+!! Between impacts of a sequence with the restitution ρ < 1 under a relative acceleration -a that hardly changes, the speed after
+!! impact n is u_n = ρ u_(n-1), the height of the flight u_n²/(2a), and all flights that are still to come take
+!! T = Σ 2 u_n ρ^k/a = 2 u_n/(a (1 - ρ)). ρ is measured; it is not ε where several contacts work together.
+!! A sequence is cut short when its flights are below the rounding of the first one's height (u_n² <= eps u_1²), or of the gap
+!! itself: the speed of the gap is taken out by an impulse, the contact is held closed, and the end of the sequence is
+!! reported T later. What is neglected is then below rounding of the path.
+module razy_integrate_runge_kutta_bounces
+   use razy_core_kinds, only: wp
+   use razy_integrate_constraints, only: constraints_t, new_constraints
+   use razy_integrate_field, only: field_t
+   use razy_integrate_runge_kutta_guards, only: guards_t
+   implicit none(type, external)
+   private
+
+   public :: bounces_t
+
+   !> The last impacts of every contact (contacts each): their number in the sequence, first and last speed, last ratio.
+   type :: bounces_t
+      integer, allocatable :: count(:)
+      real(wp), allocatable :: first(:), last(:), ratio(:)
+      !> Whether an accumulation is on its way to its end, at `tau` of the field's time, and whose; how many were reported.
+      logical :: landing = .false.
+      real(wp) :: tau = 0.0_wp
+      logical, allocatable :: whose(:)
+      integer :: landed = 0
+      real(wp), allocatable, private :: a(:)
+   contains
+      procedure :: attach
+      procedure :: forget
+      procedure :: count_from
+      procedure :: follow
+      procedure :: confirm
+      procedure :: report
+   end type bounces_t
+
+   !> Ratios of one sequence differ by less than this part.
+   real(wp), parameter :: steady = 0.01_wp
+
+contains
+
+   !> Make room for a machine.
+   subroutine attach(self, field)
+      class(bounces_t), intent(inout) :: self
+      type(field_t), intent(in) :: field
+
+      integer :: n
+
+      n = size(field%branch)
+      if (allocated(self%count)) deallocate (self%count, self%first, self%last, self%ratio, self%whose, self%a)
+      allocate (self%count(n), self%first(n), self%last(n), self%ratio(n), self%whose(n), self%a(field%m))
+      call self%forget()
+   end subroutine attach
+
+   !> Forget all sequences.
+   pure subroutine forget(self)
+      class(bounces_t), intent(inout) :: self
+
+      self%count = 0
+      self%first = 0.0_wp
+      self%last = 0.0_wp
+      self%ratio = 0.0_wp
+      self%whose = .false.
+      self%landing = .false.
+      self%tau = 0.0_wp
+   end subroutine forget
+
+   !> The field's time is counted from `tau` on.
+   pure subroutine count_from(self, tau)
+      class(bounces_t), intent(inout) :: self
+      real(wp), intent(in) :: tau
+
+      self%tau = self%tau - tau
+   end subroutine count_from
+
+   !> Take up the impacts at (tau, z) of the contacts `impacted`, whose gaps then open with `speed` in `direction` of s. If
+   !> sequences end here, `gathered`, z is left without the speeds of their gaps.
+   subroutine follow(self, field, guards, impacted, speed, direction, tau, z, gathered)
+      class(bounces_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      type(guards_t), intent(in) :: guards
+      logical, intent(in) :: impacted(:)
+      real(wp), intent(in) :: speed(:), direction(:), tau
+      real(wp), intent(inout) :: z(:)
+      logical, intent(out) :: gathered
+
+      type(constraints_t) :: held
+      integer :: j
+      integer, allocatable :: list(:), empty(:)
+      real(wp), allocatable :: none(:)
+      real(wp) :: pull, rest
+
+      gathered = .false.
+      rest = 0.0_wp
+      if (.not. self%landing) self%whose = .false.
+      allocate (list(0), empty(0), none(0))
+      call field%accelerate(tau, z, self%a)
+      do j = 1, size(impacted)
+         if (.not. impacted(j)) cycle
+         call take_up(self, j, speed(j))
+         pull = -direction(j)*field%second_rate(j, self%a)
+         if (.not. ended(self, j, pull, guards%on_s(j), field%machine%contact(j)%law%restitution)) cycle
+         list = [list, j]
+         rest = max(rest, 2*speed(j)/(pull*(1.0_wp - self%ratio(j))))
+         self%count(j) = 0
+      end do
+      gathered = size(list) > 0
+      if (.not. gathered) return
+      self%whose(list) = .true.
+      self%tau = tau + rest
+      self%landing = .true.
+      call field%look_at_contacts(tau, z)
+      call new_constraints(held, field%w, list, empty, empty, none)
+      call held%displace(field%w, -field%rate(list), z(field%m + 1:))
+   end subroutine follow
+
+   !> An impact of contact j after which the gap opens with speed u.
+   pure subroutine take_up(self, j, u)
+      type(bounces_t), intent(inout) :: self
+      integer, intent(in) :: j
+      real(wp), intent(in) :: u
+
+      real(wp) :: ratio
+
+      ratio = 0.0_wp
+      if (self%count(j) > 0 .and. self%last(j) > 0.0_wp) ratio = u/self%last(j)
+      if (self%count(j) > 1 .and. abs(ratio - self%ratio(j)) > steady*self%ratio(j)) self%count(j) = 0
+      if (ratio >= 1.0_wp .or. .not. u > 0.0_wp) self%count(j) = 0
+      if (self%count(j) == 0) self%first(j) = u
+      self%count(j) = self%count(j) + 1
+      self%ratio(j) = ratio
+      self%last(j) = u
+      if (.not. u > 0.0_wp) self%count(j) = 0
+   end subroutine take_up
+
+   !> Whether what is left of the sequence of contact j is below rounding; `pull` closes the gap, `noise` is the rounding of s.
+   function ended(self, j, pull, noise, restitution)
+      type(bounces_t), intent(inout) :: self
+      integer, intent(in) :: j
+      real(wp), intent(in) :: pull, noise, restitution
+      logical :: ended
+
+      ended = .false.
+      if (self%count(j) == 0 .or. .not. pull > 0.0_wp) return
+      if (self%last(j)**2 <= 2*pull*16*noise) then
+         if (self%count(j) < 3) self%ratio(j) = restitution
+      else if (self%count(j) < 3 .or. self%last(j)**2 > epsilon(1.0_wp)*self%first(j)**2) then
+         return
+      end if
+      ended = self%ratio(j) < 1.0_wp
+   end function ended
+
+   !> Keep of the sequences that have ended only those whose contacts the mode of the field holds closed.
+   pure subroutine confirm(self, field)
+      class(bounces_t), intent(inout) :: self
+      type(field_t), intent(in) :: field
+
+      integer :: j
+
+      do j = 1, size(self%whose)
+         self%whose(j) = self%whose(j) .and. field%machine%contact(j)%law%constraint(field%branch(j))
+      end do
+      self%landing = any(self%whose)
+   end subroutine confirm
+
+   !> Add the contacts whose sequences end now to the list of those that change.
+   pure subroutine report(self, contact, changes)
+      class(bounces_t), intent(inout) :: self
+      integer, intent(inout) :: contact(:), changes
+
+      integer :: j
+
+      self%landed = count(self%whose)
+      do j = 1, size(self%whose)
+         if (.not. self%whose(j) .or. any(contact(:changes) == j)) cycle
+         changes = changes + 1
+         contact(changes) = j
+      end do
+      self%whose = .false.
+      self%landing = .false.
+   end subroutine report
+
+end module razy_integrate_runge_kutta_bounces

@@ -1,0 +1,323 @@
+!! Where in a step the first guard of the mode is left, on the step's dense output.
+!!
+!! A step is looked at inside unless the speeds at its ends show that no guard can be reached. It is divided by `least_probes`
+!! or more points, so that none is longer than half a radian of the fastest excitation of a gap; at each the guards and their
+!! rates are formed. A guard that is negative at a point was left before it; one that falls at a point and rises at the next has
+!! a minimum in between, which is found and judged. Roots are found by Newton's method in a bracket, to rounding of the time.
+module razy_integrate_runge_kutta_locate
+   use razy_core_kinds, only: wp
+   use razy_integrate_field, only: field_t
+   use razy_integrate_runge_kutta_guards, only: guards_t
+   use razy_integrate_stepper, only: stepper_t
+   implicit none(type, external)
+   private
+
+   public :: least_probes, locator_t
+
+   integer, parameter :: least_probes = 8
+   !> Angle of the fastest excitation of a gap between probes.
+   real(wp), parameter :: longest_angle = 0.5_wp
+   integer, parameter :: most_iterations = 100
+   real(wp), parameter :: eps = epsilon(1.0_wp)
+
+   !> Guards with their values at the start and the end of a step.
+   type :: locator_t
+      type(guards_t) :: guards
+      real(wp), allocatable :: g0(:), rate0(:), g1(:), rate1(:)
+      !> The guards that are left at the event found (count).
+      logical, allocatable :: hit(:)
+      !> Length of each contact direction, and largest rate of s by drive and excitation (contacts).
+      real(wp), allocatable :: length(:), driven(:)
+      !> Workspace: guards at two points inside, those to look at, state.
+      real(wp), allocatable, private :: ga(:), ra(:), gb(:), rb(:), gc(:), rc(:), z(:)
+      logical, allocatable, private :: suspect(:)
+      !> The step that is looked at.
+      real(wp), private :: tau = 0.0_wp, h = 0.0_wp
+   contains
+      procedure :: attach
+      procedure :: start
+      procedure :: find
+      procedure :: advance
+      procedure, private :: root
+      procedure, private :: turn
+      procedure, private :: look_inside
+   end type locator_t
+
+contains
+
+   !> Make room for a machine.
+   subroutine attach(self, field)
+      class(locator_t), intent(inout) :: self
+      type(field_t), intent(in) :: field
+
+      integer :: j, n
+
+      call self%guards%attach(field)
+      n = size(self%guards%entry)
+      if (allocated(self%g0)) deallocate (self%g0, self%rate0, self%g1, self%rate1, self%hit, self%length, self%driven, self%ga, &
+                                          self%ra, self%gb, self%rb, self%gc, self%rc, self%z, self%suspect)
+      allocate (self%g0(n), self%rate0(n), self%g1(n), self%rate1(n), self%ga(n), self%ra(n), self%gb(n), self%rb(n), self%gc(n), &
+                self%rc(n), source=0.0_wp)
+      allocate (self%hit(n), self%suspect(n), source=.false.)
+      allocate (self%z(2*field%m), source=0.0_wp)
+      allocate (self%length(size(field%branch)), self%driven(size(field%branch)))
+      do j = 1, size(field%branch)
+         self%length(j) = norm2(field%w(:, j))
+         self%driven(j) = abs(field%machine%contact(j)%drive) &
+                          + sum(field%omega*(abs(field%error_re(j, :)) + abs(field%error_im(j, :))))
+      end do
+   end subroutine attach
+
+   !> List the guards of the field's mode, which begins at (tau, z).
+   subroutine start(self, field, tau, z)
+      class(locator_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau, z(:)
+
+      call self%guards%watch(field)
+      call self%guards%measure(field, z, .false.)
+      call self%guards%look(field, tau, z, self%g0, self%rate0)
+   end subroutine start
+
+   !> Go on to the next step of the mode, after `find` has found nothing.
+   pure subroutine advance(self)
+      class(locator_t), intent(inout) :: self
+
+      integer :: i
+
+      do i = 1, self%guards%count
+         self%g0(i) = self%g1(i)
+         self%rate0(i) = self%rate1(i)
+      end do
+   end subroutine advance
+
+   !> Look for the first exit in the accepted step h of the stepper from (tau, z). If one is `found`, it is at theta*h, and
+   !> `hit` are the guards that are left there together. `dense`: the dense output has been made.
+   subroutine find(self, field, stepper, tau, z, found, theta, dense)
+      class(locator_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      type(stepper_t), intent(inout) :: stepper
+      real(wp), intent(in) :: tau, z(:)
+      logical, intent(out) :: found, dense
+      real(wp), intent(out) :: theta
+
+      real(wp) :: a, b
+      integer :: i, k, n, probes
+
+      found = .false.
+      dense = .false.
+      theta = 1.0_wp
+      n = self%guards%count
+      if (n == 0) return
+      self%tau = tau
+      self%h = stepper%h
+      self%guards%delta = 1.0e-5_wp*stepper%h
+      call self%guards%look(field, tau + stepper%h, stepper%z_end, self%g1, self%rate1)
+      call choose_suspects(self, field, stepper, z)
+      if (.not. any(self%suspect(:n))) return
+      dense = .true.
+      call self%guards%measure(field, stepper%z_end, .false.)
+      call stepper%prepare_dense(field, tau, z)
+      probes = max(least_probes, ceiling(self%guards%fastest*stepper%h/longest_angle))
+      do i = 1, n
+         self%ga(i) = self%g0(i)
+         self%ra(i) = self%rate0(i)
+      end do
+      a = 0.0_wp
+      do k = 1, probes
+         b = real(k, wp)/probes
+         if (k < probes) then
+            call self%look_inside(field, stepper, b, self%gb, self%rb)
+         else
+            self%gb(:n) = self%g1(:n)
+            self%rb(:n) = self%rate1(:n)
+         end if
+         do i = 1, n
+            if (self%suspect(i)) call search_between(self, field, stepper, i, a, b, theta, found)
+         end do
+         if (found) exit
+         a = b
+         do i = 1, n
+            self%ga(i) = self%gb(i)
+            self%ra(i) = self%rb(i)
+         end do
+      end do
+      if (found) call gather(self, field, stepper, theta)
+   end subroutine find
+
+   !> The guards that could be left in the step: a path that touches 0 is at least g0 + g1 long, and a function that runs less than
+   !> a cubic's control points away from 0 is trusted only with twice the room.
+   pure subroutine choose_suspects(self, field, stepper, z)
+      type(locator_t), intent(inout) :: self
+      type(field_t), intent(in) :: field
+      type(stepper_t), intent(in) :: stepper
+      real(wp), intent(in) :: z(:)
+
+      real(wp) :: b0, b1, lowest, room, speed
+      integer :: i, m
+
+      m = field%m
+      speed = max(norm2(z(m + 1:)), norm2(stepper%z_end(m + 1:))) &
+              + stepper%h*max(norm2(stepper%dz_start(m + 1:)), norm2(stepper%dz_end(m + 1:)))
+      do i = 1, self%guards%count
+         associate (entry => self%guards%entry(i))
+            if (entry%function > 0 .and. .not. abs(entry%beta) > 0.0_wp) then
+               self%suspect(i) = min(self%g0(i), self%g1(i)) <= self%guards%noise(i) .or. self%g0(i) + self%g1(i) &
+                                 <= stepper%h*abs(entry%alpha)*(self%length(entry%contact)*speed + self%driven(entry%contact))
+            else
+               b0 = self%g0(i) + stepper%h*self%rate0(i)/3
+               b1 = self%g1(i) - stepper%h*self%rate1(i)/3
+               lowest = min(self%g0(i), b0, b1, self%g1(i))
+               room = 2*max(abs(b0 - self%g0(i)), abs(b1 - self%g1(i)), abs(self%g1(i) - self%g0(i)))
+               self%suspect(i) = lowest <= room
+            end if
+         end associate
+      end do
+   end subroutine choose_suspects
+
+   !> Guards at theta of the step.
+   subroutine look_inside(self, field, stepper, theta, g, rate)
+      class(locator_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      type(stepper_t), intent(in) :: stepper
+      real(wp), intent(in) :: theta
+      real(wp), intent(inout) :: g(:), rate(:)
+
+      call stepper%at(theta, self%z)
+      call self%guards%look(field, self%tau + theta*self%h, self%z, g, rate)
+   end subroutine look_inside
+
+   !> Whether guard i is left between the probes a and b, before what has been found so far at `theta`.
+   subroutine search_between(self, field, stepper, i, a, b, theta, found)
+      type(locator_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      type(stepper_t), intent(in) :: stepper
+      integer, intent(in) :: i
+      real(wp), intent(in) :: a, b
+      real(wp), intent(inout) :: theta
+      logical, intent(inout) :: found
+
+      real(wp) :: at, g_turn, turn
+      logical :: left
+
+      left = .false.
+      at = a
+      associate (ga => self%ga(i), gb => self%gb(i), ra => self%ra(i), rb => self%rb(i), noise => self%guards%noise(i))
+         if (gb < -noise) then
+            left = .true.
+            if (ga > noise) then
+               call self%root(field, stepper, i, a, b, ga, gb, at)
+            else if (ra > 0.0_wp) then
+               ! It starts on the bound and leads away from it before it comes back.
+               call self%turn(field, stepper, i, a, b, turn, g_turn)
+               if (g_turn > noise) call self%root(field, stepper, i, turn, b, g_turn, gb, at)
+            end if
+         else if (ra < 0.0_wp .and. rb > 0.0_wp) then
+            ! A convex function is nowhere below the tangents at both ends.
+            if (ga + ra*((gb - ga - rb*(b - a)*self%h)/(ra - rb)) > 0.5_wp*min(ga, gb) .and. min(ga, gb) > noise) return
+            call self%turn(field, stepper, i, a, b, turn, g_turn)
+            left = g_turn < -noise
+            if (left .and. ga > noise) call self%root(field, stepper, i, a, turn, ga, g_turn, at)
+         end if
+      end associate
+      if (.not. left) return
+      if (.not. found .or. at < theta) theta = at
+      found = .true.
+   end subroutine search_between
+
+   !> Root of guard i between theta = a, where it is positive, and b, where it is negative.
+   subroutine root(self, field, stepper, i, a, b, ga, gb, at)
+      class(locator_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      type(stepper_t), intent(in) :: stepper
+      integer, intent(in) :: i
+      real(wp), intent(in) :: a, b, ga, gb
+      real(wp), intent(out) :: at
+
+      real(wp) :: high, low, move
+      integer :: k
+
+      low = a
+      high = b
+      at = a + (b - a)*ga/(ga - gb)
+      do k = 1, most_iterations
+         call self%look_inside(field, stepper, at, self%gc, self%rc)
+         if (.not. abs(self%gc(i)) > 0.0_wp) return
+         if (self%gc(i) > 0.0_wp) low = at
+         if (self%gc(i) < 0.0_wp) high = at
+         move = 0.0_wp
+         if (self%rc(i) < 0.0_wp) move = -self%gc(i)/(self%rc(i)*self%h)
+         if (.not. (at + move > low .and. at + move < high) .or. .not. abs(move) > 0.0_wp .or. k > most_iterations/2) then
+            move = 0.5_wp*(low + high) - at
+         end if
+         at = at + move
+         if (abs(move) <= eps*at .or. high - low <= 2*eps*high) return
+      end do
+   end subroutine root
+
+   !> Where between theta = a and b the rate of guard i, of other signs there, vanishes, and the guard at that point.
+   subroutine turn(self, field, stepper, i, a, b, at, g)
+      class(locator_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      type(stepper_t), intent(in) :: stepper
+      integer, intent(in) :: i
+      real(wp), intent(in) :: a, b
+      real(wp), intent(out) :: at, g
+
+      real(wp) :: high, low, rate_high, rate_low, sign_low
+      integer :: k, side
+
+      low = a
+      high = b
+      rate_low = self%ra(i)
+      rate_high = self%rb(i)
+      sign_low = sign(1.0_wp, rate_low)
+      side = 0
+      do k = 1, most_iterations
+         at = 0.5_wp*(low + high)
+         if (k <= most_iterations/2 .and. rate_low*rate_high < 0.0_wp) at = low + (high - low)*rate_low/(rate_low - rate_high)
+         at = min(max(at, low), high)
+         call self%look_inside(field, stepper, at, self%gc, self%rc)
+         g = self%gc(i)
+         if (sign_low*self%rc(i) > 0.0_wp) then
+            low = at
+            rate_low = self%rc(i)
+            if (side == 1) rate_high = 0.5_wp*rate_high
+            side = 1
+         else
+            high = at
+            rate_high = self%rc(i)
+            if (side == -1) rate_low = 0.5_wp*rate_low
+            side = -1
+         end if
+         if (high - low <= 1.0e-9_wp*b .or. .not. abs(self%rc(i)) > 0.0_wp) return
+         if (abs(self%rc(i))*(high - low)*self%h <= eps*abs(g)) return
+      end do
+   end subroutine turn
+
+   !> Mark all guards that are left at `theta`, to rounding of the time.
+   subroutine gather(self, field, stepper, theta)
+      type(locator_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      type(stepper_t), intent(in) :: stepper
+      real(wp), intent(in) :: theta
+
+      real(wp) :: nearest, resolution
+      integer :: i, n
+
+      n = self%guards%count
+      call self%look_inside(field, stepper, theta, self%gc, self%rc)
+      resolution = 8*eps*max(theta*self%h, abs(self%tau))
+      nearest = huge(1.0_wp)
+      do i = 1, n
+         self%hit(i) = self%suspect(i) .and. self%rc(i) < 0.0_wp &
+                       .and. self%gc(i) <= self%guards%noise(i) - resolution*self%rc(i)
+         if (self%suspect(i)) nearest = min(nearest, self%gc(i) - self%guards%noise(i))
+      end do
+      if (any(self%hit(:n))) return
+      do i = 1, n
+         self%hit(i) = self%suspect(i) .and. self%gc(i) - self%guards%noise(i) <= nearest
+      end do
+   end subroutine gather
+
+end module razy_integrate_runge_kutta_locate

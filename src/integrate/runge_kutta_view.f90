@@ -1,0 +1,196 @@
+!! A step of a Runge-Kutta method, or a moment, as observers see it: the state at any time of it, observables and their turns.
+!!
+!! Values are those of the dense output; rates are those of the field at that state, so that both are continuous from step to
+!! step. Turns are looked for between `probes` points, and are not proved to be all.
+module razy_integrate_runge_kutta_view
+   use razy_core_kinds, only: wp
+   use razy_integrate_field, only: field_t
+   use razy_integrate_integrator, only: glimpse_t
+   use razy_integrate_stepper, only: stepper_t
+   use razy_machine_machine, only: observe_contact_force
+   implicit none(type, external)
+   private
+
+   public :: view_t
+
+   integer, parameter :: probes = 8, most_iterations = 100
+   real(wp), parameter :: eps = epsilon(1.0_wp), longest_angle = 0.5_wp
+
+   !> The part [0, duration] of a step `h` that began at `start` of the field's time; `moment`: no step, but the state `stop`.
+   type :: view_t
+      type(field_t) :: field
+      type(stepper_t) :: stepper
+      real(wp) :: start = 0.0_wp, h = 0.0_wp, duration = 0.0_wp
+      !> States at start and end of the part shown (2m each).
+      real(wp), allocatable :: z_start(:), z_stop(:)
+      logical :: moment = .false., dense = .false.
+      !> Largest frequency of excitation, rad/s.
+      real(wp) :: fastest = 0.0_wp
+      real(wp), allocatable, private :: z(:)
+   contains
+      procedure :: attach
+      procedure :: look
+      procedure :: state_at
+      procedure :: value
+      procedure :: glimpse
+      procedure :: next_turn
+      procedure, private :: rate_of
+   end type view_t
+
+contains
+
+   !> Make room for the machine of the field.
+   subroutine attach(self)
+      class(view_t), intent(inout) :: self
+
+      if (allocated(self%z)) deallocate (self%z, self%z_start, self%z_stop)
+      allocate (self%z(2*self%field%m), self%z_start(2*self%field%m), self%z_stop(2*self%field%m), source=0.0_wp)
+      self%fastest = 0.0_wp
+      if (size(self%field%omega) > 0) self%fastest = maxval(self%field%omega)
+   end subroutine attach
+
+   !> z at `tau` into the workspace.
+   subroutine look(self, tau)
+      class(view_t), intent(inout) :: self
+      real(wp), intent(in) :: tau
+
+      if (self%moment .or. tau >= self%duration) then
+         self%z = self%z_stop
+      else if (tau <= 0.0_wp) then
+         self%z = self%z_start
+      else
+         if (.not. self%dense) call self%stepper%prepare_dense(self%field, self%start, self%z_start)
+         self%dense = .true.
+         call self%stepper%at(tau/self%h, self%z)
+      end if
+   end subroutine look
+
+   !> Time of the field and z at `tau`.
+   subroutine state_at(self, tau, time, z)
+      class(view_t), intent(inout) :: self
+      real(wp), intent(in) :: tau
+      real(wp), intent(out) :: time, z(:)
+
+      call self%look(tau)
+      time = self%start + tau
+      z = self%z
+   end subroutine state_at
+
+   !> Value of observable `form` at `tau`.
+   function value(self, form, tau)
+      class(view_t), intent(inout) :: self
+      integer, intent(in) :: form
+      real(wp), intent(in) :: tau
+      real(wp) :: value
+
+      call self%look(tau)
+      value = self%field%observed(form, self%start + tau, self%z)
+   end function value
+
+   !> Rate of observable `form` at `tau`, and the rounding in it.
+   subroutine rate_of(self, form, tau, rate, noise)
+      class(view_t), intent(inout) :: self
+      integer, intent(in) :: form
+      real(wp), intent(in) :: tau
+      real(wp), intent(out) :: rate, noise
+
+      call self%look(tau)
+      call self%field%observed_rate(form, self%start + tau, self%z, 1.0e-5_wp*self%h, rate, noise)
+      noise = 16*eps*noise
+   end subroutine rate_of
+
+   !> Value, size and direction of observable `form` at `tau`; a rate of rounding is looked at again a little later.
+   subroutine glimpse(self, form, tau, seen)
+      class(view_t), intent(inout) :: self
+      integer, intent(in) :: form
+      real(wp), intent(in) :: tau
+      type(glimpse_t), intent(out) :: seen
+
+      real(wp), parameter :: later(*) = [0.0_wp, 1.0e-4_wp, 1.0e-2_wp, 0.1_wp, 1.0_wp]
+      real(wp) :: noise, rate
+      integer :: k
+
+      seen%value = self%value(form, tau)
+      associate (observable => self%field%machine%observable(form))
+         seen%size = abs(seen%value)
+         if (observable%kind /= observe_contact_force) then
+            seen%size = abs(observable%constant) + sum(abs(observable%error)) + sum(abs(self%field%on_y(:, form) &
+                        *self%z(:self%field%m))) + sum(abs(self%field%on_v(:, form)*self%z(self%field%m + 1:)))
+         end if
+      end associate
+      if (self%moment) return
+      do k = 1, size(later)
+         call self%rate_of(form, tau + later(k)*(self%duration - tau), rate, noise)
+         if (.not. abs(rate) > noise) cycle
+         seen%direction = nint(sign(1.0_wp, rate))
+         return
+      end do
+   end subroutine glimpse
+
+   !> The first time after `tau` at which the rate of observable `form`, of the sign of `direction` so far, changes sign.
+   subroutine next_turn(self, form, tau, tau_end, direction, found, tau_found, value)
+      class(view_t), intent(inout) :: self
+      integer, intent(in) :: form, direction
+      real(wp), intent(in) :: tau, tau_end
+      logical, intent(out) :: found
+      real(wp), intent(out) :: tau_found, value
+
+      real(wp) :: a, b, noise, rate
+      integer :: k, n
+
+      found = .false.
+      tau_found = tau_end
+      value = 0.0_wp
+      if (self%moment) return
+      n = max(1, ceiling(max(probes*(tau_end - tau)/self%h, self%fastest*(tau_end - tau)/longest_angle)))
+      a = tau
+      do k = 1, n
+         b = tau + (tau_end - tau)*(real(k, wp)/n)
+         if (k == n) b = tau_end
+         call self%rate_of(form, b, rate, noise)
+         found = direction*rate < -noise
+         if (found) exit
+         a = b
+      end do
+      if (.not. found) return
+      call refine(self, form, direction, a, b, rate, tau_found)
+      value = self%value(form, tau_found)
+   end subroutine next_turn
+
+   !> The sign change of a rate between a and b, where it is `rate_b`, by false position after Illinois, and bisection.
+   subroutine refine(self, form, direction, a, b, rate_b, at)
+      type(view_t), intent(inout) :: self
+      integer, intent(in) :: form, direction
+      real(wp), intent(in) :: a, b, rate_b
+      real(wp), intent(out) :: at
+
+      real(wp) :: high, low, noise, rate, rate_high, rate_low
+      integer :: k, side
+
+      low = a
+      high = b
+      rate_high = rate_b
+      call self%rate_of(form, a, rate_low, noise)
+      side = 0
+      at = high
+      do k = 1, most_iterations
+         at = 0.5_wp*(low + high)
+         if (k <= most_iterations/2 .and. rate_low*rate_high < 0.0_wp) at = low + (high - low)*(rate_low/(rate_low - rate_high))
+         call self%rate_of(form, at, rate, noise)
+         if (abs(rate) <= noise) return
+         if (direction*rate > 0.0_wp) then
+            low = at
+            rate_low = rate
+            if (side == 1) rate_high = 0.5_wp*rate_high
+            side = 1
+         else
+            high = at
+            rate_high = rate
+            if (side == -1) rate_low = 0.5_wp*rate_low
+            side = -1
+         end if
+         if (high - low <= 2*eps*max(high, self%h)) return
+      end do
+   end subroutine refine
+
+end module razy_integrate_runge_kutta_view

@@ -1,0 +1,474 @@
+!! Steps of a Runge-Kutta method along a smooth piece of motion: trial step, error, proposal of the next, dense output.
+!!
+!! `attempt` changes nothing but the stepper; the caller takes `z_end` if he likes. After an accepted step the next attempt has to
+!! start at its end, after one that was not accepted at the same point, unless `restart` is called in between (an event, a shorter
+!! piece of the step): slopes known from the step before and the controller's memory are forgotten there. `attempt` evaluates the
+!! slope at the end of an accepted step, so that an
+!! explicit method of s stages needs s right-hand sides a step.
+!!
+!! The error of a step is the largest |error_i|/(absolute + relative max(|z_i| before, |z_i| after)); up to 1 it is accepted.
+!! Rows of stages are stored with a length that is a multiple of four, zeros beyond n. Nothing is allocated but by `prepare`.
+module razy_integrate_stepper
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use razy_core_kinds, only: i8, wp
+   use razy_integrate_field, only: field_t
+   use razy_integrate_radau5, only: radau5_t
+   use razy_integrate_step_control, only: factor_of_failure, step_control_t
+   use razy_integrate_tableaux, only: new_tableau, sum_t, tableau_t
+   use razy_machine_method, only: method_t
+   implicit none(type, external)
+   private
+
+   public :: stepper_t
+
+   !> A method at work on z of n components.
+   type :: stepper_t
+      character(16) :: name = ""
+      !> Orders of the result and of the dense output; right-hand sides of a step.
+      integer :: order = 0, dense_order = 0, stages = 0
+      !> Whether the step is controlled, and whether equations have to be solved.
+      logical :: adaptive = .false., implicit = .false.
+      !> Step last attempted, step proposed for the next, s; scaled error of the last attempt.
+      real(wp) :: h = 0.0_wp, h_next = 0.0_wp, error = 0.0_wp
+      !> End of the last attempt; slopes at its start and (accepted steps only) at its end (n each).
+      real(wp), allocatable :: z_end(:), dz_start(:), dz_end(:)
+      !> Attempts that were accepted, and those that were not.
+      integer(i8) :: accepted_steps = 0, rejected_steps = 0
+      integer :: n = 0
+      real(wp) :: relative = 0.0_wp, absolute = 0.0_wp, step = 0.0_wp
+      type(tableau_t) :: tableau
+      type(step_control_t) :: control
+      type(radau5_t) :: radau
+      !> Coefficients r_4… of the dense output.
+      integer :: polynomials = 0
+      !> What is known of the slope at the start of the next attempt.
+      integer :: known = 0
+      !> Start and stage of the step, slopes (padded n, stages), coefficients 0…7 of the dense output (n, 0:7).
+      real(wp), allocatable :: z_start(:), z_stage(:), k(:, :), r(:, :)
+   contains
+      procedure :: prepare
+      procedure :: restart
+      procedure :: first_step
+      procedure :: attempt
+      procedure :: prepare_dense
+      procedure :: at
+      procedure :: rate_at
+   end type stepper_t
+
+   !> The slope at the start: not known, known (as dz_start), the one at the end of the last step (dz_end).
+   integer, parameter :: unknown = 0, same_start = 1, moved_on = 2
+   !> Weight of the estimate of order 3 in that of DOP853 (Hairer, Nørsett and Wanner I, (10.17)).
+   real(wp), parameter :: share_of_third = 0.01_wp
+   !> Growth of a step for which new factors do not pay.
+   real(wp), parameter :: most_kept = 1.2_wp
+
+contains
+
+   !> Make ready for `method`, one of razy_integrate_tableaux or "radau5", on z of n components.
+   subroutine prepare(self, method, n)
+      class(stepper_t), intent(inout) :: self
+      type(method_t), intent(in) :: method
+      integer, intent(in) :: n
+
+      integer :: padded
+
+      self%name = method%integrator
+      self%implicit = self%name == "radau5"
+      call new_tableau(self%tableau, trim(method%integrator))
+      if (self%implicit) then
+         self%order = 5
+         self%dense_order = 4
+         self%stages = 3
+         self%polynomials = 1
+         self%adaptive = .true.
+         self%control = step_control_t(order=4, least=0.2_wp, most=8.0_wp, predictive=.true.)
+         call self%radau%prepare(n, method%relative_tolerance, method%absolute_tolerance)
+      else
+         self%order = self%tableau%order
+         self%dense_order = self%tableau%dense_order
+         self%stages = self%tableau%stages
+         self%polynomials = self%tableau%polynomials
+         self%adaptive = self%tableau%estimate > 0
+         self%control = step_control_t(order=max(self%tableau%estimate, 1), beta=self%tableau%beta, least=self%tableau%least, &
+                                       most=self%tableau%most)
+      end if
+      self%relative = method%relative_tolerance
+      self%absolute = method%absolute_tolerance
+      self%step = method%step
+      self%accepted_steps = 0
+      self%rejected_steps = 0
+      self%h = 0.0_wp
+      self%h_next = self%step
+      padded = 4*((n + 3)/4)
+      if (allocated(self%k)) then
+         if (self%n /= n .or. size(self%k, 2) /= self%stages + 1 + self%tableau%extra) then
+            deallocate (self%z_end, self%dz_start, self%dz_end, self%z_start, self%z_stage, self%k, self%r)
+         end if
+      end if
+      self%n = n
+      if (.not. allocated(self%k)) then
+         allocate (self%dz_start(n), self%dz_end(n), self%z_end(n), self%r(n, 0:7))
+         allocate (self%z_start(padded), self%z_stage(padded), self%k(padded, self%stages + 1 + self%tableau%extra))
+      end if
+      self%z_start = 0.0_wp
+      self%z_stage = 0.0_wp
+      self%k = 0.0_wp
+      self%r = 0.0_wp
+      call self%restart()
+   end subroutine prepare
+
+   !> Forget the slope at the start of the next attempt and the controller's memory.
+   pure subroutine restart(self)
+      class(stepper_t), intent(inout) :: self
+
+      self%known = unknown
+      call self%control%forget()
+      if (self%implicit) call self%radau%restart()
+   end subroutine restart
+
+   !> A step to start with, s, at most `longest`: that of the method if it gives one, else by the size of z, z' and z''
+   !> (Hairer, Nørsett and Wanner I, II.4). `longest` is returned if there is no slope.
+   subroutine first_step(self, field, tau, z, longest, h)
+      class(stepper_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau, z(:), longest
+      real(wp), intent(out) :: h
+
+      real(wp) :: scale, size_z, size_f, size_change
+      integer :: i
+
+      h = min(self%step, longest)
+      if (h > 0.0_wp) return
+      h = longest
+      call know_start(self, field, tau, z)
+      size_z = 0.0_wp
+      size_f = 0.0_wp
+      do i = 1, self%n
+         if (.not. ieee_is_finite(self%dz_start(i))) return
+         scale = self%absolute + self%relative*abs(z(i))
+         size_z = max(size_z, abs(z(i))/scale)
+         size_f = max(size_f, abs(self%dz_start(i))/scale)
+      end do
+      h = 1.0e-6_wp
+      if (min(size_z, size_f) > 1.0e-5_wp) h = 0.01_wp*size_z/size_f
+      h = min(h, longest)
+      do i = 1, self%n
+         self%z_stage(i) = z(i) + h*self%dz_start(i)
+      end do
+      call field%derivative(tau + h, self%z_stage(:self%n), self%k(:self%n, 2))
+      size_change = 0.0_wp
+      do i = 1, self%n
+         if (.not. ieee_is_finite(self%k(i, 2))) return
+         scale = self%absolute + self%relative*abs(z(i))
+         size_change = max(size_change, abs(self%k(i, 2) - self%dz_start(i))/(scale*h))
+      end do
+      size_f = max(size_f, size_change)
+      if (size_f > 1.0e-15_wp) then
+         h = min(100*h, (0.01_wp/size_f)**(1.0_wp/self%order), longest)
+      else
+         h = min(max(1.0e-6_wp, 1.0e-3_wp*h), longest)
+      end if
+   end subroutine first_step
+
+   !> Try a step h from (tau, z). `failed`: it led to no number, or its equations were not solved; then, and when it is not
+   !> accepted, `h_next` is shorter.
+   subroutine attempt(self, field, tau, z, h, accepted, failed)
+      class(stepper_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau, z(:), h
+      logical, intent(out) :: accepted, failed
+
+      call know_start(self, field, tau, z)
+      self%h = h
+      self%error = 0.0_wp
+      failed = .not. all(ieee_is_finite(self%dz_start))
+      if (.not. failed) then
+         if (self%implicit) then
+            call implicit_step(self, field, tau, z, h, failed)
+         else
+            call explicit_step(self, field, tau, h, failed)
+         end if
+      end if
+      accepted = .false.
+      if (.not. failed) accepted = self%error <= 1.0_wp
+      if (accepted) then
+         if (self%tableau%fsal) then
+            self%dz_end = self%k(:self%n, self%stages + 1)
+         else
+            call field%derivative(tau + h, self%z_end, self%dz_end)
+            self%k(:self%n, self%stages + 1) = self%dz_end
+         end if
+         failed = .not. all(ieee_is_finite(self%dz_end))
+         accepted = .not. failed
+      end if
+      if (self%implicit) then
+         call propose_implicit(self, accepted, failed)
+      else
+         call propose(self, accepted, failed)
+      end if
+   end subroutine attempt
+
+   !> Stages, end and error of a step h.
+   subroutine explicit_step(self, field, tau, h, failed)
+      type(stepper_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau, h
+      logical, intent(out) :: failed
+
+      integer :: i, last
+
+      last = self%stages + 1
+      do i = 2, self%stages
+         call combine(self%z_start, h, self%k, self%tableau%row(i), self%z_stage)
+         call field%derivative(tau + self%tableau%node(i)*h, self%z_stage(:self%n), self%k(:self%n, i))
+      end do
+      call combine(self%z_start, h, self%k, self%tableau%row(last), self%z_stage)
+      self%z_end = self%z_stage(:self%n)
+      if (self%tableau%fsal) call field%derivative(tau + h, self%z_end, self%k(:self%n, last))
+      if (self%adaptive) self%error = scaled_error(self)
+      failed = .not. all(ieee_is_finite(self%z_end)) .or. .not. ieee_is_finite(self%error)
+   end subroutine explicit_step
+
+   !> The same by Newton's iteration.
+   subroutine implicit_step(self, field, tau, z, h, failed)
+      type(stepper_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau, z(:), h
+      logical, intent(out) :: failed
+
+      logical :: again
+
+      call self%radau%solve_stages(field, tau, z, h, failed)
+      if (failed) return
+      again = self%control%rejected .or. .not. self%control%last_h > 0.0_wp
+      call self%radau%estimate_error(field, tau, z, self%dz_start, h, again, self%error)
+      self%z_end = z + self%radau%z(:, 3)
+      failed = .not. all(ieee_is_finite(self%z_end)) .or. .not. ieee_is_finite(self%error)
+   end subroutine implicit_step
+
+   !> Count the attempt, remember where the next one starts, and propose its step.
+   pure subroutine propose(self, accepted, failed)
+      type(stepper_t), intent(inout) :: self
+      logical, intent(in) :: accepted, failed
+
+      real(wp) :: factor
+
+      if (accepted) then
+         self%accepted_steps = self%accepted_steps + 1
+         self%known = moved_on
+         self%h_next = self%step
+         if (self%adaptive) then
+            call self%control%accepted(self%h, self%error, self%control%safety, factor)
+            self%h_next = factor*self%h
+         end if
+         return
+      end if
+      self%rejected_steps = self%rejected_steps + 1
+      self%known = same_start
+      if (failed) then
+         self%control%rejected = .true.
+         self%h_next = factor_of_failure*self%h
+      else
+         call self%control%refused(self%error, self%control%safety, factor)
+         self%h_next = factor*self%h
+      end if
+   end subroutine propose
+
+   !> The same for the implicit method, whose proposal depends on the work of the iteration; a step that would hardly grow is
+   !> kept, and its factors with it.
+   pure subroutine propose_implicit(self, accepted, failed)
+      type(stepper_t), intent(inout) :: self
+      logical, intent(in) :: accepted, failed
+
+      real(wp) :: factor, safety
+
+      safety = self%radau%safety(self%control%safety)
+      if (accepted) then
+         self%accepted_steps = self%accepted_steps + 1
+         self%known = moved_on
+         call self%radau%keep_polynomial(self%h)
+         call self%control%accepted(self%h, self%error, safety, factor)
+         if (factor >= 1.0_wp .and. factor <= most_kept .and. self%radau%has_jacobian) factor = 1.0_wp
+         self%h_next = factor*self%h
+         return
+      end if
+      self%rejected_steps = self%rejected_steps + 1
+      self%known = same_start
+      if (failed) then
+         self%control%rejected = .true.
+         self%h_next = self%radau%shrink*self%h
+      else
+         call self%control%refused(self%error, safety, factor)
+         self%h_next = factor*self%h
+      end if
+      call self%radau%refuse()
+   end subroutine propose_implicit
+
+   !> Start of the step and the slope there, evaluated unless it is known.
+   subroutine know_start(self, field, tau, z)
+      type(stepper_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau, z(:)
+
+      self%z_start(:self%n) = z
+      if (self%known == unknown) then
+         call field%derivative(tau, z, self%dz_start)
+      else if (self%known == moved_on) then
+         self%dz_start = self%dz_end
+      end if
+      self%k(:self%n, 1) = self%dz_start
+      self%known = same_start
+   end subroutine know_start
+
+   !> Largest component of the error estimate in units of the tolerance.
+   pure function scaled_error(self) result(error)
+      type(stepper_t), intent(in) :: self
+      real(wp) :: error
+
+      real(wp) :: estimate(2)
+      integer :: e
+
+      estimate = 0.0_wp
+      do e = 1, self%tableau%errors
+         estimate(e) = largest(self, self%tableau%error(e))
+      end do
+      error = abs(self%h)*estimate(1)
+      if (self%tableau%errors == 2 .and. estimate(1) > 0.0_wp) then
+         error = error*(estimate(1)/hypot(estimate(1), sqrt(share_of_third)*estimate(2)))
+      end if
+   end function scaled_error
+
+   !> Largest component of a sum of slopes in units of the tolerance; not finite if one is not.
+   pure function largest(self, sum) result(most)
+      type(stepper_t), intent(in) :: self
+      type(sum_t), intent(in) :: sum
+      real(wp) :: most
+
+      real(wp) :: part
+      integer :: i, j
+
+      most = 0.0_wp
+      do i = 1, self%n
+         part = 0.0_wp
+         do j = 1, sum%terms
+            part = part + sum%value(j)*self%k(i, sum%column(j))
+         end do
+         part = abs(part)/(self%absolute + self%relative*max(abs(self%z_start(i)), abs(self%z_end(i))))
+         if (.not. ieee_is_finite(part)) then
+            most = part
+            return
+         end if
+         most = max(most, part)
+      end do
+   end function largest
+
+   !> out = base + h Σ_j value_j k_column(j), four components at a time.
+   pure subroutine combine(base, h, k, sum, out)
+      real(wp), intent(in), contiguous :: base(:), k(:, :)
+      real(wp), intent(in) :: h
+      type(sum_t), intent(in) :: sum
+      real(wp), intent(inout), contiguous :: out(:)
+
+      real(wp) :: a, b, c, d, value
+      integer :: i, j, l
+
+      do i = 1, size(base), 4
+         a = 0.0_wp
+         b = 0.0_wp
+         c = 0.0_wp
+         d = 0.0_wp
+         do j = 1, sum%terms
+            l = sum%column(j)
+            value = sum%value(j)
+            a = a + value*k(i, l)
+            b = b + value*k(i + 1, l)
+            c = c + value*k(i + 2, l)
+            d = d + value*k(i + 3, l)
+         end do
+         out(i) = base(i) + h*a
+         out(i + 1) = base(i + 1) + h*b
+         out(i + 2) = base(i + 2) + h*c
+         out(i + 3) = base(i + 3) + h*d
+      end do
+   end subroutine combine
+
+   !> Make the dense output of the accepted step from (tau, z); evaluates the stages that only it needs.
+   subroutine prepare_dense(self, field, tau, z)
+      class(stepper_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau, z(:)
+
+      real(wp) :: total
+      integer :: i, j, l, last
+
+      self%r(:, 0) = z
+      if (self%implicit) then
+         call self%radau%dense_coefficients(self%r(:, 1:4))
+         return
+      end if
+      last = self%stages + 1
+      do i = last + 1, last + self%tableau%extra
+         call combine(self%z_start, self%h, self%k, self%tableau%row(i), self%z_stage)
+         call field%derivative(tau + self%tableau%node(i)*self%h, self%z_stage(:self%n), self%k(:self%n, i))
+      end do
+      do i = 1, self%n
+         self%r(i, 1) = self%z_end(i) - z(i)
+         self%r(i, 2) = self%h*self%dz_start(i) - self%r(i, 1)
+         self%r(i, 3) = self%r(i, 1) - self%h*self%dz_end(i) - self%r(i, 2)
+      end do
+      do l = 1, self%tableau%polynomials
+         do i = 1, self%n
+            total = 0.0_wp
+            do j = 1, self%tableau%dense(l)%terms
+               total = total + self%tableau%dense(l)%value(j)*self%k(i, self%tableau%dense(l)%column(j))
+            end do
+            self%r(i, 3 + l) = self%h*total
+         end do
+      end do
+   end subroutine prepare_dense
+
+   !> z at theta in [0, 1] of the step whose dense output was prepared.
+   pure subroutine at(self, theta, z)
+      class(stepper_t), intent(in) :: self
+      real(wp), intent(in) :: theta
+      real(wp), intent(out) :: z(:)
+
+      real(wp) :: rest
+      integer :: i, l
+
+      rest = 1.0_wp - theta
+      do i = 1, self%n
+         z(i) = self%r(i, 3 + self%polynomials)
+      end do
+      do l = 2 + self%polynomials, 0, -1
+         if (mod(l, 2) == 0) then
+            z(:self%n) = self%r(:, l) + theta*z(:self%n)
+         else
+            z(:self%n) = self%r(:, l) + rest*z(:self%n)
+         end if
+      end do
+   end subroutine at
+
+   !> dz/dt at theta, the derivative of `at`.
+   pure subroutine rate_at(self, theta, dz)
+      class(stepper_t), intent(in) :: self
+      real(wp), intent(in) :: theta
+      real(wp), intent(out) :: dz(:)
+
+      real(wp) :: factor, slope, value
+      integer :: i, l
+
+      do i = 1, self%n
+         value = self%r(i, 3 + self%polynomials)
+         slope = 0.0_wp
+         do l = 2 + self%polynomials, 0, -1
+            factor = theta
+            if (mod(l, 2) /= 0) factor = 1.0_wp - theta
+            slope = factor*slope + merge(value, -value, mod(l, 2) == 0)
+            value = self%r(i, l) + factor*value
+         end do
+         dz(i) = slope/self%h
+      end do
+   end subroutine rate_at
+
+end module razy_integrate_stepper

@@ -1,0 +1,220 @@
+!! The laws of a contact with a gap as an input names them, for every scene that has such contacts: their keys, what each law
+!! needs, and the law that they make.
+module razy_scenes_gap_laws
+   use razy_contact_clearance_law, only: clearance_side_t, new_clearance_law
+   use razy_contact_contact_law, only: contact_law_t
+   use razy_contact_power_law, only: hertz_stiffness, new_power_law, power_side_t
+   use razy_contact_rigid_law, only: new_rigid_law, rigid_side_t
+   use razy_core_error, only: error_t
+   use razy_core_input, only: input_t
+   use razy_core_kinds, only: wp
+   use razy_core_schema, only: key_real, key_spec_t, key_string, nonnegative, positive
+   use razy_core_text, only: lower
+   implicit none(type, external)
+   private
+
+   public :: gap_law_keys, read_gap_law
+
+   character(*), parameter :: laws(*) = [character(15) :: "kelvin_voigt", "hunt_crossley", "hertz", "rigid", "switched_spring"]
+   !> All keys that some law has and some law has not.
+   character(*), parameter :: keys(*) = [character(13) :: "stiffness", "damping", "separation", "exponent", "hysteresis", &
+                                         "restitution", "radius", "young_modulus", "poisson_ratio"]
+   !> A surface that is not curved.
+   real(wp), parameter :: flat = huge(1.0_wp)
+
+contains
+
+   !> The keys of the law, for the schema of a group.
+   function gap_law_keys() result(specs)
+      type(key_spec_t), allocatable :: specs(:)
+
+      specs = [ &
+              key_string("law", "law of the closed contact", choices=laws, default="kelvin_voigt"), &
+              key_real("stiffness", "stiffness of the closed contact, with n = 1.5 for 'hertz', n = exponent for "// &
+                       "'hunt_crossley', else n = 1; not for 'rigid'", unit="N/m^n or N m/rad^n", rule=positive), &
+              key_real("damping", "damping of the closed contact, for 'kelvin_voigt' and 'switched_spring'; 0 if not given", &
+                       unit="N s/m or N m s/rad", rule=nonnegative), &
+              key_string("separation", "where a damped contact is lost; 'zero_deformation' if not given", &
+                         choices=["zero_deformation", "zero_force      "]), &
+              key_real("exponent", "exponent n of the deformation, for 'hunt_crossley'; 1.5 if not given", &
+                       low=1.0_wp, high=10.0_wp), &
+              key_real("hysteresis", "factor alpha of the damping, for 'hunt_crossley'", unit="s/m or s/rad", rule=nonnegative), &
+              key_real("restitution", "coefficient of restitution, for 'rigid'", low=0.0_wp, high=1.0_wp), &
+              key_real("radius", "radii of the two surfaces, for 'hertz'; of one only: the other is flat", unit="m", &
+                       rule=positive, least=1, most=2), &
+              key_real("young_modulus", "of the two bodies, for 'hertz'; one value for both", unit="Pa", rule=positive, &
+                       least=1, most=2), &
+              key_real("poisson_ratio", "of the two bodies, for 'hertz'; one value for both", low=0.0_wp, high=0.5_wp, &
+                       least=1, most=2)]
+   end function gap_law_keys
+
+   !> The law of `group` number i, whose lower and upper side are `sides` and close at `edges`. `turns`: s is an angle.
+   subroutine read_gap_law(law, input, group, i, sides, edges, turns, error)
+      class(contact_law_t), allocatable, intent(out) :: law
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i
+      logical, intent(in) :: sides(2), turns
+      real(wp), intent(in) :: edges(2)
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: kind
+      real(wp) :: damping, exponent, hysteresis, restitution, stiffness
+      logical :: by_force
+
+      call input%get(group, i, "law", kind)
+      kind = lower(kind)
+      call check_keys(input, group, i, kind, error)
+      if (allocated(error)) return
+      stiffness = 0.0_wp
+      damping = 0.0_wp
+      exponent = 1.5_wp
+      hysteresis = 0.0_wp
+      restitution = 0.0_wp
+      call input%get(group, i, "stiffness", stiffness)
+      call input%get(group, i, "damping", damping)
+      call input%get(group, i, "exponent", exponent)
+      call input%get(group, i, "hysteresis", hysteresis)
+      call input%get(group, i, "restitution", restitution)
+      if (kind == "hertz" .and. input%given(group, i, "radius")) then
+         if (turns) then
+            call input%complain(error, group, i, "radius", "for masses only; between inertias give the stiffness in N m/rad^1.5")
+            return
+         end if
+         call read_hertz(stiffness, input, group, i)
+      end if
+      by_force = parts_at_zero_force(input, group, i)
+      select case (kind)
+      case ("hunt_crossley", "hertz")
+         law = new_power_law(power_side_t(sides(1), edges(1), stiffness, exponent, hysteresis), &
+                             power_side_t(sides(2), edges(2), stiffness, exponent, hysteresis), by_force)
+      case ("rigid")
+         law = new_rigid_law(rigid_side_t(sides(1), edges(1)), rigid_side_t(sides(2), edges(2)), restitution)
+      case ("switched_spring")
+         ! Closed it pulls back to s = 0, so at touch it is already stretched by the edge.
+         if (any(sides .and. edges*[-1.0_wp, 1.0_wp] < 0.0_wp)) then
+            call input%complain(error, group, i, "clearance", "at least 0 for law = 'switched_spring'")
+            return
+         end if
+         law = new_clearance_law(clearance_side_t(sides(1), edges(1), stiffness, damping, -stiffness*edges(1)), &
+                                 clearance_side_t(sides(2), edges(2), stiffness, damping, stiffness*edges(2)), &
+                                 by_force)
+      case default
+         law = new_clearance_law(clearance_side_t(sides(1), edges(1), stiffness, damping), &
+                                 clearance_side_t(sides(2), edges(2), stiffness, damping), by_force)
+      end select
+   end subroutine read_gap_law
+
+   !> Refuse keys of other laws, and a law without what it needs.
+   subroutine check_keys(input, group, i, kind, error)
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group, kind
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: k
+
+      do k = 1, size(keys)
+         if (.not. input%given(group, i, trim(keys(k)))) cycle
+         if (index(" "//taken_by(kind)//",", " "//trim(keys(k))//",") > 0) cycle
+         call input%complain(error, group, i, trim(keys(k)), "belongs to another law; law = '"//kind//"' takes "//taken_by(kind))
+         return
+      end do
+      select case (kind)
+      case ("hertz")
+         call check_hertz(input, group, i, error)
+      case ("rigid")
+         call need("restitution", "the coefficient of restitution, from 0 to 1")
+      case ("hunt_crossley")
+         call need("stiffness", "the stiffness in N/m^n or N m/rad^n")
+         if (.not. allocated(error)) call need("hysteresis", "alpha in s/m or s/rad")
+      case default
+         call need("stiffness", "the stiffness in N/m or N m/rad")
+      end select
+
+   contains
+
+      subroutine need(key, what)
+         character(*), intent(in) :: key, what
+
+         if (input%given(group, i, key)) return
+         call input%complain(error, group, i, key, "required by law = '"//kind//"': "//what)
+      end subroutine need
+
+   end subroutine check_keys
+
+   !> The keys that a law may have.
+   pure function taken_by(kind) result(list)
+      character(*), intent(in) :: kind
+      character(:), allocatable :: list
+
+      select case (kind)
+      case ("hunt_crossley")
+         list = "stiffness, hysteresis, exponent, separation"
+      case ("hertz")
+         list = "stiffness, or radius, young_modulus, poisson_ratio"
+      case ("rigid")
+         list = "restitution"
+      case default
+         list = "stiffness, damping, separation"
+      end select
+   end function taken_by
+
+   !> Either the stiffness, or all of what it follows from.
+   subroutine check_hertz(input, group, i, error)
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      character(*), parameter :: both = "either the stiffness, or radius, young_modulus and poisson_ratio"
+      character(*), parameter :: from(3) = [character(13) :: "radius", "young_modulus", "poisson_ratio"]
+      logical :: given(3)
+      integer :: k
+
+      do k = 1, 3
+         given(k) = input%given(group, i, trim(from(k)))
+      end do
+      if (input%given(group, i, "stiffness")) then
+         if (any(given)) call input%complain(error, group, i, "stiffness", both)
+      else if (.not. any(given)) then
+         call input%complain(error, group, i, "stiffness", "required by law = 'hertz': "//both)
+      else if (.not. all(given)) then
+         call input%complain(error, group, i, trim(from(findloc(given, .false., dim=1))), "required by law = 'hertz': "//both)
+      end if
+   end subroutine check_hertz
+
+   !> Stiffness of Hertz's law from radii and material.
+   subroutine read_hertz(stiffness, input, group, i)
+      real(wp), intent(out) :: stiffness
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i
+
+      real(wp), allocatable :: modulus(:), radius(:), ratio(:)
+
+      call input%get(group, i, "radius", radius)
+      call input%get(group, i, "young_modulus", modulus)
+      call input%get(group, i, "poisson_ratio", ratio)
+      radius = [radius, flat]
+      modulus = [modulus, modulus]
+      ratio = [ratio, ratio]
+      stiffness = hertz_stiffness(radius(1), radius(2), modulus(1), ratio(1), modulus(2), ratio(2))
+   end subroutine read_hertz
+
+   !> Whether a group says that a damped contact is lost at zero force.
+   function parts_at_zero_force(input, group, i) result(parts)
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i
+      logical :: parts
+
+      character(:), allocatable :: separation
+
+      parts = .false.
+      if (.not. input%given(group, i, "separation")) return
+      call input%get(group, i, "separation", separation)
+      parts = lower(separation) == "zero_force"
+   end function parts_at_zero_force
+
+end module razy_scenes_gap_laws

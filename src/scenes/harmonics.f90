@@ -1,0 +1,136 @@
+!! Frequencies of excitation of a scene, and what acts with each of them.
+!!
+!! Frequencies are formed in extended precision from values of the input and whole numbers; equal ones become one tone.
+module razy_scenes_harmonics
+   use razy_core_error, only: error_t
+   use razy_core_input, only: input_t
+   use razy_core_kinds, only: qp, wp
+   use razy_core_schema, only: group_at
+   use razy_core_tone, only: tone_from_hertz, tone_t
+   implicit none(type, external)
+   private
+
+   public :: add_harmonic, harmonics_t, new_harmonics, read_frequency, read_load
+
+   !> The tones met so far, and the phasors on rows (forces or contact errors) that belong to each.
+   type :: harmonics_t
+      integer :: count = 0
+      real(qp), allocatable :: hertz(:)
+      type(tone_t), allocatable :: tone(:)
+      !> Phasors (rows, tones): Re(phasor e^{iωt}).
+      complex(wp), allocatable :: phasor(:, :)
+      !> What harmonics of frequency zero add (rows).
+      real(wp), allocatable :: constant(:)
+   end type harmonics_t
+
+contains
+
+   !> No tone yet, on `rows` rows.
+   pure subroutine new_harmonics(self, rows)
+      type(harmonics_t), intent(out) :: self
+      integer, intent(in) :: rows
+
+      allocate (self%hertz(0), self%tone(0), self%phasor(rows, 0))
+      allocate (self%constant(rows), source=0.0_wp)
+   end subroutine new_harmonics
+
+   !> Add cosine*cos(2πft) + sine*sin(2πft) to a row; a negative frequency turns the other way.
+   pure subroutine add_harmonic(self, row, hertz, cosine, sine)
+      type(harmonics_t), intent(inout) :: self
+      integer, intent(in) :: row
+      real(qp), intent(in) :: hertz
+      real(wp), intent(in) :: cosine, sine
+
+      complex(wp), allocatable :: larger(:, :)
+      integer :: t, rows
+
+      rows = size(self%constant)
+      if (.not. (abs(cosine) > 0.0_wp .or. abs(sine) > 0.0_wp)) return
+      if (.not. abs(hertz) > 0.0_qp) then
+         self%constant(row) = self%constant(row) + cosine
+         return
+      end if
+      do t = 1, self%count
+         if (.not. abs(abs(hertz) - self%hertz(t)) > 4*epsilon(1.0_qp)*abs(hertz)) exit
+      end do
+      if (t > self%count) then
+         self%count = t
+         self%hertz = [self%hertz, abs(hertz)]
+         self%tone = [self%tone, tone_from_hertz(abs(hertz))]
+         allocate (larger(rows, t), source=(0.0_wp, 0.0_wp))
+         larger(:, :t - 1) = self%phasor
+         call move_alloc(larger, self%phasor)
+      end if
+      self%phasor(row, t) = self%phasor(row, t) + cmplx(cosine, -sign(1.0_wp, real(hertz, wp))*sine, wp)
+   end subroutine add_harmonic
+
+   !> What `&load` number i says: value + cosine*cos(2πft) + sine*sin(2πft), N or N m, f in `hertz`.
+   subroutine read_load(input, i, value, cosine, sine, hertz, error)
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      real(wp), intent(out) :: value, cosine, sine
+      real(qp), intent(out) :: hertz
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: amplitude, phase
+
+      call input%get("load", i, "value", value)
+      call input%get("load", i, "amplitude", amplitude)
+      call input%get("load", i, "phase", phase)
+      phase = phase*acos(-1.0_wp)/180
+      cosine = amplitude*sin(phase)
+      sine = amplitude*cos(phase)
+      call read_frequency(hertz, input, "load", i, "", abs(amplitude) > 0.0_wp, error)
+   end subroutine read_load
+
+   !> The frequency of `group` number i, Hz, from the one of three keys (after `prefix`) that gives it.
+   subroutine read_frequency(hertz, input, group, i, prefix, needed, error)
+      real(qp), intent(out) :: hertz
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group, prefix
+      integer, intent(in) :: i
+      logical, intent(in) :: needed
+      type(error_t), allocatable, intent(out) :: error
+
+      character(*), parameter :: keys(3) = [character(17) :: "frequency", "angular_frequency", "order"]
+      real(wp) :: value, speed
+      logical :: given(3)
+      integer :: k
+
+      hertz = 0.0_qp
+      do k = 1, 3
+         given(k) = input%given(group, i, prefix//trim(keys(k)))
+      end do
+      if (needed .and. count(given) /= 1) then
+         call input%complain(error, group, i, prefix//"amplitude", "one of "//frequencies(input, prefix)//" goes with an amplitude")
+         return
+      end if
+      k = findloc(given, .true., dim=1)
+      if (k == 0) return
+      call input%get(group, i, prefix//trim(keys(k)), value)
+      select case (k)
+      case (1)
+         hertz = value
+      case (2)
+         hertz = value/(2*acos(-1.0_qp))
+      case default
+         if (input%count("rotation") == 0) then
+            call input%complain(error, group, i, prefix//"order", "an order needs &rotation")
+            return
+         end if
+         call input%get("rotation", 1, "speed_rpm", speed)
+         hertz = real(value, qp)*speed/60
+      end select
+   end subroutine read_frequency
+
+   !> The keys that may give the frequency; only a scene with a mean speed has orders.
+   pure function frequencies(input, prefix) result(text)
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: prefix
+      character(:), allocatable :: text
+
+      text = prefix//"frequency and "//prefix//"angular_frequency"
+      if (group_at(input%schema, "rotation") > 0) text = prefix//"frequency, "//prefix//"angular_frequency and "//prefix//"order"
+   end function frequencies
+
+end module razy_scenes_harmonics

@@ -1,0 +1,263 @@
+!! The scene `planar`: rigid bodies in a plane with springs, dampers and one-way stops between points (THEORY 5).
+!!
+!! Motion is small: geometry is that of the reference position. A stop in direction n pushes its first point along n with
+!! the force max(0, k p + b p'), or as `separation` says, where p = -(s + clearance) and s = n·(u1 - u2) is the
+!! displacement of the first point against the second.
+module razy_scenes_planar
+   use razy_contact_clearance_law, only: clearance_side_t, new_clearance_law
+   use razy_core_drawing, only: drawing_t
+   use razy_core_error, only: error_t
+   use razy_core_input, only: input_t
+   use razy_core_kinds, only: wp
+   use razy_core_schema, only: group_spec_t
+   use razy_core_text, only: lower
+   use razy_machine_machine, only: contact_t, machine_t, observable_t
+   use razy_scenes_harmonics, only: harmonics_t, new_harmonics
+   use razy_scenes_observables, only: begin_observable, name_observable, observe_contact
+   use razy_scenes_planar_bodies, only: bodies_t, coordinate_names, find_coordinate, new_bodies
+   use razy_scenes_planar_drawing, only: draw_planar
+   use razy_scenes_planar_excitation, only: add_exciters, add_gravity, add_loads
+   use razy_scenes_planar_links, only: link_t, new_link, pair_count
+   use razy_scenes_planar_schema, only: matrix_all, matrix_untuned, planar_schema
+   use razy_scenes_scene, only: scene_t
+   implicit none(type, external)
+   private
+
+   public :: planar_t
+
+   !> The scene; it keeps the bodies of the machine that was built last.
+   type, extends(scene_t) :: planar_t
+      type(bodies_t) :: bodies
+   contains
+      procedure, nopass :: schema
+      procedure :: build
+      procedure :: new_observable
+      procedure :: set_initial
+      procedure :: draw
+   end type planar_t
+
+contains
+
+   function schema() result(groups)
+      type(group_spec_t), allocatable :: groups(:)
+
+      groups = planar_schema()
+   end function schema
+
+   subroutine build(self, machine, input, error)
+      class(planar_t), intent(inout) :: self
+      type(machine_t), intent(out) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      type(harmonics_t) :: harmonics
+      integer :: i, n
+
+      call new_bodies(self%bodies, input, error)
+      if (allocated(error)) return
+      n = 3*self%bodies%count
+      call begin_machine(machine, self%bodies, input)
+      allocate (machine%contact(input%count("stop")))
+      do i = 1, size(machine%contact)
+         call new_stop(machine%contact(i), self%bodies, input, i, error)
+         if (allocated(error)) return
+      end do
+      call add_connections(machine, self%bodies, input, error)
+      if (allocated(error)) return
+      call new_harmonics(harmonics, n)
+      call add_loads(machine%load, self%bodies, input, harmonics, error)
+      if (.not. allocated(error)) call add_gravity(machine%load, self%bodies, input, error)
+      if (.not. allocated(error)) call add_exciters(self%bodies, input, harmonics, error)
+      if (allocated(error)) return
+      machine%tone = harmonics%tone
+      machine%harmonic_load = harmonics%phasor
+      do i = 1, size(machine%contact)
+         allocate (machine%contact(i)%error(size(machine%tone)), source=(0.0_wp, 0.0_wp))
+      end do
+   end subroutine build
+
+   !> Coordinates and masses; the other matrices are zero.
+   subroutine begin_machine(machine, bodies, input)
+      type(machine_t), intent(inout) :: machine
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+
+      integer :: b, i, n
+
+      n = 3*bodies%count
+      call input%get("scene", 1, "title", machine%title)
+      allocate (machine%coordinate(n), machine%unit(n), machine%rate_unit(n))
+      associate (names => coordinate_names(bodies))
+         do i = 1, n
+            machine%coordinate(i) = names(i)%text
+            machine%unit(i) = merge("rad", "m  ", modulo(i, 3) == 0)
+            machine%rate_unit(i) = merge("rad/s", "m/s  ", modulo(i, 3) == 0)
+         end do
+      end associate
+      allocate (machine%mass(n, n), machine%damping(n, n), machine%stiffness(n, n), machine%load(n), source=0.0_wp)
+      do b = 1, bodies%count
+         machine%mass(3*b - 2, 3*b - 2) = bodies%mass(b)
+         machine%mass(3*b - 1, 3*b - 1) = bodies%mass(b)
+         machine%mass(3*b, 3*b) = bodies%inertia(b)
+      end do
+   end subroutine begin_machine
+
+   subroutine new_stop(contact, bodies, input, i, error)
+      type(contact_t), intent(out) :: contact
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      type(link_t) :: link
+      character(:), allocatable :: separation
+      real(wp) :: clearance, stiffness, damping, factor
+
+      call new_link(link, bodies, input, "stop", i, 1, error)
+      if (allocated(error)) return
+      call input%get("stop", i, "name", contact%name)
+      call input%get("stop", i, "clearance", clearance)
+      call input%get("stop", i, "stiffness", stiffness)
+      call input%get("stop", i, "damping", damping)
+      call input%get("stop", i, "damping_factor", factor)
+      call input%get("stop", i, "separation", separation)
+      contact%w = link%w
+      contact%unit = "m"
+      contact%force_unit = "N"
+      contact%force_sign = -1.0_wp
+      contact%law = new_clearance_law(clearance_side_t(.true., -clearance, stiffness, damping + factor*stiffness), &
+                                      clearance_side_t(), lower(separation) == "zero_force")
+   end subroutine new_stop
+
+   !> Springs, dampers and proportional damping into K and B.
+   subroutine add_connections(machine, bodies, input, error)
+      type(machine_t), intent(inout) :: machine
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: proportional(:, :)
+      character(:), allocatable :: matrix
+      real(wp) :: damping, factor, stiffness, untuned
+      integer :: i
+
+      allocate (proportional, mold=machine%stiffness)
+      proportional(:, :) = 0.0_wp
+      call input%get("damping", 1, "matrix", matrix)
+      do i = 1, input%count("spring")
+         call input%get("spring", i, "stiffness", stiffness)
+         call input%get("spring", i, "damping", damping)
+         untuned = stiffness
+         if (lower(matrix) == matrix_untuned .and. input%given("spring", i, "untuned_stiffness")) then
+            call input%get("spring", i, "untuned_stiffness", untuned)
+         end if
+         call connect(machine%stiffness, bodies, input, "spring", i, stiffness, error)
+         if (.not. allocated(error)) call connect(machine%damping, bodies, input, "spring", i, damping, error)
+         if (.not. allocated(error)) call connect(proportional, bodies, input, "spring", i, untuned, error)
+         if (allocated(error)) return
+      end do
+      do i = 1, input%count("damper")
+         call input%get("damper", i, "damping", damping)
+         call connect(machine%damping, bodies, input, "damper", i, damping, error)
+         if (allocated(error)) return
+      end do
+      if (input%count("damping") == 0) return
+      if (lower(matrix) == matrix_all) then
+         do i = 1, input%count("stop")
+            call input%get("stop", i, "stiffness", stiffness)
+            call connect(proportional, bodies, input, "stop", i, stiffness, error)
+            if (allocated(error)) return
+         end do
+      end if
+      call input%get("damping", 1, "factor", factor)
+      machine%damping = machine%damping + factor*proportional
+   end subroutine add_connections
+
+   !> Add value w wᵀ to a matrix, shared by all pairs of a group.
+   subroutine connect(matrix, bodies, input, group, index, value, error)
+      real(wp), intent(inout) :: matrix(:, :)
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: index
+      real(wp), intent(in) :: value
+      type(error_t), allocatable, intent(out) :: error
+
+      type(link_t) :: link
+      integer :: k, pair, pairs
+
+      call pair_count(input, group, index, pairs, error)
+      do pair = 1, pairs
+         if (allocated(error)) return
+         call new_link(link, bodies, input, group, index, pair, error)
+         if (allocated(error)) return
+         do k = 1, size(matrix, 1)
+            matrix(:, k) = matrix(:, k) + value/pairs*link%w*link%w(k)
+         end do
+      end do
+   end subroutine connect
+
+   subroutine new_observable(self, observable, machine, input, i, error)
+      class(planar_t), intent(in) :: self
+      type(observable_t), intent(out) :: observable
+      type(machine_t), intent(in) :: machine
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: row(:)
+      character(:), allocatable :: name
+      logical :: turns
+      integer :: coordinate
+
+      call begin_observable(observable, machine, input, i)
+      if (observable%name == "contact_force" .or. observable%name == "relative_displacement") then
+         call observe_contact(observable, machine, input, i, 1, size(machine%contact), error)
+      else if (.not. input%given("record", i, "of")) then
+         call input%complain(error, "record", i, "of", "required: a coordinate such as '"//trim(machine%coordinate(1))// &
+                             "', or a point of a body with .x or .y")
+      else
+         call find_coordinate(self%bodies, input, "record", i, "of", row, turns, coordinate, error)
+         if (allocated(error)) return
+         if (observable%name == "displacement") observable%on_displacement = row
+         if (observable%name == "velocity") observable%on_velocity = row
+         observable%unit = trim(merge("rad", "m  ", turns))
+         if (observable%name == "velocity") observable%unit = observable%unit//"/s"
+         call input%get("record", i, "of", name)
+         observable%long_name = observable%name//" of "//name
+      end if
+      if (.not. allocated(error)) call name_observable(observable, input, i)
+   end subroutine new_observable
+
+   subroutine set_initial(self, machine, input, error)
+      class(planar_t), intent(in) :: self
+      type(machine_t), intent(inout) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: row(:)
+      logical :: turns
+      integer :: coordinate, i
+
+      do i = 1, input%count("initial")
+         call find_coordinate(self%bodies, input, "initial", i, "on", row, turns, coordinate, error)
+         if (allocated(error)) return
+         if (coordinate == 0) then
+            call input%complain(error, "initial", i, "on", "a coordinate such as '"//trim(machine%coordinate(1))//"', not a point")
+            return
+         end if
+         call input%get("initial", i, "displacement", machine%displacement(coordinate))
+         call input%get("initial", i, "velocity", machine%velocity(coordinate))
+      end do
+   end subroutine set_initial
+
+   subroutine draw(self, drawing, input, error)
+      class(planar_t), intent(in) :: self
+      type(drawing_t), intent(out) :: drawing
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      call draw_planar(drawing, self%bodies, input, error)
+   end subroutine draw
+
+end module razy_scenes_planar

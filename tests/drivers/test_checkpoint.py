@@ -1,0 +1,191 @@
+"""Sweeps that are killed, stopped, started twice, or run out of disk: nothing computed is lost, the end is the same."""
+
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+from faults import CHECKPOINT, Sweep, kill_all, points_done, processes_of, rank_of, wait_until_recorded
+from programs import GEAR_PAIR, datasets, left, sets, start, succeed
+
+LONG = [GEAR_PAIR, *sets(sweep__step=4, motion__t_end=0.9)]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Files of an undisturbed sweep, computed once."""
+    folder = tmp_path_factory.mktemp("whole")
+    before = Path.cwd()
+    os.chdir(folder)
+    sweep = Sweep(*LONG)
+    os.chdir(before)
+    sweep.file = folder / "whole.h5"
+    return sweep
+
+
+@pytest.fixture
+def sweep(whole, folder):
+    (folder / "whole.h5").write_bytes(whole.file.read_bytes())
+    return whole
+
+
+def begin_checkpoint(sweep, size=40000):
+    """Leave the checkpoint of a killed sweep."""
+    process = sweep.begin()
+    assert wait_until_recorded(process, size)
+    kill_all(process)
+    return Path(CHECKPOINT).read_bytes()
+
+
+@pytest.mark.parametrize("ranks", [None, 1, 2, 3, 4])
+def test_killed_sweep_goes_on_with_any_number_of_ranks(sweep, ranks):
+    begin_checkpoint(sweep)
+    assert not Path("case.h5").exists()
+    done = sweep.start(ranks=ranks)
+    assert done.returncode == 0, done.stderr
+    assert 0 < points_done(done.stderr) < 401
+    sweep.expect_whole()
+
+
+@pytest.mark.parametrize("rank", [0, 1, 2])
+def test_one_rank_is_killed(sweep, rank):
+    process = sweep.begin(ranks=3)
+    assert wait_until_recorded(process, 20000)
+    os.kill(next(number for number in processes_of(process.pid) if rank_of(number) == rank), signal.SIGKILL)
+    kill_all(process)
+    done = sweep.start(ranks=2)
+    assert points_done(done.stderr) > 0
+    sweep.expect_whole()
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGUSR1])
+def test_signal_to_a_single_process_stops_it_with_its_own_code(sweep, number):
+    process = sweep.begin()
+    assert wait_until_recorded(process, 20000)
+    process.send_signal(number)
+    assert process.wait(timeout=60) == 3
+    stopped = points_done(Path("log").read_text())
+    assert not Path("case.h5").exists()
+    done = sweep.start()
+    assert points_done(done.stderr) == stopped
+    sweep.expect_whole()
+
+
+@pytest.mark.parametrize("rank", [None, 0, 1, 2])
+def test_signal_to_all_ranks_or_to_one_stops_all(sweep, rank):
+    process = sweep.begin(ranks=3)
+    assert wait_until_recorded(process, 20000)
+    if rank is None:
+        process.send_signal(signal.SIGUSR1)
+    else:
+        target = next(number for number in processes_of(process.pid) if rank_of(number) == rank)
+        os.kill(target, signal.SIGTERM)
+    assert process.wait(timeout=60) == 3
+    stopped = points_done(Path("log").read_text())
+    done = sweep.start(ranks=2)
+    assert points_done(done.stderr) == stopped
+    sweep.expect_whole()
+
+
+def test_changed_input_is_refused_and_the_key_named(sweep):
+    before = begin_checkpoint(sweep)
+    done = sweep.start(*sets(motion__t_end=0.8))
+    assert done.returncode == 2
+    assert "&motion t_end = 0.8" in done.stderr and "there: 0.9" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert Path(CHECKPOINT).read_bytes() == before
+    assert sweep.start("--anew", *sets(motion__t_end=0.4)).returncode == 0
+    assert datasets("case.h5") != datasets("whole.h5")
+    assert sweep.start("--force").returncode == 0
+    sweep.expect_whole()
+
+
+@pytest.mark.parametrize("content", [b"precious", b"short", b"razychkp", b"\0" * 4096])
+def test_foreign_checkpoint_is_refused_and_kept(content):
+    Path(CHECKPOINT).write_bytes(content)
+    done = start("razy-sweep", *LONG, "--output", "case.h5")
+    assert done.returncode == 2
+    assert CHECKPOINT in done.stderr and len(done.stderr.splitlines()) == 1
+    assert left() == [CHECKPOINT]
+    assert Path(CHECKPOINT).read_bytes() == content
+
+
+def test_truncated_checkpoint_loses_its_last_record_only(sweep):
+    full = begin_checkpoint(sweep)
+    for size in (len(full) - 1, len(full) - 8, len(full) // 2 + 3, len(full) // 3):
+        Path(CHECKPOINT).write_bytes(full[:size])
+        done = sweep.start()
+        assert done.returncode == 0, done.stderr
+        assert points_done(done.stderr) > 0
+        sweep.expect_whole()
+        Path("case.h5").unlink()
+
+
+def test_damage_before_what_was_safe_on_disk_is_refused(sweep):
+    process = sweep.begin()
+    assert wait_until_recorded(process, 40000)
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(timeout=60) == 3
+    full = Path(CHECKPOINT).read_bytes()
+    for place in (30, len(full) // 2, len(full) - 200):
+        Path(CHECKPOINT).write_bytes(full[:place] + bytes([full[place] ^ 1]) + full[place + 1 :])
+        done = sweep.start()
+        assert done.returncode == 2, place
+        assert "damaged" in done.stderr and len(done.stderr.splitlines()) == 1
+    assert left() == sorted([CHECKPOINT, "log", "whole.h5"])
+
+
+def test_two_runs_at_once_are_refused(sweep):
+    process = sweep.begin(ranks=2)
+    assert wait_until_recorded(process, 1000)
+    done = sweep.start()
+    assert done.returncode == 2
+    assert "another run is at work on this output" in done.stderr
+    assert sweep.start("--anew").returncode == 2
+    assert process.wait(timeout=60) == 0
+    sweep.expect_whole()
+
+
+def test_full_disk_is_said_and_what_is_safe_stays(sweep):
+    disk = Path("disk")
+    disk.mkdir()
+    mounted = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=200k", "tmpfs", str(disk)], capture_output=True, text=True
+    )
+    if mounted.returncode != 0:
+        pytest.skip(f"a small tmpfs cannot be mounted here: {mounted.stderr.strip()}")
+    try:
+        arguments = [*LONG, "--output", disk / "case.h5"]
+        done = start("razy-sweep", *arguments)
+        assert done.returncode == 1
+        assert "No space left on device" in done.stderr and "safe in" in done.stderr
+        assert [path.name for path in disk.iterdir()] == [CHECKPOINT]
+        again = start("razy-sweep", *arguments)
+        assert again.returncode == 1
+        kept = points_done(again.stderr)
+        assert kept > 10
+        subprocess.run(["mount", "-o", "remount,size=20m", str(disk)], check=True)
+        third = start("razy-sweep", *arguments, ranks=2)
+        assert third.returncode == 1, "room for the checkpoint, but not for the file besides"
+        assert points_done(third.stderr) >= kept
+        assert "No space left on device" in third.stderr
+        assert [path.name for path in disk.iterdir()] == [CHECKPOINT]
+        subprocess.run(["mount", "-o", "remount,size=80m", str(disk)], check=True)
+        last = start("razy-sweep", *arguments)
+        assert last.returncode == 0, last.stderr
+        assert points_done(last.stderr) == 401
+        assert (disk / "case.h5").read_bytes() == Path("whole.h5").read_bytes()
+        assert [path.name for path in disk.iterdir()] == ["case.h5"]
+    finally:
+        subprocess.run(["umount", str(disk)], check=True)
+
+
+def test_results_reach_the_disk_in_the_time_asked_for():
+    done = start("razy-sweep", *LONG, "--output", "case.h5", "--checkpoint", "-1")
+    assert done.returncode == 2 and "--checkpoint -1" in done.stderr
+    started = time.monotonic()
+    succeed("razy-sweep", *LONG, "--output", "often.h5", "--checkpoint", "0")
+    assert time.monotonic() - started < 100
+    assert left() == ["often.h5"]
