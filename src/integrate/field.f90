@@ -12,6 +12,7 @@ module razy_integrate_field
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_integrate_constraints, only: constraints_t, new_constraints
+   use razy_integrate_profile, only: find_profile
    use razy_machine_coupled, only: coupled_t, new_coupled
    use razy_machine_machine, only: machine_t, observe_contact_force
    implicit none(type, external)
@@ -39,6 +40,8 @@ module razy_integrate_field
       !> Angular frequencies, rad/s; cosine and sine of the phases at the start of the piece (tones each).
       real(wp), allocatable :: omega(:), cosine(:), sine(:)
       integer, allocatable :: branch(:)
+      !> First and last row that matter in each column of B and K (m each).
+      integer, allocatable :: first(:), last(:)
       !> Right-hand sides and Jacobian matrices formed so far.
       integer(i8) :: evaluations = 0, jacobians = 0
       !> What each contact does; contacts that act, friction last.
@@ -83,6 +86,7 @@ contains
       if (allocated(error)) return
       self%machine = machine
       self%m = self%coupled%m
+      call find_profile(self%coupled%stiffness, self%coupled%damping, self%first, self%last)
       contacts = size(machine%contact)
       tones = size(machine%tone)
       self%load = matmul(self%coupled%project, machine%load)
@@ -300,7 +304,7 @@ contains
          end do
       end do
       do j = 1, m
-         do i = 1, m
+         do i = self%first(j), self%last(j)
             a(i) = a(i) - (self%coupled%stiffness(i, j)*z(j) + self%coupled%damping(i, j)*z(m + j))
          end do
       end do

@@ -1,0 +1,176 @@
+!! Cost of the bare Runge-Kutta steppers, without events: processor time of a right-hand side and of a step, and work against error
+!! on a smooth motion, for chains of m masses.
+!!
+!! Usage: steppers cost M REPEATS, one line `method m seconds_per_right_hand_side seconds_per_step` for each method; or
+!! steppers precision M, lines `method tolerance error seconds right_hand_sides steps rejected`. The reference is DOP853 at the
+!! tightest tolerance, whose difference from Radau IIA comes first, as `# reference`.
+program steppers
+   use, intrinsic :: iso_fortran_env, only: output_unit
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: i8, qp, wp
+   use razy_core_tone, only: tone_from_hertz
+   use razy_integrate_field, only: field_t
+   use razy_integrate_stepper, only: stepper_t
+   use razy_machine_machine, only: machine_t
+   use razy_machine_method, only: method_t
+   implicit none(type, external)
+
+   character(*), parameter :: methods(*) = [character(16) :: "rk4", "bogacki_shampine", "dormand_prince", "dop853", "radau5"]
+   character(32) :: mode, text
+   integer :: m, repeats
+
+   call get_command_argument(1, mode)
+   call get_command_argument(2, text)
+   read (text, *) m
+   if (mode == "cost") then
+      call get_command_argument(3, text)
+      read (text, *) repeats
+      call measure_cost(chain(m), repeats)
+   else
+      call measure_precision(chain(m))
+   end if
+
+contains
+
+   !> m masses of 1 kg between two walls, natural frequencies up to 10 Hz, lightly damped, under two tones.
+   function chain(m) result(machine)
+      integer, intent(in) :: m
+      type(machine_t) :: machine
+
+      real(wp), parameter :: stiffness = 1000.0_wp
+      integer :: i
+
+      machine%title = "chain"
+      allocate (machine%coordinate(m), machine%unit(m), machine%rate_unit(m))
+      machine%coordinate = "q"
+      machine%unit = "m"
+      machine%rate_unit = "m/s"
+      allocate (machine%mass(m, m), machine%stiffness(m, m), machine%load(m), source=0.0_wp)
+      allocate (machine%displacement(m), machine%velocity(m), source=0.0_wp)
+      allocate (machine%contact(0), machine%observable(0))
+      do i = 1, m
+         machine%mass(i, i) = 1.0_wp
+         machine%stiffness(i, i) = 2*stiffness
+         if (i > 1) machine%stiffness(i - 1, i) = -stiffness
+         if (i < m) machine%stiffness(i + 1, i) = -stiffness
+      end do
+      machine%damping = 1.0e-4_wp*machine%stiffness
+      machine%tone = [tone_from_hertz(3.0_qp), tone_from_hertz(4.5_qp)]
+      allocate (machine%harmonic_load(m, 2), source=(0.0_wp, 0.0_wp))
+      machine%harmonic_load(1, 1) = (10.0_wp, 0.0_wp)
+      machine%harmonic_load(m, 2) = (0.0_wp, 10.0_wp)
+      machine%displacement = [(1.0e-2_wp*i/m, i=1, m)]
+   end function chain
+
+   subroutine make_ready(machine, name, tolerance, field, stepper, z)
+      type(machine_t), intent(in) :: machine
+      character(*), intent(in) :: name
+      real(wp), intent(in) :: tolerance
+      type(field_t), intent(out) :: field
+      type(stepper_t), intent(out) :: stepper
+      real(wp), allocatable, intent(out) :: z(:)
+
+      type(error_t), allocatable :: error
+      type(method_t) :: method
+
+      call field%attach(machine, .true., error)
+      if (allocated(error)) error stop error%message
+      allocate (z(2*field%m))
+      call field%first_state(z)
+      method%integrator = name
+      method%relative_tolerance = tolerance
+      method%absolute_tolerance = 1.0e-2_wp*tolerance
+      call stepper%prepare(method, size(z))
+   end subroutine make_ready
+
+   subroutine measure_cost(machine, repeats)
+      type(machine_t), intent(in) :: machine
+      integer, intent(in) :: repeats
+
+      type(field_t) :: field
+      type(stepper_t) :: stepper
+      real(wp), allocatable :: z(:), dz(:)
+      real(wp) :: begun, ended, right_hand_side
+      integer :: i, k
+      logical :: accepted, failed
+
+      do k = 1, size(methods)
+         call make_ready(machine, methods(k), 1.0_wp, field, stepper, z)
+         allocate (dz, mold=z)
+         call cpu_time(begun)
+         do i = 1, repeats
+            call field%derivative(1.0e-6_wp*i, z, dz)
+         end do
+         call cpu_time(ended)
+         right_hand_side = (ended - begun)/repeats
+         call cpu_time(begun)
+         do i = 1, repeats/10
+            call stepper%attempt(field, 1.0e-4_wp*(i - 1), z, 1.0e-4_wp, accepted, failed)
+            z = stepper%z_end
+         end do
+         call cpu_time(ended)
+         write (output_unit, "(a, i6, 2es12.3)") methods(k), field%m, right_hand_side, (ended - begun)/(repeats/10)
+         deallocate (dz)
+      end do
+   end subroutine measure_cost
+
+   subroutine measure_precision(machine)
+      type(machine_t), intent(in) :: machine
+
+      real(wp), allocatable :: motion(:), reference(:)
+      real(wp) :: seconds, tolerance
+      integer(i8) :: counts(3)
+      integer :: i, k
+
+      call follow(machine, "dop853", 3.0e-14_wp, 0.0_wp, reference, seconds, counts)
+      call follow(machine, "radau5", 1.0e-13_wp, 0.0_wp, motion, seconds, counts)
+      write (output_unit, "(a, es10.2)") "# reference", norm2(motion - reference)/norm2(reference)
+      do k = 1, size(methods)
+         do i = 3, 12
+            tolerance = 10.0_wp**(-i)
+            call follow(machine, methods(k), tolerance, 0.05_wp*tolerance**0.25_wp, motion, seconds, counts)
+            write (output_unit, "(a, 3es10.2, 3i9)") methods(k), tolerance, norm2(motion - reference)/norm2(reference), &
+               seconds, counts
+         end do
+      end do
+   end subroutine measure_precision
+
+   !> z after 2 s; `h` is the step of a method without control. Counts: right-hand sides, steps, rejected steps.
+   subroutine follow(machine, name, tolerance, h, z, seconds, counts)
+      type(machine_t), intent(in) :: machine
+      character(*), intent(in) :: name
+      real(wp), intent(in) :: tolerance, h
+      real(wp), allocatable, intent(out) :: z(:)
+      real(wp), intent(out) :: seconds
+      integer(i8), intent(out) :: counts(3)
+
+      real(wp), parameter :: t_end = 2.0_wp
+      type(field_t) :: field
+      type(stepper_t) :: stepper
+      real(wp) :: begun, ended, step, tau
+      logical :: accepted, failed
+
+      call make_ready(machine, name, tolerance, field, stepper, z)
+      call cpu_time(begun)
+      if (stepper%adaptive) then
+         call stepper%first_step(field, 0.0_wp, z, t_end, step)
+      else
+         step = t_end/ceiling(t_end/h)
+      end if
+      tau = 0.0_wp
+      do while (tau < t_end)
+         call stepper%attempt(field, tau, z, step, accepted, failed)
+         if (accepted) then
+            z = stepper%z_end
+            tau = tau + step
+         end if
+         if (stepper%adaptive) step = stepper%h_next
+         if (t_end - tau < 1.000001_wp*step) step = t_end - tau
+         if (failed .or. step < epsilon(tau)) exit
+      end do
+      call cpu_time(ended)
+      seconds = ended - begun
+      counts = [field%evaluations, stepper%accepted_steps, stepper%rejected_steps]
+   end subroutine follow
+
+end program steppers
