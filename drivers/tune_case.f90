@@ -159,8 +159,7 @@ contains
          else if (status == linear_rigid) then
             call raise(error, "the contact "//machine%contact(culprit)%name//" is rigid and has no stiffness: contacts='open'")
          else if (status == linear_curved) then
-            call raise(error, "the contact "//machine%contact(culprit)%name//" is not piecewise linear: "// &
-                       "contacts='equilibrium' or 'open'")
+            call raise(error, "the contact "//machine%contact(culprit)%name//" is not piecewise linear: contacts='open'")
          end if
       class default
          call raise(error, "no family of machines")

@@ -174,3 +174,44 @@ def test_two_parameters_are_refused(sweep):
 def test_empty_range(sweep, start, stop, words):
     with pytest.raises(ResultError, match=rf"no point of rotation\.speed_rpm {words}.*1000 to 1490"):
         drawn(sweep, start=start, stop=stop)
+
+
+def both_ways(path, points=40):
+    """Turn a sweep of 2n points into one of n parameters, up and down."""
+    with h5py.File(path, "r+") as file:
+        name = "rotation.speed_rpm"
+        speed = file[f"axis/{name}"][: points // 2]
+        del file[f"axis/{name}"], file[f"point/{name}"]
+        file[f"axis/{name}"] = speed
+        file[f"point/{name}"] = np.tile(speed, 2)
+        for item in (file[f"axis/{name}"], file[f"point/{name}"]):
+            item.attrs.update({"units": "rpm", "long_name": name})
+        file["point/direction"] = np.repeat(np.array([1, -1], dtype=np.int8), points // 2)
+    return path
+
+
+@pytest.mark.parametrize("limit", [10**6, 0])
+def test_both_ways_stand_in_one_picture(tmp_path, limit):
+    values, kinds = ragged(40)
+    speed = np.linspace(1000.0, 1390.0, 40)
+    path = both_ways(write_sweep(tmp_path / "both.h5", speed, {"mesh_deformation": (values, kinds)}))
+    figure = drawn(path, point_limit=limit)
+    (axes,) = figure.axes
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert labels == ["upwards", "downwards"]
+    if limit == 0:
+        return
+    for label, half in (("upwards", slice(0, 20)), ("downwards", slice(20, 40))):
+        x, y = line(axes, label)
+        np.testing.assert_array_equal(x, np.repeat(speed[:20], [len(point) for point in values[half]]))
+        np.testing.assert_allclose(y, 1e6 * np.concatenate(values[half]))
+
+
+def test_directions_of_wrong_number_are_refused(tmp_path):
+    values, kinds = ragged(40)
+    path = both_ways(write_sweep(tmp_path / "both.h5", np.arange(40.0), {"mesh_deformation": (values, kinds)}))
+    with h5py.File(path, "r+") as file:
+        del file["point/direction"]
+        file["point/direction"] = np.ones(7, dtype=np.int8)
+    with pytest.raises(ResultError, match="point/direction"):
+        drawn(path)

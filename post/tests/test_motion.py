@@ -61,6 +61,23 @@ def test_coordinates_against_their_velocity(run):
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("y (mm)", "velocity of y (m/s)")
 
 
+def test_force_over_deformation(run):
+    with h5py.File(run, "r+") as file:
+        force = np.linspace(0.0, 5.0, 2000)
+        file["observable/contact_force"] = force
+        file["observable/contact_force"].attrs["units"] = "N"
+        file["observable/contact_force"].attrs["long_name"] = "contact force"
+    (axes,) = drawn(run, kind="loop").axes
+    over, drawn_force = curve(axes)
+    np.testing.assert_allclose(over, np.sin(100 * np.linspace(0.0, 0.25, 2000)), atol=1e-12)
+    np.testing.assert_allclose(drawn_force, force)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("mesh deformation (mm)", "contact force (N)")
+    (axes,) = drawn(run, kind="loop", observables=("contact_force", "mesh_deformation")).axes
+    np.testing.assert_allclose(curve(axes)[0], force)
+    with pytest.raises(ResultError, match="two observables"):
+        drawn(run, kind="loop", observables=("contact_force",))
+
+
 def test_coordinates_where_there_are_no_observables(tmp_path):
     figure = drawn(write_run(tmp_path / "run.h5", observable=False), kind="time")
     assert [axes.get_ylabel() for axes in figure.axes] == ["x (mm)", "y (mm)"]

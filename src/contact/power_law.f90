@@ -27,11 +27,14 @@ module razy_contact_power_law
       logical :: present = .false.
       !> Value of s at which the side touches, m (rad).
       real(wp) :: edge = 0.0_wp
-      !> k, N/mⁿ (N m/radⁿ), and n, at least 1.
+      !> k, N/mⁿ (N m/radⁿ), and n, from 1 to 10.
       real(wp) :: stiffness = 0.0_wp, exponent = 1.5_wp
       !> Hysteresis α, s/m (s/rad).
       real(wp) :: hysteresis = 0.0_wp
    end type power_side_t
+
+   !> m (rad) and m/s (rad/s), further than anything moves.
+   real(wp), parameter :: farthest = 1.0e20_wp
 
    !> Switching functions: 1 is s; 2 and 3, of sides that part at zero force, ±(1 + (3/2) α p').
    type, extends(contact_law_t) :: power_law_t
@@ -145,18 +148,22 @@ contains
       case (branch_lower)
          call push(self%lower, self%lower%edge - s, -rate, f, stiffness, damping)
          f = -f
+      case default
+         return
       end select
    end subroutine evaluate
 
-   !> λ and its derivatives with respect to p and p'.
-   pure subroutine push(side, p, rate, force, stiffness, damping)
+   !> λ and its derivatives with respect to p and p'. A trial step that is much too long may ask with any numbers: beyond
+   !> `farthest` they count as that, so that the answer is huge but finite, and the step is refused for its error.
+   pure subroutine push(side, deformation, deformation_rate, force, stiffness, damping)
       type(power_side_t), intent(in) :: side
-      real(wp), intent(in) :: p, rate
+      real(wp), intent(in) :: deformation, deformation_rate
       real(wp), intent(out) :: force, stiffness, damping
 
-      real(wp) :: factor, power, slope
+      real(wp) :: factor, p, power, slope
 
       associate (n => side%exponent, c => 1.5_wp*side%hysteresis)
+         p = max(-farthest, min(farthest, deformation))
          slope = side%stiffness*abs(p)**(n - 1)
          power = slope*p
          slope = n*slope
@@ -164,7 +171,7 @@ contains
             power = abs(power)
             slope = sign(slope, p)
          end if
-         factor = 1 + c*rate
+         factor = 1 + c*max(-farthest, min(farthest, deformation_rate))
          force = power*factor
          stiffness = slope*factor
          damping = power*c

@@ -1,7 +1,7 @@
 !! The linear machine M q'' + B q' + K q = 0 that a machine is when its contacts keep a chosen state.
 !!
 !! A closed contact with the slopes k = dF/ds, b = dF/ds' of its law is a two-way spring and damper: it adds k w wᵀ to K and
-!! b w wᵀ to B. A friction element has no gap to close and adds nothing where all contacts are open or closed.
+!! b w wᵀ to B. A friction element has no gap to close and adds nothing where all contacts are open or all closed.
 module razy_dynamics_linearised
    use razy_contact_contact_law, only: branch_open
    use razy_core_kinds, only: wp
@@ -18,7 +18,7 @@ module razy_dynamics_linearised
    !> Their names in an input, in this order.
    character(*), parameter :: contact_choices(3) = [character(11) :: "open", "closed", "equilibrium"]
 
-   !> Outcomes: done; there is no equilibrium; a contact that acts is rigid; a contact taken as closed has no one stiffness.
+   !> Outcomes: done; there is no equilibrium; a contact that acts is rigid; one has no stiffness that the state would say.
    integer, parameter :: linear_ok = 0, linear_no_equilibrium = 1, linear_rigid = 2, linear_curved = 3
 
 contains
@@ -40,7 +40,16 @@ contains
       culprit = 0
       q = 0.0_wp
       found = .true.
-      if (contacts == contacts_equilibrium) call find_equilibrium(machine, q, found)
+      if (contacts == contacts_equilibrium) then
+         ! Equilibrium is known for these laws only.
+         do while (culprit < size(machine%contact))
+            culprit = culprit + 1
+            if (.not. machine%contact(culprit)%law%piecewise_linear) status = linear_curved
+            if (status /= linear_ok) return
+         end do
+         culprit = 0
+         call find_equilibrium(machine, q, found)
+      end if
       if (.not. found) status = linear_no_equilibrium
       do while (status == linear_ok .and. culprit < size(machine%contact))
          culprit = culprit + 1
@@ -80,7 +89,7 @@ contains
          if (branch == branch_open) return
          if (law%constraint(branch)) then
             status = linear_rigid
-         else if (contacts == contacts_closed .and. .not. law%piecewise_linear) then
+         else if (.not. law%piecewise_linear) then
             status = linear_curved
          else
             call law%slopes(branch, s, 0.0_wp, 0.0_wp, stiffness, damping)

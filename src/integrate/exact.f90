@@ -193,6 +193,7 @@ contains
             end do
          end if
          self%search%level = state%level
+         self%search%resolution = spacing(piece%time)
          call first_exit(self%search, state%response, state%switching, self%start, 0.0_wp, longest, state%watched, found)
          state%level = self%search%level
          if (found%watched == 0) call move_to(self%start, state%response, found%tau, self%search%probe)

@@ -60,7 +60,7 @@ contains
       associate (unused => keep_all)
          if (.not. self%step > 0.0_wp) call raise(error, "Moreau-Jean time stepping needs a positive step")
          if (.not. (self%theta >= 0.5_wp .and. self%theta <= 1.0_wp)) then
-           call raise(error, "theta of Moreau-Jean time stepping must be from 0.5 to 1")
+            call raise(error, "theta of Moreau-Jean time stepping must be from 0.5 to 1")
          end if
          if (allocated(error)) return
          self%scheme%machine = machine

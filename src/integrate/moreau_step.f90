@@ -155,7 +155,7 @@ contains
          associate (side => self%kinds%side(i))
             if (side%direction*self%impulse(side%contact) > 0.0_wp) self%branch1(side%contact) = side%closed
             if (self%branch1(side%contact) == side%closed .and. self%branch0(side%contact) /= side%closed) then
-              self%impacts = self%impacts + 1
+               self%impacts = self%impacts + 1
             end if
          end associate
       end do
@@ -165,7 +165,7 @@ contains
          terms = dot_product(abs(self%w(:, j)), abs(self%v0) + abs(self%v1)) + abs(self%finish%rate(j))
          self%branch1(j) = merge(branch_forward, branch_backward, rate > 0.0_wp)
          if (abs(rate) <= standing*terms .or. abs(self%impulse(j)) < (1.0_wp - standing)*self%bound(j)) then
-           self%branch1(j) = branch_sticking
+            self%branch1(j) = branch_sticking
          end if
       end do
    end subroutine end_branches
@@ -180,7 +180,7 @@ contains
       do i = 1, size(self%kinds%compliant)
          j = self%kinds%compliant(i)
          self%force1(j) = self%machine%contact(j)%law%force(self%branch1(j), s_at_end(self, j), rate_at_end(self, j), &
-                                                             self%machine%contact(j)%normal)
+                                                            self%machine%contact(j)%normal)
       end do
    end subroutine end_forces
 

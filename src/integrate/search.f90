@@ -34,6 +34,8 @@ module razy_integrate_search
       integer :: room(3) = -1
       !> Moduli of the amplitudes at the last exact evaluation.
       real(wp), allocatable :: modulus(:)
+      !> Times closer than this, s, are the same.
+      real(wp) :: resolution = 0.0_wp
       !> Steps are 2^-level s.
       integer :: level = 10
       !> Steps tried and halvings among them.
@@ -70,7 +72,8 @@ contains
       call prepare(self, response, rows, start, tau_from, watched)
       do i = 1, size(watched)
          if (watched(i)%from_zero) watched(i)%f0 = 0.0_wp
-         if (watched(i)%f0 < -watched(i)%noise) then
+         ! What is back on its bound before the next time that can be told apart has been crossed together with the last event.
+         if (watched(i)%f0 < -watched(i)%noise .and. -watched(i)%f0 > self%resolution*watched(i)%g0) then
             found = exit_t(i, tau_from)
             call move_to(start, response, tau_from, self%probe)
             return

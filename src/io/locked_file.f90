@@ -1,10 +1,11 @@
 !! A file of 64-bit words that one program at a time may hold: words are appended, read at any place, and cut off at the end.
 !!
 !! The lock is flock() on the file itself: the kernel drops it when the program ends in whatever way, so none is left behind by
-!! a kill. Appending goes through a Fortran unit, whose messages say why a write failed; the rest through POSIX.
+!! a kill. All goes through POSIX: FLUSH of gfortran 12 gives no error where the words did not reach the file.
 module razy_io_locked_file
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_int64_t, c_loc, c_null_char, c_null_ptr, c_ptr, c_size_t
-   use, intrinsic :: iso_fortran_env, only: int64
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int64_t, c_loc, c_null_char, c_null_ptr, &
+                                          c_ptr, c_size_t
+   use, intrinsic :: iso_fortran_env, only: int64, int8
    use razy_core_error, only: error_t, raise
    use razy_io_posix, only: delete_file, synchronise
    implicit none(type, external)
@@ -12,10 +13,9 @@ module razy_io_locked_file
 
    public :: locked_file_t
 
-   !> The file; open where `unit` is not -1.
+   !> The file.
    type :: locked_file_t
       character(:), allocatable :: path
-      integer :: unit = -1
       !> Words in the file.
       integer(int64) :: length = 0
       type(c_ptr), private :: stream = c_null_ptr
@@ -82,6 +82,15 @@ module razy_io_locked_file
          integer(c_int64_t) :: place
       end function c_lseek
 
+      function c_write(descriptor, buffer, bytes) result(written) bind(C, name="write")
+         import :: c_int, c_ptr, c_size_t
+         implicit none(type, external)
+         integer(c_int), value, intent(in) :: descriptor
+         type(c_ptr), value, intent(in) :: buffer
+         integer(c_size_t), value, intent(in) :: bytes
+         integer(c_size_t) :: written
+      end function c_write
+
       function c_pread(descriptor, buffer, bytes, offset) result(got) bind(C, name="pread")
          import :: c_int, c_int64_t, c_ptr, c_size_t
          implicit none(type, external)
@@ -103,9 +112,7 @@ contains
       character(*), intent(in) :: path
       type(error_t), allocatable, intent(out) :: error
 
-      character(200) :: reason
       type(c_ptr) :: other
-      integer :: status
       integer(c_int) :: code
       logical :: current
 
@@ -134,13 +141,6 @@ contains
          code = c_fclose(self%stream)
       end do
       self%length = c_lseek(c_fileno(self%stream), 0_c_int64_t, from_end)/bytes_per_word
-      open (newunit=self%unit, file=path, access="stream", form="unformatted", action="write", position="append", &
-            iostat=status, iomsg=reason)
-      if (status == 0) return
-      self%unit = -1
-      code = c_fclose(self%stream)
-      self%stream = c_null_ptr
-      call raise(error, path//": "//trim(reason))
    end subroutine open_locked
 
    !> There is not a single byte in the file.
@@ -153,21 +153,50 @@ contains
    !> Append words and hand them to the operating system: they survive the end of this program, whatever ends it.
    subroutine append(self, words, error)
       class(locked_file_t), intent(inout) :: self
-      integer(int64), intent(in) :: words(:)
+      integer(int64), contiguous, target, intent(in) :: words(:)
       type(error_t), allocatable, intent(out) :: error
 
-      character(200) :: reason
-      integer :: status
+      integer(int8), pointer :: bytes(:)
+      integer(int64) :: done, n, written
 
+      n = bytes_per_word*size(words, kind=int64)
+      if (n == 0) return
       self%changed = .true.
-      write (self%unit, iostat=status, iomsg=reason) words
-      if (status == 0) flush (self%unit, iostat=status, iomsg=reason)
-      if (status == 0) then
-         self%length = self%length + size(words, kind=int64)
-      else
-         call raise(error, self%path//": "//trim(reason))
-      end if
+      call c_f_pointer(c_loc(words), bytes, [n])
+      done = 0
+      do while (done < n)
+         written = c_write(c_fileno(self%stream), c_loc(bytes(done + 1)), int(n - done, c_size_t))
+         if (written <= 0) then
+            call raise(error, self%path//": "//reason_of_failure(self%path))
+            return
+         end if
+         done = done + written
+      end do
+      self%length = self%length + size(words, kind=int64)
    end subroutine append
+
+   !> Why the file cannot grow, in the words of the system: from a write that is too large for a buffer. What it should manage to
+   !> write is cut off when the file is closed.
+   function reason_of_failure(path) result(reason)
+      character(*), intent(in) :: path
+      character(:), allocatable :: reason
+
+      integer, parameter :: larger_than_buffers = 131072
+      character(200) :: message
+      integer(int64), allocatable :: words(:)
+      integer :: status, unit
+
+      allocate (words(larger_than_buffers), source=0_int64)
+      message = "cannot be written"
+      open (newunit=unit, file=path, access="stream", form="unformatted", action="write", position="append", iostat=status)
+      if (status == 0) then
+         write (unit, iostat=status, iomsg=message) words
+         if (status == 0) message = "could not be written, but can be now"
+         close (unit, iostat=status)
+         if (status /= 0) message = "cannot be closed"
+      end if
+      reason = trim(message)
+   end function reason_of_failure
 
    !> Read words that begin behind the first `offset` ones; `got` of them are there.
    subroutine fetch(self, offset, words, got)
@@ -190,21 +219,11 @@ contains
       integer(int64), intent(in) :: length
       type(error_t), allocatable, intent(out) :: error
 
-      character(200) :: reason
-      integer :: status
-
       if (c_ftruncate(c_fileno(self%stream), bytes_per_word*length) /= 0_c_int) then
          call raise(error, self%path//": cannot be shortened")
          return
       end if
       self%length = length
-      ! The unit still stands at the old end.
-      close (self%unit, iostat=status)
-      open (newunit=self%unit, file=self%path, access="stream", form="unformatted", action="write", position="append", &
-            iostat=status, iomsg=reason)
-      if (status == 0) return
-      self%unit = -1
-      call raise(error, self%path//": "//trim(reason))
    end subroutine cut
 
    !> Wait until all words are on the disk itself.
@@ -219,15 +238,13 @@ contains
    subroutine close_file(self)
       class(locked_file_t), intent(inout) :: self
 
-      integer :: status
       integer(c_int) :: code
 
-      ! After a failed write the unit may try once more to get rid of what it has; that is cut off again.
-      if (self%unit /= -1) close (self%unit, iostat=status)
-      self%unit = -1
       if (.not. c_associated(self%stream)) return
-      if (self%changed .and. c_lseek(c_fileno(self%stream), 0_c_int64_t, from_end) > bytes_per_word*self%length) then
-         code = c_ftruncate(c_fileno(self%stream), bytes_per_word*self%length)
+      if (self%changed) then
+         if (c_lseek(c_fileno(self%stream), 0_c_int64_t, from_end) > bytes_per_word*self%length) then
+            code = c_ftruncate(c_fileno(self%stream), bytes_per_word*self%length)
+         end if
       end if
       code = c_fclose(self%stream)
       self%stream = c_null_ptr

@@ -11,7 +11,7 @@ contains
 
    !> Vᵀ A V.
    function congruence_of(matrix, basis) result(projected)
-      real(wp), intent(in) :: matrix(:, :), basis(:, :)
+      real(wp), contiguous, intent(in) :: matrix(:, :), basis(:, :)
       real(wp), allocatable :: projected(:, :)
 
       real(wp), allocatable :: image(:, :)
@@ -26,7 +26,7 @@ contains
 
    !> A B.
    function product_of(a, b) result(c)
-      real(wp), intent(in) :: a(:, :), b(:, :)
+      real(wp), contiguous, intent(in) :: a(:, :), b(:, :)
       real(wp), allocatable :: c(:, :)
 
       allocate (c(size(a, 1), size(b, 2)))

@@ -13,7 +13,7 @@ module razy_linalg_generalised
    implicit none(type, external)
    private
 
-   public :: dense_modes, eigenpairs_t, lowest_modes, orient
+   public :: dense_modes, eigenpairs_t, keep_first, lowest_modes, orient
    public :: modes_found, modes_failed, modes_not_definite, modes_not_converged, modes_missing
 
    !> Outcomes: found; LAPACK or ARPACK failed; K - shift M or M is not positive definite; no convergence; fewer than the
@@ -45,7 +45,7 @@ contains
 
    !> All eigenpairs by LAPACK. `stiffness`, `mass` (n, n).
    function dense_modes(stiffness, mass) result(pairs)
-      real(wp), intent(in) :: stiffness(:, :), mass(:, :)
+      real(wp), contiguous, intent(in) :: stiffness(:, :), mass(:, :)
       type(eigenpairs_t) :: pairs
 
       real(wp), allocatable :: factor(:, :), work(:)
@@ -189,7 +189,8 @@ contains
          pairs%status = merge(modes_not_converged, modes_failed, info == 0 .or. info == 1 .or. info == 3)
       end if
       if (pairs%status == modes_found) then
-         allocate (pairs%vector, source=basis(:, :wanted))
+         allocate (pairs%vector(n, wanted))
+         pairs%vector(:, :) = basis(:, :wanted)
       else
          pairs%value = pairs%value(:0)
          allocate (pairs%vector(n, 0))
@@ -267,6 +268,7 @@ contains
       call move_alloc(vector, pairs%vector)
    end subroutine merge_pairs
 
+   !> Keep the `count` lowest pairs.
    subroutine keep_first(pairs, count)
       type(eigenpairs_t), intent(inout) :: pairs
       integer, intent(in) :: count
@@ -274,7 +276,8 @@ contains
       real(wp), allocatable :: vector(:, :)
 
       pairs%value = pairs%value(:count)
-      allocate (vector, source=pairs%vector(:, :count))
+      allocate (vector(size(pairs%vector, 1), count))
+      vector(:, :) = pairs%vector(:, :count)
       call move_alloc(vector, pairs%vector)
    end subroutine keep_first
 

@@ -1,7 +1,7 @@
 !! Orderings that bring the entries of a sparse symmetric matrix near its diagonal.
 !!
-!! Reverse Cuthill-McKee (George and Liu, Computer Solution of Large Sparse Positive Definite Systems, 1981): breadth-first
-!! from a vertex at the rim, neighbours by degree, the list reversed.
+!! Cuthill and McKee's (George and Liu, Computer Solution of Large Sparse Positive Definite Systems, 1981): breadth-first from a
+!! vertex at the rim, neighbours by degree. The reversed order has the same bandwidth.
 module razy_linalg_ordering
    use razy_linalg_sparse, only: csr_t
    implicit none(type, external)
@@ -39,11 +39,6 @@ contains
             root = order(last)
          end do
          count = count + found
-      end do
-      do seed = 1, matrix%rows/2
-         root = order(seed)
-         order(seed) = order(matrix%rows + 1 - seed)
-         order(matrix%rows + 1 - seed) = root
       end do
    end function narrow_order
 

@@ -271,7 +271,7 @@ contains
    !> Vᵀ A V of a square matrix with `basis` V (n, p): (p, p).
    function congruence(self, basis) result(projected)
       class(csr_t), intent(in) :: self
-      real(wp), intent(in) :: basis(:, :)
+      real(wp), contiguous, intent(in) :: basis(:, :)
       real(wp), allocatable :: projected(:, :)
 
       real(wp), allocatable :: image(:, :)

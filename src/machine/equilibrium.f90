@@ -32,11 +32,12 @@ contains
 
       real(wp) :: inverse_root(size(q), size(q)), residual(size(q)), direction(size(q)), step
       integer :: i
-      logical :: linear
+      logical :: linear, near
 
       call inverse_square_root(machine%mass, inverse_root)
       q = 0.0_wp
       found = .false.
+      near = .false.
       linear = all([(machine%contact(i)%law%piecewise_linear, i=1, size(machine%contact))])
       do i = 1, most_iterations
          residual = restoring(machine, q) - machine%load
@@ -48,10 +49,11 @@ contains
          call line_search(machine, linear, q, direction, step)
          if (step > 0.1_wp*huge(1.0_wp)) return
          q = q + step*direction
-         if ((abs(step - 1.0_wp) <= 1.0e-9_wp .or. .not. linear) .and. settled(machine, q, inverse_root)) then
-            found = .true.
-            return
-         end if
+         ! Without the last full step of the linear case, one more than is needed.
+         found = near .and. .not. linear
+         near = settled(machine, q, inverse_root)
+         found = near .and. (found .or. (linear .and. abs(step - 1.0_wp) <= 1.0e-9_wp))
+         if (found) return
       end do
    end subroutine find_equilibrium
 
@@ -162,6 +164,10 @@ contains
       end do
       low = 0.0_wp
       slope_low = slope(low)
+      if (.not. linear) then
+         call search(slope_low, step)
+         return
+      end if
       do
          high = huge(1.0_wp)
          if (any(edges(:n) > low)) high = minval(edges(:n), edges(:n) > low)
@@ -169,17 +175,12 @@ contains
          slope_high = slope(high)
          if (slope_high >= 0.0_wp) then
             step = low
-            if (slope_low < 0.0_wp .and. .not. linear) call find_root(low, slope_low, high, slope_high, step)
-            if (slope_low < 0.0_wp .and. linear) step = low - slope_low*(high - low)/(slope_high - slope_low)
+            if (slope_low < 0.0_wp) step = low - slope_low*(high - low)/(slope_high - slope_low)
             return
          end if
          low = high
          slope_low = slope_high
       end do
-      if (.not. linear) then
-         call search_beyond(low, slope_low, step)
-         return
-      end if
       ! Beyond the last edge the slope is linear, so one more point tells where it vanishes.
       high = low + max(1.0_wp, low)
       slope_high = slope(high)
@@ -196,31 +197,34 @@ contains
          edges(n) = (edge - s)/rate
       end subroutine add
 
-      !> Beyond all edges: wide steps until the slope is positive; none is found where it no longer grows.
-      subroutine search_beyond(first, slope_first, root)
-         real(wp), intent(in) :: first, slope_first
+      !> Wide steps until the slope is positive; none is found where, beyond all edges, it no longer grows.
+      subroutine search(first, root)
+         real(wp), intent(in) :: first
          real(wp), intent(out) :: root
 
          real(wp) :: a, b, slope_a, slope_b
 
+         root = 0.0_wp
+         if (first >= 0.0_wp) return
          root = huge(1.0_wp)
-         a = first
-         slope_a = slope_first
-         b = a + max(1.0_wp, a)
+         a = 0.0_wp
+         b = 1.0_wp
+         slope_a = first
          do while (b < farthest)
             slope_b = slope(b)
             if (slope_b >= 0.0_wp) then
                call find_root(a, slope_a, b, slope_b, root)
                return
             end if
-            if (slope_b <= slope_a + negligible*abs(slope_a)) return
+            if (slope_b <= slope_a + negligible*abs(slope_a) .and. .not. any(edges(:n) > b)) return
             a = b
             slope_a = slope_b
             b = 4*b
          end do
-      end subroutine search_beyond
+      end subroutine search
 
-      !> The sign change of the slope between a, where it is negative, and b, by false position (Illinois).
+      !> The sign change of the slope between `first`, where it is negative, and `last`: false position (Illinois), each
+      !> third time halving.
       subroutine find_root(first, slope_first, last, slope_last, root)
          real(wp), intent(in) :: first, slope_first, last, slope_last
          real(wp), intent(out) :: root
@@ -233,9 +237,14 @@ contains
          slope_a = slope_first
          slope_b = slope_last
          side = 0
-         do i = 1, most_iterations
-            root = b - slope_b*(b - a)/(slope_b - slope_a)
-            if (i > most_iterations/2) root = 0.5_wp*(a + b)
+         do i = 1, 2*most_iterations
+            if (modulo(i, 3) == 0) then
+               root = 0.5_wp*(a + b)
+            else if (slope_b > -slope_a) then
+               root = a - slope_a*(b - a)/(slope_b - slope_a)
+            else
+               root = b - slope_b*(b - a)/(slope_b - slope_a)
+            end if
             if (.not. (root > a .and. root < b)) exit
             f = slope(root)
             if (f < 0.0_wp) then
@@ -249,9 +258,8 @@ contains
                if (side > 0) slope_a = 0.5_wp*slope_a
                side = 1
             end if
-            if (b - a <= 2*spacing(b)) exit
          end do
-         root = min(max(root, first), last)
+         root = merge(a, b, -slope_a < slope_b)
       end subroutine find_root
 
       pure function slope(t)

@@ -90,7 +90,7 @@ contains
    !> Xᵀ K X (m, m) of displacements `basis` X (n, m), which need not be exact where it is small.
    function projected_stiffness(model, basis, meshed) result(projected)
       type(rotor_model_t), intent(in) :: model
-      real(wp), intent(in) :: basis(:, :)
+      real(wp), contiguous, intent(in) :: basis(:, :)
       logical, intent(in) :: meshed
       real(wp), allocatable :: projected(:, :)
 

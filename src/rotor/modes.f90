@@ -1,27 +1,30 @@
 !! Natural frequencies and shapes of a rotor system at rest, undamped, and what the shapes are.
 !!
 !! Small systems go to LAPACK, large ones to ARPACK. Bending stiffness of n elements spans n⁴, so that the factor of a fine mesh
-!! carries rounding of that size. So the pairs found are improved once, x + (K - shift M)⁻¹ (lambda M x - K x) with the
+!! carries rounding of that size. So the pairs found are improved, x + (K - shift M)⁻¹ (lambda M x - K x) with the
 !! residual from the deformations of the elements, and taken anew as the eigenpairs in the space of these vectors
 !! (Rayleigh and Ritz), again from deformations.
 module razy_rotor_modes
    use razy_core_kinds, only: pi, wp
    use razy_linalg_banded, only: band_factor_t
    use razy_linalg_dense, only: product_of
-   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, lowest_modes, modes_found, modes_not_definite, orient
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, keep_first, lowest_modes, modes_found, modes_not_definite, orient
    use razy_linalg_sparse, only: add_matrices, csr_t
-   use razy_rotor_deformation, only: projected_stiffness, restoring_force
+   use razy_rotor_deformation, only: deformations, projected_stiffness, restoring_force
    use razy_rotor_model, only: rotor_model_t
    implicit none(type, external)
    private
 
-   public :: energy_shares, natural_modes, reference_shift
+   public :: energy_shares, natural_modes, reference_shift, strain_shares
 
    !> Systems of at most this size, or of which more than a third of all modes is wanted, go to LAPACK.
    integer, parameter :: most_dense = 300
    !> A shift that does not make the matrix positive definite is raised by this factor, so often.
    real(wp), parameter :: raise_shift = 1.0e3_wp
    integer, parameter :: most_shifts = 4
+   !> Corrections go on until no value changes by more than this share; errors of the values then are smaller by far.
+   real(wp), parameter :: settled = 1.0e-8_wp
+   integer, parameter :: most_corrections = 5
 
 contains
 
@@ -34,9 +37,8 @@ contains
       type(eigenpairs_t) :: pairs
 
       type(csr_t) :: stiffness
-      real(wp), allocatable :: vector(:, :)
       real(wp) :: shift
-      integer :: attempt, j, kept, n
+      integer :: attempt, kept, n
 
       n = model%mass%rows
       kept = min(count, n)
@@ -45,9 +47,7 @@ contains
       if (n <= most_dense .or. 3*kept > n) then
          pairs = dense_modes(stiffness%dense(), model%mass%dense())
          if (pairs%status /= modes_found .or. kept == n) return
-         pairs%value = pairs%value(:kept)
-         allocate (vector, source=pairs%vector(:, :kept))
-         call move_alloc(vector, pairs%vector)
+         call keep_first(pairs, kept)
          return
       end if
       shift = -reference_shift(model)
@@ -59,7 +59,7 @@ contains
       if (pairs%status == modes_found) call improve(pairs, model, stiffness, shift, meshed)
    end function natural_modes
 
-   !> One step of inverse iteration in the form of a correction, and the Ritz pairs of the vectors.
+   !> Inverse iteration in the form of corrections, and the Ritz pairs of the vectors, until the values stay.
    subroutine improve(pairs, model, stiffness, shift, meshed)
       type(eigenpairs_t), intent(inout) :: pairs
       type(rotor_model_t), intent(in) :: model
@@ -68,28 +68,44 @@ contains
       logical, intent(in) :: meshed
 
       type(band_factor_t) :: factor
-      type(eigenpairs_t) :: ritz
-      real(wp), allocatable :: residual(:)
-      integer :: info, j
+      real(wp), allocatable :: force(:), old(:), residual(:)
+      integer :: info, j, step
 
       call factor%factor(add_matrices(1.0_wp, stiffness, -shift, model%mass), info)
-      if (info /= 0) then
-         pairs%status = modes_not_definite
-         return
-      end if
-      do j = 1, size(pairs%value)
-         residual = pairs%value(j)*model%mass%times(pairs%vector(:, j))
-         residual = residual - restoring_force(model, pairs%vector(:, j), meshed)
-         residual = factor%solve(residual)
-         pairs%vector(:, j) = pairs%vector(:, j) + residual
+      if (info /= 0) pairs%status = modes_not_definite
+      do step = 1, most_corrections
+         if (pairs%status /= modes_found) return
+         old = pairs%value
+         do j = 1, size(pairs%value)
+            residual = model%mass%times(pairs%vector(:, j))
+            force = restoring_force(model, pairs%vector(:, j), meshed)
+            residual = pairs%value(j)*residual - force
+            force = factor%solve(residual)
+            pairs%vector(:, j) = pairs%vector(:, j) + force
+         end do
+         pairs%solutions = pairs%solutions + size(pairs%value)
+         call take_ritz_pairs(pairs, model, meshed)
+         if (maxval(abs(pairs%value - old)/(abs(pairs%value) - shift)) <= settled) exit
       end do
-      pairs%solutions = pairs%solutions + size(pairs%value)
+   end subroutine improve
+
+   !> The eigenpairs in the space of the vectors.
+   subroutine take_ritz_pairs(pairs, model, meshed)
+      type(eigenpairs_t), intent(inout) :: pairs
+      type(rotor_model_t), intent(in) :: model
+      logical, intent(in) :: meshed
+
+      type(eigenpairs_t) :: ritz
+      real(wp), allocatable :: vector(:, :)
+
       ritz = dense_modes(projected_stiffness(model, pairs%vector, meshed), model%mass%congruence(pairs%vector))
       pairs%status = ritz%status
       pairs%value = ritz%value
-      pairs%vector = product_of(pairs%vector, ritz%vector)
+      ! A separate array: the compiler would take the stack for the product otherwise.
+      vector = product_of(pairs%vector, ritz%vector)
+      call move_alloc(vector, pairs%vector)
       call orient(pairs%vector)
-   end subroutine improve
+   end subroutine take_ritz_pairs
 
    !> A number of the size of the lowest omega² that is not zero: bending of the longest shaft, pinned at its ends.
    pure function reference_shift(model) result(shift)
@@ -131,5 +147,34 @@ contains
       end do
       share = share/sum(share)
    end function energy_shares
+
+   !> Shares of the strain energy of a shape `q` (n) in the shafts, the bearings and the meshes, which are closed if `meshed`; they
+   !> add up to 1. Zero for rigid-body motion, which has no strain energy.
+   function strain_shares(model, q, meshed) result(share)
+      type(rotor_model_t), intent(in) :: model
+      real(wp), intent(in) :: q(:)
+      logical, intent(in) :: meshed
+      real(wp) :: share(3)
+
+      real(wp) :: moved(6)
+      integer :: at(6), j, k
+
+      share(1) = sum(deformations(model, q)**2)
+      share(2:) = 0.0_wp
+      do j = 1, size(model%rotor%bearing)
+         at = model%numbering%of(model%rotor%bearing(j)%shaft, model%rotor%bearing(j)%node)
+         do k = 1, 6
+            moved(k) = 0.0_wp
+            if (at(k) > 0) moved(k) = q(at(k))
+         end do
+         share(2) = share(2) + dot_product(moved, matmul(model%rotor%bearing(j)%stiffness, moved))
+      end do
+      if (meshed) then
+         do j = 1, size(model%mesh_stiffness)
+            share(3) = share(3) + model%mesh_stiffness(j)*dot_product(model%mesh_direction(:, j), q)**2
+         end do
+      end if
+      if (sum(share) > tiny(1.0_wp)) share = share/sum(share)
+   end function strain_shares
 
 end module razy_rotor_modes

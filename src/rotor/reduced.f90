@@ -31,7 +31,7 @@ contains
    !> The model in the span of `basis` (n, p), whose columns are independent.
    function new_reduced(model, basis) result(reduced)
       type(rotor_model_t), intent(in) :: model
-      real(wp), intent(in) :: basis(:, :)
+      real(wp), contiguous, intent(in) :: basis(:, :)
       type(reduced_t) :: reduced
 
       reduced%basis = basis
@@ -48,7 +48,7 @@ contains
    !> The same in further coordinates, y = `basis` z, `basis` (p, m).
    function transformed(old, basis) result(reduced)
       type(reduced_t), intent(in) :: old
-      real(wp), intent(in) :: basis(:, :)
+      real(wp), contiguous, intent(in) :: basis(:, :)
       type(reduced_t) :: reduced
 
       reduced%basis = product_of(old%basis, basis)
@@ -64,7 +64,7 @@ contains
 
    subroutine project_vectors(reduced, basis, direction, load, unbalance)
       type(reduced_t), intent(inout) :: reduced
-      real(wp), intent(in) :: basis(:, :), direction(:, :), load(:)
+      real(wp), contiguous, intent(in) :: basis(:, :), direction(:, :), load(:)
       complex(wp), intent(in) :: unbalance(:, :)
 
       integer :: i, j, p

@@ -195,8 +195,8 @@ contains
 
       error = 0.0_wp
       do i = 1, size(self%frequency)
-         if (self%frequency(i) > 1.0e-6_wp*maxval(self%frequency)) &
-            error = max(error, abs(self%reduced_frequency(i)/self%frequency(i) - 1))
+         if (self%frequency(i) <= 1.0e-6_wp*maxval(self%frequency)) cycle
+         error = max(error, abs(self%reduced_frequency(i)/self%frequency(i) - 1))
       end do
    end function largest_frequency_error
 

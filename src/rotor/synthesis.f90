@@ -1,7 +1,7 @@
 !! Reduction of rotor models: modal synthesis of shafts, Craig-Bampton, static correction, two levels (THEORY 7).
 !!
 !! - Modal synthesis: undamped modes of each shaft alone, without bearings and meshes, the lowest kept (4.36), (4.47)-(4.49).
-!! - Craig-Bampton (Craig and Bampton, AIAA J. 6 (1968)): static shapes of unit displacements of the nodes with bearings or gears, and
+!! - Craig-Bampton (Craig and Bampton, AIAA J. 6 (1968)): static shapes of unit displacements of nodes with bearings or gears, and
 !!   modes of each shaft with these nodes held.
 !! - Static correction: for each mesh and shaft the part of K⁻¹ w outside the basis, so that the static compliance of the
 !!   mesh is exact. Where rigid motion is free, K - shift M takes the place of K, with the shift of `reference_shift`.
@@ -14,7 +14,7 @@ module razy_rotor_synthesis
    use razy_core_number, only: to_text
    use razy_linalg_banded, only: band_factor_t
    use razy_linalg_dense, only: product_of
-   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, lowest_modes, modes_found
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, keep_first, lowest_modes, modes_found
    use razy_linalg_sparse, only: add_matrices, csr_t
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_modes, only: reference_shift
@@ -84,17 +84,12 @@ contains
       integer, intent(in) :: count
       type(eigenpairs_t) :: pairs
 
-      real(wp), allocatable :: vector(:, :)
-
       if (mass%rows > most_dense .and. 3*count <= mass%rows) then
          pairs = lowest_modes(stiffness, mass, count, -reference_shift(model))
          return
       end if
       pairs = dense_modes(stiffness%dense(), mass%dense())
-      if (pairs%status /= modes_found) return
-      pairs%value = pairs%value(:count)
-      allocate (vector, source=pairs%vector(:, :count))
-      call move_alloc(vector, pairs%vector)
+      if (pairs%status == modes_found) call keep_first(pairs, count)
    end function modes_of
 
    !> Further columns of the basis: `vectors` in the rows `own`.
@@ -135,7 +130,7 @@ contains
       allocate (basis(n, 0), column(n))
       do s = 1, size(model%rotor%shaft)
          associate (first => model%numbering%first(s), last => model%numbering%first(s + 1) - 1)
-            inner = pack([(i, i=first, last)], .not. held(first:last))
+            inner = pack([(i, i=first, last)],.not. held(first:last))
             rim = pack([(i, i=first, last)], held(first:last))
          end associate
          if (count < 0 .or. count > size(inner)) then

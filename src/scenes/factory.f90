@@ -25,6 +25,8 @@ contains
          allocate (lumped_t :: scene)
       case ("planar")
          allocate (planar_t :: scene)
+      case default
+         return
       end select
    end subroutine new_scene
 

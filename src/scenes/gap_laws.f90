@@ -30,13 +30,14 @@ contains
 
       specs = [ &
               key_string("law", "law of the closed contact", choices=laws, default="kelvin_voigt"), &
-              key_real("stiffness", "stiffness of the closed contact; not for 'rigid'", &
-                       unit="N/m or N m/rad, with an exponent n N/m^n or N m/rad^n", rule=positive), &
+              key_real("stiffness", "stiffness of the closed contact, with n = 1.5 for 'hertz', n = exponent for "// &
+                       "'hunt_crossley', else n = 1; not for 'rigid'", unit="N/m^n or N m/rad^n", rule=positive), &
               key_real("damping", "damping of the closed contact, for 'kelvin_voigt' and 'switched_spring'; 0 if not given", &
                        unit="N s/m or N m s/rad", rule=nonnegative), &
               key_string("separation", "where a damped contact is lost; 'zero_deformation' if not given", &
                          choices=["zero_deformation", "zero_force      "]), &
-              key_real("exponent", "exponent n of the deformation, for 'hunt_crossley'; 1.5 if not given", low=1.0_wp), &
+              key_real("exponent", "exponent n of the deformation, for 'hunt_crossley'; 1.5 if not given", &
+                       low=1.0_wp, high=10.0_wp), &
               key_real("hysteresis", "factor alpha of the damping, for 'hunt_crossley'", unit="s/m or s/rad", rule=nonnegative), &
               key_real("restitution", "coefficient of restitution, for 'rigid'", low=0.0_wp, high=1.0_wp), &
               key_real("radius", "radii of the two surfaces, for 'hertz'; of one only: the other is flat", unit="m", &

@@ -113,7 +113,7 @@ contains
          hertz = value
       case (2)
          hertz = value/(2*acos(-1.0_qp))
-      case (3)
+      case default
          if (input%count("rotation") == 0) then
             call input%complain(error, group, i, prefix//"order", "an order needs &rotation")
             return

@@ -148,8 +148,9 @@ contains
          call input%get("spring", i, "stiffness", stiffness)
          call input%get("spring", i, "damping", damping)
          untuned = stiffness
-         if (lower(matrix) == matrix_untuned .and. input%given("spring", i, "untuned_stiffness")) &
+         if (lower(matrix) == matrix_untuned .and. input%given("spring", i, "untuned_stiffness")) then
             call input%get("spring", i, "untuned_stiffness", untuned)
+         end if
          call connect(machine%stiffness, bodies, input, "spring", i, stiffness, error)
          if (.not. allocated(error)) call connect(machine%damping, bodies, input, "spring", i, damping, error)
          if (.not. allocated(error)) call connect(proportional, bodies, input, "spring", i, untuned, error)

@@ -247,9 +247,8 @@ contains
       case ("zero")
       case default
          call scene%set_initial(machine, input, error)
-         if (allocated(error)) return
       end select
-      call check_rigid_stops(machine, input, error)
+      if (.not. allocated(error)) call check_rigid_stops(machine, input, error)
    end subroutine set_start
 
    !> A motion cannot start beyond a rigid stop.

@@ -1,7 +1,7 @@
 !! Results of several points in one array of 64-bit words, as they travel from a rank to rank 0.
 !!
-!! Layout, for each result: number of its point, 1 if the point has more to yield, number of integers, number of reals, the integers,
-!! the bits of the reals.
+!! Layout, for each result: number of its point, 1 if the point has more to yield, number of integers, number of reals, the
+!! integers, the bits of the reals.
 module razy_sweep_packet
    use razy_core_kinds, only: i8, wp
    use razy_sweep_task, only: point_result_t

@@ -41,7 +41,8 @@ contains
    !> Compute points 1 … n_points. Collective: `n_points` and `options` are the same on all ranks, which return together.
    !>
    !> `progress` is called on rank 0, between points, and once at the end; `interrupted` on every rank between results.
-   !> Errors, the same on all ranks: n_points below zero; that of `collect` or `settle`. A failure of MPI comes back where it is noticed.
+   !> Errors, the same on all ranks: n_points below zero; that of `collect` or `settle`. A failure of MPI comes back where it is
+   !> noticed.
    subroutine run_sweep(communicator, task, n_points, options, progress, outcome, error, interrupted)
       type(communicator_t), intent(in) :: communicator
       class(point_task), intent(inout) :: task

@@ -65,10 +65,10 @@ contains
       real(wp), intent(in) :: m(2), v(2), restitution
       real(wp), intent(out) :: after(2), loss
 
-      real(wp) :: common
+      real(wp) :: shared
 
-      common = dot_product(m, v)/sum(m)
-      after = (1 + restitution)*common - restitution*v
+      shared = dot_product(m, v)/sum(m)
+      after = (1 + restitution)*shared - restitution*v
       loss = 0.5_wp*dot_product(m, v**2) - 0.5_wp*dot_product(m, after**2)
    end subroutine central_impact
 

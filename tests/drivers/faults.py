@@ -17,7 +17,7 @@ class Sweep:
 
     def __init__(self, *arguments):
         self.arguments = [*arguments, "--output", "case.h5"]
-        done = start("razy-sweep", *arguments, "--output", "whole.h5")
+        done = start("razy-sweep", *arguments, "--output", "whole.h5", timeout=900)
         assert done.returncode == 0, done.stderr
 
     def start(self, *more, ranks=None, **options):

@@ -1,4 +1,4 @@
-"""Sweeps that are killed, stopped, started twice, or run out of disk: what is computed is kept, and the end is the same."""
+"""Sweeps that are killed, stopped, started twice, or run out of disk: nothing computed is lost, the end is the same."""
 
 import os
 import signal

@@ -4,6 +4,7 @@ import os
 import random
 import signal
 import time
+from pathlib import Path
 
 import pytest
 from faults import Sweep, kill_all, processes_of, rank_of
@@ -11,7 +12,7 @@ from programs import GEAR_PAIR, SOURCE, sets
 
 KILLS = 30
 CASES = {
-    "points": (GEAR_PAIR, *sets(sweep__step=0.25, motion__t_end=0.9)),
+    "points": (GEAR_PAIR, *sets(sweep__step=0.5, motion__t_end=0.9)),
     "chains": (SOURCE / "inputs" / "hysteresis.nml", *sets(sweep__points=4001, motion__t_end=24)),
 }
 
@@ -23,7 +24,7 @@ def test_random_kills(case):
     kills, unfinished = 0, 0
     while kills < KILLS:
         process = sweep.begin(ranks=choice.choice([1, 2, 3, 4]))
-        time.sleep(choice.uniform(0.0, 1.2))
+        time.sleep(choice.uniform(0.0, 0.8))
         found = processes_of(process.pid)
         victim = choice.choice(["all", "one", "writer"])
         if victim == "all" or not found:
@@ -36,10 +37,10 @@ def test_random_kills(case):
         kills += 1
         if process.returncode == 0:
             sweep.expect_whole()
-            os.remove("case.h5")
+            Path("case.h5").unlink()
         else:
             unfinished += 1
     assert unfinished > KILLS // 2
-    done = sweep.start("--force")
+    done = sweep.start("--force", timeout=900)
     assert done.returncode == 0, done.stderr
     sweep.expect_whole()

@@ -46,6 +46,21 @@ def test_any_frequency_in_reach(frequency):
     assert np.abs(data["frequency_after"] / frequency - 1).min() < 1e-12
 
 
+@pytest.mark.parametrize("case", ["vibropress", "thesis/fig_4_26"])
+def test_the_whole_press(case):
+    """All frequencies of table 4.3; table.y belongs to the vertical block, which the others cross."""
+    done = succeed("razy-tune", SOURCE / "inputs" / f"{case}.nml", "--output", "press.h5")
+    with h5py.File("press.h5") as file:
+        before, after, optimum = (file[name][()] for name in ("frequency_before", "frequency_after", "optimum"))
+    table = [39.22, 53.25, 80.61, 107.57, 126.70, 153.59, 206.92, 225.08, 272.50]
+    np.testing.assert_allclose(before, table, atol=0.005)
+    table = [50.00, 59.18, 80.66, 107.57, 126.75, 156.01, 225.08, 240.61, 272.52]
+    np.testing.assert_allclose(after, table, atol=0.005)
+    assert optimum == pytest.approx(k1(50.0), rel=1e-10)
+    assert done.stderr.count("crossing: the mode that is mostly table.y goes from place 1 to 2") == 1
+    assert "veering" not in done.stderr
+
+
 def test_curves():
     _, data = tuned()
     parameter, frequency, found = data["parameter"], data["frequency"], data["tuned_frequency"]

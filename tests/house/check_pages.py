@@ -7,6 +7,7 @@ heads into the pages, and makes pages that are missing.
 from __future__ import annotations
 
 import argparse
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -15,10 +16,19 @@ INDEX = "README.md"
 
 
 def generated_heads(program: Path) -> dict[str, str]:
-    """The head of each page by the name of its group, in the order of the schema."""
+    """The head of each page by its name, in the order of the schemas.
+
+    A page is called after its group; where a later kind of scene has another group of the same name, `kind_group`.
+    """
     text = subprocess.run([program], capture_output=True, text=True, check=True).stdout
-    heads = ["# `&" + part.rstrip("\n") + "\n" for part in text.split("# `&")[1:]]
-    return {head.split("`")[1].lstrip("&"): head for head in heads}
+    pages: dict[str, str] = {}
+    for part in re.split(r"^@", text, flags=re.MULTILINE)[1:]:
+        kind, _, groups = part.partition("\n")
+        for head in ("# `&" + rest.rstrip("\n") + "\n" for rest in groups.split("# `&")[1:]):
+            name = head.split("`")[1].lstrip("&")
+            if pages.setdefault(name, head) != head:
+                pages[f"{kind}_{name}"] = head.replace("`\n", f"` of a {kind} scene\n", 1)
+    return pages
 
 
 def written_part(page: str) -> str:

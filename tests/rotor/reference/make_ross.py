@@ -1,9 +1,11 @@
 """Natural frequencies of one shaft with a disk by ROSS (PyPI ross-rotordynamics), for tests/rotor/data/ross.txt.
 
-The shaft is stepped and hollow in one section, the disk off its middle, the bearings are springs, isotropic at the left and
-not at the right end. Run: python make_ross.py ../data/ross.txt, with ROSS 2.3.0 and plotly < 6; the tests only read the numbers.
+The shaft is stepped and hollow in one section, the disk off its middle, the bearings are springs, isotropic at the left
+and not at the right end. Run: python make_ross.py ../data/ross.txt, with ROSS 2.3.0 and plotly < 6; the tests only read
+the numbers.
 
-Lines: `case shear speed` (shear 0 or 1; rad/s), then one circular frequency, rad/s, a line, ascending, of the undamped system.
+Lines: `case shear speed` (shear 0 or 1; rad/s), then one circular frequency of the undamped system, rad/s, a line,
+ascending.
 """
 
 import sys

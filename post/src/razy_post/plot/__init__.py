@@ -34,6 +34,7 @@ PICTURES = (
     Picture("razy-run", "overview", motion.draw_overview),
     Picture("razy-run", "time", motion.draw_time),
     Picture("razy-run", "phase", motion.draw_phase),
+    Picture("razy-run", "loop", motion.draw_loop),
     *(Picture(program, "machine", machine.draw) for program in ("razy-run", "razy-sweep")),
     Picture("razy-tune", "tuning", tuning.draw),
     Picture("razy-duel", "work-precision", work_precision.draw),

@@ -1,4 +1,7 @@
-"""Bifurcation diagram: extrema of an observable over the swept parameter, maxima grey and minima black."""
+"""Bifurcation diagram: extrema of an observable over the swept parameter, maxima grey and minima black.
+
+Of a sweep up and down, both ways in one picture, each in its own colour: where they differ is hysteresis.
+"""
 
 import warnings
 from collections.abc import Iterator
@@ -15,7 +18,7 @@ from razy_post.errors import ResultError
 from razy_post.plot import density, style
 from razy_post.plot.options import PlotNote, PlotOptions
 from razy_post.plot.units import Scale, axis_label, scale_for
-from razy_post.read import SweepExtrema, SweepResult
+from razy_post.read import DOWN, UP, SweepExtrema, SweepResult
 
 MOST_PANELS = 3
 
@@ -32,15 +35,18 @@ class Panel:
         The points in the range asked for, shape (points,).
     y_scale
         From the units of the file to those of the axis.
-    kinds
-        Kinds of extrema that occur.
+    layers
+        Labels and colours of what is drawn, each with the key that `parts` gives.
+    direction
+        Direction of each point, shape (points,), where both ways are shown; else None.
     """
 
     extrema: SweepExtrema
     parameter: NDArray[np.float64]
     selected: NDArray[np.bool_]
     y_scale: Scale
-    kinds: tuple[int, ...]
+    layers: dict[int, tuple[str, str]]
+    direction: NDArray[np.int8] | None
 
     @property
     def count(self) -> int:
@@ -48,12 +54,13 @@ class Panel:
         return int(self.extrema.counts[self.selected].sum())
 
     def parts(self) -> Iterator[tuple[int, NDArray[np.float64], NDArray[np.float64]]]:
-        """Read (kind, parameter, value) in parts, in the units of the axes."""
+        """Read (layer, parameter, value) in parts, in the units of the axes."""
         for chunk in self.extrema.chunks(self.selected):
             finite = np.isfinite(chunk.value)
-            for kind in self.kinds:
-                keep = finite & (chunk.kind == kind)
-                yield kind, self.parameter[chunk.point[keep]], chunk.value[keep] * self.y_scale.factor
+            layer_of = chunk.kind if self.direction is None else self.direction[chunk.point]
+            for layer in self.layers:
+                keep = finite & (layer_of == layer)
+                yield layer, self.parameter[chunk.point[keep]], chunk.value[keep] * self.y_scale.factor
 
 
 def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
@@ -85,8 +92,8 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
     for axes, name in zip(column, observables, strict=True):
         panels.append(_prepare(result, axes, result.extrema(name), grid * x_scale.factor, selected, options))
     failed = _mark_failed(result, column, grid * x_scale.factor, selected)
-    drawn = [kind for kind in style.EXTREMA if any(kind in panel.kinds for panel in panels)]
-    handles = [style.point_handle(*style.EXTREMA[kind]) for kind in drawn] + failed
+    drawn = {look: None for panel in panels for look in panel.layers.values()}
+    handles = [style.point_handle(*look) for look in drawn] + failed
     style.set_heading(figure, (column[0], column[0]), style.title_of(result, options), handles)
     for axes, panel in zip(column, panels, strict=True):
         if panel.count > options.point_limit:
@@ -147,7 +154,11 @@ def _prepare(
     axes.set_ylabel(axis_label(quantity, scale))
     style.set_axis(axes.yaxis, *y_limits)
     axes.set_ylim(y_limits)
-    return Panel(extrema, parameter, selected, scale, tuple(kind for kind in style.EXTREMA if kind in kinds))
+    direction = result.direction
+    if direction is not None and np.unique(direction[selected]).size == 2:
+        return Panel(extrema, parameter, selected, scale, {way: style.DIRECTIONS[way] for way in (UP, DOWN)}, direction)
+    layers = {kind: look for kind, look in style.EXTREMA.items() if kind in kinds}
+    return Panel(extrema, parameter, selected, scale, layers, None)
 
 
 def _mark_failed(
@@ -173,18 +184,20 @@ def _mark_failed(
 
 
 def _draw_points(axes: Axes, panel: Panel) -> None:
-    layers: dict[int, list[density.Part]] = {kind: [] for kind in panel.kinds}
-    for kind, x, y in panel.parts():
-        layers[kind].append((x, y))
-    for kind, parts in layers.items():
+    layers: dict[int, list[density.Part]] = {layer: [] for layer in panel.layers}
+    for layer, x, y in panel.parts():
+        layers[layer].append((x, y))
+    for layer, parts in layers.items():
         x, y = (np.concatenate(values) for values in zip(*parts, strict=True))
-        label, colour = style.EXTREMA[kind]
+        label, colour = panel.layers[layer]
+        # Where both ways agree, the first shows around the second.
+        size = style.marker_size(panel.count) * (1.8 if panel.direction is not None and layer == UP else 1.0)
         axes.plot(
             x,
             y,
             linestyle="none",
             marker="o",
-            markersize=style.marker_size(panel.count),
+            markersize=size,
             markeredgewidth=0.0,
             color=colour,
             label=label,
@@ -198,11 +211,11 @@ def _draw_density(figure: Figure, axes: Axes, panel: Panel) -> None:
     x_range, columns = _columns(np.unique(at), axes.get_xlim(), columns)
     motions = density.Density(x_range, (0.0, 1.0), (1, columns))
     motions.add(at, np.zeros(at.size))
-    layers = {kind: density.Density(x_range, axes.get_ylim(), (rows, columns)) for kind in panel.kinds}
-    for kind, x, y in panel.parts():
-        layers[kind].add(x, y)
-    for kind, layer in layers.items():
-        density.show(axes, layer, layer.image(style.EXTREMA[kind][1], weight=motions.counts[0].astype(np.float64)))
+    layers = {key: density.Density(x_range, axes.get_ylim(), (rows, columns)) for key in panel.layers}
+    for key, x, y in panel.parts():
+        layers[key].add(x, y)
+    for key, layer in layers.items():
+        density.show(axes, layer, layer.image(panel.layers[key][1], weight=motions.counts[0].astype(np.float64)))
 
 
 def _columns(values: NDArray[np.float64], view: tuple[float, float], most: int) -> tuple[tuple[float, float], int]:

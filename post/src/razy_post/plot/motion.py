@@ -13,7 +13,7 @@ from razy_post.errors import ResultError
 from razy_post.plot import density, extrema_over_time, style
 from razy_post.plot.events import Marks, event_marks
 from razy_post.plot.options import PlotOptions
-from razy_post.plot.signals import Pair, Signal, signals
+from razy_post.plot.signals import Pair, Signal, force_loop, signals
 from razy_post.plot.units import Scale, axis_label, scale_for
 from razy_post.read import Quantity, RunResult
 
@@ -73,6 +73,16 @@ def draw_phase(result: RunResult, figure: Figure, options: PlotOptions) -> None:
     for axes, signal in zip(grid, chosen, strict=False):
         _phase(figure, axes, signal, motion, options, 0.8 / across)
     _finish(figure, result, (grid[0], grid[across - 1]), motion, options)
+
+
+def draw_loop(result: RunResult, figure: Figure, options: PlotOptions) -> None:
+    """Draw one observable over another, such as the force of a contact over its deformation."""
+    signal = force_loop(result, options)
+    motion = replace(_motion(result, options), marks=[])
+    style.set_size(figure, options, 10.0, 8.0)
+    axes = figure.subplots()
+    _phase(figure, axes, signal, motion, options, 0.8)
+    _finish(figure, result, (axes, axes), motion, options)
 
 
 def draw_overview(result: RunResult, figure: Figure, options: PlotOptions) -> None:

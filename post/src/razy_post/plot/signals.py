@@ -83,6 +83,21 @@ def signals(result: RunResult, options: PlotOptions, most: int) -> list[Signal]:
     return [make(result, name) for name in names[:most]]
 
 
+def force_loop(result: RunResult, options: PlotOptions) -> Signal:
+    """Return one observable with another in the place of its rate: a contact force over a deformation, if not named."""
+    if not result.has_trajectory:
+        raise ResultError(f"{result.path}: missing dataset '/time': the motion was not stored over time")
+    names = options.observables
+    if not names:
+        forces = [name for name in result.observables if name.startswith("contact_force")]
+        others = [name for name in result.observables if name not in forces]
+        names = (*others[:1], *forces[:1])
+    if len(names) != 2:
+        raise ResultError(f"{result.path}: a loop needs two observables, over which and which: give --observable twice")
+    over, drawn = (_observable(result, name) for name in names)
+    return Signal(over.value, drawn.value, over.read, drawn.read)
+
+
 def _observable(result: RunResult, name: str) -> Signal:
     value = result.observable_quantity(name)
     rate = Quantity(name, per_second(value.units), f"rate of {readable_name(value)}")

@@ -17,7 +17,7 @@ from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from razy_post.plot.options import PlotOptions
-from razy_post.read import ResultFile
+from razy_post.read import DOWN, UP, ResultFile
 from razy_post.read.extrema import MAXIMUM, MINIMUM, UNKNOWN
 
 CM = 1 / 2.54
@@ -26,6 +26,7 @@ BLACK = "#000000"
 GREY = "#8a8a8a"
 RED = "#c1272d"
 EXTREMA = {MAXIMUM: ("maxima", GREY), MINIMUM: ("minima", BLACK), UNKNOWN: ("extrema", BLACK)}
+DIRECTIONS = {UP: ("upwards", RED), DOWN: ("downwards", "#1f5fa8")}
 EVENT_COLOURS = (RED, "#1f5fa8", "#2a8a4a", "#b8860b", "#7a4fa3", "#008b8b")
 
 STYLE: dict[str, Any] = {

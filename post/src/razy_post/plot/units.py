@@ -52,6 +52,8 @@ def per_second(units: str) -> str:
     units = units.strip()
     if units in ("", "1", "-"):
         return "1/s"
+    if units.endswith("/s"):
+        return f"{units}^2"
     return f"{units}/s" if "/" not in units else f"{units} s^-1"
 
 

@@ -11,11 +11,13 @@ from razy_post.read.duel import DuelResult, Series
 from razy_post.read.extrema import Chunk, Extrema, SweepExtrema
 from razy_post.read.file import Quantity, ResultFile, open_hdf5, program_of
 from razy_post.read.run import Events, RunResult
-from razy_post.read.sweep import SweepResult
+from razy_post.read.sweep import DOWN, UP, SweepResult
 from razy_post.read.tune import TuneResult
 
 __all__ = [
+    "DOWN",
     "READERS",
+    "UP",
     "Chunk",
     "DuelResult",
     "Events",

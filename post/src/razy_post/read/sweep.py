@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     import xarray
 
 
+UP = 1
+DOWN = -1
+
+
 @dataclass(frozen=True)
 class ExtremaTable:
     """Extrema of a sweep as rows; all arrays have shape (rows,), in the units of the file."""
@@ -48,8 +52,26 @@ class SweepResult(ResultFile):
 
     @property
     def n_points(self) -> int:
-        """Number of grid points."""
-        return int(np.prod([self._axis_data(name).shape[0] for name in self._require_parameters()]))
+        """Number of points: those of the grid, once for each direction."""
+        grid = int(np.prod([self._axis_data(name).shape[0] for name in self._require_parameters()]))
+        direction = self._find("point/direction")
+        if direction is None:
+            return grid
+        if direction.shape not in ((grid,), (2 * grid,)):
+            raise ResultError(
+                f"{self.path}: dataset '/point/direction' has shape {direction.shape}, expected ({grid},)"
+            )
+        return int(direction.shape[0])
+
+    @property
+    def direction(self) -> NDArray[np.int8] | None:
+        """Direction of the chain that each point belongs to, shape (points,); None where each point stands alone.
+
+        `UP` where a motion started at the end of the one at the parameter before, `DOWN` at the end of the one after.
+        """
+        if self._find("point/direction") is None:
+            return None
+        return np.asarray(self._vector("point/direction", self.n_points)[()], dtype=np.int8)
 
     @property
     def status(self) -> NDArray[np.int64]:
@@ -103,7 +125,7 @@ class SweepResult(ResultFile):
     def grid(self, parameter: str | None = None) -> NDArray[np.float64]:
         """Return a parameter's value at each point, shape (points,), in the user's units."""
         name = self._parameter_name(parameter)
-        if len(self.parameters) == 1 and self._find(f"point/{name}") is None:
+        if len(self.parameters) == 1 and self._find(f"point/{name}") is None and self.direction is None:
             return self.axis(name)
         return np.asarray(self._vector(f"point/{name}", self.n_points)[()], dtype=np.float64)
 
@@ -118,6 +140,9 @@ class SweepResult(ResultFile):
         coordinates: dict[str, tuple] = {
             name: ("point", self.grid(name), self.parameter(name).attributes()) for name in self.parameters
         }
+        direction = self.direction
+        if direction is not None:
+            coordinates["direction"] = ("point", direction, {})
         variables: dict[str, tuple] = {"status": ("point", self.status)}
         for name in ("events", "steps"):
             counter = self._counter(name)
