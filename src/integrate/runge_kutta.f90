@@ -281,9 +281,10 @@ contains
                h = max(self%bounces%tau - self%tau, 0.0_wp)
                last = .false.
             end if
+            if (stepper%accepted_steps + stepper%rejected_steps >= self%method%most_steps) outcome%status = status_step_limit
+            if (outcome%status /= status_ok) return
             call stepper%attempt(field, self%tau, self%z, h, accepted, failed)
             if (accepted) return
-            if (outcome%steps + stepper%rejected_steps >= self%method%most_steps) outcome%status = status_step_limit
             h = stepper%h_next
             if (h <= least_step*self%t_end) outcome%status = merge(status_blow_up, status_step_underflow, failed)
             if (outcome%status /= status_ok) return
