@@ -382,14 +382,14 @@ contains
          end if
          self%following = field%branch
          if (landed) then
-            call self%bounces%report(self%resolution%contact, self%resolution%changes)
+            call self%bounces%report(field, self%resolution)
             outcome%accumulations = outcome%accumulations + self%bounces%landed
          end if
          field%branch = self%shown
          call field%enter_mode()
          if (self%resolution%changes > 0) then
             piece%contact = self%resolution%contact(1)
-            piece%branch = self%following(piece%contact)
+            piece%branch = self%resolution%branch(1)
             outcome%events = outcome%events + 1
          end if
          call show_piece(observers, piece)
@@ -413,7 +413,8 @@ contains
       class(runge_kutta_t), intent(inout) :: self
       type(outcome_t), intent(inout) :: outcome
 
-      integer :: contact(size(self%resolution%contact)), changes
+      integer, dimension(size(self%resolution%contact)) :: branch, contact
+      integer :: changes
       logical :: none(size(self%locator%hit)), gathered
 
       if (self%resolution%impacts == 0) return
@@ -424,9 +425,11 @@ contains
          if (.not. gathered) return
          none = .false.
          contact = self%resolution%contact
+         branch = self%resolution%branch
          changes = self%resolution%changes
          call self%resolution%settle(field, self%locator%guards, none, self%tau, self%z)
          self%resolution%contact = contact
+         self%resolution%branch = branch
          self%resolution%changes = changes
          if (.not. self%resolution%found) outcome%status = status_no_contact_forces
          call self%bounces%confirm(field)
@@ -453,7 +456,7 @@ contains
          piece%duration = 0.0_wp
          piece%last = .false.
          piece%contact = self%resolution%contact(i)
-         piece%branch = self%following(piece%contact)
+         piece%branch = self%resolution%branch(i)
          outcome%events = outcome%events + 1
          call show_piece(observers, piece)
       end do
