@@ -22,6 +22,8 @@ module razy_integrate_field
 
    integer, parameter :: treat_by_events = 1, treat_by_switching = 2, treat_by_smoothing = 3
 
+   !> Angle below which phases are formed by series.
+   real(wp), parameter :: small_angle = 0.12_wp
    !> What a contact does in a mode: nothing, an affine force, the law's force, a constraint force.
    integer, parameter :: idle = 0, affine = 1, lawful = 2, constrained = 3
 
@@ -39,6 +41,10 @@ module razy_integrate_field
       real(wp), allocatable :: on_y(:, :), on_v(:, :)
       !> Angular frequencies, rad/s; cosine and sine of the phases at the start of the piece (tones each).
       real(wp), allocatable :: omega(:), cosine(:), sine(:)
+      !> Time of the start of the step and phases there (tones each); whether a tone loads the machine.
+      real(wp) :: base = 0.0_wp
+      real(wp), allocatable :: base_cosine(:), base_sine(:)
+      logical :: loaded = .false.
       integer, allocatable :: branch(:)
       !> First and last row that matter in each column of B and K (m each).
       integer, allocatable :: first(:), last(:)
@@ -53,6 +59,7 @@ module razy_integrate_field
    contains
       procedure :: attach
       procedure :: start_piece
+      procedure :: start_step
       procedure :: first_state
       procedure :: enter_mode
       procedure :: derivative
@@ -61,12 +68,12 @@ module razy_integrate_field
       procedure :: second_rate
       procedure :: jacobian
       procedure :: look_at_contacts
+      procedure :: look_at_time
       procedure :: observed
       procedure :: observed_rate
       procedure :: keep_constraints
       procedure :: normal_of
       procedure :: to_coordinates
-      procedure, private :: look_at_time
       procedure, private :: look_at_contact
       procedure, private :: add_forces
    end type field_t
@@ -93,14 +100,17 @@ contains
       self%load_re = matmul(self%coupled%project, real(machine%harmonic_load, wp))
       self%load_im = matmul(self%coupled%project, aimag(machine%harmonic_load))
       self%omega = machine%tone%omega
+      self%loaded = any(abs(self%load_re) + abs(self%load_im) > 0.0_wp)
       if (allocated(self%w)) deallocate (self%w, self%error_re, self%error_im, self%branch, self%s, self%rate, self%on_y, self%on_v)
-      if (allocated(self%c)) deallocate (self%c, self%d, self%cosine, self%sine, self%force, self%normal, self%does, self%acting)
+      if (allocated(self%c)) deallocate (self%c, self%d, self%cosine, self%sine, self%base_cosine, self%base_sine, &
+                                          self%force, self%normal, self%does, self%acting)
       allocate (self%w(self%m, contacts), self%error_re(contacts, tones), self%error_im(contacts, tones))
       allocate (self%on_y(self%m, size(machine%observable)), self%on_v(self%m, size(machine%observable)), source=0.0_wp)
       allocate (self%branch(contacts), source=branch_open)
       allocate (self%does(contacts), self%acting(contacts), source=idle)
       allocate (self%s(contacts), self%rate(contacts), self%force(contacts), self%normal(contacts), source=0.0_wp)
-      allocate (self%c(tones), self%d(tones), self%cosine(tones), self%sine(tones), source=0.0_wp)
+      allocate (self%c(tones), self%d(tones), self%cosine(tones), self%sine(tones), self%base_cosine(tones), &
+                self%base_sine(tones), source=0.0_wp)
       do j = 1, contacts
          self%w(:, j) = matmul(self%coupled%project, machine%contact(j)%w)
          self%error_re(j, :) = real(machine%contact(j)%error, wp)
@@ -125,6 +135,9 @@ contains
       do t = 1, size(self%omega)
          call self%machine%tone(t)%phasor(time, time_low, self%cosine(t), self%sine(t))
       end do
+      self%base = 0.0_wp
+      self%base_cosine = self%cosine
+      self%base_sine = self%sine
    end subroutine start_piece
 
    !> z (2m) at the time 0, and the branches there.
@@ -198,16 +211,42 @@ contains
       class(field_t), intent(inout) :: self
       real(wp), intent(in) :: tau
 
-      real(wp) :: cosine, sine
+      real(wp) :: cosine, sine, x, x2
       integer :: t
 
       do t = 1, size(self%omega)
-         cosine = cos(self%omega(t)*tau)
-         sine = sin(self%omega(t)*tau)
-         self%c(t) = self%cosine(t)*cosine - self%sine(t)*sine
-         self%d(t) = self%sine(t)*cosine + self%cosine(t)*sine
+         x = self%omega(t)*(tau - self%base)
+         if (abs(x) <= small_angle) then
+            ! The series are right to rounding; most times of a step are near its start.
+            x2 = x*x
+            cosine = 1 - x2*(1.0_wp/2 - x2*(1.0_wp/24 - x2*(1.0_wp/720 - x2*(1.0_wp/40320 - x2*(1.0_wp/3628800)))))
+            sine = x*(1 - x2*(1.0_wp/6 - x2*(1.0_wp/120 - x2*(1.0_wp/5040 - x2*(1.0_wp/362880)))))
+            self%c(t) = self%base_cosine(t)*cosine - self%base_sine(t)*sine
+            self%d(t) = self%base_sine(t)*cosine + self%base_cosine(t)*sine
+         else
+            cosine = cos(self%omega(t)*tau)
+            sine = sin(self%omega(t)*tau)
+            self%c(t) = self%cosine(t)*cosine - self%sine(t)*sine
+            self%d(t) = self%sine(t)*cosine + self%cosine(t)*sine
+         end if
       end do
    end subroutine look_at_time
+
+   !> A step begins at tau: phases near it are formed from those there.
+   pure subroutine start_step(self, tau)
+      class(field_t), intent(inout) :: self
+      real(wp), intent(in) :: tau
+
+      integer :: t
+
+      do t = 1, size(self%omega)
+         self%c(t) = cos(self%omega(t)*tau)
+         self%d(t) = sin(self%omega(t)*tau)
+         self%base_cosine(t) = self%cosine(t)*self%c(t) - self%sine(t)*self%d(t)
+         self%base_sine(t) = self%sine(t)*self%c(t) + self%cosine(t)*self%d(t)
+      end do
+      self%base = tau
+   end subroutine start_step
 
    !> s and s' of contact j at z and the phases of the workspace.
    pure subroutine look_at_contact(self, j, z)
@@ -268,7 +307,8 @@ contains
 
       integer :: i
 
-      call self%look_at_time(tau)
+      if (self%loaded .or. self%acts + self%constraints%count > 0 .or. self%treatment == treat_by_switching) &
+         call self%look_at_time(tau)
       do i = 1, self%acts
          call self%look_at_contact(self%acting(i), z)
       end do
@@ -298,11 +338,13 @@ contains
       do i = 1, m
          a(i) = self%load(i)
       end do
-      do t = 1, size(self%omega)
-         do i = 1, m
-            a(i) = a(i) + (self%load_re(i, t)*self%c(t) - self%load_im(i, t)*self%d(t))
+      if (self%loaded) then
+         do t = 1, size(self%omega)
+            do i = 1, m
+               a(i) = a(i) + (self%load_re(i, t)*self%c(t) - self%load_im(i, t)*self%d(t))
+            end do
          end do
-      end do
+      end if
       do j = 1, m
          do i = self%first(j), self%last(j)
             a(i) = a(i) - (self%coupled%stiffness(i, j)*z(j) + self%coupled%damping(i, j)*z(m + j))

@@ -193,6 +193,7 @@ contains
       logical :: dense, found, last
 
       call start_field(self)
+      call self%view%field%start_step(self%tau)
       call take_step(self, last, outcome)
       if (outcome%status /= status_ok) return
       outcome%steps = outcome%steps + 1
