@@ -3,8 +3,9 @@
 !! `event`: the end of each branch is found on the dense output of the step (razy_integrate_runge_kutta_locate), the motion goes
 !! there, impacts and the branches that follow are settled (razy_integrate_runge_kutta_resolve), and the method starts anew
 !! with nothing remembered but a step that served in the same mode before. Impacts that accumulate are carried to the end of
-!! their sequence (razy_integrate_runge_kutta_bounces). `switching`: the branch is looked up in every right-hand side; `smoothing`: there are none.
-!! With these two, changes of branch are seen at the ends of steps only: their times are late by up to a step.
+!! their sequence (razy_integrate_runge_kutta_bounces). `switching`: the branch is looked up in every right-hand side;
+!! `smoothing`: there are none. With these two, changes of branch are seen at the ends of steps only: their times are late by
+!! up to a step.
 !!
 !! A piece that observers see is one step, or the part of it before an event; `outcome%pieces` counts starts anew. Contact forces
 !! are those of the laws and constraints, without the impulses of impacts.

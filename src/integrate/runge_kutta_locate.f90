@@ -140,8 +140,8 @@ contains
       if (found) call gather(self, field, stepper, theta)
    end subroutine find
 
-   !> The guards that could be left in the step. A path that touches 0 is at least g0 + g1 long; its speed is at most that at the ends
-   !> and what twice their accelerations add in half the step. Functions of the rate and forces are trusted only if twice the
+   !> The guards that could be left in the step. A path that touches 0 is at least g0 + g1 long; its speed is at most that at the
+   !> ends and what twice their accelerations add in half the step. Functions of the rate and forces are trusted only if twice the
    !> room of a cubic's control points is left.
    pure subroutine choose_suspects(self, field, stepper)
       type(locator_t), intent(inout) :: self
