@@ -306,7 +306,7 @@ contains
          width = 0.0_wp
       end select
       case%t_end = 0.1_wp
-      case%step = merge(2.0e-7_wp, 2.0e-5_wp, name == "stiff_stops")
+      case%step = merge(1.0e-7_wp, 2.0e-5_wp, name == "stiff_stops")
       case%machine = bare_machine([1.0_wp])
       call add_contact(case%machine, [1.0_wp], stop_law("both", width, real(k, wp)))
       call start_at(case%machine, [0.0_wp], [1.0_wp])
@@ -322,7 +322,8 @@ contains
       case%x = [real(way*(t - clearance), wp)]
       case%v = [real(way, wp)]
       if (t <= flight) return
-      case%events = case%events + 1
+      ! Without clearance it starts in a stop, not on the way to it.
+      if (width > 0.0_wp) case%events = case%events + 1
       case%x = [real(way*(clearance + sin(omega*(t - flight))/omega), wp)]
       case%v = [real(way*cos(omega*(t - flight)), wp)]
    end function between_stops
