@@ -8,7 +8,7 @@ module razy_scenes_common_schema
    public :: common_schema, scene_kinds
 
    !> What `&scene kind` may be.
-   character(*), parameter :: scene_kinds(*) = [character(8) :: "lumped", "planar"]
+   character(*), parameter :: scene_kinds(*) = [character(8) :: "lumped", "planar", "rotor"]
 
 contains
 

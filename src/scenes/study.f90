@@ -215,6 +215,17 @@ contains
       end do
    end subroutine check_times
 
+   !> The machine without its circulatory forces, the skew part of K, which have no potential. Where K is symmetric, itself.
+   pure function at_rest(machine) result(copy)
+      type(machine_t), intent(in) :: machine
+      type(machine_t) :: copy
+
+      copy = machine
+      associate (skew => machine%stiffness - transpose(machine%stiffness))
+         if (any(abs(skew) > 1.0e-12_wp*maxval(abs(machine%stiffness)))) copy%stiffness = machine%stiffness - 0.5_wp*skew
+      end associate
+   end function at_rest
+
    !> Displacement and velocity at the time 0.
    subroutine set_start(machine, scene, input, error)
       type(machine_t), intent(inout) :: machine
@@ -241,7 +252,7 @@ contains
                                 "' is a rigid stop or dry friction, with which an equilibrium is not one position")
             return
          end do
-         call find_equilibrium(machine, machine%displacement, found)
+         call find_equilibrium(at_rest(machine), machine%displacement, found)
          if (.not. found) call input%complain(error, "motion", 1, "start", "the constant loads are in no equilibrium: balance "// &
                                               "them, or start from 'zero' or 'given'")
       case ("zero")
