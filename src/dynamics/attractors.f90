@@ -4,15 +4,21 @@
 !! the norm |x|² = v'Mv + (2π/T)² q'Mq, twice a kinetic energy; two states are equal if they differ by no more than `tolerance`
 !! times `scale`, a norm that the caller takes from all motions that are compared.
 !!
-!! The motion is periodic with period p T, the smallest p ≤ m/2 for which each of the last p states equals the one p before. Two
-!! periodic motions are on the same attractor if their p agree and the last p states of the one are those of the other but for a
-!! shift by some number of periods T. Motions that are not periodic are not told apart: they have the number 0.
+!! The motion has the period p T, the smallest p ≤ m/2 for which each of the last p states equals the one p before; it has settled
+!! if they do so within `tolerance` times `settled`. The two bounds differ because a transient that shrinks by a factor ρ in p T, and
+!! moves the state by d in that time, has d/(1 - ρ) still to go; and because a transient that turns may come back by chance to
+!! where it was some periods ago. Two settled motions are on the same attractor if their p agree and the last p states of the one
+!! equal those of the other but for a shift by some number of periods T. Motions without a period, and those that have not
+!! settled, are not told apart: they have the number 0.
 module razy_dynamics_attractors
    use razy_core_kinds, only: wp
    implicit none(type, external)
    private
 
    public :: attractor_t, attractors_t, state_norm
+
+   !> Part of the tolerance within which a settled motion repeats itself.
+   real(wp), parameter :: settled = 1.0e-2_wp
 
    !> A periodic attractor.
    type :: attractor_t
@@ -81,7 +87,7 @@ contains
       self%found(self%count)%states = states(:, m - p + 1:)
    end subroutine number_of
 
-   !> Period of a motion in periods of the excitation; 0: not periodic.
+   !> Period of a motion in periods of the excitation; 0: none, or not settled.
    pure integer function period_of(self, states) result(period)
       class(attractors_t), intent(in) :: self
       real(wp), intent(in) :: states(:, :)
@@ -91,7 +97,10 @@ contains
       m = size(states, 2)
       periods: do period = 1, (m - 1)/2
          do k = m - period + 1, m
-            if (.not. self%equal(states(:, k), states(:, k - period))) cycle periods
+            if (.not. self%equal(states(:, k), states(:, k - period), 1.0_wp)) cycle periods
+         end do
+         do k = m - period + 1, m
+            if (.not. self%equal(states(:, k), states(:, k - period), settled)) exit periods
          end do
          return
       end do periods
@@ -111,18 +120,18 @@ contains
       if (p /= attractor%period) return
       shifts: do shift = 0, p - 1
          do k = 1, p
-            if (.not. self%equal(states(:, k), attractor%states(:, 1 + modulo(k - 1 + shift, p)))) cycle shifts
+            if (.not. self%equal(states(:, k), attractor%states(:, 1 + modulo(k - 1 + shift, p)), 1.0_wp)) cycle shifts
          end do
          matches = .true.
          return
       end do shifts
    end function matches
 
-   pure logical function equal(self, a, b)
+   pure logical function equal(self, a, b, part)
       class(attractors_t), intent(in) :: self
-      real(wp), intent(in) :: a(:), b(:)
+      real(wp), intent(in) :: a(:), b(:), part
 
-      equal = state_norm(self%mass, self%omega, a - b) <= self%tolerance*self%scale
+      equal = state_norm(self%mass, self%omega, a - b) <= part*self%tolerance*self%scale
    end function equal
 
    !> Norm of a state (2 n), displacement above velocity.

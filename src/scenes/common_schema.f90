@@ -106,7 +106,7 @@ contains
              key_integer("longest_period", "longest period of a motion that is recognised, in these periods", low=1, high=10000, &
                          default="8"), &
              key_real("tolerance", "largest difference of states that are the same, of the largest state", rule=positive, &
-                      default="1.0e-6")]
+                      default="1.0e-4")]
       schema(1) = group("starts", "Several initial states for each point of a sweep", keys=keys)
       keys = [ &
              key_string("coordinate", "coordinate that varies from start to start", required=.true.), &
