@@ -63,7 +63,7 @@ contains
       if (.not. allocated(error)) call write_dataset(file, "/point/attractor", content%attractor, "1", &
                                                      "attractor on which the motion ends", scale, error)
       if (.not. allocated(error)) call write_attribute(file, "/point/attractor", "meanings", &
-                                                       "1, 2, ... = attractor of this grid point, 0 = no periodic motion, -1 = failed", &
+                                                       "1, 2, ... = attractor, 0 = none found, -1 = failed", &
                                                        error)
       if (.not. allocated(error)) call write_attractors(file, content, error)
    end subroutine write_starts
