@@ -24,6 +24,7 @@ module razy_sweep_motion_task
    use razy_machine_machine, only: machine_t
    use razy_sweep_carried, only: carried_t
    use razy_sweep_checkpoint, only: checkpoint_t
+   use razy_sweep_clock, only: seconds
    use razy_sweep_communicator, only: communicator_t
    use razy_sweep_plan, only: plan_t
    use razy_sweep_task, only: point_result_t, point_task
@@ -33,12 +34,14 @@ module razy_sweep_motion_task
    public :: motion_result_t, motion_task_t
 
    !> Integers of a result before those of the observables, for each observable, of stroboscopic states, and of the end of a link of a chain.
-   integer(i8), parameter :: n_head = 4, n_each = 2, n_strobe = 1, n_carried = 2
+   integer(i8), parameter :: n_head = 5, n_each = 2, n_strobe = 1, n_carried = 2
 
    !> What became of one point.
    type :: motion_result_t
       integer :: status = 0
       integer(i8) :: events = 0, steps = 0
+      !> Time that it took, s.
+      real(wp) :: seconds = 0.0_wp
       !> For each observable (observables): number of extrema, kind of the first, which alternate with the others, and the place
       !> of the first value among the reals of the result; the times follow the values.
       integer(i8), allocatable :: count(:), place(:)
@@ -77,6 +80,8 @@ module razy_sweep_motion_task
       procedure :: prepare_root
       procedure :: share_plan
       procedure :: result_at
+      procedure :: try_point => run_point
+      procedure :: extrema_found
       procedure, private :: run_point
       procedure, private :: resume_chain
       procedure, private :: recall_chains
@@ -203,7 +208,7 @@ contains
       call self%carried%take_from(result)
    end subroutine resume_chain
 
-   !> Compute one motion: status, events, steps, point, then count and first kind for each observable, and values and times; in a
+   !> Compute one motion: status, events, steps, point, time in ns, then count and first kind for each observable, and values and times; in a
    !> chain then what is carried on.
    subroutine run_point(self, point, result)
       class(motion_task_t), intent(inout) :: self
@@ -213,9 +218,10 @@ contains
       type(error_t), allocatable :: error
       type(outcome_t) :: outcome
       real(wp), allocatable :: displacement(:), velocity(:)
-      real(wp) :: start_norm
+      real(wp) :: begun, start_norm
       integer :: i
 
+      begun = seconds()
       start_norm = 0.0_wp
       do i = 1, size(self%extrema)
          call self%extrema(i)%reset()
@@ -234,7 +240,7 @@ contains
          end if
          call follow(self%integrator, self%extrema, self%strobe, self%strobe_periods > 0, self%t_end, self%most_events, outcome)
       end if
-      call result%append([int(outcome%status, i8), outcome%events, outcome%steps, point])
+      call result%append([int(outcome%status, i8), outcome%events, outcome%steps, point, nint(1.0e9_wp*(seconds() - begun), i8)])
       do i = 1, size(self%extrema)
          associate (extrema => self%extrema(i))
             call result%append(int(extrema%count, i8))
@@ -254,6 +260,13 @@ contains
       end if
       call self%carried%append_to(result)
    end subroutine run_point
+
+   !> Number of extrema of the motion that was computed last.
+   pure integer(i8) function extrema_found(self) result(n)
+      class(motion_task_t), intent(in) :: self
+
+      n = sum(int(self%extrema%count, i8))
+   end function extrema_found
 
    !> Append the stroboscopic states of a motion, if it is `complete`: the largest norm of start and states, then the states one
    !> after the other (2 n, periods + 1).
@@ -356,6 +369,7 @@ contains
       motion%status = int(result%integers(1))
       motion%events = result%integers(2)
       motion%steps = result%integers(3)
+      motion%seconds = 1.0e-9_wp*result%integers(5)
       place = 1
       do i = 1, n
          motion%count(i) = result%integers(n_head + n_each*(i - 1) + 1)
