@@ -5,8 +5,8 @@
 !! times `scale`, a norm that the caller takes from all motions that are compared.
 !!
 !! The motion has the period p T, the smallest p ≤ m/2 for which each of the last p states equals the one p before; it has settled
-!! if they do so within `tolerance` times `settled`. The two bounds differ because a transient that shrinks by a factor ρ in p T, and
-!! moves the state by d in that time, has d/(1 - ρ) still to go; and because a transient that turns may come back by chance to
+!! if they do so within `tolerance` times `settled`. The two bounds differ because a transient that shrinks by a factor ρ in p T,
+!! and moves the state by d in that time, has d/(1 - ρ) still to go; and because a transient that turns may come back by chance to
 !! where it was some periods ago. Two settled motions are on the same attractor if their p agree and the last p states of the one
 !! equal those of the other but for a shift by some number of periods T. Motions without a period, and those that have not
 !! settled, are not told apart: they have the number 0.

@@ -33,7 +33,8 @@ module razy_sweep_motion_task
 
    public :: motion_result_t, motion_task_t
 
-   !> Integers of a result before those of the observables, for each observable, of stroboscopic states, and of the end of a link of a chain.
+   !> Integers of a result before those of the observables, for each observable, of stroboscopic states, and of the end of a link of
+   !> a chain.
    integer(i8), parameter :: n_head = 5, n_each = 2, n_strobe = 1, n_carried = 2
 
    !> What became of one point.
@@ -208,8 +209,8 @@ contains
       call self%carried%take_from(result)
    end subroutine resume_chain
 
-   !> Compute one motion: status, events, steps, point, time in ns, then count and first kind for each observable, and values and times; in a
-   !> chain then what is carried on.
+   !> Compute one motion: status, events, steps, point, time in ns, then count and first kind for each observable, and values and
+   !> times; then stroboscopic states; in a chain then what is carried on.
    subroutine run_point(self, point, result)
       class(motion_task_t), intent(inout) :: self
       integer(i8), intent(in) :: point

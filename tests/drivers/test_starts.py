@@ -28,7 +28,9 @@ def final_state(frequency, displacement, velocity, t_end):
         beyond = max(abs(z[0]) - 1.0e-3, 0.0) * np.sign(z[0])
         return [z[1], 2.0 * np.sin(omega * t) - 4.0 * z[1] - 1.0e4 * z[0] - 3.0e4 * beyond]
 
-    return solve_ivp(rate, (0, t_end), [displacement, velocity], "DOP853", rtol=1e-10, atol=1e-13, max_step=5e-4).y[:, -1]
+    return solve_ivp(rate, (0, t_end), [displacement, velocity], "DOP853", rtol=1e-10, atol=1e-13, max_step=5e-4).y[
+        :, -1
+    ]
 
 
 def test_attractors_and_their_basins():
@@ -61,7 +63,9 @@ def test_attractors_and_their_basins():
             continue
         # One period: the state at the end is the same whenever the motion settled.
         assert attractor["period"][row] == 1
-        np.testing.assert_allclose(state, [attractor["displacement"][row, 0], attractor["velocity"][row, 0]], rtol=0, atol=1e-4)
+        np.testing.assert_allclose(
+            state, [attractor["displacement"][row, 0], attractor["velocity"][row, 0]], rtol=0, atol=1e-4
+        )
 
 
 def test_each_start_is_the_motion_of_razy_run():
