@@ -5,10 +5,11 @@ module sweep_case
    use razy_core_kinds, only: i8, wp
    use razy_core_slot, only: slot_t
    use razy_core_text, only: lower
-   use razy_scenes_study, only: motion_t, new_machine, record_t
+   use razy_scenes_study, only: check_start, motion_t, new_machine, record_t
    use razy_sweep_grid, only: axis_t, new_axis
    use razy_sweep_motion_task, only: motion_task_t
    use razy_sweep_plan, only: new_plan
+   use sweep_starts, only: new_starts, starts_t
    implicit none(type, external)
    private
 
@@ -19,6 +20,7 @@ module sweep_case
       type(input_t) :: input
       type(slot_t) :: slot
       type(axis_t) :: axis
+      type(starts_t) :: starts
       character(:), allocatable :: title, unit
    contains
       procedure :: machine_at
@@ -49,8 +51,11 @@ contains
       self%unit = self%input%unit_of(self%slot)
       call read_axis(self%axis, input, error)
       if (allocated(error)) return
-      call plan_points(self, input)
       call new_machine(self%machine, motion, records, self%input, error)
+      if (.not. allocated(error)) call new_starts(self%starts, self%machine, input, error)
+      if (allocated(error)) return
+      if (self%starts%wanted) self%strobe_periods = 2*self%starts%longest_period
+      call plan_points(self, input)
       if (.not. allocated(error)) call check_points(self, error)
       if (allocated(error)) return
       if (.not. any(records%extrema)) then
@@ -74,13 +79,13 @@ contains
       call input%get("sweep", 1, "direction", direction)
       select case (lower(direction))
       case ("up")
-         call new_plan(self%plan, self%axis%n_values(), 1_i8, [1])
+         call new_plan(self%plan, self%axis%n_values(), 1_i8, [1], self%starts%count)
       case ("down")
-         call new_plan(self%plan, self%axis%n_values(), 1_i8, [-1])
+         call new_plan(self%plan, self%axis%n_values(), 1_i8, [-1], self%starts%count)
       case ("both")
-         call new_plan(self%plan, self%axis%n_values(), 1_i8, [1, -1])
+         call new_plan(self%plan, self%axis%n_values(), 1_i8, [1, -1], self%starts%count)
       case default
-         call new_plan(self%plan, self%axis%n_values(), 1_i8, [integer ::])
+         call new_plan(self%plan, self%axis%n_values(), 1_i8, [integer ::], self%starts%count)
       end select
       call self%plan%close(whole)
    end subroutine plan_points
@@ -157,6 +162,9 @@ contains
             call self%input%complain(error, "sweep", 1, trim(merge("first", "last ", k == 1)), problem%message)
          else
             call new_machine(self%machine, motion, records, self%input, error)
+            if (self%starts%wanted .and. .not. allocated(error)) then
+               call self%starts%strobe_period(self%machine, motion%t_end, self%input, self%strobe_period, error)
+            end if
          end if
          if (allocated(error)) return
       end do
@@ -173,7 +181,13 @@ contains
       call self%input%put(self%slot, self%axis%value(self%plan%grid_point(point)), error)
       if (allocated(error)) return
       call new_machine(self%machine, motion, records, self%input, error)
-      if (.not. allocated(error)) call ask(self, motion, records)
+      if (allocated(error)) return
+      call ask(self, motion, records)
+      if (.not. self%starts%wanted) return
+      call self%starts%apply(self%machine, self%plan%grid_point(point), self%plan%start_of(point))
+      call check_start(self%machine, self%input, error)
+      if (allocated(error)) return
+      call self%starts%strobe_period(self%machine, self%t_end, self%input, self%strobe_period, error)
    end subroutine machine_at
 
 end module sweep_case

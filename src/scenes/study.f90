@@ -15,7 +15,7 @@ module razy_scenes_study
    implicit none(type, external)
    private
 
-   public :: motion_t, new_drawing, new_machine, new_structure, read_study, record_t, study_schema
+   public :: check_start, motion_t, new_drawing, new_machine, new_structure, read_study, record_t, study_schema
 
    !> What &motion says.
    type :: motion_t
@@ -259,11 +259,11 @@ contains
       case default
          call scene%set_initial(machine, input, error)
       end select
-      if (.not. allocated(error)) call check_rigid_stops(machine, input, error)
+      if (.not. allocated(error)) call check_start(machine, input, error)
    end subroutine set_start
 
    !> A motion cannot start beyond a rigid stop.
-   subroutine check_rigid_stops(machine, input, error)
+   subroutine check_start(machine, input, error)
       type(machine_t), intent(in) :: machine
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
@@ -284,6 +284,6 @@ contains
             return
          end associate
       end do
-   end subroutine check_rigid_stops
+   end subroutine check_start
 
 end module razy_scenes_study
