@@ -5,7 +5,7 @@ module sweep_case
    use razy_core_kinds, only: i8, wp
    use razy_core_slot, only: slot_t
    use razy_core_text, only: lower
-   use razy_scenes_study, only: motion_t, new_machine, record_t
+   use razy_scenes_study, only: contacts_asked, motion_t, new_machine, record_t
    use razy_sweep_grid, only: axis_t, new_axis
    use razy_sweep_motion_task, only: motion_task_t
    use razy_sweep_plan, only: new_plan
@@ -53,10 +53,12 @@ contains
       call new_machine(self%machine, motion, records, self%input, error)
       if (.not. allocated(error)) call check_points(self, error)
       if (allocated(error)) return
-      if (.not. any(records%extrema)) then
-         call input%complain(error, "record", 1, "what", "'extrema' of at least one observable, for a sweep")
+      if (.not. any(records%extrema .or. records%statistics)) then
+         call input%complain(error, "record", 1, "what", "'extrema' or 'statistics' of at least one observable, for a sweep")
          return
       end if
+      call input%get("sweep", 1, "kind_of_motion", self%asks_kind)
+      call input%get("sweep", 1, "period_tolerance", self%periodicity%tolerance)
       self%title = self%machine%title
       self%method = motion%method
       allocate (self%extrema(count(records%extrema)))
@@ -103,6 +105,9 @@ contains
          self%extrema(k)%form = records(i)%observable
          self%extrema(k)%from = records(i)%from
       end do
+      self%contacts = contacts_asked(records, size(self%machine%contact))
+      if (size(self%contacts) > 0) self%statistics%from = records(findloc(records%statistics, .true., dim=1))%from
+      self%periodicity%from = minval(records%from, mask=records%extrema .or. records%statistics)
    end subroutine ask
 
    !> The values of the axis, from first, last, and step or points.

@@ -9,12 +9,17 @@
 !!
 !! Results go to the checkpoint at once; rank 0 keeps the place of each and the numbers of extrema.
 module razy_sweep_motion_task
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: int8
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
+   use razy_dynamics_contact_statistics, only: contact_statistics_t
+   use razy_dynamics_contact_tally, only: quantities
    use razy_dynamics_extrema, only: extrema_t
+   use razy_dynamics_periodicity, only: periodicity_t, undetermined
    use razy_integrate_factory, only: new_integrator
    use razy_integrate_integrator, only: integrator_t, observer_slot_t, outcome_t, status_no_machine, status_ok
+   use razy_machine_excitation, only: excitation_period
    use razy_machine_method, only: method_t
    use razy_machine_machine, only: machine_t
    use razy_sweep_carried, only: carried_t
@@ -28,7 +33,7 @@ module razy_sweep_motion_task
    public :: motion_result_t, motion_task_t
 
    !> Integers of a result before those of the observables, for each observable, and of the end of a link of a chain.
-   integer(i8), parameter :: n_head = 4, n_each = 2, n_carried = 2
+   integer(i8), parameter :: n_head = 4, n_each = 2, n_kind = 2, n_carried = 2
 
    !> What became of one point.
    type :: motion_result_t
@@ -38,6 +43,11 @@ module razy_sweep_motion_task
       !> of the first value among the reals of the result; the times follow the values.
       integer(i8), allocatable :: count(:), place(:)
       integer(int8), allocatable :: first_kind(:)
+      !> Period of the motion and contacts touched, if they are asked for (razy_dynamics_periodicity).
+      integer :: period = undetermined
+      integer(i8) :: touched = 0
+      !> Statistics of the contacts that are asked for (quantities, contacts).
+      real(wp), allocatable :: statistics(:, :)
    end type motion_result_t
 
    !> The task. Units and points of the sweep are those of `plan`, the same on all ranks.
@@ -48,6 +58,11 @@ module razy_sweep_motion_task
       type(method_t) :: method
       class(integrator_t), allocatable :: integrator
       type(extrema_t), allocatable :: extrema(:)
+      !> Contacts whose statistics are asked for, by number; whether the kind of each motion is.
+      integer, allocatable :: contacts(:)
+      type(contact_statistics_t) :: statistics
+      logical :: asks_kind = .false.
+      type(periodicity_t) :: periodicity
       type(plan_t) :: plan
       !> The unit that is being computed, the link of its chain that was computed last, and what it carries on.
       integer(i8), private :: at_unit = 0, link = 0
@@ -95,7 +110,8 @@ contains
       integer(i8) :: n_integers, point
       logical :: whole
 
-      n_integers = n_head + n_each*size(self%extrema) + merge(n_carried, 0_i8, self%plan%has_chains())
+      n_integers = n_head + n_each*size(self%extrema) + merge(n_kind, 0_i8, self%asks_kind) &
+                   + merge(n_carried, 0_i8, self%plan%has_chains())
       allocate (self%total(size(self%extrema)), source=0_i8)
       call self%checkpoint%open(output, input, n_integers, self%plan, error)
       if (allocated(error)) return
@@ -191,8 +207,8 @@ contains
       call self%carried%take_from(result)
    end subroutine resume_chain
 
-   !> Compute one motion: status, events, steps, point, then count and first kind for each observable, and values and times; in a
-   !> chain then what is carried on.
+   !> Compute one motion: status, events, steps, point, then count and first kind for each observable, and values and times; if asked
+   !> for its period and what it touches, and statistics of contacts; in a chain then what is carried on.
    subroutine run_point(self, point, result)
       class(motion_task_t), intent(inout) :: self
       integer(i8), intent(in) :: point
@@ -213,7 +229,9 @@ contains
       if (allocated(error)) then
          outcome%status = status_no_machine
       else
-         call follow(self%integrator, self%extrema, self%t_end, self%most_events, outcome)
+         call self%statistics%attach(self%machine, self%contacts)
+         if (self%asks_kind) call self%periodicity%attach(self%machine, self%t_end)
+         call follow(self%integrator, self, outcome)
       end if
       call result%append([int(outcome%status, i8), outcome%events, outcome%steps, point])
       do i = 1, size(self%extrema)
@@ -224,6 +242,7 @@ contains
             call result%append(extrema%time(:extrema%count))
          end associate
       end do
+      call append_observed(self, outcome%status, result)
       if (.not. self%plan%has_chains()) return
       if (outcome%status == status_ok) then
          allocate (displacement(size(self%machine%displacement)), velocity(size(self%machine%velocity)))
@@ -235,21 +254,49 @@ contains
       call self%carried%append_to(result)
    end subroutine run_point
 
-   !> Run the integrator with all extrema as observers.
-   subroutine follow(integrator, extrema, t_end, most_events, outcome)
-      class(integrator_t), intent(inout) :: integrator
-      type(extrema_t), intent(inout), target :: extrema(:)
-      real(wp), intent(in) :: t_end
-      integer(i8), intent(in) :: most_events
-      type(outcome_t), intent(out) :: outcome
+   !> Append period and contacts touched, and statistics, as far as they are asked for; of a machine that could not be made neither.
+   subroutine append_observed(self, status, result)
+      class(motion_task_t), intent(inout) :: self
+      integer, intent(in) :: status
+      type(point_result_t), intent(inout) :: result
 
-      type(observer_slot_t) :: slots(size(extrema))
+      real(wp) :: period
       integer :: i
 
-      do i = 1, size(extrema)
-         slots(i)%observer => extrema(i)
+      if (status == status_no_machine) then
+         if (self%asks_kind) call result%append([int(undetermined, i8), 0_i8])
+         call result%append([(ieee_value(1.0_wp, ieee_quiet_nan), i=1, quantities*size(self%contacts))])
+         return
+      end if
+      if (self%asks_kind) call result%append([int(self%periodicity%found(), i8), self%periodicity%touched])
+      period = excitation_period(self%machine)
+      do i = 1, size(self%contacts)
+         call result%append(self%statistics%tally(i)%values(self%statistics%time, period))
       end do
-      call integrator%run(t_end, most_events, slots, outcome)
+   end subroutine append_observed
+
+   !> Run the integrator with all observers.
+   subroutine follow(integrator, self, outcome)
+      class(integrator_t), intent(inout) :: integrator
+      class(motion_task_t), intent(inout), target :: self
+      type(outcome_t), intent(out) :: outcome
+
+      type(observer_slot_t) :: slots(size(self%extrema) + 2)
+      integer :: i, n
+
+      n = size(self%extrema)
+      do i = 1, n
+         slots(i)%observer => self%extrema(i)
+      end do
+      if (size(self%contacts) > 0) then
+         n = n + 1
+         slots(n)%observer => self%statistics
+      end if
+      if (self%asks_kind) then
+         n = n + 1
+         slots(n)%observer => self%periodicity
+      end if
+      call integrator%run(self%t_end, self%most_events, slots(:n), outcome)
    end subroutine follow
 
    !> Take over a result: count its extrema and put it into the checkpoint.
@@ -307,6 +354,11 @@ contains
          motion%place(i) = place
          place = place + 2*motion%count(i)
       end do
+      if (self%asks_kind) then
+         motion%period = int(result%integers(n_head + n_each*n + 1))
+         motion%touched = result%integers(n_head + n_each*n + 2)
+      end if
+      motion%statistics = reshape(result%reals(place:place + quantities*size(self%contacts) - 1), [quantities, size(self%contacts)])
    end subroutine result_at
 
 end module razy_sweep_motion_task
