@@ -58,11 +58,14 @@ contains
 
       integer :: i, k
 
-      allocate (content%axes(1), content%extrema(size(task%extrema)), content%contact_values(quantities*size(task%contacts)))
-      content%axes(1)%parameter = task%slot%path
-      content%axes(1)%units = unit_text(task%unit)
-      content%axes(1)%long_name = task%slot%path
-      content%axes(1)%values = task%axis%values()
+      allocate (content%axes(size(task%varied)), content%extrema(size(task%extrema)))
+      allocate (content%contact_values(quantities*size(task%contacts)))
+      do i = 1, size(task%varied)
+         content%axes(i)%parameter = task%varied(i)%parameter
+         content%axes(i)%units = unit_text(task%varied(i)%unit)
+         content%axes(i)%long_name = task%varied(i)%parameter
+         content%axes(i)%values = task%grid%axes(i)%values()
+      end do
       if (task%plan%has_chains()) content%directions = int(task%plan%directions, int8)
       content%status_meanings = [character(48) :: status_meanings]
       do i = 1, size(task%extrema)

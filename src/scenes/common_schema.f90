@@ -53,7 +53,10 @@ contains
                       "a few between them", unit="s", rule=nonnegative, default="0.0")]
       schema(3) = group("record", "A quantity that is recorded", repeatable=.true., keys=keys)
       keys = [ &
-             key_string("parameter", "group%key of the value that varies, as in --set", required=.true.), &
+             key_string("parameter", "group%key of the value that varies, as in --set; or of several that vary together", &
+                        least=1, most=16, required=.true.), &
+             key_real("factor", "each parameter is the axis' value times its factor, the first 1; all 1 if not given", &
+                      least=1, most=16), &
              key_real("first", "first value, in the unit of the key", required=.true.), &
              key_real("last", "last value", required=.true.), &
              key_real("step", "step from value to value; give this or points (0: as if not given)"), &
@@ -65,7 +68,8 @@ contains
                          default=".true."), &
              key_real("period_tolerance", "difference from period to period up to which a motion is periodic, relative to the "// &
                       "size of the state", rule=positive, default="1.0e-6")]
-      schema(4) = group("sweep", "A parameter that razy-sweep varies", keys=keys)
+      schema(4) = group("sweep", "A parameter that razy-sweep varies; a second group is a second axis", repeatable=.true., &
+                        keys=keys)
       keys = [ &
              key_string("parameter", "group%key of the value that is looked for, as in --set", required=.true.), &
              key_real("first", "first value of the range, in the unit of the key", required=.true.), &
