@@ -1,8 +1,8 @@
 !! Statistics of contacts from a given time on: largest force, impulse, closings and their speeds, time closed, energy dissipated
 !! (razy_dynamics_contact_tally says what each is).
 !!
-!! Integrals are those of Gauss-Legendre with eight points on parts of at most four natural intervals of the integrator: with `exact`
-!! a radian of the fastest term, with the others a step. An impact is a change from open or parting to closed, or a jump of s' at a
+!! Integrals are those of Gauss-Legendre with eight points on parts of at most eight natural intervals of the integrator: with `exact`
+!! two radians of the fastest term, with the others a step. An impact is a change from open or parting to closed, or a jump of s' at a
 !! rigid contact; a time-stepping method spreads a jump over a step, where its impulse is a force.
 module razy_dynamics_contact_statistics
    use razy_core_kinds, only: wp
@@ -32,7 +32,7 @@ module razy_dynamics_contact_statistics
    end type contact_statistics_t
 
    !> Natural intervals in a part of the quadrature.
-   integer, parameter :: intervals = 4
+   integer, parameter :: intervals = 8
    !> The peak of a part is only looked for if a point of it reaches this share of the largest force so far.
    real(wp), parameter :: close_to_largest = 0.9_wp
 

@@ -29,7 +29,7 @@ contains
       integer :: i, k
 
       do i = 1, points
-         barycentric(i) = 1.0_wp/product(abscissa(i) - pack(abscissa, [(k /= i, k=1, points)]))
+         barycentric(i) = 1.0_wp/(product(abscissa(i) - abscissa(:i - 1))*product(abscissa(i) - abscissa(i + 1:)))
       end do
       i = maxloc(f, dim=1)
       low = abscissa(max(1, i - 1))
