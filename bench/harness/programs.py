@@ -41,12 +41,18 @@ def make(target, build):
 
 
 def razy(razy_bin):
+    """The exact propagator, and DOP853 with events."""
     if razy_bin:
         os.environ["RAZY_BIN"] = str(razy_bin)
     found = all(shutil.which(name, path=razy_bin) for name in ("razy-run", "razy-sweep"))
     missing = "" if found else "razy-run and razy-sweep (./setup.sh, or --razy-bin)"
     command = [sys.executable, str(BENCH / "peers" / "razy.py")]
-    return Code("razy", command, p2=["exact"], p3=["exact"]), missing or missing_module("h5py")
+    missing = missing or missing_module("h5py")
+    exact = Code("razy", command, p2=["exact"], p3=["exact"])
+    dop853 = Code("razy DOP853", command)
+    dop853.p2 = each("dop853:{}", "1e-5", "1e-6", "1e-7", "1e-8", "1e-9", "1e-10", "1e-11")
+    dop853.p3 = each("dop853:{}", "1e-6", "1e-7", "1e-8", "1e-9")
+    return [(exact, missing), (dop853, missing)]
 
 
 def heyoka(full):
@@ -102,4 +108,4 @@ def octave(full):
 
 def all_codes(full, build, razy_bin):
     """Pairs of a code and what is missing to run it (empty when nothing is)."""
-    return [razy(razy_bin), heyoka(full), *sundials(full, build), scipy(full), octave(full)]
+    return [*razy(razy_bin), heyoka(full), *sundials(full, build), scipy(full), octave(full)]

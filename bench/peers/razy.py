@@ -1,8 +1,9 @@
 """razy itself, through its installed programs `razy-run` and `razy-sweep`.
 
-Setting: an integrator of razy (`exact`). The programs are looked for in the folder `RAZY_BIN`, else on the PATH; the
-case is `RAZY_CASE`, the package's own inputs/torsional_gear_pair.nml. CPU time of the computation is that of the whole
-process less that of the same command with `--check`, which starts, reads and validates but does not compute.
+Setting: an integrator of razy (`exact`), or one with its relative tolerance (`dop853:1e-8`), by events. The programs
+are looked for in the folder `RAZY_BIN`, else on the PATH; the case is `RAZY_CASE`, the package's own
+inputs/torsional_gear_pair.nml. CPU time of the computation is that of the whole process less that of the same command
+with `--check`, which starts, reads and validates but does not compute.
 """
 
 import os
@@ -42,7 +43,10 @@ def cpu_time(command):
 
 def settings(case, integrator, first, last, step):
     """The keys in which the case of the benchmark may differ from the file."""
-    keys = {"motion%integrator": f"'{integrator}'", "motion%start": "'static'"}
+    name, _, tolerance = integrator.partition(":")
+    keys = {"motion%integrator": f"'{name}'", "motion%start": "'static'"}
+    if tolerance:
+        keys |= {"motion%relative_tolerance": tolerance, "motion%absolute_tolerance": 1e-3 * float(tolerance)}
     if case == "p2":
         keys |= {
             "motion%t_end": P2_END,

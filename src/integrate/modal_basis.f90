@@ -155,8 +155,11 @@ contains
       real(wp), intent(in) :: phi(:, :), k(:, :), b(:, :), omega(:)
       integer, intent(in) :: modes(:)
 
-      complex(wp) :: lambda(2*size(modes)), right(2*size(modes), 2*size(modes)), left(2*size(modes), 2*size(modes))
-      real(wp) :: a(2*size(modes), 2*size(modes)), unit(size(modes)), condition
+      complex(wp) :: lambda(2*size(modes))
+      real(wp) :: unit(size(modes)), condition
+      ! Of hundreds of modes, too large for the stack.
+      complex(wp), allocatable :: right(:, :), left(:, :)
+      real(wp), allocatable :: a(:, :)
       logical :: resonant, slow_mode
       integer :: i, s
 
@@ -168,7 +171,8 @@ contains
          end if
       end if
       ! Displacements are scaled to velocities of equal energy, so that the condition says what it should.
-      a = 0.0_wp
+      allocate (a(2*s, 2*s), source=0.0_wp)
+      allocate (right(2*s, 2*s), left(2*s, 2*s))
       do i = 1, s
          unit(i) = sqrt(abs(k(modes(i), modes(i))))
          if (.not. unit(i) > 0.0_wp) unit(i) = max(abs(b(modes(i), modes(i))), slow*self%fastest)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from programs import GEAR_PAIR, command, left, sets, succeed
+from programs import GEAR_PAIR, PATIENCE, command, left, sets, succeed
 
 
 def test_failed_points_are_recorded_and_the_sweep_goes_on():
@@ -38,10 +38,14 @@ def test_failed_points_are_recorded_and_the_sweep_goes_on():
             assert np.array_equal(values[1][k], values[0][k])
 
 
-def start_and_kill(program, *arguments):
-    """Kill the program when it has computed for a while; it must not have been at its end."""
+def start_and_kill(program, *arguments, until=None):
+    """Kill the program when it has computed for a while, and the file `until` is there; it must not have been at its end."""
     with subprocess.Popen(command(program, *arguments), stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL) as process:
         time.sleep(1.0)
+        for _ in range(PATIENCE):
+            if until is None or Path(until).exists():
+                break
+            time.sleep(0.5)
         assert process.poll() is None
         process.kill()
     assert process.returncode == -9
@@ -54,7 +58,7 @@ def test_killed_run_leaves_no_file_of_the_final_name():
 
 def test_killed_sweep_leaves_no_file_of_the_final_name_and_keeps_an_older_one():
     endless = sets(sweep__step=1e-4, motion__t_end=3)
-    start_and_kill("razy-sweep", GEAR_PAIR, *endless)
+    start_and_kill("razy-sweep", GEAR_PAIR, *endless, until="torsional_gear_pair.h5.checkpoint")
     assert left() == ["torsional_gear_pair.h5.checkpoint"]
     succeed("razy-sweep", GEAR_PAIR, *sets(sweep__step=400), "--anew")
     before = Path("torsional_gear_pair.h5").read_bytes()
