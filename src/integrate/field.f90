@@ -519,8 +519,8 @@ contains
       end associate
    end subroutine observed_rate
 
-   !> Rate of the reported force of contact j at (tau, z), where `accelerate` has left a and the forces: by the slopes of a compliant
-   !> law, else as a difference over `delta` along the motion.
+   !> Rate of the reported force of contact j at (tau, z), where `accelerate` has left a and the forces: by the slopes of a
+   !> compliant law, else as a difference over `delta` along the motion.
    subroutine force_rate(self, j, tau, z, a, delta, rate, size_of)
       class(field_t), intent(inout) :: self
       integer, intent(in) :: j
