@@ -366,7 +366,7 @@ contains
 
       associate (view => self%view, field => self%view%field)
          tau = self%tau + view%duration
-         landed = self%bounces%landing .and. (found .or. .not. tau < self%bounces%tau)
+         landed = self%bounces%landing .and. .not. tau < self%bounces%tau
          if (.not. found .and. .not. landed) then
             call show_piece(observers, piece)
             self%tau = tau
@@ -384,7 +384,7 @@ contains
          end if
          self%following = field%branch
          if (landed) then
-            call self%bounces%report(field, self%resolution)
+            call self%bounces%report(field, tau, self%resolution)
             outcome%accumulations = outcome%accumulations + self%bounces%landed
          end if
          field%branch = self%shown

@@ -21,10 +21,12 @@ module razy_integrate_runge_kutta_bounces
    type :: bounces_t
       integer, allocatable :: count(:)
       real(wp), allocatable :: first(:), last(:), ratio(:)
-      !> Whether an accumulation is on its way to its end, at `tau` of the field's time, and whose; how many were reported.
+      !> Whether accumulations are on their way to their ends, whose, and when in the field's time; the first of these times;
+      !> how many were reported last.
       logical :: landing = .false.
-      real(wp) :: tau = 0.0_wp
       logical, allocatable :: whose(:)
+      real(wp), allocatable :: ends(:)
+      real(wp) :: tau = 0.0_wp
       integer :: landed = 0
       real(wp), allocatable, private :: a(:)
    contains
@@ -49,8 +51,8 @@ contains
       integer :: n
 
       n = size(field%branch)
-      if (allocated(self%count)) deallocate (self%count, self%first, self%last, self%ratio, self%whose, self%a)
-      allocate (self%count(n), self%first(n), self%last(n), self%ratio(n), self%whose(n), self%a(field%m))
+      if (allocated(self%count)) deallocate (self%count, self%first, self%last, self%ratio, self%whose, self%ends, self%a)
+      allocate (self%count(n), self%first(n), self%last(n), self%ratio(n), self%whose(n), self%ends(n), self%a(field%m))
       call self%forget()
    end subroutine attach
 
@@ -64,6 +66,7 @@ contains
       self%ratio = 0.0_wp
       self%whose = .false.
       self%landing = .false.
+      self%ends = 0.0_wp
       self%tau = 0.0_wp
    end subroutine forget
 
@@ -72,6 +75,7 @@ contains
       class(bounces_t), intent(inout) :: self
       real(wp), intent(in) :: tau
 
+      self%ends = self%ends - tau
       self%tau = self%tau - tau
    end subroutine count_from
 
@@ -90,11 +94,9 @@ contains
       integer :: j
       integer, allocatable :: list(:), empty(:)
       real(wp), allocatable :: none(:)
-      real(wp) :: pull, rest
+      real(wp) :: pull
 
       gathered = .false.
-      rest = 0.0_wp
-      if (.not. self%landing) self%whose = .false.
       allocate (list(0), empty(0), none(0))
       call field%accelerate(tau, z, self%a)
       do j = 1, size(impacted)
@@ -103,14 +105,12 @@ contains
          pull = -direction(j)*field%second_rate(j, self%a)
          if (.not. ended(self, j, pull, guards%on_s(j), field%machine%contact(j)%law%restitution)) cycle
          list = [list, j]
-         rest = max(rest, 2*speed(j)/(pull*(1.0_wp - self%ratio(j))))
+         self%whose(j) = .true.
+         self%ends(j) = tau + 2*speed(j)/(pull*(1.0_wp - self%ratio(j)))
          self%count(j) = 0
       end do
       gathered = size(list) > 0
       if (.not. gathered) return
-      self%whose(list) = .true.
-      self%tau = tau + rest
-      self%landing = .true.
       call field%look_at_contacts(tau, z)
       call new_constraints(held, field%w, list, empty, empty, none)
       call held%displace(field%w, -field%rate(list), z(field%m + 1:))
@@ -152,7 +152,7 @@ contains
       ended = self%ratio(j) < 1.0_wp
    end function ended
 
-   !> Keep of the sequences that have ended only those whose contacts the mode of the field holds closed.
+   !> Keep of the sequences that are ending only those whose contacts the mode of the field holds closed.
    pure subroutine confirm(self, field)
       class(bounces_t), intent(inout) :: self
       type(field_t), intent(in) :: field
@@ -163,23 +163,27 @@ contains
          self%whose(j) = self%whose(j) .and. field%machine%contact(j)%law%constraint(field%branch(j))
       end do
       self%landing = any(self%whose)
+      self%tau = minval(self%ends, mask=self%whose)
    end subroutine confirm
 
-   !> Add the contacts whose sequences end now, closed as the field has them, to the changes.
-   subroutine report(self, field, resolution)
+   !> Add the contacts whose sequences end at `tau`, closed as the field has them, to the changes.
+   subroutine report(self, field, tau, resolution)
       class(bounces_t), intent(inout) :: self
       type(field_t), intent(in) :: field
+      real(wp), intent(in) :: tau
       type(resolution_t), intent(inout) :: resolution
 
       integer :: j
 
-      self%landed = count(self%whose)
+      call self%confirm(field)
+      self%landed = 0
       do j = 1, size(self%whose)
-         if (.not. self%whose(j) .or. any(resolution%contact(:resolution%changes) == j)) cycle
-         call resolution%note(j, field%branch(j))
+         if (.not. self%whose(j) .or. self%ends(j) > tau) cycle
+         self%landed = self%landed + 1
+         self%whose(j) = .false.
+         if (.not. any(resolution%contact(:resolution%changes) == j)) call resolution%note(j, field%branch(j))
       end do
-      self%whose = .false.
-      self%landing = .false.
+      call self%confirm(field)
    end subroutine report
 
 end module razy_integrate_runge_kutta_bounces

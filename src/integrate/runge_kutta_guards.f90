@@ -32,6 +32,8 @@ module razy_integrate_runge_kutta_guards
       real(wp) :: delta = 0.0_wp
       !> Size of the terms of s and s' seen in this piece (contacts), and largest angular frequency of an error of s, rad/s.
       real(wp), allocatable :: size_s(:), size_rate(:)
+      !> Lengths of the contact directions (contacts).
+      real(wp), allocatable :: reach(:)
       real(wp) :: fastest = 0.0_wp
       !> Rounding of the field's time, s.
       real(wp) :: of_time = 0.0_wp
@@ -58,11 +60,13 @@ contains
       integer :: contacts, t
 
       contacts = size(field%branch)
-      if (allocated(self%entry)) deallocate (self%entry, self%noise, self%size_s, self%size_rate, self%a, self%moved)
+      if (allocated(self%entry)) deallocate (self%entry, self%noise, self%size_s, self%size_rate, self%a, self%moved, &
+                                             self%reach)
       allocate (self%entry(8*contacts), self%noise(8*contacts), self%size_s(contacts), self%size_rate(contacts))
       allocate (self%a(field%m), self%moved(2*field%m), source=0.0_wp)
       self%size_s = 0.0_wp
       self%size_rate = 0.0_wp
+      self%reach = norm2(field%w, dim=1)
       self%fastest = 0.0_wp
       do t = 1, size(field%omega)
          if (any(abs(field%error_re(:, t)) + abs(field%error_im(:, t)) > 0.0_wp)) self%fastest = max(self%fastest, field%omega(t))
@@ -125,17 +129,16 @@ contains
       real(wp), intent(in) :: tau, z(:)
       logical, intent(in) :: anew
 
-      real(wp) :: rate, s
+      real(wp) :: length, rate, s, speed
       integer :: i, j, t
 
       self%of_time = 4*epsilon(1.0_wp)*abs(tau)
+      ! What is rounding in one coordinate reaches all others through the matrices.
+      length = norm2(z(:field%m))
+      speed = norm2(z(field%m + 1:))
       do j = 1, size(field%branch)
-         s = abs(field%machine%contact(j)%offset)
-         rate = abs(field%machine%contact(j)%drive)
-         do i = 1, field%m
-            s = s + abs(field%w(i, j)*z(i))
-            rate = rate + abs(field%w(i, j)*z(field%m + i))
-         end do
+         s = abs(field%machine%contact(j)%offset) + self%reach(j)*length
+         rate = abs(field%machine%contact(j)%drive) + self%reach(j)*speed
          do t = 1, size(field%omega)
             s = s + (abs(field%error_re(j, t)) + abs(field%error_im(j, t)))
             rate = rate + field%omega(t)*(abs(field%error_re(j, t)) + abs(field%error_im(j, t)))

@@ -33,6 +33,8 @@ module razy_integrate_runge_kutta_locate
       logical, allocatable, private :: suspect(:)
       !> The step that is looked at.
       real(wp), private :: tau = 0.0_wp, h = 0.0_wp
+      !> The guard that is left first.
+      integer, private :: first = 0
    contains
       procedure :: attach
       procedure :: start
@@ -224,7 +226,9 @@ contains
          end if
       end associate
       if (.not. left) return
-      if (.not. found .or. at < theta) theta = at
+      if (found .and. .not. at < theta) return
+      theta = at
+      self%first = i
       found = .true.
    end subroutine search_between
 
@@ -298,29 +302,23 @@ contains
       end do
    end subroutine turn
 
-   !> Mark all guards that are left at `theta`, to rounding of the time.
+   !> Mark the guard that is left first, at `theta`, and all others that are left there to rounding of the time.
    subroutine gather(self, field, stepper, theta)
       type(locator_t), intent(inout) :: self
       type(field_t), intent(inout) :: field
       type(stepper_t), intent(in) :: stepper
       real(wp), intent(in) :: theta
 
-      real(wp) :: nearest, resolution
-      integer :: i, n
+      real(wp) :: resolution
+      integer :: i
 
-      n = self%guards%count
       call self%look_inside(field, stepper, theta, self%gc, self%rc)
       resolution = 8*eps*max(theta*self%h, abs(self%tau))
-      nearest = huge(1.0_wp)
-      do i = 1, n
+      do i = 1, self%guards%count
          self%hit(i) = self%suspect(i) .and. self%rc(i) < 0.0_wp &
                        .and. self%gc(i) <= self%guards%noise(i) - resolution*self%rc(i)
-         if (self%suspect(i)) nearest = min(nearest, self%gc(i) - self%guards%noise(i))
       end do
-      if (any(self%hit(:n))) return
-      do i = 1, n
-         self%hit(i) = self%suspect(i) .and. self%gc(i) - self%guards%noise(i) <= nearest
-      end do
+      self%hit(self%first) = .true.
    end subroutine gather
 
 end module razy_integrate_runge_kutta_locate

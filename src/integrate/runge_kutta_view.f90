@@ -7,7 +7,6 @@ module razy_integrate_runge_kutta_view
    use razy_integrate_field, only: field_t
    use razy_integrate_integrator, only: glimpse_t
    use razy_integrate_stepper, only: stepper_t
-   use razy_machine_machine, only: observe_contact_force
    implicit none(type, external)
    private
 
@@ -111,13 +110,7 @@ contains
       integer :: k
 
       seen%value = self%value(form, tau)
-      associate (observable => self%field%machine%observable(form))
-         seen%size = abs(seen%value)
-         if (observable%kind /= observe_contact_force) then
-            seen%size = abs(observable%constant) + sum(abs(observable%error)) + sum(abs(self%field%on_y(:, form) &
-                        *self%z(:self%field%m))) + sum(abs(self%field%on_v(:, form)*self%z(self%field%m + 1:)))
-         end if
-      end associate
+      seen%size = self%field%observed_size(form, self%z)
       if (self%moment) return
       do k = 1, size(later)
          call self%rate_of(form, tau + later(k)*(self%duration - tau), rate, noise)
