@@ -1,9 +1,10 @@
 !! The kind of a motion: after how many periods of the excitation it repeats itself, and which contacts it touches.
 !!
-!! The motion is looked at once a period T, counted back from its end (Poincaré section). Its state there are the variables s and
-!! T s'/2π of all contacts, or, of a machine without contacts, the linear observables. It has the period k T if the states of k
-!! successive sections, at least four, are those k sections before to a tolerance times the size of the state: the largest |s| or
-!! |T s'/2π| of all contacts of the same unit, at four times in each of the last four periods and at all sections. The smallest k is taken.
+!! The motion is looked at once a period T, counted back from its end (Poincaré section). Its state there are the variables s
+!! and T s'/2π of all contacts, or, of a machine without contacts, the linear observables. It has the period k T if the states
+!! of k successive sections, at least four, are those k sections before to a tolerance times the size of the state: the largest
+!! |s| or |T s'/2π| of all contacts of the same unit, at four times in each of the last four periods and at all sections. The
+!! smallest k is taken.
 module razy_dynamics_periodicity
    use, intrinsic :: iso_fortran_env, only: int64
    use razy_core_kinds, only: pi, wp
@@ -127,9 +128,9 @@ contains
       if (mod(self%next, 4) == 0) self%state(:, self%next/4) = self%now
    end subroutine look
 
-   !> The period of the motion that was seen, as a multiple of that of the excitation; `not_periodic` if no multiple up to 32 will do, as
-   !> far as the motion is long enough to tell; `undetermined` if there is no period of excitation, or the motion had less than
-   !> five, or ended early.
+   !> The period of the motion that was seen, as a multiple of that of the excitation; `not_periodic` if no multiple up to 32
+   !> will do, as far as the motion is long enough to tell; `undetermined` if there is no period of excitation, or the motion
+   !> had less than five, or ended early.
    pure integer function found(self) result(multiple)
       class(periodicity_t), intent(in) :: self
 

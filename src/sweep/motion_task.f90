@@ -207,8 +207,8 @@ contains
       call self%carried%take_from(result)
    end subroutine resume_chain
 
-   !> Compute one motion: status, events, steps, point, then count and first kind for each observable, and values and times; if asked
-   !> for its period and what it touches, and statistics of contacts; in a chain then what is carried on.
+   !> Compute one motion: status, events, steps, point, then count and first kind for each observable, and values and times; if
+   !> asked for its period and what it touches, and statistics of contacts; in a chain then what is carried on.
    subroutine run_point(self, point, result)
       class(motion_task_t), intent(inout) :: self
       integer(i8), intent(in) :: point

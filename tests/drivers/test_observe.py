@@ -97,7 +97,10 @@ def test_chains_run_along_the_first_axis(folder):
         options = [*sets(motion__t_end=2), "--set", f"load(1)%amplitude={amplitude}", "--output", f"{k}.h5"]
         succeed("razy-sweep", "one.nml", *options)
         assert values(f"{k}.h5", "point/events").tolist() == both[:, :, k].ravel().tolist()
-        assert values(f"{k}.h5", "point/steps").tolist() == values("grid.h5", "point/steps").reshape(shape)[:, :, k].ravel().tolist()
+        assert (
+            values(f"{k}.h5", "point/steps").tolist()
+            == values("grid.h5", "point/steps").reshape(shape)[:, :, k].ravel().tolist()
+        )
 
 
 def test_kind_of_motion_is_left_out_when_not_wanted():
