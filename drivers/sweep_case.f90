@@ -4,11 +4,12 @@ module sweep_case
    use razy_core_input, only: input_t
    use razy_core_kinds, only: i8
    use razy_core_text, only: lower
-   use razy_scenes_study, only: contacts_asked, motion_t, new_machine, record_t
+   use razy_scenes_study, only: check_start, contacts_asked, motion_t, new_machine, record_t
    use razy_sweep_grid, only: grid_t
    use razy_sweep_motion_task, only: motion_task_t
    use razy_sweep_plan, only: new_plan
    use sweep_axes, only: new_axes, put_point, put_value, varied_t
+   use sweep_starts, only: new_starts, starts_t
    implicit none(type, external)
    private
 
@@ -19,6 +20,7 @@ module sweep_case
       type(input_t) :: input
       type(varied_t), allocatable :: varied(:)
       type(grid_t) :: grid
+      type(starts_t) :: starts
       character(:), allocatable :: title
    contains
       procedure :: machine_at
@@ -38,8 +40,11 @@ contains
       self%input = input
       call new_axes(self%varied, self%grid, input, error)
       if (allocated(error)) return
-      call plan_points(self, input)
       call new_machine(self%machine, motion, records, self%input, error)
+      if (.not. allocated(error)) call new_starts(self%starts, self%machine, input, error)
+      if (allocated(error)) return
+      if (self%starts%wanted) self%strobe_periods = 2*self%starts%longest_period
+      call plan_points(self, input)
       if (.not. allocated(error)) call check_points(self, error)
       if (allocated(error)) return
       if (.not. any(records%extrema .or. records%statistics)) then
@@ -68,13 +73,13 @@ contains
       call input%get("sweep", 1, "direction", direction)
       select case (lower(direction))
       case ("up")
-         call new_plan(self%plan, first, second, [1])
+         call new_plan(self%plan, first, second, [1], self%starts%count)
       case ("down")
-         call new_plan(self%plan, first, second, [-1])
+         call new_plan(self%plan, first, second, [-1], self%starts%count)
       case ("both")
-         call new_plan(self%plan, first, second, [1, -1])
+         call new_plan(self%plan, first, second, [1, -1], self%starts%count)
       case default
-         call new_plan(self%plan, first, second, [integer ::])
+         call new_plan(self%plan, first, second, [integer ::], self%starts%count)
       end select
       call self%plan%close(whole)
    end subroutine plan_points
@@ -122,6 +127,9 @@ contains
             if (allocated(error)) return
          end do
          call new_machine(self%machine, motion, records, self%input, error)
+         if (self%starts%wanted .and. .not. allocated(error)) then
+            call self%starts%strobe_period(self%machine, motion%t_end, self%input, self%strobe_period, error)
+         end if
          if (allocated(error)) return
       end do
    end subroutine check_points
@@ -137,7 +145,13 @@ contains
       call put_point(self%varied, self%grid, self%input, self%plan%grid_point(point), error)
       if (allocated(error)) return
       call new_machine(self%machine, motion, records, self%input, error)
-      if (.not. allocated(error)) call ask(self, motion, records)
+      if (allocated(error)) return
+      call ask(self, motion, records)
+      if (.not. self%starts%wanted) return
+      call self%starts%apply(self%machine, self%plan%grid_point(point), self%plan%start_of(point))
+      call check_start(self%machine, self%input, error)
+      if (allocated(error)) return
+      call self%starts%strobe_period(self%machine, self%t_end, self%input, self%strobe_period, error)
    end subroutine machine_at
 
 end module sweep_case

@@ -9,6 +9,7 @@ module sweep_result
    use razy_io_sweep_file, only: sweep_content_t, sweep_writer_t
    use razy_sweep_motion_task, only: motion_result_t
    use razy_sweep_task, only: point_result_t
+   use sweep_attractors, only: find_attractors
    use sweep_case, only: sweep_task_t
    implicit none(type, external)
    private
@@ -35,6 +36,8 @@ contains
 
       failed = 0
       call describe(task, part)
+      call find_attractors(task, part%starts, error)
+      if (allocated(error)) return
       call writer%begin(path, header, part, task%total, error)
       if (allocated(error)) return
       first = 1

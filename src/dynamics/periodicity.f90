@@ -10,7 +10,7 @@ module razy_dynamics_periodicity
    use razy_core_kinds, only: pi, wp
    use razy_dynamics_contact_tally, only: is_closed
    use razy_integrate_integrator, only: observer_t, piece_t
-   use razy_machine_excitation, only: excitation_period
+   use razy_machine_excitation, only: period_of_loads
    use razy_machine_machine, only: machine_t, observe_linear
    implicit none(type, external)
    private
@@ -55,7 +55,7 @@ contains
 
       self%touched = 0_int64
       self%t_end = t_end
-      self%period = excitation_period(machine)
+      self%period = period_of_loads(machine)
       self%contacts = size(machine%contact)
       self%sections = 0
       if (self%period > 0.0_wp) self%sections = int(min(real(2*longest, wp), t_end/self%period))

@@ -33,6 +33,8 @@ module razy_integrate_runge_kutta_guards
       !> Size of the terms of s and s' seen in this piece (contacts), and largest angular frequency of an error of s, rad/s.
       real(wp), allocatable :: size_s(:), size_rate(:)
       real(wp) :: fastest = 0.0_wp
+      !> Rounding of the field's time, s.
+      real(wp) :: of_time = 0.0_wp
       real(wp), allocatable :: a(:), moved(:)
    contains
       procedure :: attach
@@ -116,16 +118,17 @@ contains
 
    end subroutine add
 
-   !> Take up the size of the terms at z; `anew` forgets those seen before.
-   pure subroutine measure(self, field, z, anew)
+   !> Take up the size of the terms at (tau, z), and the rounding of time there; `anew` forgets those seen before.
+   pure subroutine measure(self, field, tau, z, anew)
       class(guards_t), intent(inout) :: self
       type(field_t), intent(in) :: field
-      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: tau, z(:)
       logical, intent(in) :: anew
 
       real(wp) :: rate, s
       integer :: i, j, t
 
+      self%of_time = 4*epsilon(1.0_wp)*abs(tau)
       do j = 1, size(field%branch)
          s = abs(field%machine%contact(j)%offset)
          rate = abs(field%machine%contact(j)%drive)
@@ -144,8 +147,8 @@ contains
       end do
       do i = 1, self%count
          associate (entry => self%entry(i))
-            self%noise(i) = of_sum*(abs(entry%alpha)*self%size_s(entry%contact) + abs(entry%beta)*self%size_rate(entry%contact) &
-                                    + abs(entry%gamma) + abs(entry%bound))
+            self%noise(i) = of_sum*(abs(entry%gamma) + abs(entry%bound)) + abs(entry%alpha)*self%on_s(entry%contact) &
+                            + abs(entry%beta)*self%on_rate(entry%contact)
          end associate
       end do
    end subroutine measure
@@ -156,7 +159,7 @@ contains
       integer, intent(in) :: j
       real(wp) :: noise
 
-      noise = of_sum*self%size_s(j)
+      noise = of_sum*self%size_s(j) + self%of_time*self%size_rate(j)
    end function on_s
 
    pure function on_rate(self, j) result(noise)

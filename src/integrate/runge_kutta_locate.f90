@@ -26,8 +26,8 @@ module razy_integrate_runge_kutta_locate
       real(wp), allocatable :: g0(:), rate0(:), g1(:), rate1(:)
       !> The guards that are left at the event found (count).
       logical, allocatable :: hit(:)
-      !> Length of each contact direction, and largest rate of s by drive and excitation (contacts).
-      real(wp), allocatable :: length(:), driven(:)
+      !> Bound of the change of s' in a step (contacts).
+      real(wp), allocatable :: curving(:)
       !> Workspace: guards at two points inside, those to look at, state.
       real(wp), allocatable, private :: ga(:), ra(:), gb(:), rb(:), gc(:), rc(:), z(:)
       logical, allocatable, private :: suspect(:)
@@ -50,22 +50,17 @@ contains
       class(locator_t), intent(inout) :: self
       type(field_t), intent(in) :: field
 
-      integer :: j, n
+      integer :: n
 
       call self%guards%attach(field)
       n = size(self%guards%entry)
-      if (allocated(self%g0)) deallocate (self%g0, self%rate0, self%g1, self%rate1, self%hit, self%length, self%driven, self%ga, &
+      if (allocated(self%g0)) deallocate (self%g0, self%rate0, self%g1, self%rate1, self%hit, self%curving, self%ga, &
                                           self%ra, self%gb, self%rb, self%gc, self%rc, self%z, self%suspect)
       allocate (self%g0(n), self%rate0(n), self%g1(n), self%rate1(n), self%ga(n), self%ra(n), self%gb(n), self%rb(n), self%gc(n), &
                 self%rc(n), source=0.0_wp)
       allocate (self%hit(n), self%suspect(n), source=.false.)
       allocate (self%z(2*field%m), source=0.0_wp)
-      allocate (self%length(size(field%branch)), self%driven(size(field%branch)))
-      do j = 1, size(field%branch)
-         self%length(j) = norm2(field%w(:, j))
-         self%driven(j) = abs(field%machine%contact(j)%drive) &
-                          + sum(field%omega*(abs(field%error_re(j, :)) + abs(field%error_im(j, :))))
-      end do
+      allocate (self%curving(size(field%branch)), source=0.0_wp)
    end subroutine attach
 
    !> List the guards of the field's mode, which begins at (tau, z).
@@ -75,7 +70,7 @@ contains
       real(wp), intent(in) :: tau, z(:)
 
       call self%guards%watch(field)
-      call self%guards%measure(field, z, .false.)
+      call self%guards%measure(field, tau, z, .false.)
       call self%guards%look(field, tau, z, self%g0, self%rate0)
    end subroutine start
 
@@ -113,10 +108,10 @@ contains
       self%h = stepper%h
       self%guards%delta = 1.0e-5_wp*stepper%h
       call self%guards%look(field, tau + stepper%h, stepper%z_end, self%g1, self%rate1)
-      call choose_suspects(self, field, stepper, z)
+      call choose_suspects(self, field, stepper)
       if (.not. any(self%suspect(:n))) return
       dense = .true.
-      call self%guards%measure(field, stepper%z_end, .false.)
+      call self%guards%measure(field, tau + stepper%h, stepper%z_end, .false.)
       call stepper%prepare_dense(field, tau, z)
       probes = max(least_probes, ceiling(self%guards%fastest*stepper%h/longest_angle))
       do i = 1, n
@@ -145,25 +140,33 @@ contains
       if (found) call gather(self, field, stepper, theta)
    end subroutine find
 
-   !> The guards that could be left in the step: a path that touches 0 is at least g0 + g1 long, and a function that runs less than
-   !> a cubic's control points away from 0 is trusted only with twice the room.
-   pure subroutine choose_suspects(self, field, stepper, z)
+   !> The guards that could be left in the step. A path that touches 0 is at least g0 + g1 long; its speed is at most that at the
+   !> ends and what twice their accelerations add in half the step. Functions of the rate and forces are trusted only if twice the
+   !> room of a cubic's control points is left.
+   pure subroutine choose_suspects(self, field, stepper)
       type(locator_t), intent(inout) :: self
-      type(field_t), intent(in) :: field
+      type(field_t), intent(inout) :: field
       type(stepper_t), intent(in) :: stepper
-      real(wp), intent(in) :: z(:)
 
-      real(wp) :: b0, b1, lowest, room, speed
-      integer :: i, m
+      real(wp) :: b0, b1, lowest, room
+      integer :: i, j, m, n
 
       m = field%m
-      speed = max(norm2(z(m + 1:)), norm2(stepper%z_end(m + 1:))) &
-              + stepper%h*max(norm2(stepper%dz_start(m + 1:)), norm2(stepper%dz_end(m + 1:)))
+      n = size(field%branch)
+      call field%look_at_time(self%tau)
+      do j = 1, n
+         self%curving(j) = abs(field%second_rate(j, stepper%dz_start(m + 1:)))
+      end do
+      call field%look_at_time(self%tau + self%h)
+      do j = 1, n
+         self%curving(j) = stepper%h*max(self%curving(j), abs(field%second_rate(j, stepper%dz_end(m + 1:))))
+      end do
       do i = 1, self%guards%count
          associate (entry => self%guards%entry(i))
             if (entry%function > 0 .and. .not. abs(entry%beta) > 0.0_wp) then
-               self%suspect(i) = min(self%g0(i), self%g1(i)) <= self%guards%noise(i) .or. self%g0(i) + self%g1(i) &
-                                 <= stepper%h*abs(entry%alpha)*(self%length(entry%contact)*speed + self%driven(entry%contact))
+               room = max(abs(self%rate0(i)), abs(self%rate1(i))) + abs(entry%alpha)*self%curving(entry%contact)
+               self%suspect(i) = min(self%g0(i), self%g1(i)) <= self%guards%noise(i) &
+                                 .or. self%g0(i) + self%g1(i) <= stepper%h*room
             else
                b0 = self%g0(i) + stepper%h*self%rate0(i)/3
                b1 = self%g1(i) - stepper%h*self%rate1(i)/3

@@ -11,6 +11,7 @@ module razy_io_sweep_file
    use razy_io_hdf5_dataset, only: add_dimension, reserve_dataset, write_dataset
    use razy_io_hdf5_file, only: hdf5_file_t
    use razy_io_hdf5_part, only: write_part
+   use razy_io_starts, only: starts_content_t, write_starts
    use razy_io_header, only: result_header_t, write_header
    implicit none(type, external)
    private
@@ -58,6 +59,9 @@ module razy_io_sweep_file
       type(point_value_t), allocatable :: contact_values(:)
       !> Extrema of each recorded observable, with `offset`; may be left unallocated.
       type(extrema_t), allocatable :: extrema(:)
+      !> Of a sweep with several starts: these, of all points, and where they lead; needed by `begin`. After the directions come
+      !> all points of the first start, then those of the second.
+      type(starts_content_t), allocatable :: starts
    end type sweep_content_t
 
    !> A file that is being written: `begin`, `put` for all points, then `commit`; after an error `discard`.
@@ -181,6 +185,7 @@ contains
 
       n_points = product([(size(content%axes(i)%values, kind=int64), i=1, size(content%axes))])
       if (allocated(content%directions)) n_points = n_points*size(content%directions)
+      if (allocated(content%starts)) n_points = n_points*content%starts%count
    end function n_points
 
    !> Refuse arrays that do not belong together.
@@ -240,6 +245,7 @@ contains
          call write_axis_at_points(file, layout%axes, i, points, error)
       end do
       if (.not. allocated(error) .and. allocated(layout%directions)) call write_directions(file, layout%directions, points, error)
+      if (.not. allocated(error) .and. allocated(layout%starts)) call write_starts(file, layout%starts, point, error)
       if (.not. allocated(error)) call reserve_status(file, layout, points, error)
       if (allocated(error)) return
       call reserve_dataset(file, "/point/events", 0_int64, points, "1", "contact events", point, error)
@@ -370,6 +376,7 @@ contains
          names = names//" "//dotted(layout%axes(i)%parameter)
       end do
       if (allocated(layout%directions)) names = names//" direction"
+      if (allocated(layout%starts)) names = names//" start"
       call write_attribute(file, "/point/status", "coordinates", names(2:), error)
       if (.not. allocated(error)) call write_attribute(file, "/point/events", "coordinates", names(2:), error)
       if (.not. allocated(error)) call write_attribute(file, "/point/steps", "coordinates", names(2:), error)

@@ -1,7 +1,7 @@
 !! Natural frequencies and shapes of a rotor system at rest, undamped, and what the shapes are.
 !!
 !! Small systems go to LAPACK, large ones to ARPACK. Bending stiffness of n elements spans n⁴, so that the factor of a fine mesh
-!! carries rounding of that size. So the pairs found are improved once, x + (K - shift M)⁻¹ (lambda M x - K x) with the
+!! carries rounding of that size. So the pairs found are improved, x + (K - shift M)⁻¹ (lambda M x - K x) with the
 !! residual from the deformations of the elements, and taken anew as the eigenpairs in the space of these vectors
 !! (Rayleigh and Ritz), again from deformations.
 module razy_rotor_modes
@@ -22,6 +22,9 @@ module razy_rotor_modes
    !> A shift that does not make the matrix positive definite is raised by this factor, so often.
    real(wp), parameter :: raise_shift = 1.0e3_wp
    integer, parameter :: most_shifts = 4
+   !> Corrections go on until no value changes by more than this share; errors of the values then are smaller by far.
+   real(wp), parameter :: settled = 1.0e-8_wp
+   integer, parameter :: most_corrections = 5
 
 contains
 
@@ -56,7 +59,7 @@ contains
       if (pairs%status == modes_found) call improve(pairs, model, stiffness, shift, meshed)
    end function natural_modes
 
-   !> One step of inverse iteration in the form of a correction, and the Ritz pairs of the vectors.
+   !> Inverse iteration in the form of corrections, and the Ritz pairs of the vectors, until the values stay.
    subroutine improve(pairs, model, stiffness, shift, meshed)
       type(eigenpairs_t), intent(inout) :: pairs
       type(rotor_model_t), intent(in) :: model
@@ -65,23 +68,36 @@ contains
       logical, intent(in) :: meshed
 
       type(band_factor_t) :: factor
-      type(eigenpairs_t) :: ritz
-      real(wp), allocatable :: force(:), residual(:), vector(:, :)
-      integer :: info, j
+      real(wp), allocatable :: force(:), old(:), residual(:)
+      integer :: info, j, step
 
       call factor%factor(add_matrices(1.0_wp, stiffness, -shift, model%mass), info)
-      if (info /= 0) then
-         pairs%status = modes_not_definite
-         return
-      end if
-      do j = 1, size(pairs%value)
-         residual = model%mass%times(pairs%vector(:, j))
-         force = restoring_force(model, pairs%vector(:, j), meshed)
-         residual = pairs%value(j)*residual - force
-         force = factor%solve(residual)
-         pairs%vector(:, j) = pairs%vector(:, j) + force
+      if (info /= 0) pairs%status = modes_not_definite
+      do step = 1, most_corrections
+         if (pairs%status /= modes_found) return
+         old = pairs%value
+         do j = 1, size(pairs%value)
+            residual = model%mass%times(pairs%vector(:, j))
+            force = restoring_force(model, pairs%vector(:, j), meshed)
+            residual = pairs%value(j)*residual - force
+            force = factor%solve(residual)
+            pairs%vector(:, j) = pairs%vector(:, j) + force
+         end do
+         pairs%solutions = pairs%solutions + size(pairs%value)
+         call take_ritz_pairs(pairs, model, meshed)
+         if (maxval(abs(pairs%value - old)/(abs(pairs%value) - shift)) <= settled) exit
       end do
-      pairs%solutions = pairs%solutions + size(pairs%value)
+   end subroutine improve
+
+   !> The eigenpairs in the space of the vectors.
+   subroutine take_ritz_pairs(pairs, model, meshed)
+      type(eigenpairs_t), intent(inout) :: pairs
+      type(rotor_model_t), intent(in) :: model
+      logical, intent(in) :: meshed
+
+      type(eigenpairs_t) :: ritz
+      real(wp), allocatable :: vector(:, :)
+
       ritz = dense_modes(projected_stiffness(model, pairs%vector, meshed), model%mass%congruence(pairs%vector))
       pairs%status = ritz%status
       pairs%value = ritz%value
@@ -89,7 +105,7 @@ contains
       vector = product_of(pairs%vector, ritz%vector)
       call move_alloc(vector, pairs%vector)
       call orient(pairs%vector)
-   end subroutine improve
+   end subroutine take_ritz_pairs
 
    !> A number of the size of the lowest omega² that is not zero: bending of the longest shaft, pinned at its ends.
    pure function reference_shift(model) result(shift)

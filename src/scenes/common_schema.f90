@@ -9,7 +9,7 @@ module razy_scenes_common_schema
    public :: common_schema, scene_kinds
 
    !> What `&scene kind` may be.
-   character(*), parameter :: scene_kinds(*) = [character(8) :: "lumped", "planar"]
+   character(*), parameter :: scene_kinds(*) = [character(8) :: "lumped", "planar", "rotor"]
 
 contains
 
@@ -19,7 +19,7 @@ contains
       type(group_spec_t), allocatable :: schema(:)
       type(key_spec_t), allocatable :: keys(:)
 
-      allocate (schema(6))
+      allocate (schema(8))
       keys = [ &
              key_string("kind", "kind of machine", choices=scene_kinds, required=.true.), &
              key_string("title", "title of results and pictures", default="''")]
@@ -96,6 +96,36 @@ contains
              key_real("band", "half width of the band of sticking; as in &motion if not given", unit="m/s or rad/s", &
                       rule=nonnegative)]
       schema(6) = group("duel", "A method that razy-duel sets beside others", repeatable=.true., keys=keys)
+      schema(7:8) = start_groups()
    end function common_schema
+
+   !> Several starts of each point of a sweep.
+   function start_groups() result(schema)
+      type(group_spec_t), allocatable :: schema(:)
+      type(key_spec_t), allocatable :: keys(:)
+
+      allocate (schema(2))
+      keys = [ &
+             key_string("method", "all combinations of the values of &start_range, lists taken together, or samples of a box", &
+                        choices=["grid", "list", "box "], required=.true.), &
+             key_integer("samples", "number of starts from a box", low=1, high=1000000000), &
+             key_integer("seed", "of the samples of a box", rule=nonnegative, default="1"), &
+             key_real("period", "time between the states by which attractors are told apart; 0: period of the excitation", &
+                      unit="s", rule=nonnegative, default="0.0"), &
+             key_integer("longest_period", "longest period of a motion that is recognised, in these periods", low=1, high=10000, &
+                         default="8"), &
+             key_real("tolerance", "largest difference of states that are the same, of the largest state", rule=positive, &
+                      default="1.0e-4")]
+      schema(1) = group("starts", "Several initial states for each point of a sweep", keys=keys)
+      keys = [ &
+             key_string("coordinate", "coordinate that varies from start to start", required=.true.), &
+             key_string("quantity", "its displacement or velocity", choices=["displacement", "velocity    "], &
+                        default="displacement"), &
+             key_real("first", "first value of a grid, or one end of a box; m, rad, m/s or rad/s"), &
+             key_real("last", "last value of a grid, or the other end of a box"), &
+             key_integer("points", "number of values of a grid", rule=positive), &
+             key_real("values", "values of a list", least=1, most=10000)]
+      schema(2) = group("start_range", "What &starts varies", repeatable=.true., keys=keys)
+   end function start_groups
 
 end module razy_scenes_common_schema

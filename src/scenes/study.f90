@@ -16,7 +16,7 @@ module razy_scenes_study
    implicit none(type, external)
    private
 
-   public :: contacts_asked, motion_t, new_drawing, new_machine, new_structure, read_study, record_t, study_schema
+   public :: check_start, contacts_asked, motion_t, new_drawing, new_machine, new_structure, read_study, record_t, study_schema
 
    !> What &motion says.
    type :: motion_t
@@ -271,6 +271,17 @@ contains
       end do
    end subroutine check_times
 
+   !> The machine without its circulatory forces, the skew part of K, which have no potential. Where K is symmetric, itself.
+   pure function at_rest(machine) result(copy)
+      type(machine_t), intent(in) :: machine
+      type(machine_t) :: copy
+
+      copy = machine
+      associate (skew => machine%stiffness - transpose(machine%stiffness))
+         if (any(abs(skew) > 1.0e-12_wp*maxval(abs(machine%stiffness)))) copy%stiffness = machine%stiffness - 0.5_wp*skew
+      end associate
+   end function at_rest
+
    !> Displacement and velocity at the time 0.
    subroutine set_start(machine, scene, input, error)
       type(machine_t), intent(inout) :: machine
@@ -297,18 +308,18 @@ contains
                                 "' is a rigid stop or dry friction, with which an equilibrium is not one position")
             return
          end do
-         call find_equilibrium(machine, machine%displacement, found)
+         call find_equilibrium(at_rest(machine), machine%displacement, found)
          if (.not. found) call input%complain(error, "motion", 1, "start", "the constant loads are in no equilibrium: balance "// &
                                               "them, or start from 'zero' or 'given'")
       case ("zero")
       case default
          call scene%set_initial(machine, input, error)
       end select
-      if (.not. allocated(error)) call check_rigid_stops(machine, input, error)
+      if (.not. allocated(error)) call check_start(machine, input, error)
    end subroutine set_start
 
    !> A motion cannot start beyond a rigid stop.
-   subroutine check_rigid_stops(machine, input, error)
+   subroutine check_start(machine, input, error)
       type(machine_t), intent(in) :: machine
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
@@ -329,6 +340,6 @@ contains
             return
          end associate
       end do
-   end subroutine check_rigid_stops
+   end subroutine check_start
 
 end module razy_scenes_study
