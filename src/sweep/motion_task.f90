@@ -38,8 +38,8 @@ module razy_sweep_motion_task
 
    public :: motion_result_t, motion_task_t
 
-   !> Integers of a result before those of the observables, for each observable, of the kind of motion, of stroboscopic states, and of
-   !> the end of a link of a chain.
+   !> Integers of a result before those of the observables, for each observable, of the kind of motion, of stroboscopic states, and
+   !> of the end of a link of a chain.
    integer(i8), parameter :: n_head = 5, n_each = 2, n_kind = 2, n_strobe = 1, n_carried = 2
 
    !> What became of one point.
