@@ -13,7 +13,7 @@ module one_motion
    use razy_integrate_factory, only: new_integrator
    use razy_integrate_integrator, only: integrator_t, observer_slot_t, outcome_t, status_meanings, status_ok
    use razy_io_run_file, only: run_content_t
-   use razy_machine_excitation, only: excitation_period
+   use razy_machine_excitation, only: period_of_loads
    use razy_machine_machine, only: machine_t
    use razy_scenes_study, only: contacts_asked, motion_t, record_t
    implicit none(type, external)
@@ -73,7 +73,7 @@ contains
                                                  //trim(status_meanings(outcome%status))
       call store_events(content, log, machine)
       call store_extrema(content, extrema, machine)
-      if (any(records%statistics)) call store_statistics(content, statistics, excitation_period(machine))
+      if (any(records%statistics)) call store_statistics(content, statistics, period_of_loads(machine))
       if (any(records%trajectory)) call store_trajectory(content, trajectory, machine, whole_state)
    end subroutine compute
 

@@ -119,8 +119,8 @@ contains
       integer(i8), intent(in) :: point
       character(:), allocatable :: line
 
-      character(20) :: number
       real(wp) :: values(size(task%varied))
+      character(20) :: number
       integer :: i, k
 
       line = "razy-run "//in_quotes(command%input)
@@ -128,7 +128,7 @@ contains
          line = line//" --set "//in_quotes(command%overrides(i)%text)
       end do
       values = task%grid%values(task%plan%grid_point(point))
-      do i = 1, size(task%varied)
+      do i = 1, size(values)
          associate (varied => task%varied(i))
             do k = 1, size(varied%slot)
                line = line//" --set "//in_quotes(varied%slot(k)%path//"="//to_text(varied%factor(k)*values(i)))

@@ -167,7 +167,7 @@ def test_two_parameters_are_refused(sweep):
     with h5py.File(sweep, "r+") as file:
         file["axis/load"] = np.ones(1)
     with pytest.raises(ResultError, match=r"sweeps over load and rotation\.speed_rpm"):
-        drawn(sweep)
+        drawn(sweep, kind="bifurcation")
 
 
 @pytest.mark.parametrize(("start", "stop", "words"), [(2e3, None, "from 2000 on"), (1101.0, 1109.0, "between")])

@@ -1,9 +1,9 @@
 !! Statistics of contacts from a given time on: largest force, impulse, closings and their speeds, time closed, energy dissipated
 !! (razy_dynamics_contact_tally says what each is).
 !!
-!! Integrals are those of Gauss-Legendre with eight points on parts of at most eight natural intervals of the integrator: with `exact`
-!! two radians of the fastest term, with the others a step. An impact is a change from open or parting to closed, or a jump of s' at a
-!! rigid contact; a time-stepping method spreads a jump over a step, where its impulse is a force.
+!! Integrals are those of Gauss-Legendre with eight points on parts of at most eight natural intervals of the integrator: with
+!! `exact` two radians of the fastest term, with the others a step. An impact is a change from open or parting to closed, or a
+!! jump of s' at a rigid contact; a time-stepping method spreads a jump over a step, where its impulse is a force.
 module razy_dynamics_contact_statistics
    use razy_core_kinds, only: wp
    use razy_dynamics_contact_tally, only: contact_tally_t, is_closed

@@ -1,14 +1,14 @@
 !! What is added up of one contact, and what the sums mean.
 !!
-!! With F the restoring force of the law and s' the rate of its variable, the work done on the contact is W = ∫ F s' dt. What of it is
-!! stored comes back: U(s) = ∫ F(σ, 0) dσ from the edge of the gap to s while the contact is closed on an elastic side, else 0. The
-!! energy dissipated in the contact from the start of recording to the end is
+!! With F the restoring force of the law and s' the rate of its variable, the work done on the contact is W = ∫ F s' dt. What of
+!! it is stored comes back: U(s) = ∫ F(σ, 0) dσ from the edge of the gap to s while the contact is closed on an elastic side,
+!! else 0. The energy dissipated in the contact from the start of recording to the end is
 !!
 !!     D = W - (U_end - U_start) + Σ -½ p (s'₊ + s'₋),
 !!
-!! the sum over impacts of rigid contacts with the impulses p: kinetic energy of the relative motion that is lost. Over a cycle from
-!! open to open D is ∮ F s' dt. For F = k(s - e) + b s' that is ∫ b s'² dt, and, where a side parts at zero force, the energy that is
-!! still stored then too: it is lost in the relaxation of the surface.
+!! the sum over impacts of rigid contacts with the impulses p: kinetic energy of the relative motion that is lost. Over a cycle
+!! from open to open D is ∮ F s' dt. For F = k(s - e) + b s' that is ∫ b s'² dt, and, where a side parts at zero force, the
+!! energy that is still stored then too: it is lost in the relaxation of the surface.
 module razy_dynamics_contact_tally
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_contact_contact_law, only: branch_lower, branch_lower_parting, branch_open, branch_upper, branch_upper_parting

@@ -1,15 +1,16 @@
 !! The kind of a motion: after how many periods of the excitation it repeats itself, and which contacts it touches.
 !!
-!! The motion is looked at once a period T, counted back from its end (Poincaré section). Its state there are the variables s and
-!! T s'/2π of all contacts, or, of a machine without contacts, the linear observables. It has the period k T if the states of k
-!! successive sections, at least four, are those k sections before to a tolerance times the size of the state: the largest |s| or
-!! |T s'/2π| of all contacts of the same unit, at four times in each of the last four periods and at all sections. The smallest k is taken.
+!! The motion is looked at once a period T, counted back from its end (Poincaré section). Its state there are the variables s
+!! and T s'/2π of all contacts, or, of a machine without contacts, the linear observables. It has the period k T if the states
+!! of k successive sections, at least four, are those k sections before to a tolerance times the size of the state: the largest
+!! |s| or |T s'/2π| of all contacts of the same unit, at four times in each of the last four periods and at all sections. The
+!! smallest k is taken.
 module razy_dynamics_periodicity
    use, intrinsic :: iso_fortran_env, only: int64
    use razy_core_kinds, only: pi, wp
    use razy_dynamics_contact_tally, only: is_closed
    use razy_integrate_integrator, only: observer_t, piece_t
-   use razy_machine_excitation, only: excitation_period
+   use razy_machine_excitation, only: period_of_loads
    use razy_machine_machine, only: machine_t, observe_linear
    implicit none(type, external)
    private
@@ -54,7 +55,7 @@ contains
 
       self%touched = 0_int64
       self%t_end = t_end
-      self%period = excitation_period(machine)
+      self%period = period_of_loads(machine)
       self%contacts = size(machine%contact)
       self%sections = 0
       if (self%period > 0.0_wp) self%sections = int(min(real(2*longest, wp), t_end/self%period))
@@ -127,9 +128,9 @@ contains
       if (mod(self%next, 4) == 0) self%state(:, self%next/4) = self%now
    end subroutine look
 
-   !> The period of the motion that was seen, as a multiple of that of the excitation; `not_periodic` if no multiple up to 32 will do, as
-   !> far as the motion is long enough to tell; `undetermined` if there is no period of excitation, or the motion had less than
-   !> five, or ended early.
+   !> The period of the motion that was seen, as a multiple of that of the excitation; `not_periodic` if no multiple up to 32
+   !> will do, as far as the motion is long enough to tell; `undetermined` if there is no period of excitation, or the motion
+   !> had less than five, or ended early.
    pure integer function found(self) result(multiple)
       class(periodicity_t), intent(in) :: self
 

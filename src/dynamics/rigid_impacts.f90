@@ -1,7 +1,7 @@
 !! Jumps of velocity at impacts of rigid contacts, seen from one piece of the motion to the next.
 !!
-!! Impulses p in the directions W of the contacts that jump give M Δq' = W p, so Δs' = Wᵀ M⁻¹ W p and the kinetic energy of the relative
-!! motion changes by ½ pᵀ (s'₊ + s'₋). Where the directions depend on each other the impulses are not known, and NaN.
+!! Impulses p in the directions W of the contacts that jump give M Δq' = W p, so Δs' = Wᵀ M⁻¹ W p and the kinetic energy of the
+!! relative motion changes by ½ pᵀ (s'₊ + s'₋). Where the directions depend on each other the impulses are not known, and NaN.
 module razy_dynamics_rigid_impacts
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_contact_contact_law, only: branch_sticking

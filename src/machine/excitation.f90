@@ -1,22 +1,20 @@
-!! The period of a machine's excitation.
+!! The period of what acts on a machine.
 module razy_machine_excitation
    use razy_core_kinds, only: wp
-   use razy_core_tone, only: tone_t
    use razy_machine_machine, only: machine_t
-   use razy_machine_period, only: common_period
+   use razy_machine_period, only: excitation_period
    implicit none(type, external)
    private
 
-   public :: excitation_period
+   public :: period_of_loads
 
 contains
 
-   !> The shortest time after which all tones that act on the machine are back in phase, s; 0 if there are none, or no such time.
-   pure function excitation_period(machine) result(period)
+   !> Common period of the tones that act on the machine, s; 0 if there is none. A tone without amplitude does not count.
+   pure function period_of_loads(machine) result(period)
       type(machine_t), intent(in) :: machine
       real(wp) :: period
 
-      type(tone_t), allocatable :: acting(:)
       logical :: acts(size(machine%tone))
       integer :: j, t
 
@@ -27,8 +25,7 @@ contains
          end do
          acts(t) = acts(t) .and. machine%tone(t)%hertz > 0.0_wp
       end do
-      acting = pack(machine%tone, acts)
-      period = common_period(acting)
-   end function excitation_period
+      period = excitation_period(pack(machine%tone, acts))
+   end function period_of_loads
 
 end module razy_machine_excitation

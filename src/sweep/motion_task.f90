@@ -24,7 +24,7 @@ module razy_sweep_motion_task
    use razy_dynamics_strobe, only: strobe_t
    use razy_integrate_factory, only: new_integrator
    use razy_integrate_integrator, only: integrator_t, observer_slot_t, outcome_t, status_no_machine, status_ok
-   use razy_machine_excitation, only: excitation_period
+   use razy_machine_excitation, only: period_of_loads
    use razy_machine_method, only: method_t
    use razy_machine_machine, only: machine_t
    use razy_sweep_carried, only: carried_t
@@ -38,8 +38,8 @@ module razy_sweep_motion_task
 
    public :: motion_result_t, motion_task_t
 
-   !> Integers of a result before those of the observables, for each observable, of period and contacts touched, of stroboscopic
-   !> states, and of the end of a link of a chain.
+   !> Integers of a result before those of the observables, for each observable, of the kind of motion, of stroboscopic states, and
+   !> of the end of a link of a chain.
    integer(i8), parameter :: n_head = 5, n_each = 2, n_kind = 2, n_strobe = 1, n_carried = 2
 
    !> What became of one point.
@@ -52,13 +52,13 @@ module razy_sweep_motion_task
       !> of the first value among the reals of the result; the times follow the values.
       integer(i8), allocatable :: count(:), place(:)
       integer(int8), allocatable :: first_kind(:)
-      !> Stroboscopic states: number of reals, and the place of the first; see `append_strobe`.
-      integer(i8) :: strobe_count = 0, strobe_place = 0
       !> Period of the motion and contacts touched, if they are asked for (razy_dynamics_periodicity).
       integer :: period = undetermined
       integer(i8) :: touched = 0
       !> Statistics of the contacts that are asked for (quantities, contacts).
       real(wp), allocatable :: statistics(:, :)
+      !> Stroboscopic states: number of reals, and the place of the first; see `append_strobe`.
+      integer(i8) :: strobe_count = 0, strobe_place = 0
    end type motion_result_t
 
    !> The task. Units and points of the sweep are those of `plan`, the same on all ranks.
@@ -226,8 +226,8 @@ contains
    end subroutine resume_chain
 
    !> Compute one motion: status, events, steps, point, time in ns, then count and first kind for each observable, and values and
-   !> times; if asked for its period and what it touches, and statistics of contacts; then stroboscopic states; in a chain then what
-   !> is carried on.
+   !> times; if asked for its period and what it touches, statistics of contacts, and stroboscopic states; in a chain then what is
+   !> carried on.
    subroutine run_point(self, point, result)
       class(motion_task_t), intent(inout) :: self
       integer(i8), intent(in) :: point
@@ -252,12 +252,12 @@ contains
       if (allocated(error)) then
          outcome%status = status_no_machine
       else
+         call self%statistics%attach(self%machine, self%contacts)
+         if (self%asks_kind) call self%periodicity%attach(self%machine, self%t_end)
          if (self%strobe_periods > 0) then
             call self%strobe%begin(size(self%machine%mass, 1), self%t_end, self%strobe_period, self%strobe_periods)
             start_norm = norm_of(self, [self%machine%displacement, self%machine%velocity])
          end if
-         call self%statistics%attach(self%machine, self%contacts)
-         if (self%asks_kind) call self%periodicity%attach(self%machine, self%t_end)
          call follow(self%integrator, self, outcome)
       end if
       call result%append([int(outcome%status, i8), outcome%events, outcome%steps, point, nint(1.0e9_wp*(seconds() - begun), i8)])
@@ -337,7 +337,7 @@ contains
          return
       end if
       if (self%asks_kind) call result%append([int(self%periodicity%found(), i8), self%periodicity%touched])
-      period = excitation_period(self%machine)
+      period = period_of_loads(self%machine)
       do i = 1, size(self%contacts)
          call result%append(self%statistics%tally(i)%values(self%statistics%time, period))
       end do

@@ -106,9 +106,7 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
             _draw_points(axes, panel)
 
 
-def _draw_periods(
-    result: SweepResult, axes: Axes, parameter: NDArray[np.float64], selected: NDArray[np.bool_]
-) -> None:
+def _draw_periods(result: SweepResult, axes: Axes, parameter: NDArray[np.float64], selected: NDArray[np.bool_]) -> None:
     """Draw the period of the motions as a band of colours; of a sweep in both directions that of the way up."""
     if result.direction is not None and np.any(result.direction == UP):
         selected = selected & (result.direction == UP)

@@ -15,7 +15,9 @@ from razy_post.read import DOWN, SweepResult
 def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
     """Draw a map of each quantity asked for; by default of the largest force in the first contact and of the period."""
     if len(result.parameters) != 2:
-        raise ResultError(f"{result.path}: a map needs a sweep over two parameters, this one has {len(result.parameters)}")
+        raise ResultError(
+            f"{result.path}: a map needs a sweep over two parameters, this one has {len(result.parameters)}"
+        )
     if options.coordinates:
         raise ResultError(f"{result.path}: a map takes --observable period or CONTACT.QUANTITY, no coordinates")
     names = options.observables or _defaults(result)

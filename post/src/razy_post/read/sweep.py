@@ -109,7 +109,7 @@ class SweepResult(ResultFile):
 
     @property
     def touched(self) -> dict[str, NDArray[np.bool_]] | None:
-        """Whether each point touched a contact, shape (points,), by the name of the contact; None if the file has none."""
+        """Whether each point touched a contact, shape (points,), by its name; None if the file has none."""
         bits = self._counter("touched")
         if bits is None:
             return None
@@ -135,7 +135,7 @@ class SweepResult(ResultFile):
         return f"contact/{contact}/{quantity}"
 
     def within(self, start: float | None, stop: float | None) -> NDArray[np.bool_]:
-        """Return which points have their only parameter between `start` and `stop`, open where None, shape (points,)."""
+        """Return which points have their parameter between `start` and `stop`, open where None, shape (points,)."""
         grid = self.grid()
         selected = np.isfinite(grid)
         selected &= grid >= start if start is not None else True

@@ -1,0 +1,148 @@
+"""Statistics of contacts, kinds of motion and sweeps over two parameters, from the outside."""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from faults import Sweep, kill_all, points_done, wait_until_recorded
+from programs import GEAR_PAIR, SOURCE, datasets, plot, sets, start, succeed
+
+HYSTERESIS = SOURCE / "inputs" / "hysteresis.nml"
+STATISTICS = "&record observable='contact_force', of='all', what='statistics', from=0.25 /\n"
+SPEED = "&sweep parameter='rotation%speed_rpm', first=1400.0, last=2400.0, points=6 /\n"
+TORQUE = "&sweep parameter='load(1)%value','load(2)%value', factor=1.0,-1.0, first=50.0, last=200.0, points=4 /\n"
+
+
+def without(text, *groups):
+    lines = [line for line in text.splitlines() if not line.startswith(tuple("&" + group for group in groups))]
+    return "\n".join(lines) + "\n"
+
+
+@pytest.fixture
+def grid(folder):
+    """The gear pair over speed and torque."""
+    (folder / "grid.nml").write_text(without(GEAR_PAIR.read_text(), "sweep") + STATISTICS + SPEED + TORQUE)
+    return folder / "grid.nml"
+
+
+def values(path, name):
+    with h5py.File(path) as file:
+        return file[name][()]
+
+
+def test_a_run_has_what_a_point_of_the_grid_has(grid):
+    succeed("razy-sweep", grid)
+    at = {"rotation%speed_rpm": 2200, "load(1)%value": 150, "load(2)%value": -150}
+    options = [word for key, value in at.items() for word in ("--set", f"{key}={value}")]
+    succeed("razy-run", grid, *options, "--output", "run.h5")
+    point = 4 * 4 + 2
+    assert values("grid.h5", "point/rotation.speed_rpm")[point] == 2200
+    assert values("grid.h5", "point/load(1).value")[point] == 150
+    with h5py.File("run.h5") as run, h5py.File("grid.h5") as file:
+        assert len(run["contact/mesh"]) == 10
+        for name, item in run["contact/mesh"].items():
+            assert item[()] == file["contact/mesh"][name][point]
+            assert item.attrs["units"] == file["contact/mesh"][name].attrs["units"]
+        assert run["contact/mesh/impacts"][()] > 20
+        assert file["contact/mesh/largest_force"][point] >= 8e8 * file["extrema/mesh_deformation/value"][:].max() * 0.5
+        assert file["point/touched"].attrs["names"] == ["mesh"]
+        # Over whole periods the mesh carries the torque (radius 0.08 m); in motions that repeat themselves.
+        period = 60 / 40 / file["point/rotation.speed_rpm"][:]
+        mean = file["contact/mesh/impulse_per_period"][:] / period * 0.08 / file["point/load(1).value"][:]
+    assert np.median(np.abs(mean - 1)) < 0.02
+
+
+def test_largest_force_is_the_stiffness_times_the_largest_deformation(grid):
+    succeed("razy-sweep", grid)
+    with h5py.File("grid.h5") as file:
+        offset, value = file["extrema/mesh_deformation/offset"][:], file["extrema/mesh_deformation/value"][:]
+        deepest = [max(piece.max(), -1e-4 - piece.min()) for piece in np.split(value, offset[1:-1])]
+        np.testing.assert_allclose(file["contact/mesh/largest_force"][:], 8e8 * np.array(deepest), rtol=1e-9)
+
+
+def test_grid_does_not_depend_on_the_number_of_ranks(grid):
+    succeed("razy-sweep", grid, "--output", "alone.h5")
+    for ranks in (2, 3):
+        succeed("razy-sweep", grid, "--output", f"{ranks}.h5", ranks=ranks)
+        assert Path(f"{ranks}.h5").read_bytes() == Path("alone.h5").read_bytes()
+
+
+@pytest.mark.parametrize("direction", ["independent", "both"])
+def test_a_killed_grid_goes_on(grid, direction):
+    case = grid.read_text().replace("points=6", f"points=40, direction='{direction}'").replace("t_end=0.3", "t_end=0.6")
+    grid.write_text(case)
+    sweep = Sweep(grid)
+    process = sweep.begin()
+    assert wait_until_recorded(process, 200000)
+    kill_all(process)
+    done = sweep.start(ranks=2)
+    assert done.returncode == 0, done.stderr
+    assert 0 < points_done(done.stderr) < 40 * 4 * (2 if direction == "both" else 1)
+    sweep.expect_whole()
+
+
+def test_chains_run_along_the_first_axis(folder):
+    """Every chain of the grid is the chain of a sweep over the first parameter alone."""
+    text = without(HYSTERESIS.read_text(), "sweep", "record")
+    record = "&record observable='displacement', what='extrema', from=1.5 /\n"
+    first = "&sweep parameter='load(1)%frequency', first=10.0, last=14.0, points=5, direction='both' /\n"
+    second = "&sweep parameter='load(1)%amplitude', first={}, last={}, points={} /\n"
+    (folder / "grid.nml").write_text(text + record + first + second.format(20.0, 40.0, 3))
+    succeed("razy-sweep", "grid.nml", *sets(motion__t_end=2))
+    shape = (2, 5, 3)
+    both = values("grid.h5", "point/events").reshape(shape)
+    for k, amplitude in enumerate((20.0, 30.0, 40.0)):
+        (folder / "one.nml").write_text(text + record + first)
+        options = [*sets(motion__t_end=2), "--set", f"load(1)%amplitude={amplitude}", "--output", f"{k}.h5"]
+        succeed("razy-sweep", "one.nml", *options)
+        assert values(f"{k}.h5", "point/events").tolist() == both[:, :, k].ravel().tolist()
+        assert (
+            values(f"{k}.h5", "point/steps").tolist()
+            == values("grid.h5", "point/steps").reshape(shape)[:, :, k].ravel().tolist()
+        )
+
+
+def test_kind_of_motion_is_left_out_when_not_wanted():
+    options = sets(sweep__step=400)
+    succeed("razy-sweep", GEAR_PAIR, *options, "--output", "with.h5")
+    succeed("razy-sweep", GEAR_PAIR, *options, *sets(sweep__kind_of_motion=".false."), "--output", "without.h5")
+    more, less = datasets("with.h5"), datasets("without.h5")
+    assert set(more) - set(less) == {"point/period", "point/touched"}
+    assert all(more[name] == less[name] for name in less)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (TORQUE, TORQUE + TORQUE, "at most two &sweep groups"),
+        (TORQUE, SPEED, "a value that the first &sweep does not vary"),
+        ("factor=1.0,-1.0", "factor=1.0", "one factor for each parameter"),
+        ("factor=1.0,-1.0", "factor=2.0,-1.0", "1 for the first parameter"),
+        ("'load(2)%value'", "'load(1)%value'", "each value once"),
+        ("points=4", "points=4, direction='up'", "given in the first &sweep only"),
+        ("of='all', what='statistics'", "of='all', what='statistics','extrema'", "'all' for statistics alone"),
+        ("of='all', what='statistics'", "of='mash', what='statistics'", "did you mean 'mesh'"),
+        ("observable='contact_force', of='all'", "observable='velocity', of='motor'", "'contact_force' only"),
+    ],
+)  # fmt: skip
+def test_bad_input(grid, old, new, said):
+    assert grid.read_text().count(old) == 1
+    grid.write_text(grid.read_text().replace(old, new))
+    done = start("razy-sweep", grid)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_pictures(grid):
+    succeed("razy-sweep", grid)
+    for options in ((), ("--observable", "period"), ("--observable", "mesh.dissipated_energy")):
+        done = plot("grid.h5", "--save", "map.png", *options)
+        assert done.returncode == 0, done.stderr
+    assert plot("grid.h5", "--save", "map.png", "--observable", "mesh.nothing").returncode == 2
+    (grid.parent / "line.nml").write_text(without(grid.read_text(), "sweep") + SPEED)
+    succeed("razy-sweep", "line.nml")
+    for options in (("--kind", "contacts"), ("--kind", "contacts", "--observable", "impulse"), ()):
+        done = plot("line.h5", "--save", "line.png", *options)
+        assert done.returncode == 0, done.stderr
