@@ -12,7 +12,7 @@ POINT_COLUMNS = ("direction", "start", "status", "events", "steps", "attractor")
 
 
 def write_extrema(result: SweepResult, observable: str, target: Path) -> int:
-    """Write point, parameters, value and kind of each extremum of an observable in parts; return the number of lines."""
+    """Write point, parameters, value and kind of each extremum of an observable; return the number of lines."""
     extrema = result.extrema(observable)
     grids = [result.grid(name) for name in result.parameters]
     quantities = [result.parameter(name) for name in result.parameters]
@@ -32,7 +32,7 @@ def write_points(result: SweepResult, target: Path) -> int:
     """Write parameters, status and counters of each point; return the number of lines."""
     names = [f"{quantity.name} [{quantity.units}]" for quantity in map(result.parameter, result.parameters)]
     columns = [np.arange(result.n_points), *(result.grid(name) for name in result.parameters)]
-    group = result.file["point"] if "point" in result.file else {}
+    group = result.file.get("point", {})
     for name in group:
         if name in POINT_COLUMNS or name.startswith("start."):
             names.append(name)

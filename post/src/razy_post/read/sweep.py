@@ -117,7 +117,7 @@ class SweepResult(ResultFile):
         return quantity_of(self._vector(f"point/start.{name}", self.n_points), name)
 
     def basin(self, point: int) -> Basin:
-        """Read where the starts of a grid point lead, counted from 0; of a sweep in both directions those on the first way."""
+        """Read where the starts of a grid point lead, counted from 0; of a sweep both ways those on the first way."""
         if not 0 <= point < self.n_grid:
             raise IndexError(f"grid point {point} of {self.n_grid}")
         part = slice(point, self.n_grid * self.n_starts, self.n_grid)
