@@ -3,13 +3,16 @@
 
     bench/cluster.py --razy-bin FOLDER [--message SECONDS] [--collect SECONDS] [--latency SECONDS]
 
-The protocol is that of src/sweep: rank 0 only manages, serves one message after the other, hands out chunks of what remains
-divided by (shares x ranks); a worker asks for its next chunk when it begins one, and sends results every 0.1 s.
+The protocol is that of src/sweep: rank 0 only manages, serves one message after the other, hands out chunks of what
+remains divided by (shares x ranks); a worker asks for its next chunk when it begins one, and sends results every 0.1 s.
+Up to 32 ranks rank 0 computes points too, which is left out here.
 
-Assumptions: a message costs rank 0 `message` on each of receiving and sending, a result `collect` besides, and is under way
-for `latency`, whatever the number of ranks and the load of the network; no rank is slower than another; all start at once.
-The spread of costs is that of the gear pair: steps of the search at each of 401 speeds, in their order, each repeated, and scaled to
-the mean asked for; so costly points stand side by side. `random` are the same costs in random order.
+Assumptions: a message costs rank 0 `message` on each of receiving and sending, a result `collect` besides, and is under
+way for `latency`, whatever the number of ranks and the load of the network; no rank is slower than another; all start
+at once. The spread of costs is that of the gear pair: steps of the search at each of 401 speeds, in their order, each
+repeated, and scaled to the mean asked for; so costly points stand side by side. `random` are the same costs in random
+order. What a message and a result cost was measured on a shared machine with two cores (bench/README.md); the latency
+is a guess for a network.
 """
 
 import argparse
@@ -74,7 +77,7 @@ def measured_costs(folder):
 
 def table(spread, options):
     lines = [
-        "| points | mean, ms | order | ranks | shares | efficiency, % | rank 0 at work, % | bound by the longest point, % |",
+        "| points | mean, ms | order | ranks | shares | efficiency, % | rank 0 at work, % | bound, % |",
         "|---|---|---|---|---|---|---|---|",
     ]
     for points, mean in ((100_000, 0.020), (1_000_000, 0.001)):
@@ -87,10 +90,9 @@ def table(spread, options):
                 for shares in (8, 32):
                     end, work = simulate(values, ranks, shares, options.message, options.collect, options.latency)
                     efficiency = 100 * values.sum() / (ranks * end)
-                    lines.append(
-                        f"| {points} | {1000 * mean:g} | {order} | {ranks} | {shares} | {efficiency:.1f} | {100 * work:.1f} "
-                        f"| {100 * bound:.1f} |"
-                    )
+                    row = [points, f"{1000 * mean:g}", order, ranks, shares]
+                    row += [f"{value:.1f}" for value in (efficiency, 100 * work, 100 * bound)]
+                    lines.append(f"| {' | '.join(map(str, row))} |")
     return lines
 
 
@@ -98,7 +100,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--razy-bin", type=Path, default=BENCH.parent / "build" / "bin", help="folder of razy-sweep")
     parser.add_argument("--message", type=float, default=2e-6, help="cost of a message on rank 0, s")
-    parser.add_argument("--collect", type=float, default=5e-6, help="cost of a result on rank 0, s")
+    parser.add_argument("--collect", type=float, default=6e-6, help="cost of a result on rank 0, s")
     parser.add_argument("--latency", type=float, default=5e-6, help="time that a message is under way, s")
     parser.add_argument("--report", type=Path, default=BENCH / "report" / "cluster.md", help="file to write")
     options = parser.parse_args()
@@ -107,12 +109,14 @@ def main():
     lines = [
         "# Sweeps on many ranks, simulated",
         "",
-        f"Made by `bench/cluster.py` on {datetime.date.today().isoformat()}: message {1e6 * options.message:g} us, result "
-        f"{1e6 * options.collect:g} us, latency {1e6 * options.latency:g} us. No run on a cluster is behind this.",
+        f"Made by `bench/cluster.py` on {datetime.date.today().isoformat()}: message {1e6 * options.message:g} us, "
+        f"result {1e6 * options.collect:g} us, latency {1e6 * options.latency:g} us. "
+        "No run on a cluster is behind this.",
         "",
         *about[2:],
         f"The costliest point takes {spread.max() / spread.mean():.1f} times the mean, the cheapest "
-        f"{spread.min() / spread.mean():.2f} times. Efficiency counts all ranks, rank 0 too.",
+        f"{spread.min() / spread.mean():.2f} times. Efficiency counts all ranks, rank 0 too; "
+        "the bound is what the longest point and a rank 0 that does not compute allow.",
         "",
         *table(spread, options),
         "",

@@ -2,8 +2,8 @@
 
 The files are those of ``razy-sweep`` over different ranges of its first parameter, alike in everything else: program,
 inputs but for ``&sweep``, other parameters. Points are put in the order of the parameter; of a value that ends one
-range and begins the next the file that comes first counts. Extrema are copied in parts, so they need not fit in memory. The
-attribute ``input`` is that of the first range; ``merged`` names the files.
+range and begins the next the file that comes first counts. Extrema are copied in parts, so they need not fit in memory.
+The attribute ``input`` is that of the first range; ``merged`` names the files.
 """
 
 import re
