@@ -121,13 +121,21 @@ contains
       character(:), allocatable :: line
 
       character(20) :: number
-      integer :: i
+      real(wp) :: values(size(task%varied))
+      integer :: i, k
 
       line = "razy-run "//in_quotes(command%input)
       do i = 1, size(command%overrides)
          line = line//" --set "//in_quotes(command%overrides(i)%text)
       end do
-      line = line//" --set "//in_quotes(task%slot%path//"="//to_text(task%axis%value(task%plan%grid_point(point))))
+      values = task%grid%values(task%plan%grid_point(point))
+      do i = 1, size(task%varied)
+         associate (varied => task%varied(i))
+            do k = 1, size(varied%slot)
+               line = line//" --set "//in_quotes(varied%slot(k)%path//"="//to_text(varied%factor(k)*values(i)))
+            end do
+         end associate
+      end do
       if (task%starts%wanted) then
          line = line//" --set "//in_quotes("starts%method='list'")
          do i = 1, size(task%starts%range)

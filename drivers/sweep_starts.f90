@@ -8,8 +8,8 @@ module sweep_starts
    use razy_core_kinds, only: i8, wp
    use razy_core_text, only: did_you_mean, lower, string_t
    use razy_core_uniform, only: uniform
+   use razy_machine_excitation, only: excitation_period
    use razy_machine_machine, only: machine_t
-   use razy_machine_period, only: excitation_period
    use razy_sweep_grid, only: axis_t, most_points, new_axis
    implicit none(type, external)
    private
@@ -246,7 +246,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       period = self%period
-      if (.not. period > 0.0_wp) period = excitation_period(machine%tone)
+      if (.not. period > 0.0_wp) period = excitation_period(machine)
       if (.not. period > 0.0_wp) then
          call input%complain(error, "starts", 1, "period", "required: the excitation has no period of its own")
       else if (2*self%longest_period*period > t_end) then

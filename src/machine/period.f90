@@ -5,7 +5,7 @@ module razy_machine_period
    implicit none(type, external)
    private
 
-   public :: excitation_period
+   public :: common_period
 
    !> The period is looked for up to so many periods of the first tone.
    integer, parameter :: most_turns = 1000
@@ -15,7 +15,7 @@ module razy_machine_period
 contains
 
    !> Period, s; 0 if there is no tone, or no common period.
-   pure real(wp) function excitation_period(tone) result(period)
+   pure real(wp) function common_period(tone) result(period)
       type(tone_t), intent(in) :: tone(:)
 
       real(wp) :: turns(size(tone))
@@ -29,6 +29,6 @@ contains
          period = k/tone(1)%hertz
          return
       end do
-   end function excitation_period
+   end function common_period
 
 end module razy_machine_period

@@ -1,6 +1,7 @@
 !! The groups that every kind of scene has: what it is, how it moves, what is recorded, what is varied.
 module razy_scenes_common_schema
-   use razy_core_schema, only: group, group_spec_t, key_integer, key_real, key_spec_t, key_string, nonnegative, positive
+   use razy_core_schema, only: group, group_spec_t, key_integer, key_logical, key_real, key_spec_t, key_string, nonnegative, &
+                               positive
    use razy_machine_method, only: integrators, treatments
    implicit none(type, external)
    private
@@ -44,23 +45,31 @@ contains
       schema(2) = group("motion", "The motion that is computed", keys=keys)
       keys = [ &
              key_string("observable", "what is recorded", choices=observables, required=.true.), &
-             key_string("of", "name of the group it belongs to; needed if there is more than one"), &
-             key_string("what", "extrema, or the trajectory (razy-run only)", &
-                        choices=["extrema   ", "trajectory"], least=1, most=2, required=.true.), &
+             key_string("of", "name of the group it belongs to; needed if there is more than one; for statistics also 'all'"), &
+             key_string("what", "extrema, the trajectory (razy-run only), or statistics of a contact_force", &
+                        choices=["extrema   ", "trajectory", "statistics"], least=1, most=3, required=.true.), &
              key_real("from", "start of recording", unit="s", rule=nonnegative, default="0.0"), &
              key_real("interval", "time between points of the trajectory; 0 takes the natural times, those of events and "// &
                       "a few between them", unit="s", rule=nonnegative, default="0.0")]
       schema(3) = group("record", "A quantity that is recorded", repeatable=.true., keys=keys)
       keys = [ &
-             key_string("parameter", "group%key of the value that varies, as in --set", required=.true.), &
+             key_string("parameter", "group%key of the value that varies, as in --set; or of several that vary together", &
+                        least=1, most=16, required=.true.), &
+             key_real("factor", "each parameter is the axis' value times its factor, the first 1; all 1 if not given", &
+                      least=1, most=16), &
              key_real("first", "first value, in the unit of the key", required=.true.), &
              key_real("last", "last value", required=.true.), &
              key_real("step", "step from value to value; give this or points (0: as if not given)"), &
              key_integer("points", "number of values; give this or step", rule=positive), &
              key_string("direction", "whether each motion starts as &motion says, or where the one before ended: in the "// &
                         "order of the values (up), against it (down), or both", &
-                        choices=["independent", "up         ", "down       ", "both       "], default="independent")]
-      schema(4) = group("sweep", "A parameter that razy-sweep varies", keys=keys)
+                        choices=["independent", "up         ", "down       ", "both       "], default="independent"), &
+             key_logical("kind_of_motion", "whether the period of each motion and the contacts it touches are found", &
+                         default=".true."), &
+             key_real("period_tolerance", "difference from period to period up to which a motion is periodic, relative to the "// &
+                      "size of the state", rule=positive, default="1.0e-6")]
+      schema(4) = group("sweep", "A parameter that razy-sweep varies; a second group is a second axis", repeatable=.true., &
+                        keys=keys)
       keys = [ &
              key_string("parameter", "group%key of the value that is looked for, as in --set", required=.true.), &
              key_real("first", "first value of the range, in the unit of the key", required=.true.), &

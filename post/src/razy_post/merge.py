@@ -20,6 +20,7 @@ from razy_post.read import SweepResult, open_result
 from razy_post.read.extrema import CHUNK_VALUES
 
 OFFSET = "offset"
+KNOWN = {"axis", "contact", "extrema", "point", "scene"}
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,9 @@ def _arrange(results: list[SweepResult]) -> tuple[list[Source], int]:
             raise ResultError(f"{other.path}: computed from another input than {first.path} (beyond its &sweep)")
         if (first.parameters, first.observables) != (other.parameters, other.observables):
             raise ResultError(f"{other.path}: other parameters or observables than {first.path}")
+    unknown = set(first.file) - KNOWN
+    if unknown:
+        raise ResultError(f"{first.path}: '/{min(unknown)}' cannot be merged")
     name = first.outer_parameter
     for result in results:
         if result.direction is not None or result.n_starts > 1:
@@ -121,6 +125,17 @@ def _write(file: h5py.File, sources: list[Source], inner: int) -> int:
             else:
                 each = 1 if group == "axis" else inner
                 _copy(file, model, [_rows(source, f"{group}/{name}", each) for source in sources])
+    for name, group in first.file.get("contact", {}).items():
+        for quantity, model in group.items():
+            path = f"contact/{name}/{quantity}"
+            if quantity == "point":
+                _dimension(file, model, points)
+            elif model.shape == (first.n_points,):
+                _copy(file, model, [_rows(source, path, inner) for source in sources])
+            else:
+                raise ResultError(
+                    f"{first.path}: dataset '/{path}' has not one value for each point, and cannot be merged"
+                )
     for observable in first.observables:
         _write_extrema(file, sources, inner, f"extrema/{observable}")
     if "scene" in first.file:
@@ -196,3 +211,7 @@ def _attach_scales(file: h5py.File) -> None:
                 item.dims[0].attach_scale(file[group]["boundary"])
             elif name not in (scale, "boundary"):
                 item.dims[0].attach_scale(file[group][scale])
+    for group in file.get("contact", {}).values():
+        for name, item in group.items():
+            if name != "point":
+                item.dims[0].attach_scale(group["point"] if "point" in group else file["point/point"])
