@@ -125,17 +125,14 @@ def _write(file: h5py.File, sources: list[Source], inner: int) -> int:
             else:
                 each = 1 if group == "axis" else inner
                 _copy(file, model, [_rows(source, f"{group}/{name}", each) for source in sources])
-    for name, group in first.file.get("contact", {}).items():
-        for quantity, model in group.items():
-            path = f"contact/{name}/{quantity}"
-            if quantity == "point":
-                _dimension(file, model, points)
-            elif model.shape == (first.n_points,):
-                _copy(file, model, [_rows(source, path, inner) for source in sources])
-            else:
-                raise ResultError(
-                    f"{first.path}: dataset '/{path}' has not one value for each point, and cannot be merged"
-                )
+    if "contact" in first.file:
+        _dimension(file, first.file["contact/point"], points)
+    for contact in first.contacts:
+        for quantity, model in first.file[f"contact/{contact}"].items():
+            path = f"contact/{contact}/{quantity}"
+            if model.shape != (first.n_points,):
+                raise ResultError(f"{first.path}: '/{path}' has not one value for each point: it cannot be merged")
+            _copy(file, model, [_rows(source, path, inner) for source in sources])
     for observable in first.observables:
         _write_extrema(file, sources, inner, f"extrema/{observable}")
     if "scene" in first.file:
@@ -212,6 +209,5 @@ def _attach_scales(file: h5py.File) -> None:
             elif name not in (scale, "boundary"):
                 item.dims[0].attach_scale(file[group][scale])
     for group in file.get("contact", {}).values():
-        for name, item in group.items():
-            if name != "point":
-                item.dims[0].attach_scale(group["point"] if "point" in group else file["point/point"])
+        for item in group.values() if isinstance(group, h5py.Group) else ():
+            item.dims[0].attach_scale(file["contact/point"])
