@@ -137,7 +137,8 @@ prepare() {
 # build_release TARGET
 build_release() {
   build release "$1"
-  ln -sfn ../../.venv/bin/razy-plot build/bin/razy-plot
+  local program
+  for program in csv merge plot; do ln -sfn "../../.venv/bin/razy-$program" "build/bin/razy-$program"; done
 }
 
 demo() {

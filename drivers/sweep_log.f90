@@ -55,6 +55,7 @@ contains
       real(wp) :: slow_time(slowest), rate
       integer :: i, unit
 
+      if (task%failures == 0 .and. .not. allocated(command%log)) return
       unit = error_unit
       if (allocated(command%log)) then
          call open_log(command%log, unit, error)

@@ -88,6 +88,8 @@ module razy_sweep_motion_task
       !> On rank 0: the results, and the number of extrema of each observable (observables).
       type(checkpoint_t) :: checkpoint
       integer(i8), allocatable :: total(:)
+      !> On rank 0: points that are done and failed.
+      integer(i8) :: failures = 0
    contains
       procedure(make_machine), deferred :: machine_at
       procedure :: run => run_unit
@@ -138,6 +140,7 @@ contains
          call self%result_at(point, result, motion, error)
          if (allocated(error)) return
          self%total = self%total + motion%count
+         if (motion%status /= status_ok) self%failures = self%failures + 1
       end do
       call self%plan%close(whole)
       if (.not. whole) then
@@ -390,6 +393,7 @@ contains
       do i = 1, size(self%total)
          self%total(i) = self%total(i) + result%integers(n_head + n_each*(i - 1) + 1)
       end do
+      if (result%integers(1) /= status_ok) self%failures = self%failures + 1
       call self%checkpoint%put(result%integers(4), result)
    end subroutine collect_point
 

@@ -12,7 +12,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from razy_post.errors import ResultError
-from razy_post.plot import bifurcation, contacts, machine, maps, motion, tuning, work_precision
+from razy_post.plot import basins, bifurcation, contacts, machine, maps, motion, tuning, work_precision
 from razy_post.plot.options import PlotNote, PlotOptions
 from razy_post.plot.style import look
 from razy_post.read import ResultFile, SweepResult
@@ -31,6 +31,7 @@ class Picture:
 
 PICTURES = (
     Picture("razy-sweep", "bifurcation", bifurcation.draw),
+    Picture("razy-sweep", "basins", basins.draw),
     Picture("razy-sweep", "contacts", contacts.draw),
     Picture("razy-sweep", "map", maps.draw),
     Picture("razy-run", "overview", motion.draw_overview),

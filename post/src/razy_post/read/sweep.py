@@ -28,6 +28,25 @@ class ExtremaTable:
     kind: NDArray[np.int8]
 
 
+@dataclass(frozen=True)
+class Basin:
+    """The starts of one grid point; arrays have shape (starts,).
+
+    Attributes
+    ----------
+    value
+        For each number that varies its values, in the units of the file.
+    attractor
+        Number of the attractor each start leads to, 0 none that is periodic, -1 the motion failed.
+    period
+        Period of each attractor in periods of the excitation.
+    """
+
+    value: dict[str, NDArray[np.float64]]
+    attractor: NDArray[np.int64]
+    period: dict[int, int]
+
+
 class SweepResult(ResultFile):
     """Result of a sweep; points are in grid order and counted from 0."""
 
@@ -55,8 +74,8 @@ class SweepResult(ResultFile):
 
     @property
     def n_points(self) -> int:
-        """Number of points: those of the grid, once for each direction."""
-        grid = int(np.prod([self._axis_data(name).shape[0] for name in self._require_parameters()]))
+        """Number of points: those of the grid, once for each start and direction."""
+        grid = self.n_grid * self.n_starts
         direction = self._find("point/direction")
         if direction is None:
             return grid
@@ -65,6 +84,52 @@ class SweepResult(ResultFile):
                 f"{self.path}: dataset '/point/direction' has shape {direction.shape}, expected ({grid},)"
             )
         return int(direction.shape[0])
+
+    @property
+    def n_grid(self) -> int:
+        """Number of points of the grid."""
+        return int(np.prod([self._axis_data(name).shape[0] for name in self._require_parameters()]))
+
+    @property
+    def outer_parameter(self) -> str:
+        """The parameter that runs slowest."""
+        for name in self._require_parameters():
+            if len(self.parameters) == 1:
+                return name
+            values = self._vector(f"point/{name}")[: self.n_grid]
+            if values.size < 2 or values[0] == values[1]:
+                return name
+        return self.parameters[0]
+
+    @property
+    def n_starts(self) -> int:
+        """Number of initial states of each grid point."""
+        start = self._find("point/start")
+        return 1 if start is None or start.shape[0] == 0 else int(start[()].max())
+
+    @property
+    def start_quantities(self) -> tuple[str, ...]:
+        """Numbers of the initial state that vary, such as ``block.velocity``, those of displacements first."""
+        names = [
+            name.removeprefix("start.") for name in self._members("point", h5py.Dataset) if name.startswith("start.")
+        ]
+        return tuple(sorted(names, key=lambda name: (name.endswith(".velocity"), names.index(name))))
+
+    def start_quantity(self, name: str) -> Quantity:
+        """Describe a number of the initial state."""
+        return quantity_of(self._vector(f"point/start.{name}", self.n_points), name)
+
+    def basin(self, point: int) -> Basin:
+        """Read where the starts of a grid point lead, counted from 0; of a sweep both ways those on the first way."""
+        if not 0 <= point < self.n_grid:
+            raise IndexError(f"grid point {point} of {self.n_grid}")
+        part = slice(point, self.n_grid * self.n_starts, self.n_grid)
+        value = {name: self._vector(f"point/start.{name}", self.n_points)[part] for name in self.start_quantities}
+        offset = self._vector("attractor/offset")[point : point + 2]
+        rows = slice(int(offset[0]), int(offset[1]))
+        number, period = (self._vector(f"attractor/{name}")[rows] for name in ("number", "period"))
+        attractor = np.asarray(self._vector("point/attractor", self.n_points)[part], dtype=np.int64)
+        return Basin(value, attractor, dict(zip(number.tolist(), period.tolist(), strict=True)))
 
     @property
     def direction(self) -> NDArray[np.int8] | None:
@@ -194,6 +259,12 @@ class SweepResult(ResultFile):
             counter = self._counter(name)
             if counter is not None:
                 variables[name] = ("point", counter)
+        if self._find("point/start") is not None:
+            coordinates["start"] = ("point", self._vector("point/start", self.n_points)[()], {})
+            variables["attractor"] = ("point", self._vector("point/attractor", self.n_points)[()])
+            for name in self.start_quantities:
+                item = self._vector(f"point/start.{name}", self.n_points)
+                coordinates[f"start.{name}"] = ("point", item[()], self.start_quantity(name).attributes())
         for contact in self.contacts:
             for quantity in self._members(f"contact/{contact}", h5py.Dataset):
                 described = self.contact_quantity(contact, quantity).attributes()

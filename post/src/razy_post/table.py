@@ -1,0 +1,51 @@
+"""The extrema of a sweep as a table of text: one line for each, comma-separated, numbers with all their digits."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from razy_post.errors import ResultError
+from razy_post.read import SweepResult
+
+POINT_COLUMNS = ("direction", "start", "status", "events", "steps", "attractor")
+
+
+def write_extrema(result: SweepResult, observable: str, target: Path) -> int:
+    """Write point, parameters, value and kind of each extremum of an observable; return the number of lines."""
+    extrema = result.extrema(observable)
+    grids = [result.grid(name) for name in result.parameters]
+    quantities = [result.parameter(name) for name in result.parameters]
+    header = ["point", *(f"{quantity.name} [{quantity.units}]" for quantity in quantities)]
+    lines = 0
+    with _opened(target) as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow([*header, f"{observable} [{extrema.quantity.units}]", "kind"])
+        for chunk in extrema.chunks():
+            columns = [chunk.point, *(grid[chunk.point] for grid in grids), chunk.value, chunk.kind]
+            writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
+            lines += chunk.point.size
+    return lines
+
+
+def write_points(result: SweepResult, target: Path) -> int:
+    """Write parameters, status and counters of each point; return the number of lines."""
+    names = [f"{quantity.name} [{quantity.units}]" for quantity in map(result.parameter, result.parameters)]
+    columns = [np.arange(result.n_points), *(result.grid(name) for name in result.parameters)]
+    group = result.file.get("point", {})
+    for name in group:
+        if name in POINT_COLUMNS or name.startswith("start."):
+            names.append(name)
+            columns.append(group[name][()])
+    with _opened(target) as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["point", *names])
+        writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
+    return int(columns[0].size)
+
+
+def _opened(target: Path):
+    try:
+        return target.open("w", newline="", encoding="utf-8")
+    except OSError as cause:
+        raise ResultError(f"{target}: cannot be written ({cause.strerror})") from cause

@@ -1,0 +1,76 @@
+"""The commands ``razy-merge`` and ``razy-csv``."""
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import NoReturn
+
+from razy_post import __version__
+from razy_post.errors import ResultError
+from razy_post.merge import merge
+from razy_post.read import SweepResult, open_result
+from razy_post.table import write_extrema, write_points
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print the message and exit with 2."""
+        self.exit(2, f"{self.prog}: error: {message} (see {self.prog} --help)\n")
+
+
+def merge_main(arguments: list[str] | None = None) -> int:
+    """Run ``razy-merge``; return its exit code."""
+    parser = _parser("razy-merge", "Make one file of sweeps of neighbouring ranges of a parameter.")
+    parser.add_argument("files", metavar="FILE.h5", type=Path, nargs="+", help="files of razy-sweep, in any order")
+    parser.add_argument("--output", metavar="FILE.h5", type=Path, required=True, help="file to write")
+    given = parser.parse_args(arguments)
+    return _run(parser.prog, lambda: f"{given.output}: {merge(given.files, given.output, given.force)} points")
+
+
+def csv_main(arguments: list[str] | None = None) -> int:
+    """Run ``razy-csv``; return its exit code."""
+    parser = _parser("razy-csv", "Write a sweep as comma-separated text: its points, or the extrema of an observable.")
+    parser.add_argument("file", metavar="FILE.h5", type=Path, help="file of razy-sweep")
+    parser.add_argument("--observable", metavar="NAME", help="its extrema; without it the points")
+    parser.add_argument("--output", metavar="FILE.csv", type=Path, help="file to write (default: FILE.csv)")
+    given = parser.parse_args(arguments)
+
+    def export() -> str:
+        target = given.output or Path(given.file.with_suffix(".csv").name)
+        if target.exists() and not given.force:
+            raise ResultError(f"{target}: exists already; --force overwrites it")
+        with open_result(given.file) as result:
+            if not isinstance(result, SweepResult):
+                raise ResultError(f"{given.file}: not a file of razy-sweep")
+            if given.observable is None:
+                return f"{target}: {write_points(result, target)} points"
+            return f"{target}: {write_extrema(result, given.observable, target)} extrema"
+
+    return _run(parser.prog, export)
+
+
+def _parser(name: str, does: str) -> Parser:
+    parser = Parser(
+        prog=name,
+        description=does,
+        epilog="Exit code: 0 done, 2 bad input or usage, 1 anything else.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("--force", action="store_true", help="overwrite the output if it exists")
+    parser.add_argument("--version", action="version", version=f"{name} {__version__}")
+    return parser
+
+
+def _run(name: str, work: Callable[[], str]) -> int:
+    try:
+        print(f"wrote {work()}", file=sys.stderr)
+    except ResultError as error:
+        print(f"{name}: error: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+    except Exception as error:
+        print(f"{name}: error: {type(error).__name__}: {' '.join(str(error).split())}", file=sys.stderr)
+        return 1
+    return 0
