@@ -33,7 +33,7 @@ contains
       integer, intent(in) :: way
       character(:), allocatable :: text
 
-      type(hard_case_t) :: case
+      type(hard_case_t) :: sample
       type(method_t) :: method
       type(outcome_t) :: outcome
       character(40) :: buffer
@@ -41,21 +41,21 @@ contains
       logical :: allowed
 
       text = "–"
-      case = hard_case(name)
-      call method_of(way, case, method, allowed)
+      sample = hard_case(name)
+      call method_of(way, sample, method, allowed)
       if (.not. allowed) return
-      allocate (x(size(case%x)), v(size(case%x)))
-      call follow(case%machine, method, case%t_end, outcome, x, v)
+      allocate (x(size(sample%x)), v(size(sample%x)))
+      call follow(sample%machine, method, sample%t_end, outcome, x, v)
       if (outcome%status /= status_ok) then
          write (buffer, "(2a, f0.4, a)") trim(status_meanings(outcome%status)), ", ", outcome%time, " s"
       else
-         write (buffer, "(es7.0e2)") max(maxval(abs(x - case%x))/case%length, maxval(abs(v - case%v))/case%speed)
+         write (buffer, "(es7.0e2)") max(maxval(abs(x - sample%x))/sample%length, maxval(abs(v - sample%v))/sample%speed)
       end if
       text = trim(adjustl(buffer))
       if (index(text, ".E") > 0) text = text(:index(text, ".E") - 1)//text(index(text, ".E") + 1:)
       if (text == "0E+00") text = "0"
-      if (case%events < 0 .or. outcome%events == case%events) return
-      write (buffer, "(a, i0, a, i0, a)") " (", outcome%events, " of ", case%events, ")"
+      if (sample%events < 0 .or. outcome%events == sample%events) return
+      write (buffer, "(a, i0, a, i0, a)") " (", outcome%events, " of ", sample%events, ")"
       text = text//trim(buffer)
    end function cell
 
