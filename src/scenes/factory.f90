@@ -7,6 +7,7 @@ module razy_scenes_factory
    use razy_scenes_common_schema, only: scene_kinds
    use razy_scenes_lumped, only: lumped_t
    use razy_scenes_planar, only: planar_t
+   use razy_scenes_rotor, only: rotor_scene_t
    use razy_scenes_scene, only: scene_t
    implicit none(type, external)
    private
@@ -25,6 +26,8 @@ contains
          allocate (lumped_t :: scene)
       case ("planar")
          allocate (planar_t :: scene)
+      case ("rotor")
+         allocate (rotor_scene_t :: scene)
       case default
          return
       end select

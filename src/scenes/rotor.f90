@@ -1,0 +1,294 @@
+!! The scene `rotor`: shafts by finite elements with disks, bearings and gear meshes (THEORY 6-8).
+!!
+!! The machine has the coordinates of `&reduction`, or those of all nodes, and at the speed Omega of `&rotation` the matrices
+!! B + Omega G and K + Omega C as far as `&rotation` asks for G and C. Meshes are contacts, not in its B and K.
+module razy_scenes_rotor
+   use razy_core_error, only: error_t
+   use razy_core_input, only: input_t
+   use razy_core_kinds, only: pi, qp, wp
+   use razy_core_number, only: to_text
+   use razy_core_schema, only: group_spec_t
+   use razy_machine_machine, only: machine_t, observable_t
+   use razy_rotor_model, only: new_rotor_model, rotor_model_t
+   use razy_rotor_reduced, only: reduced_t
+   use razy_rotor_rotor, only: rotor_t
+   use razy_scenes_harmonics, only: add_harmonic, harmonics_t, new_harmonics, read_load
+   use razy_scenes_observables, only: begin_observable, name_observable, observe_contact
+   use razy_scenes_rotor_meshes, only: find_ratios, new_contact, read_meshes
+   use razy_scenes_rotor_parts, only: read_parts
+   use razy_scenes_rotor_places, only: find_coordinate
+   use razy_scenes_rotor_reduction, only: is_reduced, reduce
+   use razy_scenes_rotor_schema, only: rotor_schema
+   use razy_scenes_scene, only: scene_t
+   implicit none(type, external)
+   private
+
+   public :: rotor_scene_t
+
+   !> The scene; it keeps the model of the machine that was built last.
+   type, extends(scene_t) :: rotor_scene_t
+      type(rotor_model_t) :: model
+      type(reduced_t) :: reduced
+      !> Speeds of the shafts over that of `&rotation`.
+      real(qp), allocatable :: ratio(:)
+   contains
+      procedure, nopass :: schema
+      procedure :: build_model
+      procedure :: build_reduced
+      procedure :: build
+      procedure :: new_observable
+      procedure :: set_initial
+   end type rotor_scene_t
+
+contains
+
+   function schema() result(groups)
+      type(group_spec_t), allocatable :: groups(:)
+
+      groups = rotor_schema()
+   end function schema
+
+   !> Assemble the unreduced model.
+   subroutine build_model(self, input, error)
+      class(rotor_scene_t), intent(inout) :: self
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      type(rotor_t) :: rotor
+
+      call read_parts(rotor, input, error)
+      if (.not. allocated(error)) call read_meshes(rotor, input, error)
+      if (.not. allocated(error)) call find_ratios(self%ratio, rotor, input, error)
+      if (.not. allocated(error)) call new_rotor_model(self%model, rotor, error)
+      if (allocated(error)) return
+      if (self%model%numbering%n == 0) call input%complain(error, "support", 1, "held", "not all coordinates there are")
+   end subroutine build_model
+
+   !> Reduce it, after `build_model`.
+   subroutine build_reduced(self, input, error)
+      class(rotor_scene_t), intent(inout) :: self
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      call reduce(self%reduced, self%model, input, error)
+   end subroutine build_reduced
+
+   subroutine build(self, machine, input, error)
+      class(rotor_scene_t), intent(inout) :: self
+      type(machine_t), intent(out) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      type(harmonics_t) :: harmonics
+      integer :: i, n
+
+      call self%build_model(input, error)
+      if (.not. allocated(error)) call self%build_reduced(input, error)
+      if (allocated(error)) return
+      n = size(self%reduced%load)
+      call name_coordinates(machine, self%model, n, is_reduced(input))
+      call input%get("scene", 1, "title", machine%title)
+      call take_matrices(machine, self%reduced, input)
+      allocate (machine%contact(size(self%model%rotor%mesh)))
+      call new_harmonics(harmonics, n + size(machine%contact))
+      do i = 1, size(machine%contact)
+         call new_contact(machine%contact(i), input, i, self%reduced%mesh_direction(:, i), &
+                          self%ratio(self%model%rotor%mesh(i)%shaft(1)), harmonics, n + i, error)
+         if (allocated(error)) return
+      end do
+      call add_loads(machine, self, input, harmonics, error)
+      if (.not. allocated(error)) call add_unbalance(self, input, harmonics, error)
+      if (allocated(error)) return
+      machine%tone = harmonics%tone
+      machine%harmonic_load = harmonics%phasor(:n, :)
+      machine%load = machine%load + harmonics%constant(:n)
+      do i = 1, size(machine%contact)
+         machine%contact(i)%error = harmonics%phasor(n + i, :)
+         machine%contact(i)%offset = harmonics%constant(n + i)
+      end do
+   end subroutine build
+
+   subroutine name_coordinates(machine, model, n, reduced)
+      type(machine_t), intent(inout) :: machine
+      type(rotor_model_t), intent(in) :: model
+      integer, intent(in) :: n
+      logical, intent(in) :: reduced
+
+      integer :: i
+
+      allocate (machine%coordinate(n), machine%unit(n), machine%rate_unit(n))
+      do i = 1, n
+         if (reduced) then
+            machine%coordinate(i) = "reduced."//to_text(i)
+            machine%unit(i) = "1"
+            machine%rate_unit(i) = "1/s"
+         else
+            machine%coordinate(i) = model%numbering%name(model%rotor, i)
+            machine%unit(i) = merge("rad", "m  ", model%numbering%kind(i) > 3)
+            machine%rate_unit(i) = trim(machine%unit(i))//"/s"
+         end if
+      end do
+   end subroutine name_coordinates
+
+   !> M, B + Omega G, K + Omega C; what is symmetric is so to the last bit.
+   subroutine take_matrices(machine, reduced, input)
+      type(machine_t), intent(inout) :: machine
+      type(reduced_t), intent(in) :: reduced
+      type(input_t), intent(in) :: input
+
+      logical :: circulatory, gyroscopic
+      real(wp) :: speed
+
+      machine%mass = symmetric(reduced%mass)
+      machine%damping = symmetric(reduced%damping)
+      machine%stiffness = symmetric(reduced%stiffness)
+      allocate (machine%load(size(reduced%load)), source=0.0_wp)
+      if (input%count("rotation") == 0) return
+      call input%get("rotation", 1, "speed_rpm", speed)
+      call input%get("rotation", 1, "gyroscopic", gyroscopic)
+      call input%get("rotation", 1, "circulatory", circulatory)
+      speed = speed*pi/30
+      if (gyroscopic) machine%damping = machine%damping + speed*0.5_wp*(reduced%gyroscopic - transpose(reduced%gyroscopic))
+      if (circulatory) machine%stiffness = machine%stiffness + speed*reduced%circulatory
+   end subroutine take_matrices
+
+   pure function symmetric(matrix)
+      real(wp), intent(in) :: matrix(:, :)
+      real(wp), allocatable :: symmetric(:, :)
+
+      symmetric = 0.5_wp*(matrix + transpose(matrix))
+   end function symmetric
+
+   !> Constant and harmonic loads.
+   subroutine add_loads(machine, self, input, harmonics, error)
+      type(machine_t), intent(inout) :: machine
+      class(rotor_scene_t), intent(in) :: self
+      type(input_t), intent(in) :: input
+      type(harmonics_t), intent(inout) :: harmonics
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: row(:)
+      real(wp) :: cosine, sine, value
+      real(qp) :: hertz
+      integer :: at, i, k
+
+      do i = 1, input%count("load")
+         call find_row(self, input, "load", i, "on", row, at, error)
+         if (.not. allocated(error)) call read_load(input, i, value, cosine, sine, hertz, error)
+         if (allocated(error)) return
+         machine%load = machine%load + value*row
+         do k = 1, size(row)
+            call add_harmonic(harmonics, k, hertz, cosine*row(k), sine*row(k))
+         end do
+      end do
+   end subroutine add_loads
+
+   !> Unbalance of shaft s at its angular speed omega: Re(U omega² e^(i omega t)).
+   subroutine add_unbalance(self, input, harmonics, error)
+      class(rotor_scene_t), intent(in) :: self
+      type(input_t), intent(in) :: input
+      type(harmonics_t), intent(inout) :: harmonics
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: speed
+      real(qp) :: hertz
+      integer :: i, k, s
+
+      if (input%count("unbalance") == 0) return
+      if (input%count("rotation") == 0) then
+         call input%complain(error, "unbalance", 1, "moment", "an unbalance needs &rotation")
+         return
+      end if
+      call input%get("rotation", 1, "speed_rpm", speed)
+      do i = 1, size(self%model%rotor%unbalance)
+         if (abs(self%ratio(self%model%rotor%unbalance(i)%shaft)) > 0.0_qp) cycle
+         call input%complain(error, "unbalance", i, "shaft", "a shaft whose speed is known, from teeth or speed_ratio")
+         return
+      end do
+      do s = 1, size(self%ratio)
+         hertz = self%ratio(s)*speed/60.0_qp
+         associate (force => self%reduced%unbalance(:, s)*(2*pi*real(hertz, wp))**2)
+            do k = 1, size(force)
+               call add_harmonic(harmonics, k, hertz, real(force(k), wp), -aimag(force(k)))
+            end do
+         end associate
+      end do
+   end subroutine add_unbalance
+
+   !> The coordinate that a key names as a row on those of the machine, and its number in the model.
+   subroutine find_row(self, input, group, i, key, row, at, error)
+      class(rotor_scene_t), intent(in) :: self
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: i
+      real(wp), allocatable, intent(out) :: row(:)
+      integer, intent(out) :: at
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: index(6), node, shaft, which
+
+      at = 0
+      call find_coordinate(self%model%rotor, input, group, i, key, shaft, node, which, error)
+      if (allocated(error)) return
+      index = self%model%numbering%of(shaft, node)
+      at = index(which)
+      if (at == 0) then
+         call input%complain(error, group, i, key, "a coordinate that is neither held by a &support nor left out by &freedom")
+      else
+         row = self%reduced%basis(at, :)
+      end if
+   end subroutine find_row
+
+   subroutine new_observable(self, observable, machine, input, i, error)
+      class(rotor_scene_t), intent(in) :: self
+      type(observable_t), intent(out) :: observable
+      type(machine_t), intent(in) :: machine
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: row(:)
+      character(:), allocatable :: name
+      integer :: at
+
+      call begin_observable(observable, machine, input, i)
+      if (observable%name == "contact_force" .or. observable%name == "mesh_deformation") then
+         call observe_contact(observable, machine, input, i, 1, size(machine%contact), error)
+      else if (.not. input%given("record", i, "of")) then
+         call input%complain(error, "record", i, "of", "required: a coordinate such as '"// &
+                             trim(self%model%numbering%name(self%model%rotor, 1))//"'")
+      else
+         call find_row(self, input, "record", i, "of", row, at, error)
+         if (allocated(error)) return
+         observable%unit = trim(merge("rad", "m  ", self%model%numbering%kind(at) > 3))
+         if (observable%name == "displacement") observable%on_displacement = row
+         if (observable%name == "velocity") observable%on_velocity = row
+         if (observable%name == "velocity") observable%unit = observable%unit//"/s"
+         call input%get("record", i, "of", name)
+         observable%long_name = observable%name//" of "//name
+      end if
+      if (.not. allocated(error)) call name_observable(observable, input, i)
+   end subroutine new_observable
+
+   subroutine set_initial(self, machine, input, error)
+      class(rotor_scene_t), intent(in) :: self
+      type(machine_t), intent(inout) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: row(:)
+      integer :: at, i
+
+      do i = 1, input%count("initial")
+         if (is_reduced(input)) then
+            call input%complain(error, "initial", i, "on", "no &initial with &reduction: leave one of the two out")
+            return
+         end if
+         call find_row(self, input, "initial", i, "on", row, at, error)
+         if (allocated(error)) return
+         call input%get("initial", i, "displacement", machine%displacement(at))
+         call input%get("initial", i, "velocity", machine%velocity(at))
+      end do
+   end subroutine set_initial
+
+end module razy_scenes_rotor
