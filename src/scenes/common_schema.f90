@@ -18,7 +18,7 @@ contains
       type(group_spec_t), allocatable :: schema(:)
       type(key_spec_t), allocatable :: keys(:)
 
-      allocate (schema(6))
+      allocate (schema(7))
       keys = [ &
              key_string("kind", "kind of machine", choices=scene_kinds, required=.true.), &
              key_string("title", "title of results and pictures", default="''")]
@@ -87,6 +87,12 @@ contains
              key_real("band", "half width of the band of sticking; as in &motion if not given", unit="m/s or rad/s", &
                       rule=nonnegative)]
       schema(6) = group("duel", "A method that razy-duel sets beside others", repeatable=.true., keys=keys)
+      keys = [ &
+             key_integer("count", "number of modes; all if there are fewer", low=1, high=100000, default="20"), &
+             key_string("contacts", "state of the contacts: open, closed as two-way springs, or as in static "// &
+                        "equilibrium (not in a rotor scene)", choices=["closed     ", "open       ", "equilibrium"], &
+                        default="closed")]
+      schema(7) = group("modes", "What razy-modes finds", keys=keys)
    end function common_schema
 
 end module razy_scenes_common_schema
