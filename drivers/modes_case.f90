@@ -1,6 +1,7 @@
 !! What razy-modes finds for an input: natural frequencies and shapes, and for rotors a Campbell diagram.
 module modes_case
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use, intrinsic :: iso_fortran_env, only: int32
    use razy_core_error, only: error_t, raise
    use razy_core_input, only: input_t
    use razy_core_kinds, only: pi, wp
@@ -272,6 +273,7 @@ contains
       call mark_missing(content, diagram%branch)
       associate (critical => diagram%critical)
          content%critical = critical%speed
+         content%lost = int(diagram%lost, int32)
          content%critical_order = critical%order
          content%critical_frequency = critical%frequency/(2*pi)
          content%critical_direction = critical%direction

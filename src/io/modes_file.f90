@@ -31,6 +31,8 @@ module razy_io_modes_file
       real(wp), allocatable :: branch(:, :), direction(:, :)
       !> Critical speeds, rad/s, their excitation orders, frequencies, Hz, directions of whirl, branches (criticals).
       real(wp), allocatable :: critical(:), critical_order(:), critical_frequency(:), critical_direction(:), critical_branch(:)
+      !> Crossings that were seen but not located.
+      integer(int32) :: lost = 0
       !> The stability limit, rad/s, NaN if there is none; what it is, in words.
       real(wp), allocatable :: limit
       character(:), allocatable :: limit_words
@@ -141,6 +143,7 @@ contains
       call add_dimension(file, row, size(content%critical, kind=int64), "critical speeds, dimension only", error)
       if (.not. allocated(error)) call write_dataset(file, "/critical_speed", content%critical, "rad/s", &
                                                      "critical speed", row, error)
+      if (.not. allocated(error)) call write_attribute(file, "/critical_speed", "not_located", [content%lost], error)
       if (.not. allocated(error)) call write_dataset(file, "/critical_order", content%critical_order, "1", &
                                                      "excitation frequency over that of rotation", row, error)
       if (.not. allocated(error)) call write_dataset(file, "/critical_frequency", content%critical_frequency, "Hz", &

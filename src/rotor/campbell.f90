@@ -20,6 +20,8 @@ module razy_rotor_campbell
    integer, parameter :: most_halvings = 10
    !> Critical speeds err by less than this share.
    real(wp), parameter :: precise = 1.0e-12_wp
+   !> A crossing counts as found if frequency and excitation differ by less than this share.
+   real(wp), parameter :: residual = 1.0e-9_wp
    integer, parameter :: most_steps = 100
    !> Lateral motion below this share of a shape is rounding.
    real(wp), parameter :: still = 1.0e-6_wp
@@ -39,6 +41,8 @@ module razy_rotor_campbell
       integer, allocatable :: branch(:, :)
       real(wp), allocatable :: direction(:, :)
       type(critical_t), allocatable :: critical(:)
+      !> Crossings that were seen but not located, because shapes changed too much.
+      integer :: lost = 0
    end type campbell_t
 
    !> Eigenvalues at one speed with their branches.
@@ -52,7 +56,7 @@ module razy_rotor_campbell
    type :: walk_t
       logical :: circulatory = .false.
       real(wp), allocatable :: order(:)
-      integer :: modes = 0, branches = 0
+      integer :: modes = 0, branches = 0, lost = 0
       type(critical_t), allocatable :: critical(:)
    end type walk_t
 
@@ -99,6 +103,7 @@ contains
          before = front
       end do
       diagram%critical = in_order(walk%critical)
+      diagram%lost = walk%lost
    end function new_campbell
 
    !> Critical speeds by rising order, then by rising speed.
@@ -240,6 +245,7 @@ contains
 
       type(critical_t) :: critical
       real(wp) :: high, low
+      logical :: found
       integer :: k
 
       do k = 1, size(walk%order)
@@ -248,25 +254,47 @@ contains
          if (.not. (low > 0.0_wp .and. high <= 0.0_wp) .and. .not. (low < 0.0_wp .and. high >= 0.0_wp)) cycle
          critical%order = walk%order(k)
          critical%branch = before%branch(i)
-         call locate(critical, problem, model, walk%circulatory, [before%speed, front%speed], [low, high], &
-                     before%whirl%modal(:, i), front%whirl%modal(:, j))
-         walk%critical = [walk%critical, critical]
+         call locate(critical, found, problem, model, walk%circulatory, [before%speed, front%speed], [low, high], &
+                     equal_shapes(before%whirl, i), equal_shapes(front%whirl, j))
+         if (found) then
+            walk%critical = [walk%critical, critical]
+         else
+            walk%lost = walk%lost + 1
+         end if
       end do
    end subroutine cross
 
-   !> The crossing between two speeds by the Illinois variant of false position; the shape is that of the nearer end.
-   subroutine locate(critical, problem, model, circulatory, speed, difference, left, right)
+   !> The shapes of all eigenvalues equal to number i, orthonormal.
+   pure function equal_shapes(whirl, i) result(space)
+      type(whirl_t), intent(in) :: whirl
+      integer, intent(in) :: i
+      complex(wp), allocatable :: space(:, :)
+
+      complex(wp), allocatable :: shape(:, :)
+      integer :: first(size(whirl%value) + 1), g, groups
+
+      call group_equal(whirl, shape, first, groups)
+      g = count(first(:groups) <= i)
+      space = shape(:, first(g):first(g + 1) - 1)
+   end function equal_shapes
+
+   !> The crossing between two speeds by the Illinois variant of false position. The eigenvalue is known by the space of shapes of
+   !> an end: that of fewer equal eigenvalues, else the nearer one.
+   subroutine locate(critical, found, problem, model, circulatory, speed, difference, left, right)
       type(critical_t), intent(inout) :: critical
+      logical, intent(out) :: found
       type(whirl_problem_t), intent(in) :: problem
       type(rotor_model_t), intent(in) :: model
       logical, intent(in) :: circulatory
       real(wp), intent(in) :: speed(2), difference(2)
-      complex(wp), intent(in) :: left(:), right(:)
+      complex(wp), intent(in) :: left(:, :), right(:, :)
 
       type(whirl_t) :: whirl
       real(wp) :: at, f, fx(2), old, x(2)
       integer :: last, place, replaced, step
+      logical :: use_left
 
+      found = .false.
       x = speed
       fx = difference
       at = x(2)
@@ -276,16 +304,19 @@ contains
          at = x(2) - fx(2)*(x(2) - x(1))/(fx(2) - fx(1))
          whirl = problem%solve(at, circulatory)
          if (whirl%status /= whirl_found) return
-         if (at - speed(1) < speed(2) - at) then
-            place = maxloc([abs(matmul(conjg(left), whirl%modal))], dim=1)
+         use_left = size(left, 2) < size(right, 2)
+         if (size(left, 2) == size(right, 2)) use_left = at - speed(1) < speed(2) - at
+         if (use_left) then
+            place = maxloc(sum(abs(matmul(conjg(transpose(left)), whirl%modal))**2, dim=1), dim=1)
          else
-            place = maxloc([abs(matmul(conjg(right), whirl%modal))], dim=1)
+            place = maxloc(sum(abs(matmul(conjg(transpose(right)), whirl%modal))**2, dim=1), dim=1)
          end if
          critical%speed = at
          critical%frequency = whirl%value(place)%im
          critical%growth = whirl%value(place)%re
          critical%direction = whirl_direction(model, whirl%shape(:, place))
          f = critical%frequency - critical%order*at
+         found = abs(f) <= residual*critical%frequency
          if (abs(at - old) <= precise*at .or. .not. abs(f) > 0.0_wp) return
          replaced = merge(1, 2, (f > 0.0_wp) .eqv. (fx(1) > 0.0_wp))
          if (replaced == last) fx(3 - replaced) = 0.5_wp*fx(3 - replaced)
