@@ -33,7 +33,7 @@ def draw(result: ModesResult, figure: Figure, options: PlotOptions) -> None:
     _branches(axes, result, rpm)
     _excitation(axes, result, rpm, top)
     if np.isfinite(result.stability_limit):
-        axes.axvline(result.stability_limit * RPM, color=style.RED, linewidth=0.8, label="stability limit")
+        axes.axvline(result.stability_limit * RPM, color=style.RED, linewidth=0.8, linestyle="-.", label="stability limit")
     axes.set_xlabel("speed (rpm)")
     low = rpm[0] if options.start is None else options.start
     high = rpm[-1] if options.stop is None else options.stop
@@ -70,7 +70,8 @@ def _excitation(axes: Axes, result: ModesResult, rpm: np.ndarray, top: float) ->
         line = order * rpm / 60.0
         axes.plot(rpm, line, color=style.GREY, linewidth=0.6, linestyle=(0, (6, 3)), label=f"order {order:g}")
         at = min(rpm[-1], 60.0 * top / order)
-        axes.annotate(f"{order:g}\N{MULTIPLICATION SIGN}", (at, order * at / 60.0), fontsize=7.0, color=style.GREY, ha="right", va="top")
+        text = f"{order:g}\N{MULTIPLICATION SIGN}"
+        axes.annotate(text, (at, order * at / 60.0), fontsize=7.0, color=style.GREY, ha="right", va="top")
     axes.plot(speed * RPM, frequency, "o", markersize=2.5, color=style.BLACK, label="critical speeds")
 
 
@@ -83,5 +84,5 @@ def _legend(result: ModesResult) -> list[Line2D]:
     ]
     if np.isfinite(result.stability_limit):
         limit = f"stable up to {result.stability_limit * RPM:.0f} rpm"
-        handles.append(Line2D([], [], color=style.RED, linewidth=0.8, label=limit))
+        handles.append(Line2D([], [], color=style.RED, linewidth=0.8, linestyle="-.", label=limit))
     return handles
