@@ -33,7 +33,9 @@ def draw(result: ModesResult, figure: Figure, options: PlotOptions) -> None:
     _branches(axes, result, rpm)
     _excitation(axes, result, rpm, top)
     if np.isfinite(result.stability_limit):
-        axes.axvline(result.stability_limit * RPM, color=style.RED, linewidth=0.8, linestyle="-.", label="stability limit")
+        axes.axvline(
+            result.stability_limit * RPM, color=style.RED, linewidth=0.8, linestyle="-.", label="stability limit"
+        )
     axes.set_xlabel("speed (rpm)")
     low = rpm[0] if options.start is None else options.start
     high = rpm[-1] if options.stop is None else options.stop
