@@ -20,8 +20,10 @@ module command_line
       type(string_t), allocatable :: overrides(:)
       logical :: force = .false., check = .false., help = .false., version = .false.
       !> Of a sweep: forget the checkpoint; least time between two writings to disk that are waited for, s.
-      logical :: anew = .false.
+      logical :: anew = .false., dry_run = .false.
       real(wp) :: checkpoint = 60.0_wp
+      !> Of a sweep: file of its log, not allocated if there is none.
+      character(:), allocatable :: log
    end type command_t
 
    interface
@@ -65,7 +67,9 @@ contains
          case default
             if (sweep .and. word == "--anew") then
                command%anew = .true.
-            else if (sweep .and. word == "--checkpoint") then
+            else if (sweep .and. word == "--dry-run") then
+               command%dry_run = .true.
+            else if (sweep .and. (word == "--checkpoint" .or. word == "--log")) then
                i = i + 1
                call take(command, word, i, error)
             else
@@ -95,6 +99,8 @@ contains
          call append(command%overrides, argument(i))
       else if (option == "--checkpoint") then
          call read_seconds(command%checkpoint, argument(i), error)
+      else if (option == "--log") then
+         command%log = argument(i)
       else
          command%output = argument(i)
       end if
@@ -128,12 +134,14 @@ contains
          command%output = word(len("--output=") + 1:)
       else if (index(word, "--set=") == 1) then
          call append(command%overrides, word(len("--set=") + 1:))
+      else if (sweep .and. index(word, "--log=") == 1) then
+         command%log = word(len("--log=") + 1:)
       else if (sweep .and. index(word, "--checkpoint=") == 1) then
          call read_seconds(command%checkpoint, word(len("--checkpoint=") + 1:), error)
       else if (index(word, "-") == 1 .and. len(word) > 1) then
          known = [string_t("--output"), string_t("--force"), string_t("--set"), string_t("--check"), string_t("--help"), &
                   string_t("--version")]
-         if (sweep) known = [known, string_t("--anew"), string_t("--checkpoint")]
+         if (sweep) known = [known, string_t("--anew"), string_t("--checkpoint"), string_t("--dry-run"), string_t("--log")]
          call raise(error, word//": no such option; "//did_you_mean(word, known, "options"))
       else if (allocated(command%input)) then
          call raise(error, word//": one input file only, and "//command%input//" is given already")
@@ -195,7 +203,9 @@ contains
       if (sweep) write (output_unit, "(a)") &
          "  --checkpoint SECONDS     have results on the disk itself after this time (default: 60);", &
          "                           an interrupted sweep goes on when the same command is given again", &
-         "  --anew                   do not go on: delete the checkpoint, and begin again"
+         "  --anew                   do not go on: delete the checkpoint, and begin again", &
+         "  --dry-run                compute a few points, print what all will take, and stop", &
+         "  --log FILE               append to a log: start, speed, slowest points, failures; - is the error channel"
       write (output_unit, "(a)") "  --help, --version"
       if (sweep) then
          write (output_unit, "(a)") &

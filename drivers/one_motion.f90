@@ -3,15 +3,19 @@ module one_motion
    use, intrinsic :: iso_fortran_env, only: int32, int8
    use razy_contact_contact_law, only: branch_meanings
    use razy_core_error, only: error_t
+   use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
+   use razy_dynamics_contact_statistics, only: contact_statistics_t
+   use razy_dynamics_contact_tally, only: quantities, quantity_meaning, quantity_name, quantity_unit
    use razy_dynamics_event_log, only: event_log_t
    use razy_dynamics_extrema, only: extrema_t
    use razy_dynamics_trajectory, only: trajectory_t
    use razy_integrate_factory, only: new_integrator
    use razy_integrate_integrator, only: integrator_t, observer_slot_t, outcome_t, status_meanings, status_ok
    use razy_io_run_file, only: run_content_t
+   use razy_machine_excitation, only: excitation_period
    use razy_machine_machine, only: machine_t
-   use razy_scenes_study, only: motion_t, record_t
+   use razy_scenes_study, only: contacts_asked, motion_t, record_t
    implicit none(type, external)
    private
 
@@ -32,6 +36,7 @@ contains
       type(extrema_t), allocatable, target :: extrema(:)
       type(trajectory_t), target :: trajectory
       type(event_log_t), target :: log
+      type(contact_statistics_t), target :: statistics
       type(observer_slot_t), allocatable :: slots(:)
       type(outcome_t) :: outcome
       logical :: whole_state
@@ -43,7 +48,7 @@ contains
       call integrator%prepare(machine, whole_state, error)
       if (allocated(error)) return
       k = count(records%extrema)
-      allocate (extrema(k), slots(k + merge(2, 1, any(records%trajectory))))
+      allocate (extrema(k), slots(k + 1 + count([any(records%statistics), any(records%trajectory)])))
       slots(1)%observer => log
       k = 0
       do i = 1, size(records)
@@ -54,6 +59,11 @@ contains
          call extrema(k)%reset()
          slots(1 + k)%observer => extrema(k)
       end do
+      if (any(records%statistics)) then
+         statistics%from = records(findloc(records%statistics, .true., dim=1))%from
+         call statistics%attach(machine, contacts_asked(records, size(machine%contact)))
+         slots(k + 2)%observer => statistics
+      end if
       if (any(records%trajectory)) then
          call plan_trajectory(trajectory, records, merge(size(machine%mass, 1), 0, whole_state))
          slots(size(slots))%observer => trajectory
@@ -63,6 +73,7 @@ contains
                                                  //trim(status_meanings(outcome%status))
       call store_events(content, log, machine)
       call store_extrema(content, extrema, machine)
+      if (any(records%statistics)) call store_statistics(content, statistics, excitation_period(machine))
       if (any(records%trajectory)) call store_trajectory(content, trajectory, machine, whole_state)
    end subroutine compute
 
@@ -119,6 +130,28 @@ contains
          end associate
       end do
    end subroutine store_extrema
+
+   subroutine store_statistics(content, statistics, period)
+      type(run_content_t), intent(inout) :: content
+      type(contact_statistics_t), intent(in) :: statistics
+      real(wp), intent(in) :: period
+
+      real(wp) :: values(quantities)
+      integer :: i, k
+
+      allocate (content%contact_values(quantities*size(statistics%tally)))
+      do i = 1, size(statistics%tally)
+         values = statistics%tally(i)%values(statistics%time, period)
+         do k = 1, quantities
+            associate (stored => content%contact_values((i - 1)*quantities + k), contact => statistics%tally(i)%contact)
+               stored%path = "/contact/"//contact%name//"/"//trim(quantity_name(k))
+               stored%units = quantity_unit(contact, k)
+               stored%long_name = contact%name//": "//trim(quantity_meaning(k))
+               stored%value = values(k)
+            end associate
+         end do
+      end do
+   end subroutine store_statistics
 
    subroutine store_trajectory(content, trajectory, machine, whole_state)
       type(run_content_t), intent(inout) :: content

@@ -10,7 +10,9 @@ program razy_run
    use razy_io_output, only: output_is_free
    use razy_io_run_file, only: run_content_t, write_run_file
    use razy_machine_machine, only: machine_t
-   use razy_scenes_study, only: motion_t, new_drawing, new_machine, read_study, record_t
+   use sweep_starts, only: new_starts, starts_t
+   use razy_core_kinds, only: i8
+   use razy_scenes_study, only: check_start, motion_t, new_drawing, new_machine, read_study, record_t
    implicit none(type, external)
 
    type(command_t) :: command
@@ -31,6 +33,7 @@ program razy_run
    call read_text_file(command%input, text, error)
    if (.not. allocated(error)) call read_study(input, text, command%input, command%overrides, error)
    if (.not. allocated(error)) call new_machine(machine, motion, records, input, error)
+   if (.not. allocated(error)) call apply_single_start(error)
    if (.not. allocated(error) .and. .not. command%check) call output_is_free(command%output, command%force, error)
    if (allocated(error)) call fail(error%message, exit_usage)
    if (command%check) then
@@ -51,6 +54,20 @@ program razy_run
    if (allocated(problem)) call fail(problem, exit_failure)
 
 contains
+
+   !> Begin from the start of &starts if that is one alone, as razy-sweep names it for a point; several are for razy-sweep.
+   subroutine apply_single_start(error)
+      type(error_t), allocatable, intent(out) :: error
+
+      type(starts_t) :: starts
+
+      call new_starts(starts, machine, input, error)
+      if (allocated(error)) return
+      if (.not. starts%wanted) return
+      if (starts%method /= "list" .or. starts%count /= 1) return
+      call starts%apply(machine, 1_i8, 1_i8)
+      call check_start(machine, input, error)
+   end subroutine apply_single_start
 
    subroutine fail(line, code)
       character(*), intent(in) :: line

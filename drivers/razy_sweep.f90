@@ -19,6 +19,8 @@ program razy_sweep
    use razy_sweep_scheduler, only: run_sweep, sweep_options_t, sweep_outcome_t
    use signals, only: hold_signals, time_is_up
    use sweep_case, only: new_sweep, sweep_task_t
+   use sweep_forecast, only: forecast
+   use sweep_log, only: log_end, log_start
    use sweep_result, only: write_results
    implicit none(type, external)
 
@@ -68,10 +70,13 @@ contains
       call read_text_file(command%input, text, error)
       if (.not. allocated(error)) call read_study(input, text, command%input, command%overrides, error)
       if (.not. allocated(error)) call new_sweep(task, input, error)
-      if (.not. allocated(error) .and. .not. command%check) call output_is_free(command%output, command%force, error)
+      if (.not. allocated(error) .and. .not. (command%check .or. command%dry_run)) then
+         call output_is_free(command%output, command%force, error)
+      end if
       if (allocated(error)) return
       effective = input%effective()
-      go_on = .not. command%check
+      go_on = .not. (command%check .or. command%dry_run)
+      if (command%dry_run .and. .not. command%check) call forecast(task, ranks%size)
       if (command%check) write (output_unit, "(a)", advance="no") effective
    end subroutine read_case
 
@@ -90,12 +95,16 @@ contains
       call leave_if(exit_failure)
       if (ranks%is_root()) call open_checkpoint(error)
       call leave_if(exit_usage)
+      if (ranks%is_root()) call log_start(task, command, ranks%size, error)
+      call leave_if(exit_usage)
       call task%share_plan(ranks, error)
       call leave_if(exit_failure)
       options%results = task%plan%points - task%plan%n_done
       options%ask_ahead = .not. task%plan%has_chains()
       call run_sweep(ranks, task, task%plan%units(), options, show_progress, outcome, error, time_is_up)
       if (ranks%is_root()) call secure(error)
+      call leave_if(exit_failure)
+      if (ranks%is_root()) call log_end(task, command, outcome, sum(outcome%points), error)
       call leave_if(exit_failure)
       if (outcome%stopped) then
          if (ranks%is_root()) call say("stopped: "//safe_points())

@@ -1,25 +1,27 @@
-!! A sweep as the input describes it: its axis, its directions, its task.
+!! A sweep as the input describes it: its axes, its directions, its task.
 module sweep_case
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t
-   use razy_core_kinds, only: i8, wp
-   use razy_core_slot, only: slot_t
+   use razy_core_kinds, only: i8
    use razy_core_text, only: lower
-   use razy_scenes_study, only: motion_t, new_machine, record_t
-   use razy_sweep_grid, only: axis_t, new_axis
+   use razy_scenes_study, only: check_start, contacts_asked, motion_t, new_machine, record_t
+   use razy_sweep_grid, only: grid_t
    use razy_sweep_motion_task, only: motion_task_t
    use razy_sweep_plan, only: new_plan
+   use sweep_axes, only: new_axes, put_point, put_value, varied_t
+   use sweep_starts, only: new_starts, starts_t
    implicit none(type, external)
    private
 
    public :: check_points, new_sweep, sweep_task_t
 
-   !> The task of a sweep over one value of an input.
+   !> The task of a sweep over one or two values of an input.
    type, extends(motion_task_t) :: sweep_task_t
       type(input_t) :: input
-      type(slot_t) :: slot
-      type(axis_t) :: axis
-      character(:), allocatable :: title, unit
+      type(varied_t), allocatable :: varied(:)
+      type(grid_t) :: grid
+      type(starts_t) :: starts
+      character(:), allocatable :: title
    contains
       procedure :: machine_at
    end type sweep_task_t
@@ -36,27 +38,21 @@ contains
       type(record_t), allocatable :: records(:)
 
       self%input = input
-      if (input%count("sweep") == 0) then
-         call input%complain(error, "sweep", 1, "parameter", "required: the group%key that razy-sweep varies")
-         return
-      end if
-      call self%input%locate_value("sweep", 1, "parameter", self%slot, error)
+      call new_axes(self%varied, self%grid, input, error)
       if (allocated(error)) return
-      if (index(self%slot%path, "sweep%") == 1) then
-         call input%complain(error, "sweep", 1, "parameter", "a value of another group than &sweep")
-         return
-      end if
-      self%unit = self%input%unit_of(self%slot)
-      call read_axis(self%axis, input, error)
-      if (allocated(error)) return
-      call plan_points(self, input)
       call new_machine(self%machine, motion, records, self%input, error)
+      if (.not. allocated(error)) call new_starts(self%starts, self%machine, input, error)
+      if (allocated(error)) return
+      if (self%starts%wanted) self%strobe_periods = 2*self%starts%longest_period
+      call plan_points(self, input)
       if (.not. allocated(error)) call check_points(self, error)
       if (allocated(error)) return
-      if (.not. any(records%extrema)) then
-         call input%complain(error, "record", 1, "what", "'extrema' of at least one observable, for a sweep")
+      if (.not. any(records%extrema .or. records%statistics)) then
+         call input%complain(error, "record", 1, "what", "'extrema' or 'statistics' of at least one observable, for a sweep")
          return
       end if
+      call input%get("sweep", 1, "kind_of_motion", self%asks_kind)
+      call input%get("sweep", 1, "period_tolerance", self%periodicity%tolerance)
       self%title = self%machine%title
       self%method = motion%method
       allocate (self%extrema(count(records%extrema)))
@@ -70,17 +66,20 @@ contains
 
       character(:), allocatable :: direction
       logical :: whole
+      integer(i8) :: first, second
 
+      first = self%grid%axes(1)%n_values()
+      second = self%grid%n_points()/first
       call input%get("sweep", 1, "direction", direction)
       select case (lower(direction))
       case ("up")
-         call new_plan(self%plan, self%axis%n_values(), 1_i8, [1])
+         call new_plan(self%plan, first, second, [1], self%starts%count)
       case ("down")
-         call new_plan(self%plan, self%axis%n_values(), 1_i8, [-1])
+         call new_plan(self%plan, first, second, [-1], self%starts%count)
       case ("both")
-         call new_plan(self%plan, self%axis%n_values(), 1_i8, [1, -1])
+         call new_plan(self%plan, first, second, [1, -1], self%starts%count)
       case default
-         call new_plan(self%plan, self%axis%n_values(), 1_i8, [integer ::])
+         call new_plan(self%plan, first, second, [integer ::], self%starts%count)
       end select
       call self%plan%close(whole)
    end subroutine plan_points
@@ -103,43 +102,10 @@ contains
          self%extrema(k)%form = records(i)%observable
          self%extrema(k)%from = records(i)%from
       end do
+      self%contacts = contacts_asked(records, size(self%machine%contact))
+      if (size(self%contacts) > 0) self%statistics%from = records(findloc(records%statistics, .true., dim=1))%from
+      self%periodicity%from = minval(records%from, mask=records%extrema .or. records%statistics)
    end subroutine ask
-
-   !> The values of the axis, from first, last, and step or points.
-   subroutine read_axis(axis, input, error)
-      type(axis_t), intent(out) :: axis
-      type(input_t), intent(in) :: input
-      type(error_t), allocatable, intent(out) :: error
-
-      type(error_t), allocatable :: problem
-      real(wp) :: first, last, step
-      integer :: points
-
-      call input%get("sweep", 1, "first", first)
-      call input%get("sweep", 1, "last", last)
-      step = 0.0_wp
-      if (input%given("sweep", 1, "step")) call input%get("sweep", 1, "step", step)
-      if (abs(step) > 0.0_wp .eqv. input%given("sweep", 1, "points")) then
-         call input%complain(error, "sweep", 1, "step", "one of step and points has to be given")
-         return
-      end if
-      if (abs(step) > 0.0_wp) then
-         call new_axis(axis, first, last, step, problem)
-         if (allocated(problem)) call input%complain(error, "sweep", 1, "step", after_colon(problem%message))
-      else
-         call input%get("sweep", 1, "points", points)
-         call new_axis(axis, first, last, points, problem)
-         if (allocated(problem)) call input%complain(error, "sweep", 1, "points", after_colon(problem%message))
-      end if
-   end subroutine read_axis
-
-   !> A message without the key and value that it begins with, which `complain` says already.
-   pure function after_colon(message) result(rest)
-      character(*), intent(in) :: message
-      character(:), allocatable :: rest
-
-      rest = message(index(message, ": ") + merge(2, 1, index(message, ": ") > 0):)
-   end function after_colon
 
    !> Refuse a sweep whose ends are out of the key's range or no machine; what fails between them becomes a status.
    subroutine check_points(self, error)
@@ -149,14 +115,20 @@ contains
       type(error_t), allocatable :: problem
       type(motion_t) :: motion
       type(record_t), allocatable :: records(:)
-      integer :: k
+      integer :: i, k
 
-      do k = 1, 2
-         call self%input%put(self%slot, self%axis%value(merge(1_i8, self%axis%n_values(), k == 1)), problem)
-         if (allocated(problem)) then
-            call self%input%complain(error, "sweep", 1, trim(merge("first", "last ", k == 1)), problem%message)
-         else
-            call new_machine(self%machine, motion, records, self%input, error)
+      do k = 2**size(self%varied) - 1, 0, -1
+         do i = 1, size(self%varied)
+            associate (axis => self%grid%axes(i), at_first => btest(k, i - 1))
+               call put_value(self%varied(i), self%input, axis%value(merge(1_i8, axis%n_values(), at_first)), problem)
+               if (allocated(problem)) call self%input%complain(error, "sweep", i, trim(merge("first", "last ", at_first)), &
+                                                                problem%message)
+            end associate
+            if (allocated(error)) return
+         end do
+         call new_machine(self%machine, motion, records, self%input, error)
+         if (self%starts%wanted .and. .not. allocated(error)) then
+            call self%starts%strobe_period(self%machine, motion%t_end, self%input, self%strobe_period, error)
          end if
          if (allocated(error)) return
       end do
@@ -170,10 +142,16 @@ contains
       type(motion_t) :: motion
       type(record_t), allocatable :: records(:)
 
-      call self%input%put(self%slot, self%axis%value(self%plan%grid_point(point)), error)
+      call put_point(self%varied, self%grid, self%input, self%plan%grid_point(point), error)
       if (allocated(error)) return
       call new_machine(self%machine, motion, records, self%input, error)
-      if (.not. allocated(error)) call ask(self, motion, records)
+      if (allocated(error)) return
+      call ask(self, motion, records)
+      if (.not. self%starts%wanted) return
+      call self%starts%apply(self%machine, self%plan%grid_point(point), self%plan%start_of(point))
+      call check_start(self%machine, self%input, error)
+      if (allocated(error)) return
+      call self%starts%strobe_period(self%machine, self%t_end, self%input, self%strobe_period, error)
    end subroutine machine_at
 
 end module sweep_case

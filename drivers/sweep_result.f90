@@ -3,11 +3,13 @@ module sweep_result
    use, intrinsic :: iso_fortran_env, only: int32, int8
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
+   use razy_dynamics_contact_tally, only: quantities, quantity_meaning, quantity_name, quantity_unit
    use razy_integrate_integrator, only: status_meanings
    use razy_io_header, only: result_header_t
    use razy_io_sweep_file, only: sweep_content_t, sweep_writer_t
    use razy_sweep_motion_task, only: motion_result_t
    use razy_sweep_task, only: point_result_t
+   use sweep_attractors, only: find_attractors
    use sweep_case, only: sweep_task_t
    implicit none(type, external)
    private
@@ -34,6 +36,8 @@ contains
 
       failed = 0
       call describe(task, part)
+      call find_attractors(task, part%starts, error)
+      if (allocated(error)) return
       call writer%begin(path, header, part, task%total, error)
       if (allocated(error)) return
       first = 1
@@ -55,13 +59,16 @@ contains
       class(sweep_task_t), intent(in) :: task
       type(sweep_content_t), intent(out) :: content
 
-      integer :: i
+      integer :: i, k
 
-      allocate (content%axes(1), content%extrema(size(task%extrema)))
-      content%axes(1)%parameter = task%slot%path
-      content%axes(1)%units = unit_text(task%unit)
-      content%axes(1)%long_name = task%slot%path
-      content%axes(1)%values = task%axis%values()
+      allocate (content%axes(size(task%varied)), content%extrema(size(task%extrema)))
+      allocate (content%contact_values(quantities*size(task%contacts)))
+      do i = 1, size(task%varied)
+         content%axes(i)%parameter = task%varied(i)%parameter
+         content%axes(i)%units = unit_text(task%varied(i)%unit)
+         content%axes(i)%long_name = task%varied(i)%parameter
+         content%axes(i)%values = task%grid%axes(i)%values()
+      end do
       if (task%plan%has_chains()) content%directions = int(task%plan%directions, int8)
       content%status_meanings = [character(48) :: status_meanings]
       do i = 1, size(task%extrema)
@@ -70,6 +77,20 @@ contains
             stored%units = observable%unit
             stored%long_name = observable%long_name
          end associate
+      end do
+      do i = 1, size(task%contacts)
+         do k = 1, quantities
+            associate (stored => content%contact_values((i - 1)*quantities + k), contact => task%machine%contact(task%contacts(i)))
+               stored%path = "/contact/"//contact%name//"/"//trim(quantity_name(k))
+               stored%units = quantity_unit(contact, k)
+               stored%long_name = contact%name//": "//trim(quantity_meaning(k))
+            end associate
+         end do
+      end do
+      if (.not. task%asks_kind) return
+      allocate (character(64) :: content%contact_names(size(task%machine%contact)))
+      do i = 1, size(task%machine%contact)
+         content%contact_names(i) = task%machine%contact(i)%name
       end do
    end subroutine describe
 
@@ -96,6 +117,13 @@ contains
          part%status(n) = int(motion%status, int32)
          part%events(n) = motion%events
          part%steps(n) = motion%steps
+         if (task%asks_kind) then
+            part%period(n) = int(motion%period, int32)
+            part%touched(n) = motion%touched
+         end if
+         do i = 1, size(part%contact_values)
+            part%contact_values(i)%values(n) = motion%statistics(1 + modulo(i - 1, quantities), 1 + (i - 1)/quantities)
+         end do
          do i = 1, size(part%extrema)
             call append_extrema(part, i, n, result, motion)
          end do
@@ -113,6 +141,12 @@ contains
 
       if (allocated(part%status)) deallocate (part%status, part%events, part%steps)
       allocate (part%status(points), part%events(points), part%steps(points))
+      if (allocated(part%period)) deallocate (part%period, part%touched)
+      if (allocated(part%contact_names)) allocate (part%period(points), part%touched(points))
+      do i = 1, size(part%contact_values)
+         if (allocated(part%contact_values(i)%values)) deallocate (part%contact_values(i)%values)
+         allocate (part%contact_values(i)%values(points))
+      end do
       do i = 1, size(part%extrema)
          associate (extrema => part%extrema(i))
             if (allocated(extrema%offset)) deallocate (extrema%offset, extrema%value, extrema%time, extrema%kind)
@@ -161,6 +195,11 @@ contains
       part%status = part%status(:points)
       part%events = part%events(:points)
       part%steps = part%steps(:points)
+      if (allocated(part%period)) part%period = part%period(:points)
+      if (allocated(part%touched)) part%touched = part%touched(:points)
+      do i = 1, size(part%contact_values)
+         call resize(part%contact_values(i)%values, points, points)
+      end do
       do i = 1, size(part%extrema)
          associate (extrema => part%extrema(i))
             extrema%offset = extrema%offset(:points + 1)

@@ -18,6 +18,7 @@ def duel(tmp_path):
         text = h5py.string_dtype()
         dataset(file, "method", np.array(["dop853", "dop853", "exact"], dtype=object).astype(text))
         dataset(file, "treatment", np.array(["event", "event", "event"], dtype=object).astype(text))
+        dataset(file, "sharpness", np.zeros(3))
         dataset(file, "setting_is_step", np.zeros(3, dtype=np.int32))
         dataset(file, "setting", np.array([1e-6, 1e-9, 1e-9]))
         dataset(file, "error", np.array([1e-5, np.nan, 0.0]))

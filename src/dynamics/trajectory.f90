@@ -19,6 +19,8 @@ module razy_dynamics_trajectory
       integer :: coordinates = 0
       !> Number of points; times in s (count), values (form, count), displacements and velocities (n, count).
       integer :: count = 0
+      !> Number of the next of the given times.
+      integer(i8), private :: next = 0
       real(wp), allocatable :: time(:), value(:, :), displacement(:, :), velocity(:, :)
    contains
       procedure :: reset
@@ -34,6 +36,7 @@ contains
       class(trajectory_t), intent(inout) :: self
 
       self%count = 0
+      self%next = 0
       call resize(self, 1024)
    end subroutine reset
 
@@ -53,12 +56,12 @@ contains
       integer(i8) :: i
 
       if (self%interval > 0.0_wp) then
-         i = max(0_i8, ceiling(((part%time - self%from) + part%time_low)/self%interval, i8))
+         ! Points are counted, so that none is lost between two pieces whose ends differ by rounding.
          do
-            tau = ((self%from - part%time) + i*self%interval) - part%time_low
-            if (tau >= part%duration .and. .not. (part%last .and. tau <= part%duration*(1 + 4*epsilon(tau)))) exit
-            if (tau >= 0.0_wp) call self%record(part, self%from + i*self%interval, tau)
-            i = i + 1
+            tau = ((self%from - part%time) + self%next*self%interval) - part%time_low
+            if (tau >= part%duration .and. .not. (part%last .and. tau <= part%duration + 4*spacing(part%time))) exit
+            call self%record(part, self%from + self%next*self%interval, min(max(tau, 0.0_wp), part%duration))
+            self%next = self%next + 1
          end do
       else
          h = part%by%interval()

@@ -4,10 +4,11 @@
 !! on the excitation (response, rows) is made anew for every machine that is attached, and only for states it visits.
 module razy_integrate_contact_states
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: wp
+   use razy_core_kinds, only: qp, wp
    use razy_integrate_modal_basis, only: modal_basis_t, new_modal_basis
    use razy_integrate_refine, only: watched_t
    use razy_integrate_response, only: linear_form_t, new_response, new_rows, response_t, rows_t
+   use razy_linalg_lapack, only: dposv
    use razy_machine_coupled, only: coupled_t, new_coupled
    use razy_machine_machine, only: contact_t, machine_t, observable_t, observe_contact_force, same_structure
    implicit none(type, external)
@@ -109,6 +110,8 @@ contains
       type(contact_state_t), intent(inout) :: state
 
       real(wp) :: k(self%coupled%m, self%coupled%m), b(self%coupled%m, self%coupled%m)
+      real(wp), allocatable :: rigid(:, :)
+      logical :: known
       integer :: i, j
 
       k = self%coupled%stiffness
@@ -122,7 +125,62 @@ contains
          end associate
       end do
       call new_modal_basis(state%basis, k, b, self%omega)
+      if (state%basis%info /= 0 .or. size(state%basis%rigid, 2) == 0) return
+      rigid = state%basis%rigid
+      call refine_rigid_modes(self, state%branch, k, rigid, known)
+      if (known) call new_modal_basis(state%basis, k, b, self%omega, rigid)
    end subroutine make_modes
+
+   !> Rigid modes to rounding. An eigenproblem knows them to epsilon times the ratio of the largest to the smallest stiffness,
+   !> and constant loads that are in balance then drive them. Here K v is formed from the machine's own matrices in extended
+   !> precision, where the terms of a rigid motion cancel, and v corrected by (K + s V Vᵀ)⁻¹ K v.
+   subroutine refine_rigid_modes(self, branch, k, rigid, known)
+      type(contact_states_t), intent(in) :: self
+      integer, intent(in) :: branch(:)
+      real(wp), intent(in) :: k(:, :)
+      real(wp), intent(inout) :: rigid(:, :)
+      logical, intent(out) :: known
+
+      integer, parameter :: rounds = 2
+      real(wp) :: shifted(size(k, 1), size(k, 1)), rest(size(rigid, 1), size(rigid, 2))
+      integer :: i, info, round
+
+      known = .false.
+      do round = 1, rounds
+         do i = 1, size(rigid, 2)
+            rest(:, i) = restoring_of(self, branch, rigid(:, i))
+         end do
+         shifted = k + maxval(abs(k))*matmul(rigid, transpose(rigid))
+         call dposv("L", size(k, 1), size(rest, 2), shifted, size(k, 1), rest, size(k, 1), info)
+         if (info /= 0) return
+         rigid = rigid - rest
+         do i = 1, size(rigid, 2)
+            rigid(:, i) = rigid(:, i) - matmul(rigid(:, :i - 1), matmul(rigid(:, i), rigid(:, :i - 1)))
+            rigid(:, i) = rigid(:, i)/norm2(rigid(:, i))
+         end do
+      end do
+      known = .true.
+   end subroutine refine_rigid_modes
+
+   !> K v in coupled coordinates (m), contacts with their branches included, formed in extended precision.
+   pure function restoring_of(self, branch, v) result(force)
+      type(contact_states_t), intent(in) :: self
+      integer, intent(in) :: branch(:)
+      real(wp), intent(in) :: v(:)
+      real(wp) :: force(size(v))
+
+      real(qp) :: q(size(self%machine%mass, 1)), f(size(self%machine%mass, 1))
+      integer :: j
+
+      q = matmul(real(v, qp), real(self%coupled%project, qp))
+      f = matmul(real(self%machine%stiffness, qp), q)
+      do j = 1, size(branch)
+         associate (contact => self%machine%contact(j))
+            f = f + contact%law%branch(branch(j))%stiffness*dot_product(real(contact%w, qp), q)*real(contact%w, qp)
+         end associate
+      end do
+      force = real(matmul(real(self%coupled%project, qp), f), wp)
+   end function restoring_of
 
    subroutine make_response(self, state)
       type(contact_states_t), intent(in) :: self

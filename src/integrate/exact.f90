@@ -40,6 +40,10 @@ module razy_integrate_exact
       !> What observers are answered with.
       type(cursor_t) :: looker
       logical :: looked = .false.
+      !> State (2m) and excitation (tones) there, once a contact has been asked for.
+      logical :: laid_out = .false.
+      real(wp), allocatable :: z_looked(:)
+      complex(wp), allocatable :: turn(:)
       type(search_t) :: look
    contains
       procedure :: prepare
@@ -79,7 +83,8 @@ contains
       call attach(self%states, machine, keep_all, error)
       if (allocated(error)) return
       m = self%states%coupled%m
-      if (allocated(self%z)) deallocate (self%z, self%cosine, self%sine, self%branch)
+      if (allocated(self%z)) deallocate (self%z, self%cosine, self%sine, self%branch, self%z_looked, self%turn)
+      allocate (self%z_looked(2*m), self%turn(size(machine%tone)))
       allocate (self%z(2*m), self%cosine(size(machine%tone)), self%sine(size(machine%tone)), self%branch(size(machine%contact)))
    end subroutine prepare
 
@@ -214,6 +219,7 @@ contains
 
       if (self%looked .and. .not. abs(tau - self%looker%tau) > 0.0_wp) return
       self%looked = .true.
+      self%laid_out = .false.
       associate (response => self%states%state(self%now)%response)
          call reserve(self%looker, response)
          if (.not. abs(tau) > 0.0_wp) then
@@ -327,21 +333,23 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: s, rate, force
 
-      real(wp) :: z(size(self%z)), cosine, sine
-      complex(wp) :: turn
       integer :: t
 
       call look_at(self, tau)
-      call state_of(self%looker, self%states%state(self%now)%response, z)
-      associate (touching => self%states%machine%contact(j), m => self%states%coupled%m)
+      if (.not. self%laid_out) then
+         call state_of(self%looker, self%states%state(self%now)%response, self%z_looked)
+         do t = 1, size(self%turn)
+            self%turn(t) = cmplx(self%cosine(t), self%sine(t), wp)*cmplx(cos(self%states%omega(t)*tau), &
+                                                                         sin(self%states%omega(t)*tau), wp)
+         end do
+         self%laid_out = .true.
+      end if
+      associate (touching => self%states%machine%contact(j), m => self%states%coupled%m, z => self%z_looked)
          s = dot_product(self%states%w(:, j), z(:m)) + touching%offset
          rate = dot_product(self%states%w(:, j), z(m + 1:)) + touching%drive
          do t = 1, size(self%cosine)
-            cosine = cos(self%states%omega(t)*tau)
-            sine = sin(self%states%omega(t)*tau)
-            turn = cmplx(self%cosine(t), self%sine(t), wp)*cmplx(cosine, sine, wp)*touching%error(t)
-            s = s + real(turn)
-            rate = rate - self%states%omega(t)*aimag(turn)
+            s = s + real(self%turn(t)*touching%error(t))
+            rate = rate - self%states%omega(t)*aimag(self%turn(t)*touching%error(t))
          end do
          force = touching%force_sign*touching%law%force(self%branch(j), s, rate, touching%normal)
       end associate

@@ -1,19 +1,18 @@
 !! The right-hand side of a machine's motion, z' = f(t, z) with z = (y, y') in coupled coordinates (razy_machine_coupled):
 !!
-!!     y'' = S f(t) - B y' - K y - Σ_j w_j F_j(s_j, s_j'),   s_j = w_jᵀ y + c_j + Re(Σ e_jt e^{iω_t t}).
+!!     y'' = a - Σ_j w_j F_j(s_j, s_j'),
 !!
-!! Times `tau` are s after the start of the piece, whose phases `start_piece` forms to rounding. The branches of all contacts
-!! are `branch`, entered by `enter_mode`; what a law does in a branch is the law's, and constraint forces are those of
-!! razy_integrate_constraints. With the treatment `switching` the branches are looked up in every right-hand side
-!! (razy_integrate_field_switching); with `smoothing` every law is its smoothed form.
+!! with a and s_j of razy_integrate_kinematics. The branches of all contacts are `branch`, entered by `enter_mode`; what a law
+!! does in a branch is the law's, and constraint forces are those of razy_integrate_constraints. With the treatment
+!! `switching` the branches are looked up in every right-hand side (friction sticks within a band); with `smoothing` every
+!! law is its smoothed form.
 module razy_integrate_field
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_contact_contact_law, only: branch_lower_parting, branch_open, branch_sticking, branch_upper_parting
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_integrate_constraints, only: constraints_t, new_constraints
-   use razy_integrate_profile, only: find_profile
-   use razy_machine_coupled, only: coupled_t, new_coupled
+   use razy_integrate_kinematics, only: kinematics_t
    use razy_machine_machine, only: machine_t, observe_contact_force
    implicit none(type, external)
    private
@@ -25,49 +24,30 @@ module razy_integrate_field
    !> What a contact does in a mode: nothing, an affine force, the law's force, a constraint force.
    integer, parameter :: idle = 0, affine = 1, lawful = 2, constrained = 3
 
-   type :: field_t
-      type(machine_t) :: machine
-      type(coupled_t) :: coupled
+   type, extends(kinematics_t) :: field_t
       !> What is done about jumps; sharpness of smoothed ones, half width of the band of sticking in switched ones.
       integer :: treatment = treat_by_events
       real(wp) :: sharpness = 0.0_wp, band = 0.0_wp
-      !> Coupled coordinates; z has 2m components.
-      integer :: m = 0
-      !> Contact directions (m, contacts), constant load (m), phasors of load (m, tones) and of s (contacts, tones).
-      real(wp), allocatable :: w(:, :), load(:), load_re(:, :), load_im(:, :), error_re(:, :), error_im(:, :)
-      !> Observables on y and y' (m, observables).
-      real(wp), allocatable :: on_y(:, :), on_v(:, :)
-      !> Angular frequencies, rad/s; cosine and sine of the phases at the start of the piece (tones each).
-      real(wp), allocatable :: omega(:), cosine(:), sine(:)
       integer, allocatable :: branch(:)
-      !> First and last row that matter in each column of B and K (m each).
-      integer, allocatable :: first(:), last(:)
       !> Right-hand sides and Jacobian matrices formed so far.
       integer(i8) :: evaluations = 0, jacobians = 0
       !> What each contact does; contacts that act, friction last.
       integer, allocatable :: does(:), acting(:)
       integer :: acts = 0
       type(constraints_t) :: constraints
-      !> Workspace: phases at the time of evaluation (tones each); s, s', force and normal force (contacts each).
-      real(wp), allocatable :: c(:), d(:), s(:), rate(:), force(:), normal(:)
+      !> Workspace: force and normal force (contacts each).
+      real(wp), allocatable :: force(:), normal(:)
    contains
       procedure :: attach
-      procedure :: start_piece
       procedure :: first_state
       procedure :: enter_mode
       procedure :: derivative
       procedure :: accelerate
-      procedure :: free_acceleration
-      procedure :: second_rate
       procedure :: jacobian
-      procedure :: look_at_contacts
       procedure :: observed
       procedure :: observed_rate
       procedure :: keep_constraints
       procedure :: normal_of
-      procedure :: to_coordinates
-      procedure, private :: look_at_time
-      procedure, private :: look_at_contact
       procedure, private :: add_forces
    end type field_t
 
@@ -80,52 +60,18 @@ contains
       logical, intent(in) :: keep_all
       type(error_t), allocatable, intent(out) :: error
 
-      integer :: contacts, j, tones
+      integer :: contacts
 
-      call new_coupled(self%coupled, machine, keep_all, error)
+      call self%take(machine, keep_all, error)
       if (allocated(error)) return
-      self%machine = machine
-      self%m = self%coupled%m
-      call find_profile(self%coupled%stiffness, self%coupled%damping, self%first, self%last)
       contacts = size(machine%contact)
-      tones = size(machine%tone)
-      self%load = matmul(self%coupled%project, machine%load)
-      self%load_re = matmul(self%coupled%project, real(machine%harmonic_load, wp))
-      self%load_im = matmul(self%coupled%project, aimag(machine%harmonic_load))
-      self%omega = machine%tone%omega
-      if (allocated(self%w)) deallocate (self%w, self%error_re, self%error_im, self%branch, self%s, self%rate, self%on_y, self%on_v)
-      if (allocated(self%c)) deallocate (self%c, self%d, self%cosine, self%sine, self%force, self%normal, self%does, self%acting)
-      allocate (self%w(self%m, contacts), self%error_re(contacts, tones), self%error_im(contacts, tones))
-      allocate (self%on_y(self%m, size(machine%observable)), self%on_v(self%m, size(machine%observable)), source=0.0_wp)
+      if (allocated(self%branch)) deallocate (self%branch, self%force, self%normal, self%does, self%acting)
       allocate (self%branch(contacts), source=branch_open)
       allocate (self%does(contacts), self%acting(contacts), source=idle)
-      allocate (self%s(contacts), self%rate(contacts), self%force(contacts), self%normal(contacts), source=0.0_wp)
-      allocate (self%c(tones), self%d(tones), self%cosine(tones), self%sine(tones), source=0.0_wp)
-      do j = 1, contacts
-         self%w(:, j) = matmul(self%coupled%project, machine%contact(j)%w)
-         self%error_re(j, :) = real(machine%contact(j)%error, wp)
-         self%error_im(j, :) = aimag(machine%contact(j)%error)
-      end do
-      do j = 1, size(machine%observable)
-         if (machine%observable(j)%kind == observe_contact_force) cycle
-         self%on_y(:, j) = matmul(self%coupled%project, machine%observable(j)%on_displacement)
-         self%on_v(:, j) = matmul(self%coupled%project, machine%observable(j)%on_velocity)
-      end do
+      allocate (self%force(contacts), self%normal(contacts), source=0.0_wp)
       self%evaluations = 0
       self%jacobians = 0
    end subroutine attach
-
-   !> Form the phases of excitation at the time `time + time_low`, s, from which `tau` counts.
-   pure subroutine start_piece(self, time, time_low)
-      class(field_t), intent(inout) :: self
-      real(wp), intent(in) :: time, time_low
-
-      integer :: t
-
-      do t = 1, size(self%omega)
-         call self%machine%tone(t)%phasor(time, time_low, self%cosine(t), self%sine(t))
-      end do
-   end subroutine start_piece
 
    !> z (2m) at the time 0, and the branches there.
    subroutine first_state(self, z)
@@ -193,58 +139,6 @@ contains
       call new_constraints(self%constraints, self%w, held(:n), sliding(:i), row(:i), sign(:i))
    end subroutine enter_mode
 
-   !> Phases at tau into the workspace.
-   pure subroutine look_at_time(self, tau)
-      class(field_t), intent(inout) :: self
-      real(wp), intent(in) :: tau
-
-      real(wp) :: cosine, sine
-      integer :: t
-
-      do t = 1, size(self%omega)
-         cosine = cos(self%omega(t)*tau)
-         sine = sin(self%omega(t)*tau)
-         self%c(t) = self%cosine(t)*cosine - self%sine(t)*sine
-         self%d(t) = self%sine(t)*cosine + self%cosine(t)*sine
-      end do
-   end subroutine look_at_time
-
-   !> s and s' of contact j at z and the phases of the workspace.
-   pure subroutine look_at_contact(self, j, z)
-      class(field_t), intent(inout) :: self
-      integer, intent(in) :: j
-      real(wp), intent(in) :: z(:)
-
-      real(wp) :: rate, s
-      integer :: i, t
-
-      s = self%machine%contact(j)%offset
-      rate = self%machine%contact(j)%drive
-      do i = 1, self%m
-         s = s + self%w(i, j)*z(i)
-         rate = rate + self%w(i, j)*z(self%m + i)
-      end do
-      do t = 1, size(self%omega)
-         s = s + (self%error_re(j, t)*self%c(t) - self%error_im(j, t)*self%d(t))
-         rate = rate - self%omega(t)*(self%error_re(j, t)*self%d(t) + self%error_im(j, t)*self%c(t))
-      end do
-      self%s(j) = s
-      self%rate(j) = rate
-   end subroutine look_at_contact
-
-   !> Phases, s and s' of all contacts at (tau, z) into the workspace.
-   pure subroutine look_at_contacts(self, tau, z)
-      class(field_t), intent(inout) :: self
-      real(wp), intent(in) :: tau, z(:)
-
-      integer :: j
-
-      call self%look_at_time(tau)
-      do j = 1, size(self%branch)
-         call self%look_at_contact(j, z)
-      end do
-   end subroutine look_at_contacts
-
    !> z' (2m) at (tau, z).
    subroutine derivative(self, tau, z, dz)
       class(field_t), intent(inout) :: self
@@ -268,7 +162,9 @@ contains
 
       integer :: i
 
-      call self%look_at_time(tau)
+      if (self%loaded .or. self%acts + self%constraints%count > 0 .or. self%treatment == treat_by_switching) then
+         call self%look_at_time(tau)
+      end if
       do i = 1, self%acts
          call self%look_at_contact(self%acting(i), z)
       end do
@@ -285,30 +181,6 @@ contains
          call self%add_forces(a)
       end do
    end subroutine accelerate
-
-   !> y'' (m) without any contact at z and the phases of the workspace.
-   pure subroutine free_acceleration(self, z, a)
-      class(field_t), intent(in) :: self
-      real(wp), intent(in) :: z(:)
-      real(wp), intent(out) :: a(:)
-
-      integer :: i, j, m, t
-
-      m = self%m
-      do i = 1, m
-         a(i) = self%load(i)
-      end do
-      do t = 1, size(self%omega)
-         do i = 1, m
-            a(i) = a(i) + (self%load_re(i, t)*self%c(t) - self%load_im(i, t)*self%d(t))
-         end do
-      end do
-      do j = 1, m
-         do i = self%first(j), self%last(j)
-            a(i) = a(i) - (self%coupled%stiffness(i, j)*z(j) + self%coupled%damping(i, j)*z(m + j))
-         end do
-      end do
-   end subroutine free_acceleration
 
    !> Add to a (m) what the contacts do at the s and s' of the workspace.
    subroutine add_forces(self, a)
@@ -411,27 +283,10 @@ contains
          select case (branch)
          case (branch_open, branch_upper_parting, branch_lower_parting)
             normal = 0.0_wp
+         case default
          end select
       end associate
    end function normal_of
-
-   !> s'' of contact j at the acceleration a (m) and the phases of the workspace.
-   pure function second_rate(self, j, a) result(rate)
-      class(field_t), intent(in) :: self
-      integer, intent(in) :: j
-      real(wp), intent(in) :: a(:)
-      real(wp) :: rate
-
-      integer :: i, t
-
-      rate = 0.0_wp
-      do i = 1, self%m
-         rate = rate + self%w(i, j)*a(i)
-      end do
-      do t = 1, size(self%omega)
-         rate = rate - self%omega(t)**2*(self%error_re(j, t)*self%c(t) - self%error_im(j, t)*self%d(t))
-      end do
-   end function second_rate
 
    !> Look up the branches that the state z is in (`switching`): friction sticks within the band.
    subroutine switch_branches(self, z)
@@ -666,15 +521,5 @@ contains
          end do
       end associate
    end subroutine observed_rate
-
-   !> Displacements and velocities (n each) of z; needs a machine taken with `keep_all`.
-   pure subroutine to_coordinates(self, z, displacement, velocity)
-      class(field_t), intent(in) :: self
-      real(wp), intent(in) :: z(:)
-      real(wp), intent(out) :: displacement(:), velocity(:)
-
-      displacement = matmul(z(:self%m), self%coupled%project)
-      velocity = matmul(z(self%m + 1:), self%coupled%project)
-   end subroutine to_coordinates
 
 end module razy_integrate_field

@@ -49,10 +49,12 @@ module razy_integrate_modal_basis
 
 contains
 
-   !> The modes of y'' + damping y' + stiffness y; `omega` are the frequencies of excitation, rad/s.
-   subroutine new_modal_basis(self, stiffness, damping, omega)
+   !> The modes of y'' + damping y' + stiffness y; `omega` are the frequencies of excitation, rad/s. `rigid` (m, r): orthonormal
+   !> modes without stiffness, if they are known better than the eigenproblem gives them.
+   subroutine new_modal_basis(self, stiffness, damping, omega, rigid)
       type(modal_basis_t), intent(out) :: self
       real(wp), intent(in) :: stiffness(:, :), damping(:, :), omega(:)
+      real(wp), intent(in), optional :: rigid(:, :)
 
       real(wp) :: phi(size(damping, 1), size(damping, 1)), k(size(damping, 1), size(damping, 1))
       real(wp) :: b(size(damping, 1), size(damping, 1)), square(size(damping, 1))
@@ -70,6 +72,7 @@ contains
          if (self%info /= 0) return
          ! Eigenvalues below the rounding of the largest are rigid-body modes.
          where (abs(square) <= 64*m*epsilon(1.0_wp)*maxval(abs(square))) square = 0.0_wp
+         if (present(rigid)) call put_rigid(phi, square, rigid)
          k = 0.0_wp
          do i = 1, m
             k(i, i) = square(i)
@@ -92,6 +95,26 @@ contains
          if (self%info /= 0) return
       end do
    end subroutine new_modal_basis
+
+   !> Put the rigid modes in the place of those with square 0, and make the others orthogonal to them.
+   pure subroutine put_rigid(phi, square, rigid)
+      real(wp), intent(inout) :: phi(:, :)
+      real(wp), intent(in) :: square(:), rigid(:, :)
+
+      integer :: i, r
+
+      if (count(.not. abs(square) > 0.0_wp) /= size(rigid, 2)) return
+      r = 0
+      do i = 1, size(square)
+         if (abs(square(i)) > 0.0_wp) then
+            phi(:, i) = phi(:, i) - matmul(rigid, matmul(phi(:, i), rigid))
+            phi(:, i) = phi(:, i)/norm2(phi(:, i))
+         else
+            r = r + 1
+            phi(:, i) = rigid(:, r)
+         end if
+      end do
+   end subroutine put_rigid
 
    !> Number the sets of modes that the damping matrix `b` couples: part(i) is the set of mode i.
    pure function coupled_parts(b) result(part)

@@ -18,6 +18,8 @@ module razy_integrate_refine
       logical :: from_zero = .false.
       !> Of the same form and order as the function before it in the list.
       logical :: shares_form = .false.
+      !> On the bound within the rounding of the state, as long as the piece lasts.
+      logical :: resting = .false.
       !> Values and slopes at both ends of the step, bound of the fourth derivative of f.
       real(wp) :: f0 = 0.0_wp, g0 = 0.0_wp, f1 = 0.0_wp, g1 = 0.0_wp, m4 = 0.0_wp
       !> Size of the terms that f is the sum of, and of the rounding in it.

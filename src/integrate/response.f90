@@ -27,6 +27,9 @@ module razy_integrate_response
       real(wp), allocatable :: re(:, :, :), im(:, :, :)
       !> Moduli of the coefficients of order 0 and 4 (amplitudes, forms).
       real(wp), allocatable :: size0(:, :), size4(:, :)
+      !> What a coefficient of order 0 would be if form and mode were parallel (amplitudes, forms), the largest of each
+      !> form, and its constant (forms).
+      real(wp), allocatable :: reach(:, :), longest_reach(:), reach_constant(:)
       !> On rigid modes and their rates (rigid, forms).
       real(wp), allocatable :: rigid_y(:, :), rigid_v(:, :)
       !> On dense states, orders 0…5 (nx, 0:5, forms).
@@ -177,9 +180,12 @@ contains
       self%constant = [(forms(j)%constant, j=1, size(forms))]
       call shape_matrix(self%size0, n, self%forms)
       call shape_matrix(self%size4, n, self%forms)
+      call shape_matrix(self%reach, n, self%forms)
+      self%reach_constant = [(reach_of(forms(j), response%constant), j=1, size(forms))]
       call shape_matrix(self%rigid_y, response%rigid, self%forms)
       call shape_matrix(self%rigid_v, response%rigid, self%forms)
-      if (allocated(self%re)) deallocate (self%re, self%im, self%dense)
+      if (allocated(self%re)) deallocate (self%re, self%im, self%dense, self%longest_reach)
+      allocate (self%longest_reach(self%forms))
       allocate (self%re(n, 0:4, self%forms), self%im(n, 0:4, self%forms))
       allocate (self%dense(response%nx, 0:5, self%forms), source=0.0_wp)
       do j = 1, self%forms
@@ -189,6 +195,7 @@ contains
             coefficient = cmplx(dot_product(form, response%from_re(:, i)), -dot_product(form, response%from_im(:, i)), wp)
             if (i > response%terms) coefficient = coefficient + forms(j)%error(i - response%terms)
             self%size0(i, j) = abs(coefficient)
+            self%reach(i, j) = reach_of(forms(j), response%from_re(:, i)) + reach_of(forms(j), response%from_im(:, i))
             self%size4(i, j) = abs(coefficient)*response%modulus(i)**4
             do p = 0, 4
                self%re(i, p, j) = real(coefficient)
@@ -196,6 +203,7 @@ contains
                coefficient = coefficient*response%exponent(i)
             end do
          end do
+         self%longest_reach(j) = maxval([0.0_wp, self%reach(:, j)])
          self%rigid_y(:, j) = matmul(forms(j)%on_y, response%rigid_mode)
          self%rigid_v(:, j) = matmul(forms(j)%on_v, response%rigid_mode)
          do part = 1, size(response%dense)
@@ -204,6 +212,17 @@ contains
          end do
       end do
    end subroutine new_rows
+
+   !> Length of the form times that of z (2m), displacements and velocities apart.
+   pure function reach_of(form, z) result(reach)
+      type(linear_form_t), intent(in) :: form
+      real(wp), intent(in) :: z(:)
+      real(wp) :: reach
+
+      associate (m => size(form%on_y))
+         reach = norm2(form%on_y)*norm2(z(:m)) + norm2(form%on_v)*norm2(z(m + 1:))
+      end associate
+   end function reach_of
 
    pure subroutine shape_matrix(matrix, rows, columns)
       real(wp), allocatable, intent(inout) :: matrix(:, :)

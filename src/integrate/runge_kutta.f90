@@ -3,8 +3,9 @@
 !! `event`: the end of each branch is found on the dense output of the step (razy_integrate_runge_kutta_locate), the motion goes
 !! there, impacts and the branches that follow are settled (razy_integrate_runge_kutta_resolve), and the method starts anew
 !! with nothing remembered but a step that served in the same mode before. Impacts that accumulate are carried to the end of
-!! their sequence (razy_integrate_runge_kutta_bounces). `switching`: the branch is looked up in every right-hand side; `smoothing`: there are none.
-!! With these two, changes of branch are seen at the ends of steps only: their times are late by up to a step.
+!! their sequence (razy_integrate_runge_kutta_bounces). `switching`: the branch is looked up in every right-hand side;
+!! `smoothing`: there are none. With these two, changes of branch are seen at the ends of steps only: their times are late by
+!! up to a step.
 !!
 !! A piece that observers see is one step, or the part of it before an event; `outcome%pieces` counts starts anew. Contact forces
 !! are those of the laws and constraints, without the impulses of impacts.
@@ -193,6 +194,7 @@ contains
       logical :: dense, found, last
 
       call start_field(self)
+      call self%view%field%start_step(self%tau)
       call take_step(self, last, outcome)
       if (outcome%status /= status_ok) return
       outcome%steps = outcome%steps + 1
@@ -281,9 +283,10 @@ contains
                h = max(self%bounces%tau - self%tau, 0.0_wp)
                last = .false.
             end if
+            if (stepper%accepted_steps + stepper%rejected_steps >= self%method%most_steps) outcome%status = status_step_limit
+            if (outcome%status /= status_ok) return
             call stepper%attempt(field, self%tau, self%z, h, accepted, failed)
             if (accepted) return
-            if (outcome%steps + stepper%rejected_steps >= self%method%most_steps) outcome%status = status_step_limit
             h = stepper%h_next
             if (h <= least_step*self%t_end) outcome%status = merge(status_blow_up, status_step_underflow, failed)
             if (outcome%status /= status_ok) return
@@ -381,14 +384,14 @@ contains
          end if
          self%following = field%branch
          if (landed) then
-            call self%bounces%report(self%resolution%contact, self%resolution%changes)
+            call self%bounces%report(field, self%resolution)
             outcome%accumulations = outcome%accumulations + self%bounces%landed
          end if
          field%branch = self%shown
          call field%enter_mode()
          if (self%resolution%changes > 0) then
             piece%contact = self%resolution%contact(1)
-            piece%branch = self%following(piece%contact)
+            piece%branch = self%resolution%branch(1)
             outcome%events = outcome%events + 1
          end if
          call show_piece(observers, piece)
@@ -412,7 +415,8 @@ contains
       class(runge_kutta_t), intent(inout) :: self
       type(outcome_t), intent(inout) :: outcome
 
-      integer :: contact(size(self%resolution%contact)), changes
+      integer, dimension(size(self%resolution%contact)) :: branch, contact
+      integer :: changes
       logical :: none(size(self%locator%hit)), gathered
 
       if (self%resolution%impacts == 0) return
@@ -423,9 +427,11 @@ contains
          if (.not. gathered) return
          none = .false.
          contact = self%resolution%contact
+         branch = self%resolution%branch
          changes = self%resolution%changes
          call self%resolution%settle(field, self%locator%guards, none, self%tau, self%z)
          self%resolution%contact = contact
+         self%resolution%branch = branch
          self%resolution%changes = changes
          if (.not. self%resolution%found) outcome%status = status_no_contact_forces
          call self%bounces%confirm(field)
@@ -452,7 +458,7 @@ contains
          piece%duration = 0.0_wp
          piece%last = .false.
          piece%contact = self%resolution%contact(i)
-         piece%branch = self%following(piece%contact)
+         piece%branch = self%resolution%branch(i)
          outcome%events = outcome%events + 1
          call show_piece(observers, piece)
       end do

@@ -11,6 +11,7 @@ module razy_integrate_runge_kutta_bounces
    use razy_integrate_constraints, only: constraints_t, new_constraints
    use razy_integrate_field, only: field_t
    use razy_integrate_runge_kutta_guards, only: guards_t
+   use razy_integrate_runge_kutta_resolve, only: resolution_t
    implicit none(type, external)
    private
 
@@ -164,18 +165,18 @@ contains
       self%landing = any(self%whose)
    end subroutine confirm
 
-   !> Add the contacts whose sequences end now to the list of those that change.
-   pure subroutine report(self, contact, changes)
+   !> Add the contacts whose sequences end now, closed as the field has them, to the changes.
+   subroutine report(self, field, resolution)
       class(bounces_t), intent(inout) :: self
-      integer, intent(inout) :: contact(:), changes
+      type(field_t), intent(in) :: field
+      type(resolution_t), intent(inout) :: resolution
 
       integer :: j
 
       self%landed = count(self%whose)
       do j = 1, size(self%whose)
-         if (.not. self%whose(j) .or. any(contact(:changes) == j)) cycle
-         changes = changes + 1
-         contact(changes) = j
+         if (.not. self%whose(j) .or. any(resolution%contact(:resolution%changes) == j)) cycle
+         call resolution%note(j, field%branch(j))
       end do
       self%whose = .false.
       self%landing = .false.

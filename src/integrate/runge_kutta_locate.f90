@@ -26,8 +26,8 @@ module razy_integrate_runge_kutta_locate
       real(wp), allocatable :: g0(:), rate0(:), g1(:), rate1(:)
       !> The guards that are left at the event found (count).
       logical, allocatable :: hit(:)
-      !> Largest s'' by excitation, and bound of the change of s' in a step (contacts).
-      real(wp), allocatable :: driven(:), curving(:)
+      !> Bound of the change of s' in a step (contacts).
+      real(wp), allocatable :: curving(:)
       !> Workspace: guards at two points inside, those to look at, state.
       real(wp), allocatable, private :: ga(:), ra(:), gb(:), rb(:), gc(:), rc(:), z(:)
       logical, allocatable, private :: suspect(:)
@@ -50,20 +50,17 @@ contains
       class(locator_t), intent(inout) :: self
       type(field_t), intent(in) :: field
 
-      integer :: j, n
+      integer :: n
 
       call self%guards%attach(field)
       n = size(self%guards%entry)
-      if (allocated(self%g0)) deallocate (self%g0, self%rate0, self%g1, self%rate1, self%hit, self%driven, self%curving, self%ga, &
+      if (allocated(self%g0)) deallocate (self%g0, self%rate0, self%g1, self%rate1, self%hit, self%curving, self%ga, &
                                           self%ra, self%gb, self%rb, self%gc, self%rc, self%z, self%suspect)
       allocate (self%g0(n), self%rate0(n), self%g1(n), self%rate1(n), self%ga(n), self%ra(n), self%gb(n), self%rb(n), self%gc(n), &
                 self%rc(n), source=0.0_wp)
       allocate (self%hit(n), self%suspect(n), source=.false.)
       allocate (self%z(2*field%m), source=0.0_wp)
-      allocate (self%driven(size(field%branch)), self%curving(size(field%branch)), source=0.0_wp)
-      do j = 1, size(field%branch)
-         self%driven(j) = sum(field%omega**2*hypot(field%error_re(j, :), field%error_im(j, :)))
-      end do
+      allocate (self%curving(size(field%branch)), source=0.0_wp)
    end subroutine attach
 
    !> List the guards of the field's mode, which begins at (tau, z).
@@ -143,12 +140,12 @@ contains
       if (found) call gather(self, field, stepper, theta)
    end subroutine find
 
-   !> The guards that could be left in the step. A path that touches 0 is at least g0 + g1 long; its speed is at most that at the ends
-   !> and what twice their accelerations add in half the step. Functions of the rate and forces are trusted only if twice the
+   !> The guards that could be left in the step. A path that touches 0 is at least g0 + g1 long; its speed is at most that at the
+   !> ends and what twice their accelerations add in half the step. Functions of the rate and forces are trusted only if twice the
    !> room of a cubic's control points is left.
    pure subroutine choose_suspects(self, field, stepper)
       type(locator_t), intent(inout) :: self
-      type(field_t), intent(in) :: field
+      type(field_t), intent(inout) :: field
       type(stepper_t), intent(in) :: stepper
 
       real(wp) :: b0, b1, lowest, room
@@ -156,12 +153,13 @@ contains
 
       m = field%m
       n = size(field%branch)
+      call field%look_at_time(self%tau)
       do j = 1, n
-         self%curving(j) = 0.0_wp
-         do i = 1, m
-            self%curving(j) = self%curving(j) + abs(field%w(i, j))*max(abs(stepper%dz_start(m + i)), abs(stepper%dz_end(m + i)))
-         end do
-         self%curving(j) = stepper%h*(self%curving(j) + self%driven(j))
+         self%curving(j) = abs(field%second_rate(j, stepper%dz_start(m + 1:)))
+      end do
+      call field%look_at_time(self%tau + self%h)
+      do j = 1, n
+         self%curving(j) = stepper%h*max(self%curving(j), abs(field%second_rate(j, stepper%dz_end(m + 1:))))
       end do
       do i = 1, self%guards%count
          associate (entry => self%guards%entry(i))

@@ -30,9 +30,10 @@ module razy_integrate_runge_kutta_resolve
    type :: resolution_t
       !> Whether admissible impulses and forces were found.
       logical :: found = .true.
-      !> Contacts whose branch has changed or that had an impact (changes), in the order of their numbers.
+      !> Contacts whose branch has changed or that had an impact (changes), and the branches that follow. Branches that were passed
+      !> in no time come first, then all others in the order of their contacts.
       integer :: changes = 0
-      integer, allocatable :: contact(:)
+      integer, allocatable :: contact(:), branch(:)
       !> Contacts that had an impact in this event, and the speeds of their gaps after it with their directions in s.
       integer :: impacts = 0
       logical, allocatable :: impacted(:)
@@ -46,8 +47,11 @@ module razy_integrate_runge_kutta_resolve
       procedure :: attach
       procedure :: settle
       procedure :: push_out
+      procedure :: note
    end type resolution_t
 
+   !> Branches that one contact may pass in no time, with the one that holds.
+   integer, parameter :: most_passed = 9
    !> Smaller accelerations, in parts of the largest term, are rounding.
    real(wp), parameter :: rounding = 1.0e4_wp*epsilon(1.0_wp)
 
@@ -61,9 +65,9 @@ contains
       integer :: n
 
       n = size(field%branch)
-      if (allocated(self%contact)) deallocate (self%contact, self%impacted, self%speed, self%side, self%next, &
+      if (allocated(self%contact)) deallocate (self%contact, self%branch, self%impacted, self%speed, self%side, self%next, &
                                                self%direction, self%before, self%resting, self%let_go)
-      allocate (self%contact(n), self%next(n), self%before(n), source=0)
+      allocate (self%contact(most_passed*n), self%branch(most_passed*n), self%next(n), self%before(n), source=0)
       allocate (self%impacted(n), self%resting(n), self%let_go(n), source=.false.)
       allocate (self%speed(n), self%direction(n), source=0.0_wp)
       allocate (self%side(2*n))
@@ -95,7 +99,8 @@ contains
       if (.not. self%found) return
       call field%look_at_contacts(tau, z)
       call sort_friction(self, field, guards)
-      do round = 1, 8
+      self%changes = 0
+      do round = 1, most_passed - 1
          if (.not. further(self, field, guards)) exit
       end do
       do round = 1, 2*size(self%next) + 1
@@ -107,13 +112,21 @@ contains
          call guards%measure(field, tau, z, .false.)
          if (.not. let_go_of(self, field, guards, tau, z)) exit
       end do
-      self%changes = 0
       do j = 1, size(self%next)
-         if (field%branch(j) == self%before(j) .and. .not. self%impacted(j)) cycle
-         self%changes = self%changes + 1
-         self%contact(self%changes) = j
+         if (field%branch(j) == self%before(j) .and. .not. self%impacted(j) .and. .not. any(self%contact(:self%changes) == j)) cycle
+         call note(self, j, field%branch(j))
       end do
    end subroutine settle
+
+   !> Add a change to the list.
+   pure subroutine note(self, j, branch)
+      class(resolution_t), intent(inout) :: self
+      integer, intent(in) :: j, branch
+
+      self%changes = self%changes + 1
+      self%contact(self%changes) = j
+      self%branch(self%changes) = branch
+   end subroutine note
 
    !> Branches beyond the guards hit; friction that has come to rest does so to the last bit.
    subroutine take_hits(self, field, guards, hit, tau, z)
@@ -304,11 +317,9 @@ contains
                        + 16*epsilon(1.0_wp)*abs(law%constant(f))
                associate (guard => law%guard(f, self%next(j)))
                   if (guard%below /= 0 .and. beyond(value - guard%lower, rate)) then
-                     self%next(j) = guard%below
-                     further = .true.
+                     call pass(guard%below)
                   else if (guard%above /= 0 .and. beyond(guard%upper - value, -rate)) then
-                     self%next(j) = guard%above
-                     further = .true.
+                     call pass(guard%above)
                   end if
                end associate
             end do
@@ -316,6 +327,14 @@ contains
       end do
 
    contains
+
+      subroutine pass(branch)
+         integer, intent(in) :: branch
+
+         if (self%next(j) /= self%before(j)) call note(self, j, self%next(j))
+         self%next(j) = branch
+         further = .true.
+      end subroutine pass
 
       pure function beyond(g, g_rate)
          real(wp), intent(in) :: g, g_rate

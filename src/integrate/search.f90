@@ -13,6 +13,7 @@ module razy_integrate_search
    use razy_integrate_forms, only: size_of, value_and_slope, value_of
    use razy_integrate_refine, only: refine_root, watched_t
    use razy_integrate_response, only: coarsest_level, finest_level, response_t, rows_t
+   use razy_integrate_rounding_floor, only: small, within_rounding
    use razy_integrate_sign_proof, only: proved_curvature, proved_margin, proved_monotone
    implicit none(type, external)
    private
@@ -71,6 +72,7 @@ contains
 
       call prepare(self, response, rows, start, tau_from, watched)
       do i = 1, size(watched)
+         if (watched(i)%resting) cycle
          if (watched(i)%from_zero) watched(i)%f0 = 0.0_wp
          ! What is back on its bound before the next time that can be told apart has been crossed together with the last event.
          if (watched(i)%f0 < -watched(i)%noise .and. -watched(i)%f0 > self%resolution*watched(i)%g0) then
@@ -121,6 +123,7 @@ contains
          if (.not. watched(i)%shares_form) then
             call value_and_slope(rows, response, self%point(3 - self%now), watched(i)%form, watched(i)%order, f, g)
          end if
+         if (watched(i)%resting) cycle
          call judge(self, response, rows, watched(i), f, g, h, verdict, high, room)
          roomy = roomy .and. room
          if (verdict == undecided) exit
@@ -253,6 +256,7 @@ contains
       proved = .not. response%growing .and. response%rigid == 0 .and. response%nx == 0
       if (.not. proved) return
       do i = 1, size(watched)
+         if (watched(i)%resting) cycle
          associate (w => watched(i))
             proved = w%order == 0
             if (proved) proved = w%side*(rows%constant(w%form) - w%bound) &
@@ -296,7 +300,34 @@ contains
          call copy(start, response, self%point(self%now))
       end if
       call renew(self, response, rows, watched)
+      call find_resting(self, response, rows, watched)
    end subroutine prepare
+
+   !> Find the functions that cannot leave the rounding of the state about their bound: their signs mean nothing, and as no
+   !> amplitude grows they stay so until the piece ends.
+   pure subroutine find_resting(self, response, rows, watched)
+      type(search_t), intent(in) :: self
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(watched_t), intent(inout) :: watched(:)
+
+      real(wp) :: motion
+      integer :: i
+
+      watched%resting = .false.
+      if (response%growing .or. response%rigid > 0 .or. response%nx > 0) return
+      motion = 0.0_wp
+      do i = 1, response%amplitudes
+         motion = motion + self%modulus(i)
+      end do
+      do i = 1, size(watched)
+         associate (w => watched(i))
+            ! Most functions are far too large, which this sees at once.
+            if (w%order > 0 .or. w%scale > small*(rows%longest_reach(w%form)*motion + rows%reach_constant(w%form))) cycle
+            w%resting = within_rounding(response, rows, self%modulus, w%form, w%scale)
+         end associate
+      end do
+   end subroutine find_resting
 
    !> Fit the workspace to a response that is larger than those before.
    subroutine make_room(self, response)

@@ -11,7 +11,7 @@ module razy_io_run_file
    implicit none(type, external)
    private
 
-   public :: history_t, run_content_t, write_run_file
+   public :: contact_value_t, history_t, run_content_t, write_run_file
 
    !> An observable over time.
    type :: history_t
@@ -21,6 +21,12 @@ module razy_io_run_file
       !> Values (times) in `units`.
       real(wp), allocatable :: values(:)
    end type history_t
+
+   !> A number of a contact, with the path of its dataset, such as `/contact/mesh/impulse`.
+   type :: contact_value_t
+      character(:), allocatable :: path, units, long_name
+      real(wp) :: value = 0.0_wp
+   end type contact_value_t
 
    !> The results; an array that is not allocated was not asked for and is not written.
    type :: run_content_t
@@ -44,6 +50,8 @@ module razy_io_run_file
       character(:), allocatable :: event_meanings
       !> Extrema, without `offset`.
       type(extrema_t), allocatable :: extrema(:)
+      !> Statistics of contacts.
+      type(contact_value_t), allocatable :: contact_values(:)
    end type run_content_t
 
    character(*), parameter :: coordinate = "/state/coordinate"
@@ -156,6 +164,13 @@ contains
             call write_extrema(file, content%extrema(i), error)
          end do
       end if
+      if (.not. allocated(content%contact_values)) return
+      do i = 1, size(content%contact_values)
+         if (allocated(error)) return
+         associate (stored => content%contact_values(i))
+            call write_dataset(file, stored%path, stored%value, stored%units, stored%long_name, error)
+         end associate
+      end do
    end subroutine write_content
 
    !> The group `/state`, if displacement or velocity is there.

@@ -11,11 +11,12 @@ module razy_io_sweep_file
    use razy_io_hdf5_dataset, only: add_dimension, reserve_dataset, write_dataset
    use razy_io_hdf5_file, only: hdf5_file_t
    use razy_io_hdf5_part, only: write_part
+   use razy_io_starts, only: starts_content_t, write_starts
    use razy_io_header, only: result_header_t, write_header
    implicit none(type, external)
    private
 
-   public :: axis_t, sweep_content_t, sweep_writer_t, write_sweep_file
+   public :: axis_t, point_value_t, sweep_content_t, sweep_writer_t, write_sweep_file
 
    !> A parameter that is varied.
    type :: axis_t
@@ -29,8 +30,14 @@ module razy_io_sweep_file
       real(wp), allocatable :: values(:)
    end type axis_t
 
+   !> A real number of each point, with the path of its dataset, such as `/contact/mesh/impulse`.
+   type :: point_value_t
+      character(:), allocatable :: path, units, long_name
+      real(wp), allocatable :: values(:)
+   end type point_value_t
+
    !> The results of all points or of some consecutive ones. Points are in grid order, the last axis runs fastest; with directions
-   !> all points of the first come before those of the second. All components but `directions` and `extrema` are needed.
+   !> all points of the first come before those of the second. `axes`, `status` with its meanings, `events` and `steps` are needed.
    type :: sweep_content_t
       type(axis_t), allocatable :: axes(:)
       !> +1 for chains of points up the first axis, -1 for chains down, both in turn; not allocated if each point stands alone.
@@ -43,8 +50,18 @@ module razy_io_sweep_file
       integer(int64), allocatable :: events(:)
       !> Steps of the integrator for each point (points).
       integer(int64), allocatable :: steps(:)
+      !> Period of each motion in periods of the excitation, 0 or -1, and a bit for each contact touched (points); both or neither.
+      integer(int32), allocatable :: period(:)
+      integer(int64), allocatable :: touched(:)
+      !> Names of the contacts, for the bits.
+      character(:), allocatable :: contact_names(:)
+      !> Statistics of contacts; may be left unallocated.
+      type(point_value_t), allocatable :: contact_values(:)
       !> Extrema of each recorded observable, with `offset`; may be left unallocated.
       type(extrema_t), allocatable :: extrema(:)
+      !> Of a sweep with several starts: these, of all points, and where they lead; needed by `begin`. After the directions come
+      !> all points of the first start, then those of the second.
+      type(starts_content_t), allocatable :: starts
    end type sweep_content_t
 
    !> A file that is being written: `begin`, `put` for all points, then `commit`; after an error `discard`.
@@ -122,6 +139,16 @@ contains
       call write_part(self%file, "/point/status", self%written, part%status, error)
       if (.not. allocated(error)) call write_part(self%file, "/point/events", self%written, part%events, error)
       if (.not. allocated(error)) call write_part(self%file, "/point/steps", self%written, part%steps, error)
+      if (allocated(part%period)) then
+         if (.not. allocated(error)) call write_part(self%file, "/point/period", self%written, part%period, error)
+         if (.not. allocated(error)) call write_part(self%file, "/point/touched", self%written, part%touched, error)
+      end if
+      if (allocated(part%contact_values)) then
+         do i = 1, size(part%contact_values)
+            if (allocated(error)) return
+            call write_part(self%file, part%contact_values(i)%path, self%written, part%contact_values(i)%values, error)
+         end do
+      end if
       do i = 1, size(self%total)
          if (allocated(error)) return
          call write_extrema_part(self%file, part%extrema(i), self%written, self%extrema(i), error)
@@ -158,6 +185,7 @@ contains
 
       n_points = product([(size(content%axes(i)%values, kind=int64), i=1, size(content%axes))])
       if (allocated(content%directions)) n_points = n_points*size(content%directions)
+      if (allocated(content%starts)) n_points = n_points*content%starts%count
    end function n_points
 
    !> Refuse arrays that do not belong together.
@@ -217,6 +245,7 @@ contains
          call write_axis_at_points(file, layout%axes, i, points, error)
       end do
       if (.not. allocated(error) .and. allocated(layout%directions)) call write_directions(file, layout%directions, points, error)
+      if (.not. allocated(error) .and. allocated(layout%starts)) call write_starts(file, layout%starts, point, error)
       if (.not. allocated(error)) call reserve_status(file, layout, points, error)
       if (allocated(error)) return
       call reserve_dataset(file, "/point/events", 0_int64, points, "1", "contact events", point, error)
@@ -224,6 +253,8 @@ contains
       call reserve_dataset(file, "/point/steps", 0_int64, points, "1", "steps of the integrator", point, error)
       if (allocated(error)) return
       call write_coordinates(file, layout, error)
+      if (.not. allocated(error)) call reserve_kind(file, layout, points, error)
+      if (.not. allocated(error)) call reserve_values(file, layout, points, error)
       if (.not. allocated(layout%extrema)) return
       do i = 1, size(layout%extrema)
          if (allocated(error)) return
@@ -294,6 +325,44 @@ contains
       if (.not. allocated(error)) call write_attribute(file, "/point/status", "flag_meanings", flags(2:), error)
    end subroutine reserve_status
 
+   !> `/point/period` and `/point/touched`, if they were asked for.
+   subroutine reserve_kind(file, layout, points, error)
+      type(hdf5_file_t), intent(in) :: file
+      type(sweep_content_t), intent(in) :: layout
+      integer(int64), intent(in) :: points
+      type(error_t), allocatable, intent(out) :: error
+
+      if (.not. allocated(layout%contact_names)) return
+      call reserve_dataset(file, "/point/period", 0_int32, points, "1", "period of the motion in periods of the excitation", &
+                           point, error)
+      if (.not. allocated(error)) call write_attribute(file, "/point/period", "meanings", &
+                                                       "0 = not periodic within 32, -1 = not determined", error)
+      if (.not. allocated(error)) call reserve_dataset(file, "/point/touched", 0_int64, points, "1", &
+                                                       "contacts touched, bit by bit", point, error)
+      if (.not. allocated(error) .and. size(layout%contact_names) > 0) call write_attribute(file, "/point/touched", "names", &
+                                                                                            layout%contact_names, error)
+   end subroutine reserve_kind
+
+   !> The datasets of the group `/contact`, if they were asked for.
+   subroutine reserve_values(file, layout, points, error)
+      type(hdf5_file_t), intent(in) :: file
+      type(sweep_content_t), intent(in) :: layout
+      integer(int64), intent(in) :: points
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: i
+
+      if (.not. allocated(layout%contact_values)) return
+      if (size(layout%contact_values) == 0) return
+      call add_dimension(file, "/contact/point", points, "points, dimension only", error)
+      do i = 1, size(layout%contact_values)
+         if (allocated(error)) return
+         associate (stored => layout%contact_values(i))
+            call reserve_dataset(file, stored%path, 0.0_wp, points, stored%units, stored%long_name, "/contact/point", error)
+         end associate
+      end do
+   end subroutine reserve_values
+
    !> Tell CF readers that the parameters are the coordinates of the points.
    subroutine write_coordinates(file, layout, error)
       type(hdf5_file_t), intent(in) :: file
@@ -307,6 +376,7 @@ contains
          names = names//" "//dotted(layout%axes(i)%parameter)
       end do
       if (allocated(layout%directions)) names = names//" direction"
+      if (allocated(layout%starts)) names = names//" start"
       call write_attribute(file, "/point/status", "coordinates", names(2:), error)
       if (.not. allocated(error)) call write_attribute(file, "/point/events", "coordinates", names(2:), error)
       if (.not. allocated(error)) call write_attribute(file, "/point/steps", "coordinates", names(2:), error)

@@ -4,7 +4,7 @@ module razy_linalg_lapack
    implicit none(type, external)
    private
 
-   public :: dgeev, dgetrf, dgetrs, dpotrf, dsyev, dtrsm, zgesv, zgetrf, zgetrs
+   public :: dgeev, dgetrf, dgetrs, dposv, dpotrf, dpotrs, dsyev, dtrsm, zgesv, zgetrf, zgetrs
 
    interface
       !> Eigenvalues and eigenvectors of a real symmetric matrix.
@@ -49,6 +49,16 @@ module razy_linalg_lapack
          integer, intent(out) :: info
       end subroutine dgetrs
 
+      !> Solution of a symmetric positive definite system with several right-hand sides.
+      subroutine dposv(uplo, n, nrhs, a, lda, b, ldb, info)
+         import :: wp
+         implicit none(type, external)
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dposv
+
       !> Cholesky factor of a symmetric positive definite matrix.
       subroutine dpotrf(uplo, n, a, lda, info)
          import :: wp
@@ -58,6 +68,17 @@ module razy_linalg_lapack
          real(wp), intent(inout) :: a(lda, *)
          integer, intent(out) :: info
       end subroutine dpotrf
+
+      !> Solve A x = b (b becomes x) from the factor of dpotrf.
+      subroutine dpotrs(uplo, n, nrhs, a, lda, b, ldb, info)
+         import :: wp
+         implicit none(type, external)
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(in) :: a(lda, *)
+         real(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dpotrs
 
       !> Solution of a complex linear system with several right-hand sides.
       subroutine zgesv(n, nrhs, a, lda, ipiv, b, ldb, info)

@@ -11,11 +11,12 @@ module razy_scenes_study
    use razy_machine_machine, only: machine_t, observable_t
    use razy_machine_method, only: check_method, method_t
    use razy_scenes_factory, only: draw_scene, new_scene, scene_kinds
+   use razy_scenes_observables, only: begin_observable, observe_contact
    use razy_scenes_scene, only: scene_t
    implicit none(type, external)
    private
 
-   public :: motion_t, new_drawing, new_machine, new_structure, read_study, record_t, study_schema
+   public :: check_start, contacts_asked, motion_t, new_drawing, new_machine, new_structure, read_study, record_t, study_schema
 
    !> What &motion says.
    type :: motion_t
@@ -24,10 +25,11 @@ module razy_scenes_study
       type(method_t) :: method
    end type motion_t
 
-   !> What one &record asks for. `observable` is its number in the machine, 0 for the whole state.
+   !> What one &record asks for. `observable` is its number in the machine, 0 for the whole state or if only statistics are asked
+   !> for; these are of contact number `contact`, 0 for all.
    type :: record_t
-      integer :: observable = 0
-      logical :: extrema = .false., trajectory = .false.
+      integer :: observable = 0, contact = 0
+      logical :: extrema = .false., trajectory = .false., statistics = .false.
       !> s.
       real(wp) :: from = 0.0_wp, interval = 0.0_wp
    end type record_t
@@ -98,6 +100,18 @@ contains
       end do
       call set_start(machine, scene, input, error)
    end subroutine new_machine
+
+   !> Numbers of the contacts whose statistics are asked for, ascending.
+   pure function contacts_asked(records, contacts) result(numbers)
+      type(record_t), intent(in) :: records(:)
+      integer, intent(in) :: contacts
+      integer, allocatable :: numbers(:)
+
+      integer :: j
+
+      numbers = pack([(j, j=1, contacts)], [(any(records%statistics .and. (records%contact == 0 .or. records%contact == j)), &
+                                             j=1, contacts)])
+   end function contacts_asked
 
    !> The machine that an input describes without observables and start: its matrices, contacts and loads.
    subroutine new_structure(machine, input, error)
@@ -174,7 +188,11 @@ contains
          do k = 1, size(what)
             records(i)%extrema = records(i)%extrema .or. lower(what(k)%text) == "extrema"
             records(i)%trajectory = records(i)%trajectory .or. lower(what(k)%text) == "trajectory"
+            records(i)%statistics = records(i)%statistics .or. lower(what(k)%text) == "statistics"
          end do
+         if (records(i)%statistics) call read_statistics(records(i), machine, input, i, error)
+         if (allocated(error)) return
+         if (.not. (records(i)%extrema .or. records(i)%trajectory)) cycle
          call input%get("record", i, "observable", name)
          if (lower(name) == "state") then
             if (records(i)%extrema) call input%complain(error, "record", i, "what", "'trajectory' for the state")
@@ -194,16 +212,54 @@ contains
       call check_times(records, input, error)
    end subroutine read_records
 
-   !> All trajectories of a file share their times.
+   !> Which contact statistics are asked of.
+   subroutine read_statistics(record, machine, input, i, error)
+      type(record_t), intent(inout) :: record
+      type(machine_t), intent(in) :: machine
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      type(observable_t) :: observable
+      character(:), allocatable :: name
+      integer :: j
+
+      call begin_observable(observable, machine, input, i)
+      if (observable%name /= "contact_force") then
+         call input%complain(error, "record", i, "what", "'statistics' of the observable 'contact_force' only")
+         return
+      end if
+      name = ""
+      if (input%given("record", i, "of")) call input%get("record", i, "of", name)
+      if (lower(name) == "all" .and. .not. any([(lower(machine%contact(j)%name) == "all", j=1, size(machine%contact))])) then
+         if (record%extrema .or. record%trajectory) then
+            call input%complain(error, "record", i, "of", "'all' for statistics alone; give them a &record of their own")
+         else if (size(machine%contact) == 0) then
+            call input%complain(error, "record", i, "observable", "this needs a contact, and the scene has none")
+         end if
+         return
+      end if
+      call observe_contact(observable, machine, input, i, 1, size(machine%contact), error)
+      record%contact = observable%contact
+   end subroutine read_statistics
+
+   !> All trajectories of a file share their times, and all statistics their start.
    subroutine check_times(records, input, error)
       type(record_t), intent(in) :: records(:)
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      integer :: first, i
+      integer :: first, first_statistics, i
 
       first = 0
+      first_statistics = findloc(records%statistics, .true., dim=1)
       do i = 1, size(records)
+         if (records(i)%statistics) then
+            if (abs(records(i)%from - records(first_statistics)%from) > 0.0_wp) then
+               call input%complain(error, "record", i, "from", "the same for all statistics of contacts")
+               return
+            end if
+         end if
          if (.not. records(i)%trajectory) cycle
          if (first == 0) first = i
          if (abs(records(i)%interval - records(first)%interval) > 0.0_wp) then
@@ -259,11 +315,11 @@ contains
       case default
          call scene%set_initial(machine, input, error)
       end select
-      if (.not. allocated(error)) call check_rigid_stops(machine, input, error)
+      if (.not. allocated(error)) call check_start(machine, input, error)
    end subroutine set_start
 
    !> A motion cannot start beyond a rigid stop.
-   subroutine check_rigid_stops(machine, input, error)
+   subroutine check_start(machine, input, error)
       type(machine_t), intent(in) :: machine
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
@@ -284,6 +340,6 @@ contains
             return
          end associate
       end do
-   end subroutine check_rigid_stops
+   end subroutine check_start
 
 end module razy_scenes_study

@@ -1,8 +1,9 @@
 !! Which points of a sweep are still to be computed, and how they are handed out: one by one, or as chains.
 !!
-!! Points are numbered in the order of the grid (razy_sweep_grid), the last axis fastest; with two directions all points of the
-!! first direction come before those of the second. A chain runs along the first axis, up or down: there is one for each value of
-!! the second axis and each direction. What is handed out is a unit: a point that is missing, or the rest of a chain.
+!! Points are numbered in the order of the grid (razy_sweep_grid), the last axis fastest; with several starts all points of the
+!! first start come before those of the second, and with two directions all points of the first direction before those of the
+!! second. A chain runs along the first axis, up or down: there is one for each value of the second axis, each start and each
+!! direction. What is handed out is a unit: a point that is missing, or the rest of a chain.
 module razy_sweep_plan
    use razy_core_kinds, only: i8
    implicit none(type, external)
@@ -16,6 +17,8 @@ module razy_sweep_plan
       integer(i8) :: first_axis = 0, second_axis = 1
       !> +1 (up) or -1 (down) for each direction; empty if each point stands alone.
       integer, allocatable :: directions(:)
+      !> Initial states of each grid point.
+      integer(i8) :: starts = 1
       !> Points in all, and those that are done.
       integer(i8) :: points = 0, n_done = 0
       logical, allocatable :: done(:)
@@ -32,6 +35,7 @@ module razy_sweep_plan
       procedure :: point_of_link
       procedure :: direction_of
       procedure :: grid_point
+      procedure :: start_of
       procedure, private :: close_chains
       procedure, private :: close_runs
    end type plan_t
@@ -39,15 +43,17 @@ module razy_sweep_plan
 contains
 
    !> The plan of a sweep of which nothing is done.
-   subroutine new_plan(self, first_axis, second_axis, directions)
+   subroutine new_plan(self, first_axis, second_axis, directions, starts)
       type(plan_t), intent(out) :: self
       integer(i8), intent(in) :: first_axis, second_axis
       integer, intent(in) :: directions(:)
+      integer(i8), intent(in), optional :: starts
 
       self%first_axis = first_axis
       self%second_axis = second_axis
       self%directions = directions
-      self%points = first_axis*second_axis*max(1, size(directions))
+      if (present(starts)) self%starts = starts
+      self%points = first_axis*second_axis*self%starts*max(1, size(directions))
       allocate (self%done(self%points), source=.false.)
    end subroutine new_plan
 
@@ -93,7 +99,7 @@ contains
       integer(i8) :: chain, link, n
       logical :: done
 
-      n = self%second_axis*size(self%directions)
+      n = self%second_axis*self%starts*size(self%directions)
       allocate (reached(n), source=0_i8)
       whole = .true.
       do chain = 1, n
@@ -177,12 +183,13 @@ contains
       class(plan_t), intent(in) :: self
       integer(i8), intent(in) :: chain, link
 
-      integer(i8) :: direction, along
+      integer(i8) :: along, block, direction
 
-      direction = 1 + (chain - 1)/self%second_axis
+      block = (chain - 1)/self%second_axis
+      direction = 1 + block/self%starts
       along = link
       if (self%directions(direction) < 0) along = self%first_axis + 1 - link
-      point = (direction - 1)*self%first_axis*self%second_axis + (along - 1)*self%second_axis &
+      point = block*self%first_axis*self%second_axis + (along - 1)*self%second_axis &
               + 1 + modulo(chain - 1, self%second_axis)
    end function point_of_link
 
@@ -192,15 +199,23 @@ contains
       integer(i8), intent(in) :: point
 
       direction_of = 0
-      if (self%has_chains()) direction_of = self%directions(1 + (point - 1)/(self%first_axis*self%second_axis))
+      if (self%has_chains()) direction_of = self%directions(1 + (point - 1)/(self%first_axis*self%second_axis*self%starts))
    end function direction_of
 
-   !> Number of a point in the grid, from 1, whatever its direction.
+   !> Number of a point in the grid, from 1, whatever its direction and start.
    pure integer(i8) function grid_point(self, point)
       class(plan_t), intent(in) :: self
       integer(i8), intent(in) :: point
 
       grid_point = 1 + modulo(point - 1, self%first_axis*self%second_axis)
    end function grid_point
+
+   !> Number of the start of a point, from 1.
+   pure integer(i8) function start_of(self, point)
+      class(plan_t), intent(in) :: self
+      integer(i8), intent(in) :: point
+
+      start_of = 1 + modulo((point - 1)/(self%first_axis*self%second_axis), self%starts)
+   end function start_of
 
 end module razy_sweep_plan

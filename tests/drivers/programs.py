@@ -61,7 +61,10 @@ def datasets(path):
 
     def keep(name, item):
         if isinstance(item, h5py.Dataset):
-            found[name] = (item.dtype.str, item.shape, item[()].tobytes())
+            values = item[()]
+            # Strings are read as objects, whose bytes are addresses.
+            content = repr(values.tolist()) if h5py.check_string_dtype(item.dtype) else values.tobytes()
+            found[name] = (item.dtype.str, item.shape, content)
 
     with h5py.File(path) as file:
         file.visititems(keep)

@@ -4,7 +4,7 @@ import f90nml
 import h5py
 import numpy as np
 import pytest
-from programs import GEAR_PAIR, TWO_SIDED_STOP, attribute, changed, datasets, left, names, sets, start, succeed
+from programs import GEAR_PAIR, SOURCE, TWO_SIDED_STOP, attribute, changed, datasets, left, names, sets, start, succeed
 
 
 def test_extrema_alone_store_no_trajectory():
@@ -144,3 +144,11 @@ def test_separation_of_a_damped_stop(separation):
         force = file["observable/contact_force"][:]
     adhesive = force * np.sign(x) < -1e-9
     assert adhesive.any() == (separation == "zero_deformation")
+
+
+def test_no_given_time_is_lost_between_steps():
+    case = SOURCE / "inputs" / "belt_oscillator.nml"
+    options = sets(motion__integrator="'moreau_jean'", motion__step=1e-3, motion__t_end=6.0)
+    succeed("razy-run", case, *options, "--set", "record(1)%interval=0.06")
+    with h5py.File("belt_oscillator.h5") as file:
+        np.testing.assert_allclose(file["time"][:], 0.06 * np.arange(101), rtol=1e-14)

@@ -12,10 +12,10 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from razy_post.errors import ResultError
-from razy_post.plot import bifurcation, campbell, machine, motion, tuning, work_precision
+from razy_post.plot import bifurcation, campbell, contacts, machine, maps, motion, tuning, work_precision
 from razy_post.plot.options import PlotNote, PlotOptions
 from razy_post.plot.style import look
-from razy_post.read import ResultFile
+from razy_post.read import ResultFile, SweepResult
 
 __all__ = ["KINDS", "PICTURES", "Picture", "PlotNote", "PlotOptions", "draw"]
 
@@ -31,6 +31,8 @@ class Picture:
 
 PICTURES = (
     Picture("razy-sweep", "bifurcation", bifurcation.draw),
+    Picture("razy-sweep", "contacts", contacts.draw),
+    Picture("razy-sweep", "map", maps.draw),
     Picture("razy-run", "overview", motion.draw_overview),
     Picture("razy-run", "time", motion.draw_time),
     Picture("razy-run", "phase", motion.draw_phase),
@@ -64,8 +66,17 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | N
     """
     fitting = {picture.kind: picture for picture in PICTURES if picture.program == result.program}
     if kind is None:
-        kind = next(iter(fitting))
+        kind = _default_kind(result, next(iter(fitting)))
     if kind not in fitting:
         raise ResultError(f"{result.path}: no {kind} picture of a file of {result.program} (has: {', '.join(fitting)})")
     with look():
         fitting[kind].draw(result, figure, options)
+
+
+def _default_kind(result: ResultFile, first: str) -> str:
+    """Return the kind of picture that shows what a file holds."""
+    if isinstance(result, SweepResult) and len(result.parameters) > 1:
+        return "map"
+    if isinstance(result, SweepResult) and result.contacts and not result.observables:
+        return "contacts"
+    return first

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from razy_post.errors import ResultError
-from razy_post.plot import density, style
+from razy_post.plot import density, periods, style
 from razy_post.plot.options import PlotNote, PlotOptions
 from razy_post.plot.units import Scale, axis_label, scale_for
 from razy_post.read import DOWN, UP, SweepExtrema, SweepResult
@@ -82,8 +82,12 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
     height = 9.5 if len(observables) == 1 else 5.0 * len(observables) + 1.5
     style.set_size(figure, options, 16.0, height)
     style.set_footer(figure, result, options)
-    column = figure.subplots(len(observables), 1, sharex=True, squeeze=False)[:, 0]
+    ratios = [1.0] * len(observables) + ([0.05 * len(observables)] if result.period is not None else [])
+    column = figure.subplots(len(ratios), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
     column[-1].set_xlabel(axis_label(quantity, x_scale))
+    if result.period is not None:
+        _draw_periods(result, column[-1], grid * x_scale.factor, selected)
+        column = column[:-1]
     width = figure.get_figwidth() / style.CM - 2.0
     style.set_axis(column[-1].xaxis, *x_limits, space_cm=width)
     column[-1].set_xlim(x_limits)
@@ -100,6 +104,16 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
             _draw_density(figure, axes, panel)
         else:
             _draw_points(axes, panel)
+
+
+def _draw_periods(
+    result: SweepResult, axes: Axes, parameter: NDArray[np.float64], selected: NDArray[np.bool_]
+) -> None:
+    """Draw the period of the motions as a band of colours; of a sweep in both directions that of the way up."""
+    if result.direction is not None and np.any(result.direction == UP):
+        selected = selected & (result.direction == UP)
+    if np.any(selected):
+        periods.band(axes, parameter[selected], result.period[selected])
 
 
 def _observables(result: SweepResult, options: PlotOptions) -> tuple[str, ...]:

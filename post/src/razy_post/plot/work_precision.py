@@ -16,14 +16,14 @@ LEAST_ERROR = 1e-17
 
 def draw(result: DuelResult, figure: Figure, options: PlotOptions) -> None:
     """Draw work against precision: error, and error of the event times, over processor time."""
-    style.set_size(figure, options, 18.0, 9.0)
+    style.set_size(figure, options, 18.0, 10.5)
     left, right = figure.subplots(1, 2)
     series = result.series
     _panel(left, series, [one.error for one in series], "largest relative error of a displacement")
     if result.reference_error > 0:
         left.axhline(result.reference_error, color=style.GREY, linestyle=":", linewidth=0.8)
     _panel(right, series, [one.event_time_error for one in series], "largest error of an event time, s")
-    left.legend(loc="best", fontsize=6.5)
+    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=7)
     style.set_footer(figure, result, options)
     style.set_heading(figure, (left, right), style.title_of(result, options), [])
 

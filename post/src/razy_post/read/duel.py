@@ -15,7 +15,7 @@ class Series:
     Attributes
     ----------
     name
-        Method and treatment, such as ``dop853, event``.
+        Method and treatment, such as ``dop853, event``, and the sharpness of smoothing if there is one.
     setting
         Relative tolerances, or steps in s if `is_step`.
     error, event_time_error
@@ -58,6 +58,9 @@ class DuelResult(ResultFile):
         for one in np.unique(number):
             rows = np.flatnonzero(number == one)
             name = method[rows[0]] if method[rows[0]] == "exact" else f"{method[rows[0]]}, {treatment[rows[0]]}"
+            sharpness = np.unique(np.asarray(self._vector("sharpness", number.size)[()])[rows])
+            if sharpness.size == 1 and sharpness[0] > 0:
+                name += f" {sharpness[0]:g}"
             found.append(
                 Series(
                     name,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from razy_post.errors import ResultError
 from razy_post.read.extrema import UNKNOWN, ExtremaData, SweepExtrema
-from razy_post.read.file import Quantity, ResultFile, choose, meanings, quantity_of
+from razy_post.read.file import Quantity, ResultFile, choose, meanings, quantity_of, text, text_list
 
 if TYPE_CHECKING:
     import xarray
@@ -33,8 +33,11 @@ class SweepResult(ResultFile):
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """Names of the swept parameters, such as ``rotation.speed_rpm``."""
-        return self._members("axis", h5py.Dataset)
+        """Names of the swept parameters, such as ``rotation.speed_rpm``; the last one runs fastest."""
+        names = self._members("axis", h5py.Dataset)
+        status = self._find("point/status")
+        order = [] if status is None else text(status.attrs.get("coordinates", "")).split()
+        return tuple(sorted(names, key=lambda name: order.index(name) if name in order else len(order)))
 
     @property
     def observables(self) -> tuple[str, ...]:
@@ -96,6 +99,49 @@ class SweepResult(ResultFile):
         """Number of integration steps at each point, shape (points,); None if the file has none."""
         return self._counter("steps")
 
+    @property
+    def period(self) -> NDArray[np.int64] | None:
+        """Period of each motion in periods of the excitation, shape (points,); None if the file has none.
+
+        0: not periodic within 32 periods; -1: not determined.
+        """
+        return self._counter("period")
+
+    @property
+    def touched(self) -> dict[str, NDArray[np.bool_]] | None:
+        """Whether each point touched a contact, shape (points,), by the name of the contact; None if the file has none."""
+        bits = self._counter("touched")
+        if bits is None:
+            return None
+        names = text_list(self._dataset("point/touched").attrs.get("names", ""))
+        return {name: bits >> min(bit, 62) & 1 != 0 for bit, name in enumerate(names)}
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of the contacts whose statistics were recorded."""
+        return self._members("contact", h5py.Group)
+
+    def contact_value(self, contact: str, quantity: str) -> NDArray[np.float64]:
+        """Read a statistic of a contact such as ``largest_force``, shape (points,)."""
+        return np.asarray(self._vector(self._contact_path(contact, quantity), self.n_points)[()], dtype=np.float64)
+
+    def contact_quantity(self, contact: str, quantity: str) -> Quantity:
+        """Describe a statistic of a contact."""
+        return quantity_of(self._dataset(self._contact_path(contact, quantity)), quantity)
+
+    def _contact_path(self, contact: str, quantity: str) -> str:
+        choose(contact, self.contacts, "contact", self.path)
+        choose(quantity, self._members(f"contact/{contact}", h5py.Dataset), "quantity", self.path)
+        return f"contact/{contact}/{quantity}"
+
+    def within(self, start: float | None, stop: float | None) -> NDArray[np.bool_]:
+        """Return which points have their only parameter between `start` and `stop`, open where None, shape (points,)."""
+        grid = self.grid()
+        selected = np.isfinite(grid)
+        selected &= grid >= start if start is not None else True
+        selected &= grid <= stop if stop is not None else True
+        return selected
+
     def extrema(self, observable: str) -> SweepExtrema:
         """Open the extrema of an observable; only the offsets are read."""
         choose(observable, self.observables, "observable", self.path)
@@ -144,10 +190,14 @@ class SweepResult(ResultFile):
         if direction is not None:
             coordinates["direction"] = ("point", direction, {})
         variables: dict[str, tuple] = {"status": ("point", self.status)}
-        for name in ("events", "steps"):
+        for name in ("events", "steps", "period", "touched"):
             counter = self._counter(name)
             if counter is not None:
                 variables[name] = ("point", counter)
+        for contact in self.contacts:
+            for quantity in self._members(f"contact/{contact}", h5py.Dataset):
+                described = self.contact_quantity(contact, quantity).attributes()
+                variables[f"{contact}.{quantity}"] = ("point", self.contact_value(contact, quantity), described)
         for name in self.observables:
             extrema, rows = self.extrema(name), f"{name}_extremum"
             read = extrema.all()

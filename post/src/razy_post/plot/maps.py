@@ -1,0 +1,84 @@
+"""Map of a sweep over two parameters: a number of each point as colour, such as the largest force or the period."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from razy_post.errors import ResultError
+from razy_post.plot import periods, style
+from razy_post.plot.options import PlotOptions
+from razy_post.plot.units import axis_label, scale_for
+from razy_post.read import DOWN, SweepResult
+
+
+def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
+    """Draw a map of each quantity asked for; by default of the largest force in the first contact and of the period."""
+    if len(result.parameters) != 2:
+        raise ResultError(f"{result.path}: a map needs a sweep over two parameters, this one has {len(result.parameters)}")
+    if options.coordinates:
+        raise ResultError(f"{result.path}: a map takes --observable period or CONTACT.QUANTITY, no coordinates")
+    names = options.observables or _defaults(result)
+    if not names:
+        raise ResultError(f"{result.path}: holds neither statistics of contacts nor the period of the motions")
+    style.set_size(figure, options, 16.0, 9.5 if len(names) == 1 else 8.0 * len(names) + 1.0)
+    style.set_footer(figure, result, options)
+    column = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    first, second = result.parameters
+    x, y = result.axis(first), result.axis(second)
+    selected = np.ones(x.size, dtype=bool)
+    selected &= x >= options.start if options.start is not None else True
+    selected &= x <= options.stop if options.stop is not None else True
+    if not np.any(selected):
+        raise ResultError(f"{result.path}: no point of {first} {options.range_text()}")
+    x_scale = scale_for(result.parameter(first).units, float(np.abs(x).max()))
+    y_scale = scale_for(result.parameter(second).units, float(np.abs(y).max()))
+    for axes, name in zip(column, names, strict=True):
+        values = _values(result, name).reshape(-1, x.size, y.size)[0][selected]
+        _fill(result, axes, name, (_edges(x[selected] * x_scale.factor), _edges(y * y_scale.factor)), values)
+        axes.set_ylabel(axis_label(result.parameter(second), y_scale))
+    column[-1].set_xlabel(axis_label(result.parameter(first), x_scale))
+    title = style.title_of(result, options)
+    if title and result.direction is not None:
+        title += " (downwards)" if result.direction[0] == DOWN else " (upwards)"
+    style.set_heading(figure, (column[0], column[0]), title, [])
+
+
+def _defaults(result: SweepResult) -> tuple[str, ...]:
+    force = tuple(f"{contact}.largest_force" for contact in result.contacts[:1])
+    return force + (("period",) if result.period is not None else ())
+
+
+def _values(result: SweepResult, name: str) -> NDArray[np.float64]:
+    if name == "period":
+        if result.period is None:
+            raise ResultError(f"{result.path}: does not hold the period of the motions (&sweep kind_of_motion)")
+        return result.period
+    contact, _, quantity = name.rpartition(".")
+    values = result.contact_value(contact, quantity)
+    return np.where(result.status == 0, values, np.nan)
+
+
+def _fill(
+    result: SweepResult, axes: Axes, name: str, edges: tuple[NDArray, NDArray], values: NDArray[np.float64]
+) -> None:
+    axes.tick_params(which="both", direction="out")
+    if name == "period":
+        classes = periods.classes_of(values)
+        axes.pcolormesh(*edges, classes.T, cmap=periods.COLOURS, norm=periods.NORM, rasterized=True)
+        periods.legend(axes, np.unique(classes))
+        return
+    contact, _, quantity = name.rpartition(".")
+    described = result.contact_quantity(contact, quantity)
+    finite = values[np.isfinite(values)]
+    scale = scale_for(described.units, float(np.abs(finite).max()) if finite.size else 0.0)
+    mesh = axes.pcolormesh(*edges, values.T * scale.factor, cmap="viridis", rasterized=True)
+    axes.figure.colorbar(mesh, ax=axes, label=axis_label(described, scale), pad=0.02)
+
+
+def _edges(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the edges of the cells around ascending or descending values."""
+    if values.size == 1:
+        return np.array([values[0] - 0.5, values[0] + 0.5])
+    middle = 0.5 * (values[1:] + values[:-1])
+    return np.concatenate(([1.5 * values[0] - 0.5 * values[1]], middle, [1.5 * values[-1] - 0.5 * values[-2]]))
