@@ -27,6 +27,7 @@ module razy_io_hdf5_dataset
       module procedure write_real64_0
       module procedure write_real64_1
       module procedure write_real64_2
+      module procedure write_real64_3
       module procedure write_int64
       module procedure write_int32
       module procedure write_int8
@@ -129,6 +130,20 @@ contains
       call write_raw(file, path, h5t_ieee_f64le, h5kind_to_type(wp, h5_real_kind), shape(values, hsize_t), buffer, units, &
                      long_name, scales, error)
    end subroutine write_real64_2
+
+   !> Real numbers (l, m, n), which other languages see as (n, m, l).
+   subroutine write_real64_3(file, path, values, units, long_name, scales, error)
+      type(hdf5_file_t), intent(in) :: file
+      character(*), intent(in) :: path, units, long_name, scales(3)
+      real(wp), intent(in), target, contiguous :: values(:, :, :)
+      type(error_t), allocatable, intent(out) :: error
+      type(c_ptr) :: buffer
+
+      buffer = c_null_ptr
+      if (size(values) > 0) buffer = c_loc(values)
+      call write_raw(file, path, h5t_ieee_f64le, h5kind_to_type(wp, h5_real_kind), shape(values, hsize_t), buffer, units, &
+                     long_name, scales, error)
+   end subroutine write_real64_3
 
    !> 64-bit integers (n).
    subroutine write_int64(file, path, values, units, long_name, scale, error)

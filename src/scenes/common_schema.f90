@@ -19,7 +19,7 @@ contains
       type(group_spec_t), allocatable :: schema(:)
       type(key_spec_t), allocatable :: keys(:)
 
-      allocate (schema(8))
+      allocate (schema(9))
       keys = [ &
              key_string("kind", "kind of machine", choices=scene_kinds, required=.true.), &
              key_string("title", "title of results and pictures", default="''")]
@@ -97,6 +97,12 @@ contains
                       rule=nonnegative)]
       schema(6) = group("duel", "A method that razy-duel sets beside others", repeatable=.true., keys=keys)
       schema(7:8) = start_groups()
+      keys = [ &
+             key_integer("count", "number of modes; all if there are fewer", low=1, high=100000, default="20"), &
+             key_string("contacts", "state of the contacts: open, closed as two-way springs, or as in static "// &
+                        "equilibrium (not in a rotor scene)", choices=["closed     ", "open       ", "equilibrium"], &
+                        default="closed")]
+      schema(9) = group("modes", "What razy-modes finds", keys=keys)
    end function common_schema
 
    !> Several starts of each point of a sweep.

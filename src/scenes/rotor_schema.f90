@@ -209,7 +209,8 @@ contains
              key_integer("points", "number of speeds", low=2, high=100000, default="101"), &
              key_real("orders", "excitation frequencies over that of rotation, for critical speeds; that of teeth is their "// &
                       "number", rule=positive, least=1, most=most_orders, default="1.0"), &
-             key_logical("damped", "whether damping acts; without it there is no circulatory matrix either", default=".true.")]
+             key_logical("damped", "whether damping and circulatory matrix act on frequencies and critical speeds; on the "// &
+                         "stability limit they always do, the latter as &rotation says", default=".false.")]
       schema(2) = group("campbell", "Speeds for which razy-modes finds frequencies, critical speeds and the stability limit", &
                         keys=keys)
    end function questions

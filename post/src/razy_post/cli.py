@@ -30,7 +30,8 @@ def parser() -> argparse.ArgumentParser:
     result = Parser(
         prog=PROGRAM,
         description="Draw the picture that fits a result file of razy: a bifurcation diagram from razy-sweep, "
-        "time histories and phase paths from razy-run, objective and natural frequencies from razy-tune.",
+        "time histories and phase paths from razy-run, a Campbell diagram from razy-modes, "
+        "objective and natural frequencies from razy-tune.",
         epilog="Exit code: 0 done, 2 bad input or usage, 1 anything else.",
         allow_abbrev=False,
     )

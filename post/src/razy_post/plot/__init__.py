@@ -12,7 +12,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from razy_post.errors import ResultError
-from razy_post.plot import basins, bifurcation, contacts, machine, maps, motion, tuning, work_precision
+from razy_post.plot import basins, bifurcation, campbell, contacts, machine, maps, motion, tuning, work_precision
 from razy_post.plot.options import PlotNote, PlotOptions
 from razy_post.plot.style import look
 from razy_post.read import ResultFile, SweepResult
@@ -39,6 +39,7 @@ PICTURES = (
     Picture("razy-run", "phase", motion.draw_phase),
     Picture("razy-run", "loop", motion.draw_loop),
     *(Picture(program, "machine", machine.draw) for program in ("razy-run", "razy-sweep")),
+    Picture("razy-modes", "campbell", campbell.draw),
     Picture("razy-tune", "tuning", tuning.draw),
     Picture("razy-duel", "work-precision", work_precision.draw),
 )

@@ -10,6 +10,7 @@ from razy_post.errors import ResultError
 from razy_post.read.duel import DuelResult, Series
 from razy_post.read.extrema import Chunk, Extrema, SweepExtrema
 from razy_post.read.file import Quantity, ResultFile, open_hdf5, program_of
+from razy_post.read.modes import ModesResult
 from razy_post.read.run import Events, RunResult
 from razy_post.read.sweep import DOWN, UP, SweepResult
 from razy_post.read.tune import TuneResult
@@ -22,6 +23,7 @@ __all__ = [
     "DuelResult",
     "Events",
     "Extrema",
+    "ModesResult",
     "Quantity",
     "ResultError",
     "ResultFile",
@@ -36,6 +38,7 @@ __all__ = [
 READERS: dict[str, type[ResultFile]] = {
     "razy-sweep": SweepResult,
     "razy-run": RunResult,
+    "razy-modes": ModesResult,
     "razy-tune": TuneResult,
     "razy-duel": DuelResult,
 }
@@ -52,7 +55,8 @@ def open_result(path: str | Path) -> ResultFile:
     Returns
     -------
     ResultFile
-        A `SweepResult`, `RunResult`, `TuneResult` or `DuelResult`; close it, or use it in a ``with`` statement.
+        A `SweepResult`, `RunResult`, `ModesResult`, `TuneResult` or `DuelResult`; close it, or use it in
+        a ``with`` statement.
 
     Raises
     ------

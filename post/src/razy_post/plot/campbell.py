@@ -1,0 +1,90 @@
+"""Campbell diagram: frequencies over the speed, lines of excitation, critical speeds and the stability limit."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from razy_post.errors import ResultError
+from razy_post.plot import style
+from razy_post.plot.options import PlotOptions
+from razy_post.read import ModesResult
+
+RPM = 30.0 / np.pi
+BLUE = "#1f5fa8"
+# A whirl with more of one direction than this has its colour.
+CLEAR = 0.5
+
+
+def draw(result: ModesResult, figure: Figure, options: PlotOptions) -> None:
+    """Draw branches over the speed in rpm: forward whirl red, backward blue; without speeds, frequencies as bars."""
+    if options.observables or options.coordinates:
+        raise ResultError(f"{result.path}: a file of razy-modes holds no observables")
+    style.set_size(figure, options, 16.0, 11.0)
+    axes = figure.subplots()
+    axes.set_ylabel("frequency (Hz)")
+    style.set_footer(figure, result, options)
+    if not result.is_campbell:
+        _bars(axes, result)
+        style.set_heading(figure, (axes, axes), style.title_of(result, options), [])
+        return
+    rpm = result.speed * RPM
+    top = 1.05 * float(np.nanmax(result.frequency))
+    _branches(axes, result, rpm)
+    _excitation(axes, result, rpm, top)
+    if np.isfinite(result.stability_limit):
+        axes.axvline(
+            result.stability_limit * RPM, color=style.RED, linewidth=0.8, linestyle="-.", label="stability limit"
+        )
+    axes.set_xlabel("speed (rpm)")
+    low = rpm[0] if options.start is None else options.start
+    high = rpm[-1] if options.stop is None else options.stop
+    axes.set_xlim(low, high)
+    axes.set_ylim(0.0, top)
+    style.set_heading(figure, (axes, axes), style.title_of(result, options), _legend(result))
+
+
+def _bars(axes: Axes, result: ModesResult) -> None:
+    frequency = result.frequency[0]
+    axes.bar(np.arange(1, frequency.size + 1), frequency, width=0.5, color=style.GREY, label="natural frequency")
+    axes.set_xlabel("mode")
+
+
+def _branches(axes: Axes, result: ModesResult, rpm: np.ndarray) -> None:
+    """Draw each branch in pieces of one direction, which share their ends."""
+    for number in np.unique(result.branch[np.isfinite(result.branch)]):
+        rows, places = np.nonzero(result.branch == number)
+        direction = result.direction[rows, places]
+        kind = np.where(direction > CLEAR, 1, np.where(direction < -CLEAR, -1, 0))
+        breaks = np.flatnonzero((np.diff(kind) != 0) | (np.diff(rows) > 1)) + 1
+        for piece in np.split(np.arange(rows.size), breaks):
+            last = piece[-1] + 1
+            joined = last < rows.size and rows[last] == rows[last - 1] + 1
+            shown = np.append(piece, last) if joined else piece
+            colour = {1: style.RED, -1: BLUE, 0: style.BLACK}[int(kind[piece[0]])]
+            y = result.frequency[rows[shown], places[shown]]
+            axes.plot(rpm[rows[shown]], y, color=colour, label=f"branch {number:.0f}")
+
+
+def _excitation(axes: Axes, result: ModesResult, rpm: np.ndarray, top: float) -> None:
+    speed, orders, frequency = result.critical
+    for order in np.unique(orders):
+        line = order * rpm / 60.0
+        axes.plot(rpm, line, color=style.GREY, linewidth=0.6, linestyle=(0, (6, 3)), label=f"order {order:g}")
+        at = min(rpm[-1], 60.0 * top / order)
+        text = f"{order:g}\N{MULTIPLICATION SIGN}"
+        axes.annotate(text, (at, order * at / 60.0), fontsize=7.0, color=style.GREY, ha="right", va="top")
+    axes.plot(speed * RPM, frequency, "o", markersize=2.5, color=style.BLACK, label="critical speeds")
+
+
+def _legend(result: ModesResult) -> list[Line2D]:
+    handles = [
+        Line2D([], [], color=style.RED, label="forward"),
+        Line2D([], [], color=BLUE, label="backward"),
+        Line2D([], [], color=style.BLACK, label="neither"),
+        Line2D([], [], color=style.BLACK, marker="o", markersize=2.5, linestyle="", label="critical"),
+    ]
+    if np.isfinite(result.stability_limit):
+        limit = f"stable up to {result.stability_limit * RPM:.0f} rpm"
+        handles.append(Line2D([], [], color=style.RED, linewidth=0.8, linestyle="-.", label=limit))
+    return handles

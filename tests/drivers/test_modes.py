@@ -1,0 +1,118 @@
+"""What razy-modes finds, says and writes."""
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+from programs import SOURCE, sets, start, succeed
+
+GEARBOX = SOURCE / "inputs" / "test_gearbox.nml"
+UNREDUCED = ("--set", "reduction%method='none'")
+OPEN = ("--set", "modes%contacts='open'")
+
+
+def modes(case, *options):
+    done = succeed("razy-modes", case, *options, "--output", "modes.h5", "--force")
+    with h5py.File("modes.h5") as file:
+        return done.stderr, {name: item[()] for name, item in file.items()}
+
+
+def test_natural_modes_of_the_gearbox():
+    """Numbers computed independently of this project."""
+    said, data = modes(SOURCE / "inputs" / "thesis" / "table_4_2.nml")
+    frequency = data["frequency"][0]
+    np.testing.assert_allclose(frequency[[3, 7, 11, 15]], [598.42, 1953.99, 2464.35, 3519.48], atol=0.006)
+    main = np.argmax(np.abs(data["mesh_deformation"][:, 0]))
+    assert frequency[main] == pytest.approx(4218.8, abs=0.06)
+    assert abs(data["mesh_deformation"][main, 0]) == pytest.approx(1.13, abs=0.006)
+    np.testing.assert_allclose(data["energy_share"].sum(axis=1), 1.0, rtol=1e-12)
+    np.testing.assert_allclose(data["strain_share"].sum(axis=1), 1.0, rtol=1e-9)
+    assert data["shape"].shape == (30, 178) and data["coordinate"][44] == b"input.8.phi"
+    assert "mode 3: 432.553 Hz, torsion 100 %" in said.splitlines()
+    _, data = modes(SOURCE / "inputs" / "thesis" / "table_4_2.nml", *OPEN)
+    twins = [366.48, 366.48, 432.55, 432.55, *4 * [653.35], *4 * [1999.17], *4 * [2524.98]]
+    np.testing.assert_allclose(data["frequency"][0, :16], twins, atol=0.009)
+
+
+def test_critical_speeds_and_stability_without_mesh():
+    said, data = modes(
+        GEARBOX,
+        *UNREDUCED,
+        *OPEN,
+        *sets(modes__count=8, campbell__points=4, campbell__orders=1.0, rotation__circulatory=".true."),
+    )
+    forward = data["critical_speed"][data["critical_direction"] > 0.99]
+    np.testing.assert_allclose(forward, 4126.7, atol=0.06)
+    np.testing.assert_allclose(data["critical_speed"], 2 * np.pi * data["critical_frequency"], rtol=1e-9)
+    assert data["stability_limit"] == pytest.approx(forward[0], rel=1e-6)
+    assert "stability limit: 4126.667 rad/s = 39406.77 rpm" in said
+    # Gyroscopic moments raise the forward frequency.
+    backward = data["critical_speed"][data["critical_direction"] < -0.99]
+    assert backward.max() < forward.min()
+
+
+def test_stability_with_mesh():
+    case = SOURCE / "inputs" / "thesis" / "fig_4_14.nml"
+    options = sets(reduction__modes=60, campbell__points=6, campbell__orders=1.0)
+    _, data = modes(case, *options)
+    assert data["stability_limit"] == pytest.approx(4009.0, abs=0.6)
+    _, data = modes(case, *options, *sets(rotation__circulatory=".false.", campbell__last_rpm=286479.0))
+    assert np.isnan(data["stability_limit"])
+    with h5py.File("modes.h5") as file:
+        assert file["stability_limit"].attrs["meaning"] == "none up to the last speed"
+
+
+def test_campbell_diagram():
+    """Branches are smooth curves through all crossings, although their places in the order change."""
+    _, data = modes(GEARBOX, *sets(campbell__points=25, campbell__orders=1.0))
+    speed, frequency, branch = data["speed"], data["frequency"], data["branch"]
+    assert speed[-1] == pytest.approx(2000 * np.pi)
+    assert np.all(np.diff(frequency, axis=1) >= 0)
+    np.testing.assert_allclose(frequency[0], data["natural_frequency"], rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(data["eigenvalue"][:, :, 1], 2 * np.pi * frequency, rtol=1e-15)
+    crossed = 0
+    for number in range(1, 16):
+        rows, places = np.nonzero(branch == number)
+        curve = frequency[rows, places]
+        assert np.abs(np.diff(curve, n=2)).max() < 0.004 * curve.mean()
+        crossed += len(set(places)) > 1
+    assert crossed > 0
+
+
+def test_half_the_critical_speed_at_twice_the_order():
+    """Twist does not feel rotation: critical speeds are its frequency over the order."""
+    _, data = modes(GEARBOX, *OPEN, *sets(campbell__points=3, campbell__orders="2.0,40.0"))
+    excitation = data["critical_order"] * data["critical_speed"]
+    np.testing.assert_allclose(excitation, 2 * np.pi * data["critical_frequency"], rtol=1e-9)
+    for order in (2.0, 40.0):
+        found = data["critical_speed"][data["critical_order"] == order]
+        assert np.isclose(found, 2 * np.pi * data["natural_frequency"][2] / order, rtol=1e-9).sum() == 2
+
+
+@pytest.mark.parametrize("k1, table", [
+    (None, [39.22, 53.25, 80.61, 107.57, 126.70, 153.59, 206.92, 225.08, 272.50]),
+    (8.95577e7, [50.00, 59.18, 80.66, 107.57, 126.75, 156.01, 225.08, 240.61, 272.52]),
+])  # fmt: skip
+def test_the_vibropress(k1, table):
+    options = [] if k1 is None else sets(**{"spring(1)__stiffness": k1})
+    _, data = modes(SOURCE / "inputs" / "thesis" / "table_4_3.nml", *options)
+    np.testing.assert_allclose(data["frequency"], [table], atol=0.006)
+    assert data["eigenvalue"].shape[0] == 1 and np.all(data["eigenvalue"][0, :, 0] <= 0)
+
+
+def test_the_gear_pair():
+    _, data = modes(SOURCE / "inputs" / "torsional_gear_pair.nml")
+    np.testing.assert_allclose(data["frequency"][0], [0.0, 125.84, 465.42, 5733.11], atol=0.01)
+    with xarray.open_dataset("modes.h5") as file:
+        assert file["frequency"].dims == ("speed", "mode") and file["frequency"].units == "Hz"
+
+
+@pytest.mark.parametrize("option, words", [
+    ("modes%contacts='equilibrium'", "'open' or 'closed' in a rotor scene"),
+    ("campbell%last_rpm=0.0", "must be a positive"),
+    ("campbell%first_rpm=70000.0", "more than the first speed"),
+    ("gear_mesh%node=8,16", "1 to 15 on output"),
+])  # fmt: skip
+def test_bad_input(option, words):
+    done = start("razy-modes", GEARBOX, "--set", option)
+    assert done.returncode == 2 and words in done.stderr and done.stderr.count("\n") == 1
