@@ -39,7 +39,7 @@ def test_failed_points_are_recorded_and_the_sweep_goes_on():
 
 
 def start_and_kill(program, *arguments, until=None):
-    """Kill the program when it has computed for a while, and the file `until` is there; it must not have been at its end."""
+    """Kill the program when it has computed for a while and the file `until` is there; it must not be at its end."""
     with subprocess.Popen(command(program, *arguments), stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL) as process:
         time.sleep(1.0)
         for _ in range(PATIENCE):
