@@ -7,7 +7,7 @@ usage() {
   cat <<'END'
 usage: ./setup.sh COMMAND
   demo         build, sweep inputs/torsional_gear_pair.nml on all cores, draw its bifurcation diagram in build/demo/
-  test         build, run every test with all run-time checks (debug), then optimised (release)
+  test         build, run the tests with all run-time checks (debug), then optimised (release); the slow ones: preset slow
   build        build the programs into build/bin/, and the tests
   environment  only install what is missing
   help         this text
@@ -162,7 +162,7 @@ run_tests() {
   build debug all
   build_release all
   ctest --preset debug --parallel "$cores"
-  ctest --preset all --parallel "$cores"
+  ctest --preset release --parallel "$cores"
 }
 
 case ${1-help} in

@@ -41,7 +41,7 @@ contains
       if (size(content%critical) > most_lines) call append_text(lines, "and "//to_text(size(content%critical) - most_lines)// &
                                                                 " more critical speeds")
       if (content%lost > 0) call append_text(lines, to_text(int(content%lost))// &
-                                                " critical speeds were not located: take more points")
+                                             " critical speeds were not located: take more points")
       if (content%limit_words == "found") then
          call append_text(lines, "stability limit: "//decimal(content%limit, 3)//" rad/s = "// &
                           decimal(content%limit*30/pi, 2)//" rpm")

@@ -27,7 +27,7 @@ program razy_modes
    call read_command(command, .false., error)
    if (allocated(error)) call fail("razy-modes: "//error%message, exit_usage)
    if (command%help) call print_help("razy-modes", "natural frequencies and shapes, Campbell diagram, critical speeds, stability", &
-                                      .false.)
+                                     .false.)
    if (command%version) call print_version("razy-modes")
    if (command%help .or. command%version) stop
    call read_text_file(command%input, text, error)

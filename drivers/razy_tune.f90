@@ -27,7 +27,7 @@ program razy_tune
    call read_command(command, .false., error)
    if (allocated(error)) call fail("razy-tune: "//error%message, exit_usage)
    if (command%help) call print_help("razy-tune", "find the parameter with which a natural frequency has a given value", &
-                                      .false.)
+                                     .false.)
    if (command%version) call print_version("razy-tune")
    if (command%help .or. command%version) stop
    call read_text_file(command%input, text, error)

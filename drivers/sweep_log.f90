@@ -79,7 +79,7 @@ contains
          if (allocated(command%log) .or. failed <= most_on_screen) call tell_failure(unit, task, command, point, motion%status)
       end do
       if (allocated(command%log)) then
-         do i = 1, merge(slowest, 0, .not. allocated(error))
+         do i = 1, merge(slowest, 0,.not. allocated(error))
             if (slow_point(i) > 0) write (unit, "(a, i0, 2a)") "slow point ", slow_point(i) - 1, ": ", &
                decimal(1000*slow_time(i), 3)//" ms: "//repeat_command(task, command, slow_point(i))
          end do
@@ -141,7 +141,7 @@ contains
          do i = 1, size(task%starts%range)
             write (number, "(i0)") i
             line = line//" --set "//in_quotes("start_range("//trim(number)//")%values="// &
-                                        to_text(task%starts%value(i, task%plan%grid_point(point), task%plan%start_of(point))))
+                                              to_text(task%starts%value(i, task%plan%grid_point(point), task%plan%start_of(point))))
          end do
       end if
       write (number, "(i0)") point - 1

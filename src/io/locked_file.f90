@@ -4,7 +4,7 @@
 !! a kill. All goes through POSIX: FLUSH of gfortran 12 gives no error where the words did not reach the file.
 module razy_io_locked_file
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int64_t, c_loc, c_null_char, c_null_ptr, &
-                                          c_ptr, c_size_t
+                                                                             c_ptr, c_size_t
    use, intrinsic :: iso_fortran_env, only: int64, int8
    use razy_core_error, only: error_t, raise
    use razy_io_posix, only: delete_file, synchronise

@@ -18,7 +18,7 @@ module razy_scenes_gap_laws
    character(*), parameter :: laws(*) = [character(15) :: "kelvin_voigt", "hunt_crossley", "hertz", "rigid", "switched_spring"]
    !> All keys that some law has and some law has not.
    character(*), parameter :: keys(*) = [character(13) :: "stiffness", "damping", "separation", "exponent", "hysteresis", &
-                                         "restitution", "radius", "young_modulus", "poisson_ratio"]
+                                                                          "restitution", "radius", "young_modulus", "poisson_ratio"]
    !> A surface that is not curved.
    real(wp), parameter :: flat = huge(1.0_wp)
 

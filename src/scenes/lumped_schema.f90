@@ -10,8 +10,8 @@ module razy_scenes_lumped_schema
 
    !> What `&record` accepts in a lumped scene.
    character(*), parameter :: lumped_observables(*) = [character(24) :: "mesh_deformation", "contact_force", &
-                                                                       "relative_displacement", "sliding_velocity", &
-                                                                       "displacement", "velocity", "state"]
+                                                                                      "relative_displacement", "sliding_velocity", &
+                                                                                                "displacement", "velocity", "state"]
    integer, parameter :: most_harmonics = 32
 
 contains

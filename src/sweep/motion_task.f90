@@ -251,7 +251,7 @@ contains
       if (self%plan%has_chains() .and. .not. allocated(error)) call self%carried%begin(self%machine)
       if (.not. allocated(error)) call new_integrator(self%integrator, self%method, error)
       if (.not. allocated(error)) call self%integrator%prepare(self%machine, self%plan%has_chains() .or. self%strobe_periods > 0, &
-                                                                   error)
+                                                               error)
       if (allocated(error)) then
          outcome%status = status_no_machine
       else

@@ -14,15 +14,15 @@ module hard_cases
    public :: case_names, hard_case, hard_case_t, method_of, ways, way_names
 
    character(*), parameter :: case_names(*) = [character(24) :: "graze_touch", "graze_miss", "graze_touch_rigid", &
-      "graze_miss_rigid", "closing_at_once", "closing_at_once_rigid", "ball_to_rest", "sliding_kept", "sliding_left", &
-      "switched_spring", "stiff_stops", "clearance_tiny", "clearance_zero", "resonance", "critical_damping", &
+                   "graze_miss_rigid", "closing_at_once", "closing_at_once_rigid", "ball_to_rest", "sliding_kept", "sliding_left", &
+                            "switched_spring", "stiff_stops", "clearance_tiny", "clearance_zero", "resonance", "critical_damping", &
       "free_body_between_stops", "start_on_boundary", "start_at_rest_on_edge", "start_in_penetration", "start_at_rest_in_contact", &
-      "start_in_rigid_stop", "closer_than_rounding"]
+                                                                                      "start_in_rigid_stop", "closer_than_rounding"]
 
    !> Integrator, treatment, and sharpness of smoothing.
    character(*), parameter :: way_names(*) = [character(16) :: "exact", "rk4", "bogacki_shampine", "dormand_prince", "dop853", &
-                                                               "radau5", "switching", "smoothing 1e6", "smoothing 1e11", &
-                                                               "smoothing 1e17", "moreau_jean"]
+                                                                         "radau5", "switching", "smoothing 1e6", "smoothing 1e11", &
+                                                                                                    "smoothing 1e17", "moreau_jean"]
    integer, parameter :: ways = size(way_names)
 
    !> A case: the state at t_end and the number of changes of branch in closed form (-1: infinitely many).
@@ -234,7 +234,7 @@ contains
       call connect(sample%machine%stiffness, 1, 0, 1.0e6_wp)
       call connect(sample%machine%damping, 1, 0, 1.0e2_wp)
       call add_contact(sample%machine, [1.0_wp], new_clearance_law(clearance_side_t(), &
-                                                       clearance_side_t(.true., 1.0e-4_wp, 5.0e9_wp, 0.0_wp, 5.0e5_wp), .false.))
+                                                          clearance_side_t(.true., 1.0e-4_wp, 5.0e9_wp, 0.0_wp, 5.0e5_wp), .false.))
       call start_at(sample%machine, [-1.0_wp], [0.0_wp])
       sample%speed = 1.0e3_wp
       z = [-1, 0]
