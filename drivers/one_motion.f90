@@ -71,6 +71,7 @@ contains
       call integrator%run(motion%t_end, motion%most_events, slots, outcome)
       if (outcome%status /= status_ok) problem = "the motion ended at "//to_text(outcome%time)//" s: " &
                                                  //trim(status_meanings(outcome%status))
+      call store_outcome(content, outcome)
       call store_events(content, log, machine)
       call store_extrema(content, extrema, machine)
       if (any(records%statistics)) call store_statistics(content, statistics, period_of_loads(machine))
@@ -91,6 +92,24 @@ contains
       trajectory%coordinates = coordinates
       call trajectory%reset()
    end subroutine plan_trajectory
+
+   subroutine store_outcome(content, outcome)
+      type(run_content_t), intent(inout) :: content
+      type(outcome_t), intent(in) :: outcome
+
+      allocate (content%outcome)
+      content%outcome%status = int(outcome%status, int32)
+      content%outcome%status_meanings = [character(48) :: status_meanings]
+      content%outcome%time = outcome%time
+      content%outcome%events = outcome%events
+      content%outcome%steps = outcome%steps
+      content%outcome%rejected = outcome%rejected
+      content%outcome%evaluations = outcome%evaluations
+      content%outcome%jacobians = outcome%jacobians
+      content%outcome%factorisations = outcome%factorisations
+      content%outcome%impacts = outcome%impacts
+      content%outcome%accumulations = outcome%accumulations
+   end subroutine store_outcome
 
    subroutine store_events(content, log, machine)
       type(run_content_t), intent(inout) :: content

@@ -11,7 +11,16 @@ module razy_io_run_file
    implicit none(type, external)
    private
 
-   public :: contact_value_t, history_t, run_content_t, write_run_file
+   public :: contact_value_t, history_t, run_content_t, run_outcome_t, write_run_file
+
+   !> How the motion ended, and what it took: status (explained by `status_meanings`), time reached in s, counters.
+   type :: run_outcome_t
+      integer(int32) :: status = 0
+      character(:), allocatable :: status_meanings(:)
+      real(wp) :: time = 0.0_wp
+      integer(int64) :: events = 0, steps = 0, rejected = 0, evaluations = 0, jacobians = 0, factorisations = 0, impacts = 0, &
+                        accumulations = 0
+   end type run_outcome_t
 
    !> An observable over time.
    type :: history_t
@@ -48,6 +57,7 @@ module razy_io_run_file
       integer(int32), allocatable :: event_state(:)
       character(:), allocatable :: contact_names(:)
       character(:), allocatable :: event_meanings
+      type(run_outcome_t), allocatable :: outcome
       !> Extrema, without `offset`.
       type(extrema_t), allocatable :: extrema(:)
       !> Statistics of contacts.
@@ -153,6 +163,8 @@ contains
          if (.not. allocated(error)) call write_dataset(file, "/time", content%time, "s", "time", "/sample", error)
          if (allocated(error)) return
       end if
+      if (allocated(content%outcome)) call write_outcome(file, content%outcome, error)
+      if (allocated(error)) return
       call write_state(file, content, error)
       if (allocated(error)) return
       if (allocated(content%observables)) call write_observables(file, content, error)
@@ -241,6 +253,38 @@ contains
          end associate
       end do
    end subroutine write_observables
+
+   !> The group `/outcome`.
+   subroutine write_outcome(file, outcome, error)
+      type(hdf5_file_t), intent(in) :: file
+      type(run_outcome_t), intent(in) :: outcome
+      type(error_t), allocatable, intent(out) :: error
+      character(*), parameter :: single = "/outcome/single"
+
+      call add_dimension(file, single, 1_int64, "one value, dimension only", error)
+      if (.not. allocated(error)) call write_dataset(file, "/outcome/status", [outcome%status], "1", "how the motion ended", &
+                                                     single, error)
+      if (.not. allocated(error)) call write_attribute(file, "/outcome/status", "meanings", outcome%status_meanings, error)
+      if (.not. allocated(error)) call write_dataset(file, "/outcome/time", [outcome%time], "s", "time reached", single, error)
+      call count_of("events", outcome%events, "changes of branch")
+      call count_of("steps", outcome%steps, "steps taken")
+      call count_of("rejected", outcome%rejected, "steps rejected")
+      call count_of("rhs_evaluations", outcome%evaluations, "right-hand sides")
+      call count_of("jacobians", outcome%jacobians, "Jacobian matrices")
+      call count_of("factorisations", outcome%factorisations, "factorisations of matrices")
+      call count_of("impacts", outcome%impacts, "jumps of the velocity")
+      call count_of("accumulations", outcome%accumulations, "accumulations of impacts carried to their end")
+
+   contains
+
+      subroutine count_of(name, number, meaning)
+         character(*), intent(in) :: name, meaning
+         integer(int64), intent(in) :: number
+
+         if (.not. allocated(error)) call write_dataset(file, "/outcome/"//name, [number], "1", meaning, single, error)
+      end subroutine count_of
+
+   end subroutine write_outcome
 
    !> The group `/event`.
    subroutine write_events(file, content, error)

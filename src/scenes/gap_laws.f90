@@ -49,7 +49,8 @@ contains
    end function gap_law_keys
 
    !> The law of `group` number i, whose lower and upper side are `sides` and close at `edges`. `turns`: s is an angle.
-   subroutine read_gap_law(law, input, group, i, sides, edges, turns, error)
+   !> `damping_factor`, s: damping in proportion to the stiffness, only for 'kelvin_voigt'.
+   subroutine read_gap_law(law, input, group, i, sides, edges, turns, error, damping_factor)
       class(contact_law_t), allocatable, intent(out) :: law
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group
@@ -57,6 +58,7 @@ contains
       logical, intent(in) :: sides(2), turns
       real(wp), intent(in) :: edges(2)
       type(error_t), allocatable, intent(out) :: error
+      real(wp), intent(in), optional :: damping_factor
 
       character(:), allocatable :: kind
       real(wp) :: damping, exponent, hysteresis, restitution, stiffness
@@ -76,6 +78,13 @@ contains
       call input%get(group, i, "exponent", exponent)
       call input%get(group, i, "hysteresis", hysteresis)
       call input%get(group, i, "restitution", restitution)
+      if (present(damping_factor)) then
+         if (damping_factor > 0.0_wp .and. kind /= "kelvin_voigt") then
+            call input%complain(error, group, i, "damping_factor", "only with law = 'kelvin_voigt'")
+            return
+         end if
+         damping = damping + damping_factor*stiffness
+      end if
       if (kind == "hertz" .and. input%given(group, i, "radius")) then
          if (turns) then
             call input%complain(error, group, i, "radius", "for masses only; between inertias give the stiffness in N m/rad^1.5")

@@ -1,10 +1,9 @@
 !! The scene `planar`: rigid bodies in a plane with springs, dampers and one-way stops between points (THEORY 5).
 !!
 !! Motion is small: geometry is that of the reference position. A stop in direction n pushes its first point along n with
-!! the force max(0, k p + b p'), or as `separation` says, where p = -(s + clearance) and s = n·(u1 - u2) is the
+!! the force of its law, such as max(0, k p + b p'), where p = -(s + clearance) and s = n·(u1 - u2) is the
 !! displacement of the first point against the second.
 module razy_scenes_planar
-   use razy_contact_clearance_law, only: clearance_side_t, new_clearance_law
    use razy_core_drawing, only: drawing_t
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t
@@ -12,6 +11,7 @@ module razy_scenes_planar
    use razy_core_schema, only: group_spec_t
    use razy_core_text, only: lower
    use razy_machine_machine, only: contact_t, machine_t, observable_t
+   use razy_scenes_gap_laws, only: read_gap_law
    use razy_scenes_harmonics, only: harmonics_t, new_harmonics
    use razy_scenes_observables, only: begin_observable, name_observable, observe_contact
    use razy_scenes_planar_bodies, only: bodies_t, coordinate_names, find_coordinate, new_bodies
@@ -110,23 +110,19 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(link_t) :: link
-      character(:), allocatable :: separation
-      real(wp) :: clearance, stiffness, damping, factor
+      real(wp) :: clearance, factor
 
       call new_link(link, bodies, input, "stop", i, 1, error)
       if (allocated(error)) return
       call input%get("stop", i, "name", contact%name)
       call input%get("stop", i, "clearance", clearance)
-      call input%get("stop", i, "stiffness", stiffness)
-      call input%get("stop", i, "damping", damping)
-      call input%get("stop", i, "damping_factor", factor)
-      call input%get("stop", i, "separation", separation)
+      factor = 0.0_wp
+      if (input%given("stop", i, "damping_factor")) call input%get("stop", i, "damping_factor", factor)
       contact%w = link%w
       contact%unit = "m"
       contact%force_unit = "N"
       contact%force_sign = -1.0_wp
-      contact%law = new_clearance_law(clearance_side_t(.true., -clearance, stiffness, damping + factor*stiffness), &
-                                      clearance_side_t(), lower(separation) == "zero_force")
+      call read_gap_law(contact%law, input, "stop", i, [.true., .false.], [-clearance, clearance], .false., error, factor)
    end subroutine new_stop
 
    !> Springs, dampers and proportional damping into K and B.
@@ -137,7 +133,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: proportional(:, :)
-      character(:), allocatable :: matrix
+      character(:), allocatable :: law, matrix
       real(wp) :: damping, factor, stiffness, untuned
       integer :: i
 
@@ -164,6 +160,11 @@ contains
       if (input%count("damping") == 0) return
       if (lower(matrix) == matrix_all) then
          do i = 1, input%count("stop")
+            call input%get("stop", i, "law", law)
+            if (lower(law) /= "kelvin_voigt") then
+               call input%complain(error, "damping", 1, "matrix", "'springs' or 'untuned' where a stop has a law that is no spring")
+               return
+            end if
             call input%get("stop", i, "stiffness", stiffness)
             call connect(proportional, bodies, input, "stop", i, stiffness, error)
             if (allocated(error)) return

@@ -2,6 +2,7 @@
 module razy_scenes_planar_schema
    use razy_core_schema, only: group, group_spec_t, key_name, key_real, key_spec_t, key_string, nonnegative, positive
    use razy_scenes_common_schema, only: common_schema
+   use razy_scenes_gap_laws, only: gap_law_keys
    implicit none(type, external)
    private
 
@@ -86,12 +87,9 @@ contains
              key_real("direction", "direction in which the closed stop pushes the first point, of any length; if left out, "// &
                       "from the second point to the first", count=2), &
              key_real("clearance", "gap in the reference position; a negative one is preload", unit="m", default="0.0"), &
-             key_real("stiffness", "stiffness of the closed contact", unit="N/m", rule=positive, required=.true.), &
-             key_real("damping", "damping of the closed contact", unit="N s/m", rule=nonnegative, default="0.0"), &
-             key_real("damping_factor", "damping of the closed contact in proportion to its stiffness, added to damping", &
-                      unit="s", rule=nonnegative, default="0.0"), &
-             key_string("separation", "where a damped contact is lost", choices=["zero_deformation", "zero_force      "], &
-                        default="zero_deformation")]
+             gap_law_keys(), &
+             key_real("damping_factor", "damping of the closed contact in proportion to its stiffness, for "// &
+                      "'kelvin_voigt'; added to damping", unit="s", rule=nonnegative)]
       schema(1) = group("stop", "A one-way contact between two points", repeatable=.true., keys=keys)
    end function stops
 

@@ -152,3 +152,37 @@ def test_no_given_time_is_lost_between_steps():
     succeed("razy-run", case, *options, "--set", "record(1)%interval=0.06")
     with h5py.File("belt_oscillator.h5") as file:
         np.testing.assert_allclose(file["time"][:], 0.06 * np.arange(101), rtol=1e-14)
+
+
+def test_counters_and_status_are_stored():
+    succeed("razy-run", TWO_SIDED_STOP, *sets(motion__integrator="'dop853'"))
+    with h5py.File("two_sided_stop.h5") as file:
+        outcome = file["outcome"]
+        assert outcome["status"][0] == 0
+        assert outcome["status"].attrs["meanings"][0] == "ok"
+        assert outcome["rhs_evaluations"][0] > 11 * outcome["steps"][0] > 0
+        assert outcome["events"][0] == file["event/time"].size
+        assert file.attrs["treatment"] == "event"
+
+
+DROP = """
+&scene   kind='planar', title='Body dropped on a rigid floor' /
+&body    name='block', mass=2.0, inertia=0.1, centre=0.0,0.0 /
+&stop    name='floor', between='block','frame', direction=0.0,1.0, clearance=0.1, law='rigid', restitution=0.5 /
+&gravity acceleration=10.0 /
+&motion  t_end=0.4, start='zero' /
+&record  observable='contact_force', what='extrema' /
+"""
+
+
+def test_planar_stops_take_all_laws(folder):
+    case = folder / "drop.nml"
+    case.write_text(DROP)
+    succeed("razy-run", case)
+    fall = np.sqrt(0.02)
+    with h5py.File("drop.h5") as file:
+        bounces = fall * (1 + 2 * (1 - 0.5 ** np.arange(4)))
+        np.testing.assert_allclose(file["event/time"][:], bounces, rtol=1e-10)
+        assert file["outcome/impacts"][0] == 4
+    done = start("razy-run", case, "--set", "stop(1)%law='hertz'", "--force")
+    assert done.returncode == 2 and "law = 'hertz' takes stiffness" in done.stderr
