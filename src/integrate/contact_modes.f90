@@ -1,10 +1,10 @@
 !! Modes with a contact closed from those with it open.
 !!
 !! A closed contact adds k w wᵀ to the stiffness and b w wᵀ to the damping, which changes the first-order matrix by a product of
-!! two vectors: in the open modes A = X Λ Y it becomes Λ - l rᵀ, l = Y (0, w), rᵀ = (k wᵀ, b wᵀ) X. Its eigenvalues μ are the roots of
-!! 1 + Σ l_i r_i/(s - λ_i) (razy_linalg_rank_one), its right and left eigenvectors X (μ - Λ)⁻¹ l and rᵀ (μ - Λ)⁻¹ Y, whose product is
-!! Σ l_i r_i/(μ - λ_i)². A mode without stiffness that the contact feels is a double pole at 0. The cost is that of some products
-!! of matrices; an eigenproblem from scratch costs 50 times as much for 48 coordinates.
+!! two vectors: in the open modes A = X Λ Y it becomes Λ - l rᵀ with l = Y (0, w) and rᵀ = (k wᵀ, b wᵀ) X. Its eigenvalues μ are
+!! the roots of 1 + Σ l_i r_i/(s - λ_i) (razy_linalg_rank_one), its right and left eigenvectors X (μ - Λ)⁻¹ l and rᵀ (μ - Λ)⁻¹ Y,
+!! whose product is Σ l_i r_i/(μ - λ_i)². A mode without stiffness that the contact feels is a double pole at 0. The cost is that
+!! of some products of matrices.
 !!
 !! Everything is checked: that the roots are roots and all of them, that left and right vectors are biorthogonal, and that the
 !! condition of the eigenvalues allows terms. Where a check fails, `add_contact` says so and the caller solves the eigenproblem.
@@ -88,6 +88,7 @@ contains
       mirror(n) = mirror(n) + sign(feel, share(n))
       mirror = mirror/norm2(mirror)
       self%rigid = self%rigid - 2*spread(matmul(self%rigid, mirror), 2, n)*spread(mirror, 1, self%m)
+      self%rigid(:, n) = -sign(1.0_wp, share(n))*self%rigid(:, n)
    end subroutine isolate_rigid
 
    pure subroutine take_coupling(self, w, k, b, change)
