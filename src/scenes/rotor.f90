@@ -19,6 +19,7 @@ module razy_scenes_rotor
    use razy_scenes_rotor_places, only: find_coordinate
    use razy_scenes_rotor_reduction, only: is_reduced, reduce
    use razy_scenes_rotor_schema, only: rotor_schema
+   use razy_scenes_rotor_signature, only: signature
    use razy_scenes_scene, only: scene_t
    implicit none(type, external)
    private
@@ -31,6 +32,8 @@ module razy_scenes_rotor
       type(reduced_t) :: reduced
       !> Speeds of the shafts over that of `&rotation`.
       real(qp), allocatable :: ratio(:)
+      !> What model and reduction were made of; not allocated before they are.
+      character(:), allocatable :: made_of
    contains
       procedure, nopass :: schema
       procedure :: build_model
@@ -82,8 +85,7 @@ contains
       type(harmonics_t) :: harmonics
       integer :: i, n
 
-      call self%build_model(input, error)
-      if (.not. allocated(error)) call self%build_reduced(input, error)
+      call renew_model(self, input, error)
       if (allocated(error)) return
       n = size(self%reduced%load)
       call name_coordinates(machine, self%model, n, is_reduced(input))
@@ -107,6 +109,24 @@ contains
          machine%contact(i)%offset = harmonics%constant(n + i)
       end do
    end subroutine build
+
+   !> Model and reduction, if they are not those of the machine before, as in a sweep over the speed.
+   subroutine renew_model(self, input, error)
+      class(rotor_scene_t), intent(inout) :: self
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: wanted
+
+      wanted = signature(input)
+      if (allocated(self%made_of)) then
+         if (self%made_of == wanted) return
+         deallocate (self%made_of)
+      end if
+      call self%build_model(input, error)
+      if (.not. allocated(error)) call self%build_reduced(input, error)
+      if (.not. allocated(error)) self%made_of = wanted
+   end subroutine renew_model
 
    subroutine name_coordinates(machine, model, n, reduced)
       type(machine_t), intent(inout) :: machine
