@@ -78,13 +78,14 @@ contains
          table%name(i) = name_of(kind)
          table%coordinates(i) = size(reduced%load)
          table%compliance(:, i) = found%reduced_compliance
-         table%frequency(:min(m, size(found%reduced_frequency)), i) = found%reduced_frequency(:m)/(2*pi)
+         table%frequency(:m, i) = found%nearest/(2*pi)
          table%response(1, :, :, i) = real(transpose(found%reduced_response), wp)
          table%response(2, :, :, i) = aimag(transpose(found%reduced_response))
-         table%error(:, i) = [found%largest_compliance_error(), found%largest_frequency_error(), found%largest_response_error()]
+         table%error(:, i) = [found%largest_compliance_error(), found%largest_mesh_mode_error(), found%largest_response_error()]
          if (i > 1) return
          table%true_compliance = found%compliance
          table%true_frequency(:m) = found%frequency/(2*pi)
+         table%moves(:m) = merge(1, 0, found%moves)
          table%true_response(1, :, :) = real(transpose(found%response), wp)
          table%true_response(2, :, :) = aimag(transpose(found%response))
       end subroutine put
@@ -101,6 +102,7 @@ contains
       nan = ieee_value(nan, ieee_quiet_nan)
       table%hertz = omega/(2*pi)
       allocate (table%name(kinds), table%coordinates(kinds))
+      allocate (table%moves(modes), source=0)
       allocate (table%compliance(meshes, kinds), table%frequency(modes, kinds), table%true_frequency(modes), source=nan)
       allocate (table%response(2, size(omega), meshes, kinds), table%true_response(2, size(omega), meshes), source=nan)
       allocate (table%error(3, kinds), source=nan)

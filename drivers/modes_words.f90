@@ -89,11 +89,20 @@ contains
 
       do i = 1, size(reduction%name)
          call append_text(lines, trim(reduction%name(i))//", "//to_text(int(reduction%coordinates(i)))// &
-                          " coordinates, errors against the unreduced model: static mesh compliance "// &
-                          decimal(100*reduction%error(1, i), 4)//" %, "//to_text(size(reduction%true_frequency))// &
-                          " frequencies "//decimal(100*reduction%error(2, i), 4)//" %, transfer function at the mesh up to "// &
-                          decimal(maxval(reduction%hertz), 0)//" Hz "//decimal(100*reduction%error(3, i), 4)//" %")
+                          " coordinates, errors against the unreduced model: static mesh compliance "//percent(1)//", "// &
+                          to_text(count(reduction%moves == 1))//" frequencies of modes that move the mesh "//percent(2)// &
+                          ", transfer function at the mesh up to "//decimal(maxval(reduction%hertz), 0)//" Hz "//percent(3))
       end do
+
+   contains
+
+      function percent(k)
+         integer, intent(in) :: k
+         character(:), allocatable :: percent
+
+         percent = decimal(100*reduction%error(k, i), 4)//" %"
+      end function percent
+
    end subroutine append_reduction
 
    pure function turning(direction) result(word)

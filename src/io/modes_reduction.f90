@@ -17,8 +17,10 @@ module razy_io_modes_reduction
       integer(int32), allocatable :: coordinates(:)
       !> Static compliance of each mesh, m/N (meshes, kinds), and of the unreduced model (meshes).
       real(wp), allocatable :: compliance(:, :), true_compliance(:)
-      !> Natural frequencies with meshes closed, Hz (modes, kinds), and of the unreduced model (modes).
+      !> Natural frequencies of the unreduced model with meshes closed, Hz (modes); whether these modes move a mesh (1 or 0); the
+      !> nearest frequency that each kind has (modes, kinds).
       real(wp), allocatable :: frequency(:, :), true_frequency(:)
+      integer(int32), allocatable :: moves(:)
       !> Frequencies, Hz; real and imaginary part of the transfer function at each mesh (2, frequencies, meshes, kinds), m/N, and
       !> of the unreduced model.
       real(wp), allocatable :: hertz(:), response(:, :, :, :), true_response(:, :, :)
@@ -37,7 +39,8 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       character(*), parameter :: quantity = "/reduction/quantity"
-      character(*), parameter :: quantities(3) = [character(24) :: "static compliance", "natural frequencies", "transfer function"]
+      character(*), parameter :: quantities(3) = [character(32) :: "static compliance", "frequencies of mesh modes", &
+                                                  "transfer function"]
       integer(int32) :: i
 
       call write_dataset(file, kind, content%name, "1", "kind of reduction", kind, error)
@@ -54,9 +57,12 @@ contains
       if (.not. allocated(error)) call write_dataset(file, mode, [(i, i=1, size(content%true_frequency))], "1", &
                                                      "number of the mode", mode, error)
       if (.not. allocated(error)) call write_dataset(file, "/reduction/frequency", content%frequency, "Hz", &
-                                                     "natural frequency with meshes closed", [character(16) :: mode, kind], error)
+                                                     "natural frequency with meshes closed, the nearest to the unreduced one", &
+                                                     [character(16) :: mode, kind], error)
       if (.not. allocated(error)) call write_dataset(file, "/reduction/unreduced_frequency", content%true_frequency, "Hz", &
-                                                     "the same of the unreduced model", mode, error)
+                                                     "natural frequency of the unreduced model with meshes closed", mode, error)
+      if (.not. allocated(error)) call write_dataset(file, "/reduction/moves_mesh", content%moves, "1", &
+                                                     "1 for a mode of the unreduced model that moves a mesh", mode, error)
       if (.not. allocated(error)) call write_dataset(file, hertz, content%hertz, "Hz", "frequency of a force in the mesh", hertz, &
                                                      error)
       if (.not. allocated(error)) call write_responses(file, content, error)

@@ -13,8 +13,8 @@ module razy_rotor_campbell
 
    public :: campbell_t, new_campbell
 
-   !> Intervals are halved so often at most.
-   integer, parameter :: most_halvings = 10
+   !> Intervals are halved so often at most, for modes beyond those asked for less often.
+   integer, parameter :: most_halvings = 10, halvings_beyond = 2
 
    !> Eigenvalues (modes, speeds) with Im >= 0 in the order of their imaginary parts, 1/s and rad/s; the branch that each belongs
    !> to; the direction of its orbits, see `whirl_direction`. Modes that a speed does not have are 0 in `branch`.
@@ -107,10 +107,10 @@ contains
       integer, intent(in) :: halvings
 
       type(front_t) :: middle
-      integer :: i, partner(size(front%whirl%value))
+      integer :: i, known, partner(size(front%whirl%value))
 
       call match(before%whirl, front%whirl, partner)
-      if (halvings > 0 .and. any(partner == 0 .and. asked_for(walk, before%speed, front))) then
+      if (any(partner == 0 .and. halvings > spared(walk, before%speed, front))) then
          middle%speed = before%speed + (front%speed - before%speed)/2
          middle%whirl = problem%solve(middle%speed, walk%circulatory, shapes=.false.)
          walk%solved = walk%solved + 1
@@ -124,6 +124,7 @@ contains
          return
       end if
       allocate (front%branch(size(partner)), source=0)
+      known = size(walk%critical) + walk%lost
       do i = 1, size(partner)
          if (partner(i) > 0) then
             front%branch(i) = before%branch(partner(i))
@@ -133,22 +134,46 @@ contains
             front%branch(i) = walk%branches
          end if
       end do
+      walk%lost = walk%lost + unseen(walk, before, front, size(walk%critical) + walk%lost - known)
    end subroutine advance
 
-   !> Which eigenvalues have to be followed: the modes asked for, and those that a line of excitation can cross on the way.
-   pure function asked_for(walk, start, front) result(wanted)
+   !> Halvings that are left undone where an eigenvalue has no partner: none for the modes asked for, most for those beyond that a
+   !> line of excitation can cross on the way, all for others.
+   pure function spared(walk, start, front)
       type(walk_t), intent(in) :: walk
       real(wp), intent(in) :: start
       type(front_t), intent(in) :: front
-      logical :: wanted(size(front%whirl%value))
+      integer :: spared(size(front%whirl%value))
 
       integer :: i
 
-      wanted = [(i <= walk%modes, i=1, size(wanted))]
-      if (size(walk%order) == 0) return
-      wanted = wanted .or. (front%whirl%value%im >= minval(walk%order)*start &
-                            .and. front%whirl%value%im <= maxval(walk%order)*front%speed)
-   end function asked_for
+      spared = most_halvings
+      if (size(walk%order) > 0) then
+         where (front%whirl%value%im >= minval(walk%order)*start .and. front%whirl%value%im <= maxval(walk%order)*front%speed)
+            spared = most_halvings - halvings_beyond
+         end where
+      end if
+      do i = 1, min(walk%modes, size(spared))
+         spared(i) = 0
+      end do
+   end function spared
+
+   !> Crossings that no branch shows: what the numbers of eigenvalues above the lines of excitation have changed by more than by the
+   !> `seen` crossings.
+   pure integer function unseen(walk, before, front, seen)
+      type(walk_t), intent(in) :: walk
+      type(front_t), intent(in) :: before, front
+      integer, intent(in) :: seen
+
+      integer :: k
+
+      unseen = -seen
+      do k = 1, size(walk%order)
+         unseen = unseen + abs(count(before%whirl%value%im > walk%order(k)*before%speed) &
+                               - count(front%whirl%value%im > walk%order(k)*front%speed))
+      end do
+      unseen = max(unseen, 0)
+   end function unseen
 
    !> Add the critical speeds between eigenvalue `i` of `before` and `j` of `front`.
    subroutine cross(walk, problem, model, before, i, front, j)

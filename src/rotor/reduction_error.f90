@@ -27,6 +27,10 @@ module razy_rotor_reduction_error
       real(wp), allocatable :: compliance(:), reduced_compliance(:)
       !> Lowest natural frequencies with meshes closed, rad/s.
       real(wp), allocatable :: frequency(:), reduced_frequency(:)
+      !> Whether the unreduced modes move a mesh, |wᵀ x| > `least_d` of the largest, and the nearest frequency that the reduced
+      !> model has to each, rad/s: modes that no mesh feels may be left out on purpose.
+      logical, allocatable :: moves(:)
+      real(wp), allocatable :: nearest(:)
       !> Angular frequencies of the comparison, rad/s; wᵀ (K + Kx + i omega (B + Bx) - omega² M)⁻¹ w with meshes closed,
       !> each mesh at itself (meshes, frequencies), m/N.
       real(wp), allocatable :: omega(:)
@@ -34,8 +38,12 @@ module razy_rotor_reduction_error
    contains
       procedure :: largest_compliance_error
       procedure :: largest_frequency_error
+      procedure :: largest_mesh_mode_error
       procedure :: largest_response_error
    end type reduction_error_t
+
+   !> Modes with less of the largest deformation of a mesh are not compared.
+   real(wp), parameter :: least_d = 1.0e-3_wp
 
 contains
 
@@ -50,18 +58,20 @@ contains
       type(reduction_error_t) :: difference
 
       type(eigenpairs_t) :: pairs
-      integer :: kept
+      integer :: i, kept
 
       kept = min(count, size(reduced%load))
       if (present(known)) then
          difference = known
          difference%frequency = known%frequency(:min(kept, size(known%frequency)))
+         difference%moves = known%moves(:size(difference%frequency))
       else
          difference%omega = omega
          call unreduced_compliance(difference, model)
          pairs = natural_modes(model, kept, meshed=.true.)
          difference%complete = difference%complete .and. pairs%status == modes_found
          difference%frequency = sqrt(max(pairs%value, 0.0_wp))
+         difference%moves = moving(model, pairs%vector)
          call unreduced_response(difference, model)
       end if
       call compliance_of(difference, reduced)
@@ -69,8 +79,29 @@ contains
       pairs = dense_modes(reduced%closed_stiffness(), reduced%mass)
       difference%complete = difference%complete .and. pairs%status == modes_found
       difference%reduced_frequency = sqrt(max(pairs%value(:min(kept, size(pairs%value))), 0.0_wp))
+      difference%nearest = difference%frequency
+      do i = 1, kept
+         associate (values => sqrt(max(pairs%value, 0.0_wp)))
+            difference%nearest(i) = values(minloc(abs(values - difference%frequency(i)), dim=1))
+         end associate
+      end do
       call response_of(difference, reduced)
    end function compare_reduction
+
+   !> Which shapes (n, modes) move a mesh.
+   pure function moving(model, shapes) result(moves)
+      type(rotor_model_t), intent(in) :: model
+      real(wp), intent(in) :: shapes(:, :)
+      logical, allocatable :: moves(:)
+
+      real(wp) :: d(size(shapes, 2), size(model%mesh_stiffness))
+      integer :: i, j
+
+      do j = 1, size(d, 2)
+         d(:, j) = [(abs(dot_product(model%mesh_direction(:, j), shapes(:, i))), i=1, size(d, 1))]
+      end do
+      moves = [(any(d(i, :) > least_d*maxval(d)), i=1, size(d, 1))]
+   end function moving
 
    subroutine unreduced_compliance(difference, model)
       type(reduction_error_t), intent(inout) :: difference
@@ -232,6 +263,20 @@ contains
          error = max(error, abs(self%reduced_frequency(i)/self%frequency(i) - 1))
       end do
    end function largest_frequency_error
+
+   !> The largest relative distance from the frequency of a mode that moves a mesh to the next one of the reduced model.
+   pure function largest_mesh_mode_error(self) result(error)
+      class(reduction_error_t), intent(in) :: self
+      real(wp) :: error
+
+      integer :: i
+
+      error = 0.0_wp
+      do i = 1, size(self%frequency)
+         if (.not. self%moves(i) .or. self%frequency(i) <= 1.0e-6_wp*maxval(self%frequency)) cycle
+         error = max(error, abs(self%nearest(i)/self%frequency(i) - 1))
+      end do
+   end function largest_mesh_mode_error
 
    !> The largest error of the transfer function over its largest magnitude, of any mesh.
    pure function largest_response_error(self) result(error)
