@@ -1,11 +1,14 @@
 !! The second level of a reduction (THEORY 7): modes of the reduced model on its bearings with meshes open (A, (4.67)) or closed
 !! (B, (4.74)); those kept are the first in the order of |d|, d = wᵀ t, of d itself (which depends on the sign of the shapes, here
-!! with their largest component positive), or of the frequency.
+!! with their largest component positive), or of the frequency. Shapes of equal frequencies, which equal shafts have, are arbitrary
+!! combinations; they are chosen so that as few of them as possible move the meshes.
 module razy_rotor_second_level
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
-   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
+   use razy_linalg_dense, only: product_of
+   use razy_linalg_eigen, only: symmetric_eigen
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found, orient
    use razy_rotor_reduced, only: reduced_t, transformed
    implicit none(type, external)
    private
@@ -16,6 +19,8 @@ module razy_rotor_second_level
    integer, parameter :: sort_absolute = 1, sort_signed = 2, sort_frequency = 3
    !> Values of d below this share of the largest are zero but for rounding; such modes go by frequency.
    real(wp), parameter :: least_d = 1.0e-9_wp
+   !> Eigenvalues omega² apart by less than this share of their size, or by the second share of the largest, are equal.
+   real(wp), parameter :: equal = 1.0e-7_wp, rounding = 1.0e-14_wp
 
 contains
 
@@ -43,8 +48,41 @@ contains
          call raise(error, "the modes of the reduced model were not found")
          return
       end if
+      call gather_deformation(pairs, old%mesh_direction)
       reduced = select_modes(old, pairs%vector, kept, sorting)
    end subroutine second_level
+
+   !> Turn shapes of equal eigenvalues into each other so that the first of them has most of the meshes' deformation, the second
+   !> most of the rest, and so on: the eigenvectors of sum d dᵀ.
+   subroutine gather_deformation(pairs, direction)
+      type(eigenpairs_t), intent(inout) :: pairs
+      real(wp), intent(in) :: direction(:, :)
+
+      real(wp), allocatable :: d(:, :), form(:, :), turned(:, :), value(:)
+      integer :: first, info, last
+
+      first = 1
+      do while (first <= size(pairs%value))
+         last = first
+         do while (last < size(pairs%value))
+            if (pairs%value(last + 1) - pairs%value(last) > equal*abs(pairs%value(last + 1)) &
+                + rounding*maxval(abs(pairs%value))) exit
+            last = last + 1
+         end do
+         if (last > first) then
+            d = matmul(transpose(pairs%vector(:, first:last)), direction)
+            form = -matmul(d, transpose(d))
+            value = form(1, :)
+            call symmetric_eigen(form, value, info)
+            if (info == 0) then
+               turned = product_of(pairs%vector(:, first:last), form)
+               pairs%vector(:, first:last) = turned
+            end if
+         end if
+         first = last + 1
+      end do
+      call orient(pairs%vector)
+   end subroutine gather_deformation
 
    !> The first `kept` columns of `shapes` (p, m) in the order `sorting` as a model. With several meshes d is the largest
    !> of the meshes' (in the sense of the order).

@@ -20,8 +20,8 @@ JEFFCOTT = """&scene kind='rotor' /
 &rotation speed_rpm=3000.0, of='a', circulatory=.true. /
 &modes count=6 /
 &initial on='a.3.v', displacement=1e-6 /
-&motion t_end=0.6, start='given', integrator='dop853', relative_tolerance=1e-9 /
-&record observable='displacement', of='a.3.v', what='extrema', from=0.2 /
+&motion t_end=1.0, start='given', integrator='dop853', relative_tolerance=1e-9 /
+&record observable='displacement', of='a.3.v', what='extrema', from=0.6 /
 """
 CAMPBELL = "&campbell first_rpm=0.0, last_rpm=60000.0, points=31, damped=.true. /\n"
 
@@ -52,7 +52,7 @@ def test_reductions_beside_the_unreduced_model():
     error = dict(zip(kinds, table["error"], strict=True))
     # By |d| neither level loses what the mesh needs; by the signed d level B loses its stiffest mode.
     for level in "AB":
-        assert error[f"modal synthesis, level {level} by absolute"].max() < 0.02
+        assert error[f"modal synthesis, level {level} by absolute"].max() < 0.01
     assert error["modal synthesis, level B by signed"][0] > 0.5
     assert error["Craig-Bampton"][1] < error["modal synthesis"][1]
 
@@ -72,7 +72,7 @@ def limit(case):
 
 @pytest.mark.parametrize("cross", [0.0, 2.0e5])
 def test_motion_grows_above_the_limit(tmp_path, cross):
-    """The rate of the amplitude after 0.2 s is the real part of the eigenvalue, on both sides of the limit."""
+    """The rate of the amplitude after 0.6 s, when other motions have died away, is the real part of the eigenvalue, on both sides of the limit."""
     case = tmp_path / "jeffcott.nml"
     case.write_text(JEFFCOTT.format(cross=cross) + CAMPBELL)
     speed, _, _ = limit(case)
@@ -122,12 +122,11 @@ def test_critical_speeds_do_not_depend_on_the_modes_asked_for():
 
 
 def test_number_of_modes_as_an_axis():
-    options = sets(rotation__speed_rpm=2000, motion__t_end=0.004, record__from=0.002, sweep__last=13, sweep__step=1)
     case = THESIS / "fig_4_19.nml"
-    two_axes = ["--set", "sweep(1)%last=12", "--set", "sweep(2)%last=1000"]
-    succeed("razy-sweep", case, *two_axes, *options[:6], "--output", "sweep.h5")
+    short = [*sets(motion__t_end=0.004, record__from=0.002), "--set", "sweep(1)%last=12", "--set", "sweep(2)%last=1000"]
+    succeed("razy-sweep", case, *short, "--output", "sweep.h5", "--force")
     with h5py.File("sweep.h5") as file:
         np.testing.assert_array_equal(file["axis/reduction.modes"][()], [10, 11, 12])
         assert np.all(file["point/status"][()] == 0)
-    done = start("razy-sweep", case, "--set", "sweep(1)%step=0.5", *options[:6], "--output", "half.h5")
-    assert done.returncode == 2 and "reduction%modes = 10.5: must be" in done.stderr
+    done = start("razy-sweep", case, *short, "--set", "sweep(1)%step=0.5", "--output", "half.h5")
+    assert done.returncode == 2 and "&sweep(1) step = 0.5: a whole number, as reduction%modes is" in done.stderr
