@@ -6,7 +6,8 @@
 !!     F = k_u (s - upper) + k_i upper + b_u s' + j_u    for s > upper,
 !!     F = k_l (s - lower) + k_i lower + b_l s' - j_l    for s < lower,
 !!
-!! with the slope within the clearance k_i = 0 but for a gear mesh that has one ((4.58); Comparin and Singh, J. Sound Vib. 134 (1989)).
+!! with the slope within the clearance k_i = 0 but for a gear mesh that has one ((4.58); Comparin and Singh,
+!! J. Sound Vib. 134 (1989)).
 !!
 !! A one-sided stop has s = gap, lower = 0 and no upper side; a two-sided stop lower = -clearance, upper = clearance
 !! (THEORY 2); a gear mesh s = d, lower = -backlash, upper = 0 (THEORY 4). With damping there are two rules for the loss of

@@ -2,7 +2,8 @@
 !!
 !!     M q'' + (B + Bx + Omega G) q' + (K + Kx + Omega C) q = f - sum_j w_j F_j(d_j, d_j'),   d_j = w_jᵀ q + Delta_j(t),
 !!
-!! with sparse matrices in the coordinates of `numbering`. Kx and Bx are the skew parts of the matrices of bearings. Meshes are not in B and K: they are directions w_j = (delta_1, -delta_2),
+!! with sparse matrices in the coordinates of `numbering`. Kx and Bx are the skew parts of the matrices of bearings. Meshes are not
+!! in B and K: they are directions w_j = (delta_1, -delta_2),
 !! to which a linear mesh adds k w wᵀ and b w wᵀ.
 module razy_rotor_model
    use razy_core_error, only: error_t
