@@ -6,15 +6,19 @@ module sweep_starts
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t
    use razy_core_kinds, only: i8, wp
+   use razy_core_number, only: to_text
+   use razy_core_scanner, only: newline
    use razy_core_text, only: did_you_mean, lower, string_t
    use razy_core_uniform, only: uniform
+   use razy_io_columns, only: read_columns
+   use razy_io_journal, only: checksum
    use razy_machine_machine, only: machine_t
    use razy_machine_period, only: excitation_period
    use razy_sweep_grid, only: axis_t, most_points, new_axis
    implicit none(type, external)
    private
 
-   public :: new_starts, start_range_t, starts_t
+   public :: identity_of, new_starts, read_start_file, start_range_t, starts_t
 
    !> What one &start_range varies.
    type :: start_range_t
@@ -31,7 +35,7 @@ module sweep_starts
    !> All starts; without &starts there is one, that of &motion.
    type :: starts_t
       logical :: wanted = .false.
-      !> grid, list or box.
+      !> grid, list, box or file.
       character(:), allocatable :: method
       integer(i8) :: count = 1, seed = 0
       type(start_range_t), allocatable :: range(:)
@@ -46,14 +50,65 @@ module sweep_starts
 
 contains
 
-   !> Read the groups; `machine` is the one of the input.
-   subroutine new_starts(self, machine, input, error)
+   !> Read the file of starts, if there is one: all first numbers of &start_range, then all second ones. (ranges*starts)
+   subroutine read_start_file(numbers, input, error)
+      real(wp), allocatable, intent(out) :: numbers(:)
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      type(string_t), allocatable :: columns(:)
+      character(:), allocatable :: file, method, quantity
+      real(wp), allocatable :: values(:, :)
+      integer :: i
+
+      allocate (numbers(0))
+      if (input%count("starts") == 0) return
+      call input%get("starts", 1, "method", method)
+      if (lower(method) /= "file") return
+      if (.not. input%given("starts", 1, "file")) then
+         call input%complain(error, "starts", 1, "file", "required for method = 'file'")
+         return
+      end if
+      call input%get("starts", 1, "file", file)
+      allocate (columns(input%count("start_range")))
+      do i = 1, size(columns)
+         if (input%given("start_range", i, "column")) then
+            call input%get("start_range", i, "column", columns(i)%text)
+         else
+            call input%get("start_range", i, "coordinate", columns(i)%text)
+            call input%get("start_range", i, "quantity", quantity)
+            columns(i)%text = columns(i)%text//"."//lower(quantity)
+         end if
+      end do
+      if (size(columns) == 0) return
+      call read_columns(file, columns, values, error)
+      if (.not. allocated(error)) numbers = reshape(values, [size(values)])
+   end subroutine read_start_file
+
+   !> A group that tells starts from a file from others, to be added to an effective input; empty if there are none.
+   pure function identity_of(numbers) result(text)
+      real(wp), intent(in) :: numbers(:)
+      character(:), allocatable :: text
+
+      character(16) :: sum
+
+      text = ""
+      if (size(numbers) == 0) return
+      write (sum, "(z16.16)") checksum(transfer(numbers, [0_i8]))
+      text = "&starts"//newline//"   contents_of_file = "//to_text(size(numbers))//" numbers with checksum "//sum//newline// &
+             "/"//newline
+   end function identity_of
+
+   !> Read the groups; `machine` is the one of the input, `numbers` what `read_start_file` found. Without these the starts of a
+   !> file are not known, and `count` is 0.
+   subroutine new_starts(self, machine, input, error, numbers)
       type(starts_t), intent(out) :: self
       type(machine_t), intent(in) :: machine
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
+      real(wp), intent(in), optional :: numbers(:)
 
-      integer :: i, seed
+      integer :: i, n, seed
 
       allocate (self%range(input%count("start_range")))
       self%wanted = input%count("starts") > 0
@@ -76,7 +131,18 @@ contains
          call read_range(self%range(i), self%method, machine, input, i, error)
          if (allocated(error)) return
       end do
-      call count_starts(self, input, error)
+      if (self%method /= "file") then
+         call count_starts(self, input, error)
+         return
+      end if
+      self%count = 0
+      if (.not. present(numbers)) return
+      n = size(numbers)/size(self%range)
+      self%count = n
+      do i = 1, size(self%range)
+         call new_axis(self%range(i)%axis, numbers((i - 1)*n + 1:i*n), error)
+         if (allocated(error)) return
+      end do
    end subroutine new_starts
 
    !> Number of starts.
@@ -139,6 +205,7 @@ contains
          call input%complain(error, "start_range", i, key, "required for &starts method = '"//method//"'")
          return
       end if
+      if (method == "file") return
       if (method == "list") then
          call input%get("start_range", i, "values", values)
          call new_axis(range%axis, values, problem)
@@ -162,6 +229,7 @@ contains
       character(:), allocatable :: key
 
       key = ""
+      if (method == "file") return
       if (method == "list") then
          if (.not. input%given("start_range", i, "values")) key = "values"
          return
@@ -209,7 +277,7 @@ contains
                inner = inner*self%range(k)%axis%n_values()
             end do
             value = range%axis%value(1 + modulo((start - 1)/inner, range%axis%n_values()))
-         case ("list")
+         case ("list", "file")
             value = range%axis%value(start)
          case default
             value = range%first + (range%last - range%first)*uniform([self%seed, grid_point], [start, int(i, i8)])
