@@ -22,7 +22,7 @@ program razy_sweep
    use sweep_forecast, only: forecast
    use sweep_log, only: log_end, log_start
    use sweep_result, only: write_results
-   use sweep_starts, only: identity_of, read_start_file
+   use sweep_start_file, only: identity_of, read_start_file
    implicit none(type, external)
 
    type(communicator_t) :: ranks

@@ -182,7 +182,7 @@ contains
          else
             z = h*response%exponent(i)
             part = h*cmplx(from%re(i), from%im(i), wp)*(1.0_wp + z/2*(1.0_wp + z/3*(1.0_wp + z/4*(1.0_wp + z/5*(1.0_wp &
-                                                                  + z/6*(1.0_wp + z/7*(1.0_wp + z/8*(1.0_wp + z/9))))))))
+                                                                             + z/6*(1.0_wp + z/7*(1.0_wp + z/8*(1.0_wp + z/9))))))))
          end if
          total = total + (rows%re(i, 0, j)*real(part) + rows%im(i, 0, j)*aimag(part))
       end do

@@ -212,11 +212,11 @@ def results_between_marks(checkpoint):
 
 
 def test_results_are_flushed_after_a_number_of_points(sweep):
-    process = sweep.begin(options=["--checkpoint", "1000", "--checkpoint-points", "20"])
-    assert wait_until_recorded(process, 80000)
+    process = sweep.begin(options=["--checkpoint", "1000", "--checkpoint-points", "5"])
+    assert wait_until_recorded(process, 200000)
     kill_all(process)
     counts = results_between_marks(Path(CHECKPOINT).read_bytes())
-    assert len(counts) > 3 and all(count == 20 for count in counts[:-1]) and counts[-1] <= 20
+    assert len(counts) > 3 and all(count == 5 for count in counts[:-1]) and counts[-1] <= 5
     done = sweep.start()
     assert done.returncode == 0, done.stderr
     sweep.expect_whole()

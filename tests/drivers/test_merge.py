@@ -9,7 +9,8 @@ import h5py
 from programs import PATIENCE, SOURCE, datasets, sets, succeed
 
 BASINS = SOURCE / "inputs" / "basins.nml"
-COARSE = [*sets(motion__t_end="4.0"), "--set", "record%from=3.5", "--set", "start_range(1)%points=3", "--set", "start_range(2)%points=2"]
+SHORT = sets(motion__t_end="4.0", record__from="3.5")
+COARSE = [*SHORT, "--set", "start_range(1)%points=3", "--set", "start_range(2)%points=2"]
 PAIR = SOURCE / "inputs" / "torsional_gear_pair.nml"
 TWO_AXES = """
 &sweep parameter='load(1)%value','load(2)%value', factor=1.0,-1.0, first=60.0, last=120.0, step=20.0 /

@@ -137,8 +137,8 @@ def _arrange(results: list[SweepResult]) -> Plan:
     name = differing[0] if differing else parameters[0]
     if first.direction is not None and name == parameters[0]:
         raise ResultError(
-            f"{results[-1].path}: its chains follow {name}, and began anew at the first value: one chain over all ranges "
-            "has other motions there. Ranges of another parameter, or the ways up and down, can be merged"
+            f"{results[-1].path}: its chains follow {name}, and began anew at the first value: one chain over all "
+            "ranges has other motions there. Ranges of another parameter, or the ways up and down, can be merged"
         )
     return Plan(_by_value(results, name, parameters), OUTER if name == parameters[0] else INNER, name)
 
