@@ -15,7 +15,6 @@ module razy_integrate_runge_kutta
    use razy_core_kinds, only: i8, wp
    use razy_core_tone, only: add_time
    use razy_contact_contact_law, only: branch_sticking
-   use razy_integrate_field, only: treat_by_events, treat_by_smoothing, treat_by_switching
    use razy_integrate_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, status_blow_up, &
                                         status_chatter, status_event_limit, status_no_contact_forces, status_ok, &
                                         status_step_limit, status_step_underflow
@@ -25,6 +24,7 @@ module razy_integrate_runge_kutta
    use razy_integrate_runge_kutta_resolve, only: resolution_t
    use razy_integrate_runge_kutta_view, only: view_t
    use razy_integrate_stepper, only: stepper_t
+   use razy_integrate_mode, only: treat_by_events, treat_by_smoothing, treat_by_switching
    use razy_machine_machine, only: machine_t
    use razy_machine_method, only: method_t
    implicit none(type, external)
@@ -69,7 +69,7 @@ module razy_integrate_runge_kutta
    !> An event before this part of a step is looked for again in a shorter step.
    real(wp), parameter :: least_share = 0.125_wp
    !> Part of a step that may be made along its slope: the square is rounding.
-   real(wp), parameter :: along_slope = 1.0e-7_wp
+   real(wp), parameter :: along_slope = 1.0e-8_wp
 
 contains
 
@@ -224,6 +224,7 @@ contains
          else
             view%z_stop = stepper%z_end
             call field%keep_constraints(self%tau + stepper%h, view%z_stop)
+            if (field%treatment == treat_by_events) call self%locator%keep_at_rest(field, view%z_stop)
          end if
          piece%time = self%time
          piece%time_low = self%time_low
@@ -248,7 +249,7 @@ contains
    pure logical function polished(stepper)
       type(stepper_t), intent(in) :: stepper
 
-      polished = .not. stepper%implicit .and. stepper%dense_order < stepper%order
+      polished = stepper%adaptive .and. .not. stepper%implicit .and. stepper%dense_order < stepper%order
    end function polished
 
    !> Count the field's time from now if the method starts anew, or if it has run long enough.
