@@ -26,6 +26,8 @@ module razy_integrate_runge_kutta_locate
       real(wp), allocatable :: g0(:), rate0(:), g1(:), rate1(:)
       !> The guards that are left at the event found (count).
       logical, allocatable :: hit(:)
+      !> Where a guard has turned in the step, the least |g| there; huge where it has not (count).
+      real(wp), allocatable :: nearest(:)
       !> Bound of the change of s' in a step (contacts).
       real(wp), allocatable :: curving(:)
       !> Workspace: guards at two points inside, those to look at, state.
@@ -57,10 +59,11 @@ contains
       call self%guards%attach(field)
       n = size(self%guards%entry)
       if (allocated(self%g0)) deallocate (self%g0, self%rate0, self%g1, self%rate1, self%hit, self%curving, self%ga, &
-                                          self%ra, self%gb, self%rb, self%gc, self%rc, self%z, self%suspect)
+                                          self%ra, self%gb, self%rb, self%gc, self%rc, self%z, self%suspect, self%nearest)
       allocate (self%g0(n), self%rate0(n), self%g1(n), self%rate1(n), self%ga(n), self%ra(n), self%gb(n), self%rb(n), self%gc(n), &
                 self%rc(n), source=0.0_wp)
       allocate (self%hit(n), self%suspect(n), source=.false.)
+      allocate (self%nearest(n), source=huge(1.0_wp))
       allocate (self%z(2*field%m), source=0.0_wp)
       allocate (self%curving(size(field%branch)), source=0.0_wp)
    end subroutine attach
@@ -106,6 +109,7 @@ contains
       theta = 1.0_wp
       n = self%guards%count
       if (n == 0) return
+      self%nearest(:n) = huge(1.0_wp)
       self%tau = tau
       self%h = stepper%h
       self%guards%delta = 1.0e-5_wp*stepper%h
@@ -215,12 +219,14 @@ contains
             else if (ra > 0.0_wp) then
                ! It starts on the bound and leads away from it before it comes back.
                call self%turn(field, stepper, i, a, b, turn, g_turn)
+               self%nearest(i) = min(self%nearest(i), abs(g_turn))
                if (g_turn > noise) call self%root(field, stepper, i, turn, b, g_turn, gb, at)
             end if
          else if (ra < 0.0_wp .and. rb > 0.0_wp) then
             ! A convex function is nowhere below the tangents at both ends.
             if (ga + ra*((gb - ga - rb*(b - a)*self%h)/(ra - rb)) > 0.5_wp*min(ga, gb) .and. min(ga, gb) > noise) return
             call self%turn(field, stepper, i, a, b, turn, g_turn)
+            self%nearest(i) = min(self%nearest(i), abs(g_turn))
             left = g_turn < -noise
             if (left .and. ga > noise) call self%root(field, stepper, i, a, turn, ga, g_turn, at)
          end if

@@ -14,13 +14,14 @@ module razy_linalg_complementarity_seidel
 
    public :: sweep_impact
 
-   !> Sweeps between two looks at the residual.
+   !> Most sweeps between two looks at the residual.
    integer, parameter :: sweeps_a_look = 16
 
 contains
 
-   !> Improve `impulse` (n + m) until the residual of the laws is at most `tolerance` or `most_sweeps` are done;
-   !> `residual` is that of the result, `sweeps` the number done.
+   !> Improve `impulse` (n + m), which gives the start, until the residual of the laws is at most `tolerance`, `most_sweeps` are
+   !> done or nothing moves; velocities follow every change, so that what rests costs nothing. `residual` is that
+   !> of the result, `sweeps` the number done.
    pure subroutine sweep_impact(problem, tolerance, most_sweeps, impulse, residual, sweeps)
       type(impact_problem_t), intent(in) :: problem
       real(wp), intent(in) :: tolerance
@@ -29,27 +30,41 @@ contains
       real(wp), intent(out) :: residual
       integer, intent(out) :: sweeps
 
-      real(wp) :: q(size(impulse)), g, bound, next
+      real(wp) :: q(size(impulse)), u(size(impulse)), g, bound, largest, moved, next
       integer :: i, n
 
       n = size(problem%before)
       q = target_of(problem)
       sweeps = 0
       residual = impact_residual(problem, impulse)
+      if (.not. residual > tolerance) return
+      largest = maxval(abs(q))
+      u = q
+      do i = 1, size(impulse)
+         if (abs(impulse(i)) > 0.0_wp) u = u + problem%delassus(:, i)*impulse(i)
+      end do
       do while (residual > tolerance .and. sweeps < most_sweeps)
+         moved = 0.0_wp
          do i = 1, size(impulse)
             g = problem%delassus(i, i)
             if (.not. g > 0.0_wp) cycle
-            next = impulse(i) - (q(i) + dot_product(problem%delassus(i, :), impulse))/g
+            next = impulse(i) - u(i)/g
             if (i <= n) then
-               impulse(i) = max(0.0_wp, next)
+               next = max(0.0_wp, next)
             else
                bound = impulse_bound(problem, i - n, impulse)
-               impulse(i) = max(-bound, min(bound, next))
+               next = max(-bound, min(bound, next))
             end if
+            if (.not. abs(next - impulse(i)) > 0.0_wp) cycle
+            moved = max(moved, g*abs(next - impulse(i)))
+            u = u + problem%delassus(:, i)*(next - impulse(i))
+            impulse(i) = next
          end do
          sweeps = sweeps + 1
-         if (modulo(sweeps, sweeps_a_look) == 0 .or. sweeps == most_sweeps) residual = impact_residual(problem, impulse)
+         if (moved <= tolerance*largest .or. modulo(sweeps, sweeps_a_look) == 0 .or. sweeps == most_sweeps) then
+            residual = impact_residual(problem, impulse)
+            if (.not. moved > 0.0_wp) return
+         end if
       end do
    end subroutine sweep_impact
 
