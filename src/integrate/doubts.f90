@@ -88,7 +88,8 @@ contains
       at_turn = f(1) + theta*(a + theta*(b + theta*c))
    end subroutine cubic_turn
 
-   !> Whether s, with values and rates at the ends of a step h, turns in it nearer than `known` to a bound of `branch`, or beyond.
+   !> Whether s, with values and rates at the ends of a step h, goes towards a bound of `branch` and turns nearer to it than
+   !> `known`, or beyond it. Away from a bound and back is no touch: a stiff contact is never deep.
    pure function turned_near(law, branch, h, s, rate, known) result(near)
       class(contact_law_t), intent(in) :: law
       integer, intent(in) :: branch
@@ -102,8 +103,8 @@ contains
       call cubic_turn(h, s, rate, turns, at_turn)
       if (.not. turns) return
       associate (guard => law%guard(1, branch))
-         if (guard%below /= 0) near = at_turn - guard%lower <= known
-         if (guard%above /= 0) near = near .or. guard%upper - at_turn <= known
+         if (guard%below /= 0) near = rate(1) < 0.0_wp .and. at_turn - guard%lower <= known
+         if (guard%above /= 0) near = near .or. (rate(1) > 0.0_wp .and. guard%upper - at_turn <= known)
       end associate
    end function turned_near
 

@@ -5,9 +5,11 @@
 !!
 !! A side that is parting when the step begins, u > 0, but pressed, comes back within the step and does no work: u⁺ + u >= 0 then
 !! takes the place of u⁺ + ε u >= 0. So u⁺ + u <= 0 wherever λ > 0, and impulses never add energy (theta = 1/2, no friction, stops
-!! that do not move). The last step's impulses are where the next ones are looked for (razy_linalg_complementarity_parts), and the
-!! matrix of the problem is kept as long as the same sides take part. Without friction there always are impulses, as Σ ε u λ >= Σ u λ = 0 for all that are without effect
+!! that do not move). Without friction there always are impulses, as Σ ε u λ >= Σ u λ = 0 for all that are without effect
 !! (razy_linalg_complementarity_friction); a body squeezed between moving stops, or jammed with friction, may have none.
+!!
+!! The last step's impulses are where the next ones are looked for (razy_linalg_complementarity_parts), and the matrix of the
+!! problem is kept as long as the same sides take part.
 module razy_integrate_moreau_impulses
    use razy_contact_contact_law, only: branch_lower, branch_upper
    use razy_core_kinds, only: wp

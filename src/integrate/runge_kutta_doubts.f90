@@ -59,7 +59,7 @@ contains
             if (.not. (locator%rate0(i) < 0.0_wp .and. locator%rate1(i) > 0.0_wp)) cycle
             call cubic_turn(stepper%h, [locator%g0(i), locator%g1(i)], [locator%rate0(i), locator%rate1(i)], turns, nearest)
          end if
-         if (nearest <= known(field, method, stepper, locator%guards%entry(i), z)) call self%add(time)
+         if (abs(nearest) <= known(field, method, stepper, locator%guards%entry(i), z)) call self%add(time)
       end do
    end subroutine of_turns
 

@@ -26,7 +26,7 @@ module razy_integrate_runge_kutta_locate
       real(wp), allocatable :: g0(:), rate0(:), g1(:), rate1(:)
       !> The guards that are left at the event found (count).
       logical, allocatable :: hit(:)
-      !> Where a guard has turned in the step, the least |g| there; huge where it has not (count).
+      !> Where a guard that fell has turned in the step, the least |g| there, at least half of it; huge where it has not (count).
       real(wp), allocatable :: nearest(:)
       !> Bound of the change of s' in a step (contacts).
       real(wp), allocatable :: curving(:)
@@ -206,7 +206,7 @@ contains
       real(wp), intent(inout) :: theta
       logical, intent(inout) :: found
 
-      real(wp) :: at, g_turn, turn
+      real(wp) :: at, g_turn, lowest, turn
       logical :: left
 
       left = .false.
@@ -219,12 +219,15 @@ contains
             else if (ra > 0.0_wp) then
                ! It starts on the bound and leads away from it before it comes back.
                call self%turn(field, stepper, i, a, b, turn, g_turn)
-               self%nearest(i) = min(self%nearest(i), abs(g_turn))
                if (g_turn > noise) call self%root(field, stepper, i, turn, b, g_turn, gb, at)
             end if
          else if (ra < 0.0_wp .and. rb > 0.0_wp) then
             ! A convex function is nowhere below the tangents at both ends.
-            if (ga + ra*((gb - ga - rb*(b - a)*self%h)/(ra - rb)) > 0.5_wp*min(ga, gb) .and. min(ga, gb) > noise) return
+            lowest = ga + ra*((gb - ga - rb*(b - a)*self%h)/(ra - rb))
+            if (lowest > 0.5_wp*min(ga, gb) .and. min(ga, gb) > noise) then
+               self%nearest(i) = min(self%nearest(i), lowest)
+               return
+            end if
             call self%turn(field, stepper, i, a, b, turn, g_turn)
             self%nearest(i) = min(self%nearest(i), abs(g_turn))
             left = g_turn < -noise

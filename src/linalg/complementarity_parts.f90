@@ -15,8 +15,7 @@ module razy_linalg_complementarity_parts
 
    public :: continue_impact, parts_of
 
-   !> Residual at which sweeps have settled, and how many are tried.
-   real(wp), parameter :: settled = 64*epsilon(1.0_wp)
+   !> Sweeps that are tried.
    integer, parameter :: few_sweeps = 48
 
 contains
@@ -31,8 +30,8 @@ contains
       integer :: part(size(impulse)), k
 
       status = impact_solved
-      call sweep_impact(problem, settled, few_sweeps, impulse, effort%residual, effort%sweeps)
-      if (effort%residual <= settled) return
+      call sweep_impact(problem, settled(size(impulse)), few_sweeps, impulse, effort%residual, effort%sweeps)
+      if (effort%residual <= settled(size(impulse))) return
       part = parts_of(problem)
       do k = 1, maxval(part)
          call solve_part(problem, part == k, impulse, status, effort)
@@ -40,6 +39,14 @@ contains
       end do
       effort%residual = impact_residual(problem, impulse)
    end subroutine continue_impact
+
+   !> Residual at which n directions have settled: a sum's rounding, which grows with its terms.
+   pure function settled(n) result(residual)
+      integer, intent(in) :: n
+      real(wp) :: residual
+
+      residual = max(4, n)*epsilon(1.0_wp)
+   end function settled
 
    !> One part by itself, unless sweeps have settled it.
    pure subroutine solve_part(problem, member, impulse, status, effort)
@@ -67,7 +74,7 @@ contains
       small%limit = problem%limit(tangential)
       status = impact_solved
       found = impulse(all)
-      if (impact_residual(small, found) <= settled) return
+      if (impact_residual(small, found) <= settled(size(found))) return
       call solve_impact(small, found, status, own)
       effort%pivots = effort%pivots + own%pivots
       effort%sweeps = effort%sweeps + own%sweeps

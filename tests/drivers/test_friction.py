@@ -43,7 +43,10 @@ def test_block_moves_as_a_body_as_it_does_as_a_point(tmp_path):
         "&load on='block.x', value=-5.0 /\n&load on='block.y', value=-18.0 /\n"
         "&initial on='block.x', velocity=2.0 /\n&initial on='block.y', velocity=-0.1 /\n"
     )
-    with run(tmp_path / "point.nml", lumped + MOTION + RECORD) as a, run(tmp_path / "body.nml", planar + MOTION + RECORD) as b:
+    with (
+        run(tmp_path / "point.nml", lumped + MOTION + RECORD) as a,
+        run(tmp_path / "body.nml", planar + MOTION + RECORD) as b,
+    ):
         point, body = a["state/displacement"][:], b["state/displacement"][:]
         assert a["event/state"][:].tolist() == b["event/state"][:].tolist()
     # The third coordinate, which rests, only changes the order of sums.
@@ -52,8 +55,8 @@ def test_block_moves_as_a_body_as_it_does_as_a_point(tmp_path):
 
 
 def test_feet_of_a_block_share_the_friction(tmp_path):
-    # While both feet slide, m x'' = -g_x m - mu N and I phi'' = h mu N + a (N_front - N_rear): at rest in y and phi the sum of both
-    # normal forces is m g_y and the front foot carries (m g_y + mu h/a m g_y)/2.
+    # While both feet slide, m x'' = -g_x m - mu N and I phi'' = -h mu N + a (N_front - N_rear): at rest in y and phi
+    # the sum of both normal forces is m g_y, and the front foot carries (m g_y + mu h/a m g_y)/2.
     succeed("razy-run", INPUTS / "planar_incline.nml")
     with h5py.File("planar_incline.h5") as file:
         time, x = file["time"][:], file["state/displacement"][:, 0]
@@ -77,11 +80,15 @@ def test_rubbing_is_a_constant_force_and_moment(tmp_path):
         "static_coefficient=0.25 /\n"
     )
     loads = "&load on='rotor.2.w', value=100.0 /\n&load on='rotor.2.phi', value=-5.0 /\n"
-    with run(tmp_path / "rub.nml", ROTOR + friction + RECORD) as a, run(tmp_path / "load.nml", ROTOR + loads + RECORD) as b:
+    with (
+        run(tmp_path / "rub.nml", ROTOR + friction + RECORD) as a,
+        run(tmp_path / "load.nml", ROTOR + loads + RECORD) as b,
+    ):
         rub, load = a["state/displacement"][-1], b["state/displacement"][-1]
         velocity, names = a["state/velocity"][-1], a["state/coordinate"].asstr()[:]
     assert np.abs(rub - load).max() < 1e-9 * np.abs(load).max()
-    # The angular momentum about the axis of a free shaft, J/4 (1, 2, 1) at the nodes and the disk, falls by R mu N a second.
+    # The angular momentum of a free shaft about its axis, J/4 (1, 2, 1) at the nodes and the disk, falls by
+    # R mu N a second.
     shaft = 7850.0 * 0.4 * np.pi * 0.04**4 / 32
     spin = velocity[[i for i, name in enumerate(names) if name.endswith("phi")]]
     assert len(spin) == 3
@@ -95,7 +102,7 @@ def test_rub_force_follows_the_stator(tmp_path):
         stator, rub = file["observable/contact_force.stator"][:], file["observable/contact_force.rub"][:]
         speed, v = file["observable/sliding_velocity.rub"][:], file["observable/displacement.rotor.3.v"][:]
     assert stator.max() > 100
-    # The rim, 12.6 m/s, is faster than any motion of the disk; the stop pushes along -y, so the rim slides along -z x ... = -t.
+    # The rim, 31.4 m/s, is faster than any motion of the disk, and slides backward along t = e_x x n.
     assert speed.max() < -10
     assert np.abs(rub + 0.2 * np.maximum(stator, 0)).max() < 1e-12 * stator.max()
     closed = v > 1.0e-4
