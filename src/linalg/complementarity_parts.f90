@@ -2,11 +2,13 @@
 !!
 !! Sweeps (razy_linalg_complementarity_seidel) come first. Where contacts act on each other little, as blocks that are joined by
 !! springs do within a short step, a few are enough, and one if nothing has changed. What they do not settle is divided into
-!! parts that have no effect on each other, which is so if they share no body, and each part is solved by pivots
-!! (razy_linalg_complementarity_friction); its properties are those of the parts. Where impulses are not unique they are the ones
-!! next to the guess.
+!! parts that have no effect on each other, which is so if they share no body. A part is followed from its guess by Newton's
+!! method (razy_linalg_complementarity_active), as a pile that rests or slides, and failing that solved by pivots
+!! (razy_linalg_complementarity_friction), whose known properties are those of each part. Where impulses are not unique they are
+!! such as the guess leads to.
 module razy_linalg_complementarity_parts
    use razy_core_kinds, only: wp
+   use razy_linalg_complementarity_active, only: follow_active_set
    use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept, solve_impact
    use razy_linalg_complementarity_impact, only: impact_problem_t, impact_residual
    use razy_linalg_complementarity_seidel, only: sweep_impact
@@ -16,12 +18,12 @@ module razy_linalg_complementarity_parts
    public :: continue_impact, parts_of
 
    !> Sweeps that are tried.
-   integer, parameter :: few_sweeps = 48
+   integer, parameter :: few_sweeps = 16
 
 contains
 
    !> Impulses (n + m), which hold the guess before; `status` and `effort` as of `solve_impact`, pivots and sweeps added up.
-   pure subroutine continue_impact(problem, impulse, status, effort)
+   subroutine continue_impact(problem, impulse, status, effort)
       type(impact_problem_t), intent(in) :: problem
       real(wp), intent(inout) :: impulse(:)
       integer, intent(out) :: status
@@ -49,7 +51,7 @@ contains
    end function settled
 
    !> One part by itself, unless sweeps have settled it.
-   pure subroutine solve_part(problem, member, impulse, status, effort)
+   subroutine solve_part(problem, member, impulse, status, effort)
       type(impact_problem_t), intent(in) :: problem
       logical, intent(in) :: member(:)
       real(wp), intent(inout) :: impulse(:)
@@ -59,6 +61,7 @@ contains
       type(impact_problem_t) :: small
       type(impact_effort_t) :: own
       real(wp), allocatable :: found(:)
+      real(wp) :: residual
       integer, allocatable :: normal(:), tangential(:), all(:)
       integer :: i, n
 
@@ -75,6 +78,11 @@ contains
       status = impact_solved
       found = impulse(all)
       if (impact_residual(small, found) <= settled(size(found))) return
+      call follow_active_set(small, settled(size(found)), found, residual)
+      if (residual <= settled(size(found))) then
+         impulse(all) = found
+         return
+      end if
       call solve_impact(small, found, status, own)
       effort%pivots = effort%pivots + own%pivots
       effort%sweeps = effort%sweeps + own%sweeps
