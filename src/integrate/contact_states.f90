@@ -4,17 +4,17 @@
 !! on the excitation (response, rows) is made anew for every machine that is attached, and only for states it visits.
 module razy_integrate_contact_states
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: qp, wp
-   use razy_integrate_modal_basis, only: modal_basis_t, new_modal_basis
+   use razy_core_kinds, only: wp
+   use razy_integrate_modal_basis, only: modal_basis_t
    use razy_integrate_refine, only: watched_t
    use razy_integrate_response, only: linear_form_t, new_response, new_rows, response_t, rows_t
-   use razy_linalg_lapack, only: dposv
+   use razy_integrate_state_modes, only: new_open_modes, new_state_modes, open_modes_t
    use razy_machine_coupled, only: coupled_t, new_coupled
    use razy_machine_machine, only: contact_t, machine_t, observable_t, observe_contact_force, same_structure
    implicit none(type, external)
    private
 
-   public :: attach, contact_state_t, contact_states_t, state_index
+   public :: attach, contact_state_t, contact_states_t, lay_out_contacts, state_index
 
    !> One contact state: the branch of every contact, and the motion in it.
    type :: contact_state_t
@@ -26,8 +26,10 @@ module razy_integrate_contact_states
       !> Functions that end this state, the contact each belongs to, its function there, and the branch beyond.
       type(watched_t), allocatable :: watched(:)
       integer, allocatable :: contact(:), function(:), next(:)
-      !> Machine for which the response was made.
-      integer :: version = 0
+      !> Rows of the variables s of all contacts, made when they are asked for.
+      type(rows_t) :: touching
+      !> Machine for which the response was made, and the rows of contacts.
+      integer :: version = 0, touching_version = 0
       !> Step level that the last search ended with.
       integer :: level = 10
    end type contact_state_t
@@ -39,6 +41,8 @@ module razy_integrate_contact_states
       logical :: keep_all = .false.
       integer :: version = 0, count = 0
       type(contact_state_t), allocatable :: state(:)
+      !> Modes with all contacts open.
+      type(open_modes_t) :: open
       !> Contact directions (m, contacts), constant load (m), phasors (m, tones), frequencies (tones), rad/s.
       real(wp), allocatable :: w(:, :), load(:), omega(:)
       complex(wp), allocatable :: harmonic(:, :)
@@ -74,6 +78,7 @@ contains
          do j = 1, size(machine%contact)
             self%w(:, j) = matmul(self%coupled%project, machine%contact(j)%w)
          end do
+         call new_open_modes(self%open, machine, self%coupled, self%w, keep_all)
       end if
       self%load = matmul(self%coupled%project, machine%load)
       self%harmonic = matmul(self%coupled%project, machine%harmonic_load)
@@ -99,88 +104,47 @@ contains
          end if
          self%count = i
          self%state(i)%branch = branch
-         call make_modes(self, self%state(i))
+         call make_modes(self, i)
       end if
-      if (self%state(i)%version /= self%version) call make_response(self, self%state(i))
+      if (self%state(i)%version /= self%version) then
+         if (self%state(i)%version > 0 .and. self%state(i)%basis%is_resonant_with(self%omega)) call make_modes(self, i)
+         call make_response(self, self%state(i))
+      end if
       if (self%state(i)%basis%info /= 0) i = 0
    end function state_index
 
-   subroutine make_modes(self, state)
-      type(contact_states_t), intent(in) :: self
-      type(contact_state_t), intent(inout) :: state
+   !> The modes of state `i`, or those of another state in which each contact has the same slopes.
+   subroutine make_modes(self, i)
+      type(contact_states_t), intent(inout) :: self
+      integer, intent(in) :: i
 
-      real(wp) :: k(self%coupled%m, self%coupled%m), b(self%coupled%m, self%coupled%m)
-      real(wp), allocatable :: rigid(:, :)
-      logical :: known
-      integer :: i, j
+      integer :: other
 
-      k = self%coupled%stiffness
-      b = self%coupled%damping
-      do j = 1, size(state%branch)
-         associate (branch => self%machine%contact(j)%law%branch(state%branch(j)))
-            do i = 1, self%coupled%m
-               k(:, i) = k(:, i) + branch%stiffness*self%w(:, j)*self%w(i, j)
-               b(:, i) = b(:, i) + branch%damping*self%w(:, j)*self%w(i, j)
-            end do
-         end associate
+      do other = 1, self%count
+         if (self%state(other)%version /= self%version .or. other == i) cycle
+         if (.not. same_slopes_in(self, self%state(other)%branch, self%state(i)%branch)) cycle
+         self%state(i)%basis = self%state(other)%basis
+         return
       end do
-      call new_modal_basis(state%basis, k, b, self%omega)
-      if (state%basis%info /= 0 .or. size(state%basis%rigid, 2) == 0) return
-      rigid = state%basis%rigid
-      call refine_rigid_modes(self, state%branch, k, rigid, known)
-      if (known) call new_modal_basis(state%basis, k, b, self%omega, rigid)
+      call new_state_modes(self%state(i)%basis, self%open, self%machine, self%coupled, self%w, self%state(i)%branch, self%omega)
    end subroutine make_modes
 
-   !> Rigid modes to rounding. An eigenproblem knows them to epsilon times the ratio of the largest to the smallest stiffness,
-   !> and constant loads that are in balance then drive them. Here K v is formed from the machine's own matrices in extended
-   !> precision, where the terms of a rigid motion cancel, and v corrected by (K + s V Vᵀ)⁻¹ K v.
-   subroutine refine_rigid_modes(self, branch, k, rigid, known)
+   !> Whether all contacts have the same slopes in two lists of branches.
+   pure function same_slopes_in(self, a, b) result(same)
       type(contact_states_t), intent(in) :: self
-      integer, intent(in) :: branch(:)
-      real(wp), intent(in) :: k(:, :)
-      real(wp), intent(inout) :: rigid(:, :)
-      logical, intent(out) :: known
+      integer, intent(in) :: a(:), b(:)
+      logical :: same
 
-      integer, parameter :: rounds = 2
-      real(wp) :: shifted(size(k, 1), size(k, 1)), rest(size(rigid, 1), size(rigid, 2))
-      integer :: i, info, round
-
-      known = .false.
-      do round = 1, rounds
-         do i = 1, size(rigid, 2)
-            rest(:, i) = restoring_of(self, branch, rigid(:, i))
-         end do
-         shifted = k + maxval(abs(k))*matmul(rigid, transpose(rigid))
-         call dposv("L", size(k, 1), size(rest, 2), shifted, size(k, 1), rest, size(k, 1), info)
-         if (info /= 0) return
-         rigid = rigid - rest
-         do i = 1, size(rigid, 2)
-            rigid(:, i) = rigid(:, i) - matmul(rigid(:, :i - 1), matmul(rigid(:, i), rigid(:, :i - 1)))
-            rigid(:, i) = rigid(:, i)/norm2(rigid(:, i))
-         end do
-      end do
-      known = .true.
-   end subroutine refine_rigid_modes
-
-   !> K v in coupled coordinates (m), contacts with their branches included, formed in extended precision.
-   pure function restoring_of(self, branch, v) result(force)
-      type(contact_states_t), intent(in) :: self
-      integer, intent(in) :: branch(:)
-      real(wp), intent(in) :: v(:)
-      real(wp) :: force(size(v))
-
-      real(qp) :: q(size(self%machine%mass, 1)), f(size(self%machine%mass, 1))
       integer :: j
 
-      q = matmul(real(v, qp), real(self%coupled%project, qp))
-      f = matmul(real(self%machine%stiffness, qp), q)
-      do j = 1, size(branch)
-         associate (contact => self%machine%contact(j))
-            f = f + contact%law%branch(branch(j))%stiffness*dot_product(real(contact%w, qp), q)*real(contact%w, qp)
+      same = .true.
+      do j = 1, size(a)
+         associate (first => self%machine%contact(j)%law%branch(a(j)), second => self%machine%contact(j)%law%branch(b(j)))
+            same = same .and. .not. (abs(first%stiffness - second%stiffness) > 0.0_wp &
+                                     .or. abs(first%damping - second%damping) > 0.0_wp)
          end associate
       end do
-      force = real(matmul(real(self%coupled%project, qp), f), wp)
-   end function restoring_of
+   end function same_slopes_in
 
    subroutine make_response(self, state)
       type(contact_states_t), intent(in) :: self
@@ -190,9 +154,6 @@ contains
       complex(wp) :: harmonic(self%coupled%m, size(self%omega))
       integer :: j, t
 
-      if (state%version > 0) then
-         if (state%basis%is_resonant_with(self%omega)) call make_modes(self, state)
-      end if
       state%version = self%version
       if (state%basis%info /= 0) return
       ! Not taken over from the machine before: no bit of a result may depend on what was computed earlier.
@@ -259,6 +220,21 @@ contains
       end subroutine add
 
    end subroutine watch_contacts
+
+   !> Have the rows of the contacts' variables in state i.
+   subroutine lay_out_contacts(self, i)
+      type(contact_states_t), intent(inout) :: self
+      integer, intent(in) :: i
+
+      integer :: j
+
+      associate (state => self%state(i))
+         if (state%touching_version == self%version) return
+         state%touching_version = self%version
+         call new_rows(state%touching, state%response, &
+                       [(switching_form(self, j, 1.0_wp, 0.0_wp, 0.0_wp), j=1, size(self%machine%contact))])
+      end associate
+   end subroutine lay_out_contacts
 
    !> alpha s + beta s' + gamma of contact j as a form of the coupled coordinates.
    pure function switching_form(self, j, alpha, beta, gamma) result(form)

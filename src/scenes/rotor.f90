@@ -1,7 +1,7 @@
 !! The scene `rotor`: shafts by finite elements with disks, bearings and gear meshes (THEORY 6-8).
 !!
 !! The machine has the coordinates of `&reduction`, or those of all nodes, and at the speed Omega of `&rotation` the matrices
-!! B + Omega G and K + Omega C as far as `&rotation` asks for G and C. Meshes are contacts, not in its B and K.
+!! B + Bx + Omega G and K + Kx + Omega C as far as `&rotation` asks for G and C. Meshes are contacts, not in its B and K.
 module razy_scenes_rotor
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t
@@ -19,6 +19,7 @@ module razy_scenes_rotor
    use razy_scenes_rotor_places, only: find_coordinate
    use razy_scenes_rotor_reduction, only: is_reduced, reduce
    use razy_scenes_rotor_schema, only: rotor_schema
+   use razy_scenes_rotor_signature, only: signature
    use razy_scenes_rotor_stops, only: new_rotor_friction, new_rotor_stop
    use razy_scenes_scene, only: scene_t
    implicit none(type, external)
@@ -32,6 +33,8 @@ module razy_scenes_rotor
       type(reduced_t) :: reduced
       !> Speeds of the shafts over that of `&rotation`.
       real(qp), allocatable :: ratio(:)
+      !> What model and reduction were made of; not allocated before they are.
+      character(:), allocatable :: made_of
    contains
       procedure, nopass :: schema
       procedure :: build_model
@@ -83,8 +86,7 @@ contains
       type(harmonics_t) :: harmonics
       integer :: i, meshes, n, stops
 
-      call self%build_model(input, error)
-      if (.not. allocated(error)) call self%build_reduced(input, error)
+      call renew_model(self, input, error)
       if (allocated(error)) return
       n = size(self%reduced%load)
       call name_coordinates(machine, self%model, n, is_reduced(input))
@@ -112,6 +114,24 @@ contains
       call take_harmonics(machine, harmonics)
    end subroutine build
 
+   !> Model and reduction, if they are not those of the machine before, as in a sweep over the speed.
+   subroutine renew_model(self, input, error)
+      class(rotor_scene_t), intent(inout) :: self
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: wanted
+
+      wanted = signature(input)
+      if (allocated(self%made_of)) then
+         if (self%made_of == wanted) return
+         deallocate (self%made_of)
+      end if
+      call self%build_model(input, error)
+      if (.not. allocated(error)) call self%build_reduced(input, error)
+      if (.not. allocated(error)) self%made_of = wanted
+   end subroutine renew_model
+
    subroutine name_coordinates(machine, model, n, reduced)
       type(machine_t), intent(inout) :: machine
       type(rotor_model_t), intent(in) :: model
@@ -134,7 +154,7 @@ contains
       end do
    end subroutine name_coordinates
 
-   !> M, B + Omega G, K + Omega C; what is symmetric is so to the last bit.
+   !> M, B + Bx + Omega G, K + Kx + Omega C; what is symmetric is so to the last bit.
    subroutine take_matrices(machine, reduced, input)
       type(machine_t), intent(inout) :: machine
       type(reduced_t), intent(in) :: reduced
@@ -146,6 +166,8 @@ contains
       machine%mass = symmetric(reduced%mass)
       machine%damping = symmetric(reduced%damping)
       machine%stiffness = symmetric(reduced%stiffness)
+      machine%damping = machine%damping + 0.5_wp*(reduced%cross_damping - transpose(reduced%cross_damping))
+      machine%stiffness = machine%stiffness + 0.5_wp*(reduced%cross_stiffness - transpose(reduced%cross_stiffness))
       allocate (machine%load(size(reduced%load)), source=0.0_wp)
       if (input%count("rotation") == 0) return
       call input%get("rotation", 1, "speed_rpm", speed)
