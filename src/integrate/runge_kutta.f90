@@ -19,6 +19,7 @@ module razy_integrate_runge_kutta
                                         status_chatter, status_event_limit, status_no_contact_forces, status_ok, &
                                         status_step_limit, status_step_underflow
    use razy_integrate_runge_kutta_bounces, only: bounces_t
+   use razy_integrate_runge_kutta_doubts, only: step_doubts_t
    use razy_integrate_runge_kutta_locate, only: locator_t
    use razy_integrate_runge_kutta_memory, only: step_memory_t
    use razy_integrate_runge_kutta_resolve, only: resolution_t
@@ -39,6 +40,7 @@ module razy_integrate_runge_kutta
       type(resolution_t) :: resolution
       type(bounces_t) :: bounces
       type(step_memory_t) :: memory
+      type(step_doubts_t) :: doubts
       !> Time from which the field counts, s (sum of both), and the time of the state z since then.
       real(wp) :: time = 0.0_wp, time_low = 0.0_wp, tau = 0.0_wp
       real(wp), allocatable :: z(:), z_next(:)
@@ -134,6 +136,8 @@ contains
       outcome%evaluations = self%view%field%evaluations
       outcome%jacobians = self%view%field%jacobians
       outcome%rejected = self%view%stepper%rejected_steps
+      outcome%doubts = self%doubts%count
+      outcome%doubt_time = self%doubts%first
    end subroutine run
 
    !> Time left, s.
@@ -162,6 +166,7 @@ contains
       call self%bounces%forget()
       associate (field => self%view%field, guards => self%locator%guards)
          call field%first_state(self%z)
+         call self%doubts%begin(field)
          guards%delta = 1.0e-9_wp*self%t_end
          guards%count = 0
          call guards%measure(field, 0.0_wp, self%z, .true.)
@@ -207,6 +212,7 @@ contains
          if (field%treatment == treat_by_events) then
             call self%locator%find(field, stepper, self%tau, self%z, found, theta, dense)
             if (found .and. theta < least_share .and. .not. polished(stepper)) call shorten(self, found, theta, dense)
+            call self%doubts%of_turns(self%locator, field, self%method, stepper, self%z, self%time + self%tau)
          end if
          if (self%opening) call self%memory%keep(field%branch, stepper%h_next)
          self%opening = .false.
@@ -501,6 +507,9 @@ contains
                if (law%constraint(branch_sticking) .and. field%treatment == treat_by_switching &
                    .and. abs(field%rate(j)) <= field%band) self%following(j) = branch_sticking
             end associate
+         end do
+         call self%doubts%of_ends(field, self%method, view%stepper, self%shown, self%following, self%z, self%time + self%tau)
+         do j = 1, size(self%shown)
             if (self%following(j) == self%shown(j)) cycle
             self%resolution%changes = self%resolution%changes + 1
             self%resolution%contact(self%resolution%changes) = j

@@ -29,6 +29,8 @@ module razy_integrate_runge_kutta_locate
       !> |s''| at the start and the end of a step (contacts each), and whether that at the start is known.
       real(wp), allocatable, private :: bend0(:), bend1(:)
       logical, private :: bend_known = .false.
+      !> Where a guard that fell has turned in the step, the least |g| there, at least half of it; huge where it has not (count).
+      real(wp), allocatable :: nearest(:)
       !> Workspace: guards at two points inside, those to look at, state.
       real(wp), allocatable, private :: ga(:), ra(:), gb(:), rb(:), gc(:), rc(:), z(:)
       logical, allocatable, private :: suspect(:)
@@ -59,10 +61,12 @@ contains
       call self%guards%attach(field)
       n = size(self%guards%entry)
       if (allocated(self%g0)) deallocate (self%g0, self%rate0, self%g1, self%rate1, self%hit, self%bend0, self%bend1, self%ga, &
-                                          self%ra, self%gb, self%rb, self%gc, self%rc, self%z, self%suspect)
+                                          self%ra, self%gb, self%rb, self%gc, self%rc, self%z, self%suspect, &
+                                          self%nearest)
       allocate (self%g0(n), self%rate0(n), self%g1(n), self%rate1(n), self%ga(n), self%ra(n), self%gb(n), self%rb(n), self%gc(n), &
                 self%rc(n), source=0.0_wp)
       allocate (self%hit(n), self%suspect(n), source=.false.)
+      allocate (self%nearest(n), source=huge(1.0_wp))
       allocate (self%z(2*field%m), source=0.0_wp)
       allocate (self%bend0(size(field%branch)), self%bend1(size(field%branch)), source=0.0_wp)
    end subroutine attach
@@ -136,6 +140,7 @@ contains
       theta = 1.0_wp
       n = self%guards%count
       if (n == 0) return
+      self%nearest(:n) = huge(1.0_wp)
       self%tau = tau
       self%h = stepper%h
       self%guards%delta = 1.0e-5_wp*stepper%h
@@ -172,8 +177,8 @@ contains
       if (found) call gather(self, field, stepper, theta)
    end subroutine find
 
-   !> The guards that could be left in the step, at whose end `look` has just been. A path that touches 0 is at least g0 + g1 long; its speed is at most that at the
-   !> ends and what twice their accelerations add in half the step. Functions of the rate and forces are trusted only if twice the
+   !> The guards that could be left in the step, at whose end `look` has just been. A path that touches 0 is at least g0 + g1 long;
+   !> its speed is at most that at the ends and what twice their accelerations add in half the step. Functions of the rate and forces are trusted only if twice the
    !> room of a cubic's control points is left.
    pure subroutine choose_suspects(self, field, stepper)
       type(locator_t), intent(inout) :: self
@@ -235,7 +240,7 @@ contains
       real(wp), intent(inout) :: theta
       logical, intent(inout) :: found
 
-      real(wp) :: at, g_turn, turn
+      real(wp) :: at, g_turn, lowest, turn
       logical :: left
 
       left = .false.
@@ -252,8 +257,13 @@ contains
             end if
          else if (ra < 0.0_wp .and. rb > 0.0_wp) then
             ! A convex function is nowhere below the tangents at both ends.
-            if (ga + ra*((gb - ga - rb*(b - a)*self%h)/(ra - rb)) > 0.5_wp*min(ga, gb) .and. min(ga, gb) > noise) return
+            lowest = ga + ra*((gb - ga - rb*(b - a)*self%h)/(ra - rb))
+            if (lowest > 0.5_wp*min(ga, gb) .and. min(ga, gb) > noise) then
+               self%nearest(i) = min(self%nearest(i), lowest)
+               return
+            end if
             call self%turn(field, stepper, i, a, b, turn, g_turn)
+            self%nearest(i) = min(self%nearest(i), abs(g_turn))
             left = g_turn < -noise
             if (left .and. ga > noise) call self%root(field, stepper, i, a, turn, ga, g_turn, at)
          end if
