@@ -34,8 +34,8 @@ module razy_integrate_contact_states
       !> Functions that end this state, the contact each belongs to, its function there, and the branch beyond.
       type(watched_t), allocatable :: watched(:)
       integer, allocatable :: contact(:), function(:), next(:)
-      !> Signs of the forces that press friction (contacts); coordinates while constraints are held; rows of all contact forces; which
-      !> of `watched` are functions of the constraints alone. Of machines with jumps only.
+      !> Of machines with jumps: signs of the forces that press friction (contacts); coordinates while constraints are held; rows
+      !> of all contact forces; which of `watched` are functions of the constraints alone.
       integer, allocatable :: press(:)
       type(held_t) :: held
       type(rows_t) :: force

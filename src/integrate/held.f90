@@ -12,8 +12,8 @@
 !!
 !!     y = T x + y0,   T = (Q, R + Q a),   y0 = Q b ν,
 !!
-!! and x'' + B_x x' + K_x x = f_x is an equation like that of free motion, in which the ξ are rigid modes. Where K_q is not symmetric
-!! or has slow modes that ξ moves, a = b = 0 and the coupling stays in K_x and B_x, which are then not symmetric.
+!! and x'' + B_x x' + K_x x = f_x is an equation like that of free motion, in which the ξ are rigid modes. Where K_q is not
+!! symmetric or has slow modes that ξ moves, a = b = 0 and the coupling stays in K_x and B_x, which are then not symmetric.
 module razy_integrate_held
    use razy_core_kinds, only: wp
    use razy_integrate_constraints, only: constraints_t

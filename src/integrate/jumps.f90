@@ -61,8 +61,8 @@ contains
       end associate
    end subroutine attach
 
-   !> State and branches at the time 0, made consistent: out of rigid stops, impacts of what approaches, sticking or sliding. Rates of
-   !> forces are differences over `delta`, s.
+   !> State and branches at the time 0, made consistent: out of rigid stops, impacts of what approaches, sticking or sliding. Rates
+   !> of forces are differences over `delta`, s.
    subroutine begin(self, delta, z, found)
       class(jumps_t), intent(inout) :: self
       real(wp), intent(in) :: delta
@@ -99,8 +99,8 @@ contains
       call self%guards%measure(self%field, 0.0_wp, z, .false.)
    end subroutine start_piece
 
-   !> Tell the watched functions of a state what is rounding at z, and which of them start on their bounds: settled as the branches are,
-   !> these move inwards, or rest if they are `fixed`.
+   !> Tell the watched functions of a state what is rounding at z, and which of them start on their bounds: settled as the branches
+   !> are, these move inwards, or rest if they are `fixed`.
    subroutine prepare_search(self, z, contact, function, next, fixed, watched)
       class(jumps_t), intent(inout) :: self
       real(wp), intent(in) :: z(:)
@@ -138,8 +138,8 @@ contains
       i = 0
    end function number_of
 
-   !> The event at (tau, z) where the guard of a contact's function was left (contact 0: none), or accumulations end: jumps of z, the
-   !> branches of the field, and what has changed in `self%resolution`.
+   !> The event at (tau, z) where the guard of a contact's function was left (contact 0: none), or accumulations end: jumps of z,
+   !> the branches of the field, and what has changed in `self%resolution`.
    subroutine cross(self, contact, function, next, tau, z, found)
       class(jumps_t), intent(inout) :: self
       integer, intent(in) :: contact, function, next
