@@ -5,6 +5,7 @@ module modes_words
    use razy_core_number, only: to_text
    use razy_core_text, only: append_text, string_t
    use razy_io_modes_file, only: modes_content_t
+   use razy_io_modes_reduction, only: reduction_content_t
    implicit none(type, external)
    private
 
@@ -32,6 +33,7 @@ contains
       end do
       if (size(content%natural) > most_lines) call append_text(lines, "and "//to_text(size(content%natural) - most_lines)// &
                                                                " more modes")
+      if (allocated(content%reduction)) call append_reduction(lines, content%reduction)
       if (.not. allocated(content%critical)) return
       do i = 1, min(most_lines, size(content%critical))
          call append_text(lines, "critical speed of order "//to_text(content%critical_order(i))//": "// &
@@ -69,10 +71,39 @@ contains
          share(place) = 0.0_wp
       end do
       if (.not. allocated(content%strain_share)) return
+      do k = 1, size(content%shaft)
+         if (size(content%shaft) == 1 .or. content%shaft_share(k, mode) < named) cycle
+         text = text//"; "//trim(content%shaft(k))//" "//to_text(nint(100*content%shaft_share(k, mode)))//" %"
+      end do
       associate (mesh => content%strain_share(3, mode))
          if (mesh >= named) text = text//"; "//to_text(nint(100*mesh))//" % of the strain energy in the mesh"
       end associate
    end function nature
+
+   !> The largest errors of reduced models.
+   subroutine append_reduction(lines, reduction)
+      type(string_t), allocatable, intent(inout) :: lines(:)
+      type(reduction_content_t), intent(in) :: reduction
+
+      integer :: i
+
+      do i = 1, size(reduction%name)
+         call append_text(lines, trim(reduction%name(i))//", "//to_text(int(reduction%coordinates(i)))// &
+                          " coordinates, errors against the unreduced model: static mesh compliance "//percent(1)//", "// &
+                          to_text(count(reduction%moves == 1))//" frequencies of modes that move the mesh "//percent(2)// &
+                          ", transfer function at the mesh up to "//decimal(maxval(reduction%hertz), 0)//" Hz "//percent(3))
+      end do
+
+   contains
+
+      function percent(k)
+         integer, intent(in) :: k
+         character(:), allocatable :: percent
+
+         percent = decimal(100*reduction%error(k, i), 4)//" %"
+      end function percent
+
+   end subroutine append_reduction
 
    pure function turning(direction) result(word)
       real(wp), intent(in) :: direction

@@ -45,6 +45,7 @@ contains
       do i = 1, n
          call read_places(varied(i), input, i, error)
          if (.not. allocated(error)) call read_axis(axes(i), input, i, error)
+         if (.not. allocated(error)) call check_whole(varied(i), input, i, error)
          if (.not. allocated(error) .and. i == 2) call check_second(varied, input, error)
          if (allocated(error)) return
       end do
@@ -164,6 +165,33 @@ contains
          if (allocated(problem)) call input%complain(error, "sweep", i, "points", after_colon(problem%message))
       end if
    end subroutine read_axis
+
+   !> Refuse values of an integer that are none: between both ends, which are tried as any other value.
+   subroutine check_whole(varied, input, i, error)
+      type(varied_t), intent(in) :: varied
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: first, last, step
+      integer :: points
+
+      if (.not. any(varied%slot%whole)) return
+      call input%get("sweep", i, "first", first)
+      if (input%given("sweep", i, "points")) then
+         call input%get("sweep", i, "last", last)
+         call input%get("sweep", i, "points", points)
+         step = 0.0_wp
+         if (points > 1) step = (last - first)/(points - 1)
+         if (any(varied%slot%whole .and. abs(varied%factor*step - anint(varied%factor*step)) > 0.0_wp)) &
+            call input%complain(error, "sweep", i, "points", "a number that makes all values of "//varied%parameter// &
+                                " whole numbers")
+      else
+         call input%get("sweep", i, "step", step)
+         if (any(varied%slot%whole .and. abs(varied%factor*step - anint(varied%factor*step)) > 0.0_wp)) &
+            call input%complain(error, "sweep", i, "step", "a whole number, as "//varied%parameter//" is")
+      end if
+   end subroutine check_whole
 
    !> A message without the key and value that it begins with, which `complain` says already.
    pure function after_colon(message) result(rest)

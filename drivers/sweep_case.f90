@@ -2,7 +2,7 @@
 module sweep_case
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t
-   use razy_core_kinds, only: i8
+   use razy_core_kinds, only: i8, wp
    use razy_core_text, only: lower
    use razy_scenes_study, only: check_start, contacts_asked, motion_t, new_machine, record_t
    use razy_sweep_grid, only: grid_t
@@ -28,10 +28,11 @@ module sweep_case
 
 contains
 
-   !> Make the task of an input, on every rank.
-   subroutine new_sweep(self, input, error)
+   !> Make the task of an input, on every rank; `starts` is what `read_start_file` found.
+   subroutine new_sweep(self, input, starts, error)
       type(sweep_task_t), intent(out) :: self
       type(input_t), intent(in) :: input
+      real(wp), intent(in) :: starts(:)
       type(error_t), allocatable, intent(out) :: error
 
       type(motion_t) :: motion
@@ -41,7 +42,7 @@ contains
       call new_axes(self%varied, self%grid, input, error)
       if (allocated(error)) return
       call new_machine(self%machine, motion, records, self%input, error)
-      if (.not. allocated(error)) call new_starts(self%starts, self%machine, input, error)
+      if (.not. allocated(error)) call new_starts(self%starts, self%machine, input, error, starts)
       if (allocated(error)) return
       if (self%starts%wanted) self%strobe_periods = 2*self%starts%longest_period
       call plan_points(self, input)

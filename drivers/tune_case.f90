@@ -59,6 +59,10 @@ contains
       end if
       call input%locate_value("tune", 1, "parameter", self%family%slot, error)
       if (allocated(error)) return
+      if (self%family%slot%whole) then
+         call input%complain(error, "tune", 1, "parameter", "a real number: frequencies change with an integer in jumps")
+         return
+      end if
       if (index(self%family%slot%path, "tune%") == 1 .or. index(self%family%slot%path, "sweep%") == 1) then
          call input%complain(error, "tune", 1, "parameter", "a value that the machine has, not one of &tune or &sweep")
          return

@@ -2,9 +2,12 @@
 !!
 !! For the contact variable s (a gap, or a mesh deformation) the restoring force is
 !!
-!!     F = 0                                 for lower <= s <= upper,
-!!     F = k_u (s - upper) + b_u s' + j_u    for s > upper,
-!!     F = k_l (s - lower) + b_l s' - j_l    for s < lower.
+!!     F = k_i s                                         for lower <= s <= upper,
+!!     F = k_u (s - upper) + k_i upper + b_u s' + j_u    for s > upper,
+!!     F = k_l (s - lower) + k_i lower + b_l s' - j_l    for s < lower,
+!!
+!! with the slope within the clearance k_i = 0 but for a gear mesh that has one ((4.58); Comparin and Singh,
+!! J. Sound Vib. 134 (1989)).
 !!
 !! A one-sided stop has s = gap, lower = 0 and no upper side; a two-sided stop lower = -clearance, upper = clearance
 !! (THEORY 2); a gear mesh s = d, lower = -backlash, upper = 0 (THEORY 4). With damping there are two rules for the loss of
@@ -43,14 +46,17 @@ module razy_contact_clearance_law
 
 contains
 
-   !> A law from its sides. `part_at_zero_force` chooses the rule for the loss of a damped contact.
-   pure function new_clearance_law(lower, upper, part_at_zero_force) result(law)
+   !> A law from its sides. `part_at_zero_force` chooses the rule for the loss of a damped contact; it cannot be had with a slope
+   !> `inner` k_i, N/m (N m/rad), within the clearance, since the force then does not vanish there.
+   pure function new_clearance_law(lower, upper, part_at_zero_force, inner) result(law)
       type(clearance_side_t), intent(in) :: lower, upper
       logical, intent(in) :: part_at_zero_force
+      real(wp), intent(in), optional :: inner
       type(clearance_law_t) :: law
 
       law%piecewise_linear = .true.
       law%slope(1, 1) = 1.0_wp
+      if (present(inner)) law%branch(branch_open)%stiffness = inner
       if (upper%present) call add_side(law, upper, 1.0_wp, part_at_zero_force)
       if (lower%present) call add_side(law, lower, -1.0_wp, part_at_zero_force)
    end function new_clearance_law
@@ -65,7 +71,8 @@ contains
 
       closed = merge(branch_upper, branch_lower, direction > 0.0_wp)
       parting = merge(branch_upper_parting, branch_lower_parting, direction > 0.0_wp)
-      law%branch(closed) = branch_t(side%stiffness, side%damping, direction*side%jump - side%stiffness*side%edge)
+      law%branch(closed) = branch_t(side%stiffness, side%damping, &
+                                    direction*side%jump - (side%stiffness - law%branch(branch_open)%stiffness)*side%edge)
       call bound(law%guard(1, branch_open), direction, side%edge, closed)
       if (.not. part_at_zero_force .or. .not. side%damping > 0.0_wp) then
          call bound(law%guard(1, closed), -direction, side%edge, branch_open)
@@ -115,21 +122,31 @@ contains
       end associate
    end subroutine slopes
 
-   !> Sum of both sides, each switched on by a smoothed step of its penetration.
+   !> The force within the clearance and what each side adds to it, switched on by a smoothed step of its penetration.
    pure subroutine smoothed(self, s, rate, normal, sharpness, force, stiffness, damping)
       class(clearance_law_t), intent(in) :: self
       real(wp), intent(in) :: s, rate, normal, sharpness
       real(wp), intent(out) :: force, stiffness, damping
 
       associate (unused => normal, open => self%guard(1, branch_open))
-         force = 0.0_wp
-         stiffness = 0.0_wp
+         stiffness = self%branch(branch_open)%stiffness
+         force = stiffness*s
          damping = 0.0_wp
-         if (open%above /= 0) call add_smoothed(self%branch(open%above), s, rate, s - open%upper, sharpness, &
-                                                force, stiffness, damping)
-         if (open%below /= 0) call add_smoothed(self%branch(open%below), s, rate, s - open%lower, -sharpness, &
-                                                force, stiffness, damping)
+         if (open%above /= 0) call add_smoothed(beyond(open%above), s, rate, s - open%upper, sharpness, force, stiffness, damping)
+         if (open%below /= 0) call add_smoothed(beyond(open%below), s, rate, s - open%lower, -sharpness, force, stiffness, damping)
       end associate
+
+   contains
+
+      !> What a branch has more than the open one.
+      pure function beyond(branch) result(more)
+         integer, intent(in) :: branch
+         type(branch_t) :: more
+
+         more = self%branch(branch)
+         more%stiffness = more%stiffness - self%branch(branch_open)%stiffness
+      end function beyond
+
    end subroutine smoothed
 
    !> Add an affine force that is switched on as x passes 0, upwards for a positive sharpness.

@@ -242,7 +242,11 @@ contains
 
       value_of = fallback
       associate (value => self%instances(slot%instance)%values(slot%key))
-         if (slot%element <= size(value%reals)) value_of = value%reals(slot%element)
+         if (slot%whole) then
+            if (slot%element <= size(value%integers)) value_of = value%integers(slot%element)
+         else
+            if (slot%element <= size(value%reals)) value_of = value%reals(slot%element)
+         end if
       end associate
    end function value_of
 

@@ -1,11 +1,11 @@
-!! Real values of an input that a sweep or a search changes: found once by path, then set point by point.
+!! Numbers of an input that a sweep or a search changes: found once by path, then set point by point.
 module razy_core_slot
    use razy_core_document, only: document_t
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
    use razy_core_path, only: parse_path, path_t, path_text
-   use razy_core_schema, only: group_at, key_at, type_real
+   use razy_core_schema, only: group_at, key_at, type_integer, type_real
    use razy_core_text, only: append_text, did_you_mean, string_t
    use razy_core_value, only: allowed_text, within
    implicit none(type, external)
@@ -13,13 +13,15 @@ module razy_core_slot
 
    public :: slot_t, locate_slot, put_slot
 
-   !> Where one real number of a document is; valid for documents of the same text and schema.
+   !> Where one number of a document is; valid for documents of the same text and schema.
    type :: slot_t
       !> In lower case, with the indices that are needed
       character(:), allocatable :: path
       integer :: instance = 0
       integer :: key = 0
       integer :: element = 1
+      !> Whether it is an integer
+      logical :: whole = .false.
    end type slot_t
 
 contains
@@ -93,8 +95,9 @@ contains
          most = count
          if (count + 1 >= key%least) most = min(count + 1, key%most)
          slot%element = max(1, path%element)
-         if (key%type /= type_real) then
-            problem = name//" is "//trim(kinds(key%type))//", only real numbers can be varied"
+         slot%whole = key%type == type_integer
+         if (key%type /= type_real .and. .not. slot%whole) then
+            problem = name//" is "//trim(kinds(key%type))//", only numbers can be varied"
          else if (path%element == 0 .and. count > 1) then
             problem = name//" has "//to_text(count)//" values, give a subscript, "//name//"(1) to "//name//"("//to_text(count)//")"
          else if (most == 0) then
@@ -105,7 +108,7 @@ contains
       end associate
    end subroutine choose_element
 
-   !> Paths of all real values that the input has or may have.
+   !> Paths of all numbers that the input has or may have.
    pure function known_paths(document) result(paths)
       type(document_t), intent(in) :: document
       type(string_t), allocatable :: paths(:)
@@ -117,7 +120,7 @@ contains
             number = item%number
             if (size(document%members(item%spec)%instances) == 1) number = 0
             do k = 1, size(spec%keys)
-               if (spec%keys(k)%type /= type_real) cycle
+               if (spec%keys(k)%type /= type_real .and. spec%keys(k)%type /= type_integer) cycle
                if (item%values(k)%count() <= 1 .and. spec%keys(k)%least == 1) then
                   call append_text(paths, path_text(spec%name, number, spec%keys(k)%name, 0))
                   cycle
@@ -130,7 +133,7 @@ contains
       end do
    end function known_paths
 
-   !> Set the value; an error when the key's limits do not allow it, and then nothing is changed.
+   !> Set the value; an error when the key does not allow it, and then nothing is changed.
    pure subroutine put_slot(document, slot, number, error)
       type(document_t), intent(inout) :: document
       type(slot_t), intent(in) :: slot
@@ -143,8 +146,17 @@ contains
             call raise(error, slot%path//" = "//to_text(number)//": must be "//allowed_text(key))
             return
          end if
-         if (slot%element > size(value%reals)) value%reals = [value%reals, number]
-         value%reals(slot%element) = number
+         if (slot%whole) then
+            if (abs(number - anint(number)) > 0.0_wp .or. abs(number) > huge(1)) then
+               call raise(error, slot%path//" = "//to_text(number)//": must be "//allowed_text(key))
+               return
+            end if
+            if (slot%element > size(value%integers)) value%integers = [value%integers, nint(number)]
+            value%integers(slot%element) = nint(number)
+         else
+            if (slot%element > size(value%reals)) value%reals = [value%reals, number]
+            value%reals(slot%element) = number
+         end if
          if (.not. value%given) value%line = document%instances(slot%instance)%line
          value%given = .true.
          if (allocated(value%text)) deallocate (value%text)

@@ -88,7 +88,7 @@ contains
          else if (contacts == contacts_equilibrium) then
             branch = law%initial_branch(s, 0.0_wp)
          end if
-         if (branch == branch_open) return
+         if (branch == branch_open .and. .not. law%branch(branch_open)%stiffness > 0.0_wp) return
          if (law%constraint(branch)) then
             status = linear_rigid
          else if (.not. law%piecewise_linear) then

@@ -2,63 +2,22 @@
 !!
 !! What depends on the machine's matrices alone (coupled coordinates, modes) outlives a change of the excitation; what depends
 !! on the excitation (response, rows) is made anew for every machine that is attached, and only for states it visits.
-!!
-!! A machine with impacts or friction has two things more: states in which contacts hold constraints are followed in coordinates
-!! of their own (razy_integrate_held), and the friction under a damped contact is another one where that contact pulls.
 module razy_integrate_contact_states
-   use razy_contact_contact_law, only: guard_t
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: qp, wp
+   use razy_core_kinds, only: wp
    use razy_integrate_constraints, only: constraints_t
-   use razy_integrate_force_forms, only: add_contacts, add_form, add_loads, contact_form, force_form, normal_form, &
-                                        zero_form
-   use razy_integrate_held, only: held_t, new_held
-   use razy_integrate_modal_basis, only: modal_basis_t, new_modal_basis
+   use razy_integrate_contact_state, only: contact_state_t, contact_states_t
+   use razy_integrate_force_forms, only: contact_form, observable_form
+   use razy_integrate_jump_states, only: hold, make_jump_modes, respond_with_jumps
    use razy_integrate_refine, only: watched_t
-   use razy_integrate_response, only: linear_form_t, new_response, new_rows, response_t, rows_t
-   use razy_linalg_lapack, only: dposv
-   use razy_machine_coupled, only: coupled_t, new_coupled
-   use razy_machine_machine, only: contact_t, machine_t, observable_t, observe_contact_force, same_structure
+   use razy_integrate_response, only: linear_form_t, new_response, new_rows
+   use razy_integrate_state_modes, only: new_open_modes, new_state_modes
+   use razy_machine_coupled, only: new_coupled
+   use razy_machine_machine, only: machine_t, observe_contact_force, same_structure
    implicit none(type, external)
    private
 
-   public :: attach, contact_state_t, contact_states_t, state_index
-
-   !> One contact state: the branch of every contact, and the motion in it.
-   type :: contact_state_t
-      integer, allocatable :: branch(:)
-      type(modal_basis_t) :: basis
-      type(response_t) :: response
-      !> Rows of the switching functions and of the observables.
-      type(rows_t) :: switching, observed
-      !> Functions that end this state, the contact each belongs to, its function there, and the branch beyond.
-      type(watched_t), allocatable :: watched(:)
-      integer, allocatable :: contact(:), function(:), next(:)
-      !> Of machines with jumps: signs of the forces that press friction (contacts); coordinates while constraints are held; rows
-      !> of all contact forces; which of `watched` are functions of the constraints alone.
-      integer, allocatable :: press(:)
-      type(held_t) :: held
-      type(rows_t) :: force
-      logical, allocatable :: fixed(:)
-      !> Machine for which the response was made.
-      integer :: version = 0
-      !> Step level that the last search ended with.
-      integer :: level = 10
-   end type contact_state_t
-
-   !> All states met so far.
-   type :: contact_states_t
-      type(machine_t) :: machine
-      type(coupled_t) :: coupled
-      logical :: keep_all = .false.
-      !> Whether there are impacts or friction.
-      logical :: jumps = .false.
-      integer :: version = 0, count = 0
-      type(contact_state_t), allocatable :: state(:)
-      !> Contact directions (m, contacts), constant load (m), phasors (m, tones), frequencies (tones), rad/s.
-      real(wp), allocatable :: w(:, :), load(:), omega(:)
-      complex(wp), allocatable :: harmonic(:, :)
-   end type contact_states_t
+   public :: attach, lay_out_contacts, state_index
 
 contains
 
@@ -90,8 +49,9 @@ contains
          do j = 1, size(machine%contact)
             self%w(:, j) = matmul(self%coupled%project, machine%contact(j)%w)
          end do
+         self%jumps = any([(any(machine%contact(j)%law%constraint), j=1, size(machine%contact))])
+         call new_open_modes(self%open, machine, self%coupled, self%w, keep_all .or. self%jumps)
       end if
-      self%jumps = any([(any(machine%contact(j)%law%constraint), j=1, size(machine%contact))])
       self%load = matmul(self%coupled%project, machine%load)
       self%harmonic = matmul(self%coupled%project, machine%harmonic_load)
       self%omega = machine%tone%omega
@@ -122,139 +82,51 @@ contains
          self%count = i
          self%state(i)%branch = branch
          if (self%jumps) call hold(self, self%state(i), press, constraints)
-         call make_modes(self, self%state(i))
+         call make_modes(self, i)
       end if
-      if (self%state(i)%version /= self%version) call make_response(self, self%state(i))
+      if (self%state(i)%version /= self%version) then
+         if (self%state(i)%version > 0 .and. self%state(i)%basis%is_resonant_with(self%omega)) call make_modes(self, i)
+         call make_response(self, self%state(i))
+      end if
       if (self%state(i)%basis%info /= 0) i = 0
    end function state_index
 
-   !> The coordinates of a state of a machine with jumps.
-   subroutine hold(self, state, press, constraints)
-      type(contact_states_t), intent(in) :: self
-      type(contact_state_t), intent(inout) :: state
-      integer, intent(in) :: press(:)
-      type(constraints_t), intent(in) :: constraints
+   !> The modes of state `i`, or those of another state in which each contact has the same slopes.
+   subroutine make_modes(self, i)
+      type(contact_states_t), intent(inout) :: self
+      integer, intent(in) :: i
 
-      real(wp) :: k(self%coupled%m, self%coupled%m), b(self%coupled%m, self%coupled%m)
-      integer :: i
-
-      state%press = press
-      if (constraints%count == 0) return
-      call free_matrices(self, state, k, b)
-      call new_held(state%held, constraints, self%w, &
-                    [(self%machine%contact(constraints%sliding(i))%law%branch(state%branch(constraints%sliding(i)))%offset, &
-                      i=1, constraints%couplings)], k, b, &
-                    [(self%machine%contact(constraints%contact(i))%drive, i=1, constraints%count)])
-   end subroutine hold
-
-   !> K and B of a state of a machine with jumps, without constraints.
-   subroutine free_matrices(self, state, k, b)
-      type(contact_states_t), intent(in) :: self
-      type(contact_state_t), intent(in) :: state
-      real(wp), intent(out) :: k(:, :), b(:, :)
-
-      k = self%coupled%stiffness
-      b = self%coupled%damping
-      call add_contacts(self%machine, self%w, state%branch, state%press, k, b)
-   end subroutine free_matrices
-
-   subroutine make_modes(self, state)
-      type(contact_states_t), intent(in) :: self
-      type(contact_state_t), intent(inout) :: state
-
-      real(wp) :: k(self%coupled%m, self%coupled%m), b(self%coupled%m, self%coupled%m)
-      real(wp), allocatable :: rigid(:, :)
-      logical :: known
-      integer :: i, j
+      integer :: other
 
       if (self%jumps) then
-         call make_modes_with_jumps(self, state)
+         call make_jump_modes(self, self%state(i))
          return
       end if
-      k = self%coupled%stiffness
-      b = self%coupled%damping
-      do j = 1, size(state%branch)
-         associate (branch => self%machine%contact(j)%law%branch(state%branch(j)))
-            do i = 1, self%coupled%m
-               k(:, i) = k(:, i) + branch%stiffness*self%w(:, j)*self%w(i, j)
-               b(:, i) = b(:, i) + branch%damping*self%w(:, j)*self%w(i, j)
-            end do
-         end associate
+      do other = 1, self%count
+         if (self%state(other)%version /= self%version .or. other == i) cycle
+         if (.not. same_slopes_in(self, self%state(other)%branch, self%state(i)%branch)) cycle
+         self%state(i)%basis = self%state(other)%basis
+         return
       end do
-      call new_modal_basis(state%basis, k, b, self%omega)
-      if (state%basis%info /= 0 .or. size(state%basis%rigid, 2) == 0) return
-      rigid = state%basis%rigid
-      call refine_rigid_modes(self, state%branch, k, rigid, known)
-      if (known) call new_modal_basis(state%basis, k, b, self%omega, rigid)
+      call new_state_modes(self%state(i)%basis, self%open, self%machine, self%coupled, self%w, self%state(i)%branch, self%omega)
    end subroutine make_modes
 
-   subroutine make_modes_with_jumps(self, state)
+   !> Whether all contacts have the same slopes in two lists of branches.
+   pure function same_slopes_in(self, a, b) result(same)
       type(contact_states_t), intent(in) :: self
-      type(contact_state_t), intent(inout) :: state
+      integer, intent(in) :: a(:), b(:)
+      logical :: same
 
-      real(wp) :: k(self%coupled%m, self%coupled%m), b(self%coupled%m, self%coupled%m)
-
-      call free_matrices(self, state, k, b)
-      if (state%held%n > 0) then
-         if (.not. state%held%found) then
-            state%basis%info = 1
-            return
-         end if
-         call state%held%transform_matrices(k, b)
-      end if
-      call new_modal_basis(state%basis, k, b, self%omega)
-   end subroutine make_modes_with_jumps
-
-   !> Rigid modes to rounding. An eigenproblem knows them to epsilon times the ratio of the largest to the smallest stiffness,
-   !> and constant loads that are in balance then drive them. Here K v is formed from the machine's own matrices in extended
-   !> precision, where the terms of a rigid motion cancel, and v corrected by (K + s V Vᵀ)⁻¹ K v.
-   subroutine refine_rigid_modes(self, branch, k, rigid, known)
-      type(contact_states_t), intent(in) :: self
-      integer, intent(in) :: branch(:)
-      real(wp), intent(in) :: k(:, :)
-      real(wp), intent(inout) :: rigid(:, :)
-      logical, intent(out) :: known
-
-      integer, parameter :: rounds = 2
-      real(wp) :: shifted(size(k, 1), size(k, 1)), rest(size(rigid, 1), size(rigid, 2))
-      integer :: i, info, round
-
-      known = .false.
-      do round = 1, rounds
-         do i = 1, size(rigid, 2)
-            rest(:, i) = restoring_of(self, branch, rigid(:, i))
-         end do
-         shifted = k + maxval(abs(k))*matmul(rigid, transpose(rigid))
-         call dposv("L", size(k, 1), size(rest, 2), shifted, size(k, 1), rest, size(k, 1), info)
-         if (info /= 0) return
-         rigid = rigid - rest
-         do i = 1, size(rigid, 2)
-            rigid(:, i) = rigid(:, i) - matmul(rigid(:, :i - 1), matmul(rigid(:, i), rigid(:, :i - 1)))
-            rigid(:, i) = rigid(:, i)/norm2(rigid(:, i))
-         end do
-      end do
-      known = .true.
-   end subroutine refine_rigid_modes
-
-   !> K v in coupled coordinates (m), contacts with their branches included, formed in extended precision.
-   pure function restoring_of(self, branch, v) result(force)
-      type(contact_states_t), intent(in) :: self
-      integer, intent(in) :: branch(:)
-      real(wp), intent(in) :: v(:)
-      real(wp) :: force(size(v))
-
-      real(qp) :: q(size(self%machine%mass, 1)), f(size(self%machine%mass, 1))
       integer :: j
 
-      q = matmul(real(v, qp), real(self%coupled%project, qp))
-      f = matmul(real(self%machine%stiffness, qp), q)
-      do j = 1, size(branch)
-         associate (contact => self%machine%contact(j))
-            f = f + contact%law%branch(branch(j))%stiffness*dot_product(real(contact%w, qp), q)*real(contact%w, qp)
+      same = .true.
+      do j = 1, size(a)
+         associate (first => self%machine%contact(j)%law%branch(a(j)), second => self%machine%contact(j)%law%branch(b(j)))
+            same = same .and. .not. (abs(first%stiffness - second%stiffness) > 0.0_wp &
+                                     .or. abs(first%damping - second%damping) > 0.0_wp)
          end associate
       end do
-      force = real(matmul(real(self%coupled%project, qp), f), wp)
-   end function restoring_of
+   end function same_slopes_in
 
    subroutine make_response(self, state)
       type(contact_states_t), intent(in) :: self
@@ -264,9 +136,6 @@ contains
       complex(wp) :: harmonic(self%coupled%m, size(self%omega))
       integer :: j, t
 
-      if (state%version > 0) then
-         if (state%basis%is_resonant_with(self%omega)) call make_modes(self, state)
-      end if
       state%version = self%version
       if (state%basis%info /= 0) return
       ! Not taken over from the machine before: no bit of a result may depend on what was computed earlier.
@@ -338,6 +207,21 @@ contains
 
    end subroutine watch_contacts
 
+   !> Have the rows of the contacts' variables in state i.
+   subroutine lay_out_contacts(self, i)
+      type(contact_states_t), intent(inout) :: self
+      integer, intent(in) :: i
+
+      integer :: j
+
+      associate (state => self%state(i))
+         if (state%touching_version == self%version) return
+         state%touching_version = self%version
+         call new_rows(state%touching, state%response, &
+                       [(contact_form(self%machine, self%w, j, 1.0_wp, 0.0_wp, 0.0_wp), j=1, size(self%machine%contact))])
+      end associate
+   end subroutine lay_out_contacts
+
    !> Observable i in this state.
    pure function observed_form(self, state, i) result(form)
       type(contact_states_t), intent(in) :: self
@@ -354,232 +238,9 @@ contains
                end associate
             end associate
          else
-            form%on_y = matmul(self%coupled%project, observable%on_displacement)
-            form%on_v = matmul(self%coupled%project, observable%on_velocity)
-            form%constant = observable%constant
-            form%error = observable%error
+            form = observable_form(observable, self%coupled%project)
          end if
       end associate
    end function observed_form
-
-   !> Response and rows of a state of a machine with jumps.
-   subroutine respond_with_jumps(self, state)
-      type(contact_states_t), intent(in) :: self
-      type(contact_state_t), intent(inout) :: state
-
-      type(linear_form_t) :: force(size(state%branch)), observed(size(self%machine%observable))
-      real(wp) :: k(self%coupled%m, self%coupled%m), b(self%coupled%m, self%coupled%m), load(self%coupled%m)
-      complex(wp) :: harmonic(self%coupled%m, size(self%omega))
-      integer :: j
-
-      load = self%load
-      harmonic = self%harmonic
-      call add_loads(self%machine, self%w, state%branch, state%press, load, harmonic)
-      call free_matrices(self, state, k, b)
-      do j = 1, size(state%branch)
-         force(j) = force_form(self%machine, self%w, state%branch, state%press, j)
-      end do
-      if (state%held%n > 0) then
-         call add_reactions(self, state%held, k, b, load, harmonic, force)
-         load = state%held%load_of(load)
-         harmonic = state%held%harmonic_of(harmonic, errors_of(self, state%held), self%omega)
-      end if
-      call new_response(state%response, state%basis, load, harmonic, self%omega)
-      call watch_jumps(self, state, force)
-      do j = 1, size(observed)
-         if (self%machine%observable(j)%kind == observe_contact_force) then
-            observed(j) = zero_form(self%coupled%m, size(self%omega))
-            call add_form(observed(j), self%machine%contact(self%machine%observable(j)%contact)%force_sign, &
-                          force(self%machine%observable(j)%contact))
-         else
-            observed(j) = observed_form(self, state, j)
-         end if
-         observed(j) = in_coordinates(state, observed(j))
-      end do
-      call new_rows(state%observed, state%response, observed)
-      do j = 1, size(force)
-         force(j) = in_coordinates(state, force(j))
-      end do
-      call new_rows(state%force, state%response, force)
-   end subroutine respond_with_jumps
-
-   !> Phasors of the errors of what is held (n, tones).
-   pure function errors_of(self, held) result(error)
-      type(contact_states_t), intent(in) :: self
-      type(held_t), intent(in) :: held
-      complex(wp) :: error(held%n, size(self%omega))
-
-      integer :: i
-
-      do i = 1, held%n
-         error(i, :) = self%machine%contact(held%contact(i))%error
-      end do
-   end function errors_of
-
-   !> Add constraint forces, and the friction under them, to the forces of all contacts; arguments as for `reaction`.
-   subroutine add_reactions(self, held, k, b, load, harmonic, force)
-      type(contact_states_t), intent(in) :: self
-      type(held_t), intent(in) :: held
-      real(wp), intent(in) :: k(:, :), b(:, :), load(:)
-      complex(wp), intent(in) :: harmonic(:, :)
-      type(linear_form_t), intent(inout) :: force(:)
-
-      integer :: i
-
-      do i = 1, held%n
-         force(held%contact(i)) = held%reaction(i, k, b, load, harmonic, errors_of(self, held), self%omega)
-      end do
-      do i = 1, size(held%sliding)
-         call add_form(force(held%sliding(i)), held%share(i), force(held%contact(held%row(i))))
-      end do
-   end subroutine add_reactions
-
-   !> A form on the coupled coordinates as one on those of the state.
-   pure function in_coordinates(state, form) result(in_x)
-      type(contact_state_t), intent(in) :: state
-      type(linear_form_t), intent(in) :: form
-      type(linear_form_t) :: in_x
-
-      if (state%held%n > 0) then
-         in_x = state%held%form_of(form)
-      else
-         in_x = form
-      end if
-   end function in_coordinates
-
-   !> Rows and bounds of what can end a state of a machine with jumps: switching functions, constraint forces (function 0), and
-   !> changes of sign of the force of a compliant contact that presses friction (function -1).
-   subroutine watch_jumps(self, state, force)
-      type(contact_states_t), intent(in) :: self
-      type(contact_state_t), intent(inout) :: state
-      type(linear_form_t), intent(in) :: force(:)
-
-      type(linear_form_t) :: forms(7*size(force)), normal
-      type(watched_t) :: watched(7*size(force))
-      integer :: contact(7*size(force)), function(7*size(force)), next(7*size(force))
-      integer :: f, j, n
-
-      n = 0
-      do j = 1, size(force)
-         associate (law => self%machine%contact(j)%law)
-            if (law%constraint(state%branch(j))) then
-               f = 0
-               if (law%of_normal) normal = total_normal(self, state, force, j)
-               call add_guard(law%force_guard(state%branch(j)), force(j), law%of_normal)
-               cycle
-            end if
-            do f = 1, law%functions
-               call add_guard(law%guard(f, state%branch(j)), &
-                              contact_form(self%machine, self%w, j, law%slope(1, f), law%slope(2, f), law%constant(f)), .false.)
-            end do
-         end associate
-      end do
-      do j = 1, size(force)
-         if (.not. may_pull(self, state, j)) cycle
-         f = -1
-         call add(0, real(state%press(j), wp), 0.0_wp, force(self%machine%contact(j)%normal_of))
-      end do
-      state%watched = watched(:n)
-      state%contact = contact(:n)
-      state%function = function(:n)
-      state%next = next(:n)
-      do j = 1, n
-         forms(j) = in_coordinates(state, forms(j))
-      end do
-      call new_rows(state%switching, state%response, forms(:n))
-      state%fixed = [(is_fixed(state, forms(j), j), j=1, n)]
-
-   contains
-
-      subroutine add_guard(guard, form, of_normal)
-         type(guard_t), intent(in) :: guard
-         type(linear_form_t), intent(in) :: form
-         logical, intent(in) :: of_normal
-
-         type(linear_form_t) :: less
-
-         if (guard%below /= 0) then
-            less = form
-            if (of_normal) call add_form(less, -guard%lower, normal)
-            call add(guard%below, 1.0_wp, merge(0.0_wp, guard%lower, of_normal), less)
-         end if
-         if (guard%above /= 0) then
-            less = form
-            if (of_normal) call add_form(less, -guard%upper, normal)
-            call add(guard%above, -1.0_wp, merge(0.0_wp, guard%upper, of_normal), less)
-         end if
-      end subroutine add_guard
-
-      subroutine add(beyond, side, bound, form)
-         integer, intent(in) :: beyond
-         real(wp), intent(in) :: side, bound
-         type(linear_form_t), intent(in) :: form
-
-         n = n + 1
-         forms(n) = form
-         watched(n) = watched_t(form=n, side=side, bound=bound)
-         contact(n) = j
-         function(n) = f
-         next(n) = beyond
-      end subroutine add
-
-   end subroutine watch_jumps
-
-   !> Normal force of friction element j that sticks.
-   pure function total_normal(self, state, force, j) result(form)
-      type(contact_states_t), intent(in) :: self
-      type(contact_state_t), intent(in) :: state
-      type(linear_form_t), intent(in) :: force(:)
-      integer, intent(in) :: j
-      type(linear_form_t) :: form
-
-      form = normal_form(self%machine, self%w, state%branch, state%press, j)
-      associate (by => self%machine%contact(j)%normal_of)
-         if (by == 0) return
-         associate (law => self%machine%contact(by)%law)
-            if (.not. law%constraint(state%branch(by))) return
-            call add_form(form, merge(1.0_wp, -1.0_wp, law%force_guard(state%branch(by))%below /= 0), force(by))
-         end associate
-      end associate
-   end function total_normal
-
-   !> Whether the force that presses friction element j may change its sign: that of a damped contact which does not part there.
-   pure function may_pull(self, state, j)
-      type(contact_states_t), intent(in) :: self
-      type(contact_state_t), intent(in) :: state
-      integer, intent(in) :: j
-      logical :: may_pull
-
-      integer :: f
-
-      may_pull = .false.
-      associate (by => self%machine%contact(j)%normal_of)
-         if (by == 0) return
-         associate (law => self%machine%contact(by)%law, branch => state%branch(by))
-            may_pull = law%branch(branch)%damping > 0.0_wp .and. .not. law%constraint(branch)
-            do f = 2, law%functions
-               may_pull = may_pull .and. law%guard(f, branch)%below == 0 .and. law%guard(f, branch)%above == 0
-            end do
-         end associate
-      end associate
-   end function may_pull
-
-   !> Whether a watched function depends on what is held alone, and so does not move but with the excitation and the drives.
-   pure function is_fixed(state, form, j)
-      type(contact_state_t), intent(in) :: state
-      type(linear_form_t), intent(in) :: form
-      integer, intent(in) :: j
-      logical :: is_fixed
-
-      real(wp), parameter :: negligible = 1.0e-11_wp
-
-      is_fixed = state%held%n > 0
-      if (.not. is_fixed) return
-      associate (free => state%held%m - state%held%rank)
-         is_fixed = norm2(form%on_y(:free)) <= negligible*norm2(form%on_y) &
-                    .and. norm2(form%on_v(:free)) <= negligible*norm2(form%on_v) &
-                    .and. all(state%switching%size0(:, j) <= negligible*state%switching%longest_reach(j))
-      end associate
-   end function is_fixed
 
 end module razy_integrate_contact_states

@@ -2,7 +2,8 @@
 !!
 !! For modes η with η'' + B η' + K η = f0 + Σ Re(F_t e^{iω_t t}) the state x = (u η, η', 1, cos_t, sin_t …), each entry
 !! scaled to be of the size of η', obeys x' = T x exactly. Nothing is divided by a small or vanishing eigenvalue, so that
-!! very slow modes, critical damping and undamped resonance lose no digits; the price is a matrix product a step.
+!! very slow modes, critical damping and undamped resonance lose no digits; the price is a matrix product a step. A single pair
+!! of eigenvalues of a larger set of modes has its amplitude's real and imaginary part in place of (u η, η').
 module razy_integrate_dense_part
    use razy_core_kinds, only: wp
    use razy_integrate_modal_basis, only: dense_modes_t
@@ -12,6 +13,10 @@ module razy_integrate_dense_part
    public :: dense_part_t, new_dense_part
 
    type :: dense_part_t
+      !> States d of the motion alone, in front of the others.
+      integer :: states = 0
+      !> States from z (d, 2m) and back (2m, d), where modes are not known by their shapes.
+      real(wp), allocatable :: into(:, :), out(:, :)
       !> Modes (m, s) and the factor u, rad/s.
       real(wp), allocatable :: phi(:, :)
       real(wp) :: unit = 1.0_wp
@@ -37,36 +42,65 @@ contains
       real(wp), intent(in) :: load(:), omega(:)
       complex(wp), intent(in) :: harmonic(:, :)
 
-      real(wp) :: force(size(modes%phi, 2))
-      complex(wp) :: phasor(size(modes%phi, 2), size(omega))
-      integer :: i, nx, s, t
+      real(wp), allocatable :: force(:)
+      complex(wp), allocatable :: phasor(:, :)
+      integer :: d, i, m, nx, t
 
-      s = size(modes%phi, 2)
-      self%phi = modes%phi
+      m = size(load)
       self%unit = modes%fastest
       if (.not. self%unit > 0.0_wp) self%unit = 1.0_wp
-      force = matmul(load, modes%phi)
+      ! The forces on the states whose rates they enter: velocities η', or all states.
+      if (allocated(modes%core)) then
+         self%into = modes%into
+         self%out = modes%out
+         self%states = size(modes%core, 1)
+         force = matmul(modes%into(:, m + 1:), load)
+         phasor = matmul(modes%into(:, m + 1:), harmonic)
+      else
+         self%phi = modes%phi
+         self%states = 2*size(modes%phi, 2)
+         force = matmul(load, modes%phi)
+         phasor = matmul(transpose(modes%phi), harmonic)
+      end if
+      d = self%states
       self%load_scale = norm2(force)/self%unit
-      phasor = matmul(transpose(modes%phi), harmonic)
       self%tone = pack([(t, t=1, size(omega))], [(norm2(abs(phasor(:, t))) > 0.0_wp, t=1, size(omega))])
       self%tone_scale = [(norm2(abs(phasor(:, self%tone(t))))/self%unit, t=1, size(self%tone))]
-      nx = 2*s + merge(1, 0, self%load_scale > 0.0_wp) + 2*size(self%tone)
+      nx = d + merge(1, 0, self%load_scale > 0.0_wp) + 2*size(self%tone)
       allocate (self%matrix(nx, nx), source=0.0_wp)
-      do i = 1, s
-         self%matrix(i, s + i) = self%unit
-      end do
-      self%matrix(s + 1:2*s, :s) = -modes%stiffness/self%unit
-      self%matrix(s + 1:2*s, s + 1:2*s) = -modes%damping
-      if (self%load_scale > 0.0_wp) self%matrix(s + 1:2*s, 2*s + 1) = force/self%load_scale
-      do t = 1, size(self%tone)
-         i = nx - 2*(size(self%tone) - t) - 1
-         self%matrix(s + 1:2*s, i) = real(phasor(:, self%tone(t)))/self%tone_scale(t)
-         self%matrix(s + 1:2*s, i + 1) = -aimag(phasor(:, self%tone(t)))/self%tone_scale(t)
-         self%matrix(i, i + 1) = -omega(self%tone(t))
-         self%matrix(i + 1, i) = omega(self%tone(t))
-      end do
+      if (allocated(modes%core)) then
+         self%matrix(:d, :d) = modes%core
+      else
+         call second_order(self%matrix(:d, :d), modes, self%unit)
+      end if
+      associate (driven => self%matrix(d - size(force) + 1:d, :))
+         if (self%load_scale > 0.0_wp) driven(:, d + 1) = force/self%load_scale
+         do t = 1, size(self%tone)
+            i = nx - 2*(size(self%tone) - t) - 1
+            driven(:, i) = real(phasor(:, self%tone(t)))/self%tone_scale(t)
+            driven(:, i + 1) = -aimag(phasor(:, self%tone(t)))/self%tone_scale(t)
+            self%matrix(i, i + 1) = -omega(self%tone(t))
+            self%matrix(i + 1, i) = omega(self%tone(t))
+         end do
+      end associate
       self%norm = maxval(sum(abs(self%matrix), dim=1))
    end subroutine new_dense_part
+
+   !> The matrix of (u η, η').
+   pure subroutine second_order(matrix, modes, unit)
+      real(wp), intent(inout) :: matrix(:, :)
+      type(dense_modes_t), intent(in) :: modes
+      real(wp), intent(in) :: unit
+
+      integer :: i, s
+
+      s = size(modes%phi, 2)
+      do i = 1, s
+         matrix(i, s + i) = unit
+      end do
+      matrix(s + 1:, :s) = -modes%stiffness/unit
+      matrix(s + 1:, s + 1:) = -modes%damping
+   end subroutine second_order
 
    !> x (nx) at the state z (2m) and tone phasors.
    pure subroutine start(self, z, cosine, sine, x)
@@ -76,11 +110,15 @@ contains
 
       integer :: i, m, s, t
 
-      m = size(self%phi, 1)
-      s = size(self%phi, 2)
-      x(:s) = matmul(z(:m), self%phi)*self%unit
-      x(s + 1:2*s) = matmul(z(m + 1:), self%phi)
-      if (self%load_scale > 0.0_wp) x(2*s + 1) = self%load_scale
+      m = size(z)/2
+      if (allocated(self%into)) then
+         x(:self%states) = matmul(self%into, z)
+      else
+         s = size(self%phi, 2)
+         x(:s) = matmul(z(:m), self%phi)*self%unit
+         x(s + 1:2*s) = matmul(z(m + 1:), self%phi)
+      end if
+      if (self%load_scale > 0.0_wp) x(self%states + 1) = self%load_scale
       do t = 1, size(self%tone)
          i = size(x) - 2*(size(self%tone) - t) - 1
          x(i) = self%tone_scale(t)*cosine(self%tone(t))
@@ -96,6 +134,10 @@ contains
 
       integer :: m, s
 
+      if (allocated(self%out)) then
+         z = z + matmul(self%out, x(:self%states))
+         return
+      end if
       m = size(self%phi, 1)
       s = size(self%phi, 2)
       z(:m) = z(:m) + matmul(self%phi, x(:s))/self%unit
@@ -110,10 +152,14 @@ contains
 
       integer :: p, s
 
-      s = size(self%phi, 2)
       rows = 0.0_wp
-      rows(:s, 0) = matmul(a, self%phi)/self%unit
-      rows(s + 1:2*s, 0) = matmul(b, self%phi)
+      if (allocated(self%out)) then
+         rows(:self%states, 0) = matmul(a, self%out(:size(a), :)) + matmul(b, self%out(size(a) + 1:, :))
+      else
+         s = size(self%phi, 2)
+         rows(:s, 0) = matmul(a, self%phi)/self%unit
+         rows(s + 1:2*s, 0) = matmul(b, self%phi)
+      end if
       do p = 1, ubound(rows, 2)
          rows(:, p) = matmul(rows(:, p - 1), self%matrix)
       end do

@@ -8,9 +8,11 @@ module razy_integrate_exact
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_core_tone, only: add_time
-   use razy_integrate_contact_states, only: attach, contact_state_t, contact_states_t, state_index
+   use razy_integrate_contact_state, only: contact_state_t, contact_states_t
+   use razy_integrate_contact_states, only: attach, state_index
    use razy_integrate_cursor, only: move_to
-   use razy_integrate_exact_view, only: contact_of, direction_of, end_state, exact_view_t, place, state_at, turn_after, value_at
+   use razy_integrate_exact_view, only: contact_of, direction_of, end_state, exact_view_t, place, state_at, sums_of, &
+                                       turn_after, value_at
    use razy_integrate_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, &
                                         status_blow_up, status_chatter, status_event_limit, status_no_contact_forces, &
                                         status_no_modes, status_ok
@@ -48,6 +50,7 @@ module razy_integrate_exact
       procedure :: branch_now
       procedure :: interval
       procedure :: final_state
+      procedure :: contact_sums
    end type exact_t
 
    !> Pieces are begun anew after this angle of the fastest exponent, so that its rounding stays below 1e-13.
@@ -423,6 +426,17 @@ contains
 
       call contact_of(self%view, self%states, self%search%probe, j, tau, s, rate, force)
    end subroutine contact
+
+   !> Integrals of what contact j does from `tau` to the end of the piece, where they are known in closed form.
+   subroutine contact_sums(self, j, tau, largest, impulse, work, known)
+      class(exact_t), intent(inout) :: self
+      integer, intent(in) :: j
+      real(wp), intent(in) :: tau
+      real(wp), intent(inout) :: largest, impulse, work
+      logical, intent(out) :: known
+
+      call sums_of(self%view, self%states, self%search%probe, j, tau, largest, impulse, work, known)
+   end subroutine contact_sums
 
    !> Branch of contact j.
    pure function branch_now(self, j) result(branch)

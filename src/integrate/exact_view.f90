@@ -1,16 +1,17 @@
 !! A piece of the exact propagator's motion as observers see it: the closed form of one contact state from a start.
 module razy_integrate_exact_view
    use razy_core_kinds, only: wp
-   use razy_integrate_contact_states, only: contact_state_t, contact_states_t
+   use razy_integrate_contact_state, only: contact_state_t, contact_states_t
+   use razy_integrate_contact_states, only: lay_out_contacts
    use razy_integrate_cursor, only: copy, cursor_t, move_to, reserve, set_state, state_of
-   use razy_integrate_forms, only: size_of, value_of
+   use razy_integrate_forms, only: curvature_bound, integral_of, size_of, value_and_slope, value_of
    use razy_integrate_integrator, only: glimpse_t
    use razy_integrate_refine, only: watched_t
    use razy_integrate_search, only: exit_t, first_exit, rounding, search_t
    implicit none(type, external)
    private
 
-   public :: exact_view_t, contact_of, direction_of, end_state, place, state_at, value_at, turn_after
+   public :: exact_view_t, contact_of, direction_of, end_state, place, state_at, sums_of, turn_after, value_at
 
    !> The piece under way. `state` and `probe`, arguments of what follows, are its contact state and the cursor at its end.
    type :: exact_view_t
@@ -208,5 +209,70 @@ contains
          end if
       end associate
    end subroutine contact_of
+
+   !> Integrals of what contact j does from `tau` to the end of the piece, where its force is k s + offset and no part is dense:
+   !> the work is a difference of potentials then.
+   subroutine sums_of(self, states, last, j, tau, largest, impulse, work, known)
+      type(exact_view_t), intent(inout) :: self
+      type(contact_states_t), intent(inout) :: states
+      type(cursor_t), intent(in) :: last
+      integer, intent(in) :: j
+      real(wp), intent(in) :: tau
+      real(wp), intent(inout) :: largest, impulse, work
+      logical, intent(out) :: known
+
+      real(wp) :: distance, s(2), rate(2)
+
+      associate (state => states%state(self%now), contact => states%machine%contact(j))
+         associate (law => contact%law%branch(state%branch(j)), response => state%response)
+            known = response%nx == 0 .and. .not. states%jumps .and. .not. abs(law%damping) > 0.0_wp
+            if (.not. known .or. .not. max(abs(law%stiffness), abs(law%offset)) > 0.0_wp) return
+            call lay_out_contacts(states, self%now)
+            call look_at(self, state, last, tau)
+            call value_and_slope(state%touching, response, self%looker, j, 0, s(1), rate(1))
+            call value_and_slope(state%touching, response, last, j, 0, s(2), rate(2))
+            impulse = impulse + contact%force_sign*(law%stiffness*integral_of(state%touching, response, self%looker, last, j) &
+                                                    + law%offset*(last%tau - self%looker%tau))
+            work = work + (s(2) - s(1))*(law%stiffness*0.5_wp*(s(1) + s(2)) + law%offset)
+            largest = max(largest, maxval(abs(law%stiffness*s + law%offset)))
+            if (.not. abs(law%stiffness) > 0.0_wp) return
+            distance = largest/abs(law%stiffness)
+            call raise_distance(self, state, j, -law%offset/law%stiffness, tau, s, rate, distance)
+            largest = max(largest, abs(law%stiffness)*distance)
+         end associate
+      end associate
+   end subroutine sums_of
+
+   !> Raise `distance` to the largest |s - edge| of contact j at the turns of s between `tau` and the end of the piece; s and s'
+   !> at both are known. The search is spared where the curvature does not suffice for a larger one.
+   subroutine raise_distance(self, state, j, edge, tau, s, rate, distance)
+      type(exact_view_t), intent(inout) :: self
+      type(contact_state_t), intent(inout) :: state
+      integer, intent(in) :: j
+      real(wp), intent(in) :: edge, tau, s(2), rate(2)
+      real(wp), intent(inout) :: distance
+
+      type(exit_t) :: turn
+      type(watched_t) :: watched(1)
+      real(wp) :: direction, from
+
+      if (.not. state%response%growing) then
+         if (maxval(abs(s - edge)) + (self%duration - tau)**2/8*curvature_bound(state%touching, state%response, self%looker, j) &
+             <= distance) return
+      end if
+      direction = sign(1.0_wp, rate(1))
+      from = tau
+      watched(1) = watched_t(form=j, order=1)
+      do while (from < self%duration)
+         watched(1)%side = direction
+         watched(1)%from_zero = from > tau
+         self%search%level = state%level
+         call first_exit(self%search, state%response, state%touching, self%start, from, self%duration, watched, turn)
+         if (turn%watched == 0) return
+         distance = max(distance, abs(value_of(state%touching, state%response, self%search%probe, j, 0) - edge))
+         from = turn%tau
+         direction = -direction
+      end do
+   end subroutine raise_distance
 
 end module razy_integrate_exact_view

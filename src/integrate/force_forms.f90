@@ -7,11 +7,11 @@ module razy_integrate_force_forms
    use razy_contact_contact_law, only: branch_lower_parting, branch_open, branch_upper_parting
    use razy_core_kinds, only: wp
    use razy_integrate_response, only: linear_form_t
-   use razy_machine_machine, only: machine_t
+   use razy_machine_machine, only: machine_t, observable_t
    implicit none(type, external)
    private
 
-   public :: add_contacts, add_form, add_loads, contact_form, force_form, normal_form, zero_form
+   public :: add_contacts, add_form, add_loads, contact_form, force_form, normal_form, observable_form, zero_form
 
 contains
 
@@ -53,6 +53,18 @@ contains
          form%error = [(cmplx(alpha, machine%tone(t)%omega*beta, wp)*contact%error(t), t=1, size(machine%tone))]
       end associate
    end function contact_form
+
+   !> A linear observable, with S (m, n) of the coupled coordinates.
+   pure function observable_form(observable, project) result(form)
+      type(observable_t), intent(in) :: observable
+      real(wp), intent(in) :: project(:, :)
+      type(linear_form_t) :: form
+
+      form%on_y = matmul(project, observable%on_displacement)
+      form%on_v = matmul(project, observable%on_velocity)
+      form%constant = observable%constant
+      form%error = observable%error
+   end function observable_form
 
    !> F of contact j in the branches `branch`, without constraint forces.
    pure function force_form(machine, w, branch, press, j) result(form)

@@ -5,19 +5,23 @@
 !! - rigid modes, eta'' = φᵀf, followed as polynomials;
 !! - dense parts, where eigenvectors would lose accuracy (critical damping, modes so slow or so near to undamped
 !!   resonance that particular solutions cancel): followed by the matrix exponential, see razy_integrate_dense_part.
-!! The symmetric eigenproblem of K comes first, so that repeated frequencies have orthogonal modes; modes that the damping
-!! couples form parts with a general eigenproblem of their own. K that is not symmetric makes a single part.
+!! Coordinates that K and B do not couple are apart from the start, if these are not symmetric. In each set the symmetric
+!! eigenproblem of K, or of its symmetric part, comes first, so that repeated frequencies have orthogonal modes; modes that
+!! damping, gyroscopic or circulatory matrix couple form parts with a general eigenproblem of their own.
 module razy_integrate_modal_basis
    use razy_core_kinds, only: wp
+   use razy_linalg_connected, only: connected_sets, linked
    use razy_linalg_eigen, only: general_eigen, symmetric_eigen
    implicit none(type, external)
    private
 
-   public :: dense_modes_t, modal_basis_t, new_modal_basis
+   public :: dense_modes_t, modal_basis_t, new_modal_basis, set_aside, turning, worst_of_many
 
-   !> Modes that are kept together: y = phi η, η'' + damping η' + stiffness η = phiᵀ f.
+   !> Modes that are kept together: y = phi η, η'' + damping η' + stiffness η = phiᵀ f; or, if `core` is allocated, states x with
+   !> x' = core x + into (0, f), (y, y') = out x.
    type :: dense_modes_t
       real(wp), allocatable :: phi(:, :), stiffness(:, :), damping(:, :)
+      real(wp), allocatable :: core(:, :), into(:, :), out(:, :)
       !> Eigenvalues of the largest modulus, rad/s.
       real(wp) :: fastest = 0.0_wp
    end type dense_modes_t
@@ -40,12 +44,17 @@ module razy_integrate_modal_basis
       procedure :: is_resonant_with
    end type modal_basis_t
 
-   !> Slower than this part of the fastest mode a mode is followed without its particular solution.
-   real(wp), parameter :: slow = 1.0e-4_wp
+   !> Slower than this part of the fastest mode a mode is followed without its particular solution; in parts too large to be
+   !> followed as a whole, where K is less graded, later.
+   real(wp), parameter :: slow = 1.0e-4_wp, slow_of_many = 1.0e-6_wp
    !> Nearer than this, relative, to a frequency of excitation a mode is followed together with the excitation.
    real(wp), parameter :: near = 1.0e-3_wp
-   !> Eigenvalues of a worse condition lose more digits, with its square, than the dense part.
-   real(wp), parameter :: worst_condition = 30.0_wp
+   !> Eigenvalues of a worse condition lose more digits than the dense part, with its square in small parts. Of many modes the
+   !> dense part has a matrix of hundreds of rows, and three digits are given for not having it.
+   real(wp), parameter :: worst_condition = 30.0_wp, worst_of_many = 3.0e3_wp
+   integer, parameter :: many = 4
+   !> Smaller than this part of the largest entry, an entry is a rounding error.
+   real(wp), parameter :: rounding_of_sums = 1.0e-14_wp
 
 contains
 
@@ -56,58 +65,108 @@ contains
       real(wp), intent(in) :: stiffness(:, :), damping(:, :), omega(:)
       real(wp), intent(in), optional :: rigid(:, :)
 
-      real(wp) :: phi(size(damping, 1), size(damping, 1)), k(size(damping, 1), size(damping, 1))
-      real(wp) :: b(size(damping, 1), size(damping, 1)), square(size(damping, 1))
-      integer :: part(size(damping, 1)), i, j, m
-      logical :: symmetric
+      integer :: set(size(damping, 1)), i, j, m
+      integer, allocatable :: members(:)
 
       m = size(damping, 1)
       self%m = m
       allocate (self%lambda(0), self%to_term(0, 2*m), self%from_term(2*m, 0), self%rigid(m, 0), self%dense(0))
       if (m == 0) return
-      symmetric = all(abs(stiffness - transpose(stiffness)) <= 1.0e-14_wp*maxval(abs(stiffness)))
-      if (symmetric) then
-         phi = stiffness
-         call symmetric_eigen(phi, square, self%info)
-         if (self%info /= 0) return
-         ! Eigenvalues below the rounding of the largest are rigid-body modes.
-         where (abs(square) <= 64*m*epsilon(1.0_wp)*maxval(abs(square))) square = 0.0_wp
-         if (present(rigid)) call put_rigid(phi, square, rigid)
-         k = 0.0_wp
-         do i = 1, m
-            k(i, i) = square(i)
-         end do
-         b = matmul(transpose(phi), matmul(damping, phi))
-         where (abs(b) <= 1.0e-13_wp*maxval(abs(b))) b = 0.0_wp
-         part = coupled_parts(b)
-      else
-         phi = 0.0_wp
-         do i = 1, m
-            phi(i, i) = 1.0_wp
-         end do
-         k = stiffness
-         b = damping
-         part = 1
+      set = 1
+      if (turning(stiffness, damping)) then
+         set = connected_sets(linked(stiffness, rounding_of_sums) .or. linked(damping, rounding_of_sums))
       end if
-      self%fastest = max(sqrt(maxval(sum(abs(k), dim=1))), maxval(sum(abs(b), dim=1)))
-      do i = 1, maxval(part)
-         call add_part(self, phi(:, pack([(j, j=1, m)], part == i)), k, b, pack([(j, j=1, m)], part == i), omega)
+      do i = 1, maxval(set)
+         members = pack([(j, j=1, m)], set == i)
+         call add_set(self, stiffness, damping, members, omega, rigid)
          if (self%info /= 0) return
       end do
+      call set_aside(self, omega)
    end subroutine new_modal_basis
 
-   !> Put the rigid modes in the place of those with square 0, and make the others orthogonal to them.
-   pure subroutine put_rigid(phi, square, rigid)
+   !> Add the modes of the coordinates `set`, which are coupled with no other.
+   subroutine add_set(self, stiffness, damping, set, omega, rigid)
+      type(modal_basis_t), intent(inout) :: self
+      real(wp), intent(in) :: stiffness(:, :), damping(:, :), omega(:)
+      integer, intent(in) :: set(:)
+      real(wp), intent(in), optional :: rigid(:, :)
+
+      real(wp) :: phi(size(set), size(set)), k(size(set), size(set)), b(size(set), size(set)), skew(size(set), size(set))
+      real(wp) :: square(size(set)), shape(self%m, size(set))
+      integer :: part(size(set)), i, j, s
+      integer, allocatable :: modes(:)
+
+      s = size(set)
+      k = stiffness(set, set)
+      phi = k
+      if (.not. is_symmetric(k)) phi = 0.5_wp*(k + transpose(k))
+      skew = k - phi
+      call symmetric_eigen(phi, square, self%info)
+      if (self%info /= 0) return
+      ! Eigenvalues below the rounding of the largest are rigid-body modes.
+      where (abs(square) <= 64*s*epsilon(1.0_wp)*maxval(abs(square))) square = 0.0_wp
+      if (present(rigid)) call put_rigid(phi, square, rigid(set, :))
+      k = 0.0_wp
+      if (any(abs(skew) > 0.0_wp)) k = small_removed(matmul(transpose(phi), matmul(skew, phi)))
+      b = small_removed(matmul(transpose(phi), matmul(damping(set, set), phi)))
+      part = connected_sets(abs(k) > 0.0_wp .or. abs(b) > 0.0_wp)
+      do i = 1, s
+         k(i, i) = k(i, i) + square(i)
+      end do
+      self%fastest = max(self%fastest, sqrt(maxval(sum(abs(k), dim=1))), maxval(sum(abs(b), dim=1)))
+      shape = 0.0_wp
+      shape(set, :) = phi
+      do i = 1, maxval(part)
+         modes = pack([(j, j=1, s)], part == i)
+         call add_part(self, shape(:, modes), k, b, modes, omega)
+         if (self%info /= 0) return
+      end do
+   end subroutine add_set
+
+   pure function small_removed(matrix) result(b)
+      real(wp), intent(in) :: matrix(:, :)
+      real(wp) :: b(size(matrix, 1), size(matrix, 2))
+
+      b = matrix
+      where (abs(b) <= 1.0e-13_wp*maxval(abs(b))) b = 0.0_wp
+   end function small_removed
+
+   pure function is_symmetric(matrix)
+      real(wp), intent(in) :: matrix(:, :)
+      logical :: is_symmetric
+
+      is_symmetric = all(abs(matrix - transpose(matrix)) <= rounding_of_sums*maxval(abs(matrix)))
+   end function is_symmetric
+
+   !> Whether one of the matrices is not symmetric, as gyroscopic and circulatory matrices are not.
+   pure function turning(stiffness, damping)
+      real(wp), intent(in) :: stiffness(:, :), damping(:, :)
+      logical :: turning
+
+      turning = .not. (is_symmetric(stiffness) .and. is_symmetric(damping))
+   end function turning
+
+   !> Put the rigid modes in the place of those with square 0, and make the others orthogonal to them. Each column of `known` is
+   !> such a mode or belongs to other coordinates than these.
+   pure subroutine put_rigid(phi, square, known)
       real(wp), intent(inout) :: phi(:, :)
-      real(wp), intent(in) :: square(:), rigid(:, :)
+      real(wp), intent(in) :: square(:), known(:, :)
 
-      integer :: i, r
+      real(wp) :: rigid(size(known, 1), size(known, 2))
+      integer :: found, i, r
 
-      if (count(.not. abs(square) > 0.0_wp) /= size(rigid, 2)) return
+      r = 0
+      do i = 1, size(known, 2)
+         if (norm2(known(:, i)) < 0.5_wp) cycle
+         r = r + 1
+         rigid(:, r) = known(:, i)
+      end do
+      if (count(.not. abs(square) > 0.0_wp) /= r) return
+      found = r
       r = 0
       do i = 1, size(square)
          if (abs(square(i)) > 0.0_wp) then
-            phi(:, i) = phi(:, i) - matmul(rigid, matmul(phi(:, i), rigid))
+            phi(:, i) = phi(:, i) - matmul(rigid(:, :found), matmul(phi(:, i), rigid(:, :found)))
             phi(:, i) = phi(:, i)/norm2(phi(:, i))
          else
             r = r + 1
@@ -115,39 +174,6 @@ contains
          end if
       end do
    end subroutine put_rigid
-
-   !> Number the sets of modes that the damping matrix `b` couples: part(i) is the set of mode i.
-   pure function coupled_parts(b) result(part)
-      real(wp), intent(in) :: b(:, :)
-      integer :: part(size(b, 1))
-
-      integer :: i, j, low, high, parts
-      logical :: seen(size(b, 1))
-
-      part = [(i, i=1, size(part))]
-      do i = 1, size(part)
-         do j = 1, size(part)
-            if (part(i) == part(j) .or. .not. abs(b(i, j)) > 0.0_wp) cycle
-            low = min(part(i), part(j))
-            high = max(part(i), part(j))
-            where (part == high) part = low
-         end do
-      end do
-      parts = 0
-      seen = .false.
-      do i = 1, size(part)
-         if (seen(i)) cycle
-         parts = parts + 1
-         do j = size(part), i, -1
-            if (part(j) == part(i) .and. .not. seen(j)) then
-               seen(j) = .true.
-               if (j /= i) part(j) = -parts
-            end if
-         end do
-         part(i) = -parts
-      end do
-      part = -part
-   end function coupled_parts
 
    !> Add the modes with numbers `modes`, columns `phi` (m, s).
    subroutine add_part(self, phi, k, b, modes, omega)
@@ -160,7 +186,7 @@ contains
       ! Of hundreds of modes, too large for the stack.
       complex(wp), allocatable :: right(:, :), left(:, :)
       real(wp), allocatable :: a(:, :)
-      logical :: resonant, slow_mode
+      logical :: resonant, whole
       integer :: i, s
 
       s = size(modes)
@@ -181,15 +207,21 @@ contains
       end do
       a(s + 1:, s + 1:) = -b(modes, modes)
       call general_eigen(a, lambda, right, left, condition, self%info)
-      slow_mode = .true.
-      if (self%info == 0) slow_mode = any(abs(lambda) <= slow*self%fastest)
       resonant = .false.
-      if (self%info == 0) resonant = any_near(lambda, omega)
-      if (self%info /= 0 .or. slow_mode .or. resonant .or. condition > worst_condition) then
+      if (self%info /= 0) then
+         whole = .true.
+      else if (s > many) then
+         whole = condition > worst_of_many
+      else
+         resonant = any_near(lambda, omega)
+         whole = resonant .or. any(abs(lambda) <= slow*self%fastest) .or. condition > worst_condition
+      end if
+      if (whole) then
          self%info = 0
          self%resonant = self%resonant .or. resonant
-         self%dense = [self%dense, dense_modes_t(phi, k(modes, modes), b(modes, modes), &
-                                                 sqrt(maxval(sum(abs(k(modes, modes)), dim=1))) + maxval(abs(b(modes, modes))))]
+         call append(self%dense, dense_modes_t(phi=phi, stiffness=k(modes, modes), damping=b(modes, modes), &
+                                               fastest=sqrt(maxval(sum(abs(k(modes, modes)), dim=1))) &
+                                               + maxval(abs(b(modes, modes)))))
          return
       end if
       call add_terms(self, phi, unit, lambda, right, left)
@@ -225,6 +257,67 @@ contains
       call move_alloc(to_term, self%to_term)
       call move_alloc(from_term, self%from_term)
    end subroutine add_terms
+
+   !> Take out of the exponential terms what is too slow or too near to a frequency of excitation, `omega`, and follow each pair
+   !> of eigenvalues of that as a dense part of two states.
+   subroutine set_aside(self, omega)
+      type(modal_basis_t), intent(inout) :: self
+      real(wp), intent(in) :: omega(:)
+
+      type(dense_modes_t) :: part
+      logical :: aside(size(self%lambda)), near_by
+      integer :: i
+      integer, allocatable :: kept(:)
+
+      do i = 1, size(self%lambda)
+         near_by = any_near(self%lambda(i:i), omega)
+         self%resonant = self%resonant .or. near_by
+         aside(i) = near_by .or. abs(self%lambda(i)) <= slow_of_many*self%fastest
+         if (.not. aside(i)) cycle
+         call alone(part, self%lambda(i), self%to_term(i, :), self%from_term(:, i))
+         call append(self%dense, part)
+      end do
+      if (.not. any(aside)) return
+      kept = pack([(i, i=1, size(aside))], .not. aside)
+      self%lambda = self%lambda(kept)
+      self%to_term = self%to_term(kept, :)
+      self%from_term = self%from_term(:, kept)
+   end subroutine set_aside
+
+   !> One eigenvalue, or a pair, as states: real and imaginary part of the amplitude.
+   pure subroutine alone(part, lambda, into, out)
+      type(dense_modes_t), intent(out) :: part
+      complex(wp), intent(in) :: lambda, into(:), out(:)
+
+      real(wp) :: both(size(into), 2)
+
+      part%fastest = abs(lambda)
+      if (abs(aimag(lambda)) > 0.0_wp) then
+         part%core = reshape([real(lambda), aimag(lambda), -aimag(lambda), real(lambda)], [2, 2])
+         both(:, 1) = real(into)
+         both(:, 2) = aimag(into)
+         part%into = transpose(both)
+         both(:, 1) = real(out)
+         both(:, 2) = -aimag(out)
+         part%out = both
+      else
+         part%core = reshape([real(lambda)], [1, 1])
+         part%into = reshape(real(into), [1, size(into)])
+         part%out = reshape(real(out), [size(out), 1])
+      end if
+   end subroutine alone
+
+   subroutine append(list, part)
+      type(dense_modes_t), allocatable, intent(inout) :: list(:)
+      type(dense_modes_t), intent(in) :: part
+
+      type(dense_modes_t), allocatable :: longer(:)
+
+      allocate (longer(size(list) + 1))
+      longer(:size(list)) = list
+      longer(size(longer)) = part
+      call move_alloc(longer, list)
+   end subroutine append
 
    pure function any_near(lambda, omega) result(found)
       complex(wp), intent(in) :: lambda(:)

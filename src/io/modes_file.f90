@@ -7,6 +7,7 @@ module razy_io_modes_file
    use razy_io_hdf5_dataset, only: add_dimension, write_dataset
    use razy_io_hdf5_file, only: hdf5_file_t
    use razy_io_header, only: result_header_t, write_header
+   use razy_io_modes_reduction, only: reduction_content_t, write_reduction
    implicit none(type, external)
    private
 
@@ -20,6 +21,11 @@ module razy_io_modes_file
       !> Parts and their shares of the kinetic energy (parts, modes), of the strain energy likewise.
       character(64), allocatable :: part(:), strain_part(:)
       real(wp), allocatable :: share(:, :), strain_share(:, :)
+      !> Names of shafts and their shares of the kinetic energy (shafts, modes).
+      character(64), allocatable :: shaft(:)
+      real(wp), allocatable :: shaft_share(:, :)
+      !> Reduced models beside the unreduced one.
+      type(reduction_content_t), allocatable :: reduction
       !> Names of gear meshes and their deformation in the shapes (meshes, modes).
       character(64), allocatable :: mesh(:)
       real(wp), allocatable :: deformation(:, :)
@@ -62,7 +68,11 @@ contains
       if (allocated(error)) return
       call write_header(file, header, error)
       if (.not. allocated(error)) call write_rest(file, content, error)
+      if (.not. allocated(error) .and. (allocated(content%eigenvalue) .or. allocated(content%reduction))) then
+         call add_dimension(file, "/complex", 2_int64, "real and imaginary part, dimension only", error)
+      end if
       if (.not. allocated(error)) call write_speeds(file, content, error)
+      if (.not. allocated(error) .and. allocated(content%reduction)) call write_reduction(file, content%reduction, error)
       if (.not. allocated(error) .and. allocated(content%critical)) call write_critical(file, content, error)
       if (allocated(error)) then
          call file%discard()
@@ -101,6 +111,10 @@ contains
       if (.not. allocated(error)) call write_dataset(file, "/mesh_deformation", content%deformation, "1", &
                                                      "deformation of a mesh in an undamped mode at rest", &
                                                      [character(5) :: "/mesh", mode], error)
+      if (.not. allocated(error)) call write_dataset(file, "/shaft", content%shaft, "1", "name of the shaft", "/shaft", error)
+      if (.not. allocated(error)) call write_dataset(file, "/shaft_share", content%shaft_share, "1", &
+                                                     "share of a shaft in the kinetic energy of an undamped mode at rest", &
+                                                     [character(6) :: "/shaft", mode], error)
    end subroutine write_rest
 
    !> What depends on the speed.
@@ -116,7 +130,6 @@ contains
       if (.not. allocated(error)) call write_dataset(file, "/frequency", content%frequency, "Hz", &
                                                      "frequency in ascending order", table, error)
       if (allocated(error) .or. .not. allocated(content%eigenvalue)) return
-      call add_dimension(file, "/complex", 2_int64, "real and imaginary part, dimension only", error)
       rows = mode
       if (.not. allocated(content%branch)) then
          rows = "/root"

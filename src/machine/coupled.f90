@@ -4,10 +4,13 @@
 !! holds every contact direction L⁻¹w and observable and is mapped into itself by both matrices is found by a block Krylov
 !! process; the motion in it does not depend on the rest. A symmetric gear pair, of four coordinates, has two such: its
 !! common torsion touches neither teeth nor observable and is not propagated (Kalman's decomposition).
+!! With gyroscopic or circulatory matrices the subspace is that of all coordinates which are coupled, by either matrix, with one
+!! that is felt: what else is not felt is found in the modes (razy_integrate_observable_terms).
 !! A direction is taken as already contained when what is left of it is below `dependent` times what entered.
 module razy_machine_coupled
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
+   use razy_linalg_connected, only: connected_sets, linked
    use razy_linalg_lapack, only: dpotrf, dtrsm
    use razy_machine_machine, only: machine_t, observe_linear
    implicit none(type, external)
@@ -28,6 +31,8 @@ module razy_machine_coupled
    end type coupled_t
 
    real(wp), parameter :: dependent = 1.0e-13_wp
+   !> Smaller than this part of the largest entry, an entry is a rounding error.
+   real(wp), parameter :: rounding = 1.0e-14_wp
 
 contains
 
@@ -38,7 +43,7 @@ contains
       logical, intent(in) :: keep_all
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: factor(:, :), k(:, :), b(:, :), basis(:, :), inverse(:, :)
+      real(wp), allocatable :: factor(:, :), k(:, :), b(:, :), basis(:, :), felt(:, :), inverse(:, :)
       integer :: i, info, n
 
       n = size(machine%mass, 1)
@@ -58,7 +63,12 @@ contains
       if (keep_all) then
          basis = identity(n)
       else
-         call invariant_subspace(k, b, matmul(inverse, directions(machine)), basis)
+         felt = matmul(inverse, directions(machine))
+         if (is_symmetric(k) .and. is_symmetric(b)) then
+            call invariant_subspace(k, b, felt, basis)
+         else
+            basis = felt_coordinates(k, b, felt)
+         end if
       end if
       self%m = size(basis, 2)
       self%project = matmul(transpose(basis), inverse)
@@ -86,6 +96,29 @@ contains
          used = used + 2
       end do
    end function directions
+
+   !> The unit vectors of all coordinates that `k` and `b` couple with one in which a column of `start` is not zero.
+   pure function felt_coordinates(k, b, start) result(basis)
+      real(wp), intent(in) :: k(:, :), b(:, :), start(:, :)
+      real(wp), allocatable :: basis(:, :)
+
+      integer :: set(size(k, 1)), i
+      logical :: felt(size(k, 1))
+
+      set = connected_sets(linked(k, rounding) .or. linked(b, rounding))
+      do i = 1, size(set)
+         felt(i) = any(abs(start(i, :)) > 0.0_wp)
+      end do
+      basis = identity(size(set))
+      basis = basis(:, pack([(i, i=1, size(set))], [(any(felt .and. set == set(i)), i=1, size(set))]))
+   end function felt_coordinates
+
+   pure function is_symmetric(matrix)
+      real(wp), intent(in) :: matrix(:, :)
+      logical :: is_symmetric
+
+      is_symmetric = all(abs(matrix - transpose(matrix)) <= rounding*maxval(abs(matrix)))
+   end function is_symmetric
 
    !> Orthonormal basis of the smallest subspace that holds `start` and is invariant under kᵀ and bᵀ.
    pure subroutine invariant_subspace(k, b, start, basis)

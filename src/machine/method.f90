@@ -38,7 +38,7 @@ contains
 
       character(:), allocatable :: curved
       integer :: j
-      logical :: linear, smoothable, impacts, turning
+      logical :: linear, smoothable, impacts
 
       linear = .true.
       smoothable = .true.
@@ -51,12 +51,11 @@ contains
             impacts = impacts .or. law%impacts
          end associate
       end do
-      turning = .not. (symmetric(machine%damping) .and. symmetric(machine%stiffness))
       key = ""
       allowed = ""
       if (method%integrator == "automatic") then
          method%integrator = "dop853"
-         if (linear .and. .not. turning .and. method%treatment == "automatic") method%integrator = "exact"
+         if (linear .and. method%treatment == "automatic") method%integrator = "exact"
       end if
       select case (method%integrator)
       case ("exact")
@@ -64,9 +63,6 @@ contains
             key = "integrator"
             allowed = "'exact' needs laws that are linear in every branch, and that of '"//curved//"' is not (a power of the "// &
                       "deformation, or friction that falls with the speed); 'dop853' with treatment = 'event' will do"
-         else if (turning) then
-            key = "integrator"
-            allowed = "'exact' needs symmetric damping and stiffness, without gyroscopic and circulatory matrices; 'dop853' will do"
          else if (method%treatment /= "automatic" .and. method%treatment /= "event") then
             key = "treatment"
             allowed = "'exact' finds every event; leave out the treatment, or take a Runge-Kutta method"
@@ -95,13 +91,5 @@ contains
          end if
       end select
    end subroutine check_method
-
-   !> But for rounding.
-   pure function symmetric(matrix)
-      real(wp), intent(in) :: matrix(:, :)
-      logical :: symmetric
-
-      symmetric = .not. any(abs(matrix - transpose(matrix)) > 1.0e-12_wp*maxval(abs(matrix)))
-   end function symmetric
 
 end module razy_machine_method

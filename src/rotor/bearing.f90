@@ -7,6 +7,9 @@
 !!     K = sum k t tᵀ + k_ax t_ax t_axᵀ,   B = beta K.
 !!
 !! All elements are taken to carry; three or more give N k/2 in every radial direction.
+!!
+!! Given matrices need not be symmetric: those of oil films and seals are not. The skew part of the stiffness, the cross
+!! coupling (k_yz - k_zy)/2, has no potential and drives whirl; it is kept apart from the symmetric part, and so is that of damping.
 module razy_rotor_bearing
    use razy_core_kinds, only: pi, wp
    implicit none(type, external)
@@ -14,10 +17,12 @@ module razy_rotor_bearing
 
    public :: bearing_t, rolling_row_t, given_bearing, rolling_bearing
 
-   !> A bearing on a node, its matrices in (u, v, w, phi, theta, psi): N/m (N m/rad, N/rad), N s/m.
+   !> A bearing on a node, its matrices in (u, v, w, phi, theta, psi): N/m (N m/rad, N/rad), N s/m. Symmetric parts, and the
+   !> skew parts that are to be added to them.
    type :: bearing_t
       integer :: shaft = 0, node = 0
       real(wp) :: stiffness(6, 6) = 0.0_wp, damping(6, 6) = 0.0_wp
+      real(wp) :: cross_stiffness(6, 6) = 0.0_wp, cross_damping(6, 6) = 0.0_wp
    end type bearing_t
 
    !> A row of equal rolling elements.
@@ -35,7 +40,7 @@ module razy_rotor_bearing
 
 contains
 
-   !> A bearing with these matrices (6, 6).
+   !> A bearing with these matrices (6, 6), symmetric or not.
    pure function given_bearing(shaft, node, stiffness, damping) result(bearing)
       integer, intent(in) :: shaft, node
       real(wp), intent(in) :: stiffness(6, 6), damping(6, 6)
@@ -43,8 +48,10 @@ contains
 
       bearing%shaft = shaft
       bearing%node = node
-      bearing%stiffness = stiffness
-      bearing%damping = damping
+      bearing%stiffness = 0.5_wp*(stiffness + transpose(stiffness))
+      bearing%damping = 0.5_wp*(damping + transpose(damping))
+      bearing%cross_stiffness = 0.5_wp*(stiffness - transpose(stiffness))
+      bearing%cross_damping = 0.5_wp*(damping - transpose(damping))
    end function given_bearing
 
    !> A bearing of one row of rolling elements at equal angles.

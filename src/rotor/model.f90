@@ -1,8 +1,9 @@
 !! The assembled rotor system,
 !!
-!!     M q'' + (B + Omega G) q' + (K + Omega C) q = f - sum_j w_j F_j(d_j, d_j'),   d_j = w_jᵀ q + Delta_j(t),
+!!     M q'' + (B + Bx + Omega G) q' + (K + Kx + Omega C) q = f - sum_j w_j F_j(d_j, d_j'),   d_j = w_jᵀ q + Delta_j(t),
 !!
-!! with sparse matrices in the coordinates of `numbering`. Meshes are not in B and K: they are directions w_j = (delta_1, -delta_2),
+!! with sparse matrices in the coordinates of `numbering`. Kx and Bx are the skew parts of the matrices of bearings. Meshes are not
+!! in B and K: they are directions w_j = (delta_1, -delta_2),
 !! to which a linear mesh adds k w wᵀ and b w wᵀ.
 module razy_rotor_model
    use razy_core_error, only: error_t
@@ -27,6 +28,8 @@ module razy_rotor_model
       type(csr_t) :: mass, damping, gyroscopic, stiffness, circulatory
       !> K of the shafts alone; B of the shafts' material alone.
       type(csr_t) :: shaft_stiffness, internal_damping
+      !> Kx and Bx, skew; without entries where no bearing has any.
+      type(csr_t) :: cross_stiffness, cross_damping
       !> w (n, meshes).
       real(wp), allocatable :: mesh_direction(:, :)
       !> Linear stiffness and damping of the meshes (meshes).
@@ -48,7 +51,7 @@ contains
       type(rotor_t), intent(in) :: rotor
       type(error_t), allocatable, intent(out) :: error
 
-      type(entries_t) :: bearing_damping, bearing_stiffness
+      type(entries_t) :: bearing_damping, bearing_stiffness, cross_damping, cross_stiffness
       type(csr_t) :: bearings
       integer :: i, n
 
@@ -62,9 +65,17 @@ contains
          associate (at => model%numbering%of(rotor%bearing(i)%shaft, rotor%bearing(i)%node))
             call bearing_stiffness%add_block(at, rotor%bearing(i)%stiffness)
             call bearing_damping%add_block(at, rotor%bearing(i)%damping)
+            if (any(abs(rotor%bearing(i)%cross_stiffness) > 0.0_wp)) then
+               call cross_stiffness%add_block(at, rotor%bearing(i)%cross_stiffness)
+            end if
+            if (any(abs(rotor%bearing(i)%cross_damping) > 0.0_wp)) then
+               call cross_damping%add_block(at, rotor%bearing(i)%cross_damping)
+            end if
          end associate
       end do
       bearings = new_csr(bearing_stiffness, n, n)
+      model%cross_stiffness = new_csr(cross_stiffness, n, n)
+      model%cross_damping = new_csr(cross_damping, n, n)
       model%stiffness = add_matrices(1.0_wp, model%shaft_stiffness, 1.0_wp, bearings)
       call internal_damping(model%internal_damping, rotor, model%numbering, model%mass, model%shaft_stiffness, bearings, error)
       if (allocated(error)) return

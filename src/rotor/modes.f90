@@ -15,7 +15,7 @@ module razy_rotor_modes
    implicit none(type, external)
    private
 
-   public :: energy_shares, natural_modes, reference_shift, strain_shares
+   public :: energy_shares, motion_of, natural_modes, reference_shift, strain_shares
 
    !> Systems of at most this size, or of which more than a third of all modes is wanted, go to LAPACK.
    integer, parameter :: most_dense = 300
@@ -127,6 +127,15 @@ contains
       end do
    end function reference_shift
 
+   !> Which motion a coordinate of a node (1 to 6) belongs to: 1 axial, 2 torsion, 3 bending in the plane xy, 4 in xz.
+   elemental integer function motion_of(kind)
+      integer, intent(in) :: kind
+
+      integer, parameter :: motion(6) = [1, 3, 4, 2, 4, 3]
+
+      motion_of = motion(kind)
+   end function motion_of
+
    !> Shares of the kinetic energy of a shape `q` (n) in axial motion, torsion, bending in the plane xy and in xz; they add
    !> up to 1.
    function energy_shares(model, q) result(share)
@@ -134,14 +143,13 @@ contains
       real(wp), intent(in) :: q(:)
       real(wp) :: share(4)
 
-      integer, parameter :: kind_of(6) = [1, 3, 4, 2, 4, 3]
       real(wp), allocatable :: momentum(:)
       integer :: i
 
       momentum = model%mass%times(q)
       share = 0.0_wp
       do i = 1, size(q)
-         associate (kind => kind_of(model%numbering%kind(i)))
+         associate (kind => motion_of(model%numbering%kind(i)))
             share(kind) = share(kind) + q(i)*momentum(i)
          end associate
       end do

@@ -10,12 +10,14 @@ module razy_rotor_reduced
 
    !> The model with p coordinates,
    !>
-   !>     M y'' + (B + Omega G) y' + (K + Omega C) y = f - sum_j w_j F_j(d_j, d_j'),   d_j = w_jᵀ y + Delta_j(t).
+   !>     M y'' + (B + Bx + Omega G) y' + (K + Kx + Omega C) y = f - sum_j w_j F_j(d_j, d_j'),   d_j = w_jᵀ y + Delta_j(t).
    type :: reduced_t
       !> T (n, p): displacements of the unreduced model are T y.
       real(wp), allocatable :: basis(:, :)
       !> M, B, G, K, C (p, p), without meshes.
       real(wp), allocatable :: mass(:, :), damping(:, :), gyroscopic(:, :), stiffness(:, :), circulatory(:, :)
+      !> Kx, Bx (p, p): skew parts of the matrices of bearings.
+      real(wp), allocatable :: cross_stiffness(:, :), cross_damping(:, :)
       !> w (p, meshes) and the meshes' linear stiffness and damping (meshes).
       real(wp), allocatable :: mesh_direction(:, :), mesh_stiffness(:), mesh_damping(:)
       !> f (p); U (p, shafts), see `model`.
@@ -40,6 +42,8 @@ contains
       reduced%gyroscopic = model%gyroscopic%congruence(basis)
       reduced%stiffness = model%stiffness%congruence(basis)
       reduced%circulatory = model%circulatory%congruence(basis)
+      reduced%cross_stiffness = model%cross_stiffness%congruence(basis)
+      reduced%cross_damping = model%cross_damping%congruence(basis)
       call project_vectors(reduced, basis, model%mesh_direction, model%load, model%unbalance)
       reduced%mesh_stiffness = model%mesh_stiffness
       reduced%mesh_damping = model%mesh_damping
@@ -57,6 +61,8 @@ contains
       reduced%gyroscopic = congruence_of(old%gyroscopic, basis)
       reduced%stiffness = congruence_of(old%stiffness, basis)
       reduced%circulatory = congruence_of(old%circulatory, basis)
+      reduced%cross_stiffness = congruence_of(old%cross_stiffness, basis)
+      reduced%cross_damping = congruence_of(old%cross_damping, basis)
       call project_vectors(reduced, basis, old%mesh_direction, old%load, old%unbalance)
       reduced%mesh_stiffness = old%mesh_stiffness
       reduced%mesh_damping = old%mesh_damping

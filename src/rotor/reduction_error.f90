@@ -20,112 +20,176 @@ module razy_rotor_reduction_error
    type :: reduction_error_t
       !> Whether all numbers could be computed.
       logical :: complete = .false.
+      !> s of K + s M where rigid motion is free, else 0.
+      real(wp) :: shift = 0.0_wp
       !> wᵀ K⁻¹ w of each mesh with meshes open, m/N, unreduced and reduced. Where rigid motion is free, K + s M stands for K
       !> with s of `reference_shift`.
       real(wp), allocatable :: compliance(:), reduced_compliance(:)
       !> Lowest natural frequencies with meshes closed, rad/s.
       real(wp), allocatable :: frequency(:), reduced_frequency(:)
-      !> Angular frequencies of the comparison, rad/s; wᵀ (K + i omega B - omega² M)⁻¹ w with meshes closed, each mesh at
-      !> itself (meshes, frequencies), m/N.
+      !> Whether the unreduced modes move a mesh, |wᵀ x| > `least_d` of the largest, and the nearest frequency that the reduced
+      !> model has to each, rad/s: modes that no mesh feels may be left out on purpose.
+      logical, allocatable :: moves(:)
+      real(wp), allocatable :: nearest(:)
+      !> Angular frequencies of the comparison, rad/s; wᵀ (K + Kx + i omega (B + Bx) - omega² M)⁻¹ w with meshes closed,
+      !> each mesh at itself (meshes, frequencies), m/N.
       real(wp), allocatable :: omega(:)
       complex(wp), allocatable :: response(:, :), reduced_response(:, :)
    contains
       procedure :: largest_compliance_error
       procedure :: largest_frequency_error
+      procedure :: largest_mesh_mode_error
       procedure :: largest_response_error
    end type reduction_error_t
 
+   !> Modes with less of the largest deformation of a mesh are not compared.
+   real(wp), parameter :: least_d = 1.0e-3_wp
+
 contains
 
-   !> Compare at the `count` lowest frequencies (at most those of the reduced model) and at the frequencies `omega` > 0.
-   function compare_reduction(model, reduced, count, omega) result(difference)
+   !> Compare at the `count` lowest frequencies (at most those of the reduced model) and at the frequencies `omega` > 0. What is
+   !> `known` of the unreduced model from a comparison with as many frequencies and the same `omega` is not computed again.
+   function compare_reduction(model, reduced, count, omega, known) result(difference)
       type(rotor_model_t), intent(in) :: model
       type(reduced_t), intent(in) :: reduced
       integer, intent(in) :: count
       real(wp), intent(in) :: omega(:)
+      type(reduction_error_t), intent(in), optional :: known
       type(reduction_error_t) :: difference
 
       type(eigenpairs_t) :: pairs
-      integer :: kept
+      integer :: i, kept
 
-      difference%omega = omega
-      call compare_compliance(difference, model, reduced)
       kept = min(count, size(reduced%load))
-      pairs = natural_modes(model, kept, meshed=.true.)
-      difference%complete = difference%complete .and. pairs%status == modes_found
-      difference%frequency = sqrt(max(pairs%value, 0.0_wp))
+      if (present(known)) then
+         difference = known
+         difference%frequency = known%frequency(:min(kept, size(known%frequency)))
+         difference%moves = known%moves(:size(difference%frequency))
+      else
+         difference%omega = omega
+         call unreduced_compliance(difference, model)
+         pairs = natural_modes(model, kept, meshed=.true.)
+         difference%complete = difference%complete .and. pairs%status == modes_found
+         difference%frequency = sqrt(max(pairs%value, 0.0_wp))
+         difference%moves = moving(model, pairs%vector)
+         call unreduced_response(difference, model)
+      end if
+      call compliance_of(difference, reduced)
+      kept = size(difference%frequency)
       pairs = dense_modes(reduced%closed_stiffness(), reduced%mass)
       difference%complete = difference%complete .and. pairs%status == modes_found
       difference%reduced_frequency = sqrt(max(pairs%value(:min(kept, size(pairs%value))), 0.0_wp))
-      call compare_response(difference, model, reduced)
+      difference%nearest = difference%frequency
+      do i = 1, kept
+         associate (values => sqrt(max(pairs%value, 0.0_wp)))
+            difference%nearest(i) = values(minloc(abs(values - difference%frequency(i)), dim=1))
+         end associate
+      end do
+      call response_of(difference, reduced)
    end function compare_reduction
 
-   subroutine compare_compliance(difference, model, reduced)
+   !> Which shapes (n, modes) move a mesh.
+   pure function moving(model, shapes) result(moves)
+      type(rotor_model_t), intent(in) :: model
+      real(wp), intent(in) :: shapes(:, :)
+      logical, allocatable :: moves(:)
+
+      real(wp) :: d(size(shapes, 2), size(model%mesh_stiffness))
+      integer :: i, j
+
+      do j = 1, size(d, 2)
+         d(:, j) = [(abs(dot_product(model%mesh_direction(:, j), shapes(:, i))), i=1, size(d, 1))]
+      end do
+      moves = [(any(d(i, :) > least_d*maxval(d)), i=1, size(d, 1))]
+   end function moving
+
+   subroutine unreduced_compliance(difference, model)
       type(reduction_error_t), intent(inout) :: difference
       type(rotor_model_t), intent(in) :: model
-      type(reduced_t), intent(in) :: reduced
 
       type(band_factor_t) :: factor
-      complex(wp), allocatable :: matrix(:, :), column(:, :)
-      real(wp) :: shift
-      integer, allocatable :: pivot(:)
-      integer :: info, j, p
+      integer :: info, j
 
-      p = size(reduced%load)
-      allocate (difference%compliance(size(model%mesh_stiffness)), difference%reduced_compliance(size(model%mesh_stiffness)))
-      shift = 0.0_wp
+      allocate (difference%compliance(size(model%mesh_stiffness)))
       call factor%factor(model%stiffness, info)
       if (info /= 0) then
-         shift = reference_shift(model)
-         call factor%factor(add_matrices(1.0_wp, model%stiffness, shift, model%mass), info)
+         difference%shift = reference_shift(model)
+         call factor%factor(add_matrices(1.0_wp, model%stiffness, difference%shift, model%mass), info)
       end if
       difference%complete = info == 0
-      allocate (pivot(p), column(p, 1))
       do j = 1, size(model%mesh_stiffness)
          associate (w => model%mesh_direction(:, j))
             difference%compliance(j) = dot_product(w, factor%solve(w))
          end associate
-         matrix = cmplx(reduced%stiffness + shift*reduced%mass, kind=wp)
+      end do
+   end subroutine unreduced_compliance
+
+   subroutine compliance_of(difference, reduced)
+      type(reduction_error_t), intent(inout) :: difference
+      type(reduced_t), intent(in) :: reduced
+
+      complex(wp), allocatable :: matrix(:, :), column(:, :)
+      integer, allocatable :: pivot(:)
+      integer :: info, j, p
+
+      p = size(reduced%load)
+      allocate (pivot(p), column(p, 1))
+      difference%reduced_compliance = difference%compliance
+      do j = 1, size(difference%compliance)
+         matrix = cmplx(reduced%stiffness + difference%shift*reduced%mass, kind=wp)
          column(:, 1) = cmplx(reduced%mesh_direction(:, j), kind=wp)
          call zgesv(p, 1, matrix, p, pivot, column, p, info)
          difference%complete = difference%complete .and. info == 0
          difference%reduced_compliance(j) = dot_product(reduced%mesh_direction(:, j), column(:, 1)%re)
       end do
-   end subroutine compare_compliance
+   end subroutine compliance_of
 
-   subroutine compare_response(difference, model, reduced)
+   subroutine unreduced_response(difference, model)
       type(reduction_error_t), intent(inout) :: difference
       type(rotor_model_t), intent(in) :: model
-      type(reduced_t), intent(in) :: reduced
 
       type(csr_t) :: stiffness
-      complex(wp), allocatable :: column(:), closed(:, :), matrix(:, :), solution(:, :)
+      complex(wp), allocatable :: column(:)
+      integer :: f, info, j
+
+      allocate (difference%response(size(model%mesh_stiffness), size(difference%omega)))
+      stiffness = model%closed_stiffness()
+      do f = 1, size(difference%omega)
+         do j = 1, size(model%mesh_stiffness)
+            call harmonic_response(column, model, stiffness, difference%omega(f), j, info)
+            difference%complete = difference%complete .and. info == 0
+            difference%response(j, f) = sum(model%mesh_direction(:, j)*column)
+         end do
+      end do
+   end subroutine unreduced_response
+
+   subroutine response_of(difference, reduced)
+      type(reduction_error_t), intent(inout) :: difference
+      type(reduced_t), intent(in) :: reduced
+
+      complex(wp), allocatable :: matrix(:, :), solution(:, :)
       integer, allocatable :: pivot(:)
       integer :: f, info, j, meshes, p
 
-      meshes = size(model%mesh_stiffness)
+      meshes = size(difference%compliance)
       p = size(reduced%load)
-      allocate (difference%response(meshes, size(difference%omega)), difference%reduced_response(meshes, size(difference%omega)))
+      difference%reduced_response = difference%response
       allocate (pivot(p), solution(p, meshes))
-      stiffness = model%closed_stiffness()
       do f = 1, size(difference%omega)
          associate (omega => difference%omega(f))
-            closed = cmplx(reduced%closed_stiffness() - omega**2*reduced%mass, omega*reduced%closed_damping(), wp)
-            matrix = closed
+            matrix = cmplx(reduced%closed_stiffness() + reduced%cross_stiffness - omega**2*reduced%mass, &
+                           omega*(reduced%closed_damping() + reduced%cross_damping), wp)
             solution = cmplx(reduced%mesh_direction, kind=wp)
             call zgesv(p, meshes, matrix, p, pivot, solution, p, info)
             difference%complete = difference%complete .and. info == 0
             do j = 1, meshes
-               call harmonic_response(column, model, stiffness, omega, j, info)
-               difference%complete = difference%complete .and. info == 0
-               difference%response(j, f) = sum(model%mesh_direction(:, j)*column)
                difference%reduced_response(j, f) = sum(reduced%mesh_direction(:, j)*solution(:, j))
             end do
          end associate
       end do
-   end subroutine compare_response
+   end subroutine response_of
 
-   !> (K + i omega B - omega² M)⁻¹ w_j with meshes closed, by a banded factor in a narrow order.
+   !> (K + Kx + i omega (B + Bx) - omega² M)⁻¹ w_j with meshes closed, by a banded factor in a narrow order.
    subroutine harmonic_response(column, model, stiffness, omega, j, info)
       complex(wp), allocatable, intent(out) :: column(:)
       type(rotor_model_t), intent(in) :: model
@@ -140,8 +204,8 @@ contains
       integer :: i, n, width
 
       n = model%mass%rows
-      dynamic = add_matrices(1.0_wp, stiffness, -omega**2, model%mass)
-      damping = model%closed_damping()
+      dynamic = add_matrices(1.0_wp, add_matrices(1.0_wp, stiffness, 1.0_wp, model%cross_stiffness), -omega**2, model%mass)
+      damping = add_matrices(1.0_wp, model%closed_damping(), 1.0_wp, model%cross_damping)
       pattern = add_matrices(1.0_wp, dynamic, 1.0_wp, damping)
       allocate (order(n), place(n), pivot(n), right(n, 1), column(n))
       order = narrow_order(pattern)
@@ -199,6 +263,20 @@ contains
          error = max(error, abs(self%reduced_frequency(i)/self%frequency(i) - 1))
       end do
    end function largest_frequency_error
+
+   !> The largest relative distance from the frequency of a mode that moves a mesh to the next one of the reduced model.
+   pure function largest_mesh_mode_error(self) result(error)
+      class(reduction_error_t), intent(in) :: self
+      real(wp) :: error
+
+      integer :: i
+
+      error = 0.0_wp
+      do i = 1, size(self%frequency)
+         if (.not. self%moves(i) .or. self%frequency(i) <= 1.0e-6_wp*maxval(self%frequency)) cycle
+         error = max(error, abs(self%nearest(i)/self%frequency(i) - 1))
+      end do
+   end function largest_mesh_mode_error
 
    !> The largest error of the transfer function over its largest magnitude, of any mesh.
    pure function largest_response_error(self) result(error)

@@ -5,7 +5,7 @@ module razy_rotor_stability
    implicit none(type, external)
    private
 
-   public :: largest_growth, limit_t, stability_limit
+   public :: known_limit, largest_growth, limit_t, stability_limit
    public :: limit_found, limit_none, limit_below, limit_failed
 
    !> Found; no instability in the range; unstable already at its lower end; an eigenproblem failed or the eigenvalue was lost.
@@ -41,27 +41,43 @@ contains
       real(wp), intent(in) :: tolerance
       type(limit_t) :: limit
 
-      type(whirl_t) :: whirl
-      real(wp) :: growth, least, speed
-      integer :: i, place
+      real(wp) :: growth(0:parts), speed(0:parts)
+      integer :: i, status
 
-      least = noise*maxval(problem%scaling)
       do i = 0, parts
-         speed = low + (high - low)*i/parts
-         whirl = problem%solve(speed, circulatory)
-         if (whirl%status /= whirl_found) then
+         speed(i) = low + (high - low)*i/parts
+         call problem%growth(speed(i), circulatory, growth(i), status)
+         if (status /= whirl_found) then
             limit%status = limit_failed
             return
          end if
-         call largest_growth(whirl, growth, place)
-         if (growth > least) exit
+         if (growth(i) > noise*maxval(problem%scaling)) exit
       end do
-      if (i > parts) return
-      limit%speed = speed
+      limit = known_limit(problem, speed(:min(i, parts)), growth(:min(i, parts)), circulatory, tolerance)
+   end function stability_limit
+
+   !> The same where the largest real part `growth`, 1/s, is known at rising speeds.
+   function known_limit(problem, speed, growth, circulatory, tolerance) result(limit)
+      type(whirl_problem_t), intent(in) :: problem
+      real(wp), intent(in) :: speed(:), growth(:), tolerance
+      logical, intent(in) :: circulatory
+      type(limit_t) :: limit
+
+      type(whirl_t) :: whirl
+      real(wp) :: largest
+      integer :: i, place
+
+      i = findloc(growth > noise*maxval(problem%scaling), .true., dim=1)
+      if (i == 0) return
+      limit%status = limit_failed
+      whirl = problem%solve(speed(i), circulatory, shapes=.false.)
+      if (whirl%status /= whirl_found) return
+      call largest_growth(whirl, largest, place)
+      limit%speed = speed(i)
       limit%frequency = whirl%value(place)%im
       limit%status = limit_below
-      if (i > 0) call refine(limit, problem, low + (high - low)*(i - 1)/parts, speed, whirl, circulatory, tolerance)
-   end function stability_limit
+      if (i > 1) call refine(limit, problem, speed(i - 1), speed(i), whirl, circulatory, tolerance)
+   end function known_limit
 
    !> The zero of the real part in [low, high] by the Illinois variant of false position; the eigenvalue is known by its shape,
    !> which is taken anew at the unstable end.
@@ -92,7 +108,7 @@ contains
          old = speed
          speed = a
          if (step > 0) speed = b - fb*(b - a)/(fb - fa)
-         whirl = problem%solve(speed, circulatory)
+         whirl = problem%solve(speed, circulatory, shapes=.false.)
          if (whirl%status /= whirl_found) return
          place = likeliest(whirl, followed)
          value = whirl%value(place)%re - least

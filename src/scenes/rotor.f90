@@ -1,7 +1,7 @@
 !! The scene `rotor`: shafts by finite elements with disks, bearings and gear meshes (THEORY 6-8).
 !!
 !! The machine has the coordinates of `&reduction`, or those of all nodes, and at the speed Omega of `&rotation` the matrices
-!! B + Omega G and K + Omega C as far as `&rotation` asks for G and C. Meshes are contacts, not in its B and K.
+!! B + Bx + Omega G and K + Kx + Omega C as far as `&rotation` asks for G and C. Meshes are contacts, not in its B and K.
 module razy_scenes_rotor
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t
@@ -130,7 +130,7 @@ contains
       end do
    end subroutine name_coordinates
 
-   !> M, B + Omega G, K + Omega C; what is symmetric is so to the last bit.
+   !> M, B + Bx + Omega G, K + Kx + Omega C; what is symmetric is so to the last bit.
    subroutine take_matrices(machine, reduced, input)
       type(machine_t), intent(inout) :: machine
       type(reduced_t), intent(in) :: reduced
@@ -142,6 +142,8 @@ contains
       machine%mass = symmetric(reduced%mass)
       machine%damping = symmetric(reduced%damping)
       machine%stiffness = symmetric(reduced%stiffness)
+      machine%damping = machine%damping + 0.5_wp*(reduced%cross_damping - transpose(reduced%cross_damping))
+      machine%stiffness = machine%stiffness + 0.5_wp*(reduced%cross_stiffness - transpose(reduced%cross_stiffness))
       allocate (machine%load(size(reduced%load)), source=0.0_wp)
       if (input%count("rotation") == 0) return
       call input%get("rotation", 1, "speed_rpm", speed)

@@ -143,7 +143,7 @@ contains
       real(wp), allocatable :: cosine(:), sine(:)
       integer, allocatable :: teeth(:)
       character(:), allocatable :: separation
-      real(wp) :: backlash, speed
+      real(wp) :: backlash, share, speed
       real(qp) :: hertz
       integer :: k
 
@@ -160,7 +160,14 @@ contains
       call input%get("gear_mesh", i, "back_stiffness", back%stiffness)
       call input%get("gear_mesh", i, "back_damping", back%damping)
       call input%get("gear_mesh", i, "separation", separation)
-      contact%law = new_clearance_law(back, front, lower(separation) == "zero_force")
+      call input%get("gear_mesh", i, "slope_in_backlash", share)
+      if (share > 0.0_wp .and. lower(separation) == "zero_force") then
+         call input%complain(error, "gear_mesh", i, "separation", "'zero_deformation' with a slope in the backlash")
+      else if (share > 0.0_wp .and. .not. share*front%stiffness < back%stiffness) then
+         call input%complain(error, "gear_mesh", i, "slope_in_backlash", "a slope less than that of the back flanks")
+      end if
+      if (allocated(error)) return
+      contact%law = new_clearance_law(back, front, lower(separation) == "zero_force", share*front%stiffness)
       call input%get("gear_mesh", i, "error_sine", sine)
       call input%get("gear_mesh", i, "error_cosine", cosine)
       if (size(sine) + size(cosine) == 0) return

@@ -4,13 +4,11 @@ module razy_scenes_rotor_parts
    use razy_core_input, only: input_t
    use razy_core_kinds, only: pi, wp
    use razy_core_text, only: lower, string_t
-   use razy_rotor_bearing, only: bearing_t, given_bearing, rolling_bearing, rolling_row_t
-   use razy_rotor_hertz, only: ball_race_t, ball_stiffness, roller_stiffness
    use razy_rotor_rotor, only: damping_nodal, damping_none, longest_name, rotor_t
    use razy_rotor_section, only: material_t, section_t, shear_cowper, shear_none
+   use razy_scenes_rotor_bearings, only: read_bearing
    use razy_scenes_rotor_places, only: find_node, find_shaft
-   use razy_scenes_rotor_schema, only: bearing_kinds, bearing_matrix, bearing_roller, bearing_rolling, &
-                                       coordinate_choices, damping_choices
+   use razy_scenes_rotor_schema, only: coordinate_choices, damping_choices
    implicit none(type, external)
    private
 
@@ -171,131 +169,5 @@ contains
          holds = holds .or. lower(held(k)%text) == coordinate
       end do
    end function holds
-
-   subroutine read_bearing(bearing, rotor, input, i, error)
-      type(bearing_t), intent(out) :: bearing
-      type(rotor_t), intent(in) :: rotor
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-      type(error_t), allocatable, intent(out) :: error
-
-      type(rolling_row_t) :: row
-      real(wp) :: damping(6, 6), stiffness(6, 6)
-      character(:), allocatable :: text
-      integer :: kind, node, shaft
-
-      call find_node(rotor, input, "bearing", i, shaft, node, error)
-      if (allocated(error)) return
-      call input%get("bearing", i, "kind", text)
-      kind = findloc(bearing_kinds, lower(text), dim=1)
-      if (kind == bearing_matrix) then
-         call need(input, i, kind, ["stiffness"], error)
-         if (.not. allocated(error)) call read_matrix(stiffness, input, i, "stiffness", error)
-         if (.not. allocated(error)) call read_matrix(damping, input, i, "damping_matrix", error)
-         if (.not. allocated(error)) bearing = given_bearing(shaft, node, stiffness, damping)
-         return
-      end if
-      call need(input, i, kind, ["elements"], error)
-      if (.not. allocated(error)) call read_radial(row%radial, input, i, kind, error)
-      if (allocated(error)) return
-      call input%get("bearing", i, "elements", row%elements)
-      call input%get("bearing", i, "axial_stiffness", row%axial)
-      call input%get("bearing", i, "axial_radius", row%axial_radius)
-      call input%get("bearing", i, "first_angle", row%first_angle)
-      call input%get("bearing", i, "offset", row%offset)
-      call input%get("bearing", i, "damping_factor", row%damping_factor)
-      row%first_angle = row%first_angle*pi/180
-      bearing = rolling_bearing(shaft, node, row)
-   end subroutine read_bearing
-
-   !> Radial stiffness of a rolling element, given or from its geometry.
-   subroutine read_radial(radial, input, i, kind, error)
-      real(wp), intent(out) :: radial
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i, kind
-      type(error_t), allocatable, intent(out) :: error
-
-      type(ball_race_t) :: race
-      real(wp) :: length, load
-
-      radial = 0.0_wp
-      select case (kind)
-      case (bearing_rolling)
-         call need(input, i, kind, ["radial_stiffness"], error)
-         if (.not. allocated(error)) call input%get("bearing", i, "radial_stiffness", radial)
-      case (bearing_roller)
-         call need(input, i, kind, ["roller_length", "element_load "], error)
-         if (allocated(error)) return
-         call input%get("bearing", i, "roller_length", length)
-         call input%get("bearing", i, "element_load", load)
-         radial = roller_stiffness(length, load)
-      case default
-         call need(input, i, kind, [character(14) :: "ball_diameter", "pitch_diameter", "inner_groove", "outer_groove", &
-                                    "element_load"], error)
-         if (allocated(error)) return
-         call input%get("bearing", i, "ball_diameter", race%ball)
-         call input%get("bearing", i, "pitch_diameter", race%pitch)
-         call input%get("bearing", i, "inner_groove", race%inner_groove)
-         call input%get("bearing", i, "outer_groove", race%outer_groove)
-         call input%get("bearing", i, "young_modulus", race%young)
-         call input%get("bearing", i, "poisson_ratio", race%poisson)
-         call input%get("bearing", i, "element_load", load)
-         if (race%pitch <= race%ball) then
-            call input%complain(error, "bearing", i, "pitch_diameter", "more than the diameter of the balls")
-         else if (min(race%inner_groove, race%outer_groove) <= race%ball/2) then
-            call input%complain(error, "bearing", i, "inner_groove", "grooves of a radius more than that of the balls")
-         else
-            radial = ball_stiffness(race, load)
-         end if
-      end select
-   end subroutine read_radial
-
-   !> Complain about the first of `keys` that is not given.
-   subroutine need(input, i, kind, keys, error)
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i, kind
-      character(*), intent(in) :: keys(:)
-      type(error_t), allocatable, intent(out) :: error
-
-      integer :: k
-
-      do k = 1, size(keys)
-         if (input%given("bearing", i, trim(keys(k)))) cycle
-         call input%complain(error, "bearing", i, trim(keys(k)), "required by kind = '"//trim(bearing_kinds(kind))//"'")
-         return
-      end do
-   end subroutine need
-
-   !> A symmetric matrix (6, 6) from its diagonal or its rows; zero if not given.
-   subroutine read_matrix(matrix, input, i, key, error)
-      real(wp), intent(out) :: matrix(6, 6)
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-      character(*), intent(in) :: key
-      type(error_t), allocatable, intent(out) :: error
-
-      real(wp), allocatable :: values(:)
-      integer :: k
-
-      matrix = 0.0_wp
-      if (.not. input%given("bearing", i, key)) return
-      call input%get("bearing", i, key, values)
-      if (size(values) == 6) then
-         do k = 1, 6
-            matrix(k, k) = values(k)
-         end do
-      else if (size(values) == 36) then
-         matrix = reshape(values, [6, 6])
-      else
-         call input%complain(error, "bearing", i, key, "6 values, the diagonal, or 36, row by row")
-         return
-      end if
-      if (any(abs(matrix - transpose(matrix)) > 1.0e-9_wp*maxval(abs(matrix)))) then
-         call input%complain(error, "bearing", i, key, "a symmetric matrix")
-      else if (any([(matrix(k, k), k=1, 6)] < 0.0_wp)) then
-         call input%complain(error, "bearing", i, key, "a matrix without negative values on its diagonal")
-      end if
-      matrix = 0.5_wp*(matrix + transpose(matrix))
-   end subroutine read_matrix
 
 end module razy_scenes_rotor_parts

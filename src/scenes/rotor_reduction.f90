@@ -1,21 +1,33 @@
-!! The reduction that a rotor scene asks for.
+!! The reduction that a rotor scene asks for, and the other ones that it can be compared with.
 module razy_scenes_rotor_reduction
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t
    use razy_core_kinds, only: pi, wp
    use razy_core_number, only: to_text
    use razy_core_text, only: lower
+   use razy_rotor_craig_bampton, only: craig_bampton
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_reduced, only: new_reduced, reduced_t
-   use razy_rotor_synthesis, only: add_static_correction, craig_bampton, modal_synthesis, second_level
+   use razy_rotor_second_level, only: second_level
+   use razy_rotor_synthesis, only: add_static_correction, modal_synthesis
    use razy_scenes_rotor_schema, only: method_craig_bampton, method_none, sortings
    implicit none(type, external)
    private
 
-   public :: is_reduced, reduce
+   public :: chosen, is_reduced, reduce, reduce_by, reduction_t
 
    !> Dense matrices of more coordinates than this are refused.
    integer, parameter :: most_dense = 3000
+
+   !> A kind of reduction.
+   type :: reduction_t
+      character(15) :: method = "modal_synthesis"
+      character(4) :: level = "none"
+      character(9) :: sorting = "absolute"
+      logical :: correction = .false.
+      !> Modes of each shaft; those of the input if not allocated.
+      integer, allocatable :: modes(:)
+   end type reduction_t
 
 contains
 
@@ -40,7 +52,6 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: identity(:, :)
-      logical :: correction
       integer :: i, n
 
       n = model%numbering%n
@@ -57,45 +68,74 @@ contains
          reduced = new_reduced(model, identity)
          return
       end if
-      call first_level(reduced, model, input, error)
-      if (allocated(error)) return
-      call input%get("reduction", 1, "static_correction", correction)
-      if (correction) call add_static_correction(reduced, model, error)
-      if (.not. allocated(error)) call take_second_level(reduced, input, error)
+      call reduce_by(reduced, model, input, chosen(input), error)
    end subroutine reduce
 
-   !> Modes of each shaft.
-   subroutine first_level(reduced, model, input, error)
+   !> The kind of reduction in the input.
+   function chosen(input) result(kind)
+      type(input_t), intent(in) :: input
+      type(reduction_t) :: kind
+
+      character(:), allocatable :: text
+
+      call input%get("reduction", 1, "method", text)
+      kind%method = lower(text)
+      call input%get("reduction", 1, "level", text)
+      kind%level = lower(text)
+      call input%get("reduction", 1, "sorting", text)
+      kind%sorting = lower(text)
+      call input%get("reduction", 1, "static_correction", kind%correction)
+   end function chosen
+
+   !> The model reduced in this way, with the numbers of modes of the input. The static correction comes last, so that the
+   !> second level does not drop it.
+   subroutine reduce_by(reduced, model, input, kind, error)
       type(reduced_t), intent(out) :: reduced
       type(rotor_model_t), intent(in) :: model
       type(input_t), intent(in) :: input
+      type(reduction_t), intent(in) :: kind
+      type(error_t), allocatable, intent(out) :: error
+
+      call first_level(reduced, model, input, kind, error)
+      if (.not. allocated(error)) call take_second_level(reduced, input, kind, error)
+      if (.not. allocated(error) .and. kind%correction) call add_static_correction(reduced, model, error)
+   end subroutine reduce_by
+
+   !> Modes of each shaft.
+   subroutine first_level(reduced, model, input, kind, error)
+      type(reduced_t), intent(out) :: reduced
+      type(rotor_model_t), intent(in) :: model
+      type(input_t), intent(in) :: input
+      type(reduction_t), intent(in) :: kind
       type(error_t), allocatable, intent(out) :: error
 
       type(error_t), allocatable :: problem
-      character(:), allocatable :: method
       integer, allocatable :: modes(:)
       real(wp) :: limit
+      logical :: standard
       integer :: s, shafts
 
       shafts = size(model%rotor%shaft)
-      call input%get("reduction", 1, "method", method)
+      standard = kind%method == method_craig_bampton
       limit = 0.0_wp
       call input%get("reduction", 1, "frequency_limit", limit)
-      if (input%given("reduction", 1, "modes")) then
+      if (allocated(kind%modes)) then
+         modes = kind%modes
+      else if (input%given("reduction", 1, "modes")) then
          call input%get("reduction", 1, "modes", modes)
          if (size(modes) == 1) modes = spread(modes(1), 1, shafts)
-         if (size(modes) /= shafts .or. (lower(method) == method_craig_bampton .and. any(modes /= modes(1)))) then
+         if (size(modes) /= shafts .or. (standard .and. any(modes /= modes(1)))) then
             call input%complain(error, "reduction", 1, "modes", "one number for all shafts, or with 'modal_synthesis' one "// &
                                 "for each of "//to_text(shafts))
          end if
-      else if (limit > 0.0_wp .and. lower(method) /= method_craig_bampton) then
+      else if (limit > 0.0_wp .and. .not. standard) then
          modes = [(model%numbering%first(s + 1) - model%numbering%first(s), s=1, shafts)]
       else
          call input%complain(error, "reduction", 1, "modes", "required: the number of modes of each shaft"// &
-                             merge("                    ", ", or frequency_limit", lower(method) == method_craig_bampton))
+                             merge("                    ", ", or frequency_limit", standard))
       end if
       if (allocated(error)) return
-      if (lower(method) == method_craig_bampton) then
+      if (standard) then
          call craig_bampton(reduced, model, modes(1), problem)
       else
          call modal_synthesis(reduced, model, modes, 2*pi*limit, problem)
@@ -104,26 +144,24 @@ contains
    end subroutine first_level
 
    !> Modes of the reduced model, if asked for.
-   subroutine take_second_level(reduced, input, error)
+   subroutine take_second_level(reduced, input, kind, error)
       type(reduced_t), intent(inout) :: reduced
       type(input_t), intent(in) :: input
+      type(reduction_t), intent(in) :: kind
       type(error_t), allocatable, intent(out) :: error
 
       type(error_t), allocatable :: problem
       type(reduced_t) :: old
-      character(:), allocatable :: level, sorting
       integer :: kept
 
-      call input%get("reduction", 1, "level", level)
-      if (lower(level) == "none") return
+      if (kind%level == "none") return
       if (.not. input%given("reduction", 1, "kept")) then
          call input%complain(error, "reduction", 1, "kept", "required: the number of modes kept on the second level")
          return
       end if
       call input%get("reduction", 1, "kept", kept)
-      call input%get("reduction", 1, "sorting", sorting)
       old = reduced
-      call second_level(reduced, old, kept, lower(level) == "b", findloc(sortings, lower(sorting), dim=1), problem)
+      call second_level(reduced, old, kept, kind%level == "b", findloc(sortings, kind%sorting, dim=1), problem)
       if (allocated(problem)) call input%complain(error, "reduction", 1, "kept", problem%message)
    end subroutine take_second_level
 

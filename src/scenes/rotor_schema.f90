@@ -97,10 +97,11 @@ contains
              key_real("offset", "distance of the row from the node along +x", unit="m", default="0.0"), &
              key_real("damping_factor", "damping in proportion to the stiffness of rolling elements", unit="s", rule=nonnegative, &
                       default="0.0"), &
-             key_real("stiffness", "for kind = 'matrix': the diagonal (6 values) or all rows (36) in u, v, w, phi, theta, psi", &
-                      unit="N/m, N/rad, N m/rad", least=6, most=36), &
+             key_real("stiffness", "for kind = 'matrix': all rows of a matrix, which need not be symmetric: 4 values for v, w "// &
+                      "(k_yy, k_yz, k_zy, k_zz), 16 for v, w, theta, psi, 25 with u, 36 with phi too; or 6, the diagonal", &
+                      unit="N/m, N/rad, N m/rad", least=4, most=36), &
              key_real("damping_matrix", "for kind = 'matrix': damping likewise; zero if not given", &
-                      unit="N s/m, N s/rad, N m s/rad", least=6, most=36), &
+                      unit="N s/m, N s/rad, N m s/rad", least=4, most=36), &
              key_real("ball_diameter", "for kind = 'ball'", unit="m", rule=positive), &
              key_real("pitch_diameter", "diameter of the circle of the balls' centres", unit="m", rule=positive), &
              key_real("inner_groove", "radius of the groove of the inner ring", unit="m", rule=positive), &
@@ -137,11 +138,13 @@ contains
              key_real("stiffness", "mesh stiffness", unit="N/m", rule=positive, required=.true.), &
              key_real("back_stiffness", "stiffness on the back flanks; that of the working ones if not given", unit="N/m", &
                       rule=positive), &
+             key_real("slope_in_backlash", "alpha of (4.58): stiffness within the backlash over that of the working flanks", &
+                      low=0.0_wp, high=0.999_wp, default="0.0"), &
              key_real("damping", "mesh damping, acting in contact", unit="N s/m", rule=nonnegative, default="0.0"), &
              key_real("back_damping", "damping on the back flanks; that of the working ones if not given", unit="N s/m", &
                       rule=nonnegative), &
              key_real("backlash", "backlash along the line of action", unit="m", rule=nonnegative, default="0.0"), &
-             key_string("separation", "where a damped contact is lost; at zero force there is no tension", &
+             key_string("separation", "where a damped contact is lost; at zero force tension is clipped", &
                         choices=["zero_deformation", "zero_force      "], default="zero_deformation"), &
              key_real("error_sine", "static transmission error: sine amplitudes of the harmonics of the tooth frequency", &
                       unit="m", least=1, most=most_harmonics), &
@@ -201,7 +204,13 @@ contains
                         default="none"), &
              key_integer("kept", "modes kept on the second level", rule=positive), &
              key_string("sorting", "order in which modes of the second level are kept: |d| or d of the mesh falling, or "// &
-                        "frequency rising", choices=sortings, default="absolute")]
+                        "frequency rising", choices=sortings, default="absolute"), &
+             key_string("compare", "what razy-modes compares with the unreduced model: nothing; this reduction with and "// &
+                        "without static correction; all kinds with these numbers of modes", choices=["none ", "asked", "all  "], &
+                        default="asked"), &
+             key_integer("compare_modes", "number of frequencies that are compared", low=1, high=10000, default="16"), &
+             key_real("compare_limit", "the transfer functions at the meshes are compared up to this frequency; if left "// &
+                      "out, to the highest frequency compared", unit="Hz", rule=positive)]
       schema(1) = group("reduction", "Fewer coordinates; without this group all of them", keys=keys)
       keys = [ &
              key_real("first_rpm", "first speed of &rotation", unit="rpm", rule=nonnegative, default="0.0"), &
