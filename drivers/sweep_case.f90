@@ -4,6 +4,7 @@ module sweep_case
    use razy_core_input, only: input_t
    use razy_core_kinds, only: i8, wp
    use razy_core_text, only: lower
+   use razy_scenes_scene, only: scene_t
    use razy_scenes_study, only: check_start, contacts_asked, motion_t, new_machine, record_t
    use razy_sweep_grid, only: grid_t
    use razy_sweep_motion_task, only: motion_task_t
@@ -21,6 +22,7 @@ module sweep_case
       type(varied_t), allocatable :: varied(:)
       type(grid_t) :: grid
       type(starts_t) :: starts
+      class(scene_t), allocatable :: scene
       character(:), allocatable :: title
    contains
       procedure :: machine_at
@@ -41,7 +43,7 @@ contains
       self%input = input
       call new_axes(self%varied, self%grid, input, error)
       if (allocated(error)) return
-      call new_machine(self%machine, motion, records, self%input, error)
+      call new_machine(self%machine, motion, records, self%input, error, self%scene)
       if (.not. allocated(error)) call new_starts(self%starts, self%machine, input, error, starts)
       if (allocated(error)) return
       if (self%starts%wanted) self%strobe_periods = 2*self%starts%longest_period
@@ -127,7 +129,7 @@ contains
             end associate
             if (allocated(error)) return
          end do
-         call new_machine(self%machine, motion, records, self%input, error)
+         call new_machine(self%machine, motion, records, self%input, error, self%scene)
          if (self%starts%wanted .and. .not. allocated(error)) then
             call self%starts%strobe_period(self%machine, motion%t_end, self%input, self%strobe_period, error)
          end if
@@ -145,7 +147,7 @@ contains
 
       call put_point(self%varied, self%grid, self%input, self%plan%grid_point(point), error)
       if (allocated(error)) return
-      call new_machine(self%machine, motion, records, self%input, error)
+      call new_machine(self%machine, motion, records, self%input, error, self%scene)
       if (allocated(error)) return
       call ask(self, motion, records)
       if (.not. self%starts%wanted) return

@@ -2,6 +2,7 @@
 module razy_integrate_forms
    use razy_core_kinds, only: wp
    use razy_integrate_cursor, only: cursor_t
+   use razy_integrate_products, only: two_sums, wide
    use razy_integrate_response, only: response_t, rows_t
    implicit none(type, external)
    private
@@ -61,12 +62,17 @@ contains
 
       integer :: i
 
-      f = 0.0_wp
-      g = 0.0_wp
-      do i = 1, response%amplitudes
-         f = f + (rows%re(i, order, j)*self%re(i) + rows%im(i, order, j)*self%im(i))
-         g = g + (rows%re(i, order + 1, j)*self%re(i) + rows%im(i, order + 1, j)*self%im(i))
-      end do
+      if (response%terms >= wide) then
+         call two_sums(response%amplitudes, rows%re(:, order, j), rows%im(:, order, j), rows%re(:, order + 1, j), &
+                       rows%im(:, order + 1, j), self%re, self%im, f, g)
+      else
+         f = 0.0_wp
+         g = 0.0_wp
+         do i = 1, response%amplitudes
+            f = f + (rows%re(i, order, j)*self%re(i) + rows%im(i, order, j)*self%im(i))
+            g = g + (rows%re(i, order + 1, j)*self%re(i) + rows%im(i, order + 1, j)*self%im(i))
+         end do
+      end if
       do i = 1, response%rigid
          if (order == 0) then
             f = f + (rows%rigid_y(i, j)*self%rigid(i) + rows%rigid_v(i, j)*self%rate(i))

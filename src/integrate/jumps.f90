@@ -7,7 +7,8 @@
 module razy_integrate_jumps
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
-   use razy_integrate_field, only: field_t, treat_by_events
+   use razy_integrate_field, only: field_t
+   use razy_integrate_mode, only: treat_by_events
    use razy_integrate_refine, only: watched_t
    use razy_integrate_runge_kutta_bounces, only: bounces_t
    use razy_integrate_runge_kutta_guards, only: guards_t
