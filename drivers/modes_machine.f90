@@ -32,10 +32,10 @@ contains
          call input%complain(error, "modes", 1, "contacts", "'closed' or 'open', or constant loads that are in equilibrium")
       else if (status == linear_rigid) then
          call input%complain(error, "modes", 1, "contacts", "'open': the contact "//machine%contact(culprit)%name// &
-                                  " is rigid")
+                             " is rigid")
       else if (status == linear_curved) then
          call input%complain(error, "modes", 1, "contacts", "'open': the contact "//machine%contact(culprit)%name// &
-                                  " is not piecewise linear")
+                             " is not piecewise linear")
       end if
       if (allocated(error)) return
       call natural_modes(modes, machine%mass, stiffness, status)

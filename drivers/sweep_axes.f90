@@ -183,14 +183,21 @@ contains
          call input%get("sweep", i, "points", points)
          step = 0.0_wp
          if (points > 1) step = (last - first)/(points - 1)
-         if (any(varied%slot%whole .and. abs(varied%factor*step - anint(varied%factor*step)) > 0.0_wp)) &
-            call input%complain(error, "sweep", i, "points", "a number that makes all values of "//varied%parameter// &
-                                " whole numbers")
+         if (broken()) call input%complain(error, "sweep", i, "points", "a number that makes all values of "//varied%parameter// &
+                                           " whole numbers")
       else
          call input%get("sweep", i, "step", step)
-         if (any(varied%slot%whole .and. abs(varied%factor*step - anint(varied%factor*step)) > 0.0_wp)) &
-            call input%complain(error, "sweep", i, "step", "a whole number, as "//varied%parameter//" is")
+         if (broken()) call input%complain(error, "sweep", i, "step", "a whole number, as "//varied%parameter//" is")
       end if
+
+   contains
+
+      !> Whether a step takes an integer to what is none.
+      logical function broken()
+
+         broken = any(varied%slot%whole .and. abs(varied%factor*step - anint(varied%factor*step)) > 0.0_wp)
+      end function broken
+
    end subroutine check_whole
 
    !> A message without the key and value that it begins with, which `complain` says already.

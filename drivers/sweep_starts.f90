@@ -46,8 +46,8 @@ module sweep_starts
 
 contains
 
-   !> Read the groups; `machine` is the one of the input, `numbers` what `read_start_file` (sweep_start_file) found. Without these the starts of a
-   !> file are not known, and `count` is 0.
+   !> Read the groups; `machine` is the one of the input, `numbers` what `read_start_file` (sweep_start_file) found. Without these
+   !> the starts of a file are not known, and `count` is 0.
    subroutine new_starts(self, machine, input, error, numbers)
       type(starts_t), intent(out) :: self
       type(machine_t), intent(in) :: machine

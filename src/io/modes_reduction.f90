@@ -40,7 +40,7 @@ contains
 
       character(*), parameter :: quantity = "/reduction/quantity"
       character(*), parameter :: quantities(3) = [character(32) :: "static compliance", "frequencies of mesh modes", &
-                                                  "transfer function"]
+                                                                                                               "transfer function"]
       integer(int32) :: i
 
       call write_dataset(file, kind, content%name, "1", "kind of reduction", kind, error)

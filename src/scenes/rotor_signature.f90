@@ -7,7 +7,8 @@ module razy_scenes_rotor_signature
    public :: signature
 
    !> Groups that say what is done with a machine, or load it.
-   character(*), parameter :: left_out(*) = [character(9) :: "motion", "record", "sweep", "initial", "load", "starts", "duel"]
+   character(*), parameter :: left_out(*) = [character(9) :: "motion", "record", "sweep", "initial", "load", "stop", "friction", &
+                                                                                             "starts", "duel"]
    character(*), parameter :: nl = new_line("a")
 
 contains
