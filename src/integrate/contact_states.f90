@@ -5,7 +5,7 @@
 module razy_integrate_contact_states
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
-   use razy_integrate_modal_basis, only: modal_basis_t
+   use razy_integrate_modal_parts, only: modal_basis_t
    use razy_integrate_refine, only: watched_t
    use razy_integrate_response, only: linear_form_t, new_response, new_rows, response_t, rows_t
    use razy_integrate_state_modes, only: new_open_modes, new_state_modes, open_modes_t
