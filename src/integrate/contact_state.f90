@@ -2,7 +2,7 @@
 module razy_integrate_contact_state
    use razy_core_kinds, only: wp
    use razy_integrate_held, only: held_t
-   use razy_integrate_modal_basis, only: modal_basis_t
+   use razy_integrate_modal_parts, only: modal_basis_t
    use razy_integrate_refine, only: watched_t
    use razy_integrate_response, only: response_t, rows_t
    use razy_integrate_state_modes, only: open_modes_t
