@@ -35,7 +35,7 @@ program p3
    if (output /= "-") open (newunit=unit, file=output, status="replace", action="write")
    do sweep = 0, repeats
       call cpu_time(start)
-      do point = 1, task%axis%n_values()
+      do point = 1, task%grid%n_points()
          call result%clear()
          call task%run(point, result)
          if (result%integers(1) /= 0) error stop "a point of the sweep has failed"
@@ -52,7 +52,7 @@ contains
       real(wp) :: speed
       integer :: i
 
-      speed = task%axis%value(point)
+      speed = task%grid%axes(1)%value(point)
       write (output_unit, "(a, f0.6, 2(1x, i0))") "point ", speed, result%integers(2:3)
       if (output == "-") return
       associate (extrema => task%extrema(1))

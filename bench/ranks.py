@@ -3,8 +3,10 @@
 
     bench/ranks.py --razy-bin FOLDER
 
-A sweep of 16001 speeds runs on one rank and on two in turn; the time is what razy-sweep prints. Memory is the largest
-resident set of the process, of 401 and of 16001 speeds, beside the size of the result.
+A sweep of 16001 speeds runs on one rank and on two in turn. Elapsed time is what razy-sweep prints; wall time is that
+of the whole command, with the start of mpirun and MPI, and the result file; a sweep of two points tells how much of it
+the start takes. Memory is the largest resident set of the process, of 401 and of 16001 speeds, beside the size of the
+result.
 """
 
 import argparse
@@ -16,12 +18,14 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 from run import BENCH, machine, versions
 
 CASE = BENCH.parent / "inputs" / "torsional_gear_pair.nml"
 SPEEDS = {401: "4.0", 16001: "0.1"}
+FEWEST = {2: "1600.0"}
 
 
 def arguments():
@@ -33,17 +37,19 @@ def arguments():
 
 
 def sweep(options, points, output, ranks):
-    """Run a sweep; return the elapsed time that it prints and the CPU time of all its processes, s."""
-    command = [str(options.razy_bin / "razy-sweep"), str(CASE), "--set", f"sweep%step={SPEEDS[points]}"]
+    """Run a sweep; return the elapsed time that it prints, its wall time, and the CPU time of all its processes, s."""
+    command = [str(options.razy_bin / "razy-sweep"), str(CASE), "--set", f"sweep%step={(SPEEDS | FEWEST)[points]}"]
     command = ["mpirun", "-n", str(ranks), *command, "--output", str(output), "--force"]
     allow = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    begun = time.perf_counter()
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=os.environ | allow)
+    wall = time.perf_counter() - begun
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     words = re.search(r": (\d+) points, 0 failed, ([\d.]+) s", done.stdout + done.stderr)
     if done.returncode != 0 or not words or int(words[1]) != points:
         sys.exit(f"{' '.join(command)}: exit code {done.returncode}\n{done.stdout[-500:]}{done.stderr[-500:]}")
-    return float(words[2]), after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return float(words[2]), wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def peak_memory(options, points, output):
@@ -59,9 +65,12 @@ def peak_memory(options, points, output):
     return 1024 * int(done.stdout)
 
 
-def markdown(options, place, times, cpu, memory, size):
+def markdown(options, place, times, walls, starts, cpu, memory, size):
     ratios = [one / two for one, two in zip(times[1], times[2], strict=True)]
     one, two = (statistics.median(times[ranks]) for ranks in (1, 2))
+    wall, begun, spent = (
+        {ranks: statistics.median(found[ranks]) for ranks in (1, 2)} for found in (walls, starts, cpu)
+    )
     growth = (memory[16001] - memory[401]) / (size[16001] - size[401])
     each = ", ".join(f"{ratio:.2f}" for ratio in ratios)
     lines = [
@@ -74,15 +83,18 @@ def markdown(options, place, times, cpu, memory, size):
         f"The gear pair at 16001 speeds, 1000 to 2600 rpm. Elapsed time as razy-sweep prints it, median of "
         f"{options.rounds} runs of each in turn, without start-up and writing.",
         "",
-        "| ranks | elapsed, s | fastest, s | CPU of all processes, s | times one rank |",
-        "|---|---|---|---|---|",
-        f"| 1 | {one:.3f} | {min(times[1]):.3f} | {statistics.median(cpu[1]):.3f} | 1 |",
-        f"| 2 | {two:.3f} | {min(times[2]):.3f} | {statistics.median(cpu[2]):.3f} | {one / two:.2f} |",
+        "| ranks | elapsed, s | fastest, s | CPU of all processes, s | times one rank | wall, s | two points, s |",
+        "|---|---|---|---|---|---|---|",
+        f"| 1 | {one:.3f} | {min(times[1]):.3f} | {spent[1]:.3f} | 1 | {wall[1]:.3f} | {begun[1]:.3f} |",
+        f"| 2 | {two:.3f} | {min(times[2]):.3f} | {spent[2]:.3f} | {one / two:.2f} | {wall[2]:.3f} | {begun[2]:.3f} |",
         "",
         f"The ratio in each round: {each}. Other load on the cores takes from "
         "two ranks what one does not need: the times count only where the load at the start is near 0. By CPU time, "
         "which other load hardly changes, two ranks on two free cores are at most "
-        f"{2 * statistics.median(cpu[1]) / statistics.median(cpu[2]):.2f} times one rank.",
+        f"{2 * spent[1] / spent[2]:.2f} times one rank.",
+        "",
+        f"By wall time two ranks are {wall[1] / wall[2]:.2f} times one rank: what a sweep of two points takes is the "
+        "start of mpirun and MPI, which no number of ranks shortens.",
         "",
         "## Memory",
         "",
@@ -100,7 +112,8 @@ def main():
     options = arguments()
     options.razy_bin = options.razy_bin.resolve()
     place = machine()
-    times, cpu, memory, size = {1: [], 2: []}, {1: [], 2: []}, {}, {}
+    times, walls, starts, cpu = ({1: [], 2: []} for _ in range(4))
+    memory, size = {}, {}
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "result.h5"
         for points in SPEEDS:
@@ -108,12 +121,14 @@ def main():
             size[points] = output.stat().st_size
         for _ in range(options.rounds):
             for ranks, found in times.items():
-                elapsed, spent = sweep(options, 16001, output, ranks)
+                elapsed, wall, spent = sweep(options, 16001, output, ranks)
                 found.append(elapsed)
+                walls[ranks].append(wall)
+                starts[ranks].append(sweep(options, 2, output, ranks)[1])
                 cpu[ranks].append(spent)
                 print(f"{ranks} ranks: {elapsed:.3f} s, CPU {spent:.3f} s, load {os.getloadavg()[0]:.1f}", flush=True)
     options.report.parent.mkdir(parents=True, exist_ok=True)
-    options.report.write_text(markdown(options, place, times, cpu, memory, size), encoding="utf-8")
+    options.report.write_text(markdown(options, place, times, walls, starts, cpu, memory, size), encoding="utf-8")
     print(options.report.read_text(encoding="utf-8"))
 
 

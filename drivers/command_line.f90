@@ -3,7 +3,7 @@ module command_line
    use, intrinsic :: iso_c_binding, only: c_int
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use razy_core_error, only: error_t, raise
-   use razy_core_kinds, only: wp
+   use razy_core_kinds, only: i8, wp
    use razy_core_text, only: did_you_mean, string_t
    use razy_core_version, only: razy_git_commit, razy_version
    implicit none(type, external)
@@ -22,6 +22,8 @@ module command_line
       !> Of a sweep: forget the checkpoint; least time between two writings to disk that are waited for, s.
       logical :: anew = .false., dry_run = .false.
       real(wp) :: checkpoint = 60.0_wp
+      !> Of a sweep: results after which they are written to disk before that time is over; 0: however many.
+      integer(i8) :: checkpoint_points = 0
       !> Of a sweep: file of its log, not allocated if there is none.
       character(:), allocatable :: log
    end type command_t
@@ -69,7 +71,7 @@ contains
                command%anew = .true.
             else if (sweep .and. word == "--dry-run") then
                command%dry_run = .true.
-            else if (sweep .and. (word == "--checkpoint" .or. word == "--log")) then
+            else if (sweep .and. (word == "--checkpoint" .or. word == "--checkpoint-points" .or. word == "--log")) then
                i = i + 1
                call take(command, word, i, error)
             else
@@ -99,6 +101,8 @@ contains
          call append(command%overrides, argument(i))
       else if (option == "--checkpoint") then
          call read_seconds(command%checkpoint, argument(i), error)
+      else if (option == "--checkpoint-points") then
+         call read_points(command%checkpoint_points, argument(i), error)
       else if (option == "--log") then
          command%log = argument(i)
       else
@@ -121,6 +125,21 @@ contains
       call raise(error, "--checkpoint "//text//": a time in s, 0 or more")
    end subroutine read_seconds
 
+   !> The number of results between two writings to disk.
+   subroutine read_points(points, text, error)
+      integer(i8), intent(inout) :: points
+      character(*), intent(in) :: text
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: status
+
+      read (text, *, iostat=status) points
+      if (status == 0) then
+         if (points >= 1 .and. verify(text, "0123456789") == 0) return
+      end if
+      call raise(error, "--checkpoint-points "//text//": a number of points, 1 or more")
+   end subroutine read_points
+
    !> Take `--option=value`, or the input file.
    subroutine take_word(command, word, sweep, error)
       type(command_t), intent(inout) :: command
@@ -138,10 +157,13 @@ contains
          command%log = word(len("--log=") + 1:)
       else if (sweep .and. index(word, "--checkpoint=") == 1) then
          call read_seconds(command%checkpoint, word(len("--checkpoint=") + 1:), error)
+      else if (sweep .and. index(word, "--checkpoint-points=") == 1) then
+         call read_points(command%checkpoint_points, word(len("--checkpoint-points=") + 1:), error)
       else if (index(word, "-") == 1 .and. len(word) > 1) then
          known = [string_t("--output"), string_t("--force"), string_t("--set"), string_t("--check"), string_t("--help"), &
                   string_t("--version")]
-         if (sweep) known = [known, string_t("--anew"), string_t("--checkpoint"), string_t("--dry-run"), string_t("--log")]
+         if (sweep) known = [known, string_t("--anew"), string_t("--checkpoint"), string_t("--checkpoint-points"), &
+                             string_t("--dry-run"), string_t("--log")]
          call raise(error, word//": no such option; "//did_you_mean(word, known, "options"))
       else if (allocated(command%input)) then
          call raise(error, word//": one input file only, and "//command%input//" is given already")
@@ -203,6 +225,7 @@ contains
       if (sweep) write (output_unit, "(a)") &
          "  --checkpoint SECONDS     have results on the disk itself after this time (default: 60);", &
          "                           an interrupted sweep goes on when the same command is given again", &
+         "  --checkpoint-points N    and after so many points, if that is sooner", &
          "  --anew                   do not go on: delete the checkpoint, and begin again", &
          "  --dry-run                compute a few points, print what all will take, and stop", &
          "  --log FILE               append to a log: start, speed, slowest points, failures; - is the error channel"

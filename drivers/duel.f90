@@ -75,6 +75,7 @@ contains
          content%steps(i) = answer%outcome%steps
          content%rejected(i) = answer%outcome%rejected
          content%jacobians(i) = answer%outcome%jacobians
+         content%doubts(i) = answer%outcome%doubts
          content%error(i) = ieee_value(1.0_wp, ieee_quiet_nan)
          content%velocity_error(i) = content%error(i)
          content%event_time_error(i) = content%error(i)
@@ -220,7 +221,7 @@ contains
                 content%event_time_error(rows), content%cpu_time(rows), source=0.0_wp)
       allocate (content%is_step(rows), source=.false.)
       allocate (content%events(rows), content%event_surplus(rows), content%events_matched(rows), content%evaluations(rows), &
-                content%steps(rows), content%rejected(rows), content%jacobians(rows), source=0_i8)
+                content%steps(rows), content%rejected(rows), content%jacobians(rows), content%doubts(rows), source=0_i8)
    end subroutine make_rows
 
 end module duel

@@ -109,6 +109,8 @@ contains
       content%outcome%factorisations = outcome%factorisations
       content%outcome%impacts = outcome%impacts
       content%outcome%accumulations = outcome%accumulations
+      content%outcome%doubts = outcome%doubts
+      content%outcome%doubt_time = outcome%doubt_time
    end subroutine store_outcome
 
    subroutine store_events(content, log, machine)

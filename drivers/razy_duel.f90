@@ -57,16 +57,16 @@ contains
 
    !> The rows as a table on standard output.
    subroutine print_table()
-      character(*), parameter :: form = "(a16, 1x, a13, 1x, es9.2, 1x, es9.2, 1x, es9.2, 1x, es9.2, i9, i8, i11, i10, 2x, a)"
+      character(*), parameter :: form = "(a16, 1x, a13, 1x, es9.2, 1x, es9.2, 1x, es9.2, 1x, es9.2, i9, i8, i8, i11, i10, 2x, a)"
 
       write (output_unit, "(a, es9.2, a, es9.2, a)") "reference: "//content%reference//"; against "//content%check// &
          " its error is ", content%reference_error, ", that of its event times ", content%reference_event_error, " s"
-      write (output_unit, "(a16, 1x, a13, 4(1x, a9), a9, a8, a11, a10, 2x, a)") "method", "treatment", "setting", "error", &
-         "events, s", "cpu, s", "events", "surplus", "rhs", "steps", "status"
+      write (output_unit, "(a16, 1x, a13, 4(1x, a9), a9, a8, a8, a11, a10, 2x, a)") "method", "treatment", "setting", "error", &
+         "events, s", "cpu, s", "events", "surplus", "doubts", "rhs", "steps", "status"
       do i = 1, size(content%setting)
          write (output_unit, form) content%method(i), content%treatment(i), content%setting(i), content%error(i), &
             content%event_time_error(i), content%cpu_time(i), content%events(i), content%event_surplus(i), &
-            content%evaluations(i), content%steps(i), trim(content%status_meanings(content%status(i) + 1))
+            content%doubts(i), content%evaluations(i), content%steps(i), trim(content%status_meanings(content%status(i) + 1))
       end do
    end subroutine print_table
 

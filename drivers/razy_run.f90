@@ -5,13 +5,14 @@ program razy_run
    use one_motion, only: compute
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t
+   use razy_core_kinds, only: i8, wp
+   use razy_core_number, only: to_text
    use razy_core_text_file, only: read_text_file
    use razy_io_header, only: result_header_t
    use razy_io_output, only: output_is_free
    use razy_io_run_file, only: run_content_t, write_run_file
    use razy_machine_machine, only: machine_t
    use sweep_starts, only: new_starts, starts_t
-   use razy_core_kinds, only: i8
    use razy_scenes_study, only: check_start, motion_t, new_drawing, new_machine, read_study, record_t
    implicit none(type, external)
 
@@ -51,9 +52,19 @@ program razy_run
    if (.not. allocated(error)) call write_run_file(command%output, header, content, command%force, error)
    if (allocated(error)) call fail(error%message, exit_failure)
    call say("wrote "//command%output)
+   if (content%outcome%doubts > 0) call say(doubts_said(content%outcome%doubts, content%outcome%doubt_time))
    if (allocated(problem)) call fail(problem, exit_failure)
 
 contains
+
+   function doubts_said(count, time) result(line)
+      integer(i8), intent(in) :: count
+      real(wp), intent(in) :: time
+      character(:), allocatable :: line
+
+      line = to_text(count)//" events in doubt, the first after "//to_text(time)//" s: closer than the method resolves, so "// &
+             "they may be missed or none (docs/hard_cases.md)"
+   end function doubts_said
 
    !> Begin from the start of &starts if that is one alone, as razy-sweep names it for a point; several are for razy-sweep.
    subroutine apply_single_start(error)

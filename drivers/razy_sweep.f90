@@ -7,7 +7,7 @@ program razy_sweep
    use progress, only: show_progress
    use razy_core_error, only: error_t, raise
    use razy_core_input, only: input_t
-   use razy_core_kinds, only: i8
+   use razy_core_kinds, only: i8, wp
    use razy_core_text, only: string_t
    use razy_core_text_file, only: read_text_file
    use razy_io_header, only: result_header_t
@@ -22,6 +22,7 @@ program razy_sweep
    use sweep_forecast, only: forecast
    use sweep_log, only: log_end, log_start
    use sweep_result, only: write_results
+   use sweep_start_file, only: identity_of, read_start_file
    implicit none(type, external)
 
    type(communicator_t) :: ranks
@@ -29,6 +30,8 @@ program razy_sweep
    type(error_t), allocatable :: error
    type(sweep_task_t) :: task
    character(:), allocatable :: effective
+   !> What the file of starts has, if there is one.
+   real(wp), allocatable :: starts(:)
    logical :: go_on, held
 
    call hold_signals(held)
@@ -69,7 +72,8 @@ contains
       if (command%help .or. command%version) return
       call read_text_file(command%input, text, error)
       if (.not. allocated(error)) call read_study(input, text, command%input, command%overrides, error)
-      if (.not. allocated(error)) call new_sweep(task, input, error)
+      if (.not. allocated(error)) call read_start_file(starts, input, error)
+      if (.not. allocated(error)) call new_sweep(task, input, starts, error)
       if (.not. allocated(error) .and. .not. (command%check .or. command%dry_run)) then
          call output_is_free(command%output, command%force, error)
       end if
@@ -87,10 +91,11 @@ contains
       type(string_t) :: none(0)
 
       call ranks%broadcast(effective, error)
+      if (.not. allocated(error)) call ranks%broadcast(starts, error)
       call leave_if(exit_failure)
       if (.not. ranks%is_root()) then
          call read_study(input, effective, "effective input", none, error)
-         if (.not. allocated(error)) call new_sweep(task, input, error)
+         if (.not. allocated(error)) call new_sweep(task, input, starts, error)
       end if
       call leave_if(exit_failure)
       if (ranks%is_root()) call open_checkpoint(error)
@@ -121,8 +126,9 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       task%checkpoint%interval = command%checkpoint
+      task%checkpoint%most_results = command%checkpoint_points
       if (command%anew) call task%checkpoint%discard_old(command%output, error)
-      if (.not. allocated(error)) call task%prepare_root(command%output, effective, error)
+      if (.not. allocated(error)) call task%prepare_root(command%output, effective//identity_of(starts), error)
       if (allocated(error)) return
       if (task%checkpoint%journal%dropped > 0) then
          call say(checkpoint_path(command%output)//": its last record was not complete, and is dropped")

@@ -2,8 +2,9 @@
 module sweep_case
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t
-   use razy_core_kinds, only: i8
+   use razy_core_kinds, only: i8, wp
    use razy_core_text, only: lower
+   use razy_scenes_scene, only: scene_t
    use razy_scenes_study, only: check_start, contacts_asked, motion_t, new_machine, record_t
    use razy_sweep_grid, only: grid_t
    use razy_sweep_motion_task, only: motion_task_t
@@ -21,6 +22,7 @@ module sweep_case
       type(varied_t), allocatable :: varied(:)
       type(grid_t) :: grid
       type(starts_t) :: starts
+      class(scene_t), allocatable :: scene
       character(:), allocatable :: title
    contains
       procedure :: machine_at
@@ -28,10 +30,11 @@ module sweep_case
 
 contains
 
-   !> Make the task of an input, on every rank.
-   subroutine new_sweep(self, input, error)
+   !> Make the task of an input, on every rank; `starts` is what `read_start_file` found.
+   subroutine new_sweep(self, input, starts, error)
       type(sweep_task_t), intent(out) :: self
       type(input_t), intent(in) :: input
+      real(wp), intent(in) :: starts(:)
       type(error_t), allocatable, intent(out) :: error
 
       type(motion_t) :: motion
@@ -40,8 +43,8 @@ contains
       self%input = input
       call new_axes(self%varied, self%grid, input, error)
       if (allocated(error)) return
-      call new_machine(self%machine, motion, records, self%input, error)
-      if (.not. allocated(error)) call new_starts(self%starts, self%machine, input, error)
+      call new_machine(self%machine, motion, records, self%input, error, self%scene)
+      if (.not. allocated(error)) call new_starts(self%starts, self%machine, input, error, starts)
       if (allocated(error)) return
       if (self%starts%wanted) self%strobe_periods = 2*self%starts%longest_period
       call plan_points(self, input)
@@ -126,7 +129,7 @@ contains
             end associate
             if (allocated(error)) return
          end do
-         call new_machine(self%machine, motion, records, self%input, error)
+         call new_machine(self%machine, motion, records, self%input, error, self%scene)
          if (self%starts%wanted .and. .not. allocated(error)) then
             call self%starts%strobe_period(self%machine, motion%t_end, self%input, self%strobe_period, error)
          end if
@@ -144,7 +147,7 @@ contains
 
       call put_point(self%varied, self%grid, self%input, self%plan%grid_point(point), error)
       if (allocated(error)) return
-      call new_machine(self%machine, motion, records, self%input, error)
+      call new_machine(self%machine, motion, records, self%input, error, self%scene)
       if (allocated(error)) return
       call ask(self, motion, records)
       if (.not. self%starts%wanted) return

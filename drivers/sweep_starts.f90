@@ -31,7 +31,7 @@ module sweep_starts
    !> All starts; without &starts there is one, that of &motion.
    type :: starts_t
       logical :: wanted = .false.
-      !> grid, list or box.
+      !> grid, list, box or file.
       character(:), allocatable :: method
       integer(i8) :: count = 1, seed = 0
       type(start_range_t), allocatable :: range(:)
@@ -46,14 +46,16 @@ module sweep_starts
 
 contains
 
-   !> Read the groups; `machine` is the one of the input.
-   subroutine new_starts(self, machine, input, error)
+   !> Read the groups; `machine` is the one of the input, `numbers` what `read_start_file` (sweep_start_file) found. Without these
+   !> the starts of a file are not known, and `count` is 0.
+   subroutine new_starts(self, machine, input, error, numbers)
       type(starts_t), intent(out) :: self
       type(machine_t), intent(in) :: machine
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
+      real(wp), intent(in), optional :: numbers(:)
 
-      integer :: i, seed
+      integer :: i, n, seed
 
       allocate (self%range(input%count("start_range")))
       self%wanted = input%count("starts") > 0
@@ -76,7 +78,18 @@ contains
          call read_range(self%range(i), self%method, machine, input, i, error)
          if (allocated(error)) return
       end do
-      call count_starts(self, input, error)
+      if (self%method /= "file") then
+         call count_starts(self, input, error)
+         return
+      end if
+      self%count = 0
+      if (.not. present(numbers)) return
+      n = size(numbers)/size(self%range)
+      self%count = n
+      do i = 1, size(self%range)
+         call new_axis(self%range(i)%axis, numbers((i - 1)*n + 1:i*n), error)
+         if (allocated(error)) return
+      end do
    end subroutine new_starts
 
    !> Number of starts.
@@ -139,6 +152,7 @@ contains
          call input%complain(error, "start_range", i, key, "required for &starts method = '"//method//"'")
          return
       end if
+      if (method == "file") return
       if (method == "list") then
          call input%get("start_range", i, "values", values)
          call new_axis(range%axis, values, problem)
@@ -162,6 +176,7 @@ contains
       character(:), allocatable :: key
 
       key = ""
+      if (method == "file") return
       if (method == "list") then
          if (.not. input%given("start_range", i, "values")) key = "values"
          return
@@ -209,7 +224,7 @@ contains
                inner = inner*self%range(k)%axis%n_values()
             end do
             value = range%axis%value(1 + modulo((start - 1)/inner, range%axis%n_values()))
-         case ("list")
+         case ("list", "file")
             value = range%axis%value(start)
          case default
             value = range%first + (range%last - range%first)*uniform([self%seed, grid_point], [start, int(i, i8)])

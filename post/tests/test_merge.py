@@ -81,7 +81,7 @@ def chains(path):
 
 
 @pytest.mark.parametrize(
-    ("change", "says"), [(changed_input, "another input"), (other_commit, "git_commit"), (chains, "has chains")]
+    ("change", "says"), [(changed_input, "another input"), (other_commit, "git_commit"), (chains, "direction")]
 )
 def test_what_does_not_belong_together_is_refused(tmp_path, parts, capsys, change, says):
     change(parts[0])

@@ -1,8 +1,9 @@
 !! Statistics of contacts from a given time on: largest force, impulse, closings and their speeds, time closed, energy dissipated
 !! (razy_dynamics_contact_tally says what each is).
 !!
-!! Integrals are those of Gauss-Legendre with eight points on parts of at most eight natural intervals of the integrator: with
-!! `exact` two radians of the fastest term, with the others a step. An impact is a change from open or parting to closed, or a
+!! Integrals and peaks are the integrator's own where it has a closed form. Otherwise they are those of Gauss-Legendre with eight
+!! points on parts of at most eight natural intervals of the integrator: with `exact` two radians of the fastest term, with the
+!! others a step. An impact is a change from open or parting to closed, or a
 !! jump of s' at a rigid contact; a time-stepping method spreads a jump over a step, where its impulse is a force.
 module razy_dynamics_contact_statistics
    use razy_core_kinds, only: wp
@@ -129,23 +130,24 @@ contains
       real(wp), intent(in) :: tau
 
       real(wp) :: at_end, force, rate, s
-      logical :: active(size(self%tally))
+      logical :: active(size(self%tally)), known
       integer :: i, k, n
 
       self%time = self%time + (part%duration - tau)
       do i = 1, size(self%tally)
          associate (tally => self%tally(i))
             if (tally%closed) tally%time_closed = tally%time_closed + (part%duration - tau)
-            active(i) = tally%closed
-            if (active(i)) cycle
+            call part%by%contact_sums(tally%number, tau, tally%largest, tally%impulse, tally%work, known)
+            active(i) = tally%closed .and. .not. known
+            if (active(i) .or. known) cycle
             ! Smoothed laws have a force in open contacts too.
             call part%by%contact(tally%number, tau, s, rate, force)
             call part%by%contact(tally%number, part%duration, s, rate, at_end)
             active(i) = abs(force) > 0.0_wp .or. abs(at_end) > 0.0_wp
          end associate
       end do
-      if (.not. any(active)) return
-      n = max(1, ceiling((part%duration - tau)/(intervals*part%by%interval())))
+      n = 0
+      if (any(active)) n = max(1, ceiling((part%duration - tau)/(intervals*part%by%interval())))
       do k = 1, n
          call self%add_part(part, active, tau + (part%duration - tau)*(real(k - 1, wp)/n), (part%duration - tau)/n)
       end do

@@ -14,7 +14,7 @@ module razy_integrate_contact_states
    implicit none(type, external)
    private
 
-   public :: attach, contact_state_t, contact_states_t, state_index
+   public :: attach, contact_state_t, contact_states_t, lay_out_contacts, state_index
 
    !> One contact state: the branch of every contact, and the motion in it.
    type :: contact_state_t
@@ -26,8 +26,10 @@ module razy_integrate_contact_states
       !> Functions that end this state, the contact each belongs to, its function there, and the branch beyond.
       type(watched_t), allocatable :: watched(:)
       integer, allocatable :: contact(:), function(:), next(:)
-      !> Machine for which the response was made.
-      integer :: version = 0
+      !> Rows of the variables s of all contacts, made when they are asked for.
+      type(rows_t) :: touching
+      !> Machine for which the response was made, and the rows of contacts.
+      integer :: version = 0, touching_version = 0
       !> Step level that the last search ended with.
       integer :: level = 10
    end type contact_state_t
@@ -218,6 +220,21 @@ contains
       end subroutine add
 
    end subroutine watch_contacts
+
+   !> Have the rows of the contacts' variables in state i.
+   subroutine lay_out_contacts(self, i)
+      type(contact_states_t), intent(inout) :: self
+      integer, intent(in) :: i
+
+      integer :: j
+
+      associate (state => self%state(i))
+         if (state%touching_version == self%version) return
+         state%touching_version = self%version
+         call new_rows(state%touching, state%response, &
+                       [(switching_form(self, j, 1.0_wp, 0.0_wp, 0.0_wp), j=1, size(self%machine%contact))])
+      end associate
+   end subroutine lay_out_contacts
 
    !> alpha s + beta s' + gamma of contact j as a form of the coupled coordinates.
    pure function switching_form(self, j, alpha, beta, gamma) result(form)

@@ -5,6 +5,7 @@
 !! but by `reserve`, when a response is larger than all before it.
 module razy_integrate_cursor
    use razy_core_kinds, only: wp
+   use razy_integrate_products, only: add_product, rotate, wide
    use razy_integrate_response, only: response_t
    use razy_linalg_exponential, only: exponential_action, matrix_exponential
    implicit none(type, external)
@@ -58,7 +59,13 @@ contains
          self%re(n + j) = cosine(j)
          self%im(n + j) = sine(j)
       end do
-      do j = 1, n
+      if (n >= wide) then
+         self%re(:n) = 0.0_wp
+         self%im(:n) = 0.0_wp
+         call add_product(n, 2*m, response%into_re, rest, self%re)
+         call add_product(n, 2*m, response%into_im, rest, self%im)
+      end if
+      do j = 1, merge(0, n, n >= wide)
          self%re(j) = 0.0_wp
          self%im(j) = 0.0_wp
          do i = 1, 2*m
@@ -91,11 +98,16 @@ contains
       do i = 1, 2*m
          z(i) = response%constant(i)
       end do
-      do j = 1, response%amplitudes
-         do i = 1, 2*m
-            z(i) = z(i) + (response%from_re(i, j)*self%re(j) + response%from_im(i, j)*self%im(j))
+      if (response%terms >= wide) then
+         call add_product(2*m, response%amplitudes, response%from_re, self%re, z)
+         call add_product(2*m, response%amplitudes, response%from_im, self%im, z)
+      else
+         do j = 1, response%amplitudes
+            do i = 1, 2*m
+               z(i) = z(i) + (response%from_re(i, j)*self%re(j) + response%from_im(i, j)*self%im(j))
+            end do
          end do
-      end do
+      end if
       do j = 1, response%rigid
          do i = 1, m
             z(i) = z(i) + response%rigid_mode(i, j)*self%rigid(j)
@@ -120,11 +132,16 @@ contains
       if (.not. response%has_step(level)) call tabulate(response, level)
       h = response%step_length(level)
       self%tau = from%tau + h
-      do i = 1, response%amplitudes
-         re = from%re(i)*response%step_re(i, level) - from%im(i)*response%step_im(i, level)
-         self%im(i) = from%re(i)*response%step_im(i, level) + from%im(i)*response%step_re(i, level)
-         self%re(i) = re
-      end do
+      if (response%terms >= wide) then
+         call rotate(response%amplitudes, from%re, from%im, response%step_re(:, level), response%step_im(:, level), &
+                     self%re, self%im)
+      else
+         do i = 1, response%amplitudes
+            re = from%re(i)*response%step_re(i, level) - from%im(i)*response%step_im(i, level)
+            self%im(i) = from%re(i)*response%step_im(i, level) + from%im(i)*response%step_re(i, level)
+            self%re(i) = re
+         end do
+      end if
       do i = 1, response%rigid
          self%rigid(i) = from%rigid(i) + h*(from%rate(i) + 0.5_wp*h*response%rigid_force(i))
          self%rate(i) = from%rate(i) + h*response%rigid_force(i)

@@ -7,9 +7,9 @@ module razy_integrate_exact
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_core_tone, only: add_time
-   use razy_integrate_contact_states, only: attach, contact_states_t, state_index
+   use razy_integrate_contact_states, only: attach, contact_states_t, lay_out_contacts, state_index
    use razy_integrate_cursor, only: copy, cursor_t, move_to, reserve, set_state, state_of
-   use razy_integrate_forms, only: size_of, value_of
+   use razy_integrate_forms, only: curvature_bound, integral_of, size_of, value_and_slope, value_of
    use razy_integrate_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, &
                                         status_blow_up, status_chatter, status_event_limit, status_no_modes, status_ok
    use razy_integrate_refine, only: watched_t
@@ -56,6 +56,8 @@ module razy_integrate_exact
       procedure :: branch_now
       procedure :: interval
       procedure :: final_state
+      procedure :: contact_sums
+      procedure, private :: largest_distance
    end type exact_t
 
    !> Pieces are begun anew after this angle of the fastest exponent, so that its rounding stays below 1e-13.
@@ -354,6 +356,70 @@ contains
          force = touching%force_sign*touching%law%force(self%branch(j), s, rate, touching%normal)
       end associate
    end subroutine contact
+
+   !> Integrals of what contact j does from `tau` to the end of the piece, where its force is k s + offset and no part is dense:
+   !> the work is a difference of potentials then.
+   subroutine contact_sums(self, j, tau, largest, impulse, work, known)
+      class(exact_t), intent(inout) :: self
+      integer, intent(in) :: j
+      real(wp), intent(in) :: tau
+      real(wp), intent(inout) :: largest, impulse, work
+      logical, intent(out) :: known
+
+      real(wp) :: distance, s(2), rate(2)
+
+      associate (state => self%states%state(self%now), contact => self%states%machine%contact(j), last => self%search%probe)
+         associate (law => contact%law%branch(self%branch(j)), response => state%response)
+            known = response%nx == 0 .and. .not. abs(law%damping) > 0.0_wp
+            if (.not. known .or. .not. max(abs(law%stiffness), abs(law%offset)) > 0.0_wp) return
+            call lay_out_contacts(self%states, self%now)
+            call look_at(self, tau)
+            call value_and_slope(state%touching, response, self%looker, j, 0, s(1), rate(1))
+            call value_and_slope(state%touching, response, last, j, 0, s(2), rate(2))
+            impulse = impulse + contact%force_sign*(law%stiffness*integral_of(state%touching, response, self%looker, last, j) &
+                                                    + law%offset*(last%tau - self%looker%tau))
+            work = work + (s(2) - s(1))*(law%stiffness*0.5_wp*(s(1) + s(2)) + law%offset)
+            largest = max(largest, maxval(abs(law%stiffness*s + law%offset)))
+            if (.not. abs(law%stiffness) > 0.0_wp) return
+            distance = largest/abs(law%stiffness)
+            call self%largest_distance(j, -law%offset/law%stiffness, tau, s, rate, distance)
+            largest = max(largest, abs(law%stiffness)*distance)
+         end associate
+      end associate
+   end subroutine contact_sums
+
+   !> Raise `distance` to the largest |s - edge| of contact j at the turns of s between `tau` and the end of the piece; s and s'
+   !> at both are known. The search is spared where the curvature does not suffice for a larger one.
+   subroutine largest_distance(self, j, edge, tau, s, rate, distance)
+      class(exact_t), intent(inout) :: self
+      integer, intent(in) :: j
+      real(wp), intent(in) :: edge, tau, s(2), rate(2)
+      real(wp), intent(inout) :: distance
+
+      type(exit_t) :: turn
+      type(watched_t) :: watched(1)
+      real(wp) :: direction, from
+
+      associate (state => self%states%state(self%now))
+         if (.not. state%response%growing) then
+            if (maxval(abs(s - edge)) + (self%duration - tau)**2/8*curvature_bound(state%touching, state%response, self%looker, j) &
+                <= distance) return
+         end if
+         direction = sign(1.0_wp, rate(1))
+         from = tau
+         watched(1) = watched_t(form=j, order=1)
+         do while (from < self%duration)
+            watched(1)%side = direction
+            watched(1)%from_zero = from > tau
+            self%look%level = state%level
+            call first_exit(self%look, state%response, state%touching, self%start, from, self%duration, watched, turn)
+            if (turn%watched == 0) return
+            distance = max(distance, abs(value_of(state%touching, state%response, self%look%probe, j, 0) - edge))
+            from = turn%tau
+            direction = -direction
+         end do
+      end associate
+   end subroutine largest_distance
 
    !> Branch of contact j.
    pure function branch_now(self, j) result(branch)

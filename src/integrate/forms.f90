@@ -2,11 +2,15 @@
 module razy_integrate_forms
    use razy_core_kinds, only: wp
    use razy_integrate_cursor, only: cursor_t
+   use razy_integrate_products, only: two_sums, wide
    use razy_integrate_response, only: response_t, rows_t
    implicit none(type, external)
    private
 
-   public :: derivatives, size_of, value_and_slope, value_of
+   public :: curvature_bound, derivatives, integral_of, size_of, value_and_slope, value_of
+
+   !> Below this angle a quotient of differences loses more digits than nine terms of the series leave out.
+   real(wp), parameter :: smallest_angle = 0.1_wp
 
 contains
 
@@ -58,12 +62,17 @@ contains
 
       integer :: i
 
-      f = 0.0_wp
-      g = 0.0_wp
-      do i = 1, response%amplitudes
-         f = f + (rows%re(i, order, j)*self%re(i) + rows%im(i, order, j)*self%im(i))
-         g = g + (rows%re(i, order + 1, j)*self%re(i) + rows%im(i, order + 1, j)*self%im(i))
-      end do
+      if (response%terms >= wide) then
+         call two_sums(response%amplitudes, rows%re(:, order, j), rows%im(:, order, j), rows%re(:, order + 1, j), &
+                       rows%im(:, order + 1, j), self%re, self%im, f, g)
+      else
+         f = 0.0_wp
+         g = 0.0_wp
+         do i = 1, response%amplitudes
+            f = f + (rows%re(i, order, j)*self%re(i) + rows%im(i, order, j)*self%im(i))
+            g = g + (rows%re(i, order + 1, j)*self%re(i) + rows%im(i, order + 1, j)*self%im(i))
+         end do
+      end if
       do i = 1, response%rigid
          if (order == 0) then
             f = f + (rows%rigid_y(i, j)*self%rigid(i) + rows%rigid_v(i, j)*self%rate(i))
@@ -154,5 +163,58 @@ contains
          total = total + abs(rows%dense(i, order, j)*self%dense(i))
       end do
    end function size_of
+
+   !> Integral of form `j` between two points on one closed form that has no dense parts: ∫ a e^{λτ} dτ = [a]/λ, or where λ turns
+   !> a little only, a h (e^{λh} - 1)/(λh) by its series.
+   pure function integral_of(rows, response, from, to, j) result(total)
+      type(rows_t), intent(in) :: rows
+      type(response_t), intent(in) :: response
+      type(cursor_t), intent(in) :: from, to
+      integer, intent(in) :: j
+      real(wp) :: total
+
+      complex(wp) :: part, z
+      real(wp) :: h, im, re
+      integer :: i
+
+      h = to%tau - from%tau
+      total = h*rows%constant(j)
+      do i = 1, response%amplitudes
+         if (response%modulus(i)*h > smallest_angle) then
+            re = to%re(i) - from%re(i)
+            im = to%im(i) - from%im(i)
+            part = cmplx(re*real(response%exponent(i)) + im*aimag(response%exponent(i)), &
+                         im*real(response%exponent(i)) - re*aimag(response%exponent(i)), wp)/response%modulus(i)**2
+         else
+            z = h*response%exponent(i)
+            part = h*cmplx(from%re(i), from%im(i), wp)*(1.0_wp + z/2*(1.0_wp + z/3*(1.0_wp + z/4*(1.0_wp + z/5*(1.0_wp &
+                                                                             + z/6*(1.0_wp + z/7*(1.0_wp + z/8*(1.0_wp + z/9))))))))
+         end if
+         total = total + (rows%re(i, 0, j)*real(part) + rows%im(i, 0, j)*aimag(part))
+      end do
+      do i = 1, response%rigid
+         total = total + h*(rows%rigid_y(i, j)*(from%rigid(i) + h/2*(from%rate(i) + h/3*response%rigid_force(i))) &
+                            + rows%rigid_v(i, j)*(from%rate(i) + h/2*response%rigid_force(i)))
+      end do
+   end function integral_of
+
+   !> A bound of the second derivative of form `j` after a point on a closed form that neither grows nor has dense parts.
+   pure function curvature_bound(rows, response, self, j) result(bound)
+      type(rows_t), intent(in) :: rows
+      type(response_t), intent(in) :: response
+      type(cursor_t), intent(in) :: self
+      integer, intent(in) :: j
+      real(wp) :: bound
+
+      integer :: i
+
+      bound = 0.0_wp
+      do i = 1, response%amplitudes
+         bound = bound + rows%size0(i, j)*response%modulus(i)**2*(abs(self%re(i)) + abs(self%im(i)))
+      end do
+      do i = 1, response%rigid
+         bound = bound + abs(rows%rigid_y(i, j)*response%rigid_force(i))
+      end do
+   end function curvature_bound
 
 end module razy_integrate_forms

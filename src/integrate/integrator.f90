@@ -30,6 +30,9 @@ module razy_integrate_integrator
       integer(i8) :: events = 0, steps = 0, rejected = 0, halvings = 0, pieces = 0
       !> Right-hand sides, Jacobian matrices, factorisations, impacts (jumps of the velocity), accumulations of impacts.
       integer(i8) :: evaluations = 0, jacobians = 0, factorisations = 0, impacts = 0, accumulations = 0
+      !> Events that may have been missed or may be none (razy_integrate_doubts), and the time of the step with the first, s.
+      integer(i8) :: doubts = 0
+      real(wp) :: doubt_time = 0.0_wp
       !> Contact states known at the end (exact).
       integer :: states = 0
    end type outcome_t
@@ -89,6 +92,8 @@ module razy_integrate_integrator
       procedure(natural_interval), deferred :: interval
       !> Displacements and velocities (n each) that the last run ended with; needs `keep_all`.
       procedure(end_state), deferred :: final_state
+      !> Integrals over the rest of the piece of what a contact does, where the integrator has a closed form of them.
+      procedure :: contact_sums
    end type integrator_t
 
    abstract interface
@@ -188,6 +193,21 @@ module razy_integrate_integrator
    end interface
 
 contains
+
+   !> Of contact j from `tau` to the end of the piece: integral of its reported force, work done on its law, and `largest` raised
+   !> to the largest magnitude of the force. `known` is false where the integrator has no closed form, as here; then the others
+   !> are left as they are.
+   subroutine contact_sums(self, j, tau, largest, impulse, work, known)
+      class(integrator_t), intent(inout) :: self
+      integer, intent(in) :: j
+      real(wp), intent(in) :: tau
+      real(wp), intent(inout) :: largest, impulse, work
+      logical, intent(out) :: known
+
+      associate (unused_1 => self, unused_2 => j, unused_3 => tau, unused_4 => [largest, impulse, work])
+         known = .false.
+      end associate
+   end subroutine contact_sums
 
    !> Show a piece to all observers.
    subroutine show_piece(observers, piece)

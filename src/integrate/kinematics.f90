@@ -15,8 +15,8 @@ module razy_integrate_kinematics
 
    public :: kinematics_t
 
-   !> Angle below which phases are formed by series.
-   real(wp), parameter :: small_angle = 0.12_wp
+   !> Angles below which phases are formed by series, short and long ones.
+   real(wp), parameter :: small_angle = 0.12_wp, large_angle = 0.8_wp
 
    type :: kinematics_t
       type(machine_t) :: machine
@@ -42,6 +42,7 @@ module razy_integrate_kinematics
       procedure :: start_piece
       procedure :: start_step
       procedure :: look_at_time
+      procedure :: phase
       procedure :: look_at_contact
       procedure :: look_at_contacts
       procedure :: free_acceleration
@@ -127,26 +128,39 @@ contains
       class(kinematics_t), intent(inout) :: self
       real(wp), intent(in) :: tau
 
-      real(wp) :: cosine, sine, x, x2
       integer :: t
 
       do t = 1, size(self%omega)
-         x = self%omega(t)*(tau - self%base)
-         if (abs(x) <= small_angle) then
-            ! The series are right to rounding; most times of a step are near its start.
-            x2 = x*x
-            cosine = 1 - x2*(1.0_wp/2 - x2*(1.0_wp/24 - x2*(1.0_wp/720 - x2*(1.0_wp/40320 - x2*(1.0_wp/3628800)))))
-            sine = x*(1 - x2*(1.0_wp/6 - x2*(1.0_wp/120 - x2*(1.0_wp/5040 - x2*(1.0_wp/362880)))))
-            self%c(t) = self%base_cosine(t)*cosine - self%base_sine(t)*sine
-            self%d(t) = self%base_sine(t)*cosine + self%base_cosine(t)*sine
-         else
-            cosine = cos(self%omega(t)*tau)
-            sine = sin(self%omega(t)*tau)
-            self%c(t) = self%cosine(t)*cosine - self%sine(t)*sine
-            self%d(t) = self%sine(t)*cosine + self%cosine(t)*sine
-         end if
+         call self%phase(t, tau - self%base, self%c(t), self%d(t))
       end do
    end subroutine look_at_time
+
+   !> Cosine and sine of the phase of tone t at `later` s after the start of the step. The series are right to rounding.
+   pure subroutine phase(self, t, later, c, d)
+      class(kinematics_t), intent(in) :: self
+      integer, intent(in) :: t
+      real(wp), intent(in) :: later
+      real(wp), intent(out) :: c, d
+
+      real(wp) :: cosine, sine, x, x2
+
+      x = self%omega(t)*later
+      x2 = x*x
+      if (abs(x) <= small_angle) then
+         cosine = 1 - x2*(1.0_wp/2 - x2*(1.0_wp/24 - x2*(1.0_wp/720 - x2*(1.0_wp/40320 - x2*(1.0_wp/3628800)))))
+         sine = x*(1 - x2*(1.0_wp/6 - x2*(1.0_wp/120 - x2*(1.0_wp/5040 - x2*(1.0_wp/362880)))))
+      else if (abs(x) <= large_angle) then
+         cosine = 1.0_wp/3628800 - x2*(1.0_wp/479001600 - x2*(1.0_wp/87178291200.0_wp - x2*(1.0_wp/20922789888000.0_wp)))
+         cosine = 1 - x2*(1.0_wp/2 - x2*(1.0_wp/24 - x2*(1.0_wp/720 - x2*(1.0_wp/40320 - x2*cosine))))
+         sine = 1.0_wp/39916800 - x2*(1.0_wp/6227020800.0_wp - x2*(1.0_wp/1307674368000.0_wp - x2*(1.0_wp/355687428096000.0_wp)))
+         sine = x*(1 - x2*(1.0_wp/6 - x2*(1.0_wp/120 - x2*(1.0_wp/5040 - x2*(1.0_wp/362880 - x2*sine)))))
+      else
+         cosine = cos(x)
+         sine = sin(x)
+      end if
+      c = self%base_cosine(t)*cosine - self%base_sine(t)*sine
+      d = self%base_sine(t)*cosine + self%base_cosine(t)*sine
+   end subroutine phase
 
    !> s and s' of contact j at z and the phases of the workspace.
    pure subroutine look_at_contact(self, j, z)

@@ -5,11 +5,13 @@
 module razy_integrate_moreau_state
    use razy_contact_contact_law, only: branch_forward, branch_open, branch_sticking
    use razy_core_kinds, only: i8, wp
+   use razy_linalg_complementarity_impact, only: impact_problem_t
    use razy_machine_machine, only: contact_t, machine_t
    implicit none(type, external)
    private
 
-   public :: contact_kinds_t, excitation_t, excite, friction_coefficient, moreau_step_t, new_contact_kinds, rigid_side_t
+   public :: carry_excitation, contact_kinds_t, excitation_t, excite, friction_coefficient, moreau_step_t, new_contact_kinds
+   public :: new_impulse_work, rigid_side_t
 
    !> One side of a rigid contact: its number in the machine, which side, and the branch of the law when it is closed.
    type :: rigid_side_t
@@ -30,6 +32,23 @@ module razy_integrate_moreau_state
       real(wp), allocatable :: load(:), s(:), rate(:)
    end type excitation_t
 
+   !> The problem of impulses, kept from step to step: directions are those of the sides `active`, then all friction elements.
+   type :: impulse_work_t
+      type(impact_problem_t) :: problem
+      !> Sides that take part (the first `count`), and those of which `problem` is.
+      integer :: count = 0
+      integer, allocatable :: active(:), listed(:)
+      !> Of each direction: contact, sign and impulse.
+      integer, allocatable :: contact(:)
+      real(wp), allocatable :: sign(:), impulse(:)
+      !> Factorisation of which the matrix of the problem is.
+      integer(i8) :: factorisation = -1
+      !> Change of s' in the step without impulses (contacts).
+      real(wp), allocatable :: free(:)
+      !> Pivots and sweeps so far.
+      integer(i8) :: pivots = 0, sweeps = 0
+   end type impulse_work_t
+
    !> The scheme with its machine, the state at both ends of the last step, and the matrices of its equations.
    type :: moreau_step_t
       type(machine_t) :: machine
@@ -44,6 +63,7 @@ module razy_integrate_moreau_state
       integer, allocatable :: branch0(:), branch1(:)
       real(wp), allocatable :: force0(:), force1(:), impulse(:), bound(:)
       type(excitation_t) :: start, inner, finish
+      type(impulse_work_t) :: work
       !> Slopes of the compliant laws and step of which `factor` (n, n) is; factor⁻¹ w and wᵀ factor⁻¹ w of all contacts.
       real(wp), allocatable :: stiffness(:), damping(:), factor(:, :), response(:, :), delassus(:, :)
       integer, allocatable :: pivot(:)
@@ -75,6 +95,30 @@ contains
          end associate
       end do
    end subroutine new_contact_kinds
+
+   !> Room for any set of active sides.
+   pure subroutine new_impulse_work(work, kinds, contacts)
+      type(impulse_work_t), intent(out) :: work
+      type(contact_kinds_t), intent(in) :: kinds
+      integer, intent(in) :: contacts
+
+      integer :: most
+
+      most = size(kinds%side) + size(kinds%friction)
+      allocate (work%active(size(kinds%side)), work%contact(most), source=0)
+      allocate (work%listed(size(kinds%side)), source=0)
+      allocate (work%sign(most), work%impulse(most), work%free(contacts), source=0.0_wp)
+   end subroutine new_impulse_work
+
+   !> Take over excitation in the arrays there are.
+   pure subroutine carry_excitation(from, to)
+      type(excitation_t), intent(in) :: from
+      type(excitation_t), intent(inout) :: to
+
+      to%load = from%load
+      to%s = from%s
+      to%rate = from%rate
+   end subroutine carry_excitation
 
    !> Loads and excitation of the contacts at the time `time + time_low`, s.
    pure subroutine excite(machine, time, time_low, now)

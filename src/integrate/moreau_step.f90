@@ -18,7 +18,7 @@ module razy_integrate_moreau_step
    use razy_core_kinds, only: wp
    use razy_core_tone, only: add_time
    use razy_integrate_moreau_newton, only: implicit_branches, newton_round
-   use razy_integrate_moreau_state, only: excite, moreau_step_t, new_contact_kinds
+   use razy_integrate_moreau_state, only: carry_excitation, excite, moreau_step_t, new_contact_kinds, new_impulse_work
    implicit none(type, external)
    private
 
@@ -41,6 +41,7 @@ contains
       n = size(self%machine%load)
       contacts = size(self%machine%contact)
       call new_contact_kinds(self%kinds, self%machine)
+      call new_impulse_work(self%work, self%kinds, contacts)
       self%q1 = self%machine%displacement
       self%v1 = self%machine%velocity
       self%q0 = self%q1
@@ -97,7 +98,7 @@ contains
       self%v0 = self%v1
       self%branch0 = self%branch1
       self%force0 = self%force1
-      self%start = self%finish
+      call carry_excitation(self%finish, self%start)
       at = time
       at_low = time_low
       call add_time(at, at_low, self%theta*h)

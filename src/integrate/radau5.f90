@@ -15,6 +15,7 @@ module razy_integrate_radau5
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use razy_core_kinds, only: i8, wp
    use razy_integrate_field, only: field_t
+   use razy_integrate_field_jacobian, only: form_jacobian
    use razy_linalg_lapack, only: dgetrf, dgetrs, zgetrf, zgetrs
    implicit none(type, external)
    private
@@ -263,7 +264,7 @@ contains
 
       failed = .false.
       if (.not. self%has_jacobian) then
-         call field%jacobian(tau, z, self%jacobian)
+         call form_jacobian(field, tau, z, self%jacobian)
          self%has_jacobian = .true.
          self%is_fresh = .true.
          self%h_factored = 0.0_wp

@@ -7,6 +7,7 @@ module razy_integrate_response
    use razy_core_kinds, only: wp
    use razy_integrate_dense_part, only: dense_part_t, new_dense_part
    use razy_integrate_modal_basis, only: modal_basis_t
+   use razy_integrate_products, only: wide
    implicit none(type, external)
    private
 
@@ -56,6 +57,8 @@ module razy_integrate_response
       real(wp), allocatable :: constant(:), from_re(:, :), from_im(:, :)
       !> a = to_re z + i to_im z for the terms (2m, terms), z without constant and tones.
       real(wp), allocatable :: to_re(:, :), to_im(:, :)
+      !> The same transposed (terms, 2m), for large models only.
+      real(wp), allocatable :: into_re(:, :), into_im(:, :)
       !> Rigid modes (m, rigid) and the constant force on each.
       real(wp), allocatable :: rigid_mode(:, :), rigid_force(:)
       type(dense_part_t), allocatable :: dense(:)
@@ -104,6 +107,10 @@ contains
       end do
       self%to_re = transpose(real(basis%to_term))
       self%to_im = transpose(aimag(basis%to_term))
+      if (self%terms >= wide) then
+         self%into_re = real(basis%to_term)
+         self%into_im = aimag(basis%to_term)
+      end if
       self%rigid_mode = basis%rigid
       self%rigid_force = matmul(load, basis%rigid)
       if (allocated(self%step_re)) deallocate (self%step_re, self%step_im)

@@ -15,15 +15,17 @@ module razy_integrate_runge_kutta
    use razy_core_kinds, only: i8, wp
    use razy_core_tone, only: add_time
    use razy_contact_contact_law, only: branch_sticking
-   use razy_integrate_field, only: treat_by_events, treat_by_smoothing, treat_by_switching
    use razy_integrate_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, status_blow_up, &
                                         status_chatter, status_event_limit, status_no_contact_forces, status_ok, &
                                         status_step_limit, status_step_underflow
    use razy_integrate_runge_kutta_bounces, only: bounces_t
+   use razy_integrate_runge_kutta_doubts, only: step_doubts_t
    use razy_integrate_runge_kutta_locate, only: locator_t
    use razy_integrate_runge_kutta_memory, only: step_memory_t
    use razy_integrate_runge_kutta_resolve, only: resolution_t
    use razy_integrate_runge_kutta_view, only: view_t
+   use razy_integrate_stepper, only: stepper_t
+   use razy_integrate_mode, only: treat_by_events, treat_by_smoothing, treat_by_switching
    use razy_machine_machine, only: machine_t
    use razy_machine_method, only: method_t
    implicit none(type, external)
@@ -38,13 +40,14 @@ module razy_integrate_runge_kutta
       type(resolution_t) :: resolution
       type(bounces_t) :: bounces
       type(step_memory_t) :: memory
+      type(step_doubts_t) :: doubts
       !> Time from which the field counts, s (sum of both), and the time of the state z since then.
       real(wp) :: time = 0.0_wp, time_low = 0.0_wp, tau = 0.0_wp
       real(wp), allocatable :: z(:), z_next(:)
       !> Branches that observers are shown, and those that follow.
       integer, allocatable :: shown(:), following(:)
       !> Whether the method starts anew, and events without time between them so far.
-      logical :: anew = .true.
+      logical :: anew = .true., opening = .true.
       integer :: standing = 0
       real(wp) :: t_end = 0.0_wp
    contains
@@ -67,6 +70,8 @@ module razy_integrate_runge_kutta
    real(wp), parameter :: eps = epsilon(1.0_wp)
    !> An event before this part of a step is looked for again in a shorter step.
    real(wp), parameter :: least_share = 0.125_wp
+   !> Part of a step that may be made along its slope: the square is rounding.
+   real(wp), parameter :: along_slope = 1.0e-8_wp
 
 contains
 
@@ -131,6 +136,8 @@ contains
       outcome%evaluations = self%view%field%evaluations
       outcome%jacobians = self%view%field%jacobians
       outcome%rejected = self%view%stepper%rejected_steps
+      outcome%doubts = self%doubts%count
+      outcome%doubt_time = self%doubts%first
    end subroutine run
 
    !> Time left, s.
@@ -159,6 +166,7 @@ contains
       call self%bounces%forget()
       associate (field => self%view%field, guards => self%locator%guards)
          call field%first_state(self%z)
+         call self%doubts%begin(field)
          guards%delta = 1.0e-9_wp*self%t_end
          guards%count = 0
          call guards%measure(field, 0.0_wp, self%z, .true.)
@@ -203,9 +211,11 @@ contains
       associate (view => self%view, field => self%view%field, stepper => self%view%stepper)
          if (field%treatment == treat_by_events) then
             call self%locator%find(field, stepper, self%tau, self%z, found, theta, dense)
-            if (found .and. theta < least_share) call shorten(self, found, theta, dense)
+            if (found .and. theta < least_share .and. .not. polished(stepper)) call shorten(self, found, theta, dense)
+            call self%doubts%of_turns(self%locator, field, self%method, stepper, self%z, self%time + self%tau)
          end if
-         call self%memory%keep(field%branch, merge(min(stepper%h_next, 4*theta*stepper%h), stepper%h_next, found))
+         if (self%opening) call self%memory%keep(field%branch, stepper%h_next)
+         self%opening = .false.
          last = last .and. .not. stepper%h < remaining(self)
          view%start = self%tau
          view%z_start = self%z
@@ -216,10 +226,11 @@ contains
          if (found) then
             view%duration = theta*stepper%h
             call stepper%at(theta, view%z_stop)
-            if (stepper%dense_order + 1 < stepper%order) call polish(self)
+            if (polished(stepper)) call polish(self)
          else
             view%z_stop = stepper%z_end
             call field%keep_constraints(self%tau + stepper%h, view%z_stop)
+            if (field%treatment == treat_by_events) call self%locator%keep_at_rest(field, view%z_stop)
          end if
          piece%time = self%time
          piece%time_low = self%time_low
@@ -239,6 +250,13 @@ contains
          self%tau = 0.0_wp
       end if
    end subroutine next_piece
+
+   !> Whether the last step to an event is made anew: it pays where a step costs little and dense output is of lower order.
+   pure logical function polished(stepper)
+      type(stepper_t), intent(in) :: stepper
+
+      polished = stepper%adaptive .and. .not. stepper%implicit .and. stepper%dense_order < stepper%order
+   end function polished
 
    !> Count the field's time from now if the method starts anew, or if it has run long enough.
    subroutine start_field(self)
@@ -273,6 +291,7 @@ contains
                call self%locator%start(field, self%tau, self%z)
             end if
             self%anew = .false.
+            self%opening = .true.
          else if (field%treatment == treat_by_events) then
             call self%locator%advance()
          end if
@@ -316,11 +335,12 @@ contains
       end associate
    end subroutine shorten
 
-   !> Where the dense output is of lower order than the method: step to the event by the method itself, and correct its time.
+   !> Where the dense output is of lower order than the method: step to the event by the method itself. What is left of the way is
+   !> done along the slope there if its square is rounding, and by another step if not.
    subroutine polish(self)
       class(runge_kutta_t), intent(inout) :: self
 
-      real(wp) :: g(self%locator%guards%count), rate(self%locator%guards%count), h, whole
+      real(wp) :: g(self%locator%guards%count), rate(self%locator%guards%count), h, rest, whole
       integer :: i, round
       logical :: accepted, failed
 
@@ -338,9 +358,14 @@ contains
             view%z_stop = stepper%z_end
             call guards%look(view%field, self%tau + h, view%z_stop, g, rate)
             i = minloc(g, dim=1, mask=self%locator%hit(:size(g)))
-            if (.not. abs(rate(i)) > 0.0_wp) return
-            if (abs(g(i)/rate(i)) <= 4*eps*h .or. .not. abs(g(i)/rate(i)) < 0.1_wp*h) return
-            h = h - g(i)/rate(i)
+            if (.not. abs(g(i)) < 0.1_wp*h*abs(rate(i))) return
+            rest = -g(i)/rate(i)
+            if (abs(rest) <= along_slope*h) then
+               view%duration = h + rest
+               view%z_stop = stepper%z_end + rest*stepper%dz_end
+               return
+            end if
+            h = h + rest
          end do
          if (accepted) return
          ! The shorter step was refused: the dense output of the whole one has to do.
@@ -482,6 +507,9 @@ contains
                if (law%constraint(branch_sticking) .and. field%treatment == treat_by_switching &
                    .and. abs(field%rate(j)) <= field%band) self%following(j) = branch_sticking
             end associate
+         end do
+         call self%doubts%of_ends(field, self%method, view%stepper, self%shown, self%following, self%z, self%time + self%tau)
+         do j = 1, size(self%shown)
             if (self%following(j) == self%shown(j)) cycle
             self%resolution%changes = self%resolution%changes + 1
             self%resolution%contact(self%resolution%changes) = j

@@ -26,8 +26,11 @@ module razy_integrate_runge_kutta_locate
       real(wp), allocatable :: g0(:), rate0(:), g1(:), rate1(:)
       !> The guards that are left at the event found (count).
       logical, allocatable :: hit(:)
-      !> Bound of the change of s' in a step (contacts).
-      real(wp), allocatable :: curving(:)
+      !> |s''| at the start and the end of a step (contacts each), and whether that at the start is known.
+      real(wp), allocatable, private :: bend0(:), bend1(:)
+      logical, private :: bend_known = .false.
+      !> Where a guard that fell has turned in the step, the least |g| there, at least half of it; huge where it has not (count).
+      real(wp), allocatable :: nearest(:)
       !> Workspace: guards at two points inside, those to look at, state.
       real(wp), allocatable, private :: ga(:), ra(:), gb(:), rb(:), gc(:), rc(:), z(:)
       logical, allocatable, private :: suspect(:)
@@ -40,6 +43,7 @@ module razy_integrate_runge_kutta_locate
       procedure :: start
       procedure :: find
       procedure :: advance
+      procedure :: keep_at_rest
       procedure, private :: root
       procedure, private :: turn
       procedure, private :: look_inside
@@ -56,13 +60,15 @@ contains
 
       call self%guards%attach(field)
       n = size(self%guards%entry)
-      if (allocated(self%g0)) deallocate (self%g0, self%rate0, self%g1, self%rate1, self%hit, self%curving, self%ga, &
-                                          self%ra, self%gb, self%rb, self%gc, self%rc, self%z, self%suspect)
+      if (allocated(self%g0)) deallocate (self%g0, self%rate0, self%g1, self%rate1, self%hit, self%bend0, self%bend1, self%ga, &
+                                          self%ra, self%gb, self%rb, self%gc, self%rc, self%z, self%suspect, &
+                                          self%nearest)
       allocate (self%g0(n), self%rate0(n), self%g1(n), self%rate1(n), self%ga(n), self%ra(n), self%gb(n), self%rb(n), self%gc(n), &
                 self%rc(n), source=0.0_wp)
       allocate (self%hit(n), self%suspect(n), source=.false.)
+      allocate (self%nearest(n), source=huge(1.0_wp))
       allocate (self%z(2*field%m), source=0.0_wp)
-      allocate (self%curving(size(field%branch)), source=0.0_wp)
+      allocate (self%bend0(size(field%branch)), self%bend1(size(field%branch)), source=0.0_wp)
    end subroutine attach
 
    !> List the guards of the field's mode, which begins at (tau, z).
@@ -74,6 +80,7 @@ contains
       call self%guards%watch(field)
       call self%guards%measure(field, tau, z, .false.)
       call self%guards%look(field, tau, z, self%g0, self%rate0)
+      self%bend_known = .false.
    end subroutine start
 
    !> Go on to the next step of the mode, after `find` has found nothing.
@@ -86,7 +93,34 @@ contains
          self%g0(i) = self%g1(i)
          self%rate0(i) = self%rate1(i)
       end do
+      self%bend0 = self%bend1
+      self%bend_known = .true.
    end subroutine advance
+
+   !> Take out of z, at the end of a step in which `find` has found nothing, the rounding of contacts that rest on a bound of s: where
+   !> neither s nor s' can be told from rest they are set to it. Left alone, rounding would drift over the bound and back again.
+   subroutine keep_at_rest(self, field, z)
+      class(locator_t), intent(inout) :: self
+      type(field_t), intent(in) :: field
+      real(wp), intent(inout) :: z(:)
+
+      real(wp) :: length
+      integer :: i, m
+
+      m = field%m
+      do i = 1, self%guards%count
+         if (abs(self%g1(i)) > self%guards%noise(i)) cycle
+         associate (entry => self%guards%entry(i))
+            if (entry%function == 0 .or. abs(entry%beta) > 0.0_wp .or. .not. self%guards%reach(entry%contact) > 0.0_wp) cycle
+            if (abs(self%rate1(i)) > abs(entry%alpha)*self%guards%on_rate(entry%contact)) cycle
+            length = entry%side*entry%alpha*sum(field%w(:, entry%contact)**2)
+            z(:m) = z(:m) - field%w(:, entry%contact)*(self%g1(i)/length)
+            z(m + 1:) = z(m + 1:) - field%w(:, entry%contact)*(self%rate1(i)/length)
+            self%g1(i) = 0.0_wp
+            self%rate1(i) = 0.0_wp
+         end associate
+      end do
+   end subroutine keep_at_rest
 
    !> Look for the first exit in the accepted step h of the stepper from (tau, z). If one is `found`, it is at theta*h, and
    !> `hit` are the guards that are left there together. `dense`: the dense output has been made.
@@ -106,6 +140,7 @@ contains
       theta = 1.0_wp
       n = self%guards%count
       if (n == 0) return
+      self%nearest(:n) = huge(1.0_wp)
       self%tau = tau
       self%h = stepper%h
       self%guards%delta = 1.0e-5_wp*stepper%h
@@ -142,8 +177,8 @@ contains
       if (found) call gather(self, field, stepper, theta)
    end subroutine find
 
-   !> The guards that could be left in the step. A path that touches 0 is at least g0 + g1 long; its speed is at most that at the
-   !> ends and what twice their accelerations add in half the step. Functions of the rate and forces are trusted only if twice the
+   !> The guards that could be left in the step, at whose end `look` has just been. A path that touches 0 is at least g0 + g1 long;
+   !> its speed is at most that at the ends and what twice their accelerations add in half the step. Functions of the rate and forces are trusted only if twice the
    !> room of a cubic's control points is left.
    pure subroutine choose_suspects(self, field, stepper)
       type(locator_t), intent(inout) :: self
@@ -155,18 +190,21 @@ contains
 
       m = field%m
       n = size(field%branch)
-      call field%look_at_time(self%tau)
       do j = 1, n
-         self%curving(j) = abs(field%second_rate(j, stepper%dz_start(m + 1:)))
+         self%bend1(j) = abs(field%second_rate(j, stepper%dz_end(m + 1:)))
       end do
-      call field%look_at_time(self%tau + self%h)
-      do j = 1, n
-         self%curving(j) = stepper%h*max(self%curving(j), abs(field%second_rate(j, stepper%dz_end(m + 1:))))
-      end do
+      if (.not. self%bend_known) then
+         call field%look_at_time(self%tau)
+         do j = 1, n
+            self%bend0(j) = abs(field%second_rate(j, stepper%dz_start(m + 1:)))
+         end do
+         self%bend_known = .true.
+      end if
       do i = 1, self%guards%count
          associate (entry => self%guards%entry(i))
             if (entry%function > 0 .and. .not. abs(entry%beta) > 0.0_wp) then
-               room = max(abs(self%rate0(i)), abs(self%rate1(i))) + abs(entry%alpha)*self%curving(entry%contact)
+               room = max(abs(self%rate0(i)), abs(self%rate1(i))) + abs(entry%alpha) &
+                      *stepper%h*max(self%bend0(entry%contact), self%bend1(entry%contact))
                self%suspect(i) = min(self%g0(i), self%g1(i)) <= self%guards%noise(i) &
                                  .or. self%g0(i) + self%g1(i) <= stepper%h*room
             else
@@ -202,7 +240,7 @@ contains
       real(wp), intent(inout) :: theta
       logical, intent(inout) :: found
 
-      real(wp) :: at, g_turn, turn
+      real(wp) :: at, g_turn, lowest, turn
       logical :: left
 
       left = .false.
@@ -219,8 +257,13 @@ contains
             end if
          else if (ra < 0.0_wp .and. rb > 0.0_wp) then
             ! A convex function is nowhere below the tangents at both ends.
-            if (ga + ra*((gb - ga - rb*(b - a)*self%h)/(ra - rb)) > 0.5_wp*min(ga, gb) .and. min(ga, gb) > noise) return
+            lowest = ga + ra*((gb - ga - rb*(b - a)*self%h)/(ra - rb))
+            if (lowest > 0.5_wp*min(ga, gb) .and. min(ga, gb) > noise) then
+               self%nearest(i) = min(self%nearest(i), lowest)
+               return
+            end if
             call self%turn(field, stepper, i, a, b, turn, g_turn)
+            self%nearest(i) = min(self%nearest(i), abs(g_turn))
             left = g_turn < -noise
             if (left .and. ga > noise) call self%root(field, stepper, i, a, turn, ga, g_turn, at)
          end if

@@ -5,6 +5,7 @@
 module razy_integrate_runge_kutta_view
    use razy_core_kinds, only: wp
    use razy_integrate_field, only: field_t
+   use razy_integrate_field_observed, only: observed, observed_rate, observed_size
    use razy_integrate_integrator, only: glimpse_t
    use razy_integrate_stepper, only: stepper_t
    implicit none(type, external)
@@ -83,7 +84,7 @@ contains
       real(wp) :: value
 
       call self%look(tau)
-      value = self%field%observed(form, self%start + tau, self%z)
+      value = observed(self%field, form, self%start + tau, self%z)
    end function value
 
    !> Rate of observable `form` at `tau`, and the rounding in it.
@@ -94,7 +95,7 @@ contains
       real(wp), intent(out) :: rate, noise
 
       call self%look(tau)
-      call self%field%observed_rate(form, self%start + tau, self%z, 1.0e-5_wp*self%h, rate, noise)
+      call observed_rate(self%field, form, self%start + tau, self%z, 1.0e-5_wp*self%h, rate, noise)
       noise = 16*eps*noise
    end subroutine rate_of
 
@@ -110,7 +111,7 @@ contains
       integer :: k
 
       seen%value = self%value(form, tau)
-      seen%size = self%field%observed_size(form, self%z)
+      seen%size = observed_size(self%field, form, self%z)
       if (self%moment) return
       do k = 1, size(later)
          call self%rate_of(form, tau + later(k)*(self%duration - tau), rate, noise)

@@ -12,6 +12,7 @@ module razy_integrate_stepper
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use razy_core_kinds, only: i8, wp
    use razy_integrate_field, only: field_t
+   use razy_integrate_folded_stages, only: folded_stages
    use razy_integrate_radau5, only: radau5_t
    use razy_integrate_step_control, only: factor_of_failure, step_control_t
    use razy_integrate_tableaux, only: new_tableau, sum_t, tableau_t
@@ -192,7 +193,7 @@ contains
       accepted = .false.
       if (.not. failed) accepted = self%error <= 1.0_wp
       if (accepted) then
-         if (self%tableau%fsal) then
+         if (self%tableau%fsal .or. (field%folded .and. .not. self%implicit)) then
             self%dz_end = self%k(:self%n, self%stages + 1)
          else
             call field%derivative(tau + h, self%z_end, self%dz_end)
@@ -218,13 +219,19 @@ contains
       integer :: i, last
 
       last = self%stages + 1
-      do i = 2, self%stages
-         call combine(self%z_start, h, self%k, self%tableau%row(i), self%z_stage)
-         call field%derivative(tau + self%tableau%node(i)*h, self%z_stage(:self%n), self%k(:self%n, i))
-      end do
-      call combine(self%z_start, h, self%k, self%tableau%row(last), self%z_stage)
-      self%z_end = self%z_stage(:self%n)
-      if (self%tableau%fsal) call field%derivative(tau + h, self%z_end, self%k(:self%n, last))
+      if (field%folded) then
+         call folded_stages(field, self%tableau, tau, h, 2, last, self%z_start, self%k, self%z_stage)
+         field%evaluations = field%evaluations + self%stages
+         self%z_end = self%z_stage(:self%n)
+      else
+         do i = 2, self%stages
+            call combine(self%z_start, h, self%k, self%tableau%row(i), self%z_stage)
+            call field%derivative(tau + self%tableau%node(i)*h, self%z_stage(:self%n), self%k(:self%n, i))
+         end do
+         call combine(self%z_start, h, self%k, self%tableau%row(last), self%z_stage)
+         self%z_end = self%z_stage(:self%n)
+         if (self%tableau%fsal) call field%derivative(tau + h, self%z_end, self%k(:self%n, last))
+      end if
       if (self%adaptive) self%error = scaled_error(self)
       failed = .not. all(ieee_is_finite(self%z_end)) .or. .not. ieee_is_finite(self%error)
    end subroutine explicit_step
@@ -320,59 +327,46 @@ contains
       self%known = same_start
    end subroutine know_start
 
-   !> Largest component of the error estimate in units of the tolerance.
+   !> Largest component of the error estimate in units of the tolerance; not finite if one is not.
    pure function scaled_error(self) result(error)
       type(stepper_t), intent(in) :: self
       real(wp) :: error
 
-      real(wp) :: estimate(2)
-      integer :: e
+      real(wp) :: estimate(2), scale, part
+      real(wp) :: sum(size(self%z_start), 2)
+      integer :: e, i
 
-      estimate = 0.0_wp
       do e = 1, self%tableau%errors
-         estimate(e) = largest(self, self%tableau%error(e))
+         call add_up(self%k, self%tableau%error(e), sum(:, e))
+      end do
+      estimate = 0.0_wp
+      do i = 1, self%n
+         scale = 1.0_wp/(self%absolute + self%relative*max(abs(self%z_start(i)), abs(self%z_end(i))))
+         do e = 1, self%tableau%errors
+            part = abs(sum(i, e))*scale
+            if (.not. ieee_is_finite(part)) then
+               error = part
+               return
+            end if
+            estimate(e) = max(estimate(e), part)
+         end do
       end do
       error = abs(self%h)*estimate(1)
       if (self%tableau%errors == 2 .and. estimate(1) > 0.0_wp) then
-         error = error*(estimate(1)/hypot(estimate(1), sqrt(share_of_third)*estimate(2)))
+         error = error*(estimate(1)/sqrt(estimate(1)**2 + share_of_third*estimate(2)**2))
       end if
    end function scaled_error
 
-   !> Largest component of a sum of slopes in units of the tolerance; not finite if one is not.
-   pure function largest(self, sum) result(most)
-      type(stepper_t), intent(in) :: self
+   !> out = Σ_j value_j k_column(j), four components at a time.
+   pure subroutine add_up(k, sum, out)
+      real(wp), intent(in), contiguous :: k(:, :)
       type(sum_t), intent(in) :: sum
-      real(wp) :: most
-
-      real(wp) :: part
-      integer :: i, j
-
-      most = 0.0_wp
-      do i = 1, self%n
-         part = 0.0_wp
-         do j = 1, sum%terms
-            part = part + sum%value(j)*self%k(i, sum%column(j))
-         end do
-         part = abs(part)/(self%absolute + self%relative*max(abs(self%z_start(i)), abs(self%z_end(i))))
-         if (.not. ieee_is_finite(part)) then
-            most = part
-            return
-         end if
-         most = max(most, part)
-      end do
-   end function largest
-
-   !> out = base + h Σ_j value_j k_column(j), four components at a time.
-   pure subroutine combine(base, h, k, sum, out)
-      real(wp), intent(in), contiguous :: base(:), k(:, :)
-      real(wp), intent(in) :: h
-      type(sum_t), intent(in) :: sum
-      real(wp), intent(inout), contiguous :: out(:)
+      real(wp), intent(out), contiguous :: out(:)
 
       real(wp) :: a, b, c, d, value
       integer :: i, j, l
 
-      do i = 1, size(base), 4
+      do i = 1, size(k, 1), 4
          a = 0.0_wp
          b = 0.0_wp
          c = 0.0_wp
@@ -385,10 +379,25 @@ contains
             c = c + value*k(i + 2, l)
             d = d + value*k(i + 3, l)
          end do
-         out(i) = base(i) + h*a
-         out(i + 1) = base(i + 1) + h*b
-         out(i + 2) = base(i + 2) + h*c
-         out(i + 3) = base(i + 3) + h*d
+         out(i) = a
+         out(i + 1) = b
+         out(i + 2) = c
+         out(i + 3) = d
+      end do
+   end subroutine add_up
+
+   !> out = base + h Σ_j value_j k_column(j).
+   pure subroutine combine(base, h, k, sum, out)
+      real(wp), intent(in), contiguous :: base(:), k(:, :)
+      real(wp), intent(in) :: h
+      type(sum_t), intent(in) :: sum
+      real(wp), intent(inout), contiguous :: out(:)
+
+      integer :: i
+
+      call add_up(k, sum, out)
+      do i = 1, size(base)
+         out(i) = base(i) + h*out(i)
       end do
    end subroutine combine
 
@@ -407,7 +416,13 @@ contains
          return
       end if
       last = self%stages + 1
-      do i = last + 1, last + self%tableau%extra
+      if (field%folded .and. self%tableau%extra > 0) then
+         call folded_stages(field, self%tableau, tau, self%h, last + 1, last + self%tableau%extra, self%z_start, self%k, &
+                            self%z_stage)
+         field%evaluations = field%evaluations + self%tableau%extra
+         last = last + self%tableau%extra
+      end if
+      do i = last + 1, self%stages + 1 + self%tableau%extra
          call combine(self%z_start, self%h, self%k, self%tableau%row(i), self%z_stage)
          call field%derivative(tau + self%tableau%node(i)*self%h, self%z_stage(:self%n), self%k(:self%n, i))
       end do

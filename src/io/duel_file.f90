@@ -28,7 +28,7 @@ module razy_io_duel_file
       integer(int64), allocatable :: events(:), event_surplus(:), events_matched(:)
       !> s, and counters (rows).
       real(wp), allocatable :: cpu_time(:)
-      integer(int64), allocatable :: evaluations(:), steps(:), rejected(:), jacobians(:)
+      integer(int64), allocatable :: evaluations(:), steps(:), rejected(:), jacobians(:), doubts(:)
       !> What the rows were compared with, and the difference between it and its check, as `error` and `event_time_error`.
       character(:), allocatable :: reference, check
       real(wp) :: reference_error = 0.0_wp, reference_event_error = 0.0_wp
@@ -117,6 +117,8 @@ contains
                                                      "events more than the reference has", row, error)
       if (.not. allocated(error)) call write_dataset(file, "/events_matched", content%events_matched, "1", &
                                                      "leading events of the same contact and branch as the reference's", row, error)
+      if (.not. allocated(error)) call write_dataset(file, "/doubts", content%doubts, "1", &
+                                                     "events in doubt: missed or none, for all that the method knows", row, error)
    end subroutine write_errors
 
    subroutine write_costs(file, content, error)

@@ -19,7 +19,9 @@ module razy_io_run_file
       character(:), allocatable :: status_meanings(:)
       real(wp) :: time = 0.0_wp
       integer(int64) :: events = 0, steps = 0, rejected = 0, evaluations = 0, jacobians = 0, factorisations = 0, impacts = 0, &
-                        accumulations = 0
+                        accumulations = 0, doubts = 0
+      !> Time of the first event in doubt, s.
+      real(wp) :: doubt_time = 0.0_wp
    end type run_outcome_t
 
    !> An observable over time.
@@ -274,6 +276,9 @@ contains
       call count_of("factorisations", outcome%factorisations, "factorisations of matrices")
       call count_of("impacts", outcome%impacts, "jumps of the velocity")
       call count_of("accumulations", outcome%accumulations, "accumulations of impacts carried to their end")
+      call count_of("doubts", outcome%doubts, "events in doubt: missed or none, for all that the method knows")
+      if (.not. allocated(error)) call write_dataset(file, "/outcome/doubt_time", [outcome%doubt_time], "s", &
+                                                     "start of the step with the first event in doubt", single, error)
 
    contains
 

@@ -14,13 +14,16 @@ module razy_linalg_complementarity_seidel
 
    public :: sweep_impact
 
-   !> Sweeps between two looks at the residual.
+   !> Most sweeps between two looks at the residual.
    integer, parameter :: sweeps_a_look = 16
 
 contains
 
-   !> Improve `impulse` (n + m) until the residual of the laws is at most `tolerance` or `most_sweeps` are done;
-   !> `residual` is that of the result, `sweeps` the number done.
+   !> Improve `impulse` (n + m), which gives the start, by at least one sweep, until the residual of the laws is at most
+   !> `tolerance`, `most_sweeps` are done or nothing moves. `residual` is that of the result, `sweeps` the number done.
+   !>
+   !> `others` holds for each direction its velocity without its own impulse and follows every change: what rests costs nothing,
+   !> and a direction that no other acts on gets the same impulse from any start, to the last bit.
    pure subroutine sweep_impact(problem, tolerance, most_sweeps, impulse, residual, sweeps)
       type(impact_problem_t), intent(in) :: problem
       real(wp), intent(in) :: tolerance
@@ -29,28 +32,53 @@ contains
       real(wp), intent(out) :: residual
       integer, intent(out) :: sweeps
 
-      real(wp) :: q(size(impulse)), g, bound, next
+      real(wp) :: others(size(impulse)), bound, change, g, largest, moved, next
       integer :: i, n
 
       n = size(problem%before)
-      q = target_of(problem)
-      sweeps = 0
-      residual = impact_residual(problem, impulse)
-      do while (residual > tolerance .and. sweeps < most_sweeps)
+      others = target_of(problem)
+      largest = maxval(abs(others))
+      do i = 1, size(impulse)
+         if (abs(impulse(i)) > 0.0_wp) call act(problem, i, impulse(i), others)
+      end do
+      residual = huge(1.0_wp)
+      do sweeps = 1, most_sweeps
+         moved = 0.0_wp
          do i = 1, size(impulse)
             g = problem%delassus(i, i)
             if (.not. g > 0.0_wp) cycle
-            next = impulse(i) - (q(i) + dot_product(problem%delassus(i, :), impulse))/g
+            next = -others(i)/g
             if (i <= n) then
-               impulse(i) = max(0.0_wp, next)
+               next = max(0.0_wp, next)
             else
                bound = impulse_bound(problem, i - n, impulse)
-               impulse(i) = max(-bound, min(bound, next))
+               next = max(-bound, min(bound, next))
             end if
+            change = next - impulse(i)
+            if (.not. abs(change) > 0.0_wp) cycle
+            moved = max(moved, g*abs(change))
+            call act(problem, i, change, others)
+            impulse(i) = next
          end do
-         sweeps = sweeps + 1
-         if (modulo(sweeps, sweeps_a_look) == 0 .or. sweeps == most_sweeps) residual = impact_residual(problem, impulse)
+         if (moved > tolerance*largest .and. modulo(sweeps, sweeps_a_look) > 0 .and. sweeps < most_sweeps) cycle
+         residual = impact_residual(problem, impulse)
+         if (residual <= tolerance .or. .not. moved > 0.0_wp) return
       end do
+      sweeps = most_sweeps
    end subroutine sweep_impact
+
+   !> What a change of impulse i does to the others.
+   pure subroutine act(problem, i, change, others)
+      type(impact_problem_t), intent(in) :: problem
+      integer, intent(in) :: i
+      real(wp), intent(in) :: change
+      real(wp), intent(inout) :: others(:)
+
+      real(wp) :: own
+
+      own = others(i)
+      others = others + problem%delassus(:, i)*change
+      others(i) = own
+   end subroutine act
 
 end module razy_linalg_complementarity_seidel

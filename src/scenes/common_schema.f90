@@ -112,8 +112,9 @@ contains
 
       allocate (schema(2))
       keys = [ &
-             key_string("method", "all combinations of the values of &start_range, lists taken together, or samples of a box", &
-                        choices=["grid", "list", "box "], required=.true.), &
+             key_string("method", "all combinations of the values of &start_range, lists taken together, samples of a box, or "// &
+                        "the rows of a file", choices=["grid", "list", "box ", "file"], required=.true.), &
+             key_string("file", "comma-separated text (.csv, .txt) or HDF5 with a column for each &start_range"), &
              key_integer("samples", "number of starts from a box", low=1, high=1000000000), &
              key_integer("seed", "of the samples of a box", rule=nonnegative, default="1"), &
              key_real("period", "time between the states by which attractors are told apart; 0: period of the excitation", &
@@ -130,7 +131,8 @@ contains
              key_real("first", "first value of a grid, or one end of a box; m, rad, m/s or rad/s"), &
              key_real("last", "last value of a grid, or the other end of a box"), &
              key_integer("points", "number of values of a grid", rule=positive), &
-             key_real("values", "values of a list", least=1, most=10000)]
+             key_real("values", "values of a list", least=1, most=10000), &
+             key_string("column", "column of &starts file; coordinate.quantity if not given")]
       schema(2) = group("start_range", "What &starts varies", repeatable=.true., keys=keys)
    end function start_groups
 

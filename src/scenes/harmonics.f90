@@ -7,10 +7,11 @@ module razy_scenes_harmonics
    use razy_core_kinds, only: qp, wp
    use razy_core_schema, only: group_at
    use razy_core_tone, only: tone_from_hertz, tone_t
+   use razy_machine_machine, only: machine_t
    implicit none(type, external)
    private
 
-   public :: add_harmonic, harmonics_t, new_harmonics, read_frequency, read_load
+   public :: add_harmonic, harmonics_t, new_harmonics, read_frequency, read_load, take_harmonics
 
    !> The tones met so far, and the phasors on rows (forces or contact errors) that belong to each.
    type :: harmonics_t
@@ -63,6 +64,23 @@ contains
       end if
       self%phasor(row, t) = self%phasor(row, t) + cmplx(cosine, -sign(1.0_wp, real(hertz, wp))*sine, wp)
    end subroutine add_harmonic
+
+   !> Give a machine its tones, and what they do: the rows are those of the coordinates, then of the contacts.
+   pure subroutine take_harmonics(machine, self)
+      type(machine_t), intent(inout) :: machine
+      type(harmonics_t), intent(in) :: self
+
+      integer :: i, n
+
+      n = size(machine%load)
+      machine%tone = self%tone
+      machine%harmonic_load = self%phasor(:n, :)
+      machine%load = machine%load + self%constant(:n)
+      do i = 1, size(machine%contact)
+         machine%contact(i)%error = self%phasor(n + i, :)
+         machine%contact(i)%offset = self%constant(n + i)
+      end do
+   end subroutine take_harmonics
 
    !> What `&load` number i says: value + cosine*cos(2πft) + sine*sin(2πft), N or N m, f in `hertz`.
    subroutine read_load(input, i, value, cosine, sine, hertz, error)

@@ -5,7 +5,7 @@ module razy_scenes_lumped
    use razy_core_kinds, only: qp, wp
    use razy_core_schema, only: group_spec_t
    use razy_machine_machine, only: machine_t, observable_t
-   use razy_scenes_harmonics, only: add_harmonic, harmonics_t, new_harmonics, read_load
+   use razy_scenes_harmonics, only: add_harmonic, harmonics_t, new_harmonics, read_load, take_harmonics
    use razy_scenes_lumped_bodies, only: bodies_t, find_body, find_ends, new_bodies
    use razy_scenes_lumped_contacts, only: new_friction, new_mesh, new_stop
    use razy_scenes_lumped_observables, only: lumped_observable
@@ -108,20 +108,14 @@ contains
          else if (i <= meshes + stops) then
             call new_stop(machine%contact(i), bodies, input, i - meshes, harmonics, n + i, error)
          else
-            call new_friction(machine%contact(i), machine%contact, [meshes + 1, meshes + stops], bodies, input, &
+            call new_friction(machine%contact(i), machine%contact(meshes + 1:meshes + stops), meshes + 1, bodies, input, &
                               i - meshes - stops, error)
          end if
          if (allocated(error)) return
       end do
       call add_loads(machine, bodies, input, harmonics, error)
       if (allocated(error)) return
-      machine%tone = harmonics%tone
-      machine%harmonic_load = harmonics%phasor(:n, :)
-      machine%load = machine%load + harmonics%constant(:n)
-      do i = 1, contacts
-         machine%contact(i)%error = harmonics%phasor(n + i, :)
-         machine%contact(i)%offset = harmonics%constant(n + i)
-      end do
+      call take_harmonics(machine, harmonics)
    end subroutine assemble
 
    !> Springs and dampers into K and B.

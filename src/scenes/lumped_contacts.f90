@@ -5,12 +5,12 @@
 !! element slides with s' = q1' - q2' - belt speed; both act with -F and +F.
 module razy_scenes_lumped_contacts
    use razy_contact_clearance_law, only: clearance_side_t, new_clearance_law
-   use razy_contact_friction_law, only: new_friction_law
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t
    use razy_core_kinds, only: pi, qp, wp
-   use razy_core_text, only: did_you_mean, lower
+   use razy_core_text, only: lower
    use razy_machine_machine, only: contact_t
+   use razy_scenes_friction, only: read_friction
    use razy_scenes_gap_laws, only: read_gap_law
    use razy_scenes_lumped_bodies, only: bodies_t, find_ends
    use razy_scenes_harmonics, only: add_harmonic, harmonics_t, read_frequency
@@ -111,61 +111,20 @@ contains
       call add_harmonic(harmonics, row, hertz, -amplitude*sin(phase), -amplitude*cos(phase))
    end subroutine new_stop
 
-   !> Friction element i; what it needs of others is looked up among `contacts`, of which `stops` says which are stops.
-   subroutine new_friction(contact, contacts, stops, bodies, input, i, error)
+   !> Friction element i; `stops` are the contacts from number `first` of the machine on that may give its normal force.
+   subroutine new_friction(contact, stops, first, bodies, input, i, error)
       type(contact_t), intent(out) :: contact
-      type(contact_t), intent(in) :: contacts(:)
-      integer, intent(in) :: stops(2)
+      type(contact_t), intent(in) :: stops(:)
+      integer, intent(in) :: first
       type(bodies_t), intent(in) :: bodies
       type(input_t), intent(in) :: input
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: decay, kinetic, speed, static
       integer :: ends(2)
 
       call begin_contact(contact, bodies, input, "friction", i, ends, error)
-      if (allocated(error)) return
-      call input%get("friction", i, "static_coefficient", static)
-      kinetic = static
-      call input%get("friction", i, "kinetic_coefficient", kinetic)
-      call input%get("friction", i, "decay", decay)
-      call input%get("friction", i, "belt_speed", speed)
-      contact%drive = -speed
-      if (kinetic > static) then
-         call input%complain(error, "friction", i, "kinetic_coefficient", "at most the static coefficient")
-      else if (decay > 0.0_wp .and. .not. input%given("friction", i, "kinetic_coefficient")) then
-         call input%complain(error, "friction", i, "kinetic_coefficient", "required with a decay: what the coefficient falls to")
-      else if (.not. (input%given("friction", i, "normal_load") .or. input%given("friction", i, "normal_contact"))) then
-         call input%complain(error, "friction", i, "normal_load", &
-                             "required: the normal force in N or N m, or a stop that gives it as normal_contact")
-      end if
-      if (allocated(error)) return
-      call input%get("friction", i, "normal_load", contact%normal)
-      call find_stop("normal_contact", contact%normal_of)
-      if (allocated(error)) return
-      call find_stop("only_with", contact%only_with)
-      if (allocated(error)) return
-      contact%law = new_friction_law(static, kinetic, decay)
-
-   contains
-
-      !> The contact that `key` names; 0 if it is not given.
-      subroutine find_stop(key, place)
-         character(*), intent(in) :: key
-         integer, intent(out) :: place
-
-         character(:), allocatable :: name
-
-         place = 0
-         if (.not. input%given("friction", i, key)) return
-         call input%get("friction", i, key, name)
-         do place = stops(1), stops(2)
-            if (lower(contacts(place)%name) == lower(name)) return
-         end do
-         call input%complain(error, "friction", i, key, "the name of a stop; "//did_you_mean(name, input%names("stop"), "stops"))
-      end subroutine find_stop
-
+      if (.not. allocated(error)) call read_friction(contact, stops, first, input, i, error)
    end subroutine new_friction
 
    !> What stops and friction elements have in common: name, direction, units.

@@ -5,7 +5,7 @@ module razy_scenes_lumped_observables
    use razy_core_kinds, only: wp
    use razy_machine_machine, only: machine_t, observable_t
    use razy_scenes_lumped_bodies, only: bodies_t
-   use razy_scenes_observables, only: begin_observable, name_observable, observe_contact, pick
+   use razy_scenes_observables, only: begin_observable, name_observable, observe_contacts, pick
    implicit none(type, external)
    private
 
@@ -22,27 +22,19 @@ contains
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
-      integer :: body, meshes
+      integer :: body
+      logical :: taken
 
       call begin_observable(observable, machine, input, i)
-      meshes = input%count("gear_mesh")
-      select case (observable%name)
-      case ("mesh_deformation")
-         call observe_contact(observable, machine, input, i, 1, meshes, error)
-      case ("relative_displacement")
-         call observe_contact(observable, machine, input, i, meshes + 1, meshes + input%count("stop"), error)
-      case ("sliding_velocity")
-         call observe_contact(observable, machine, input, i, meshes + input%count("stop") + 1, size(machine%contact), error)
-      case ("contact_force")
-         call observe_contact(observable, machine, input, i, 1, size(machine%contact), error)
-      case default
+      call observe_contacts(observable, machine, input, i, input%count("gear_mesh"), input%count("stop"), taken, error)
+      if (.not. taken) then
          call pick(input, i, bodies%name, "bodies", body, error)
          if (allocated(error)) return
          if (observable%name == "displacement") observable%on_displacement(body) = 1.0_wp
          if (observable%name == "velocity") observable%on_velocity(body) = 1.0_wp
          observable%unit = trim(merge(machine%unit(body), machine%rate_unit(body), observable%name == "displacement"))
          observable%long_name = observable%name//" of "//bodies%name(body)%text
-      end select
+      end if
       if (.not. allocated(error)) call name_observable(observable, input, i)
    end subroutine lumped_observable
 

@@ -2,6 +2,7 @@
 module razy_scenes_lumped_schema
    use razy_core_schema, only: group, group_spec_t, key_integer, key_name, key_real, key_spec_t, key_string, nonnegative, positive
    use razy_scenes_common_schema, only: common_schema
+   use razy_scenes_friction, only: friction_keys
    use razy_scenes_gap_laws, only: gap_law_keys
    implicit none(type, external)
    private
@@ -100,15 +101,7 @@ contains
       keys = [ &
              key_name(), &
              ends(), &
-             key_real("static_coefficient", "coefficient of friction while sticking", rule=nonnegative, required=.true.), &
-             key_real("kinetic_coefficient", "coefficient while sliding, or what it falls to; the static one if not given", &
-                      rule=nonnegative), &
-             key_real("decay", "how fast the coefficient falls with the speed v of sliding: kinetic + (static - kinetic)/"// &
-                      "(1 + decay*v); 0: kinetic while sliding", unit="s/m or s/rad", rule=nonnegative, default="0.0"), &
-             key_real("normal_load", "constant normal force", unit="N or N m", rule=nonnegative), &
-             key_string("normal_contact", "name of a stop whose force is the normal force, beside normal_load"), &
-             key_string("only_with", "name of a stop; there is friction only while it is closed"), &
-             key_real("belt_speed", "velocity of the second surface beside that of its body", unit="m/s or rad/s", default="0.0")]
+             friction_keys()]
       schema(3) = group("friction", "Dry friction between two bodies or a body and the frame, with the velocity of sliding "// &
                         "v = q1' - q2' - belt_speed", repeatable=.true., keys=keys)
    end function contacts

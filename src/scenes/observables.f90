@@ -8,7 +8,7 @@ module razy_scenes_observables
    implicit none(type, external)
    private
 
-   public :: begin_observable, name_observable, observe_contact, pick
+   public :: begin_observable, name_observable, observe_contact, observe_contacts, observe_coordinate, pick
 
 contains
 
@@ -37,6 +37,46 @@ contains
 
       if (input%given("record", i, "of")) observable%name = observable%name//"."//name_of(input, i)
    end subroutine name_observable
+
+   !> Make it what it is called, if that is a quantity of a contact (`taken`). The contacts of the machine are `meshes` gear meshes,
+   !> then `stops` stops, then friction elements.
+   subroutine observe_contacts(observable, machine, input, i, meshes, stops, taken, error)
+      type(observable_t), intent(inout) :: observable
+      type(machine_t), intent(in) :: machine
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i, meshes, stops
+      logical, intent(out) :: taken
+      type(error_t), allocatable, intent(out) :: error
+
+      taken = .true.
+      select case (observable%name)
+      case ("mesh_deformation")
+         call observe_contact(observable, machine, input, i, 1, meshes, error)
+      case ("relative_displacement")
+         call observe_contact(observable, machine, input, i, meshes + 1, meshes + stops, error)
+      case ("sliding_velocity")
+         call observe_contact(observable, machine, input, i, meshes + stops + 1, size(machine%contact), error)
+      case ("contact_force")
+         call observe_contact(observable, machine, input, i, 1, size(machine%contact), error)
+      case default
+         taken = .false.
+      end select
+   end subroutine observe_contacts
+
+   !> Make it the displacement or velocity row·q, an angle if it `turns`, of what the record names.
+   subroutine observe_coordinate(observable, row, turns, input, i)
+      type(observable_t), intent(inout) :: observable
+      real(wp), intent(in) :: row(:)
+      logical, intent(in) :: turns
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+
+      if (observable%name == "displacement") observable%on_displacement = row
+      if (observable%name == "velocity") observable%on_velocity = row
+      observable%unit = trim(merge("rad", "m  ", turns))
+      if (observable%name == "velocity") observable%unit = observable%unit//"/s"
+      observable%long_name = observable%name//" of "//name_of(input, i)
+   end subroutine observe_coordinate
 
    !> Make it the force, the variable s or the rate s' of the contact that the record names, one of `first` to `last`.
    subroutine observe_contact(observable, machine, input, i, first, last, error)

@@ -2,7 +2,8 @@
 !!
 !! Motion is small: geometry is that of the reference position. A stop in direction n pushes its first point along n with
 !! the force of its law, such as max(0, k p + b p'), where p = -(s + clearance) and s = n·(u1 - u2) is the
-!! displacement of the first point against the second.
+!! displacement of the first point against the second. Friction in direction t acts against s' = t·(u1' - u2') - belt speed; both of
+!! its forces act at the place of the first point.
 module razy_scenes_planar
    use razy_core_drawing, only: drawing_t
    use razy_core_error, only: error_t
@@ -11,13 +12,14 @@ module razy_scenes_planar
    use razy_core_schema, only: group_spec_t
    use razy_core_text, only: lower
    use razy_machine_machine, only: contact_t, machine_t, observable_t
+   use razy_scenes_friction, only: read_friction, stop_of
    use razy_scenes_gap_laws, only: read_gap_law
-   use razy_scenes_harmonics, only: harmonics_t, new_harmonics
-   use razy_scenes_observables, only: begin_observable, name_observable, observe_contact
+   use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
+   use razy_scenes_observables, only: begin_observable, name_observable, observe_contacts, observe_coordinate
    use razy_scenes_planar_bodies, only: bodies_t, coordinate_names, find_coordinate, new_bodies
    use razy_scenes_planar_drawing, only: draw_planar
    use razy_scenes_planar_excitation, only: add_exciters, add_gravity, add_loads
-   use razy_scenes_planar_links, only: link_t, new_link, pair_count
+   use razy_scenes_planar_links, only: link_t, new_link, new_sliding_link, pair_count
    use razy_scenes_planar_schema, only: matrix_all, matrix_untuned, planar_schema
    use razy_scenes_scene, only: scene_t
    implicit none(type, external)
@@ -51,29 +53,30 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(harmonics_t) :: harmonics
-      integer :: i, n
+      integer :: i, n, stops
 
       call new_bodies(self%bodies, input, error)
       if (allocated(error)) return
       n = 3*self%bodies%count
       call begin_machine(machine, self%bodies, input)
-      allocate (machine%contact(input%count("stop")))
+      stops = input%count("stop")
+      allocate (machine%contact(stops + input%count("friction")))
       do i = 1, size(machine%contact)
-         call new_stop(machine%contact(i), self%bodies, input, i, error)
+         if (i <= stops) then
+            call new_stop(machine%contact(i), self%bodies, input, i, error)
+         else
+            call new_friction(machine%contact(i), machine%contact(:stops), self%bodies, input, i - stops, error)
+         end if
          if (allocated(error)) return
       end do
       call add_connections(machine, self%bodies, input, error)
       if (allocated(error)) return
-      call new_harmonics(harmonics, n)
+      call new_harmonics(harmonics, n + size(machine%contact))
       call add_loads(machine%load, self%bodies, input, harmonics, error)
       if (.not. allocated(error)) call add_gravity(machine%load, self%bodies, input, error)
       if (.not. allocated(error)) call add_exciters(self%bodies, input, harmonics, error)
       if (allocated(error)) return
-      machine%tone = harmonics%tone
-      machine%harmonic_load = harmonics%phasor
-      do i = 1, size(machine%contact)
-         allocate (machine%contact(i)%error(size(machine%tone)), source=(0.0_wp, 0.0_wp))
-      end do
+      call take_harmonics(machine, harmonics)
    end subroutine build
 
    !> Coordinates and masses; the other matrices are zero.
@@ -124,6 +127,26 @@ contains
       contact%force_sign = -1.0_wp
       call read_gap_law(contact%law, input, "stop", i, [.true., .false.], [-clearance, clearance], .false., error, factor)
    end subroutine new_stop
+
+   !> Friction element i; `stops` are the stops, which are the first contacts of the machine.
+   subroutine new_friction(contact, stops, bodies, input, i, error)
+      type(contact_t), intent(out) :: contact
+      type(contact_t), intent(in) :: stops(:)
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      type(link_t) :: link
+
+      call input%get("friction", i, "name", contact%name)
+      call read_friction(contact, stops, 1, input, i, error)
+      if (.not. allocated(error)) call new_sliding_link(link, bodies, input, i, stop_of(contact, 1), error)
+      if (allocated(error)) return
+      contact%w = link%w
+      contact%unit = "m"
+      contact%force_unit = "N"
+   end subroutine new_friction
 
    !> Springs, dampers and proportional damping into K and B.
    subroutine add_connections(machine, bodies, input, error)
@@ -207,25 +230,19 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: row(:)
-      character(:), allocatable :: name
-      logical :: turns
+      logical :: taken, turns
       integer :: coordinate
 
       call begin_observable(observable, machine, input, i)
-      if (observable%name == "contact_force" .or. observable%name == "relative_displacement") then
-         call observe_contact(observable, machine, input, i, 1, size(machine%contact), error)
-      else if (.not. input%given("record", i, "of")) then
+      call observe_contacts(observable, machine, input, i, 0, input%count("stop"), taken, error)
+      if (allocated(error)) return
+      if (.not. taken .and. .not. input%given("record", i, "of")) then
          call input%complain(error, "record", i, "of", "required: a coordinate such as '"//trim(machine%coordinate(1))// &
                              "', or a point of a body with .x or .y")
-      else
+      else if (.not. taken) then
          call find_coordinate(self%bodies, input, "record", i, "of", row, turns, coordinate, error)
          if (allocated(error)) return
-         if (observable%name == "displacement") observable%on_displacement = row
-         if (observable%name == "velocity") observable%on_velocity = row
-         observable%unit = trim(merge("rad", "m  ", turns))
-         if (observable%name == "velocity") observable%unit = observable%unit//"/s"
-         call input%get("record", i, "of", name)
-         observable%long_name = observable%name//" of "//name
+         call observe_coordinate(observable, row, turns, input, i)
       end if
       if (.not. allocated(error)) call name_observable(observable, input, i)
    end subroutine new_observable

@@ -8,7 +8,7 @@ module razy_scenes_planar_links
    implicit none(type, external)
    private
 
-   public :: link_t, new_link, pair_count
+   public :: link_t, new_link, new_sliding_link, pair_count
 
    !> First and second end, direction of length 1, row (coordinates).
    type :: link_t
@@ -46,19 +46,67 @@ contains
       integer, intent(in) :: index, pair
       type(error_t), allocatable, intent(out) :: error
 
+      call find_points(link, bodies, input, group, index, pair, error)
+      if (.not. allocated(error)) call find_direction(link, input, group, index, error)
+      if (.not. allocated(error)) call find_row(link, bodies)
+   end subroutine new_link
+
+   !> The two ends of `&friction` number `index`, which rubs on `&stop` number `stop` (0: none). Both ends are taken at the place of
+   !> the first point, because that is where surfaces touch: forces across the line through the points would be a moment.
+   subroutine new_sliding_link(link, bodies, input, index, stop, error)
+      type(link_t), intent(out) :: link
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: index, stop
+      type(error_t), allocatable, intent(out) :: error
+
+      type(link_t) :: pressing
+      real(wp) :: across(2)
+
+      call find_points(link, bodies, input, "friction", index, 1, error)
+      if (allocated(error)) return
+      if (input%given("friction", index, "direction")) then
+         call unit_direction(input, "friction", index, link%direction, error)
+      else if (stop > 0) then
+         call new_link(pressing, bodies, input, "stop", stop, 1, error)
+         if (.not. allocated(error)) link%direction = [pressing%direction(2), -pressing%direction(1)]
+      else
+         call find_direction(link, input, "friction", index, error)
+      end if
+      if (allocated(error)) return
+      if (link%first%located .and. link%second%located) then
+         across = link%first%place - link%second%place
+         across = across - dot_product(across, link%direction)*link%direction
+         link%second%arm = link%second%arm + across
+         link%second%place = link%second%place + across
+      end if
+      call find_row(link, bodies)
+   end subroutine new_sliding_link
+
+   subroutine find_points(link, bodies, input, group, index, pair, error)
+      type(link_t), intent(inout) :: link
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: index, pair
+      type(error_t), allocatable, intent(out) :: error
+
       call find_point(bodies, input, group, index, "between", 2*pair - 1, link%first, error)
       if (.not. allocated(error)) call find_point(bodies, input, group, index, "between", 2*pair, link%second, error)
       if (allocated(error)) return
       if (link%first%body == link%second%body) then
          call input%complain(error, group, index, "between", "points of two different bodies, or of a body and the frame")
-         return
       end if
-      call find_direction(link, input, group, index, error)
-      if (allocated(error)) return
+   end subroutine find_points
+
+   pure subroutine find_row(link, bodies)
+      type(link_t), intent(inout) :: link
+      type(bodies_t), intent(in) :: bodies
+
       allocate (link%w(3*bodies%count), source=0.0_wp)
       call add_motion(link%w, link%first, link%direction)
       call add_motion(link%w, link%second, -link%direction)
-   end subroutine new_link
+   end subroutine find_row
 
    !> The direction that is given, or that of the line through both points. Two forces along parallel lines would be a
    !> moment that nothing balances, so the points have to lie on one line in that direction.

@@ -2,6 +2,7 @@
 module razy_scenes_planar_schema
    use razy_core_schema, only: group, group_spec_t, key_name, key_real, key_spec_t, key_string, nonnegative, positive
    use razy_scenes_common_schema, only: common_schema
+   use razy_scenes_friction, only: friction_keys
    use razy_scenes_gap_laws, only: gap_law_keys
    implicit none(type, external)
    private
@@ -10,7 +11,7 @@ module razy_scenes_planar_schema
 
    !> What `&record` accepts in a planar scene.
    character(*), parameter :: planar_observables(*) = [character(24) :: "contact_force", "relative_displacement", &
-                                                                                                "displacement", "velocity", "state"]
+                                                       "sliding_velocity", "displacement", "velocity", "state"]
    !> What `&damping matrix` may be.
    character(*), parameter :: matrix_springs = "springs", matrix_all = "all", matrix_untuned = "untuned"
    integer, parameter :: most_ends = 64
@@ -21,7 +22,7 @@ contains
    function planar_schema() result(schema)
       type(group_spec_t), allocatable :: schema(:)
 
-      schema = [common_schema(planar_observables), bodies(), connections(), stops(), actions(), states()]
+      schema = [common_schema(planar_observables), bodies(), connections(), contacts(), actions(), states()]
    end function planar_schema
 
    function bodies() result(schema)
@@ -75,15 +76,14 @@ contains
       schema(3) = group("damping", "Damping in proportion to a stiffness matrix", keys=keys)
    end function connections
 
-   function stops() result(schema)
+   function contacts() result(schema)
       type(group_spec_t), allocatable :: schema(:)
       type(key_spec_t), allocatable :: keys(:)
 
-      allocate (schema(1))
+      allocate (schema(2))
       keys = [ &
              key_name(), &
-             key_string("between", "names of two points of different bodies, of bodies (their centres), or 'frame'", count=2, &
-                        required=.true.), &
+             contact_ends(), &
              key_real("direction", "direction in which the closed stop pushes the first point, of any length; if left out, "// &
                       "from the second point to the first", count=2), &
              key_real("clearance", "gap in the reference position; a negative one is preload", unit="m", default="0.0"), &
@@ -91,7 +91,17 @@ contains
              key_real("damping_factor", "damping of the closed contact in proportion to its stiffness, for "// &
                       "'kelvin_voigt'; added to damping", unit="s", rule=nonnegative)]
       schema(1) = group("stop", "A one-way contact between two points", repeatable=.true., keys=keys)
-   end function stops
+      keys = [ &
+             key_name(), &
+             contact_ends(), &
+             key_real("direction", "direction of sliding, of any length; if left out, that in which the stop of "// &
+                      "normal_contact, or else of only_with, pushes, turned clockwise by 90 degrees; without a stop the line "// &
+                      "through the points", &
+                      count=2), &
+             friction_keys()]
+      schema(2) = group("friction", "Dry friction between two points, with the velocity of sliding v = direction*(u1' - u2') - "// &
+                        "belt_speed", repeatable=.true., keys=keys)
+   end function contacts
 
    function actions() result(schema)
       type(group_spec_t), allocatable :: schema(:)
@@ -148,6 +158,13 @@ contains
       pairs = key_string("between", "names of two points, of bodies (their centres), or 'frame'; several pairs share the "// &
                          "stiffness or damping equally", least=2, most=most_ends, required=.true.)
    end function pairs
+
+   function contact_ends()
+      type(key_spec_t) :: contact_ends
+
+      contact_ends = key_string("between", "names of two points of different bodies, of bodies (their centres), or 'frame'", &
+                                count=2, required=.true.)
+   end function contact_ends
 
    function direction()
       type(key_spec_t) :: direction

@@ -12,13 +12,15 @@ module razy_scenes_rotor
    use razy_rotor_model, only: new_rotor_model, rotor_model_t
    use razy_rotor_reduced, only: reduced_t
    use razy_rotor_rotor, only: rotor_t
-   use razy_scenes_harmonics, only: add_harmonic, harmonics_t, new_harmonics, read_load
-   use razy_scenes_observables, only: begin_observable, name_observable, observe_contact
+   use razy_scenes_harmonics, only: add_harmonic, harmonics_t, new_harmonics, read_load, take_harmonics
+   use razy_scenes_observables, only: begin_observable, name_observable, observe_contacts, observe_coordinate
    use razy_scenes_rotor_meshes, only: find_ratios, new_contact, read_meshes
    use razy_scenes_rotor_parts, only: read_parts
    use razy_scenes_rotor_places, only: find_coordinate
    use razy_scenes_rotor_reduction, only: is_reduced, reduce
    use razy_scenes_rotor_schema, only: rotor_schema
+   use razy_scenes_rotor_signature, only: signature
+   use razy_scenes_rotor_stops, only: new_rotor_friction, new_rotor_stop
    use razy_scenes_scene, only: scene_t
    implicit none(type, external)
    private
@@ -31,6 +33,8 @@ module razy_scenes_rotor
       type(reduced_t) :: reduced
       !> Speeds of the shafts over that of `&rotation`.
       real(qp), allocatable :: ratio(:)
+      !> What model and reduction were made of; not allocated before they are.
+      character(:), allocatable :: made_of
    contains
       procedure, nopass :: schema
       procedure :: build_model
@@ -80,33 +84,53 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(harmonics_t) :: harmonics
-      integer :: i, n
+      integer :: i, meshes, n, stops
 
-      call self%build_model(input, error)
-      if (.not. allocated(error)) call self%build_reduced(input, error)
+      call renew_model(self, input, error)
       if (allocated(error)) return
       n = size(self%reduced%load)
       call name_coordinates(machine, self%model, n, is_reduced(input))
       call input%get("scene", 1, "title", machine%title)
       call take_matrices(machine, self%reduced, input)
-      allocate (machine%contact(size(self%model%rotor%mesh)))
+      meshes = size(self%model%rotor%mesh)
+      stops = input%count("stop")
+      allocate (machine%contact(meshes + stops + input%count("friction")))
       call new_harmonics(harmonics, n + size(machine%contact))
       do i = 1, size(machine%contact)
-         call new_contact(machine%contact(i), input, i, self%reduced%mesh_direction(:, i), &
-                          self%ratio(self%model%rotor%mesh(i)%shaft(1)), harmonics, n + i, error)
+         if (i <= meshes) then
+            call new_contact(machine%contact(i), input, i, self%reduced%mesh_direction(:, i), &
+                             self%ratio(self%model%rotor%mesh(i)%shaft(1)), harmonics, n + i, error)
+         else if (i <= meshes + stops) then
+            call new_rotor_stop(machine%contact(i), self%model, self%reduced%basis, input, i - meshes, error)
+         else
+            call new_rotor_friction(machine%contact(i), machine%contact(meshes + 1:meshes + stops), meshes + 1, self%model, &
+                                    self%reduced%basis, self%ratio, input, i - meshes - stops, error)
+         end if
          if (allocated(error)) return
       end do
       call add_loads(machine, self, input, harmonics, error)
       if (.not. allocated(error)) call add_unbalance(self, input, harmonics, error)
       if (allocated(error)) return
-      machine%tone = harmonics%tone
-      machine%harmonic_load = harmonics%phasor(:n, :)
-      machine%load = machine%load + harmonics%constant(:n)
-      do i = 1, size(machine%contact)
-         machine%contact(i)%error = harmonics%phasor(n + i, :)
-         machine%contact(i)%offset = harmonics%constant(n + i)
-      end do
+      call take_harmonics(machine, harmonics)
    end subroutine build
+
+   !> Model and reduction, if they are not those of the machine before, as in a sweep over the speed.
+   subroutine renew_model(self, input, error)
+      class(rotor_scene_t), intent(inout) :: self
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: wanted
+
+      wanted = signature(input)
+      if (allocated(self%made_of)) then
+         if (self%made_of == wanted) return
+         deallocate (self%made_of)
+      end if
+      call self%build_model(input, error)
+      if (.not. allocated(error)) call self%build_reduced(input, error)
+      if (.not. allocated(error)) self%made_of = wanted
+   end subroutine renew_model
 
    subroutine name_coordinates(machine, model, n, reduced)
       type(machine_t), intent(inout) :: machine
@@ -250,24 +274,19 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: row(:)
-      character(:), allocatable :: name
+      logical :: taken
       integer :: at
 
       call begin_observable(observable, machine, input, i)
-      if (observable%name == "contact_force" .or. observable%name == "mesh_deformation") then
-         call observe_contact(observable, machine, input, i, 1, size(machine%contact), error)
-      else if (.not. input%given("record", i, "of")) then
+      call observe_contacts(observable, machine, input, i, size(self%model%rotor%mesh), input%count("stop"), taken, error)
+      if (allocated(error)) return
+      if (.not. taken .and. .not. input%given("record", i, "of")) then
          call input%complain(error, "record", i, "of", "required: a coordinate such as '"// &
                              trim(self%model%numbering%name(self%model%rotor, 1))//"'")
-      else
+      else if (.not. taken) then
          call find_row(self, input, "record", i, "of", row, at, error)
          if (allocated(error)) return
-         observable%unit = trim(merge("rad", "m  ", self%model%numbering%kind(at) > 3))
-         if (observable%name == "displacement") observable%on_displacement = row
-         if (observable%name == "velocity") observable%on_velocity = row
-         if (observable%name == "velocity") observable%unit = observable%unit//"/s"
-         call input%get("record", i, "of", name)
-         observable%long_name = observable%name//" of "//name
+         call observe_coordinate(observable, row, self%model%numbering%kind(at) > 3, input, i)
       end if
       if (.not. allocated(error)) call name_observable(observable, input, i)
    end subroutine new_observable

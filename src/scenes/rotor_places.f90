@@ -9,7 +9,7 @@ module razy_scenes_rotor_places
    implicit none(type, external)
    private
 
-   public :: find_coordinate, find_node, find_shaft
+   public :: find_coordinate, find_node, find_place, find_shaft
 
 contains
 
@@ -59,33 +59,62 @@ contains
       integer, intent(out) :: shaft, node, which
       type(error_t), allocatable, intent(out) :: error
 
-      character(:), allocatable :: name, number
-      integer :: dot(2), status
+      character(:), allocatable :: name
+      integer :: dot
 
       shaft = 0
       node = 0
       call input%get(group, i, key, name)
-      dot(2) = index(name, ".", back=.true.)
-      dot(1) = 0
-      if (dot(2) > 1) dot(1) = index(name(:dot(2) - 1), ".", back=.true.)
-      which = findloc(coordinate_names, lower(name(dot(2) + 1:)), dim=1)
-      status = 1
-      if (dot(1) > 1) then
-         number = name(dot(1) + 1:dot(2) - 1)
-         if (len(number) > 0 .and. len(number) < 9 .and. verify(number, "0123456789") == 0) read (number, *, iostat=status) node
-      end if
-      if (status /= 0 .or. which == 0) then
+      dot = index(name, ".", back=.true.)
+      which = findloc(coordinate_names, lower(name(dot + 1:)), dim=1)
+      if (which == 0 .or. split_place(name(:max(0, dot - 1))) == 0) then
          call input%complain(error, group, i, key, "shaft, node and one of u, v, w, phi, theta, psi, such as '"// &
                              trim(rotor%shaft(1)%name)//".1.phi'")
          return
       end if
-      call find_shaft(rotor, input, group, i, key, name(:dot(1) - 1), shaft, error)
+      call find_place(rotor, input, group, i, key, name(:dot - 1), shaft, node, error)
+   end subroutine find_coordinate
+
+   !> Shaft and node that a text such as 'input.8', a value of `key`, means.
+   subroutine find_place(rotor, input, group, i, key, text, shaft, node, error)
+      type(rotor_t), intent(in) :: rotor
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group, key, text
+      integer, intent(in) :: i
+      integer, intent(out) :: shaft, node
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: dot, status
+
+      shaft = 0
+      node = 0
+      dot = split_place(text)
+      if (dot == 0) then
+         call input%complain(error, group, i, key, "shaft and node, such as '"//trim(rotor%shaft(1)%name)//".1'")
+         return
+      end if
+      read (text(dot + 1:), *, iostat=status) node
+      if (status /= 0) node = 0
+      call find_shaft(rotor, input, group, i, key, text(:dot - 1), shaft, error)
       if (allocated(error)) return
       if (node < 1 .or. node > rotor%shaft(shaft)%nodes()) then
          call input%complain(error, group, i, key, "a node from 1 to "//to_text(rotor%shaft(shaft)%nodes())//", the nodes of "// &
                              trim(rotor%shaft(shaft)%name))
       end if
-   end subroutine find_coordinate
+   end subroutine find_place
+
+   !> Where the dot stands in a text such as 'input.8': a name, and a number of at most 8 digits; 0 in any other text.
+   pure function split_place(text) result(dot)
+      character(*), intent(in) :: text
+      integer :: dot
+
+      integer :: digits
+
+      dot = index(text, ".", back=.true.)
+      digits = len(text) - dot
+      if (dot < 2 .or. digits < 1 .or. digits > 8) dot = 0
+      if (verify(text(dot + 1:), "0123456789") > 0) dot = 0
+   end function split_place
 
    function shaft_names(rotor) result(names)
       type(rotor_t), intent(in) :: rotor

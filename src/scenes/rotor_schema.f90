@@ -4,6 +4,7 @@ module razy_scenes_rotor_schema
    use razy_core_schema, only: group, group_spec_t, key_integer, key_logical, key_name, key_real, key_spec_t, key_string, &
                                nonnegative, positive
    use razy_scenes_common_schema, only: common_schema
+   use razy_scenes_rotor_stops, only: rotor_stop_groups
    implicit none(type, external)
    private
 
@@ -12,8 +13,8 @@ module razy_scenes_rotor_schema
    public :: coordinate_choices, damping_choices, methods, method_none, method_craig_bampton, sortings
 
    !> What `&record` accepts in a rotor scene.
-   character(*), parameter :: rotor_observables(*) = [character(24) :: "mesh_deformation", "contact_force", "displacement", &
-                                                                                                                "velocity", "state"]
+   character(*), parameter :: rotor_observables(*) = [character(24) :: "mesh_deformation", "relative_displacement", &
+                                                       "sliding_velocity", "contact_force", "displacement", "velocity", "state"]
    !> Kinds of bearings, in the order of `bearing_kinds`.
    integer, parameter :: bearing_rolling = 1, bearing_matrix = 2, bearing_ball = 3, bearing_roller = 4
    character(*), parameter :: bearing_kinds(4) = [character(7) :: "rolling", "matrix", "ball", "roller"]
@@ -32,7 +33,7 @@ contains
    function rotor_schema() result(schema)
       type(group_spec_t), allocatable :: schema(:)
 
-      schema = [common_schema(rotor_observables), shafts(), bearings(), meshes(), actions(), questions()]
+      schema = [common_schema(rotor_observables), shafts(), bearings(), meshes(), rotor_stop_groups(), actions(), questions()]
    end function rotor_schema
 
    function shafts() result(schema)

@@ -66,20 +66,39 @@ contains
       call read_input_text(input, text, file, study_schema(kind), overrides, error)
    end subroutine read_study
 
-   !> The machine that an input describes, with observables and start, and what is to be done with it.
-   subroutine new_machine(machine, motion, records, input, error)
+   !> The machine that an input describes, with observables and start, and what is to be done with it. `kept`: the scene of the
+   !> machine before, with the same kind; what this machine has in common with that one is not made again.
+   subroutine new_machine(machine, motion, records, input, error, kept)
       type(machine_t), intent(out) :: machine
       type(motion_t), intent(out) :: motion
       type(record_t), allocatable, intent(out) :: records(:)
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
+      class(scene_t), allocatable, intent(inout), optional :: kept
 
       class(scene_t), allocatable :: scene
       character(:), allocatable :: kind
-      integer :: i, most_events
 
       call input%get("scene", 1, "kind", kind)
-      call new_scene(scene, kind)
+      if (present(kept)) then
+         if (.not. allocated(kept)) call new_scene(kept, kind)
+         call from_scene(machine, motion, records, kept, input, error)
+      else
+         call new_scene(scene, kind)
+         call from_scene(machine, motion, records, scene, input, error)
+      end if
+   end subroutine new_machine
+
+   subroutine from_scene(machine, motion, records, scene, input, error)
+      type(machine_t), intent(out) :: machine
+      type(motion_t), intent(out) :: motion
+      type(record_t), allocatable, intent(out) :: records(:)
+      class(scene_t), intent(inout) :: scene
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: i, most_events
+
       call scene%build(machine, input, error)
       if (allocated(error)) return
       call read_records(machine, records, scene, input, error)
@@ -99,7 +118,7 @@ contains
          return
       end do
       call set_start(machine, scene, input, error)
-   end subroutine new_machine
+   end subroutine from_scene
 
    !> Numbers of the contacts whose statistics are asked for, ascending.
    pure function contacts_asked(records, contacts) result(numbers)

@@ -24,12 +24,16 @@ module razy_sweep_checkpoint
    type :: checkpoint_t
       !> Results are on the disk itself after this time [s] at the latest.
       real(wp) :: interval = 60.0_wp
+      !> Results after which they are on the disk itself before that; 0: however many.
+      integer(i8) :: most_results = 0
       type(journal_t) :: journal
       !> Where the result of each point begins (points); -1: nowhere yet.
       integer(i8), allocatable :: place(:)
       !> Integers of a result.
       integer(i8) :: n_integers = 0
+      !> When results were last on the disk, and how many have come since.
       real(wp), private :: secured = 0.0_wp
+      integer(i8), private :: fresh = 0
       type(packet_t), private :: packet
    contains
       procedure :: open => open_checkpoint
@@ -153,6 +157,7 @@ contains
       call self%packet%clear()
       call self%packet%put(point, result)
       call self%journal%put(self%packet%words(:self%packet%length), self%place(point))
+      self%fresh = self%fresh + 1
    end subroutine put
 
    !> The result of a point that was kept.
@@ -172,7 +177,7 @@ contains
       if (same /= point) call raise(error, self%journal%file%path//": a record is that of another point")
    end subroutine get
 
-   !> Hand what was put to the operating system, and from time to time, or `now`, to the disk.
+   !> Hand what was put to the operating system, and from time to time, after many results, or `now`, to the disk.
    subroutine settle(self, error, now)
       class(checkpoint_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
@@ -182,10 +187,12 @@ contains
 
       due = .false.
       if (present(now)) due = now
+      if (.not. due .and. self%most_results > 0) due = self%fresh >= self%most_results
       if (.not. due) due = seconds() - self%secured >= self%interval
       if (due) then
          call self%journal%secure(error)
          self%secured = seconds()
+         self%fresh = 0
       else
          call self%journal%settle(error)
       end if

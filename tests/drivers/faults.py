@@ -24,9 +24,9 @@ class Sweep:
         """Run to the end."""
         return start("razy-sweep", *self.arguments, *more, ranks=ranks, **options)
 
-    def begin(self, ranks=None):
+    def begin(self, ranks=None, options=()):
         """Start in a session of its own, all output in one file."""
-        words = command("razy-sweep", *self.arguments, ranks=ranks)
+        words = command("razy-sweep", *self.arguments, *options, ranks=ranks)
         with Path("log").open("w") as log:
             return subprocess.Popen(
                 words, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, start_new_session=True

@@ -6,10 +6,13 @@ import subprocess
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from faults import CHECKPOINT, Sweep, kill_all, points_done, processes_of, rank_of, wait_until_recorded
 from programs import GEAR_PAIR, datasets, left, sets, start, succeed
 
+# A mark of the checkpoint (docs/file_format.md).
+MARK = -7070701
 LONG = [GEAR_PAIR, *sets(sweep__step=4, motion__t_end=0.9)]
 
 
@@ -185,7 +188,35 @@ def test_full_disk_is_said_and_what_is_safe_stays(sweep):
 def test_results_reach_the_disk_in_the_time_asked_for():
     done = start("razy-sweep", *LONG, "--output", "case.h5", "--checkpoint", "-1")
     assert done.returncode == 2 and "--checkpoint -1" in done.stderr
+    done = start("razy-sweep", *LONG, "--output", "case.h5", "--checkpoint-points", "0")
+    assert done.returncode == 2 and "--checkpoint-points 0" in done.stderr
     started = time.monotonic()
     succeed("razy-sweep", *LONG, "--output", "often.h5", "--checkpoint", "0")
     assert time.monotonic() - started < 100
     assert left() == ["often.h5"]
+
+
+def results_between_marks(checkpoint):
+    """Numbers of results before each mark, which says that all before it is on the disk, and after the last."""
+    words = np.frombuffer(checkpoint[: len(checkpoint) // 8 * 8], dtype="<i8")
+    place, found = 4 + int(words[2]) + 1, [0]
+    while place < words.size:
+        if words[place] == MARK:
+            assert words[place + 1] == place
+            place += 3
+            found.append(0)
+        else:
+            place += int(words[place]) + 2
+            found[-1] += 1
+    return found
+
+
+def test_results_are_flushed_after_a_number_of_points(sweep):
+    process = sweep.begin(options=["--checkpoint", "1000", "--checkpoint-points", "5"])
+    assert wait_until_recorded(process, 200000)
+    kill_all(process)
+    counts = results_between_marks(Path(CHECKPOINT).read_bytes())
+    assert len(counts) > 3 and all(count == 5 for count in counts[:-1]) and counts[-1] <= 5
+    done = sweep.start()
+    assert done.returncode == 0, done.stderr
+    sweep.expect_whole()

@@ -27,7 +27,7 @@ program hard_cases_table
 contains
 
    !> What comes out: the error of the state in the units of the case, changes of branch if they are not those of the closed form,
-   !> or the status and the time reached.
+   !> events in doubt behind a question mark, or the status and the time reached.
    function cell(name, way) result(text)
       character(*), intent(in) :: name
       integer, intent(in) :: way
@@ -54,8 +54,12 @@ contains
       text = trim(adjustl(buffer))
       if (index(text, ".E") > 0) text = text(:index(text, ".E") - 1)//text(index(text, ".E") + 1:)
       if (text == "0E+00") text = "0"
-      if (sample%events < 0 .or. outcome%events == sample%events) return
-      write (buffer, "(a, i0, a, i0, a)") " (", outcome%events, " of ", sample%events, ")"
+      if (sample%events >= 0 .and. outcome%events /= sample%events) then
+         write (buffer, "(a, i0, a, i0, a)") " (", outcome%events, " of ", sample%events, ")"
+         text = text//trim(buffer)
+      end if
+      if (outcome%doubts == 0) return
+      write (buffer, "(a, i0)") " ?", outcome%doubts
       text = text//trim(buffer)
    end function cell
 

@@ -1,0 +1,136 @@
+!! Events that cannot be told: what a method may have passed over, or found where there is none, without knowing it.
+!!
+!! A switching function f that turns within a step stays on its side of a bound or goes beyond it and comes back; that is two events
+!! more or less. If it turns nearer to the bound than the method knows f, the events there are **in doubt**, whatever was found.
+!! How well f = alpha s + beta s' is known is a matter of the method:
+!!
+!! - with a tolerance, |error of z_i| <= absolute + relative |z_i| in a step, and over a motion some times that:
+!!   `margin` Σ |w_i| (absolute + relative |z_i|);
+!! - without one, h/64 |2 (s'_0 - s'_1) + h (s''_0 + s''_1)|, the difference of the cubic and the quintic through values and slopes
+!!   at both ends in the middle of the step, of order 4 as the classical method itself, times `margin`.
+!!
+!! Between looks at the ends of steps only, as with `switching`, `smoothing` and time stepping, f is taken as that cubic.
+!! A doubt is no proof of an error, and where the error has grown beyond `margin` tolerances, as in chaotic motion, there is none.
+module razy_integrate_doubts
+   use razy_contact_contact_law, only: branch_lower, branch_lower_parting, branch_upper, branch_upper_parting, contact_law_t
+   use razy_core_kinds, only: i8, wp
+   implicit none(type, external)
+   private
+
+   public :: across, between_known_ends, cubic_turn, doubts_t, turned_near, within_tolerance
+
+   !> Doubts so far, and the time of the first, s.
+   type :: doubts_t
+      integer(i8) :: count = 0
+      real(wp) :: first = 0.0_wp
+   contains
+      procedure :: add
+   end type doubts_t
+
+   !> An error over a motion in units of the error of a step.
+   real(wp), parameter :: margin = 10.0_wp
+
+contains
+
+   !> One more at `time`, s.
+   pure subroutine add(self, time)
+      class(doubts_t), intent(inout) :: self
+      real(wp), intent(in) :: time
+
+      if (self%count == 0) self%first = time
+      self%count = self%count + 1
+   end subroutine add
+
+   !> How well Σ w_i z_i is known under tolerances of z.
+   pure function within_tolerance(w, z, relative, absolute) result(known)
+      real(wp), intent(in) :: w(:), z(:), relative, absolute
+      real(wp) :: known
+
+      integer :: i
+
+      known = 0.0_wp
+      do i = 1, size(w)
+         known = known + abs(w(i))*(absolute + relative*abs(z(i)))
+      end do
+      known = margin*known
+   end function within_tolerance
+
+   !> How well s is known in the middle of a step h from rates and second rates at its ends.
+   pure function between_known_ends(h, rate, second) result(known)
+      real(wp), intent(in) :: h, rate(2), second(2)
+      real(wp) :: known
+
+      known = margin*abs(h*(2*(rate(1) - rate(2)) + h*(second(1) + second(2))))/64
+   end function between_known_ends
+
+   !> The value at which the cubic with values f and slopes `rate` at the ends of a step h turns between them; `turns`: its slopes
+   !> have different signs, so that it does so once.
+   pure subroutine cubic_turn(h, f, rate, turns, at_turn)
+      real(wp), intent(in) :: h, f(2), rate(2)
+      logical, intent(out) :: turns
+      real(wp), intent(out) :: at_turn
+
+      real(wp) :: a, b, c, q, theta
+
+      turns = rate(1)*rate(2) < 0.0_wp
+      at_turn = f(1)
+      if (.not. turns) return
+      ! f(1) + a θ + b θ² + c θ³
+      a = h*rate(1)
+      b = 3*(f(2) - f(1)) - h*(2*rate(1) + rate(2))
+      c = h*(rate(1) + rate(2)) - 2*(f(2) - f(1))
+      q = b + sign(sqrt(max(b*b - 3*a*c, 0.0_wp)), b)
+      ! Of the roots -a/q and -q/(3c) of the slope one is in the step.
+      theta = 0.5_wp
+      if (abs(q) > 0.0_wp) theta = -a/q
+      if (.not. (theta >= 0.0_wp .and. theta <= 1.0_wp)) theta = -q/(3*c)
+      theta = min(max(theta, 0.0_wp), 1.0_wp)
+      at_turn = f(1) + theta*(a + theta*(b + theta*c))
+   end subroutine cubic_turn
+
+   !> Whether s, with values and rates at the ends of a step h, goes towards a bound of `branch` and turns nearer to it than
+   !> `known`, or beyond it. Away from a bound and back is no touch: a stiff contact is never deep.
+   pure function turned_near(law, branch, h, s, rate, known) result(near)
+      class(contact_law_t), intent(in) :: law
+      integer, intent(in) :: branch
+      real(wp), intent(in) :: h, s(2), rate(2), known
+      logical :: near
+
+      real(wp) :: at_turn
+      logical :: turns
+
+      near = .false.
+      call cubic_turn(h, s, rate, turns, at_turn)
+      if (.not. turns) return
+      associate (guard => law%guard(1, branch))
+         if (guard%below /= 0) near = rate(1) < 0.0_wp .and. at_turn - guard%lower <= known
+         if (guard%above /= 0) near = near .or. (rate(1) > 0.0_wp .and. guard%upper - at_turn <= known)
+      end associate
+   end function turned_near
+
+   !> Whether one of two branches is on the lower side and the other on the upper one.
+   pure function across(before, after)
+      integer, intent(in) :: before, after
+      logical :: across
+
+      across = (lower(before) .and. upper(after)) .or. (upper(before) .and. lower(after))
+
+   contains
+
+      pure function lower(branch)
+         integer, intent(in) :: branch
+         logical :: lower
+
+         lower = branch == branch_lower .or. branch == branch_lower_parting
+      end function lower
+
+      pure function upper(branch)
+         integer, intent(in) :: branch
+         logical :: upper
+
+         upper = branch == branch_upper .or. branch == branch_upper_parting
+      end function upper
+
+   end function across
+
+end module razy_integrate_doubts

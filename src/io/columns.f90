@@ -1,0 +1,277 @@
+!! Named columns of numbers from a file: comma-separated text, or HDF5.
+!!
+!! Text begins with a line of names; each further line has as many real numbers, separated by commas. Blank lines and lines that
+!! begin with `#` are passed over; names may be in double quotes, and a unit in brackets behind a name does not belong to it. A
+!! column of an HDF5 file is a dataset with one dimension, named by its path from the root.
+module razy_io_columns
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
+   use hdf5, only: h5dclose_f, h5dget_space_f, h5dopen_f, h5dread_f, h5f_acc_rdonly_f, h5fclose_f, h5fopen_f, h5lexists_f, &
+                   h5sclose_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, h5t_native_double, hid_t, hsize_t
+   use razy_core_error, only: complaint, error_t, raise
+   use razy_core_kinds, only: i8, wp
+   use razy_core_number, only: number_ok, parse_real, to_text
+   use razy_core_scanner, only: newline
+   use razy_core_text, only: append_text, did_you_mean, lower, string_t
+   use razy_core_text_file, only: read_text_file
+   use razy_io_hdf5_library, only: check_hdf5, start_hdf5
+   implicit none(type, external)
+   private
+
+   public :: read_columns
+
+contains
+
+   !> Read the columns `names` of a file into `values` (rows, columns); a file whose name ends with `.csv` or `.txt` is text, any
+   !> other HDF5.
+   !>
+   !> Errors, with the line where there are lines: no such file or column, no rows, columns of unequal lengths, what is no finite
+   !> number.
+   subroutine read_columns(file, names, values, error)
+      character(*), intent(in) :: file
+      type(string_t), intent(in) :: names(:)
+      real(wp), allocatable, intent(out) :: values(:, :)
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: ending, text
+      integer :: dot
+
+      dot = index(file, ".", back=.true.)
+      ending = lower(file(max(dot, 1):))
+      if (ending == ".csv" .or. ending == ".txt") then
+         call read_text_file(file, text, error)
+         if (.not. allocated(error)) call read_text(file, text, names, values, error)
+      else
+         call read_hdf5(file, names, values, error)
+      end if
+      if (allocated(error)) return
+      if (size(values, 1) == 0) call raise(error, complaint(file, "", "", "", "has no rows of numbers"))
+   end subroutine read_columns
+
+   !> The columns of a text.
+   subroutine read_text(file, text, names, values, error)
+      character(*), intent(in) :: file, text
+      type(string_t), intent(in) :: names(:)
+      real(wp), allocatable, intent(out) :: values(:, :)
+      type(error_t), allocatable, intent(out) :: error
+
+      type(string_t), allocatable :: words(:), header(:)
+      integer, allocatable :: column(:)
+      integer :: line, next, place, row, rows
+
+      rows = count([(text(place:place) == newline, place=1, len(text))]) + 1
+      allocate (values(rows, size(names)))
+      row = 0
+      line = 0
+      place = 1
+      do while (place <= len(text))
+         line = line + 1
+         next = index(text(place:), newline)
+         next = merge(place + next, len(text) + 2, next > 0)
+         call split(text(place:next - 2), words)
+         place = next
+         if (size(words) == 0) cycle
+         if (.not. allocated(header)) then
+            call move_alloc(words, header)
+            call find_columns(file, line, header, names, column, error)
+         else if (size(words) /= size(header)) then
+            call raise(error, complaint(at(file, line), "", "", "", to_text(size(words))//" values, but the first line names "// &
+                                        to_text(size(header))//" columns"))
+         else
+            row = row + 1
+            call read_row(file, line, words, header, column, values(row, :), error)
+         end if
+         if (allocated(error)) return
+      end do
+      values = values(:row, :)
+   end subroutine read_text
+
+   !> `file:line`.
+   pure function at(file, line) result(origin)
+      character(*), intent(in) :: file
+      integer, intent(in) :: line
+      character(:), allocatable :: origin
+
+      origin = file//":"//to_text(line)
+   end function at
+
+   !> The words between the commas of a line, without blanks around them; none of a blank line or a comment.
+   subroutine split(line, words)
+      character(*), intent(in) :: line
+      type(string_t), allocatable, intent(out) :: words(:)
+
+      integer :: comma, start
+
+      allocate (words(0))
+      if (len_trim(line) == 0) return
+      if (index(adjustl(line), "#") == 1) return
+      start = 1
+      do
+         comma = index(line(start:), ",")
+         if (comma == 0) exit
+         call append_text(words, trim(adjustl(line(start:start + comma - 2))))
+         start = start + comma
+      end do
+      call append_text(words, trim(adjustl(line(start:))))
+   end subroutine split
+
+   !> Where the columns that are asked for stand in the header.
+   subroutine find_columns(file, line, header, names, column, error)
+      character(*), intent(in) :: file
+      integer, intent(in) :: line
+      type(string_t), intent(inout) :: header(:)
+      type(string_t), intent(in) :: names(:)
+      integer, allocatable, intent(out) :: column(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: i, k
+
+      do i = 1, size(header)
+         header(i)%text = bare(header(i)%text)
+      end do
+      allocate (column(size(names)), source=0)
+      do k = 1, size(names)
+         do i = 1, size(header)
+            if (lower(header(i)%text) /= lower(names(k)%text)) cycle
+            if (column(k) > 0) call raise(error, complaint(at(file, line), "", "", "", "two columns '"//header(i)%text//"'"))
+            if (allocated(error)) return
+            column(k) = i
+         end do
+         if (column(k) > 0) cycle
+         call raise(error, complaint(at(file, line), "", "", "", "no column '"//names(k)%text//"'; "// &
+                                     did_you_mean(names(k)%text, header, "columns")))
+         return
+      end do
+   end subroutine find_columns
+
+   !> A name without quotes and without a unit in brackets.
+   pure function bare(word) result(name)
+      character(*), intent(in) :: word
+      character(:), allocatable :: name
+
+      integer :: bracket
+
+      name = word
+      if (len(name) > 1) then
+         if (name(1:1) == '"' .and. name(len(name):) == '"') name = name(2:len(name) - 1)
+      end if
+      bracket = index(name, "[")
+      if (bracket > 1 .and. index(name, "]", back=.true.) == len(name)) name = trim(name(:bracket - 1))
+   end function bare
+
+   subroutine read_row(file, line, words, header, column, row, error)
+      character(*), intent(in) :: file
+      integer, intent(in) :: line, column(:)
+      type(string_t), intent(in) :: words(:), header(:)
+      real(wp), intent(out) :: row(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: k, status
+
+      do k = 1, size(column)
+         associate (word => words(column(k)))
+            call parse_real(word%text, row(k), status)
+            if (status == number_ok) cycle
+            call raise(error, complaint(at(file, line), "", "", "", "column '"//header(column(k))%text//"' has '"//word%text// &
+                                        "', which is no finite real number"))
+         end associate
+         return
+      end do
+   end subroutine read_row
+
+   !> The columns of an HDF5 file.
+   subroutine read_hdf5(file, names, values, error)
+      character(*), intent(in) :: file
+      type(string_t), intent(in) :: names(:)
+      real(wp), allocatable, intent(out) :: values(:, :)
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: column(:)
+      integer(hid_t) :: id
+      integer :: k, status
+      logical :: exists
+
+      inquire (file=file, exist=exists)
+      if (.not. exists) then
+         call raise(error, complaint(file, "", "", "", "there is no such file"))
+         return
+      end if
+      call start_hdf5(error)
+      if (allocated(error)) return
+      call h5fopen_f(file, h5f_acc_rdonly_f, id, status)
+      call check_hdf5(status, file//": is neither text (.csv, .txt) nor an HDF5 file that can be read", error)
+      if (allocated(error)) return
+      do k = 1, size(names)
+         call read_dataset(file, id, names(k)%text, column, error)
+         if (allocated(error)) exit
+         if (k == 1) allocate (values(size(column), size(names)))
+         if (size(column) /= size(values, 1)) then
+            call raise(error, complaint(file, "", "", "", "'"//names(k)%text//"' and '"//names(1)%text//"' have unequal lengths"))
+            exit
+         end if
+         values(:, k) = column
+      end do
+      call h5fclose_f(id, status)
+   end subroutine read_hdf5
+
+   !> One dataset with one dimension, all of whose values are finite.
+   subroutine read_dataset(file, id, name, column, error)
+      character(*), intent(in) :: file, name
+      integer(hid_t), intent(in) :: id
+      real(wp), allocatable, target, intent(out) :: column(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      integer(hid_t) :: set, space
+      integer(hsize_t) :: length(1), most(1)
+      type(c_ptr) :: buffer
+      integer :: dimensions, status
+      integer(i8) :: i
+
+      if (.not. path_is_there(id, name)) then
+         call raise(error, complaint(file, "", "", "", "has no dataset '"//name//"'"))
+         return
+      end if
+      call h5dopen_f(id, name, set, status)
+      call check_hdf5(status, file//": '"//name//"' is no dataset", error)
+      if (allocated(error)) return
+      call h5dget_space_f(set, space, status)
+      call h5sget_simple_extent_ndims_f(space, dimensions, status)
+      if (dimensions == 1) then
+         call h5sget_simple_extent_dims_f(space, length, most, status)
+         allocate (column(length(1)))
+         buffer = c_loc(column)
+         call h5dread_f(set, h5t_native_double, buffer, status)
+         call check_hdf5(status, file//": '"//name//"' cannot be read as real numbers", error)
+      else
+         call raise(error, complaint(file, "", "", "", "'"//name//"' has not one dimension"))
+      end if
+      call h5sclose_f(space, status)
+      call h5dclose_f(set, status)
+      if (allocated(error)) return
+      do i = 1, size(column, kind=i8)
+         if (ieee_is_finite(column(i))) cycle
+         call raise(error, complaint(file, "", "", "", "'"//name//"' has a value that is not finite at place "//to_text(i - 1)// &
+                                     ", from 0"))
+         return
+      end do
+   end subroutine read_dataset
+
+   !> Whether all links of a path exist.
+   logical function path_is_there(id, path) result(there)
+      integer(hid_t), intent(in) :: id
+      character(*), intent(in) :: path
+
+      integer :: next, slash, status
+
+      there = len(path) > 0
+      slash = 0
+      do while (there)
+         next = index(path(slash + 1:), "/")
+         if (next == 0) next = len(path) + 1 - slash
+         slash = slash + next
+         if (slash > 1) call h5lexists_f(id, path(:slash - 1), there, status)
+         if (slash > len(path)) exit
+      end do
+   end function path_is_there
+
+end module razy_io_columns

@@ -1,0 +1,133 @@
+"""Friction in scenes of all kinds: the same block as a point and as a body, and rubbing rotors against closed forms."""
+
+import h5py
+import numpy as np
+import pytest
+from programs import SOURCE, start, succeed
+
+INPUTS = SOURCE / "inputs"
+MOTION = "&motion t_end=0.6, start='given', integrator='dop853' /\n"
+RECORD = "&record observable='state', what='trajectory', interval=0.01 /\n"
+SLIP = "static_coefficient=0.5, kinetic_coefficient=0.4"
+ROTOR = """
+&scene kind='rotor' /
+&shaft name='rotor', young_modulus=2.1e11, shear_modulus=8.0e10, density=7850.0 /
+&section shaft='rotor', length=0.4, outer_diameter=0.04, elements=2 /
+&disk shaft='rotor', node=2, mass=2.0, polar_inertia=2.5e-3, diametral_inertia=1.25e-3 /
+&bearing shaft='rotor', node=1, kind='matrix', stiffness=1e6,1e6,1e6,0,0,0 /
+&bearing shaft='rotor', node=3, kind='matrix', stiffness=0,1e6,1e6,0,0,0 /
+&rotation speed_rpm=3000.0 /
+&motion t_end=0.02, start='zero', integrator='dop853', relative_tolerance=1e-11, absolute_tolerance=1e-15 /
+"""
+
+
+def run(path, text):
+    path.write_text(text)
+    succeed("razy-run", path)
+    return h5py.File(path.with_suffix(".h5").name)
+
+
+def test_block_moves_as_a_body_as_it_does_as_a_point(tmp_path):
+    # Pressed by its weight through a stop, and pushed off it at first so that the normal force varies.
+    lumped = (
+        "&scene kind='lumped' /\n&mass name='x', value=2.0 /\n&mass name='y', value=2.0 /\n"
+        "&stop name='floor', between='y','frame', side='lower', clearance=0.0, stiffness=1e5, damping=50.0 /\n"
+        f"&friction name='slip', between='x','frame', normal_contact='floor', {SLIP} /\n"
+        "&load on='x', value=-5.0 /\n&load on='y', value=-18.0 /\n"
+        "&initial on='x', velocity=2.0 /\n&initial on='y', velocity=-0.1 /\n"
+    )
+    planar = (
+        "&scene kind='planar' /\n&body name='block', mass=2.0, inertia=0.02 /\n"
+        "&stop name='floor', between='block','frame', direction=0,1, clearance=0.0, stiffness=1e5, damping=50.0 /\n"
+        f"&friction name='slip', between='block','frame', normal_contact='floor', {SLIP} /\n"
+        "&load on='block.x', value=-5.0 /\n&load on='block.y', value=-18.0 /\n"
+        "&initial on='block.x', velocity=2.0 /\n&initial on='block.y', velocity=-0.1 /\n"
+    )
+    with (
+        run(tmp_path / "point.nml", lumped + MOTION + RECORD) as a,
+        run(tmp_path / "body.nml", planar + MOTION + RECORD) as b,
+    ):
+        point, body = a["state/displacement"][:], b["state/displacement"][:]
+        assert a["event/state"][:].tolist() == b["event/state"][:].tolist()
+    # The third coordinate, which rests, only changes the order of sums.
+    assert np.abs(point - body[:, :2]).max() <= 1e-13 * np.abs(point).max()
+    assert not body[:, 2].any()
+
+
+def test_feet_of_a_block_share_the_friction(tmp_path):
+    # While both feet slide, m x'' = -g_x m - mu N and I phi'' = -h mu N + a (N_front - N_rear): at rest in y and phi
+    # the sum of both normal forces is m g_y, and the front foot carries (m g_y + mu h/a m g_y)/2.
+    succeed("razy-run", INPUTS / "planar_incline.nml")
+    with h5py.File("planar_incline.h5") as file:
+        time, x = file["time"][:], file["state/displacement"][:, 0]
+        phi, velocity = file["state/displacement"][:, 2], file["state/velocity"][:, 0]
+        front = file["observable/contact_force.front_foot"][:]
+    weight, mu = 9.81 * 0.93969262, 0.4
+    slides = (time > 0.2) & (velocity > 0.05)
+    settled = np.abs(np.diff(front[slides])).max() / weight
+    assert settled < 1e-3
+    assert front[slides].mean() == pytest.approx(weight * (1 + mu * 0.05 / 0.1) / 2, rel=1e-3)
+    assert phi[slides].mean() == pytest.approx(-mu * weight * 0.05 / (2 * 0.1**2 * 1e5), rel=1e-3)
+    slope = np.polyfit(time[slides], velocity[slides], 1)[0]
+    assert slope == pytest.approx(-9.81 * 0.34202014 - mu * weight, rel=1e-4)
+    assert np.ptp(x[time > 0.5]) < 1e-9
+
+
+def test_rubbing_is_a_constant_force_and_moment(tmp_path):
+    # Under a given normal force N the rim slides backward all the time: -(mu N) acts as loads would.
+    friction = (
+        "&friction name='rub', between='rotor.2','frame', direction=0,0,1, radius=0.05, normal_load=400.0, "
+        "static_coefficient=0.25 /\n"
+    )
+    loads = "&load on='rotor.2.w', value=100.0 /\n&load on='rotor.2.phi', value=-5.0 /\n"
+    with (
+        run(tmp_path / "rub.nml", ROTOR + friction + RECORD) as a,
+        run(tmp_path / "load.nml", ROTOR + loads + RECORD) as b,
+    ):
+        rub, load = a["state/displacement"][-1], b["state/displacement"][-1]
+        velocity, names = a["state/velocity"][-1], a["state/coordinate"].asstr()[:]
+    assert np.abs(rub - load).max() < 1e-9 * np.abs(load).max()
+    # The angular momentum of a free shaft about its axis, J/4 (1, 2, 1) at the nodes and the disk, falls by
+    # R mu N a second.
+    shaft = 7850.0 * 0.4 * np.pi * 0.04**4 / 32
+    spin = velocity[[i for i, name in enumerate(names) if name.endswith("phi")]]
+    assert len(spin) == 3
+    momentum = shaft / 4 * (spin[0] + 2 * spin[1] + spin[2]) + 2.5e-3 * spin[1]
+    assert momentum == pytest.approx(-0.05 * 100.0 * 0.02, rel=1e-9)
+
+
+def test_rub_force_follows_the_stator(tmp_path):
+    succeed("razy-run", INPUTS / "rotor_rub.nml")
+    with h5py.File("rotor_rub.h5") as file:
+        stator, rub = file["observable/contact_force.stator"][:], file["observable/contact_force.rub"][:]
+        speed, v = file["observable/sliding_velocity.rub"][:], file["observable/displacement.rotor.3.v"][:]
+    assert stator.max() > 100
+    # The rim, 31.4 m/s, is faster than any motion of the disk, and slides backward along t = e_x x n.
+    assert speed.max() < -10
+    assert np.abs(rub + 0.2 * np.maximum(stator, 0)).max() < 1e-12 * stator.max()
+    closed = v > 1.0e-4
+    assert (stator[~closed] == 0).all() and closed.any()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("'rotor.3','frame', normal", "'rotor.9','frame', normal", "a node from 1 to 5"),
+        ("'rotor.3','frame', normal", "'rotor','frame', normal", "shaft and node, such as 'rotor.1'"),
+        ("'rotor.3','frame', normal", "'rotor.3','rotor.4', normal", "nodes of two different shafts"),
+        ("'rotor.3','frame', normal", "'frame','frame', normal", "nodes of two different shafts"),
+        ("direction=0.0,-1.0,0.0", "direction=0.0,0.0,0.0", "a direction of some length"),
+        ("direction=0.0,-1.0,0.0", "direction=1.0,0.0,0.0", "where no stop across the axis gives it"),
+        ("normal_contact='stator'", "normal_contact='stater'", "did you mean 'stator'?"),
+        ("normal_contact='stator'", "normal_load=1.0", "where no stop across the axis gives it"),
+    ],
+)
+def test_mistakes_of_rubbing_rotors(tmp_path, old, new, message):
+    text = (INPUTS / "rotor_rub.nml").read_text()
+    assert text.count(old) == 1
+    path = tmp_path / "case.nml"
+    path.write_text(text.replace(old, new))
+    done = start("razy-run", path)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
