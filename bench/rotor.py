@@ -156,7 +156,7 @@ def markdown(options, place, shafts, campbell):
         lines += [
             "## Beside ROSS 2.3.0",
             "One shaft of the gearbox with wheel and damped bearings, 90 coordinates, unreduced. The response to an "
-            f"unbalance from rest is Newmark's method with {STEP:g} s in ROSS; here razy-run from the input to the file. "
+            f"unbalance from rest is Newmark's method with {STEP:g} s in ROSS; here by razy-run to the file. "
             "The last column is the relative difference of the largest displacement in the second half.",
             "",
             "| | ROSS | razy | difference |",
