@@ -81,7 +81,7 @@ contains
                self%does(j) = constrained
                n = n + 1
                held(n) = j
-            else if (law%impacts .or. branch == branch_open) then
+            else if (law%impacts .or. (branch == branch_open .and. .not. law%branch(branch_open)%stiffness > 0.0_wp)) then
                self%does(j) = idle
             else if (law%piecewise_linear .and. .not. law%of_normal) then
                self%does(j) = affine

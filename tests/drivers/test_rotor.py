@@ -131,4 +131,4 @@ def test_number_of_modes_as_an_axis():
         np.testing.assert_array_equal(file["axis/reduction.modes"][()], [10, 11, 12])
         assert np.all(file["point/status"][()] == 0)
     done = start("razy-sweep", case, *short, "--set", "sweep(1)%step=0.5", "--output", "half.h5")
-    assert done.returncode == 2 and "&sweep(1) step = 0.5: a whole number, as reduction%modes is" in done.stderr
+    assert done.returncode == 2 and "step = 0.5: a whole number, as reduction%modes is" in done.stderr
