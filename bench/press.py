@@ -3,12 +3,13 @@
 
     bench/press.py --razy-bin FOLDER [--frequencies 40 45 50 55 60]
 
-The machine is that of inputs/thesis/fig_4_30.nml with weight: nine coordinates, six contacts that open and close at zero
-gap, 2 s of motion from static equilibrium. Its matrices are written down here from the lists in the input, not taken
-from razy. Every peer locates each crossing of each gap and goes on from there: heyoka (adaptive Taylor series) by
+The machine is that of inputs/thesis/fig_4_30.nml with weight: nine coordinates, six contacts that open and close at
+zero gap, 2 s of motion from static equilibrium. Its matrices are written down here from the lists in the input, not
+taken from razy. Every peer locates each crossing of each gap and goes on from there: heyoka (adaptive Taylor series) by
 terminal events, one for left and right together, as these meet at the same time here and it misses one of two; CVODE
-(Adams, fixed-point iteration) by root finding and restart. Times are processor times of the
-integration alone; compiling and setting up are left out, for razy the whole sweep of 401 frequencies is divided.
+(Adams, fixed-point iteration) by root finding and restart. Times are processor times of the integration alone, the
+least of three runs; compiling and setting up are left out. For razy the time of the whole sweep of 401 frequencies is
+divided, with start, machines, extrema of three forces, period of each motion, checkpoint and result file.
 The error is that of the mould's height over the last 0.1 s, against razy's, of its largest value.
 """
 
@@ -179,7 +180,7 @@ def main():
                 same = np.interp(times(), moments, expected)
                 error = max(error, np.max(np.abs(height - same)) / np.max(np.abs(expected)))
                 spent, events = spent + seconds / len(motions), events + count
-            rows.append(f"| {peer} | {tolerance} | {1000 * spent:.1f} | {spent / ours:.0f} | {events} | {error:.1e} |")
+            rows.append(f"| {peer} | {tolerance} | {1000 * spent:.1f} | {spent / ours:.2g} | {events} | {error:.1e} |")
             print(rows[-1], flush=True)
     about = __doc__.split("\n\n")
     lines = [
