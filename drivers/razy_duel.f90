@@ -1,17 +1,16 @@
 !! razy-duel: one motion by several integrators, error against cost.
 program razy_duel
-   use command_line, only: command_t, decimal, exit_failure, exit_usage, finish, print_help, print_version, read_command, say
+   use command_line, only: command_t, exit_failure, say
    use duel, only: compute_duel
    use duel_case, only: entry_t, read_entries
    use, intrinsic :: iso_fortran_env, only: output_unit
+   use program_frame, only: begin_program, end_checks, fail
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t
-   use razy_core_text_file, only: read_text_file
    use razy_io_duel_file, only: duel_content_t, write_duel_file
    use razy_io_header, only: result_header_t
-   use razy_io_output, only: output_is_free
    use razy_machine_machine, only: machine_t
-   use razy_scenes_study, only: motion_t, new_machine, read_study, record_t
+   use razy_scenes_study, only: motion_t, new_machine, record_t
    implicit none(type, external)
 
    type(command_t) :: command
@@ -23,24 +22,12 @@ program razy_duel
    type(entry_t), allocatable :: entries(:)
    type(result_header_t) :: header
    type(duel_content_t) :: content
-   character(:), allocatable :: text
    integer :: i
 
-   call read_command(command, .false., error)
-   if (allocated(error)) call fail("razy-duel: "//error%message, exit_usage)
-   if (command%help) call print_help("razy-duel", "compute one motion by several integrators: error against cost", .false.)
-   if (command%version) call print_version("razy-duel")
-   if (command%help .or. command%version) stop
-   call read_text_file(command%input, text, error)
-   if (.not. allocated(error)) call read_study(input, text, command%input, command%overrides, error)
-   if (.not. allocated(error)) call new_machine(machine, motion, records, input, error)
+   call begin_program("razy-duel", "compute one motion by several integrators: error against cost", command, input)
+   call new_machine(machine, motion, records, input, error)
    if (.not. allocated(error)) call read_entries(entries, motion%method, machine, input, error)
-   if (.not. allocated(error) .and. .not. command%check) call output_is_free(command%output, command%force, error)
-   if (allocated(error)) call fail(error%message, exit_usage)
-   if (command%check) then
-      write (output_unit, "(a)", advance="no") input%effective()
-      stop
-   end if
+   call end_checks(command, input, error)
    call compute_duel(machine, motion, entries, content, error)
    if (allocated(error)) call fail(error%message, exit_failure)
    header%program = "razy-duel"
@@ -69,13 +56,5 @@ contains
             content%doubts(i), content%evaluations(i), content%steps(i), trim(content%status_meanings(content%status(i) + 1))
       end do
    end subroutine print_table
-
-   subroutine fail(line, code)
-      character(*), intent(in) :: line
-      integer, intent(in) :: code
-
-      call say(line)
-      call finish(code)
-   end subroutine fail
 
 end program razy_duel

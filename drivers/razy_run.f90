@@ -1,19 +1,17 @@
 !! razy-run: one motion, with what &record asks for.
 program razy_run
-   use command_line, only: command_t, exit_failure, exit_usage, finish, print_help, print_version, read_command, say
-   use, intrinsic :: iso_fortran_env, only: output_unit
+   use command_line, only: command_t, exit_failure, say
    use one_motion, only: compute
+   use program_frame, only: begin_program, end_checks, fail
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: to_text
-   use razy_core_text_file, only: read_text_file
    use razy_io_header, only: result_header_t
-   use razy_io_output, only: output_is_free
    use razy_io_run_file, only: run_content_t, write_run_file
    use razy_machine_machine, only: machine_t
    use sweep_starts, only: new_starts, starts_t
-   use razy_scenes_study, only: check_start, motion_t, new_drawing, new_machine, read_study, record_t
+   use razy_scenes_study, only: check_start, motion_t, new_drawing, new_machine, record_t
    implicit none(type, external)
 
    type(command_t) :: command
@@ -24,23 +22,12 @@ program razy_run
    type(record_t), allocatable :: records(:)
    type(result_header_t) :: header
    type(run_content_t) :: content
-   character(:), allocatable :: text, problem
+   character(:), allocatable :: problem
 
-   call read_command(command, .false., error)
-   if (allocated(error)) call fail("razy-run: "//error%message, exit_usage)
-   if (command%help) call print_help("razy-run", "compute one motion: trajectory, events, extrema, as &record asks", .false.)
-   if (command%version) call print_version("razy-run")
-   if (command%help .or. command%version) stop
-   call read_text_file(command%input, text, error)
-   if (.not. allocated(error)) call read_study(input, text, command%input, command%overrides, error)
-   if (.not. allocated(error)) call new_machine(machine, motion, records, input, error)
+   call begin_program("razy-run", "compute one motion: trajectory, events, extrema, as &record asks", command, input)
+   call new_machine(machine, motion, records, input, error)
    if (.not. allocated(error)) call apply_single_start(error)
-   if (.not. allocated(error) .and. .not. command%check) call output_is_free(command%output, command%force, error)
-   if (allocated(error)) call fail(error%message, exit_usage)
-   if (command%check) then
-      write (output_unit, "(a)", advance="no") input%effective()
-      stop
-   end if
+   call end_checks(command, input, error)
    call compute(machine, motion, records, content, problem, error)
    if (allocated(error)) call fail(error%message, exit_failure)
    header%program = "razy-run"
@@ -79,13 +66,5 @@ contains
       call starts%apply(machine, 1_i8, 1_i8)
       call check_start(machine, input, error)
    end subroutine apply_single_start
-
-   subroutine fail(line, code)
-      character(*), intent(in) :: line
-      integer, intent(in) :: code
-
-      call say(line)
-      call finish(code)
-   end subroutine fail
 
 end program razy_run

@@ -3,11 +3,12 @@
 !! The lock is flock() on the file itself: the kernel drops it when the program ends in whatever way, so none is left behind by
 !! a kill. All goes through POSIX: FLUSH of gfortran 12 gives no error where the words did not reach the file.
 module razy_io_locked_file
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int64_t, c_loc, c_null_char, c_null_ptr, &
-                                                                             c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_int, c_int64_t, c_loc, c_null_char, c_null_ptr, c_ptr, &
+                                                                             c_size_t
    use, intrinsic :: iso_fortran_env, only: int64, int8
    use razy_core_error, only: error_t, raise
    use razy_io_posix, only: delete_file, synchronise
+   use razy_io_posix_calls, only: c_fclose, c_fileno, c_fopen
    implicit none(type, external)
    private
 
@@ -38,27 +39,6 @@ module razy_io_locked_file
 
    ! allow(assumed-size)
    interface
-      function c_fopen(path, mode) result(stream) bind(C, name="fopen")
-         import :: c_char, c_ptr
-         implicit none(type, external)
-         character(kind=c_char), intent(in) :: path(*), mode(*)
-         type(c_ptr) :: stream
-      end function c_fopen
-
-      function c_fclose(stream) result(status) bind(C, name="fclose")
-         import :: c_int, c_ptr
-         implicit none(type, external)
-         type(c_ptr), value, intent(in) :: stream
-         integer(c_int) :: status
-      end function c_fclose
-
-      function c_fileno(stream) result(descriptor) bind(C, name="fileno")
-         import :: c_int, c_ptr
-         implicit none(type, external)
-         type(c_ptr), value, intent(in) :: stream
-         integer(c_int) :: descriptor
-      end function c_fileno
-
       function c_flock(descriptor, operation) result(status) bind(C, name="flock")
          import :: c_int
          implicit none(type, external)

@@ -2,6 +2,7 @@
 module razy_io_posix
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr
    use razy_core_error, only: error_t, raise
+   use razy_io_posix_calls, only: c_fclose, c_fileno, c_fopen
    implicit none(type, external)
    private
 
@@ -41,33 +42,12 @@ module razy_io_posix
          integer(c_int) :: status
       end function c_unlink
 
-      function c_fopen(path, mode) result(stream) bind(C, name="fopen")
-         import :: c_char, c_ptr
-         implicit none(type, external)
-         character(kind=c_char), intent(in) :: path(*), mode(*)
-         type(c_ptr) :: stream
-      end function c_fopen
-
-      function c_fileno(stream) result(descriptor) bind(C, name="fileno")
-         import :: c_int, c_ptr
-         implicit none(type, external)
-         type(c_ptr), value, intent(in) :: stream
-         integer(c_int) :: descriptor
-      end function c_fileno
-
       function c_fsync(descriptor) result(status) bind(C, name="fsync")
          import :: c_int
          implicit none(type, external)
          integer(c_int), value, intent(in) :: descriptor
          integer(c_int) :: status
       end function c_fsync
-
-      function c_fclose(stream) result(status) bind(C, name="fclose")
-         import :: c_int, c_ptr
-         implicit none(type, external)
-         type(c_ptr), value, intent(in) :: stream
-         integer(c_int) :: status
-      end function c_fclose
    end interface
 
 contains

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from razy_post.errors import ResultError
 from razy_post.plot import density, periods, style
 from razy_post.plot.options import PlotNote, PlotOptions
-from razy_post.plot.units import Scale, axis_label, scale_for
+from razy_post.plot.units import LABEL_WIDTH, Scale, axis_label, scale_for
 from razy_post.read import DOWN, UP, SweepExtrema, SweepResult
 
 MOST_PANELS = 3
@@ -163,7 +163,7 @@ def _prepare(
         raise ResultError(f"{result.path}: no extrema of '{quantity.name}' {options.range_text()}{failed}")
     scale = scale_for(quantity.units, max(abs(low), abs(high)))
     y_limits = style.limits(low * scale.factor, high * scale.factor, 0.04)
-    axes.set_ylabel(axis_label(quantity, scale))
+    axes.set_ylabel(axis_label(quantity, scale, LABEL_WIDTH))
     style.set_axis(axes.yaxis, *y_limits)
     axes.set_ylim(y_limits)
     direction = result.direction

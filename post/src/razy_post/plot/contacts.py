@@ -7,7 +7,7 @@ from matplotlib.lines import Line2D
 from razy_post.errors import ResultError
 from razy_post.plot import style
 from razy_post.plot.options import PlotOptions
-from razy_post.plot.units import axis_label, scale_for
+from razy_post.plot.units import LABEL_WIDTH, axis_label, scale_for
 from razy_post.read import DOWN, SweepResult
 from razy_post.read.file import Quantity, choose
 
@@ -39,7 +39,7 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
         largest = max((float(np.nanmax(np.abs(v))) for v in values.values() if np.any(np.isfinite(v))), default=0.0)
         scale = scale_for(described.units, largest)
         label = described.long_name.split(": ", 1)[-1]
-        axes.set_ylabel(axis_label(Quantity(quantity, described.units, label), scale))
+        axes.set_ylabel(axis_label(Quantity(quantity, described.units, label), scale, LABEL_WIDTH))
         for number, contact in enumerate(contacts):
             for way in _ways(result):
                 keep = slice(None) if way is None else result.direction[selected] == way

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from razy_post.errors import ResultError
 from razy_post.plot import style
 from razy_post.plot.options import PlotOptions
-from razy_post.plot.units import axis_label, scale_for
+from razy_post.plot.units import LABEL_WIDTH, axis_label, scale_for
 from razy_post.read import RunResult
 
 MOST_PANELS = 4
@@ -42,7 +42,7 @@ def draw(result: RunResult, figure: Figure, options: PlotOptions) -> None:
                     **look,
                 )
                 handles[kind] = style.point_handle(label, colour)
-        axes.set_ylabel(axis_label(quantity, scale))
+        axes.set_ylabel(axis_label(quantity, scale, LABEL_WIDTH))
         style.set_axis(axes.yaxis, *axes.get_ylim())
     column[-1].set_xlabel("time (s)")
     low, high = column[-1].get_xlim()

@@ -3,6 +3,7 @@
 import math
 import re
 import string
+import textwrap
 from dataclasses import dataclass
 
 from razy_post.read import Quantity
@@ -11,6 +12,9 @@ PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 PREFIXED_UNITS = ("m", "s", "rad", "N", "Pa", "Hz", "W", "J", "V", "A")
 NO_LARGE_PREFIX = ("m", "s", "rad")
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+# Letters on a line of the label of a panel in a column.
+LABEL_WIDTH = 26
 
 
 @dataclass(frozen=True)
@@ -71,7 +75,8 @@ def readable_name(quantity: Quantity) -> str:
     return " ".join(words)
 
 
-def axis_label(quantity: Quantity, scale: Scale) -> str:
-    """Return the text of an axis: name and, in parentheses, unit."""
+def axis_label(quantity: Quantity, scale: Scale, width: int | None = None) -> str:
+    """Return the text of an axis: name and, in parentheses, unit; on lines of at most `width` letters."""
     name = readable_name(quantity)
-    return f"{name} ({scale.unit})" if scale.unit else name
+    label = f"{name} ({scale.unit})" if scale.unit else name
+    return label if width is None else textwrap.fill(label, width, break_long_words=False)

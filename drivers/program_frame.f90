@@ -1,0 +1,59 @@
+!! What programs that run alone do before they compute, and how they give up.
+module program_frame
+   use, intrinsic :: iso_fortran_env, only: output_unit
+   use command_line, only: command_t, exit_usage, finish, print_help, print_version, read_command, say
+   use razy_core_error, only: error_t
+   use razy_core_input, only: input_t
+   use razy_core_text_file, only: read_text_file
+   use razy_io_output, only: output_is_free
+   use razy_scenes_study, only: read_study
+   implicit none(type, external)
+   private
+
+   public :: begin_program, end_checks, fail
+
+contains
+
+   !> Read arguments and input; ends the program with --help, --version, and with the first mistake.
+   subroutine begin_program(name, does, command, input)
+      character(*), intent(in) :: name, does
+      type(command_t), intent(out) :: command
+      type(input_t), intent(out) :: input
+
+      type(error_t), allocatable :: error
+      character(:), allocatable :: text
+
+      call read_command(command, .false., error)
+      if (allocated(error)) call fail(name//": "//error%message, exit_usage)
+      if (command%help) call print_help(name, does, .false.)
+      if (command%version) call print_version(name)
+      if (command%help .or. command%version) stop
+      call read_text_file(command%input, text, error)
+      if (.not. allocated(error)) call read_study(input, text, command%input, command%overrides, error)
+      if (allocated(error)) call fail(error%message, exit_usage)
+   end subroutine begin_program
+
+   !> All has been read: ends the program with `error`, if there is one, or if the output exists; with --check after the effective
+   !> input.
+   subroutine end_checks(command, input, error)
+      type(command_t), intent(in) :: command
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(inout) :: error
+
+      if (.not. allocated(error) .and. .not. command%check) call output_is_free(command%output, command%force, error)
+      if (allocated(error)) call fail(error%message, exit_usage)
+      if (.not. command%check) return
+      write (output_unit, "(a)", advance="no") input%effective()
+      stop
+   end subroutine end_checks
+
+   !> End the program with a message and an exit code.
+   subroutine fail(line, code)
+      character(*), intent(in) :: line
+      integer, intent(in) :: code
+
+      call say(line)
+      call finish(code)
+   end subroutine fail
+
+end module program_frame
