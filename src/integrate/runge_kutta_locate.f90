@@ -97,8 +97,9 @@ contains
       self%bend_known = .true.
    end subroutine advance
 
-   !> Take out of z, at the end of a step in which `find` has found nothing, the rounding of contacts that rest on a bound of s: where
-   !> neither s nor s' can be told from rest they are set to it. Left alone, rounding would drift over the bound and back again.
+   !> Take out of z, at the end of a step in which `find` has found nothing, the rounding of contacts that rest on a bound of s:
+   !> where neither s nor s' can be told from rest they are set to it. Left alone,
+   !> rounding would drift over the bound and back again.
    subroutine keep_at_rest(self, field, z)
       class(locator_t), intent(inout) :: self
       type(field_t), intent(in) :: field
@@ -178,8 +179,8 @@ contains
    end subroutine find
 
    !> The guards that could be left in the step, at whose end `look` has just been. A path that touches 0 is at least g0 + g1 long;
-   !> its speed is at most that at the ends and what twice their accelerations add in half the step. Functions of the rate and forces are trusted only if twice the
-   !> room of a cubic's control points is left.
+   !> its speed is at most that at the ends and what twice their accelerations add in half the step. Functions of the rate and
+   !> forces are trusted only if twice the room of a cubic's control points is left.
    pure subroutine choose_suspects(self, field, stepper)
       type(locator_t), intent(inout) :: self
       type(field_t), intent(inout) :: field
