@@ -39,7 +39,7 @@ contains
       found = .true.
       call list_directions(self)
       associate (work => self%work, problem => self%work%problem, impulse => self%work%impulse(:self%work%count &
-                                                                                            + size(self%kinds%friction)))
+                                                                                               + size(self%kinds%friction)))
          n = work%count
          do i = 1, size(impulse)
             j = work%contact(i)

@@ -2,8 +2,8 @@
 !!
 !! The collocation polynomial through c = ((4-√6)/10, (4+√6)/10, 1); the increments Z_i of the stages solve
 !! Z = h (A ⊗ I) f(z + Z). A^-1 has one real eigenvalue and a conjugate pair, so that with T^-1 A^-1 T = Λ an iteration solves one
-!! real and one complex system with the matrices λ/h - J (razy_integrate_radau5_system). Error estimate, starting values and iteration control are those of
-!! E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed. (1996), IV.8.
+!! real and one complex system with the matrices λ/h - J (razy_integrate_radau5_system). Error estimate, starting values and
+!! iteration control are those of E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed. (1996), IV.8.
 !!
 !! Why this one: L-stable, so that a stiff contact is damped out instead of ringing at the step's frequency; stiffly accurate, so
 !! that the end of a step satisfies the stiff equation as well as the stages do; and of the highest order with both at

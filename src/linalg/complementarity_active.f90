@@ -1,8 +1,8 @@
 !! Impulses of a planar impact with friction from a guess, by Newton's method on the set of directions that act.
 !!
 !! In each round every direction is in one state of the laws of razy_linalg_complementarity_impact, as λ - u/G_ii of the last
-!! impulses says: a normal one open (λ = 0) or closed (u = -ε u⁻), a tangential one at a bound (λ = ±r) or sticking (u = 0). The linear
-!! equations of these states give the next impulses. This is the semismooth Newton method, or primal-dual active sets
+!! impulses says: a normal one open (λ = 0) or closed (u = -ε u⁻), a tangential one at a bound (λ = ±r) or sticking (u = 0).
+!! The linear equations of these states give the next impulses. This is the semismooth Newton method, or primal-dual active sets
 !! (Hintermüller, Ito and Kunisch, SIAM J. Optim. 13 (2002) 865–888; for contact with friction Alart and Curnier, Comput. Methods
 !! Appl. Mech. Engrg. 92 (1991) 353–375): one round from a guess with the right states, which the last step's impulses nearly
 !! always have, and fast from near ones; from far it may cycle, and redundant contacts make the equations singular. So

@@ -11,7 +11,7 @@ module razy_scenes_planar_schema
 
    !> What `&record` accepts in a planar scene.
    character(*), parameter :: planar_observables(*) = [character(24) :: "contact_force", "relative_displacement", &
-                                                       "sliding_velocity", "displacement", "velocity", "state"]
+                                                                            "sliding_velocity", "displacement", "velocity", "state"]
    !> What `&damping matrix` may be.
    character(*), parameter :: matrix_springs = "springs", matrix_all = "all", matrix_untuned = "untuned"
    integer, parameter :: most_ends = 64
