@@ -147,8 +147,6 @@ contains
       do while (done < n)
          written = c_write(c_fileno(self%stream), c_loc(bytes(done + 1)), int(n - done, c_size_t))
          if (written <= 0) then
-            ! Whole records among what was written still count when the file is read again.
-            self%length = self%length + done/bytes_per_word
             call raise(error, self%path//": "//reason_of_failure(self%path))
             return
          end if
