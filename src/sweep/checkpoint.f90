@@ -34,8 +34,6 @@ module razy_sweep_checkpoint
       !> When results were last on the disk, and how many have come since.
       real(wp), private :: secured = 0.0_wp
       integer(i8), private :: fresh = 0
-      !> When results were last handed to the operating system.
-      real(wp), private :: handed = 0.0_wp
       type(packet_t), private :: packet
    contains
       procedure :: open => open_checkpoint
@@ -48,9 +46,6 @@ module razy_sweep_checkpoint
       procedure, private :: check_identity
       procedure, private :: recall
    end type checkpoint_t
-
-   !> Results of so much time [s] go to the operating system together: a call for each would cost 2 % of points of 1 ms.
-   real(wp), parameter :: together = 0.02_wp
 
 contains
 
@@ -182,28 +177,24 @@ contains
       if (same /= point) call raise(error, self%journal%file%path//": a record is that of another point")
    end subroutine get
 
-   !> Hand what was put to the operating system, unless that was done just before, and from time to time, after many results, or
-   !> `now`, to the disk.
+   !> Hand what was put to the operating system, and from time to time, after many results, or `now`, to the disk.
    subroutine settle(self, error, now)
       class(checkpoint_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
       logical, intent(in), optional :: now
 
-      real(wp) :: time
       logical :: due
 
-      time = seconds()
       due = .false.
       if (present(now)) due = now
       if (.not. due .and. self%most_results > 0) due = self%fresh >= self%most_results
-      if (.not. due) due = time - self%secured >= self%interval
+      if (.not. due) due = seconds() - self%secured >= self%interval
       if (due) then
          call self%journal%secure(error)
          self%secured = seconds()
          self%fresh = 0
-      else if (time - self%handed >= together) then
+      else
          call self%journal%settle(error)
-         self%handed = time
       end if
    end subroutine settle
 
