@@ -440,28 +440,12 @@ contains
       class(runge_kutta_t), intent(inout) :: self
       type(outcome_t), intent(inout) :: outcome
 
-      integer, dimension(size(self%resolution%contact)) :: branch, contact
-      integer :: changes
-      logical :: none(size(self%locator%hit)), gathered
+      logical :: gathered
 
-      if (self%resolution%impacts == 0) return
       outcome%impacts = outcome%impacts + self%resolution%impacts
-      associate (field => self%view%field)
-         call self%bounces%follow(field, self%locator%guards, self%resolution%impacted, self%resolution%speed, &
-                                  self%resolution%direction, self%tau, self%z, gathered)
-         if (.not. gathered) return
-         none = .false.
-         contact = self%resolution%contact
-         branch = self%resolution%branch
-         changes = self%resolution%changes
-         call self%resolution%settle(field, self%locator%guards, none, self%tau, self%z)
-         self%resolution%contact = contact
-         self%resolution%branch = branch
-         self%resolution%changes = changes
-         if (.not. self%resolution%found) outcome%status = status_no_contact_forces
-         call self%bounces%confirm(field)
-         self%view%z_stop = self%z
-      end associate
+      call self%bounces%gather(self%view%field, self%locator%guards, self%resolution, self%tau, self%z, gathered)
+      if (.not. self%resolution%found) outcome%status = status_no_contact_forces
+      if (gathered) self%view%z_stop = self%z
    end subroutine after_impacts
 
    !> Show changes of branch from number `first` on as pieces of no duration.

@@ -33,7 +33,7 @@ module razy_integrate_runge_kutta_bounces
       procedure :: attach
       procedure :: forget
       procedure :: count_from
-      procedure :: follow
+      procedure :: gather
       procedure :: confirm
       procedure :: report
    end type bounces_t
@@ -79,10 +79,40 @@ contains
       self%tau = self%tau - tau
    end subroutine count_from
 
-   !> Take up the impacts at (tau, z) of the contacts `impacted`, whose gaps then open with `speed` in `direction` of s. If
+   !> Take up the impacts of the event that `resolution` has just settled at (tau, z). Where sequences end, `gathered`, z loses the
+   !> speeds of their gaps and the branches are settled again; the changes that are noted stay those of the event.
+   subroutine gather(self, field, guards, resolution, tau, z, gathered)
+      class(bounces_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      type(guards_t), intent(inout) :: guards
+      type(resolution_t), intent(inout) :: resolution
+      real(wp), intent(in) :: tau
+      real(wp), intent(inout) :: z(:)
+      logical, intent(out) :: gathered
+
+      integer, dimension(size(resolution%contact)) :: branch, contact
+      integer :: changes
+      logical :: none(size(guards%entry))
+
+      gathered = .false.
+      if (resolution%impacts == 0) return
+      call follow(self, field, guards, resolution%impacted, resolution%speed, resolution%direction, tau, z, gathered)
+      if (.not. gathered) return
+      none = .false.
+      contact = resolution%contact
+      branch = resolution%branch
+      changes = resolution%changes
+      call resolution%settle(field, guards, none, tau, z)
+      resolution%contact = contact
+      resolution%branch = branch
+      resolution%changes = changes
+      call self%confirm(field)
+   end subroutine gather
+
+   !> Follow the impacts at (tau, z) of the contacts `impacted`, whose gaps then open with `speed` in `direction` of s. If
    !> sequences end here, `gathered`, z is left without the speeds of their gaps.
    subroutine follow(self, field, guards, impacted, speed, direction, tau, z, gathered)
-      class(bounces_t), intent(inout) :: self
+      type(bounces_t), intent(inout) :: self
       type(field_t), intent(inout) :: field
       type(guards_t), intent(in) :: guards
       logical, intent(in) :: impacted(:)
