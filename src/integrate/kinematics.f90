@@ -114,8 +114,8 @@ contains
       self%base_sine = self%sine
    end subroutine start_piece
 
-   !> A step begins at tau: phases near it are formed from those there. These come from the step before, a few times, if that is near;
-   !> then anew from the start of the piece.
+   !> A step begins at tau: phases near it are formed from those there. These come from the step before, a few times, if that is
+   !> near; then anew from the start of the piece.
    pure subroutine start_step(self, tau)
       class(kinematics_t), intent(inout) :: self
       real(wp), intent(in) :: tau

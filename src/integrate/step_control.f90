@@ -54,11 +54,15 @@ contains
       real(wp) :: power, seen
 
       seen = max(error, tiny_error)
-      power = (0.75_wp*self%beta - 1.0_wp/self%order)*log(seen)
-      if (self%last_h > 0.0_wp .and. .not. self%predictive) power = power + self%beta*log(self%last_error)
-      factor = safety*exp(power)
-      if (self%last_h > 0.0_wp .and. self%predictive) then
-         factor = min(factor, safety*(h/self%last_h)*(self%last_error/seen**2)**(1.0_wp/self%order))
+      if (self%predictive) then
+         factor = safety*seen**(-1.0_wp/self%order)
+         if (self%last_h > 0.0_wp) then
+            factor = min(factor, safety*(h/self%last_h)*(self%last_error/seen**2)**(1.0_wp/self%order))
+         end if
+      else
+         power = (0.75_wp*self%beta - 1.0_wp/self%order)*log(seen)
+         if (self%last_h > 0.0_wp) power = power + self%beta*log(self%last_error)
+         factor = safety*exp(power)
       end if
       factor = min(max(factor, self%least), self%most)
       if (self%rejected) factor = min(factor, 1.0_wp)

@@ -15,8 +15,9 @@ module razy_integrate_stepper
    use razy_integrate_field, only: field_t
    use razy_integrate_folded_stages, only: folded_stages
    use razy_integrate_radau5, only: radau5_t
+   use razy_integrate_stage_sums, only: add_up, combine, scaled_error
    use razy_integrate_step_control, only: factor_of_failure, step_control_t
-   use razy_integrate_tableaux, only: new_tableau, sum_t, tableau_t
+   use razy_integrate_tableaux, only: new_tableau, tableau_t
    use razy_machine_method, only: method_t
    implicit none(type, external)
    private
@@ -60,8 +61,6 @@ module razy_integrate_stepper
 
    !> The slope at the start: not known, known (as dz_start), the one at the end of the last step (dz_end).
    integer, parameter :: unknown = 0, same_start = 1, moved_on = 2
-   !> Weight of the estimate of order 3 in that of DOP853 (Hairer, Nørsett and Wanner I, (10.17)).
-   real(wp), parameter :: share_of_third = 0.01_wp
    !> Growth of a step for which new factors do not pay.
    real(wp), parameter :: most_kept = 1.2_wp
 
@@ -234,7 +233,9 @@ contains
          self%z_end = self%z_stage(:self%n)
          if (self%tableau%fsal) call field%derivative(tau + h, self%z_end, self%k(:self%n, last))
       end if
-      if (self%adaptive) self%error = scaled_error(self)
+      if (self%adaptive) then
+         self%error = scaled_error(self%tableau, h, self%k, self%z_start(:self%n), self%z_end, self%absolute, self%relative)
+      end if
       failed = .not. all(ieee_is_finite(self%z_end)) .or. .not. ieee_is_finite(self%error)
    end subroutine explicit_step
 
@@ -328,80 +329,6 @@ contains
       self%k(:self%n, 1) = self%dz_start
       self%known = same_start
    end subroutine know_start
-
-   !> Largest component of the error estimate in units of the tolerance; not finite if one is not.
-   pure function scaled_error(self) result(error)
-      type(stepper_t), intent(in) :: self
-      real(wp) :: error
-
-      real(wp) :: estimate(2), scale, part
-      real(wp) :: sum(size(self%z_start), 2)
-      integer :: e, i
-
-      do e = 1, self%tableau%errors
-         call add_up(self%k, self%tableau%error(e), sum(:, e))
-      end do
-      estimate = 0.0_wp
-      do i = 1, self%n
-         scale = 1.0_wp/(self%absolute + self%relative*max(abs(self%z_start(i)), abs(self%z_end(i))))
-         do e = 1, self%tableau%errors
-            part = abs(sum(i, e))*scale
-            if (.not. ieee_is_finite(part)) then
-               error = part
-               return
-            end if
-            estimate(e) = max(estimate(e), part)
-         end do
-      end do
-      error = abs(self%h)*estimate(1)
-      if (self%tableau%errors == 2 .and. estimate(1) > 0.0_wp) then
-         error = error*(estimate(1)/sqrt(estimate(1)**2 + share_of_third*estimate(2)**2))
-      end if
-   end function scaled_error
-
-   !> out = Σ_j value_j k_column(j), four components at a time.
-   pure subroutine add_up(k, sum, out)
-      real(wp), intent(in), contiguous :: k(:, :)
-      type(sum_t), intent(in) :: sum
-      real(wp), intent(out), contiguous :: out(:)
-
-      real(wp) :: a, b, c, d, value
-      integer :: i, j, l
-
-      do i = 1, size(k, 1), 4
-         a = 0.0_wp
-         b = 0.0_wp
-         c = 0.0_wp
-         d = 0.0_wp
-         do j = 1, sum%terms
-            l = sum%column(j)
-            value = sum%value(j)
-            a = a + value*k(i, l)
-            b = b + value*k(i + 1, l)
-            c = c + value*k(i + 2, l)
-            d = d + value*k(i + 3, l)
-         end do
-         out(i) = a
-         out(i + 1) = b
-         out(i + 2) = c
-         out(i + 3) = d
-      end do
-   end subroutine add_up
-
-   !> out = base + h Σ_j value_j k_column(j).
-   pure subroutine combine(base, h, k, sum, out)
-      real(wp), intent(in), contiguous :: base(:), k(:, :)
-      real(wp), intent(in) :: h
-      type(sum_t), intent(in) :: sum
-      real(wp), intent(inout), contiguous :: out(:)
-
-      integer :: i
-
-      call add_up(k, sum, out)
-      do i = 1, size(base)
-         out(i) = base(i) + h*out(i)
-      end do
-   end subroutine combine
 
    !> Make the dense output of the accepted step from (tau, z); evaluates the stages that only it needs.
    subroutine prepare_dense(self, field, tau, z)

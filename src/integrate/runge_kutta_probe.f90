@@ -1,0 +1,173 @@
+!! Guards inside a step, on its dense output: their values, roots and turns.
+!!
+!! Guards that are functions of s alone are followed as scalar paths; any other, as a force, needs the state. Roots are found
+!! by Newton's method in a bracket, to rounding of the time, turns by false position after Illinois.
+module razy_integrate_runge_kutta_probe
+   use razy_core_kinds, only: wp
+   use razy_integrate_dense_output, only: path_t
+   use razy_integrate_field, only: field_t
+   use razy_integrate_runge_kutta_guards, only: guards_t
+   use razy_integrate_stepper, only: stepper_t
+   implicit none(type, external)
+   private
+
+   public :: guard_probe_t
+
+   type :: guard_probe_t
+      type(guards_t) :: guards
+      !> The step that is looked at, and the guards to look at in it.
+      real(wp) :: tau = 0.0_wp, h = 0.0_wp
+      logical, allocatable :: suspect(:)
+      !> Guards and rates at two points a and b, and at one in between.
+      real(wp), allocatable :: ga(:), ra(:), gb(:), rb(:), gc(:), rc(:)
+      real(wp), allocatable, private :: z(:)
+      !> Whether all guards to look at are functions of s alone, and then the paths of s without excitation (contacts).
+      logical, private :: on_paths = .false.
+      type(path_t), allocatable, private :: path(:)
+   contains
+      procedure :: make_room
+      procedure :: choose_paths
+      procedure :: look_inside
+      procedure :: root
+      procedure :: turn
+   end type guard_probe_t
+
+   integer, parameter :: most_iterations = 100
+   real(wp), parameter :: eps = epsilon(1.0_wp)
+
+contains
+
+   !> Make room for a machine.
+   subroutine make_room(self, field)
+      class(guard_probe_t), intent(inout) :: self
+      type(field_t), intent(in) :: field
+
+      integer :: n
+
+      call self%guards%attach(field)
+      n = size(self%guards%entry)
+      if (allocated(self%ga)) deallocate (self%ga, self%ra, self%gb, self%rb, self%gc, self%rc, self%z, self%suspect, self%path)
+      allocate (self%ga(n), self%ra(n), self%gb(n), self%rb(n), self%gc(n), self%rc(n), source=0.0_wp)
+      allocate (self%suspect(n), source=.false.)
+      allocate (self%z(2*field%m), source=0.0_wp)
+      allocate (self%path(size(field%branch)))
+   end subroutine make_room
+
+   !> The paths of s for guards that are functions of s alone.
+   subroutine choose_paths(self, field, stepper)
+      class(guard_probe_t), intent(inout) :: self
+      type(field_t), intent(in) :: field
+      type(stepper_t), intent(in) :: stepper
+
+      integer :: i
+
+      self%on_paths = .true.
+      do i = 1, self%guards%count
+         if (.not. self%suspect(i)) cycle
+         associate (entry => self%guards%entry(i))
+            self%on_paths = entry%function > 0 .and. .not. abs(entry%beta) > 0.0_wp
+            if (.not. self%on_paths) return
+            call stepper%output%follow(field%w(:, entry%contact), self%path(entry%contact))
+         end associate
+      end do
+   end subroutine choose_paths
+
+   !> Guards at theta of the step, at least those to look at.
+   subroutine look_inside(self, field, stepper, theta, g, rate)
+      class(guard_probe_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      type(stepper_t), intent(in) :: stepper
+      real(wp), intent(in) :: theta
+      real(wp), intent(inout) :: g(:), rate(:)
+
+      real(wp) :: error, error_rate, s, s_rate
+      integer :: i
+
+      if (.not. self%on_paths) then
+         call stepper%at(theta, self%z)
+         call self%guards%look(field, self%tau + theta*self%h, self%z, g, rate)
+         return
+      end if
+      call field%look_at_time(self%tau + theta*self%h)
+      do i = 1, self%guards%count
+         if (.not. self%suspect(i)) cycle
+         associate (entry => self%guards%entry(i))
+            call field%look_at_error(entry%contact, error, error_rate)
+            call self%path(entry%contact)%look(theta, s, s_rate)
+            g(i) = entry%side*(entry%alpha*(error + s) + entry%gamma - entry%bound)
+            rate(i) = entry%side*entry%alpha*(error_rate + s_rate)
+         end associate
+      end do
+   end subroutine look_inside
+
+   !> Root of guard i between theta = a, where it is positive, and b, where it is negative.
+   subroutine root(self, field, stepper, i, a, b, ga, gb, at)
+      class(guard_probe_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      type(stepper_t), intent(in) :: stepper
+      integer, intent(in) :: i
+      real(wp), intent(in) :: a, b, ga, gb
+      real(wp), intent(out) :: at
+
+      real(wp) :: high, low, move
+      integer :: k
+
+      low = a
+      high = b
+      at = a + (b - a)*ga/(ga - gb)
+      do k = 1, most_iterations
+         call self%look_inside(field, stepper, at, self%gc, self%rc)
+         if (.not. abs(self%gc(i)) > 0.0_wp) return
+         if (self%gc(i) > 0.0_wp) low = at
+         if (self%gc(i) < 0.0_wp) high = at
+         move = 0.0_wp
+         if (self%rc(i) < 0.0_wp) move = -self%gc(i)/(self%rc(i)*self%h)
+         if (.not. (at + move > low .and. at + move < high) .or. .not. abs(move) > 0.0_wp .or. k > most_iterations/2) then
+            move = 0.5_wp*(low + high) - at
+         end if
+         at = at + move
+         if (abs(move) <= eps*at .or. high - low <= 2*eps*high) return
+      end do
+   end subroutine root
+
+   !> Where between theta = a and b the rate of guard i, of other signs there, vanishes, and the guard at that point.
+   subroutine turn(self, field, stepper, i, a, b, at, g)
+      class(guard_probe_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      type(stepper_t), intent(in) :: stepper
+      integer, intent(in) :: i
+      real(wp), intent(in) :: a, b
+      real(wp), intent(out) :: at, g
+
+      real(wp) :: high, low, rate_high, rate_low, sign_low
+      integer :: k, side
+
+      low = a
+      high = b
+      rate_low = self%ra(i)
+      rate_high = self%rb(i)
+      sign_low = sign(1.0_wp, rate_low)
+      side = 0
+      do k = 1, most_iterations
+         at = 0.5_wp*(low + high)
+         if (k <= most_iterations/2 .and. rate_low*rate_high < 0.0_wp) at = low + (high - low)*rate_low/(rate_low - rate_high)
+         at = min(max(at, low), high)
+         call self%look_inside(field, stepper, at, self%gc, self%rc)
+         g = self%gc(i)
+         if (sign_low*self%rc(i) > 0.0_wp) then
+            low = at
+            rate_low = self%rc(i)
+            if (side == 1) rate_high = 0.5_wp*rate_high
+            side = 1
+         else
+            high = at
+            rate_high = self%rc(i)
+            if (side == -1) rate_low = 0.5_wp*rate_low
+            side = -1
+         end if
+         if (high - low <= 1.0e-9_wp*b .or. .not. abs(self%rc(i)) > 0.0_wp) return
+         if (abs(self%rc(i))*(high - low)*self%h <= eps*abs(g)) return
+      end do
+   end subroutine turn
+
+end module razy_integrate_runge_kutta_probe
