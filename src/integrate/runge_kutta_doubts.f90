@@ -2,7 +2,8 @@
 module razy_integrate_runge_kutta_doubts
    use razy_core_kinds, only: wp
    use razy_integrate_doubts, only: across, between_known_ends, cubic_turn, doubts_t, turned_near, within_tolerance
-   use razy_integrate_field, only: field_t, treat_by_smoothing
+   use razy_integrate_field, only: field_t
+   use razy_integrate_mode, only: treat_by_smoothing
    use razy_integrate_runge_kutta_guards, only: guard_entry_t
    use razy_integrate_runge_kutta_locate, only: locator_t
    use razy_integrate_stepper, only: stepper_t
