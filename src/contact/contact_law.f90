@@ -38,7 +38,8 @@ module razy_contact_contact_law
 
    !> A law. What is data here describes the branches; the force in them is the extension's.
    type, abstract :: contact_law_t
-      !> Whether F is affine in every branch, as `branch` says; only then is `branch` of any meaning.
+      !> Whether F is affine in every branch, as `branch` says (per normal force with `of_normal`), or a constraint force; only then
+      !> is `branch` of any meaning.
       logical :: piecewise_linear = .false.
       type(branch_t) :: branch(branches)
       !> Functions in use; `slope` holds alpha and beta of each, `constant` its gamma. The first is s in laws with a gap.
@@ -114,7 +115,8 @@ contains
       same = same .and. .not. any(abs(a%branch%stiffness - b%branch%stiffness) > 0.0_wp)
       same = same .and. .not. any(abs(a%branch%damping - b%branch%damping) > 0.0_wp)
       same = same .and. .not. any(abs(a%slope - b%slope) > 0.0_wp)
-      same = same .and. all(a%constraint .eqv. b%constraint)
+      same = same .and. all(a%constraint .eqv. b%constraint) .and. (a%of_normal .eqv. b%of_normal)
+      if (same .and. a%of_normal) same = .not. any(abs(a%branch%offset - b%branch%offset) > 0.0_wp)
    end function same_slopes
 
 end module razy_contact_contact_law

@@ -35,6 +35,10 @@ contains
       law%static = static
       law%kinetic = kinetic
       law%decay = decay
+      ! With one kinetic coefficient the force is linear in the normal force.
+      law%piecewise_linear = .not. (decay > 0.0_wp .and. static > kinetic)
+      law%branch(branch_forward)%offset = kinetic
+      law%branch(branch_backward)%offset = -kinetic
       law%slope(2, 1) = 1.0_wp
       law%guard(1, branch_forward) = guard_t(lower=0.0_wp, below=branch_sticking)
       law%guard(1, branch_backward) = guard_t(upper=0.0_wp, above=branch_sticking)

@@ -36,6 +36,7 @@ contains
       real(wp), intent(in) :: restitution
       type(rigid_law_t) :: law
 
+      law%piecewise_linear = .true.
       law%impacts = .true.
       law%restitution = restitution
       law%smoothable = .false.

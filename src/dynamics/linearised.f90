@@ -44,7 +44,9 @@ contains
          ! Equilibrium is known for these laws only.
          do while (culprit < size(machine%contact))
             culprit = culprit + 1
-            if (.not. machine%contact(culprit)%law%piecewise_linear) status = linear_curved
+            associate (law => machine%contact(culprit)%law)
+               if (any(law%constraint) .or. .not. law%piecewise_linear) status = linear_curved
+            end associate
             if (status /= linear_ok) return
          end do
          culprit = 0

@@ -5,48 +5,19 @@
 module razy_integrate_contact_states
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
-   use razy_integrate_modal_basis, only: modal_basis_t
+   use razy_integrate_constraints, only: constraints_t
+   use razy_integrate_contact_state, only: contact_state_t, contact_states_t
+   use razy_integrate_force_forms, only: contact_form, observable_form
+   use razy_integrate_jump_states, only: hold, make_jump_modes, respond_with_jumps
    use razy_integrate_refine, only: watched_t
-   use razy_integrate_response, only: linear_form_t, new_response, new_rows, response_t, rows_t
-   use razy_integrate_state_modes, only: new_open_modes, new_state_modes, open_modes_t
-   use razy_machine_coupled, only: coupled_t, new_coupled
-   use razy_machine_machine, only: contact_t, machine_t, observable_t, observe_contact_force, same_structure
+   use razy_integrate_response, only: linear_form_t, new_response, new_rows
+   use razy_integrate_state_modes, only: new_open_modes, new_state_modes
+   use razy_machine_coupled, only: new_coupled
+   use razy_machine_machine, only: machine_t, observe_contact_force, same_structure
    implicit none(type, external)
    private
 
-   public :: attach, contact_state_t, contact_states_t, lay_out_contacts, state_index
-
-   !> One contact state: the branch of every contact, and the motion in it.
-   type :: contact_state_t
-      integer, allocatable :: branch(:)
-      type(modal_basis_t) :: basis
-      type(response_t) :: response
-      !> Rows of the switching functions and of the observables.
-      type(rows_t) :: switching, observed
-      !> Functions that end this state, the contact each belongs to, its function there, and the branch beyond.
-      type(watched_t), allocatable :: watched(:)
-      integer, allocatable :: contact(:), function(:), next(:)
-      !> Rows of the variables s of all contacts, made when they are asked for.
-      type(rows_t) :: touching
-      !> Machine for which the response was made, and the rows of contacts.
-      integer :: version = 0, touching_version = 0
-      !> Step level that the last search ended with.
-      integer :: level = 10
-   end type contact_state_t
-
-   !> All states met so far.
-   type :: contact_states_t
-      type(machine_t) :: machine
-      type(coupled_t) :: coupled
-      logical :: keep_all = .false.
-      integer :: version = 0, count = 0
-      type(contact_state_t), allocatable :: state(:)
-      !> Modes with all contacts open.
-      type(open_modes_t) :: open
-      !> Contact directions (m, contacts), constant load (m), phasors (m, tones), frequencies (tones), rad/s.
-      real(wp), allocatable :: w(:, :), load(:), omega(:)
-      complex(wp), allocatable :: harmonic(:, :)
-   end type contact_states_t
+   public :: attach, lay_out_contacts, state_index
 
 contains
 
@@ -78,7 +49,8 @@ contains
          do j = 1, size(machine%contact)
             self%w(:, j) = matmul(self%coupled%project, machine%contact(j)%w)
          end do
-         call new_open_modes(self%open, machine, self%coupled, self%w, keep_all)
+         self%jumps = any([(any(machine%contact(j)%law%constraint), j=1, size(machine%contact))])
+         call new_open_modes(self%open, machine, self%coupled, self%w, keep_all .or. self%jumps)
       end if
       self%load = matmul(self%coupled%project, machine%load)
       self%harmonic = matmul(self%coupled%project, machine%harmonic_load)
@@ -86,15 +58,20 @@ contains
    end subroutine attach
 
    !> The number of the state with these branches, made ready for the attached machine. 0: its eigenproblem failed.
-   function state_index(self, branch) result(i)
+   !> With impacts or friction `press` tells the signs of forces that press friction, and `constraints` what is held.
+   function state_index(self, branch, press, constraints) result(i)
       type(contact_states_t), intent(inout) :: self
       integer, intent(in) :: branch(:)
+      integer, intent(in), optional :: press(:)
+      type(constraints_t), intent(in), optional :: constraints
       integer :: i
 
       type(contact_state_t), allocatable :: larger(:)
 
       do i = 1, self%count
-         if (all(self%state(i)%branch == branch)) exit
+         if (.not. all(self%state(i)%branch == branch)) cycle
+         if (.not. self%jumps) exit
+         if (all(self%state(i)%press == press)) exit
       end do
       if (i > self%count) then
          if (i > size(self%state)) then
@@ -104,6 +81,7 @@ contains
          end if
          self%count = i
          self%state(i)%branch = branch
+         if (self%jumps) call hold(self, self%state(i), press, constraints)
          call make_modes(self, i)
       end if
       if (self%state(i)%version /= self%version) then
@@ -120,6 +98,10 @@ contains
 
       integer :: other
 
+      if (self%jumps) then
+         call make_jump_modes(self, self%state(i))
+         return
+      end if
       do other = 1, self%count
          if (self%state(other)%version /= self%version .or. other == i) cycle
          if (.not. same_slopes_in(self, self%state(other)%branch, self%state(i)%branch)) cycle
@@ -158,6 +140,10 @@ contains
       if (state%basis%info /= 0) return
       ! Not taken over from the machine before: no bit of a result may depend on what was computed earlier.
       state%level = exponent(max(state%basis%fastest, 1.0_wp))
+      if (self%jumps) then
+         call respond_with_jumps(self, state)
+         return
+      end if
       load = self%load
       harmonic = self%harmonic
       do j = 1, size(state%branch)
@@ -192,7 +178,7 @@ contains
                associate (guard => law%guard(f, state%branch(j)))
                   if (guard%below == 0 .and. guard%above == 0) cycle
                   used = used + 1
-                  forms(used) = switching_form(self, j, law%slope(1, f), law%slope(2, f), law%constant(f))
+                  forms(used) = contact_form(self%machine, self%w, j, law%slope(1, f), law%slope(2, f), law%constant(f))
                   if (guard%below /= 0) call add(guard%below, 1.0_wp, guard%lower)
                   if (guard%above /= 0) call add(guard%above, -1.0_wp, guard%upper)
                   if (guard%below /= 0 .and. guard%above /= 0) watched(n)%shares_form = .true.
@@ -232,24 +218,9 @@ contains
          if (state%touching_version == self%version) return
          state%touching_version = self%version
          call new_rows(state%touching, state%response, &
-                       [(switching_form(self, j, 1.0_wp, 0.0_wp, 0.0_wp), j=1, size(self%machine%contact))])
+                       [(contact_form(self%machine, self%w, j, 1.0_wp, 0.0_wp, 0.0_wp), j=1, size(self%machine%contact))])
       end associate
    end subroutine lay_out_contacts
-
-   !> alpha s + beta s' + gamma of contact j as a form of the coupled coordinates.
-   pure function switching_form(self, j, alpha, beta, gamma) result(form)
-      type(contact_states_t), intent(in) :: self
-      integer, intent(in) :: j
-      real(wp), intent(in) :: alpha, beta, gamma
-      type(linear_form_t) :: form
-
-      integer :: t
-
-      form%on_y = alpha*self%w(:, j)
-      form%on_v = beta*self%w(:, j)
-      form%constant = alpha*self%machine%contact(j)%offset + gamma
-      form%error = [(cmplx(alpha, self%omega(t)*beta, wp)*self%machine%contact(j)%error(t), t=1, size(self%omega))]
-   end function switching_form
 
    !> Observable i in this state.
    pure function observed_form(self, state, i) result(form)
@@ -262,15 +233,12 @@ contains
          if (observable%kind == observe_contact_force) then
             associate (contact => self%machine%contact(observable%contact))
                associate (branch => contact%law%branch(state%branch(observable%contact)))
-                  form = switching_form(self, observable%contact, contact%force_sign*branch%stiffness, &
-                                        contact%force_sign*branch%damping, contact%force_sign*branch%offset)
+                  form = contact_form(self%machine, self%w, observable%contact, contact%force_sign*branch%stiffness, &
+                                      contact%force_sign*branch%damping, contact%force_sign*branch%offset)
                end associate
             end associate
          else
-            form%on_y = matmul(self%coupled%project, observable%on_displacement)
-            form%on_v = matmul(self%coupled%project, observable%on_velocity)
-            form%constant = observable%constant
-            form%error = observable%error
+            form = observable_form(observable, self%coupled%project)
          end if
       end associate
    end function observed_form

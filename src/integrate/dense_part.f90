@@ -6,7 +6,7 @@
 !! of eigenvalues of a larger set of modes has its amplitude's real and imaginary part in place of (u η, η').
 module razy_integrate_dense_part
    use razy_core_kinds, only: wp
-   use razy_integrate_modal_basis, only: dense_modes_t
+   use razy_integrate_modal_parts, only: dense_modes_t
    implicit none(type, external)
    private
 

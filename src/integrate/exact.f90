@@ -1,19 +1,23 @@
 !! The exact propagator: motion of a piecewise-linear machine from event to event in closed form.
 !!
 !! Between two changes of the contact state nothing is integrated; the next change is found with proof that none was before
-!! it (razy_integrate_search). The state carries over an event unchanged, the phases of excitation are formed anew from the
-!! time, which is kept in two doubles, so that errors do not grow with the number of pieces.
+!! it (razy_integrate_search). The state carries over an event unchanged, but for the jumps of velocity at impacts of rigid
+!! contacts (razy_integrate_jumps); the phases of excitation are formed anew from the time, which is kept in two doubles, so
+!! that errors do not grow with the number of pieces.
 module razy_integrate_exact
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_core_tone, only: add_time
-   use razy_integrate_contact_states, only: attach, contact_states_t, lay_out_contacts, state_index
-   use razy_integrate_cursor, only: copy, cursor_t, move_to, reserve, set_state, state_of
-   use razy_integrate_forms, only: curvature_bound, integral_of, size_of, value_and_slope, value_of
+   use razy_integrate_contact_state, only: contact_state_t, contact_states_t
+   use razy_integrate_contact_states, only: attach, state_index
+   use razy_integrate_cursor, only: move_to
+   use razy_integrate_exact_view, only: contact_of, direction_of, end_state, exact_view_t, place, state_at, sums_of, &
+                                       turn_after, value_at
    use razy_integrate_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, &
-                                        status_blow_up, status_chatter, status_event_limit, status_no_modes, status_ok
-   use razy_integrate_refine, only: watched_t
-   use razy_integrate_search, only: exit_t, first_exit, rounding, search_t
+                                        status_blow_up, status_chatter, status_event_limit, status_no_contact_forces, &
+                                        status_no_modes, status_ok
+   use razy_integrate_jumps, only: jumps_t
+   use razy_integrate_search, only: exit_t, first_exit, search_t
    use razy_machine_machine, only: machine_t
    implicit none(type, external)
    private
@@ -22,7 +26,7 @@ module razy_integrate_exact
 
    !> The bound of a switching function that was crossed, and the side on which the motion had been.
    type :: crossed_t
-      integer :: function = 0
+      integer :: contact = 0, function = 0
       real(wp) :: side = 0.0_wp, bound = 0.0_wp
    end type crossed_t
 
@@ -30,21 +34,11 @@ module razy_integrate_exact
    type, extends(integrator_t) :: exact_t
       type(contact_states_t) :: states
       type(search_t) :: search
-      !> Amplitudes at the start of the piece; the search's probe holds those at its end.
-      type(cursor_t) :: start
-      real(wp), allocatable :: z(:), cosine(:), sine(:)
+      !> The piece under way; the search's probe holds the amplitudes at its end.
+      type(exact_view_t) :: view
+      type(jumps_t) :: jumps
+      real(wp), allocatable :: z(:)
       integer, allocatable :: branch(:)
-      !> State under way, duration of its piece, s.
-      integer :: now = 0
-      real(wp) :: duration = 0.0_wp
-      !> What observers are answered with.
-      type(cursor_t) :: looker
-      logical :: looked = .false.
-      !> State (2m) and excitation (tones) there, once a contact has been asked for.
-      logical :: laid_out = .false.
-      real(wp), allocatable :: z_looked(:)
-      complex(wp), allocatable :: turn(:)
-      type(search_t) :: look
    contains
       procedure :: prepare
       procedure :: run
@@ -57,7 +51,6 @@ module razy_integrate_exact
       procedure :: interval
       procedure :: final_state
       procedure :: contact_sums
-      procedure, private :: largest_distance
    end type exact_t
 
    !> Pieces are begun anew after this angle of the fastest exponent, so that its rounding stays below 1e-13.
@@ -74,7 +67,7 @@ contains
       logical, intent(in) :: keep_all
       type(error_t), allocatable, intent(out) :: error
 
-      integer :: j, m
+      integer :: j
 
       do j = 1, size(machine%contact)
          if (machine%contact(j)%law%piecewise_linear) cycle
@@ -83,11 +76,11 @@ contains
          return
       end do
       call attach(self%states, machine, keep_all, error)
+      if (.not. allocated(error) .and. self%states%jumps) call self%jumps%attach(machine, keep_all, error)
       if (allocated(error)) return
-      m = self%states%coupled%m
-      if (allocated(self%z)) deallocate (self%z, self%cosine, self%sine, self%branch, self%z_looked, self%turn)
-      allocate (self%z_looked(2*m), self%turn(size(machine%tone)))
-      allocate (self%z(2*m), self%cosine(size(machine%tone)), self%sine(size(machine%tone)), self%branch(size(machine%contact)))
+      if (allocated(self%z)) deallocate (self%z, self%branch)
+      allocate (self%z(2*self%states%coupled%m), self%branch(size(machine%contact)))
+      call self%view%attach(self%states%coupled%m, size(machine%tone))
    end subroutine prepare
 
    !> Run the prepared machine from 0 to `t_end`, s, showing every piece to the observers.
@@ -98,46 +91,63 @@ contains
       type(observer_slot_t), intent(in) :: observers(:)
       type(outcome_t), intent(out) :: outcome
 
-      type(piece_t) :: piece
-      type(exit_t) :: found
-      type(crossed_t) :: crossed
-      integer :: i, standing, switched
       integer(i8) :: steps, halvings
 
       steps = self%search%steps
       halvings = self%search%halvings
+      if (self%states%jumps) then
+         call run_with_jumps(self, t_end, most_events, observers, outcome)
+      else
+         call run_without_jumps(self, t_end, most_events, observers, outcome)
+      end if
+      outcome%steps = self%search%steps - steps
+      outcome%halvings = self%search%halvings - halvings
+      outcome%states = self%states%count
+   end subroutine run
+
+   !> Motion whose state is continuous: one event ends a piece, and those at the same time follow in pieces of no length.
+   subroutine run_without_jumps(self, t_end, most_events, observers, outcome)
+      class(exact_t), intent(inout), target :: self
+      real(wp), intent(in) :: t_end
+      integer(i8), intent(in) :: most_events
+      type(observer_slot_t), intent(in) :: observers(:)
+      type(outcome_t), intent(inout) :: outcome
+
+      type(piece_t) :: piece
+      type(exit_t) :: found
+      type(crossed_t) :: crossed
+      integer :: i, standing
+
       call begin(self)
       piece%by => self
       standing = 0
-      switched = 0
       do while (piece%time < t_end)
          i = state_index(self%states, self%branch)
          if (i == 0) outcome%status = status_no_modes
          if (.not. all(abs(self%z) <= largest)) outcome%status = status_blow_up
          if (outcome%status /= status_ok) exit
-         call next_piece(self, i, switched, crossed, t_end, piece, found)
+         call place(self%view, self%states, i, piece%time, piece%time_low, self%z)
+         call mark(self%states%state(i), crossed)
+         call follow(self, self%states%state(i), huge(1.0_wp), t_end, piece, found)
          outcome%pieces = outcome%pieces + 1
          call show_piece(observers, piece)
-         call state_of(self%search%probe, self%states%state(i)%response, self%z)
+         call end_state(self%states%state(i), self%search%probe, self%z)
          standing = merge(standing + 1, 0, found%watched > 0 .and. .not. piece%duration > 0.0_wp)
          call add_time(piece%time, piece%time_low, piece%duration)
          if (piece%last) piece%time = t_end
-         switched = 0
+         crossed%contact = 0
          if (found%watched == 0) cycle
-         switched = piece%contact
-         crossed = crossed_t(self%states%state(i)%function(found%watched), self%states%state(i)%watched(found%watched)%side, &
-                             self%states%state(i)%watched(found%watched)%bound)
-         self%branch(switched) = piece%branch
+         associate (watched => self%states%state(i)%watched(found%watched))
+            crossed = crossed_t(piece%contact, self%states%state(i)%function(found%watched), watched%side, watched%bound)
+         end associate
+         self%branch(piece%contact) = piece%branch
          outcome%events = outcome%events + 1
          if (standing > 8*size(self%branch) + 8) outcome%status = status_chatter
          if (outcome%events >= most_events .and. piece%time < t_end) outcome%status = status_event_limit
          if (outcome%status /= status_ok) exit
       end do
       outcome%time = piece%time
-      outcome%steps = self%search%steps - steps
-      outcome%halvings = self%search%halvings - halvings
-      outcome%states = self%states%count
-   end subroutine run
+   end subroutine run_without_jumps
 
    !> State and branches at the time 0.
    subroutine begin(self)
@@ -160,79 +170,189 @@ contains
       end associate
    end subroutine begin
 
-   !> Follow state i from the time of `piece` to its end; `switched` is the contact that has just crossed the bound `crossed`,
-   !> and so starts on it.
-   subroutine next_piece(self, i, switched, crossed, t_end, piece, found)
-      class(exact_t), intent(inout) :: self
-      integer, intent(in) :: i, switched
+   !> The function that has just crossed its bound starts on it.
+   pure subroutine mark(state, crossed)
+      type(contact_state_t), intent(inout) :: state
       type(crossed_t), intent(in) :: crossed
-      real(wp), intent(in) :: t_end
+
+      integer :: t
+
+      state%watched%from_zero = .false.
+      if (crossed%contact == 0) return
+      do t = 1, size(state%watched)
+         state%watched(t)%from_zero = state%contact(t) == crossed%contact .and. state%function(t) == crossed%function &
+                                      .and. state%watched(t)%side*crossed%side < 0.0_wp &
+                                      .and. .not. abs(state%watched(t)%bound - crossed%bound) > 0.0_wp
+      end do
+   end subroutine mark
+
+   !> Follow a state from the time of `piece` to its end, at most for `most`, s.
+   subroutine follow(self, state, most, t_end, piece, found)
+      class(exact_t), intent(inout) :: self
+      type(contact_state_t), intent(inout) :: state
+      real(wp), intent(in) :: most, t_end
       type(piece_t), intent(inout) :: piece
       type(exit_t), intent(out) :: found
 
       real(wp) :: longest, fastest
-      integer :: t
 
-      self%now = i
-      self%looked = .false.
-      associate (state => self%states%state(i))
-         do t = 1, size(self%cosine)
-            call self%states%machine%tone(t)%phasor(piece%time, piece%time_low, self%cosine(t), self%sine(t))
-         end do
-         call reserve(self%start, state%response)
-         call set_state(self%start, state%response, self%z, self%cosine, self%sine)
-         fastest = state%basis%fastest
-         if (size(self%states%omega) > 0) fastest = max(fastest, maxval(self%states%omega))
-         longest = (t_end - piece%time) - piece%time_low
-         piece%last = longest*fastest <= longest_angle
-         if (.not. piece%last) longest = longest_angle/fastest
-         if (state%response%growing) then
-            ! Growth is looked at again before a blow-up can pass the range of the numbers.
-            longest = min(longest, longest_growth/maxval(real(state%response%exponent)))
-            piece%last = piece%last .and. .not. piece%time + longest < t_end
-         end if
-         state%watched%from_zero = .false.
-         if (switched > 0) then
-            do t = 1, size(state%watched)
-               state%watched(t)%from_zero = state%contact(t) == switched .and. state%function(t) == crossed%function &
-                                            .and. state%watched(t)%side*crossed%side < 0.0_wp &
-                                            .and. .not. abs(state%watched(t)%bound - crossed%bound) > 0.0_wp
-            end do
-         end if
-         self%search%level = state%level
-         self%search%resolution = spacing(piece%time)
-         call first_exit(self%search, state%response, state%switching, self%start, 0.0_wp, longest, state%watched, found)
-         state%level = self%search%level
-         if (found%watched == 0) call move_to(self%start, state%response, found%tau, self%search%probe)
-         piece%duration = found%tau
-         self%duration = found%tau
-         piece%last = piece%last .and. found%watched == 0
-         piece%contact = 0
-         if (found%watched == 0) return
-         piece%contact = state%contact(found%watched)
-         piece%branch = state%next(found%watched)
-      end associate
-   end subroutine next_piece
+      fastest = state%basis%fastest
+      if (size(self%states%omega) > 0) fastest = max(fastest, maxval(self%states%omega))
+      longest = (t_end - piece%time) - piece%time_low
+      piece%last = longest*fastest <= longest_angle
+      if (.not. piece%last) longest = longest_angle/fastest
+      if (state%response%growing) then
+         ! Growth is looked at again before a blow-up can pass the range of the numbers.
+         longest = min(longest, longest_growth/maxval(real(state%response%exponent)))
+         piece%last = piece%last .and. .not. piece%time + longest < t_end
+      end if
+      piece%last = piece%last .and. longest < most
+      longest = min(longest, most)
+      self%search%level = state%level
+      self%search%resolution = spacing(piece%time)
+      call first_exit(self%search, state%response, state%switching, self%view%start, 0.0_wp, longest, state%watched, found)
+      state%level = self%search%level
+      if (found%watched == 0) call move_to(self%view%start, state%response, found%tau, self%search%probe)
+      piece%duration = found%tau
+      self%view%duration = found%tau
+      piece%last = piece%last .and. found%watched == 0
+      piece%contact = 0
+      if (found%watched == 0) return
+      piece%contact = state%contact(found%watched)
+      piece%branch = state%next(found%watched)
+   end subroutine follow
 
-   !> Amplitudes at `tau` into `self%looker`.
-   subroutine look_at(self, tau)
+   !> Motion with impacts or friction: events at the same time are settled together.
+   subroutine run_with_jumps(self, t_end, most_events, observers, outcome)
+      class(exact_t), intent(inout), target :: self
+      real(wp), intent(in) :: t_end
+      integer(i8), intent(in) :: most_events
+      type(observer_slot_t), intent(in) :: observers(:)
+      type(outcome_t), intent(inout) :: outcome
+
+      type(piece_t) :: piece
+      real(wp) :: duration
+      integer :: i, standing
+      logical :: found
+
+      piece%by => self
+      standing = 0
+      duration = 0.0_wp
+      call self%jumps%begin(delta_of(self, 0, t_end), self%z, found)
+      if (.not. found) outcome%status = status_no_contact_forces
+      self%branch = self%jumps%field%branch
+      outcome%impacts = self%jumps%impacts
+      if (found .and. self%jumps%impacts > 0) call show_changes(self, 1, piece, observers, outcome)
+      do while (outcome%status == status_ok .and. piece%time < t_end)
+         call choose_state(self, i, outcome)
+         if (.not. all(abs(self%z) <= largest)) outcome%status = status_blow_up
+         if (outcome%events >= most_events) outcome%status = status_event_limit
+         if (outcome%status /= status_ok) exit
+         call self%jumps%start_piece(piece%time, piece%time_low, duration, delta_of(self, i, t_end - piece%time), self%z)
+         call place(self%view, self%states, i, piece%time, piece%time_low, self%z)
+         call next_event(self, self%states%state(i), t_end, piece, observers, outcome)
+         duration = piece%duration
+         standing = merge(standing + 1, 0, duration <= 4*epsilon(1.0_wp)*piece%time)
+         call add_time(piece%time, piece%time_low, duration)
+         if (piece%last) piece%time = t_end
+         self%branch = self%jumps%field%branch
+         if (outcome%status == status_ok) call show_changes(self, 2, piece, observers, outcome)
+         if (standing > 8*size(self%branch) + 8 .and. outcome%status == status_ok) outcome%status = status_chatter
+      end do
+      outcome%time = piece%time
+   end subroutine run_with_jumps
+
+   !> The number of the state of the field's branches.
+   subroutine choose_state(self, i, outcome)
       class(exact_t), intent(inout) :: self
-      real(wp), intent(in) :: tau
+      integer, intent(out) :: i
+      type(outcome_t), intent(inout) :: outcome
 
-      if (self%looked .and. .not. abs(tau - self%looker%tau) > 0.0_wp) return
-      self%looked = .true.
-      self%laid_out = .false.
-      associate (response => self%states%state(self%now)%response)
-         call reserve(self%looker, response)
-         if (.not. abs(tau) > 0.0_wp) then
-            call copy(self%start, response, self%looker)
-         else if (.not. abs(tau - self%duration) > 0.0_wp) then
-            call copy(self%search%probe, response, self%looker)
+      i = state_index(self%states, self%branch, self%jumps%press, self%jumps%field%constraints)
+      if (i > 0) return
+      outcome%status = merge(status_no_modes, status_no_contact_forces, self%states%state(self%states%count)%held%found)
+   end subroutine choose_state
+
+   !> Time over which rates of constraint forces are taken, s, in state i (0: none yet) with `rest` to go.
+   pure function delta_of(self, i, rest) result(delta)
+      class(exact_t), intent(in) :: self
+      integer, intent(in) :: i
+      real(wp), intent(in) :: rest
+      real(wp) :: delta
+
+      delta = rest
+      if (i > 0) delta = min(delta, 1.0_wp/max(self%states%state(i)%basis%fastest, tiny(1.0_wp)))
+      if (size(self%states%omega) > 0) delta = min(delta, 1.0_wp/maxval(self%states%omega))
+      delta = 1.0e-5_wp*delta
+   end function delta_of
+
+   !> The piece that begins, and the event at its end: `self%z` and the field's branches are those after it.
+   subroutine next_event(self, state, t_end, piece, observers, outcome)
+      class(exact_t), intent(inout) :: self
+      type(contact_state_t), intent(inout) :: state
+      real(wp), intent(in) :: t_end
+      type(piece_t), intent(inout) :: piece
+      type(observer_slot_t), intent(in) :: observers(:)
+      type(outcome_t), intent(inout) :: outcome
+
+      type(exit_t) :: found
+      real(wp) :: most
+      logical :: lands, settled
+
+      associate (jumps => self%jumps)
+         call jumps%prepare_search(self%z, state%contact, state%function, state%next, state%fixed, state%watched)
+         most = huge(1.0_wp)
+         if (jumps%bounces%landing) most = max(jumps%bounces%tau, 0.0_wp)
+         call follow(self, state, most, t_end, piece, found)
+         call end_state(state, self%search%probe, self%z)
+         outcome%pieces = outcome%pieces + 1
+         lands = .not. piece%duration < most
+         jumps%resolution%changes = 0
+         piece%contact = 0
+         if (found%watched > 0) then
+            call jumps%cross(state%contact(found%watched), state%function(found%watched), state%next(found%watched), &
+                             piece%duration, self%z, settled)
+         else if (lands) then
+            call jumps%cross(0, 0, 0, piece%duration, self%z, settled)
          else
-            call move_to(self%start, response, tau, self%looker)
+            call show_piece(observers, piece)
+            return
          end if
+         if (.not. settled) outcome%status = status_no_contact_forces
+         if (jumps%resolution%changes > 0) then
+            piece%contact = jumps%resolution%contact(1)
+            piece%branch = jumps%resolution%branch(1)
+            outcome%events = outcome%events + 1
+         end if
+         outcome%impacts = outcome%impacts + jumps%impacts
+         outcome%accumulations = outcome%accumulations + jumps%landed
+         call show_piece(observers, piece)
       end associate
-   end subroutine look_at
+   end subroutine next_event
+
+   !> Show changes of branch from number `first` on as pieces of no duration in the state that follows them.
+   subroutine show_changes(self, first, piece, observers, outcome)
+      class(exact_t), intent(inout) :: self
+      integer, intent(in) :: first
+      type(piece_t), intent(inout) :: piece
+      type(observer_slot_t), intent(in) :: observers(:)
+      type(outcome_t), intent(inout) :: outcome
+
+      integer :: i, k
+
+      if (self%jumps%resolution%changes < first) return
+      call choose_state(self, i, outcome)
+      if (outcome%status /= status_ok) return
+      call place(self%view, self%states, i, piece%time, piece%time_low, self%z)
+      piece%duration = 0.0_wp
+      piece%last = .false.
+      do k = first, self%jumps%resolution%changes
+         piece%contact = self%jumps%resolution%contact(k)
+         piece%branch = self%jumps%resolution%branch(k)
+         outcome%events = outcome%events + 1
+         call show_piece(observers, piece)
+      end do
+   end subroutine show_changes
 
    !> Value of observable `form` at `tau`.
    function value(self, form, tau)
@@ -241,10 +361,7 @@ contains
       real(wp), intent(in) :: tau
       real(wp) :: value
 
-      call look_at(self, tau)
-      associate (state => self%states%state(self%now))
-         value = value_of(state%observed, state%response, self%looker, form, 0)
-      end associate
+      value = value_at(self%view, self%states%state(self%view%now), self%search%probe, form, tau)
    end function value
 
    !> Value, size and direction of observable `form` at `tau`, from up to four derivatives.
@@ -254,23 +371,7 @@ contains
       real(wp), intent(in) :: tau
       type(glimpse_t), intent(out) :: seen
 
-      real(wp) :: rate
-      real(wp) :: modulus(self%states%state(self%now)%response%amplitudes)
-      integer :: order
-
-      call look_at(self, tau)
-      associate (rows => self%states%state(self%now)%observed, response => self%states%state(self%now)%response)
-         modulus = sqrt(self%looker%re(:response%amplitudes)**2 + self%looker%im(:response%amplitudes)**2)
-         seen%value = value_of(rows, response, self%looker, form, 0)
-         seen%size = size_of(rows, response, self%looker, modulus, form, 0)
-         do order = 1, 4
-            rate = value_of(rows, response, self%looker, form, order)
-            if (abs(rate) > rounding*size_of(rows, response, self%looker, modulus, form, order)) then
-               seen%direction = nint(sign(1.0_wp, rate))
-               return
-            end if
-         end do
-      end associate
+      call direction_of(self%view, self%states%state(self%view%now), self%search%probe, form, tau, seen)
    end subroutine glimpse
 
    !> The next root of the observable's rate, found with the proof that none was before it.
@@ -282,18 +383,7 @@ contains
       logical, intent(out) :: found
       real(wp), intent(out) :: tau_found, value
 
-      type(exit_t) :: turn
-      type(watched_t) :: rate(1)
-
-      rate(1) = watched_t(form=form, order=1, side=real(direction, wp), from_zero=turned)
-      associate (state => self%states%state(self%now))
-         self%look%level = state%level
-         call first_exit(self%look, state%response, state%observed, self%start, tau, tau_end, rate, turn)
-         found = turn%watched /= 0
-         tau_found = turn%tau
-         value = 0.0_wp
-         if (found) value = value_of(state%observed, state%response, self%look%probe, form, 0)
-      end associate
+      call turn_after(self%view, self%states%state(self%view%now), form, tau, tau_end, direction, turned, found, tau_found, value)
    end subroutine next_turn
 
    !> Displacements and velocities (n each) at `tau`; needs a machine prepared with `keep_all`.
@@ -304,8 +394,7 @@ contains
 
       real(wp) :: z(size(self%z))
 
-      call look_at(self, tau)
-      call state_of(self%looker, self%states%state(self%now)%response, z)
+      call state_at(self%view, self%states%state(self%view%now), self%search%probe, tau, z)
       call to_coordinates(self, z, displacement, velocity)
    end subroutine state
 
@@ -335,30 +424,10 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: s, rate, force
 
-      integer :: t
-
-      call look_at(self, tau)
-      if (.not. self%laid_out) then
-         call state_of(self%looker, self%states%state(self%now)%response, self%z_looked)
-         do t = 1, size(self%turn)
-            self%turn(t) = cmplx(self%cosine(t), self%sine(t), wp)*cmplx(cos(self%states%omega(t)*tau), &
-                                                                         sin(self%states%omega(t)*tau), wp)
-         end do
-         self%laid_out = .true.
-      end if
-      associate (touching => self%states%machine%contact(j), m => self%states%coupled%m, z => self%z_looked)
-         s = dot_product(self%states%w(:, j), z(:m)) + touching%offset
-         rate = dot_product(self%states%w(:, j), z(m + 1:)) + touching%drive
-         do t = 1, size(self%cosine)
-            s = s + real(self%turn(t)*touching%error(t))
-            rate = rate - self%states%omega(t)*aimag(self%turn(t)*touching%error(t))
-         end do
-         force = touching%force_sign*touching%law%force(self%branch(j), s, rate, touching%normal)
-      end associate
+      call contact_of(self%view, self%states, self%search%probe, j, tau, s, rate, force)
    end subroutine contact
 
-   !> Integrals of what contact j does from `tau` to the end of the piece, where its force is k s + offset and no part is dense:
-   !> the work is a difference of potentials then.
+   !> Integrals of what contact j does from `tau` to the end of the piece, where they are known in closed form.
    subroutine contact_sums(self, j, tau, largest, impulse, work, known)
       class(exact_t), intent(inout) :: self
       integer, intent(in) :: j
@@ -366,60 +435,8 @@ contains
       real(wp), intent(inout) :: largest, impulse, work
       logical, intent(out) :: known
 
-      real(wp) :: distance, s(2), rate(2)
-
-      associate (state => self%states%state(self%now), contact => self%states%machine%contact(j), last => self%search%probe)
-         associate (law => contact%law%branch(self%branch(j)), response => state%response)
-            known = response%nx == 0 .and. .not. abs(law%damping) > 0.0_wp
-            if (.not. known .or. .not. max(abs(law%stiffness), abs(law%offset)) > 0.0_wp) return
-            call lay_out_contacts(self%states, self%now)
-            call look_at(self, tau)
-            call value_and_slope(state%touching, response, self%looker, j, 0, s(1), rate(1))
-            call value_and_slope(state%touching, response, last, j, 0, s(2), rate(2))
-            impulse = impulse + contact%force_sign*(law%stiffness*integral_of(state%touching, response, self%looker, last, j) &
-                                                    + law%offset*(last%tau - self%looker%tau))
-            work = work + (s(2) - s(1))*(law%stiffness*0.5_wp*(s(1) + s(2)) + law%offset)
-            largest = max(largest, maxval(abs(law%stiffness*s + law%offset)))
-            if (.not. abs(law%stiffness) > 0.0_wp) return
-            distance = largest/abs(law%stiffness)
-            call self%largest_distance(j, -law%offset/law%stiffness, tau, s, rate, distance)
-            largest = max(largest, abs(law%stiffness)*distance)
-         end associate
-      end associate
+      call sums_of(self%view, self%states, self%search%probe, j, tau, largest, impulse, work, known)
    end subroutine contact_sums
-
-   !> Raise `distance` to the largest |s - edge| of contact j at the turns of s between `tau` and the end of the piece; s and s'
-   !> at both are known. The search is spared where the curvature does not suffice for a larger one.
-   subroutine largest_distance(self, j, edge, tau, s, rate, distance)
-      class(exact_t), intent(inout) :: self
-      integer, intent(in) :: j
-      real(wp), intent(in) :: edge, tau, s(2), rate(2)
-      real(wp), intent(inout) :: distance
-
-      type(exit_t) :: turn
-      type(watched_t) :: watched(1)
-      real(wp) :: direction, from
-
-      associate (state => self%states%state(self%now))
-         if (.not. state%response%growing) then
-            if (maxval(abs(s - edge)) + (self%duration - tau)**2/8*curvature_bound(state%touching, state%response, self%looker, j) &
-                <= distance) return
-         end if
-         direction = sign(1.0_wp, rate(1))
-         from = tau
-         watched(1) = watched_t(form=j, order=1)
-         do while (from < self%duration)
-            watched(1)%side = direction
-            watched(1)%from_zero = from > tau
-            self%look%level = state%level
-            call first_exit(self%look, state%response, state%touching, self%start, from, self%duration, watched, turn)
-            if (turn%watched == 0) return
-            distance = max(distance, abs(value_of(state%touching, state%response, self%look%probe, j, 0) - edge))
-            from = turn%tau
-            direction = -direction
-         end do
-      end associate
-   end subroutine largest_distance
 
    !> Branch of contact j.
    pure function branch_now(self, j) result(branch)
@@ -435,7 +452,7 @@ contains
       class(exact_t), intent(in) :: self
       real(wp) :: interval
 
-      associate (state => self%states%state(self%now))
+      associate (state => self%states%state(self%view%now))
          interval = scale(1.0_wp, -max(state%level, exponent(state%response%fastest) + 2))
       end associate
    end function interval

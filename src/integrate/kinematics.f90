@@ -18,6 +18,9 @@ module razy_integrate_kinematics
    !> Angles below which phases are formed by series, short and long ones.
    real(wp), parameter :: small_angle = 0.12_wp, large_angle = 0.8_wp
 
+   !> Steps from which phases are carried on; each adds a rounding.
+   integer, parameter :: most_carried = 8
+
    type :: kinematics_t
       type(machine_t) :: machine
       type(coupled_t) :: coupled
@@ -35,6 +38,8 @@ module razy_integrate_kinematics
       real(wp) :: base = 0.0_wp
       real(wp), allocatable :: base_cosine(:), base_sine(:)
       logical :: loaded = .false.
+      !> Steps since the phases were formed from the start of the piece.
+      integer :: carried = 0
       !> Workspace: phases at the time of evaluation (tones each); s and s' (contacts each).
       real(wp), allocatable :: c(:), d(:), s(:), rate(:)
    contains
@@ -43,6 +48,7 @@ module razy_integrate_kinematics
       procedure :: start_step
       procedure :: look_at_time
       procedure :: phase
+      procedure :: look_at_error
       procedure :: look_at_contact
       procedure :: look_at_contacts
       procedure :: free_acceleration
@@ -103,24 +109,35 @@ contains
          call self%machine%tone(t)%phasor(time, time_low, self%cosine(t), self%sine(t))
       end do
       self%base = 0.0_wp
+      self%carried = 0
       self%base_cosine = self%cosine
       self%base_sine = self%sine
    end subroutine start_piece
 
-   !> A step begins at tau: phases near it are formed from those there.
+   !> A step begins at tau: phases near it are formed from those there. These come from the step before, a few times, if that is near;
+   !> then anew from the start of the piece.
    pure subroutine start_step(self, tau)
       class(kinematics_t), intent(inout) :: self
       real(wp), intent(in) :: tau
 
+      real(wp) :: cosine, sine
       integer :: t
 
+      self%carried = self%carried + 1
       do t = 1, size(self%omega)
-         self%c(t) = cos(self%omega(t)*tau)
-         self%d(t) = sin(self%omega(t)*tau)
-         self%base_cosine(t) = self%cosine(t)*self%c(t) - self%sine(t)*self%d(t)
-         self%base_sine(t) = self%sine(t)*self%c(t) + self%cosine(t)*self%d(t)
+         if (self%carried < most_carried .and. self%omega(t)*abs(tau - self%base) <= large_angle) then
+            call self%phase(t, tau - self%base, cosine, sine)
+            self%base_cosine(t) = cosine
+            self%base_sine(t) = sine
+         else
+            cosine = cos(self%omega(t)*tau)
+            sine = sin(self%omega(t)*tau)
+            self%base_cosine(t) = self%cosine(t)*cosine - self%sine(t)*sine
+            self%base_sine(t) = self%sine(t)*cosine + self%cosine(t)*sine
+         end if
       end do
       self%base = tau
+      if (self%carried >= most_carried) self%carried = 0
    end subroutine start_step
 
    !> Phases at tau into the workspace.
@@ -162,6 +179,22 @@ contains
       d = self%base_sine(t)*cosine + self%base_cosine(t)*sine
    end subroutine phase
 
+   !> The parts of s and s' of contact j that do not depend on z, at the phases of the workspace.
+   pure subroutine look_at_error(self, j, s, rate)
+      class(kinematics_t), intent(in) :: self
+      integer, intent(in) :: j
+      real(wp), intent(out) :: s, rate
+
+      integer :: t
+
+      s = self%machine%contact(j)%offset
+      rate = self%machine%contact(j)%drive
+      do t = 1, size(self%omega)
+         s = s + (self%error_re(j, t)*self%c(t) - self%error_im(j, t)*self%d(t))
+         rate = rate - self%omega(t)*(self%error_re(j, t)*self%d(t) + self%error_im(j, t)*self%c(t))
+      end do
+   end subroutine look_at_error
+
    !> s and s' of contact j at z and the phases of the workspace.
    pure subroutine look_at_contact(self, j, z)
       class(kinematics_t), intent(inout) :: self
@@ -169,17 +202,12 @@ contains
       real(wp), intent(in) :: z(:)
 
       real(wp) :: rate, s
-      integer :: i, t
+      integer :: i
 
-      s = self%machine%contact(j)%offset
-      rate = self%machine%contact(j)%drive
+      call self%look_at_error(j, s, rate)
       do i = 1, self%m
          s = s + self%w(i, j)*z(i)
          rate = rate + self%w(i, j)*z(self%m + i)
-      end do
-      do t = 1, size(self%omega)
-         s = s + (self%error_re(j, t)*self%c(t) - self%error_im(j, t)*self%d(t))
-         rate = rate - self%omega(t)*(self%error_re(j, t)*self%d(t) + self%error_im(j, t)*self%c(t))
       end do
       self%s(j) = s
       self%rate(j) = rate

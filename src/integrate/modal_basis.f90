@@ -10,45 +10,16 @@
 !! damping, gyroscopic or circulatory matrix couple form parts with a general eigenproblem of their own.
 module razy_integrate_modal_basis
    use razy_core_kinds, only: wp
+   use razy_integrate_modal_parts, only: any_near, append, dense_modes_t, modal_basis_t, set_aside
    use razy_linalg_connected, only: connected_sets, linked
    use razy_linalg_eigen, only: general_eigen, symmetric_eigen
    implicit none(type, external)
    private
 
-   public :: dense_modes_t, modal_basis_t, new_modal_basis, set_aside, turning, worst_of_many
+   public :: new_modal_basis, turning, worst_of_many
 
-   !> Modes that are kept together: y = phi η, η'' + damping η' + stiffness η = phiᵀ f; or, if `core` is allocated, states x with
-   !> x' = core x + into (0, f), (y, y') = out x.
-   type :: dense_modes_t
-      real(wp), allocatable :: phi(:, :), stiffness(:, :), damping(:, :)
-      real(wp), allocatable :: core(:, :), into(:, :), out(:, :)
-      !> Eigenvalues of the largest modulus, rad/s.
-      real(wp) :: fastest = 0.0_wp
-   end type dense_modes_t
-
-   type :: modal_basis_t
-      integer :: m = 0
-      !> Eigenvalues of the exponential terms (terms), 1/s; of a pair the one with positive imaginary part.
-      complex(wp), allocatable :: lambda(:)
-      !> Amplitudes from the state (terms, 2m) and the state from amplitudes, z = Re(from_term a) (2m, terms).
-      complex(wp), allocatable :: to_term(:, :), from_term(:, :)
-      !> Rigid modes (m, rigid): y = rigid η, η = rigidᵀ y.
-      real(wp), allocatable :: rigid(:, :)
-      type(dense_modes_t), allocatable :: dense(:)
-      !> Largest modulus of an eigenvalue, rad/s.
-      real(wp) :: fastest = 0.0_wp
-      !> Whether a part is dense only because of the frequencies of excitation.
-      logical :: resonant = .false.
-      integer :: info = 0
-   contains
-      procedure :: is_resonant_with
-   end type modal_basis_t
-
-   !> Slower than this part of the fastest mode a mode is followed without its particular solution; in parts too large to be
-   !> followed as a whole, where K is less graded, later.
-   real(wp), parameter :: slow = 1.0e-4_wp, slow_of_many = 1.0e-6_wp
-   !> Nearer than this, relative, to a frequency of excitation a mode is followed together with the excitation.
-   real(wp), parameter :: near = 1.0e-3_wp
+   !> Slower than this part of the fastest mode a mode is followed without its particular solution.
+   real(wp), parameter :: slow = 1.0e-4_wp
    !> Eigenvalues of a worse condition lose more digits than the dense part, with its square in small parts. Of many modes the
    !> dense part has a matrix of hundreds of rows, and three digits are given for not having it.
    real(wp), parameter :: worst_condition = 30.0_wp, worst_of_many = 3.0e3_wp
@@ -257,88 +228,5 @@ contains
       call move_alloc(to_term, self%to_term)
       call move_alloc(from_term, self%from_term)
    end subroutine add_terms
-
-   !> Take out of the exponential terms what is too slow or too near to a frequency of excitation, `omega`, and follow each pair
-   !> of eigenvalues of that as a dense part of two states.
-   subroutine set_aside(self, omega)
-      type(modal_basis_t), intent(inout) :: self
-      real(wp), intent(in) :: omega(:)
-
-      type(dense_modes_t) :: part
-      logical :: aside(size(self%lambda)), near_by
-      integer :: i
-      integer, allocatable :: kept(:)
-
-      do i = 1, size(self%lambda)
-         near_by = any_near(self%lambda(i:i), omega)
-         self%resonant = self%resonant .or. near_by
-         aside(i) = near_by .or. abs(self%lambda(i)) <= slow_of_many*self%fastest
-         if (.not. aside(i)) cycle
-         call alone(part, self%lambda(i), self%to_term(i, :), self%from_term(:, i))
-         call append(self%dense, part)
-      end do
-      if (.not. any(aside)) return
-      kept = pack([(i, i=1, size(aside))], .not. aside)
-      self%lambda = self%lambda(kept)
-      self%to_term = self%to_term(kept, :)
-      self%from_term = self%from_term(:, kept)
-   end subroutine set_aside
-
-   !> One eigenvalue, or a pair, as states: real and imaginary part of the amplitude.
-   pure subroutine alone(part, lambda, into, out)
-      type(dense_modes_t), intent(out) :: part
-      complex(wp), intent(in) :: lambda, into(:), out(:)
-
-      real(wp) :: both(size(into), 2)
-
-      part%fastest = abs(lambda)
-      if (abs(aimag(lambda)) > 0.0_wp) then
-         part%core = reshape([real(lambda), aimag(lambda), -aimag(lambda), real(lambda)], [2, 2])
-         both(:, 1) = real(into)
-         both(:, 2) = aimag(into)
-         part%into = transpose(both)
-         both(:, 1) = real(out)
-         both(:, 2) = -aimag(out)
-         part%out = both
-      else
-         part%core = reshape([real(lambda)], [1, 1])
-         part%into = reshape(real(into), [1, size(into)])
-         part%out = reshape(real(out), [size(out), 1])
-      end if
-   end subroutine alone
-
-   subroutine append(list, part)
-      type(dense_modes_t), allocatable, intent(inout) :: list(:)
-      type(dense_modes_t), intent(in) :: part
-
-      type(dense_modes_t), allocatable :: longer(:)
-
-      allocate (longer(size(list) + 1))
-      longer(:size(list)) = list
-      longer(size(longer)) = part
-      call move_alloc(longer, list)
-   end subroutine append
-
-   pure function any_near(lambda, omega) result(found)
-      complex(wp), intent(in) :: lambda(:)
-      real(wp), intent(in) :: omega(:)
-      logical :: found
-
-      integer :: t
-
-      found = .false.
-      do t = 1, size(omega)
-         found = found .or. any(abs(cmplx(0.0_wp, omega(t), wp) - lambda) <= near*omega(t))
-      end do
-   end function any_near
-
-   !> Whether modes and frequencies of excitation are so close that a basis made for `omega` differs.
-   pure function is_resonant_with(self, omega) result(resonant)
-      class(modal_basis_t), intent(in) :: self
-      real(wp), intent(in) :: omega(:)
-      logical :: resonant
-
-      resonant = self%resonant .or. any_near(self%lambda, omega)
-   end function is_resonant_with
 
 end module razy_integrate_modal_basis

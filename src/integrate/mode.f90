@@ -83,7 +83,7 @@ contains
                held(n) = j
             else if (law%impacts .or. (branch == branch_open .and. .not. law%branch(branch_open)%stiffness > 0.0_wp)) then
                self%does(j) = idle
-            else if (law%piecewise_linear) then
+            else if (law%piecewise_linear .and. .not. law%of_normal) then
                self%does(j) = affine
             end if
          end associate

@@ -16,6 +16,9 @@ module razy_integrate_refine
       real(wp) :: side = 1.0_wp, bound = 0.0_wp
       !> Starts on the bound and moves inwards.
       logical :: from_zero = .false.
+      !> Known to stay on its bound; rounding in f that the form's own terms do not show.
+      logical :: at_rest = .false.
+      real(wp) :: floor = 0.0_wp
       !> Of the same form and order as the function before it in the list.
       logical :: shares_form = .false.
       !> On the bound within the rounding of the state, as long as the piece lasts.

@@ -6,7 +6,7 @@
 module razy_integrate_response
    use razy_core_kinds, only: wp
    use razy_integrate_dense_part, only: dense_part_t, new_dense_part
-   use razy_integrate_modal_basis, only: modal_basis_t
+   use razy_integrate_modal_parts, only: modal_basis_t
    use razy_integrate_products, only: wide
    implicit none(type, external)
    private

@@ -6,6 +6,7 @@
 !! a minimum in between, which is found and judged. Roots are found by Newton's method in a bracket, to rounding of the time.
 module razy_integrate_runge_kutta_locate
    use razy_core_kinds, only: wp
+   use razy_integrate_dense_output, only: path_t
    use razy_integrate_field, only: field_t
    use razy_integrate_runge_kutta_guards, only: guards_t
    use razy_integrate_stepper, only: stepper_t
@@ -33,7 +34,10 @@ module razy_integrate_runge_kutta_locate
       real(wp), allocatable :: nearest(:)
       !> Workspace: guards at two points inside, those to look at, state.
       real(wp), allocatable, private :: ga(:), ra(:), gb(:), rb(:), gc(:), rc(:), z(:)
-      logical, allocatable, private :: suspect(:)
+      logical, allocatable, private :: suspect(:), falling(:)
+      !> Whether all guards to look at are functions of s alone, and then the paths of s without excitation (contacts).
+      logical, private :: on_paths = .false.
+      type(path_t), allocatable, private :: path(:)
       !> The step that is looked at.
       real(wp), private :: tau = 0.0_wp, h = 0.0_wp
       !> The guard that is left first.
@@ -62,12 +66,13 @@ contains
       n = size(self%guards%entry)
       if (allocated(self%g0)) deallocate (self%g0, self%rate0, self%g1, self%rate1, self%hit, self%bend0, self%bend1, self%ga, &
                                           self%ra, self%gb, self%rb, self%gc, self%rc, self%z, self%suspect, &
-                                          self%nearest)
+                                          self%falling, self%path, self%nearest)
       allocate (self%g0(n), self%rate0(n), self%g1(n), self%rate1(n), self%ga(n), self%ra(n), self%gb(n), self%rb(n), self%gc(n), &
                 self%rc(n), source=0.0_wp)
-      allocate (self%hit(n), self%suspect(n), source=.false.)
+      allocate (self%hit(n), self%suspect(n), self%falling(n), source=.false.)
       allocate (self%nearest(n), source=huge(1.0_wp))
       allocate (self%z(2*field%m), source=0.0_wp)
+      allocate (self%path(size(field%branch)))
       allocate (self%bend0(size(field%branch)), self%bend1(size(field%branch)), source=0.0_wp)
    end subroutine attach
 
@@ -97,8 +102,8 @@ contains
       self%bend_known = .true.
    end subroutine advance
 
-   !> Take out of z, at the end of a step in which `find` has found nothing, the rounding of contacts that rest on a bound of s: where
-   !> neither s nor s' can be told from rest they are set to it. Left alone, rounding would drift over the bound and back again.
+   !> Take out of z, at the end of a step in which `find` has found nothing, the rounding of contacts that rest on a bound of s:
+   !> where neither s nor s' can be told from rest they are set to it. Left alone, rounding would drift over the bound and back.
    subroutine keep_at_rest(self, field, z)
       class(locator_t), intent(inout) :: self
       type(field_t), intent(in) :: field
@@ -150,7 +155,11 @@ contains
       dense = .true.
       call self%guards%measure(field, tau + stepper%h, stepper%z_end, .false.)
       call stepper%prepare_dense(field, tau, z)
-      probes = max(least_probes, ceiling(self%guards%fastest*stepper%h/longest_angle))
+      call choose_paths(self, field, stepper)
+      probes = 1
+      if (.not. all(self%falling(:n) .or. .not. self%suspect(:n))) then
+         probes = max(least_probes, ceiling(self%guards%fastest*stepper%h/longest_angle))
+      end if
       do i = 1, n
          self%ga(i) = self%g0(i)
          self%ra(i) = self%rate0(i)
@@ -178,7 +187,9 @@ contains
    end subroutine find
 
    !> The guards that could be left in the step, at whose end `look` has just been. A path that touches 0 is at least g0 + g1 long;
-   !> its speed is at most that at the ends and what twice their accelerations add in half the step. Functions of the rate and forces are trusted only if twice the
+   !> its speed is at most that at the ends and what twice their accelerations add in half the step. By the same bound a guard that
+   !> falls at both ends may be known to be `falling` all the way, with no more than one root. Functions of the rate and forces are
+   !> trusted only if twice the
    !> room of a cubic's control points is left.
    pure subroutine choose_suspects(self, field, stepper)
       type(locator_t), intent(inout) :: self
@@ -207,18 +218,40 @@ contains
                       *stepper%h*max(self%bend0(entry%contact), self%bend1(entry%contact))
                self%suspect(i) = min(self%g0(i), self%g1(i)) <= self%guards%noise(i) &
                                  .or. self%g0(i) + self%g1(i) <= stepper%h*room
+               self%falling(i) = self%g0(i) > self%guards%noise(i) .and. max(self%rate0(i), self%rate1(i)) < -abs(entry%alpha) &
+                                 *stepper%h*max(self%bend0(entry%contact), self%bend1(entry%contact))
             else
                b0 = self%g0(i) + stepper%h*self%rate0(i)/3
                b1 = self%g1(i) - stepper%h*self%rate1(i)/3
                lowest = min(self%g0(i), b0, b1, self%g1(i))
                room = 2*max(abs(b0 - self%g0(i)), abs(b1 - self%g1(i)), abs(self%g1(i) - self%g0(i)))
                self%suspect(i) = lowest <= room
+               self%falling(i) = .false.
             end if
          end associate
       end do
    end subroutine choose_suspects
 
-   !> Guards at theta of the step.
+   !> The paths of s for guards that are functions of s alone.
+   subroutine choose_paths(self, field, stepper)
+      class(locator_t), intent(inout) :: self
+      type(field_t), intent(in) :: field
+      type(stepper_t), intent(in) :: stepper
+
+      integer :: i
+
+      self%on_paths = .true.
+      do i = 1, self%guards%count
+         if (.not. self%suspect(i)) cycle
+         associate (entry => self%guards%entry(i))
+            self%on_paths = entry%function > 0 .and. .not. abs(entry%beta) > 0.0_wp
+            if (.not. self%on_paths) return
+            call stepper%output%follow(field%w(:, entry%contact), self%path(entry%contact))
+         end associate
+      end do
+   end subroutine choose_paths
+
+   !> Guards at theta of the step, at least those to look at.
    subroutine look_inside(self, field, stepper, theta, g, rate)
       class(locator_t), intent(inout) :: self
       type(field_t), intent(inout) :: field
@@ -226,8 +259,24 @@ contains
       real(wp), intent(in) :: theta
       real(wp), intent(inout) :: g(:), rate(:)
 
-      call stepper%at(theta, self%z)
-      call self%guards%look(field, self%tau + theta*self%h, self%z, g, rate)
+      real(wp) :: error, error_rate, s, s_rate
+      integer :: i
+
+      if (.not. self%on_paths) then
+         call stepper%at(theta, self%z)
+         call self%guards%look(field, self%tau + theta*self%h, self%z, g, rate)
+         return
+      end if
+      call field%look_at_time(self%tau + theta*self%h)
+      do i = 1, self%guards%count
+         if (.not. self%suspect(i)) cycle
+         associate (entry => self%guards%entry(i))
+            call field%look_at_error(entry%contact, error, error_rate)
+            call self%path(entry%contact)%look(theta, s, s_rate)
+            g(i) = entry%side*(entry%alpha*(error + s) + entry%gamma - entry%bound)
+            rate(i) = entry%side*entry%alpha*(error_rate + s_rate)
+         end associate
+      end do
    end subroutine look_inside
 
    !> Whether guard i is left between the probes a and b, before what has been found so far at `theta`.

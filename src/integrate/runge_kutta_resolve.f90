@@ -9,6 +9,7 @@ module razy_integrate_runge_kutta_resolve
    use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking
    use razy_core_kinds, only: wp
    use razy_integrate_field, only: field_t
+   use razy_integrate_passed_branches, only: branch_beyond
    use razy_integrate_rigid_forces, only: assume, choose
    use razy_integrate_rigid_impact, only: push_apart, strike
    use razy_integrate_runge_kutta_guards, only: guards_t
@@ -95,7 +96,7 @@ contains
       call sort_friction(self, field, guards)
       self%changes = 0
       do round = 1, most_passed - 1
-         if (.not. further(self, field, guards)) exit
+         if (.not. further(self, field)) exit
       end do
       do round = 1, 2*size(self%next) + 1
          call take_forces(self, field, tau, z)
@@ -220,54 +221,25 @@ contains
       end do
    end subroutine sort_friction
 
-   !> Whether a compliant contact has to go on to a further branch: on the bound of a guard and about to cross it.
-   function further(self, field, guards)
+   !> Whether a compliant contact has to go on to a further branch.
+   function further(self, field)
       type(resolution_t), intent(inout) :: self
       type(field_t), intent(in) :: field
-      type(guards_t), intent(in) :: guards
       logical :: further
 
-      real(wp) :: noise, rate, value
-      integer :: f, j
+      integer :: branch, j
 
       further = .false.
       do j = 1, size(self%next)
          associate (law => field%machine%contact(j)%law)
             if (law%impacts .or. law%constraint(branch_sticking)) cycle
-            do f = 1, law%functions
-               value = law%slope(1, f)*field%s(j) + law%slope(2, f)*field%rate(j) + law%constant(f)
-               rate = law%slope(1, f)*field%rate(j)
-               if (abs(law%slope(2, f)) > 0.0_wp .or. abs(field%rate(j)) <= guards%on_rate(j)) rate = 0.0_wp
-               noise = abs(law%slope(1, f))*guards%on_s(j) + abs(law%slope(2, f))*guards%on_rate(j) &
-                       + 16*epsilon(1.0_wp)*abs(law%constant(f))
-               associate (guard => law%guard(f, self%next(j)))
-                  if (guard%below /= 0 .and. beyond(value - guard%lower, rate)) then
-                     call pass(guard%below)
-                  else if (guard%above /= 0 .and. beyond(guard%upper - value, -rate)) then
-                     call pass(guard%above)
-                  end if
-               end associate
-            end do
+            branch = branch_beyond(law, self%next(j), field%s(j), field%rate(j), self%noise_s(j), self%noise_rate(j))
          end associate
-      end do
-
-   contains
-
-      subroutine pass(branch)
-         integer, intent(in) :: branch
-
+         if (branch == 0) cycle
          if (self%next(j) /= self%before(j)) call note(self, j, self%next(j))
          self%next(j) = branch
          further = .true.
-      end subroutine pass
-
-      pure function beyond(g, g_rate)
-         real(wp), intent(in) :: g, g_rate
-         logical :: beyond
-
-         beyond = (g < -noise .and. .not. g_rate > 0.0_wp) .or. (g <= noise .and. g_rate < 0.0_wp)
-      end function beyond
-
+      end do
    end function further
 
    !> The field's branches from what is certain and, for candidates, from the problem of accelerations.

@@ -176,12 +176,14 @@ contains
          return
       end if
       if (w%f1 < 0.0_wp) verdict = leaves
-      if (self%level >= finest_level .or. h*response%fastest <= shortest) return
+      if (self%level >= finest_level) return
       if (verdict == leaves .and. w%g0 > 0.0_wp .and. .not. w%f0 > 0.0_wp) then
          ! From zero up and below zero again: half the step separates the root at its start from the one to be found.
          verdict = undecided
          return
       end if
+      ! Free flight, a parabola, has no time of its own.
+      if (response%fastest > 0.0_wp .and. h*response%fastest <= shortest) return
       if (proved_monotone(w%f0, w%g0, w%f1, w%g1, h, m4, w%noise)) return
       call proved_curvature(w%f0, w%g0, w%f1, w%g1, h, m4, w%noise, d0, d1, curvature)
       if (curvature == 0) then
@@ -314,7 +316,7 @@ contains
       real(wp) :: motion
       integer :: i
 
-      watched%resting = .false.
+      watched%resting = watched%at_rest
       if (response%growing .or. response%rigid > 0 .or. response%nx > 0) return
       motion = 0.0_wp
       do i = 1, response%amplitudes
@@ -323,7 +325,8 @@ contains
       do i = 1, size(watched)
          associate (w => watched(i))
             ! Most functions are far too large, which this sees at once.
-            if (w%order > 0 .or. w%scale > small*(rows%longest_reach(w%form)*motion + rows%reach_constant(w%form))) cycle
+            if (w%resting .or. w%order > 0) cycle
+            if (w%scale > small*(rows%longest_reach(w%form)*motion + rows%reach_constant(w%form))) cycle
             w%resting = within_rounding(response, rows, self%modulus, w%form, w%scale)
          end associate
       end do
@@ -386,7 +389,7 @@ contains
             w%g0 = w%side*g
             w%m4 = m4
             w%scale = total + abs(w%bound)
-            w%noise = rounding*w%scale
+            w%noise = max(rounding*w%scale, w%floor)
          end associate
       end do
    end subroutine renew

@@ -6,7 +6,8 @@
 module razy_integrate_state_modes
    use razy_core_kinds, only: qp, wp
    use razy_integrate_contact_modes, only: add_contact
-   use razy_integrate_modal_basis, only: modal_basis_t, new_modal_basis, set_aside, turning
+   use razy_integrate_modal_basis, only: new_modal_basis, turning
+   use razy_integrate_modal_parts, only: modal_basis_t, set_aside
    use razy_integrate_observable_terms, only: keep_observable
    use razy_linalg_lapack, only: dposv
    use razy_machine_coupled, only: coupled_t

@@ -51,16 +51,14 @@ contains
       real(wp), intent(in) :: h, error, safety
       real(wp), intent(out) :: factor
 
-      real(wp) :: seen
+      real(wp) :: power, seen
 
       seen = max(error, tiny_error)
-      factor = safety*seen**(0.75_wp*self%beta - 1.0_wp/self%order)
-      if (self%last_h > 0.0_wp) then
-         if (self%predictive) then
-            factor = min(factor, safety*(h/self%last_h)*(self%last_error/seen**2)**(1.0_wp/self%order))
-         else if (self%beta > 0.0_wp) then
-            factor = factor*self%last_error**self%beta
-         end if
+      power = (0.75_wp*self%beta - 1.0_wp/self%order)*log(seen)
+      if (self%last_h > 0.0_wp .and. .not. self%predictive) power = power + self%beta*log(self%last_error)
+      factor = safety*exp(power)
+      if (self%last_h > 0.0_wp .and. self%predictive) then
+         factor = min(factor, safety*(h/self%last_h)*(self%last_error/seen**2)**(1.0_wp/self%order))
       end if
       factor = min(max(factor, self%least), self%most)
       if (self%rejected) factor = min(factor, 1.0_wp)

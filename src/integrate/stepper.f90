@@ -11,6 +11,7 @@
 module razy_integrate_stepper
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use razy_core_kinds, only: i8, wp
+   use razy_integrate_dense_output, only: dense_output_t
    use razy_integrate_field, only: field_t
    use razy_integrate_folded_stages, only: folded_stages
    use razy_integrate_radau5, only: radau5_t
@@ -42,10 +43,11 @@ module razy_integrate_stepper
       type(radau5_t) :: radau
       !> Coefficients r_4… of the dense output.
       integer :: polynomials = 0
+      type(dense_output_t) :: output
       !> What is known of the slope at the start of the next attempt.
       integer :: known = 0
-      !> Start and stage of the step, slopes (padded n, stages), coefficients 0…7 of the dense output (n, 0:7).
-      real(wp), allocatable :: z_start(:), z_stage(:), k(:, :), r(:, :)
+      !> Start and stage of the step, slopes (padded n, stages).
+      real(wp), allocatable :: z_start(:), z_stage(:), k(:, :)
    contains
       procedure :: prepare
       procedure :: restart
@@ -103,18 +105,18 @@ contains
       padded = 4*((n + 3)/4)
       if (allocated(self%k)) then
          if (self%n /= n .or. size(self%k, 2) /= self%stages + 1 + self%tableau%extra) then
-            deallocate (self%z_end, self%dz_start, self%dz_end, self%z_start, self%z_stage, self%k, self%r)
+            deallocate (self%z_end, self%dz_start, self%dz_end, self%z_start, self%z_stage, self%k)
          end if
       end if
       self%n = n
       if (.not. allocated(self%k)) then
-         allocate (self%dz_start(n), self%dz_end(n), self%z_end(n), self%r(n, 0:7))
+         allocate (self%dz_start(n), self%dz_end(n), self%z_end(n))
          allocate (self%z_start(padded), self%z_stage(padded), self%k(padded, self%stages + 1 + self%tableau%extra))
       end if
       self%z_start = 0.0_wp
       self%z_stage = 0.0_wp
       self%k = 0.0_wp
-      self%r = 0.0_wp
+      call self%output%prepare(n, 3 + self%polynomials)
       call self%restart()
    end subroutine prepare
 
@@ -407,12 +409,14 @@ contains
       type(field_t), intent(inout) :: field
       real(wp), intent(in) :: tau, z(:)
 
-      real(wp) :: total
-      integer :: i, j, l, last
+      integer :: i, l, last
 
-      self%r(:, 0) = z
+      self%output%h = self%h
+      do i = 1, self%n
+         self%output%r(i, 0) = z(i)
+      end do
       if (self%implicit) then
-         call self%radau%dense_coefficients(self%r(:, 1:4))
+         call self%radau%dense_coefficients(self%output%r(:, 1:4))
          return
       end if
       last = self%stages + 1
@@ -426,20 +430,19 @@ contains
          call combine(self%z_start, self%h, self%k, self%tableau%row(i), self%z_stage)
          call field%derivative(tau + self%tableau%node(i)*self%h, self%z_stage(:self%n), self%k(:self%n, i))
       end do
-      do i = 1, self%n
-         self%r(i, 1) = self%z_end(i) - z(i)
-         self%r(i, 2) = self%h*self%dz_start(i) - self%r(i, 1)
-         self%r(i, 3) = self%r(i, 1) - self%h*self%dz_end(i) - self%r(i, 2)
-      end do
-      do l = 1, self%tableau%polynomials
+      associate (r => self%output%r)
          do i = 1, self%n
-            total = 0.0_wp
-            do j = 1, self%tableau%dense(l)%terms
-               total = total + self%tableau%dense(l)%value(j)*self%k(i, self%tableau%dense(l)%column(j))
-            end do
-            self%r(i, 3 + l) = self%h*total
+            r(i, 1) = self%z_end(i) - z(i)
+            r(i, 2) = self%h*self%dz_start(i) - r(i, 1)
+            r(i, 3) = r(i, 1) - self%h*self%dz_end(i) - r(i, 2)
          end do
-      end do
+         do l = 1, self%tableau%polynomials
+            call add_up(self%k, self%tableau%dense(l), self%z_stage)
+            do i = 1, self%n
+               r(i, 3 + l) = self%h*self%z_stage(i)
+            end do
+         end do
+      end associate
    end subroutine prepare_dense
 
    !> z at theta in [0, 1] of the step whose dense output was prepared.
@@ -448,20 +451,7 @@ contains
       real(wp), intent(in) :: theta
       real(wp), intent(out) :: z(:)
 
-      real(wp) :: rest
-      integer :: i, l
-
-      rest = 1.0_wp - theta
-      do i = 1, self%n
-         z(i) = self%r(i, 3 + self%polynomials)
-      end do
-      do l = 2 + self%polynomials, 0, -1
-         if (mod(l, 2) == 0) then
-            z(:self%n) = self%r(:, l) + theta*z(:self%n)
-         else
-            z(:self%n) = self%r(:, l) + rest*z(:self%n)
-         end if
-      end do
+      call self%output%at(theta, z)
    end subroutine at
 
    !> dz/dt at theta, the derivative of `at`.
@@ -470,20 +460,7 @@ contains
       real(wp), intent(in) :: theta
       real(wp), intent(out) :: dz(:)
 
-      real(wp) :: factor, slope, value
-      integer :: i, l
-
-      do i = 1, self%n
-         value = self%r(i, 3 + self%polynomials)
-         slope = 0.0_wp
-         do l = 2 + self%polynomials, 0, -1
-            factor = theta
-            if (mod(l, 2) /= 0) factor = 1.0_wp - theta
-            slope = factor*slope + merge(value, -value, mod(l, 2) == 0)
-            value = self%r(i, l) + factor*value
-         end do
-         dz(i) = slope/self%h
-      end do
+      call self%output%rate_at(theta, dz)
    end subroutine rate_at
 
 end module razy_integrate_stepper

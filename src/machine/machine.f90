@@ -86,6 +86,8 @@ contains
       do j = 1, size(a%contact)
          if (.not. same) return
          same = same_slopes(a%contact(j)%law, b%contact(j)%law) .and. .not. any(abs(a%contact(j)%w - b%contact(j)%w) > 0.0_wp)
+         same = same .and. a%contact(j)%normal_of == b%contact(j)%normal_of .and. a%contact(j)%only_with == b%contact(j)%only_with &
+                .and. .not. abs(a%contact(j)%drive - b%contact(j)%drive) > 0.0_wp
       end do
       do j = 1, size(a%observable)
          if (.not. same) return

@@ -36,6 +36,7 @@ contains
       type(machine_t), intent(in) :: machine
       character(:), allocatable, intent(out) :: key, allowed
 
+      character(:), allocatable :: curved
       integer :: j
       logical :: linear, smoothable, impacts
 
@@ -44,6 +45,7 @@ contains
       impacts = .false.
       do j = 1, size(machine%contact)
          associate (law => machine%contact(j)%law)
+            if (linear .and. .not. law%piecewise_linear) curved = machine%contact(j)%name
             linear = linear .and. law%piecewise_linear
             smoothable = smoothable .and. law%smoothable
             impacts = impacts .or. law%impacts
@@ -59,7 +61,8 @@ contains
       case ("exact")
          if (.not. linear) then
             key = "integrator"
-            allowed = "'exact' needs piecewise-linear laws, and one here is not; 'dop853' with treatment = 'event' will do"
+            allowed = "'exact' needs laws that are linear in every branch, and that of '"//curved//"' is not (a power of the "// &
+                      "deformation, or friction that falls with the speed); 'dop853' with treatment = 'event' will do"
          else if (method%treatment /= "automatic" .and. method%treatment /= "event") then
             key = "treatment"
             allowed = "'exact' finds every event; leave out the treatment, or take a Runge-Kutta method"

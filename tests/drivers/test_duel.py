@@ -56,3 +56,15 @@ def test_methods_that_do_not_fit_are_refused(case, setting, words):
 def test_inputs_of_the_thesis_are_valid():
     for path in sorted((SOURCE / "inputs" / "thesis").glob("table_4_1.nml")):
         succeed("razy-duel", path, "--check")
+
+
+def test_radau_keeps_the_motion_at_a_loose_tolerance(tmp_path):
+    # Its first step, chosen at rest in contact, is longer than a period of the mesh: the error estimate has to say so.
+    text = (SOURCE / "inputs" / "thesis" / "table_4_1.nml").read_text()
+    kept = "\n".join(line for line in text.splitlines() if not line.startswith("&duel"))
+    path = tmp_path / "loose.nml"
+    path.write_text(kept + "\n&duel integrator='radau5', treatment='event', tolerance=1e-4 /\n")
+    succeed("razy-duel", path, "--set", "motion%t_end=0.02")
+    with h5py.File("loose.h5") as file:
+        assert file["event_surplus"][0] == 0
+        assert file["error"][0] < 1e-3

@@ -35,8 +35,8 @@ module hard_cases
       integer :: events = 0
       !> What x and v are to be compared with.
       real(wp) :: length = 1.0_wp, speed = 1.0_wp
-      !> Whether all laws are piecewise linear; whether some are rigid.
-      logical :: linear = .true., rigid = .false.
+      !> Whether some laws are rigid.
+      logical :: rigid = .false.
    end type hard_case_t
 
    real(qp), parameter :: g = 10, pi = acos(-1.0_qp)
@@ -56,8 +56,6 @@ contains
       method%most_steps = 2000000_i8
       method%step = 0.0_wp
       select case (way)
-      case (1)
-         allowed = sample%linear
       case (2)
          method%step = sample%step
          allowed = .true.
@@ -115,7 +113,6 @@ contains
 
       touch = index(name, "touch") > 0
       sample%rigid = index(name, "rigid") > 0
-      sample%linear = .not. sample%rigid
       sample%t_end = 3.0_wp
       sample%events = 0
       edge = real(1.0_wp + merge(-1.0e-12_wp, 1.0e-12_wp, touch), qp)
@@ -160,7 +157,6 @@ contains
       if (name == "ball_to_rest") n = 1
       allocate (w(n))
       sample%rigid = name /= "closing_at_once"
-      sample%linear = .not. sample%rigid
       sample%machine = bare_machine(spread(1.0_wp, 1, n))
       sample%machine%load = spread(-real(g, wp), 1, n)
       do j = 1, n
@@ -201,7 +197,6 @@ contains
 
       real(qp) :: from, t
 
-      sample%linear = .false.
       sample%t_end = 2.0_wp
       sample%events = 1
       sample%machine = bare_machine([1.0_wp])
@@ -402,7 +397,6 @@ contains
       sample%machine%load = [-real(g, wp)]
       if (name == "start_in_rigid_stop") then
          sample%rigid = .true.
-         sample%linear = .false.
          call add_contact(sample%machine, [1.0_wp], new_rigid_law(rigid_side_t(.true., 0.0_wp), rigid_side_t(), 0.5_wp))
       else
          call add_contact(sample%machine, [1.0_wp], stop_law("lower", 0.0_wp, real(k, wp)))

@@ -11,7 +11,7 @@ module moreau_samples
    implicit none(type, external)
    private
 
-   public :: add_friction, add_rigid, bouncing_ball, energy, step_through
+   public :: add_friction, add_rigid, bouncing_ball, energy, slope_of, step_through
 
 contains
 
@@ -114,5 +114,17 @@ contains
       end subroutine enter
 
    end subroutine step_through
+
+   !> Least-squares slope of log(error) over log(step).
+   pure function slope_of(steps, errors) result(slope)
+      real(wp), intent(in) :: steps(:), errors(:)
+      real(wp) :: slope
+
+      real(wp) :: x(size(steps)), y(size(steps))
+
+      x = log(steps) - sum(log(steps))/size(steps)
+      y = log(errors) - sum(log(errors))/size(steps)
+      slope = dot_product(x, y)/dot_product(x, x)
+   end function slope_of
 
 end module moreau_samples

@@ -1,0 +1,318 @@
+!! Motion while contacts hold constraints (closed rigid stops, sticking friction), in coordinates in which it is free.
+!!
+!! With constraints w_cᵀ y'' + e_c'' = 0, their forces λ = Λ (Wᵀ a + e''), a the acceleration without them, and the directions D
+!! in which these act (friction that slides under a rigid contact included), razy_integrate_constraints,
+!!
+!!     y'' = P a - D Λ e'',   P = I - D Λ Wᵀ.
+!!
+!! R is an orthonormal basis of the range of W and Q of its complement. ξ = Rᵀ y is known: ξ = ξ0 + ν t - S e(t), S the inverse of
+!! Wᵀ R, with the constant rate ν = -S c of sticking contacts that are driven with the speed c (a belt). The rest, η = Qᵀ y,
+!! obeys η'' + B_q η' + K_q η + K_r ξ + B_r ξ' = f_q with K_q = Qᵀ P K Q, K_r = Qᵀ P K R and so on. With K_q a = -K_r and
+!! K_q b = -(B_q a + B_r) the coordinates x = (η - a ξ - b ν, ξ) are not coupled any more:
+!!
+!!     y = T x + y0,   T = (Q, R + Q a),   y0 = Q b ν,
+!!
+!! and x'' + B_x x' + K_x x = f_x is an equation like that of free motion, in which the ξ are rigid modes. Where K_q is not
+!! symmetric or has slow modes that ξ moves, a = b = 0 and the coupling stays in K_x and B_x, which are then not symmetric.
+module razy_integrate_held
+   use razy_core_kinds, only: wp
+   use razy_integrate_constraints, only: constraints_t
+   use razy_integrate_response, only: linear_form_t
+   use razy_linalg_eigen, only: symmetric_eigen
+   implicit none(type, external)
+   private
+
+   public :: held_t, new_held
+
+   !> Coordinates (m) of a state with constraints (n, of rank r).
+   type :: held_t
+      integer :: m = 0, n = 0, rank = 0
+      !> Whether constraint forces exist; whether a and b are used.
+      logical :: found = .true., apart = .true.
+      !> Numbers of the contacts that hold (n); friction that slides under one of them: its contact, the row of the constraint, and
+      !> its force in parts of that of the constraint.
+      integer, allocatable :: contact(:), sliding(:), row(:)
+      real(wp), allocatable :: share(:)
+      !> T and its inverse (m, m), y0 (m).
+      real(wp), allocatable :: from_x(:, :), to_x(:, :), y0(:)
+      !> Λ (n, n), Λ Wᵀ (n, m), D Λ (m, n), S (r, n), Q (m, m - r), R (m, r), Qᵀ P (m - r, m).
+      real(wp), allocatable :: lambda(:, :), pull(:, :), push(:, :), settle(:, :), q(:, :), r(:, :), left(:, :)
+      !> a (m - r, r), and B_q a + B_r (m - r, r).
+      real(wp), allocatable :: follow(:, :), drag(:, :)
+   contains
+      procedure :: transform_matrices
+      procedure :: load_of
+      procedure :: harmonic_of
+      procedure :: form_of
+      procedure :: reaction
+      procedure :: to_coordinates
+      procedure :: to_state
+   end type held_t
+
+   !> Modes of K_q below this part of the largest are slow.
+   real(wp), parameter :: slow = 1.0e-8_wp
+   !> A coupling below this part of its terms is rounding.
+   real(wp), parameter :: rounding = 1.0e-13_wp
+
+contains
+
+   !> The coordinates for `constraints` with the directions `w` (m, contacts) of all contacts and the coefficients `phi` of the
+   !> friction that the constraints press; `k` and `b` (m, m) are those of motion without constraints, `drive` (n) the speeds c.
+   subroutine new_held(self, constraints, w, phi, k, b, drive)
+      type(held_t), intent(out) :: self
+      type(constraints_t), intent(in) :: constraints
+      real(wp), intent(in) :: w(:, :), phi(:), k(:, :), b(:, :), drive(:)
+
+      real(wp) :: d(size(w, 1), constraints%count), unit(constraints%count)
+      integer :: i, m, n
+
+      m = size(w, 1)
+      n = constraints%count
+      self%m = m
+      self%n = n
+      self%rank = constraints%rank
+      self%contact = constraints%contact(:n)
+      self%sliding = constraints%sliding(:constraints%couplings)
+      self%row = constraints%row(:constraints%couplings)
+      self%share = constraints%sign(:constraints%couplings)*phi
+      d = w(:, self%contact)
+      do i = 1, constraints%couplings
+         d(:, constraints%row(i)) = d(:, constraints%row(i)) + constraints%sign(i)*phi(i)*w(:, constraints%sliding(i))
+      end do
+      allocate (self%lambda(n, n), self%from_x(m, m), self%to_x(m, m))
+      do i = 1, n
+         unit = 0.0_wp
+         unit(i) = 1.0_wp
+         call constraints%solve(unit, phi, self%lambda(:, i), self%found)
+         if (.not. self%found) return
+      end do
+      self%pull = matmul(self%lambda, transpose(w(:, self%contact)))
+      self%push = matmul(d, self%lambda)
+      call find_bases(self, constraints, w(:, self%contact))
+      self%left = transpose(self%q)
+      if (constraints%couplings > 0) self%left = self%left - matmul(matmul(self%left, self%push), transpose(w(:, self%contact)))
+      call separate(self, k, b, drive)
+      associate (free => m - self%rank)
+         self%from_x(:, :free) = self%q
+         self%from_x(:, free + 1:) = self%r + matmul(self%q, self%follow)
+         self%to_x(:free, :) = transpose(self%q) - matmul(self%follow, transpose(self%r))
+         self%to_x(free + 1:, :) = transpose(self%r)
+      end associate
+   end subroutine new_held
+
+   !> R, Q and S.
+   subroutine find_bases(self, constraints, w)
+      type(held_t), intent(inout) :: self
+      type(constraints_t), intent(in) :: constraints
+      real(wp), intent(in) :: w(:, :)
+
+      real(wp) :: rest(self%m, self%m), square
+      integer :: i, j, pass, widest
+
+      allocate (self%r(self%m, self%rank), self%q(self%m, self%m - self%rank), self%settle(self%rank, self%n))
+      do i = 1, self%rank
+         associate (v => constraints%range(:, i))
+            square = dot_product(v, matmul(constraints%gram, v))
+            self%r(:, i) = matmul(w, v)/sqrt(square)
+            self%settle(i, :) = v/sqrt(square)
+         end associate
+      end do
+      ! The columns of I - R Rᵀ span the complement; the longest of what is left of them is taken each time.
+      rest = -matmul(self%r, transpose(self%r))
+      do i = 1, self%m
+         rest(i, i) = 1.0_wp + rest(i, i)
+      end do
+      do i = 1, self%m - self%rank
+         widest = maxloc(sum(rest**2, dim=1), dim=1)
+         self%q(:, i) = rest(:, widest)
+         do pass = 1, 2
+            self%q(:, i) = self%q(:, i) - matmul(self%r, matmul(self%q(:, i), self%r))
+            self%q(:, i) = self%q(:, i) - matmul(self%q(:, :i - 1), matmul(self%q(:, i), self%q(:, :i - 1)))
+            self%q(:, i) = self%q(:, i)/norm2(self%q(:, i))
+         end do
+         do j = 1, self%m
+            rest(:, j) = rest(:, j) - self%q(:, i)*dot_product(self%q(:, i), rest(:, j))
+         end do
+      end do
+   end subroutine find_bases
+
+   !> a, b and y0, or none of them.
+   subroutine separate(self, k, b, drive)
+      type(held_t), intent(inout) :: self
+      real(wp), intent(in) :: k(:, :), b(:, :), drive(:)
+
+      real(wp) :: kq(self%m - self%rank, self%m - self%rank), bq(self%m - self%rank, self%m - self%rank)
+      real(wp) :: kr(self%m - self%rank, self%rank), lag(self%m - self%rank, self%rank)
+      real(wp) :: phi(self%m - self%rank, self%m - self%rank), square(self%m - self%rank)
+      logical :: firm(self%m - self%rank), possible
+      integer :: info
+
+      associate (free => self%m - self%rank)
+         allocate (self%follow(free, self%rank), self%drag(free, self%rank), source=0.0_wp)
+         allocate (self%y0(self%m), source=0.0_wp)
+         if (free == 0) return
+         kq = projected(self, k, self%q)
+         bq = projected(self, b, self%q)
+         kr = projected(self, k, self%r)
+         self%drag = projected(self, b, self%r)
+         lag = 0.0_wp
+         self%apart = all(abs(kq - transpose(kq)) <= rounding*maxval(abs(kq)))
+         if (self%apart) then
+            phi = kq
+            call symmetric_eigen(phi, square, info)
+            self%apart = info == 0
+            firm = abs(square) > slow*maxval(abs(square))
+         end if
+         if (self%apart) then
+            call divide(kr, maxval(abs(k)), self%follow, possible)
+            self%apart = possible
+            self%drag = self%drag + matmul(bq, self%follow)
+            call divide(self%drag, maxval(abs(b))*(1.0_wp + maxval(abs(self%follow))), lag, possible)
+            self%apart = self%apart .and. possible
+         end if
+         if (self%apart) then
+            self%y0 = -matmul(self%q, matmul(lag, matmul(self%settle, drive)))
+         else
+            self%follow = 0.0_wp
+            self%drag = projected(self, b, self%r)
+         end if
+      end associate
+
+   contains
+
+      !> x with K_q x = -right in firm modes; not possible if `right`, a sum of terms of `size_of`, moves others.
+      subroutine divide(right, size_of, x, possible)
+         real(wp), intent(in) :: right(:, :), size_of
+         real(wp), intent(out) :: x(:, :)
+         logical, intent(out) :: possible
+
+         real(wp) :: modal(size(right, 1), size(right, 2))
+         integer :: i
+
+         modal = matmul(transpose(phi), right)
+         possible = .true.
+         do i = 1, size(square)
+            if (firm(i)) then
+               modal(i, :) = -modal(i, :)/square(i)
+            else
+               possible = possible .and. all(abs(modal(i, :)) <= rounding*size_of)
+               modal(i, :) = 0.0_wp
+            end if
+         end do
+         x = matmul(phi, modal)
+      end subroutine divide
+
+   end subroutine separate
+
+   !> Qᵀ P A V.
+   pure function projected(self, a, v) result(product)
+      type(held_t), intent(in) :: self
+      real(wp), intent(in) :: a(:, :), v(:, :)
+      real(wp) :: product(size(self%left, 1), size(v, 2))
+
+      product = matmul(self%left, matmul(a, v))
+   end function projected
+
+   !> K_x and B_x (m, m) from K and B.
+   subroutine transform_matrices(self, k, b)
+      class(held_t), intent(in) :: self
+      real(wp), intent(inout) :: k(:, :), b(:, :)
+
+      real(wp) :: kx(self%m, self%m), bx(self%m, self%m)
+
+      kx = 0.0_wp
+      bx = 0.0_wp
+      associate (free => self%m - self%rank)
+         kx(:free, :free) = projected(self, k, self%q)
+         bx(:free, :free) = projected(self, b, self%q)
+         if (self%apart) then
+            kx = 0.5_wp*(kx + transpose(kx))
+         else
+            kx(:free, free + 1:) = projected(self, k, self%r)
+            bx(:free, free + 1:) = self%drag
+         end if
+      end associate
+      k = kx
+      b = bx
+   end subroutine transform_matrices
+
+   !> The constant part of f_x (m) under the load (m).
+   pure function load_of(self, load) result(in_x)
+      class(held_t), intent(in) :: self
+      real(wp), intent(in) :: load(:)
+      real(wp) :: in_x(self%m)
+
+      in_x = 0.0_wp
+      in_x(:self%m - self%rank) = matmul(self%left, load)
+   end function load_of
+
+   !> Phasors of f_x (m, tones) under the loads `harmonic` (m, tones) and the errors (n, tones) of the constraints.
+   pure function harmonic_of(self, harmonic, error, omega) result(in_x)
+      class(held_t), intent(in) :: self
+      complex(wp), intent(in) :: harmonic(:, :), error(:, :)
+      real(wp), intent(in) :: omega(:)
+      complex(wp) :: in_x(self%m, size(omega))
+
+      complex(wp) :: along(self%rank)
+      integer :: t
+
+      associate (free => self%m - self%rank)
+         do t = 1, size(omega)
+            along = matmul(self%settle, error(:, t))
+            in_x(:free, t) = matmul(self%left, harmonic(:, t)) &
+                             + omega(t)**2*(matmul(matmul(self%push, error(:, t)), self%q) - matmul(self%follow, along))
+            if (self%apart) in_x(:free, t) = in_x(:free, t) + cmplx(0.0_wp, omega(t), wp)*matmul(self%drag, along)
+            in_x(free + 1:, t) = omega(t)**2*along
+         end do
+      end associate
+   end function harmonic_of
+
+   !> A form on y as one on x.
+   pure function form_of(self, form) result(in_x)
+      class(held_t), intent(in) :: self
+      type(linear_form_t), intent(in) :: form
+      type(linear_form_t) :: in_x
+
+      in_x%on_y = matmul(form%on_y, self%from_x)
+      in_x%on_v = matmul(form%on_v, self%from_x)
+      in_x%constant = form%constant + dot_product(form%on_y, self%y0)
+      in_x%error = form%error
+   end function form_of
+
+   !> The force of constraint i as a form on y, from K, B, load and phasors without constraints, and the errors (n, tones).
+   pure function reaction(self, i, k, b, load, harmonic, error, omega) result(form)
+      class(held_t), intent(in) :: self
+      integer, intent(in) :: i
+      real(wp), intent(in) :: k(:, :), b(:, :), load(:), omega(:)
+      complex(wp), intent(in) :: harmonic(:, :), error(:, :)
+      type(linear_form_t) :: form
+
+      integer :: t
+
+      form%on_y = -matmul(self%pull(i, :), k)
+      form%on_v = -matmul(self%pull(i, :), b)
+      form%constant = dot_product(self%pull(i, :), load)
+      form%error = [(sum(self%pull(i, :)*harmonic(:, t)) - omega(t)**2*sum(self%lambda(i, :)*error(:, t)), t=1, size(omega))]
+   end function reaction
+
+   !> Coordinates x and rates (2m) of the state z = (y, y').
+   pure function to_coordinates(self, z) result(x)
+      class(held_t), intent(in) :: self
+      real(wp), intent(in) :: z(:)
+      real(wp) :: x(size(z))
+
+      x(:self%m) = matmul(self%to_x, z(:self%m) - self%y0)
+      x(self%m + 1:) = matmul(self%to_x, z(self%m + 1:))
+   end function to_coordinates
+
+   !> The state (y, y') of coordinates x and their rates (2m).
+   pure function to_state(self, x) result(z)
+      class(held_t), intent(in) :: self
+      real(wp), intent(in) :: x(:)
+      real(wp) :: z(size(x))
+
+      z(:self%m) = self%y0 + matmul(self%from_x, x(:self%m))
+      z(self%m + 1:) = matmul(self%from_x, x(self%m + 1:))
+   end function to_state
+
+end module razy_integrate_held
