@@ -14,7 +14,7 @@ module razy_scenes_rotor_schema
 
    !> What `&record` accepts in a rotor scene.
    character(*), parameter :: rotor_observables(*) = [character(24) :: "mesh_deformation", "relative_displacement", &
-                                                       "sliding_velocity", "contact_force", "displacement", "velocity", "state"]
+                                                           "sliding_velocity", "contact_force", "displacement", "velocity", "state"]
    !> Kinds of bearings, in the order of `bearing_kinds`.
    integer, parameter :: bearing_rolling = 1, bearing_matrix = 2, bearing_ball = 3, bearing_roller = 4
    character(*), parameter :: bearing_kinds(4) = [character(7) :: "rolling", "matrix", "ball", "roller"]

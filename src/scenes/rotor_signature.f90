@@ -8,7 +8,7 @@ module razy_scenes_rotor_signature
 
    !> Groups that say what is done with a machine, or load it.
    character(*), parameter :: left_out(*) = [character(9) :: "motion", "record", "sweep", "initial", "load", "stop", "friction", &
-                                                                                             "starts", "duel"]
+                                                                                                       "starts", "duel"]
    character(*), parameter :: nl = new_line("a")
 
 contains

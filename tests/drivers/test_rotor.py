@@ -145,3 +145,19 @@ def test_slope_in_the_backlash_by_two_integrators():
             found.append(file["extrema/mesh_deformation/value"][()])
     assert found[0].min() < -1e-6
     np.testing.assert_allclose(*found, rtol=0, atol=1e-9 * np.abs(found[0]).max())
+
+
+def test_reduced_motion_beside_the_unreduced_one():
+    """Extrema of the mesh deformation, with the teeth in contact and parting, with 24 modes of each shaft and with all."""
+    short = sets(sweep__first=1400, sweep__last=2000, sweep__step=600, motion__t_end=0.02, record__from=0.01)
+    extrema = []
+    for name, reduction in (("reduced", {}), ("full", {"reduction__method": "none"})):
+        succeed("razy-sweep", THESIS / "fig_4_15.nml", *short, *sets(**reduction), "--output", f"{name}.h5", "--force")
+        with h5py.File(f"{name}.h5") as file:
+            offset, value = file["extrema/mesh_deformation/offset"], file["extrema/mesh_deformation/value"]
+            extrema.append([value[first:last] for first, last in zip(offset[:-1], offset[1:], strict=True)])
+    for reduced, full in zip(*extrema, strict=True):
+        assert len(reduced) == len(full)
+        # Modes of 24 a shaft end near 50 kHz; the 40th harmonic of rotation and its multiples lie below 6 kHz.
+        np.testing.assert_allclose(reduced, full, rtol=0, atol=5e-3 * (full.max() - full.min()))
+    assert extrema[1][0].min() > 0 > extrema[1][1].min()
