@@ -148,7 +148,7 @@ def test_slope_in_the_backlash_by_two_integrators():
 
 
 def test_reduced_motion_beside_the_unreduced_one():
-    """Extrema of the mesh deformation, with the teeth in contact and parting, with 24 modes of each shaft and with all."""
+    """Extrema of the mesh deformation, teeth in contact and parting, with 24 modes of each shaft and with all."""
     short = sets(sweep__first=1400, sweep__last=2000, sweep__step=600, motion__t_end=0.02, record__from=0.01)
     extrema = []
     for name, reduction in (("reduced", {}), ("full", {"reduction__method": "none"})):
