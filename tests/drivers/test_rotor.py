@@ -1,5 +1,7 @@
 """Rotors from their inputs: reductions beside the unreduced model, cross-coupled bearings, growth above the limit."""
 
+from itertools import pairwise
+
 import h5py
 import numpy as np
 import pytest
@@ -155,7 +157,7 @@ def test_reduced_motion_beside_the_unreduced_one():
         succeed("razy-sweep", THESIS / "fig_4_15.nml", *short, *sets(**reduction), "--output", f"{name}.h5", "--force")
         with h5py.File(f"{name}.h5") as file:
             offset, value = file["extrema/mesh_deformation/offset"], file["extrema/mesh_deformation/value"]
-            extrema.append([value[first:last] for first, last in zip(offset[:-1], offset[1:], strict=True)])
+            extrema.append([value[first:last] for first, last in pairwise(offset[()])])
     for reduced, full in zip(*extrema, strict=True):
         assert len(reduced) == len(full)
         # Modes of 24 a shaft end near 50 kHz; the 40th harmonic of rotation and its multiples lie below 6 kHz.
