@@ -204,7 +204,11 @@ contains
       if (name == method_craig_bampton) name = "Craig-Bampton"
       if (kind%level == "a") name = trim(name)//", level A"
       if (kind%level == "b") name = trim(name)//", level B"
-      if (kind%level /= "none") name = trim(name)//" by "//kind%sorting
+      if (kind%level /= "none") then
+         if (kind%sorting == "absolute") name = trim(name)//" by |d|"
+         if (kind%sorting == "signed") name = trim(name)//" by signed d"
+         if (kind%sorting == "frequency") name = trim(name)//" by frequency"
+      end if
       if (kind%correction) name = trim(name)//", static correction"
    end function name_of
 

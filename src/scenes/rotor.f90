@@ -12,11 +12,11 @@ module razy_scenes_rotor
    use razy_rotor_model, only: new_rotor_model, rotor_model_t
    use razy_rotor_reduced, only: reduced_t
    use razy_rotor_rotor, only: rotor_t
-   use razy_scenes_harmonics, only: add_harmonic, harmonics_t, new_harmonics, read_load, take_harmonics
+   use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
    use razy_scenes_observables, only: begin_observable, name_observable, observe_contacts, observe_coordinate
+   use razy_scenes_rotor_loads, only: add_loads, add_unbalance, find_row
    use razy_scenes_rotor_meshes, only: find_ratios, new_contact, read_meshes
    use razy_scenes_rotor_parts, only: read_parts
-   use razy_scenes_rotor_places, only: find_coordinate
    use razy_scenes_rotor_reduction, only: is_reduced, reduce
    use razy_scenes_rotor_schema, only: rotor_schema
    use razy_scenes_rotor_signature, only: signature
@@ -108,8 +108,8 @@ contains
          end if
          if (allocated(error)) return
       end do
-      call add_loads(machine, self, input, harmonics, error)
-      if (.not. allocated(error)) call add_unbalance(self, input, harmonics, error)
+      call add_loads(machine, self%model, self%reduced, input, harmonics, error)
+      if (.not. allocated(error)) call add_unbalance(self%model, self%reduced, self%ratio, input, harmonics, error)
       if (allocated(error)) return
       call take_harmonics(machine, harmonics)
    end subroutine build
@@ -185,86 +185,6 @@ contains
       symmetric = 0.5_wp*(matrix + transpose(matrix))
    end function symmetric
 
-   !> Constant and harmonic loads.
-   subroutine add_loads(machine, self, input, harmonics, error)
-      type(machine_t), intent(inout) :: machine
-      class(rotor_scene_t), intent(in) :: self
-      type(input_t), intent(in) :: input
-      type(harmonics_t), intent(inout) :: harmonics
-      type(error_t), allocatable, intent(out) :: error
-
-      real(wp), allocatable :: row(:)
-      real(wp) :: cosine, sine, value
-      real(qp) :: hertz
-      integer :: at, i, k
-
-      do i = 1, input%count("load")
-         call find_row(self, input, "load", i, "on", row, at, error)
-         if (.not. allocated(error)) call read_load(input, i, value, cosine, sine, hertz, error)
-         if (allocated(error)) return
-         machine%load = machine%load + value*row
-         do k = 1, size(row)
-            call add_harmonic(harmonics, k, hertz, cosine*row(k), sine*row(k))
-         end do
-      end do
-   end subroutine add_loads
-
-   !> Unbalance of shaft s at its angular speed omega: Re(U omega² e^(i omega t)).
-   subroutine add_unbalance(self, input, harmonics, error)
-      class(rotor_scene_t), intent(in) :: self
-      type(input_t), intent(in) :: input
-      type(harmonics_t), intent(inout) :: harmonics
-      type(error_t), allocatable, intent(out) :: error
-
-      real(wp) :: speed
-      real(qp) :: hertz
-      integer :: i, k, s
-
-      if (input%count("unbalance") == 0) return
-      if (input%count("rotation") == 0) then
-         call input%complain(error, "unbalance", 1, "moment", "an unbalance needs &rotation")
-         return
-      end if
-      call input%get("rotation", 1, "speed_rpm", speed)
-      do i = 1, size(self%model%rotor%unbalance)
-         if (abs(self%ratio(self%model%rotor%unbalance(i)%shaft)) > 0.0_qp) cycle
-         call input%complain(error, "unbalance", i, "shaft", "a shaft whose speed is known, from teeth or speed_ratio")
-         return
-      end do
-      do s = 1, size(self%ratio)
-         hertz = self%ratio(s)*speed/60.0_qp
-         associate (force => self%reduced%unbalance(:, s)*(2*pi*real(hertz, wp))**2)
-            do k = 1, size(force)
-               call add_harmonic(harmonics, k, hertz, real(force(k), wp), -aimag(force(k)))
-            end do
-         end associate
-      end do
-   end subroutine add_unbalance
-
-   !> The coordinate that a key names as a row on those of the machine, and its number in the model.
-   subroutine find_row(self, input, group, i, key, row, at, error)
-      class(rotor_scene_t), intent(in) :: self
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: group, key
-      integer, intent(in) :: i
-      real(wp), allocatable, intent(out) :: row(:)
-      integer, intent(out) :: at
-      type(error_t), allocatable, intent(out) :: error
-
-      integer :: index(6), node, shaft, which
-
-      at = 0
-      call find_coordinate(self%model%rotor, input, group, i, key, shaft, node, which, error)
-      if (allocated(error)) return
-      index = self%model%numbering%of(shaft, node)
-      at = index(which)
-      if (at == 0) then
-         call input%complain(error, group, i, key, "a coordinate that is neither held by a &support nor left out by &freedom")
-      else
-         row = self%reduced%basis(at, :)
-      end if
-   end subroutine find_row
-
    subroutine new_observable(self, observable, machine, input, i, error)
       class(rotor_scene_t), intent(in) :: self
       type(observable_t), intent(out) :: observable
@@ -284,7 +204,7 @@ contains
          call input%complain(error, "record", i, "of", "required: a coordinate such as '"// &
                              trim(self%model%numbering%name(self%model%rotor, 1))//"'")
       else if (.not. taken) then
-         call find_row(self, input, "record", i, "of", row, at, error)
+         call find_row(self%model, self%reduced, input, "record", i, "of", row, at, error)
          if (allocated(error)) return
          call observe_coordinate(observable, row, self%model%numbering%kind(at) > 3, input, i)
       end if
@@ -305,7 +225,7 @@ contains
             call input%complain(error, "initial", i, "on", "no &initial with &reduction: leave one of the two out")
             return
          end if
-         call find_row(self, input, "initial", i, "on", row, at, error)
+         call find_row(self%model, self%reduced, input, "initial", i, "on", row, at, error)
          if (allocated(error)) return
          call input%get("initial", i, "displacement", machine%displacement(at))
          call input%get("initial", i, "velocity", machine%velocity(at))
