@@ -42,7 +42,7 @@ contains
       end do
       error = abs(h)*estimate(1)
       if (tableau%errors == 2 .and. estimate(1) > 0.0_wp) then
-         error = error*(estimate(1)/sqrt(estimate(1)**2 + share_of_third*estimate(2)**2))
+         error = error*(estimate(1)/hypot(estimate(1), sqrt(share_of_third)*estimate(2)))
       end if
    end function scaled_error
 

@@ -54,7 +54,11 @@ SWEEP_MISTAKES = [
     ("rotation%speed_rpm", "load%value", "load(1)%value to load(2)%value"),
     ("rotation%speed_rpm", "load(3)%value", "must be 1 to 2"),
     ("rotation%speed_rpm", "gear_mesh%radius", "gear_mesh%radius(1) to gear_mesh%radius(2)"),
-    ("rotation%speed_rpm", "gear_mesh%teeth(1)", "integer"),
+    (
+        "rotation%speed_rpm', first=1000.0, last=2600.0, step=4.0",
+        "gear_mesh%teeth(1)', first=20.0, last=30.0, step=0.5",
+        "a whole number",
+    ),
     ("rotation%speed_rpm", "sweep%first", "another group"),
     ("rotation%speed_rpm', first=1000", "gear_mesh%backlash', first=-1", "must be a nonnegative real number in m"),
 ]
