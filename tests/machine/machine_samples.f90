@@ -47,16 +47,22 @@ contains
       matrix(j, i) = matrix(j, i) - value
    end subroutine connect
 
-   !> A further frequency of excitation with force phasors `force` (n); before contacts and observables are added.
+   !> A further frequency of excitation with force phasors `force` (n), of which contacts and observables that are there feel nothing.
    subroutine add_tone(machine, hertz, force)
       type(machine_t), intent(inout) :: machine
       real(qp), intent(in) :: hertz
       complex(wp), intent(in) :: force(:)
 
       complex(wp), allocatable :: larger(:, :)
-      integer :: t
+      integer :: j, t
 
       t = size(machine%tone) + 1
+      do j = 1, size(machine%contact)
+         machine%contact(j)%error = [machine%contact(j)%error, (0.0_wp, 0.0_wp)]
+      end do
+      do j = 1, size(machine%observable)
+         machine%observable(j)%error = [machine%observable(j)%error, (0.0_wp, 0.0_wp)]
+      end do
       allocate (larger(size(force), t))
       larger(:, :t - 1) = machine%harmonic_load
       larger(:, t) = force
