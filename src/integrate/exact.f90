@@ -12,7 +12,7 @@ module razy_integrate_exact
    use razy_integrate_contact_states, only: attach, state_index
    use razy_integrate_cursor, only: move_to
    use razy_integrate_exact_view, only: contact_of, direction_of, end_state, exact_view_t, place, state_at, sums_of, &
-                                       turn_after, value_at
+                                        turn_after, value_at
    use razy_integrate_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, &
                                         status_blow_up, status_chatter, status_event_limit, status_no_contact_forces, &
                                         status_no_modes, status_ok

@@ -121,7 +121,7 @@ contains
          watched(t)%floor = self%guards%noise(i)
          watched(t)%from_zero = abs(self%g(i)) <= self%guards%noise(i)
          watched(t)%at_rest = watched(t)%from_zero .and. fixed(t) .and. (function(t) == 0 .or. &
-                                                                     abs(self%rate(i)) <= self%guards%on_rate(contact(t)))
+                                                                         abs(self%rate(i)) <= self%guards%on_rate(contact(t)))
       end do
    end subroutine prepare_search
 

@@ -61,7 +61,7 @@ contains
          call append(self%dense, part)
       end do
       if (.not. any(aside)) return
-      kept = pack([(i, i=1, size(aside))], .not. aside)
+      kept = pack([(i, i=1, size(aside))],.not. aside)
       self%lambda = self%lambda(kept)
       self%to_term = self%to_term(kept, :)
       self%from_term = self%from_term(:, kept)

@@ -33,7 +33,7 @@ contains
       seen = .false.
       do i = 1, size(self%lambda)
          if (seen(i)) cycle
-         group = pack([(j, j=1, size(seen))], .not. seen .and. abs(self%lambda - self%lambda(i)) <= copies*self%fastest)
+         group = pack([(j, j=1, size(seen))],.not. seen .and. abs(self%lambda - self%lambda(i)) <= copies*self%fastest)
          seen(group) = .true.
          call felt_directions(self, group, on_y, on_v, turn, rank)
          if (rank == size(group)) cycle

@@ -37,7 +37,6 @@ module razy_io_locked_file
    !> LOCK_EX | LOCK_NB of flock, SEEK_END of lseek.
    integer(c_int), parameter :: lock_at_once = 6_c_int, from_end = 2_c_int
 
-   ! allow(assumed-size)
    interface
       function c_flock(descriptor, operation) result(status) bind(C, name="flock")
          import :: c_int

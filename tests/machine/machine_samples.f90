@@ -47,7 +47,7 @@ contains
       matrix(j, i) = matrix(j, i) - value
    end subroutine connect
 
-   !> A further frequency of excitation with force phasors `force` (n), of which contacts and observables that are there feel nothing.
+   !> A further frequency of excitation with force phasors `force` (n); contacts and observables that are there feel nothing of it.
    subroutine add_tone(machine, hertz, force)
       type(machine_t), intent(inout) :: machine
       real(qp), intent(in) :: hertz
