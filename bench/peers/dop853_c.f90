@@ -13,6 +13,7 @@ module dop853_c
       !> Called after each accepted step; 0 ends the integration there.
       function step_function(context, nr, t, y) result(go_on) bind(c)
          import :: c_double, c_int, c_ptr
+         implicit none(type, external)
          type(c_ptr), value, intent(in) :: context
          integer(c_int), value, intent(in) :: nr
          real(c_double), value, intent(in) :: t
@@ -66,10 +67,10 @@ contains
       call c_f_pointer(handle, solver)
       if (n == 4) then
          call solver%initialize(n=n, fcn=relative_equations, solout=step, iprint=0, nstiff=0, nmax=100000000, hinitial=h, &
-            icomp=[(i, i=1, n)], status_ok=ok)
+                                icomp=[(i, i=1, n)], status_ok=ok)
       else
          call solver%initialize(n=n, fcn=full_equations, solout=step, iprint=0, nstiff=0, nmax=100000000, hinitial=h, &
-            icomp=[(i, i=1, n)], status_ok=ok)
+                                icomp=[(i, i=1, n)], status_ok=ok)
       end if
       code = -1
       if (.not. ok) return
@@ -117,7 +118,7 @@ contains
       real(c_double) :: force
 
       force = 0
-      if (me%stiffness > 0) force = me%stiffness * (radius * closing + error_sine * sin(me%omega * t) + me%shift)
+      if (me%stiffness > 0) force = me%stiffness*(radius*closing + error_sine*sin(me%omega*t) + me%shift)
    end function force
 
    subroutine full_equations(me, x, y, f)
@@ -131,18 +132,18 @@ contains
       mesh = 0
       select type (me)
       type is (solver_t)
-         mesh = radius * force(me, x, y(2) - y(3))
+         mesh = radius*force(me, x, y(2) - y(3))
       end select
-      torque1 = shaft * (y(1) - y(2) + damping_factor * (y(5) - y(6)))
-      torque2 = shaft * (y(3) - y(4) + damping_factor * (y(7) - y(8)))
+      torque1 = shaft*(y(1) - y(2) + damping_factor*(y(5) - y(6)))
+      torque2 = shaft*(y(3) - y(4) + damping_factor*(y(7) - y(8)))
       f(1) = y(5)
       f(2) = y(6)
       f(3) = y(7)
       f(4) = y(8)
-      f(5) = (torque - torque1) / inertia(1)
-      f(6) = (torque1 - mesh) / inertia(2)
-      f(7) = (mesh - torque2) / inertia(3)
-      f(8) = (torque2 - torque) / inertia(4)
+      f(5) = (torque - torque1)/inertia(1)
+      f(6) = (torque1 - mesh)/inertia(2)
+      f(7) = (mesh - torque2)/inertia(3)
+      f(8) = (torque2 - torque)/inertia(4)
    end subroutine full_equations
 
    subroutine relative_equations(me, x, y, f)
@@ -156,13 +157,13 @@ contains
       mesh = 0
       select type (me)
       type is (solver_t)
-         mesh = radius * force(me, x, y(2))
+         mesh = radius*force(me, x, y(2))
       end select
-      both = shaft * (y(1) - y(2) + damping_factor * (y(3) - y(4)))
+      both = shaft*(y(1) - y(2) + damping_factor*(y(3) - y(4)))
       f(1) = y(3)
       f(2) = y(4)
-      f(3) = (2 * torque - both) / inertia(1)
-      f(4) = (both - 2 * mesh) / inertia(2)
+      f(3) = (2*torque - both)/inertia(1)
+      f(4) = (both - 2*mesh)/inertia(2)
    end subroutine relative_equations
 
 end module dop853_c
