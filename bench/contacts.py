@@ -129,9 +129,9 @@ def main():
         f"A driven chain with stops, {END:g} s of motion (`bench/contacts.py`, {version(duel)}); processor",
         "time of one core of a shared machine. The time of `exact` is that with modes known from the first of several",
         "runs, as in a sweep. *Error*: of the displacements against `exact`, relative to the motion; DOP853 with",
-        f"events at 1e-8, Moreau-Jean with steps of {1e3 * STEP:g} ms. Where the former is large, it is sensitive.",
-        "Events of rigid stops are impacts, their accumulation, rest and its end; *too many* is negative where there",
-        "are too few, and where the error is small those were impacts too weak to matter.",
+        f"events at 1e-8, Moreau-Jean with steps of {1e3 * STEP:g} ms. Where DOP853's is large,",
+        "the motion is sensitive. Events of rigid stops are impacts, their accumulation, rest and its end; *too many*",
+        "is negative where there are too few, and where the error is small those were impacts too weak to matter.",
         "",
     ]
     with tempfile.TemporaryDirectory() as folder:
