@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Cost of a motion against the number of contacts (1 to 64) and of coordinates (2 to 200): report/contacts.md.
 
-A chain of equal masses and springs between two walls, driven at one end, with elastic stops of one side at evenly
-spaced masses. `razy-duel` computes each case by `exact` and by DOP853 with events; both must find the same events.
+A chain of equal masses and springs between two walls, driven at one end, with stops of one side at evenly spaced
+masses, elastic or rigid. `razy-duel` computes each case by `exact` and by DOP853 with events, with rigid stops by
+Moreau-Jean time stepping as well.
 """
 
 import argparse
@@ -15,10 +16,12 @@ from pathlib import Path
 import h5py
 
 ROOT = Path(__file__).resolve().parent
-END = 2.0
+END, STEP = 2.0, 1e-4
+ELASTIC = "stiffness=1.0e6, damping=20.0"
+RIGID = "law='rigid', restitution=0.5"
 
 
-def case(coordinates, contacts):
+def case(coordinates, contacts, law, methods):
     """Return the input of a chain."""
     lines = ["&scene kind='lumped', title='Chain' /"]
     lines += [f"&mass name='m{i}', value=1.0 /" for i in range(1, coordinates + 1)]
@@ -26,38 +29,91 @@ def case(coordinates, contacts):
     lines += [f"&spring between='{a}','{b}', stiffness=4.0e4, damping=2.0 /" for a, b in itertools.pairwise(ends)]
     for j in range(contacts):
         body = 1 + (j * coordinates) // contacts
-        lines.append(
-            f"&stop name='s{j + 1}', between='m{body}','frame', clearance=1.0e-3, stiffness=1.0e6, damping=20.0 /"
-        )
+        lines.append(f"&stop name='s{j + 1}', between='m{body}','frame', clearance=1.0e-3, {law} /")
     lines += [
         "&load on='m1', amplitude=400.0, frequency=20.0 /",
         f"&motion t_end={END}, start='zero' /",
-        "&duel integrator='exact' /",
-        "&duel integrator='dop853', treatment='event', tolerance=1e-8 /",
+        *(f"&duel {method} /" for method in methods),
     ]
     return "\n".join(lines) + "\n"
 
 
-def measure(duel, coordinates, contacts, folder):
-    """Return a row of the table."""
-    path = folder / f"chain_{coordinates}_{contacts}.nml"
-    path.write_text(case(coordinates, contacts), encoding="utf-8")
+def measure(duel, coordinates, contacts, law, methods, folder):
+    """Return what razy-duel measured: for each method the values of some of its datasets."""
+    path = folder / "chain.nml"
+    path.write_text(case(coordinates, contacts, law, methods), encoding="utf-8")
     result = path.with_suffix(".h5")
     subprocess.run([duel, path, "--output", result, "--force"], check=True, stdout=subprocess.DEVNULL)
+    names = ("cpu_time", "events", "event_surplus", "rhs_evaluations", "steps", "error", "status")
     with h5py.File(result) as file:
-        exact, dop853 = file["cpu_time"][:]
-        events = file["events"][:]
-        return (
-            coordinates,
-            contacts,
-            int(events[0]),
-            int(file["event_surplus"][1]),
-            1e3 * exact,
-            1e3 * dop853,
-            int(file["rhs_evaluations"][1]),
-            1e9 * dop853 / file["rhs_evaluations"][1],
-            file["error"][1],
-        )
+        columns = [file[name][:] for name in names]
+    rows = [dict(zip(names, values, strict=True)) for values in zip(*columns, strict=True)]
+    failed = [method for method, row in zip(methods, rows, strict=True) if row["status"] != 0]
+    if failed:
+        raise RuntimeError(f"{coordinates} coordinates, {contacts} contacts: {', '.join(failed)} failed")
+    return rows
+
+
+def elastic_row(exact, dop853):
+    """Cells of the table of elastic stops."""
+    return [
+        f"{exact['events']}",
+        f"{dop853['event_surplus']}",
+        f"{1e3 * exact['cpu_time']:.2f}",
+        f"{1e3 * dop853['cpu_time']:.2f}",
+        f"{dop853['rhs_evaluations']}",
+        f"{1e9 * dop853['cpu_time'] / dop853['rhs_evaluations']:.0f}",
+        f"{dop853['error']:.0e}",
+    ]
+
+
+def rigid_row(exact, dop853, moreau):
+    """Cells of the table of rigid stops."""
+    return [
+        f"{exact['events']}",
+        f"{dop853['event_surplus']}",
+        f"{1e3 * exact['cpu_time']:.2f}",
+        f"{1e3 * dop853['cpu_time']:.2f}",
+        f"{dop853['error']:.0e}",
+        f"{1e3 * moreau['cpu_time']:.1f}",
+        f"{1e6 * moreau['cpu_time'] / moreau['steps']:.1f}",
+        f"{moreau['error']:.0e}",
+    ]
+
+
+KINDS = {
+    "Elastic stops": (
+        ELASTIC,
+        ["integrator='exact'", "integrator='dop853', treatment='event', tolerance=1e-8"],
+        elastic_row,
+        ["events", "DOP853: too many", "exact, ms", "DOP853, ms", "right-hand sides", "ns each, all told", "error"],
+    ),
+    "Rigid stops, restitution 0.5": (
+        RIGID,
+        [
+            "integrator='exact'",
+            "integrator='dop853', treatment='event', tolerance=1e-8",
+            f"integrator='moreau_jean', step={STEP}",
+        ],
+        rigid_row,
+        [
+            "events",
+            "DOP853: too many",
+            "exact, ms",
+            "DOP853, ms",
+            "its error",
+            "Moreau-Jean, ms",
+            "us a step",
+            "its error",
+        ],
+    ),
+}
+CASES = [(64, contacts) for contacts in (1, 2, 4, 8, 16, 32, 64)]
+CASES += [(coordinates, 2) for coordinates in (2, 5, 10, 20, 50, 100, 200)]
+
+
+def version(duel):
+    return subprocess.run([duel, "--version"], check=True, capture_output=True, text=True).stdout.strip()
 
 
 def main():
@@ -67,29 +123,28 @@ def main():
     parser.add_argument("--report", type=Path, default=ROOT / "report" / "contacts.md")
     options = parser.parse_args()
     duel = options.razy_bin / "razy-duel"
-    cases = [(64, contacts) for contacts in (1, 2, 4, 8, 16, 32, 64)]
-    cases += [(coordinates, 2) for coordinates in (2, 5, 10, 20, 50, 100, 200)]
-    rows = []
-    with tempfile.TemporaryDirectory() as folder:
-        for coordinates, contacts in cases:
-            rows.append(measure(duel, coordinates, contacts, Path(folder)))
-            print(*rows[-1], file=sys.stderr)
     lines = [
         "# Cost against contacts and coordinates",
         "",
-        f"A driven chain with stops, {END:g} s of motion (`bench/contacts.py`); processor time of one core of a shared",
-        "machine. The time of `exact` is that with modes known from the first of several runs, as in a sweep. *Error*:",
-        "DOP853 at 1e-8 against `exact`; where it is large, the motion is sensitive.",
+        f"A driven chain with stops, {END:g} s of motion (`bench/contacts.py`, {version(duel)}); processor",
+        "time of one core of a shared machine. The time of `exact` is that with modes known from the first of several",
+        "runs, as in a sweep. *Error*: of the displacements against `exact`, relative to the motion; DOP853 with",
+        f"events at 1e-8, Moreau-Jean with steps of {1e3 * STEP:g} ms. Where DOP853's is large,",
+        "the motion is sensitive. Events of rigid stops are impacts, their accumulation, rest and its end; *too many*",
+        "is negative where there are too few, and where the error is small those were impacts too weak to matter.",
         "",
-        "| coordinates | contacts | events | DOP853: too many | exact, ms | DOP853, ms | right-hand sides | "
-        "ns each, all told | error |",
-        "|---|---|---|---|---|---|---|---|---|",
     ]
-    lines += [
-        f"| {n} | {c} | {events} | {surplus} | {exact:.2f} | {dop853:.2f} | {rhs} | {ns:.0f} | {error:.0e} |"
-        for n, c, events, surplus, exact, dop853, rhs, ns, error in rows
-    ]
-    options.report.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with tempfile.TemporaryDirectory() as folder:
+        for title, (law, methods, cells, titles) in KINDS.items():
+            head = ["coordinates", "contacts", *titles]
+            lines += [f"## {title}", "", f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
+            for coordinates, contacts in CASES:
+                rows = measure(duel, coordinates, contacts, law, methods, Path(folder))
+                row = [str(coordinates), str(contacts), *cells(*rows)]
+                print(title, *row, file=sys.stderr)
+                lines.append(f"| {' | '.join(row)} |")
+            lines.append("")
+    options.report.write_text("\n".join(lines), encoding="utf-8")
 
 
 if __name__ == "__main__":

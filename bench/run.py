@@ -2,8 +2,8 @@
 """Benchmark of the torsional gear pair: razy and its peers, cost beside error, in one run.
 
 bench/run.py --quick     some minutes; report in the build folder
-    bench/run.py --full      half an hour; report in bench/report
-    bench/run.py --full --only razy --keep     measure razy again, keep the other codes of the last full run
+bench/run.py --full      half an hour; report in bench/report
+bench/run.py --full --only razy --keep     measure razy again, keep the other codes of the last full run
 """
 
 import argparse
@@ -21,6 +21,11 @@ from pathlib import Path
 from harness import cases, measure, programs
 
 BENCH = Path(__file__).resolve().parent
+VERSION_HEADERS = (
+    ("SUNDIALS", "sundials/sundials_config.h", "SUNDIALS_VERSION"),
+    ("GSL", "gsl/gsl_version.h", "GSL_VERSION"),
+    ("Boost", "boost/version.hpp", "BOOST_LIB_VERSION"),
+)
 
 
 def arguments():
@@ -71,26 +76,34 @@ def versions(razy_bin):
             found[name] = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
             continue
-    header = Path("/usr/include/sundials/sundials_config.h")
-    if header.exists():
-        match = re.search(r'SUNDIALS_VERSION "([^"]+)"', header.read_text(encoding="utf-8"))
-        found["SUNDIALS"] = match.group(1) if match else None
+    for name, header, define in VERSION_HEADERS:
+        path = Path("/usr/include") / header
+        match = re.search(rf'{define} "([^"]+)"', path.read_text(encoding="utf-8")) if path.exists() else None
+        found[name] = match.group(1).replace("_", ".") if match else None
     found["Octave"] = first_line("octave-cli", "--eval", "disp(version)")
     return {name: version for name, version in found.items() if version}
 
 
-def keep(old, data, measured):
+def earlier_run(old, row):
+    """Say when a row of an earlier report was measured."""
+    if "run" in row:
+        return row["run"]
+    if row["code"] in old["codes"] or "kept" not in old:
+        return f"{old['date']}, load {old['machine']['load']:.1f}"
+    return old["kept"].removeprefix("measured in the run of ").replace("load at the start", "load")
+
+
+def keep(old, data, measured, order):
     """Take from an earlier report what was not measured now; it has to come from the same machine and mode."""
     for key in ("mode", "reference"):
         if old[key] != data[key]:
             sys.exit(f"--keep: the last report has another {key}")
     if any(old["machine"][key] != data["machine"][key] for key in ("cpu", "cores")):
         sys.exit("--keep: the last report is from another machine")
-    data["rows"] += [row for row in old["rows"] if row["code"] not in measured]
+    data["rows"] += [row | {"run": earlier_run(old, row)} for row in old["rows"] if row["code"] not in measured]
+    data["rows"].sort(key=lambda row: order.index(row["code"]))
     data["missing"] |= {code: words for code, words in old["missing"].items() if code not in measured}
-    data["failed"] += [words for words in old["failed"] if not words.startswith(tuple(measured))]
-    earlier = f"measured in the run of {old['date']}, load at the start {old['machine']['load']:.1f}"
-    data["kept"] = old.get("kept", earlier)
+    data["failed"] += [words for words in old["failed"] if words.partition(" p")[0] not in measured]
 
 
 def run_all(codes, references, data):
@@ -112,7 +125,7 @@ def run_all(codes, references, data):
                     data["failed"].append(f"{label}: {exc}")
                     print(f"{label}: {exc}", file=sys.stderr)
                     continue
-                data["rows"].append(row)
+                data["rows"].append(row | {"run": f"{data['date']}, load {data['machine']['load']:.1f}"})
                 error = row["error"] if case == "p2" else row["worst"]
                 right = "" if case == "p2" else f", {row['right']} of {row['compared']} right"
                 print(f"{label}: {row['cpu']:.4g} s, error {error:.2e}{right}", flush=True)
@@ -138,12 +151,16 @@ def main():
     references = measure.references(options.build, options.full)
     data["reference"] = references[2] | {"chaotic": cases.chaotic_statistics(references[1])}
     codes = programs.all_codes(options.full, options.build, options.razy_bin)
+    order = [code.name for code, _ in codes]
     if options.only:
         wanted = {name.strip().lower() for name in options.only.split(",")}
-        unknown = wanted - {code.name.lower() for code, _ in codes}
+        unknown = wanted - {name.lower() for name in order}
         if unknown:
-            sys.exit(f"unknown code {', '.join(sorted(unknown))}: {', '.join(code.name for code, _ in codes)}")
+            sys.exit(f"unknown code {', '.join(sorted(unknown))}: {', '.join(order)}")
         codes = [pair for pair in codes if pair[0].name.lower() in wanted]
+    absent = [f"{code.name}: missing {missing}" for code, missing in codes if missing]
+    if options.keep and absent:
+        sys.exit("\n".join(["--keep would lose the rows of what cannot be measured:", *absent]))
     data["codes"] = [code.name for code, _ in codes]
     run_all(codes, references[:2], data)
     if not data["rows"]:
@@ -151,7 +168,7 @@ def main():
 
     results = options.report / "results.json"
     if options.keep:
-        keep(json.loads(results.read_text(encoding="utf-8")), data, {code.name for code, _ in codes})
+        keep(json.loads(results.read_text(encoding="utf-8")), data, {code.name for code, _ in codes}, order)
     options.report.mkdir(parents=True, exist_ok=True)
     results.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
     (options.report / "report.md").write_text(table.markdown(data), encoding="utf-8")

@@ -10,7 +10,18 @@ import matplotlib.pyplot as plt
 from harness import cases
 
 MARKERS = "osD^v<>PX*hdp8"
-COLOURS = {"razy": "C3", "heyoka": "C0", "ARKODE": "C2", "CVODE": "C1", "SciPy": "C4", "Octave ode45": "C5"}
+COLOURS = {
+    "razy": "C3",
+    "razy DOP853": "C6",
+    "heyoka": "C0",
+    "DOP853 Fortran": "k",
+    "Boost.odeint": "C8",
+    "GSL": "C9",
+    "ARKODE": "C2",
+    "CVODE": "C1",
+    "SciPy": "C4",
+    "Octave ode45": "C5",
+}
 
 
 def method(row):
@@ -23,7 +34,8 @@ def method(row):
         words = words[:2]
     elif tolerances:
         del words[tolerances[0]]
-    return " ".join([row["code"], *(word for word in words if word not in ("inf", "exact"))])
+    plain = ("inf", "exact", "dop853")
+    return " ".join([row["code"], *(word for word in words if word not in plain)])
 
 
 def draw(axes, rows, cost, error, styles):
@@ -43,7 +55,7 @@ def draw(axes, rows, cost, error, styles):
 
 
 def work_precision(data, path):
-    figure, (left, right) = plt.subplots(1, 2, figsize=(12, 5.5), layout="constrained", sharey=True)
+    figure, (left, right) = plt.subplots(1, 2, figsize=(13, 7.5), layout="constrained", sharey=True)
     styles = {}
     p2 = [row for row in data["rows"] if row["case"] == "p2"]
     p3 = [row for row in data["rows"] if row["case"] == "p3" and not math.isnan(row["worst"])]

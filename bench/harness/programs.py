@@ -33,11 +33,17 @@ def missing_module(*names):
 
 
 def make(target, build):
-    """Build a C program; return what is missing when that fails."""
+    """Build a compiled program; return what is missing when that fails."""
     done = subprocess.run(
         ["make", "-C", str(BENCH), target, f"BUILD={build}"], capture_output=True, text=True, check=False
     )
     return "" if done.returncode == 0 else done.stderr.strip() or f"make {target} failed"
+
+
+def missing_compiled(target, build, needs):
+    """Build a peer; return the packages that it needs, with the first complaint, when that fails."""
+    complaint = make(target, build)
+    return f"{needs}: {complaint.splitlines()[0]}" if complaint else ""
 
 
 def razy(razy_bin):
@@ -51,7 +57,7 @@ def razy(razy_bin):
     exact = Code("razy", command, p2=["exact"], p3=["exact"])
     dop853 = Code("razy DOP853", command)
     dop853.p2 = each("dop853:{}", "1e-5", "1e-6", "1e-7", "1e-8", "1e-9", "1e-10", "1e-11")
-    dop853.p3 = each("dop853:{}", "1e-6", "1e-7", "3e-8", "1e-8")
+    dop853.p3 = each("dop853:{}", "1e-7", "1e-8", "3e-9", "1e-9", "3e-10", "1e-10")
     return [(exact, missing), (dop853, missing)]
 
 
@@ -65,24 +71,57 @@ def heyoka(full):
     return code, missing_module("heyoka")
 
 
+def hairer(full, build):
+    """DOP853 itself, in Fortran."""
+    needs = "DOP853 (apt install gcc g++ gfortran make; make -C bench numbalsoda fetches its sources from PyPI)"
+    code = Code("DOP853 Fortran", [str(Path(build) / "dop853")])
+    code.p2 = each("dop853:relative:{}", "1e-7", "1e-8", "1e-9", "1e-10") + ["dop853:full:1e-8"]
+    code.p3 = each("dop853:relative:{}", "1e-8", "2e-9", "1e-9")
+    if full:
+        code.p3 += each("dop853:relative:{}", "1e-7", "1e-10") + each("dop853:full:{}", "1e-8", "1e-9")
+    return code, missing_compiled("dop853", build, needs)
+
+
+def odeint(full, build):
+    code = Code("Boost.odeint", [str(Path(build) / "odeint")])
+    code.p2 = each("fehlberg78:relative:{}", "1e-6", "1e-7", "1e-8", "1e-9", "1e-10") + ["fehlberg78:full:1e-8"]
+    code.p2 += each("dopri5:relative:{}", "1e-6", "1e-7", "1e-8", "1e-9") + ["dopri5:full:1e-8"]
+    code.p3 = each("fehlberg78:relative:{}", "1e-7", "3e-8", "1e-8", "1e-9") + ["dopri5:relative:1e-8"]
+    if full:
+        code.p3 += ["fehlberg78:relative:1e-10"] + each("fehlberg78:full:{}", "3e-8", "1e-8", "1e-9")
+        code.p3 += each("dopri5:relative:{}", "1e-7", "1e-9") + ["dopri5:full:1e-8"]
+    return code, missing_compiled("odeint", build, "Boost.odeint (apt install libboost-dev g++ make)")
+
+
+def gsl(full, build):
+    code = Code("GSL", [str(Path(build) / "gsl")])
+    code.p2 = each("rk8pd:relative:{}", "1e-6", "1e-7", "1e-8", "1e-9") + ["rk8pd:full:1e-8"]
+    code.p2 += each("rkck:relative:{}", "1e-7", "1e-8")
+    code.p3 = each("rk8pd:relative:{}", "1e-7", "3e-8", "1e-8")
+    if full:
+        code.p3 += ["rk8pd:relative:1e-9"] + each("rk8pd:full:{}", "3e-8", "1e-8") + ["rkck:relative:1e-9"]
+    return code, missing_compiled("gsl", build, "GSL (apt install libgsl-dev g++ make)")
+
+
 def sundials(full, build):
-    missing = make("sundials", build)
-    if missing:
-        missing = f"SUNDIALS (apt install libsundials-dev gcc make): {missing.splitlines()[0]}"
+    missing = missing_compiled("sundials", build, "SUNDIALS (apt install libsundials-dev gcc make)")
     command = [str(Path(build) / "sundials")]
     arkode, cvode = Code("ARKODE", command), Code("CVODE", command)
-    arkode.p2 = each("dopri5:events:{}", "1e-6", "1e-7", "1e-8", "1e-9", "1e-10") + ["dopri5:through:1e-10"]
-    arkode.p2 += each("verner8:events:{}", "1e-9", "1e-11") + each("fehlberg13:events:{}", "1e-8", "1e-10")
-    cvode.p2 = each("adams:events:{}", "1e-6", "1e-7", "1e-8", "1e-9", "1e-10") + each("bdf:events:{}", "1e-8", "1e-10")
-    cvode.p2 += each("adams:through:{}", "1e-8", "1e-10", "1e-12")
+    arkode.p2 = each("dopri5:full:events:{}", "1e-6", "1e-7", "1e-8", "1e-9", "1e-10")
+    arkode.p2 += each("dopri5:relative:events:{}", "1e-7", "1e-8") + ["dopri5:full:through:1e-10"]
+    arkode.p2 += each("verner8:full:events:{}", "1e-9", "1e-11") + each("fehlberg13:full:events:{}", "1e-8", "1e-10")
+    cvode.p2 = each("adams:full:events:{}", "1e-6", "1e-7", "1e-8", "1e-9", "1e-10")
+    cvode.p2 += each("adams:relative:events:{}", "1e-8", "1e-9") + each("bdf:full:events:{}", "1e-8", "1e-10")
+    cvode.p2 += each("adams:full:through:{}", "1e-8", "1e-10", "1e-12")
     if full:
-        arkode.p3 = each("dopri5:events:{}", "1e-7", "1e-8", "1e-9")
-        cvode.p3 = each("adams:events:{}", "1e-8", "1e-9", "1e-10")
-        arkode.p3_sample = each("verner8:events:{}", "1e-9") + each("fehlberg13:events:{}", "1e-9")
-        cvode.p3_sample = ["bdf:events:1e-9", "adams:through:1e-10"]
+        arkode.p3 = each("dopri5:relative:events:{}", "1e-8", "1e-9") + ["cashkarp:relative:events:1e-9"]
+        arkode.p3 += ["dopri5:full:events:1e-9"]
+        cvode.p3 = each("adams:relative:events:{}", "1e-9", "1e-10") + each("adams:full:events:{}", "1e-9", "1e-10")
+        arkode.p3_sample = ["verner8:relative:events:1e-9"] + each("fehlberg13:relative:events:{}", "1e-9", "1e-10")
+        cvode.p3_sample = ["bdf:relative:events:1e-9", "adams:relative:through:1e-10"]
     else:
-        arkode.p3_sample = each("dopri5:events:{}", "1e-7", "1e-8")
-        cvode.p3_sample = each("adams:events:{}", "1e-8", "1e-9")
+        arkode.p3_sample = each("dopri5:relative:events:{}", "1e-8", "1e-9")
+        cvode.p3_sample = each("adams:relative:events:{}", "1e-9", "1e-10")
     return [(arkode, missing), (cvode, missing)]
 
 
@@ -108,4 +147,5 @@ def octave(full):
 
 def all_codes(full, build, razy_bin):
     """Pairs of a code and what is missing to run it (empty when nothing is)."""
-    return [*razy(razy_bin), heyoka(full), *sundials(full, build), scipy(full), octave(full)]
+    compiled = [hairer(full, build), odeint(full, build), gsl(full, build), *sundials(full, build)]
+    return [*razy(razy_bin), heyoka(full), *compiled, scipy(full), octave(full)]

@@ -58,7 +58,7 @@ def estimate_mark(row):
 
 def summary(data):
     p2, p3 = chosen(data["rows"], "p2"), chosen(data["rows"], "p3")
-    peers = [row["cpu_all"] for code, row in p3.items() if code != "razy"]
+    peers = [row["cpu_all"] for code, row in p3.items() if not code.startswith("razy")]
     unit = min(peers) if peers else None
     lines = [
         *header(
@@ -91,6 +91,72 @@ def summary(data):
             cells[5] = f"{row['cpu_all'] / unit:.3g}" if unit else "–"
         lines.append(f"| {name} | " + " | ".join(cells) + " |")
     return lines
+
+
+KINDS = {
+    "razy": "exact propagator",
+    "heyoka": "Taylor series",
+    "CVODE": "multistep",
+    "SciPy": "Runge–Kutta, multistep; interpreted",
+    "Octave ode45": "Runge–Kutta; interpreted",
+}
+"""Codes that are not compiled Runge–Kutta methods."""
+
+
+def right_everywhere(rows):
+    """The settings of P3 that have all compared speeds right."""
+    return [row for row in rows if row["case"] == "p3" and row["right"] == row["compared"]]
+
+
+def cheapest(rows):
+    """All speeds go before a sample of them, of which the time is an estimate."""
+    return min(rows, key=lambda row: (bool(estimate_mark(row)), row["cpu_all"]), default=None)
+
+
+def equal_error_table(data, name="razy DOP853"):
+    """The cheapest setting of each code with all speeds right; what `name` needs for that, and for no larger error."""
+    groups = by_code(right_everywhere(data["rows"]), "p3")
+    own = cheapest(groups.get(name, []))
+    if own is None:
+        return [f"{name}: not measured, or no setting with all regular speeds right."]
+    lines = header(
+        "code",
+        "method",
+        "setting",
+        "P3, s",
+        "regular speeds right",
+        "worst error",
+        f"{name}: times as long",
+        f"{name} at no larger error, s",
+        "times as long",
+    )
+    best = sorted((cheapest(rows) for rows in groups.values()), key=lambda row: row["cpu_all"])
+    for row in best:
+        alike = cheapest([mine for mine in groups[name] if mine["worst"] <= row["worst"]])
+        cells = ["–", "–"]
+        if alike:
+            cells = [f"{seconds(alike['cpu_all'])} (`{alike['setting']}`)", f"{alike['cpu_all'] / row['cpu_all']:.2f}"]
+        lines.append(
+            f"| {row['code']} | {KINDS.get(row['code'], 'Runge–Kutta')} | `{row['setting']}` | "
+            f"{estimate_mark(row)}{seconds(row['cpu_all'])} | {row['right']} of {row['compared']} | "
+            f"{power(row['worst'])} | {own['cpu_all'] / row['cpu_all']:.2f} | {cells[0]} | {cells[1]} |"
+        )
+    peers = [row for row in best if not row["code"].startswith("razy")]
+    methods = [row for row in peers if row["code"] not in KINDS]
+    lines += ["", verdict(own, peers, "peer"), verdict(own, methods, "compiled Runge–Kutta peer")]
+    never = sorted({row["code"] for row in data["rows"] if row["case"] == "p3"} - groups.keys())
+    if never:
+        lines += ["", "No setting with all regular speeds right: " + ", ".join(never) + "."]
+    return lines
+
+
+def verdict(own, peers, kind):
+    """One sentence: razy beside the fastest of these peers, which are sorted."""
+    if not peers:
+        return f"No {kind} was measured."
+    best = peers[0]
+    ratio = own["cpu_all"] / best["cpu_all"]
+    return f"{own['code']} takes {ratio:.2f} times as long as the fastest {kind}, {best['code']} `{best['setting']}`."
 
 
 def p2_table(data):
@@ -162,14 +228,20 @@ def wrong_speeds(data):
     return lines
 
 
+def runs(rows):
+    """When each code was measured."""
+    when = {}
+    for row in rows:
+        when.setdefault(row["run"], {})[row["code"]] = True
+    return "; ".join(f"{', '.join(codes)} {run}" for run, codes in when.items())
+
+
 def markdown(data):
     reference, machine = data["reference"], data["machine"]
     versions = ", ".join(f"{name} {version}" for name, version in data["versions"].items())
-    measured_now = ", ".join(data["codes"])
     made = (
-        f"Made by `bench/run.py --{data['mode']}` on {data['date']}. {machine['cpu']}, {machine['cores']} cores, "
-        f"load at the start {machine['load']:.1f}; {versions}."
-        + (f" All but {measured_now} {data['kept']}." if "kept" in data else "")
+        f"Made by `bench/run.py --{data['mode']}` on {data['date']}. {machine['cpu']}, {machine['cores']} cores; "
+        f"{versions}. Measured (day, load at the start): {runs(data['rows'])}."
     )
     meaning = (
         "One core, CPU time of the computation without start-up and compilation; the smallest of up to five runs. "
@@ -184,6 +256,15 @@ def markdown(data):
     lines = ["# Torsional gear pair: cost and error of several codes", "", made, "", meaning, ""]
     lines += ["![error against cost](report.png)", "", choice, "", *summary(data), ""]
     lines += ["See also [what each part costs](ablation.md) and [ranks and memory](ranks.md).", ""]
+    lines += ["## DOP853 with events beside the peers at equal error", ""]
+    lines += [
+        f"P3. Each code at its cheapest setting with all regular speeds right, that is with errors ≤ {cases.RIGHT:g}; "
+        "then how many times as long razy's DOP853 takes at its own cheapest such setting, and at one whose worst "
+        "error is no larger.",
+        "",
+        *equal_error_table(data),
+        "",
+    ]
     if data["missing"]:
         lines += ["Not measured: " + "; ".join(f"{k} – {v}" for k, v in data["missing"].items()) + ".", ""]
     if data["failed"]:

@@ -1,7 +1,8 @@
 /* Peer: SUNDIALS CVODE (Adams, BDF) and ARKODE (explicit Runge-Kutta) with root finding.
  *
- * usage: sundials p2|p3 METHOD:TREATMENT:RTOL FIRST LAST STEP OUTPUT
- *   METHOD     adams, bdf (CVODE); dopri5, verner8, fehlberg13 (ARKODE ERKStep)
+ * usage: sundials p2|p3 METHOD:FORM:TREATMENT:RTOL FIRST LAST STEP OUTPUT
+ *   METHOD     adams, bdf (CVODE); dopri5, cashkarp, verner8, fehlberg13 (ARKODE ERKStep)
+ *   FORM       full, relative (gear_pair.h)
  *   TREATMENT  events   stop at every change of contact, restart with the new contact state
  *              through  integrate over the kinks of the mesh force, leaving them to the step size control
  */
@@ -19,14 +20,13 @@
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 #include <time.h>
 
-static const double inertia[4] = {0.1, 0.00794, 0.00794, 0.1};
-static const double shaft = 6.2905e4, damping_factor = 5e-4, radius = 0.08, mesh = 8e8, backlash = 1e-4;
-static const double error_sine = 5e-5, teeth = 40.0, torque = 100.0;
+#include "gear_pair.h"
 
 typedef struct {
     double omega;
     bool through; /* contact follows from d, else from side */
     int side;
+    bool relative;
 } model_t;
 
 static void check(int flag, const char *call)
@@ -37,14 +37,9 @@ static void check(int flag, const char *call)
     }
 }
 
-static double deformation(double t, const double *y, const model_t *m)
+static double gap(double t, const double *y, const model_t *m)
 {
-    return radius * (y[1] - y[2]) + error_sine * sin(m->omega * t);
-}
-
-static double deformation_rate(double t, const double *y, const model_t *m)
-{
-    return radius * (y[5] - y[6]) + error_sine * m->omega * cos(m->omega * t);
+    return deformation(m->relative, m->omega, t, y);
 }
 
 static int contact(double d, const model_t *m)
@@ -57,17 +52,9 @@ static int rhs(double t, N_Vector state, N_Vector rate, void *data)
 {
     const model_t *m = data;
     const double *y = N_VGetArrayPointer(state);
-    double *f = N_VGetArrayPointer(rate);
-    double d = deformation(t, y, m);
-    int side = contact(d, m);
-    double force = side == 0 ? 0.0 : (side > 0 ? mesh * d : mesh * (d + backlash));
-    double shaft1 = shaft * (y[0] - y[1] + damping_factor * (y[4] - y[5]));
-    double shaft2 = shaft * (y[2] - y[3] + damping_factor * (y[6] - y[7]));
-    for (int i = 0; i < 4; ++i) f[i] = y[4 + i];
-    f[4] = (torque - shaft1) / inertia[0];
-    f[5] = (shaft1 - radius * force) / inertia[1];
-    f[6] = (radius * force - shaft2) / inertia[2];
-    f[7] = (shaft2 - torque) / inertia[3];
+    double d = m->through || m->side != 0 ? gap(t, y, m) : 0.0, force = mesh_force(d, contact(d, m));
+    if (m->relative) relative_equations(force, y, N_VGetArrayPointer(rate));
+    else full_equations(force, y, N_VGetArrayPointer(rate));
     return 0;
 }
 
@@ -75,18 +62,21 @@ static int jacobian(double t, N_Vector state, N_Vector rate, SUNMatrix jac, void
 {
     (void)rate; (void)w1; (void)w2; (void)w3;
     const model_t *m = data;
-    double stiffness = contact(deformation(t, N_VGetArrayPointer(state), m), m) == 0 ? 0.0 : mesh * radius * radius;
+    bool open = contact(gap(t, N_VGetArrayPointer(state), m), m) == 0;
+    double stiffness = open ? 0.0 : mesh * radius * radius;
     double k[4][4] = {{shaft, -shaft, 0, 0},
                       {-shaft, shaft + stiffness, -stiffness, 0},
                       {0, -stiffness, shaft + stiffness, -shaft},
                       {0, 0, -shaft, shaft}};
     double b[4][4] = {{shaft, -shaft, 0, 0}, {-shaft, shaft, 0, 0}, {0, 0, shaft, -shaft}, {0, 0, -shaft, shaft}};
+    int half = m->relative ? 2 : 4;
+    if (m->relative) k[1][1] += stiffness;
     SUNMatZero(jac);
-    for (int i = 0; i < 4; ++i) {
-        SM_ELEMENT_D(jac, i, 4 + i) = 1.0;
-        for (int j = 0; j < 4; ++j) {
-            SM_ELEMENT_D(jac, 4 + i, j) = -k[i][j] / inertia[i];
-            SM_ELEMENT_D(jac, 4 + i, 4 + j) = -damping_factor * b[i][j] / inertia[i];
+    for (int i = 0; i < half; ++i) {
+        SM_ELEMENT_D(jac, i, half + i) = 1.0;
+        for (int j = 0; j < half; ++j) {
+            SM_ELEMENT_D(jac, half + i, j) = -k[i][j] / inertia[i];
+            SM_ELEMENT_D(jac, half + i, half + j) = -damping_factor * b[i][j] / inertia[i];
         }
     }
     return 0;
@@ -95,7 +85,7 @@ static int jacobian(double t, N_Vector state, N_Vector rate, SUNMatrix jac, void
 /* Roots: rate of d (extrema) when asked; then the two boundaries of the gap. */
 static int roots_events(double t, N_Vector state, double *g, void *data)
 {
-    double d = deformation(t, N_VGetArrayPointer(state), data);
+    double d = gap(t, N_VGetArrayPointer(state), data);
     g[0] = d;
     g[1] = d + backlash;
     return 0;
@@ -103,7 +93,8 @@ static int roots_events(double t, N_Vector state, double *g, void *data)
 
 static int roots_extrema(double t, N_Vector state, double *g, void *data)
 {
-    g[0] = deformation_rate(t, N_VGetArrayPointer(state), data);
+    const model_t *m = data;
+    g[0] = deformation_rate(m->relative, m->omega, t, N_VGetArrayPointer(state));
     return 0;
 }
 
@@ -152,7 +143,7 @@ static void integrate(solver_t *s, double *t, double t_to, bool extrema, double 
         int found[3] = {0, 0, 0};
         check(s->erk ? ERKStepGetRootInfo(s->memory, found) : CVodeGetRootInfo(s->memory, found), "root info");
         if (extrema && found[0] != 0)
-            fprintf(out, "x %.17g %.17g %.17g %d\n", rpm, *t, deformation(*t, N_VGetArrayPointer(s->state), s->model),
+            fprintf(out, "x %.17g %.17g %.17g %d\n", rpm, *t, gap(*t, N_VGetArrayPointer(s->state), s->model),
                     -found[0]);
         const int *boundary = extrema ? found + 1 : found;
         if (s->model->through || (boundary[0] == 0 && boundary[1] == 0)) continue;
@@ -169,19 +160,21 @@ static void integrate(solver_t *s, double *t, double t_to, bool extrema, double 
 int main(int argc, char **argv)
 {
     if (argc != 7) {
-        fprintf(stderr, "usage: sundials p2|p3 METHOD:TREATMENT:RTOL FIRST LAST STEP OUTPUT\n");
+        fprintf(stderr, "usage: sundials p2|p3 METHOD:FORM:TREATMENT:RTOL FIRST LAST STEP OUTPUT\n");
         return 2;
     }
     bool p2 = strcmp(argv[1], "p2") == 0;
-    char method[32], treatment[32];
+    char method[32], form[32], treatment[32];
     double rtol, first = atof(argv[3]), last = atof(argv[4]), step = atof(argv[5]);
-    if (sscanf(argv[2], "%31[^:]:%31[^:]:%lf", method, treatment, &rtol) != 3 || !(step > 0)) {
+    if (sscanf(argv[2], "%31[^:]:%31[^:]:%31[^:]:%lf", method, form, treatment, &rtol) != 4 || !(step > 0)) {
         fprintf(stderr, "bad setting %s\n", argv[2]);
         return 2;
     }
-    bool bdf = strcmp(method, "bdf") == 0, erk = !bdf && strcmp(method, "adams") != 0;
+    bool bdf = strcmp(method, "bdf") == 0, erk = !bdf && strcmp(method, "adams") != 0, relative = strcmp(form, "relative") == 0;
+    int size = relative ? relative_size : full_size;
     ARKODE_ERKTableID table = ARKODE_ERK_NONE;
     if (strcmp(method, "dopri5") == 0) table = ARKODE_DORMAND_PRINCE_7_4_5;
+    if (strcmp(method, "cashkarp") == 0) table = ARKODE_CASH_KARP_6_4_5;
     if (strcmp(method, "verner8") == 0) table = ARKODE_VERNER_8_5_6;
     if (strcmp(method, "fehlberg13") == 0) table = ARKODE_FEHLBERG_13_7_8;
     if (erk && table == ARKODE_ERK_NONE) { fprintf(stderr, "unknown method %s\n", method); return 2; }
@@ -191,14 +184,14 @@ int main(int argc, char **argv)
     clock_t start = clock();
     SUNContext context;
     check(SUNContext_Create(NULL, &context), "SUNContext_Create");
-    N_Vector state = N_VNew_Serial(8, context), tolerance = N_VNew_Serial(8, context);
+    N_Vector state = N_VNew_Serial(size, context), tolerance = N_VNew_Serial(size, context);
     double *y = N_VGetArrayPointer(state), *atol = N_VGetArrayPointer(tolerance);
-    for (int i = 0; i < 8; ++i) atol[i] = rtol * (i < 4 ? 1e-3 : 1.0); /* sizes: 1e-3 rad, 1 rad/s */
+    for (int i = 0; i < size; ++i) atol[i] = rtol * scale(relative, i);
     SUNMatrix matrix = NULL;
     SUNLinearSolver linear = NULL;
     SUNNonlinearSolver nonlinear = NULL;
     if (bdf) {
-        matrix = SUNDenseMatrix(8, 8, context);
+        matrix = SUNDenseMatrix(size, size, context);
         linear = SUNLinSol_Dense(state, matrix, context);
     } else if (!erk) {
         nonlinear = SUNNonlinSol_FixedPoint(state, 0, context);
@@ -208,10 +201,8 @@ int main(int argc, char **argv)
     int speeds = (int)floor((last - first) / step + 0.5) + 1;
     for (int i = 0; i < speeds; ++i) {
         double rpm = first + i * step, t = 0.0;
-        model_t model = {teeth * acos(-1.0) * rpm / 30.0, strcmp(treatment, "through") == 0, 1};
-        double twist = torque / shaft, closing = torque / (mesh * radius * radius);
-        double equilibrium[4] = {closing / 2 + twist, closing / 2, -closing / 2, -closing / 2 - twist};
-        for (int j = 0; j < 4; ++j) { y[j] = equilibrium[j]; y[4 + j] = 0.0; }
+        model_t model = {mesh_frequency(rpm), strcmp(treatment, "through") == 0, 1, relative};
+        start_at_rest(relative, y);
         solver_t s = {NULL, erk, &model, state};
         if (erk) {
             s.memory = ERKStepCreate(rhs, t, state, context);
@@ -235,19 +226,19 @@ int main(int argc, char **argv)
         }
         if (!model.through) set_roots(&s, false);
         if (p2) {
-            set_stop(&s, 0.2);
-            for (int j = 0; j <= 2000; ++j) {
-                double t_grid = 0.2 * j / 2000;
+            set_stop(&s, p2_end);
+            for (int j = 0; j < p2_points; ++j) {
+                double t_grid = p2_end * j / (p2_points - 1);
                 integrate(&s, &t, t_grid, false, rpm, NULL, out, &events);
-                fprintf(out, "d %.17g %.17g\n", t, deformation(t, y, &model));
+                fprintf(out, "d %.17g %.17g\n", t, gap(t, y, &model));
             }
         } else {
-            set_stop(&s, 0.25);
-            integrate(&s, &t, 0.25, false, rpm, NULL, NULL, &events);
+            set_stop(&s, p3_from);
+            integrate(&s, &t, p3_from, false, rpm, NULL, NULL, &events);
             restart(&s, t);
             set_roots(&s, true);
-            set_stop(&s, 0.3);
-            integrate(&s, &t, 0.3, true, rpm, out, NULL, &events);
+            set_stop(&s, p3_end);
+            integrate(&s, &t, p3_end, true, rpm, out, NULL, &events);
         }
         if (erk) ERKStepFree(&s.memory);
         else CVodeFree(&s.memory);
