@@ -31,6 +31,8 @@ module razy_integrate_response
       !> What a coefficient of order 0 would be if form and mode were parallel (amplitudes, forms), the largest of each
       !> form, and its constant (forms).
       real(wp), allocatable :: reach(:, :), longest_reach(:), reach_constant(:)
+      !> Lengths of the forms on displacements and velocities (2, forms).
+      real(wp), allocatable :: length(:, :)
       !> On rigid modes and their rates (rigid, forms).
       real(wp), allocatable :: rigid_y(:, :), rigid_v(:, :)
       !> On dense states, orders 0…5 (nx, 0:5, forms).
@@ -189,6 +191,7 @@ contains
       call shape_matrix(self%size4, n, self%forms)
       call shape_matrix(self%reach, n, self%forms)
       self%reach_constant = [(reach_of(forms(j), response%constant), j=1, size(forms))]
+      call shape_matrix(self%length, 2, self%forms)
       call shape_matrix(self%rigid_y, response%rigid, self%forms)
       call shape_matrix(self%rigid_v, response%rigid, self%forms)
       if (allocated(self%re)) deallocate (self%re, self%im, self%dense, self%longest_reach)
@@ -210,6 +213,7 @@ contains
                coefficient = coefficient*response%exponent(i)
             end do
          end do
+         self%length(:, j) = [norm2(forms(j)%on_y), norm2(forms(j)%on_v)]
          self%longest_reach(j) = maxval([0.0_wp, self%reach(:, j)])
          self%rigid_y(:, j) = matmul(forms(j)%on_y, response%rigid_mode)
          self%rigid_v(:, j) = matmul(forms(j)%on_v, response%rigid_mode)

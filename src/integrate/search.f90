@@ -11,9 +11,9 @@ module razy_integrate_search
    use razy_core_kinds, only: i8, wp
    use razy_integrate_cursor, only: copy, cursor_t, move_to, reserve, step
    use razy_integrate_forms, only: size_of, value_and_slope, value_of
+   use razy_integrate_on_bound, only: sort_on_bound
    use razy_integrate_refine, only: refine_root, watched_t
    use razy_integrate_response, only: coarsest_level, finest_level, response_t, rows_t
-   use razy_integrate_rounding_floor, only: small, within_rounding
    use razy_integrate_sign_proof, only: proved_curvature, proved_margin, proved_monotone
    implicit none(type, external)
    private
@@ -35,8 +35,6 @@ module razy_integrate_search
       integer :: room(3) = -1
       !> Moduli of the amplitudes at the last exact evaluation.
       real(wp), allocatable :: modulus(:)
-      !> Times closer than this, s, are the same.
-      real(wp) :: resolution = 0.0_wp
       !> Steps are 2^-level s.
       integer :: level = 10
       !> Steps tried and halvings among them.
@@ -67,15 +65,14 @@ contains
       type(watched_t), intent(inout) :: watched(:)
       type(exit_t), intent(out) :: found
 
-      integer :: i, since_resync
+      integer :: i, leaves, since_resync
       logical :: decided, roomy
 
-      call prepare(self, response, rows, start, tau_from, watched)
+      call prepare(self, response, rows, start, tau_from, tau_end, watched, leaves)
       do i = 1, size(watched)
          if (watched(i)%resting) cycle
          if (watched(i)%from_zero) watched(i)%f0 = 0.0_wp
-         ! What is back on its bound before the next time that can be told apart has been crossed together with the last event.
-         if (watched(i)%f0 < -watched(i)%noise .and. -watched(i)%f0 > self%resolution*watched(i)%g0) then
+         if (i == leaves .or. watched(i)%f0 < -watched(i)%noise) then
             found = exit_t(i, tau_from)
             call move_to(start, response, tau_from, self%probe)
             return
@@ -287,13 +284,15 @@ contains
       if (response%growing) self%level = max(self%level, exponent(maxval(real(response%exponent))))
    end subroutine accept
 
-   subroutine prepare(self, response, rows, start, tau_from, watched)
+   !> The first point, and what starts on its bound: `leaves`, a function that leaves at once, or 0.
+   subroutine prepare(self, response, rows, start, tau_from, tau_end, watched, leaves)
       type(search_t), intent(inout) :: self
       type(response_t), intent(in) :: response
       type(rows_t), intent(in) :: rows
       type(cursor_t), intent(in) :: start
-      real(wp), intent(in) :: tau_from
+      real(wp), intent(in) :: tau_from, tau_end
       type(watched_t), intent(inout) :: watched(:)
+      integer, intent(out) :: leaves
 
       if (any(self%room < [response%amplitudes, response%rigid, response%nx])) call make_room(self, response)
       if (tau_from > 0.0_wp) then
@@ -302,35 +301,8 @@ contains
          call copy(start, response, self%point(self%now))
       end if
       call renew(self, response, rows, watched)
-      call find_resting(self, response, rows, watched)
+      call sort_on_bound(rows, response, self%point(self%now), self%modulus, tau_end - tau_from, watched, leaves)
    end subroutine prepare
-
-   !> Find the functions that cannot leave the rounding of the state about their bound: their signs mean nothing, and as no
-   !> amplitude grows they stay so until the piece ends.
-   pure subroutine find_resting(self, response, rows, watched)
-      type(search_t), intent(in) :: self
-      type(response_t), intent(in) :: response
-      type(rows_t), intent(in) :: rows
-      type(watched_t), intent(inout) :: watched(:)
-
-      real(wp) :: motion
-      integer :: i
-
-      watched%resting = watched%at_rest
-      if (response%growing .or. response%rigid > 0 .or. response%nx > 0) return
-      motion = 0.0_wp
-      do i = 1, response%amplitudes
-         motion = motion + self%modulus(i)
-      end do
-      do i = 1, size(watched)
-         associate (w => watched(i))
-            ! Most functions are far too large, which this sees at once.
-            if (w%resting .or. w%order > 0) cycle
-            if (w%scale > small*(rows%longest_reach(w%form)*motion + rows%reach_constant(w%form))) cycle
-            w%resting = within_rounding(response, rows, self%modulus, w%form, w%scale)
-         end associate
-      end do
-   end subroutine find_resting
 
    !> Fit the workspace to a response that is larger than those before.
    subroutine make_room(self, response)

@@ -1,0 +1,96 @@
+!! Watched functions that are on their bounds at the start of a piece: which way they go.
+!!
+!! A function that is nearer to its bound than it is known has no sign: the start of a motion, contacts that close or open
+!! together, a body that rests with neither gap nor force. Its first derivative that is known says whether it leaves at once or moves
+!! inwards; if none is known and all of its motion is rounding, it is at rest on its bound until the piece ends.
+module razy_integrate_on_bound
+   use razy_core_kinds, only: wp
+   use razy_integrate_cursor, only: cursor_t
+   use razy_integrate_forms, only: value_of
+   use razy_integrate_refine, only: watched_t
+   use razy_integrate_response, only: response_t, rows_t
+   use razy_integrate_rounding_floor, only: farthest, floor_of, new_state_errors, small, state_errors_t
+   implicit none(type, external)
+   private
+
+   public :: sort_on_bound
+
+contains
+
+   !> Look at the functions `watched(:)`, whose values at `point` are known, before a piece of `span` s; `modulus` are the moduli of
+   !> the amplitudes. `leaves`: the number of a function that leaves at once, or 0.
+   pure subroutine sort_on_bound(rows, response, point, modulus, span, watched, leaves)
+      type(rows_t), intent(in) :: rows
+      type(response_t), intent(in) :: response
+      type(cursor_t), intent(in) :: point
+      real(wp), intent(in) :: modulus(:), span
+      type(watched_t), intent(inout) :: watched(:)
+      integer, intent(out) :: leaves
+
+      type(state_errors_t) :: errors
+      real(wp) :: motion
+      integer :: i, direction
+
+      leaves = 0
+      watched%resting = watched%at_rest
+      if (all(watched%order > 0)) return
+      motion = 0.0_wp
+      do i = 1, response%amplitudes
+         motion = motion + modulus(i)
+      end do
+      do i = 1, size(watched)
+         associate (w => watched(i))
+            if (w%resting .or. w%from_zero .or. w%order > 0) cycle
+            ! Most functions are far too large, which this sees at once.
+            if (abs(w%f0) > small*(rows%longest_reach(w%form)*motion + rows%reach_constant(w%form) + w%scale)) cycle
+            if (.not. allocated(errors%term)) call new_state_errors(errors, response, point, modulus)
+            w%floor = max(w%floor, floor_of(errors, rows, response, point, modulus, w%form, 0, 0.0_wp))
+            w%noise = max(w%noise, w%floor)
+            if (abs(w%f0) > w%noise) cycle
+            direction = way(rows, response, point, modulus, errors, w)
+            if (direction < 0 .and. leaves == 0) leaves = i
+            if (direction /= 0) cycle
+            w%resting = stays_rounding(rows, response, point, modulus, errors, w, span)
+         end associate
+      end do
+   end subroutine sort_on_bound
+
+   !> +1 inwards, -1 outwards, by the first derivative of a function that is not rounding; 0 if there is none.
+   pure function way(rows, response, point, modulus, errors, w) result(direction)
+      type(rows_t), intent(in) :: rows
+      type(response_t), intent(in) :: response
+      type(cursor_t), intent(in) :: point
+      real(wp), intent(in) :: modulus(:)
+      type(state_errors_t), intent(in) :: errors
+      type(watched_t), intent(in) :: w
+      integer :: direction
+
+      real(wp) :: derivative
+      integer :: p
+
+      direction = 0
+      do p = 1, 4
+         derivative = w%side*value_of(rows, response, point, w%form, p)
+         if (abs(derivative) <= floor_of(errors, rows, response, point, modulus, w%form, p, 0.0_wp)) cycle
+         direction = nint(sign(1.0_wp, derivative))
+         return
+      end do
+   end function way
+
+   !> Whether all of a function's motion is rounding for `span` s.
+   pure function stays_rounding(rows, response, point, modulus, errors, w, span) result(stays)
+      type(rows_t), intent(in) :: rows
+      type(response_t), intent(in) :: response
+      type(cursor_t), intent(in) :: point
+      real(wp), intent(in) :: modulus(:), span
+      type(state_errors_t), intent(in) :: errors
+      type(watched_t), intent(in) :: w
+      logical :: stays
+
+      stays = .not. response%growing .and. response%nx == 0
+      if (.not. stays) return
+      stays = farthest(rows, response, point, modulus, w%form, w%bound, span) &
+              <= floor_of(errors, rows, response, point, modulus, w%form, 0, span)
+   end function stays_rounding
+
+end module razy_integrate_on_bound
