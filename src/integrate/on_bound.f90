@@ -9,7 +9,7 @@ module razy_integrate_on_bound
    use razy_integrate_forms, only: value_of
    use razy_integrate_refine, only: watched_t
    use razy_integrate_response, only: response_t, rows_t
-   use razy_integrate_rounding_floor, only: farthest, floor_of, new_state_errors, small, state_errors_t
+   use razy_integrate_rounding_floor, only: farthest, floor_of, new_state_errors, parts_of_floor, small, state_errors_t
    implicit none(type, external)
    private
 
@@ -21,15 +21,16 @@ contains
    !> the amplitudes. `leaves`: the number of a function that leaves at once, or 0.
    pure subroutine sort_on_bound(rows, response, point, modulus, span, watched, leaves)
       type(rows_t), intent(in) :: rows
-      type(response_t), intent(in) :: response
+      type(response_t), intent(inout) :: response
       type(cursor_t), intent(in) :: point
       real(wp), intent(in) :: modulus(:), span
       type(watched_t), intent(inout) :: watched(:)
       integer, intent(out) :: leaves
 
       type(state_errors_t) :: errors
-      real(wp) :: motion
+      real(wp) :: motion, part(response%amplitudes)
       integer :: i, direction
+      logical :: still
 
       leaves = 0
       watched%resting = watched%at_rest
@@ -38,59 +39,50 @@ contains
       do i = 1, response%amplitudes
          motion = motion + modulus(i)
       end do
+      still = .not. response%growing .and. response%nx == 0
       do i = 1, size(watched)
          associate (w => watched(i))
             if (w%resting .or. w%from_zero .or. w%order > 0) cycle
             ! Most functions are far too large, which this sees at once.
             if (abs(w%f0) > small*(rows%longest_reach(w%form)*motion + rows%reach_constant(w%form) + w%scale)) cycle
             if (.not. allocated(errors%term)) call new_state_errors(errors, response, point, modulus)
-            w%floor = max(w%floor, floor_of(errors, rows, response, point, modulus, w%form, 0, 0.0_wp))
+            call parts_of_floor(errors, rows, response, modulus, w%form, part)
+            w%floor = max(w%floor, floor_of(errors, rows, response, point, part, w%form, 0, 0.0_wp))
             w%noise = max(w%noise, w%floor)
             if (abs(w%f0) > w%noise) cycle
-            direction = way(rows, response, point, modulus, errors, w)
+            if (still) then
+               w%resting = farthest(rows, response, point, modulus, w%form, w%bound, span) &
+                           <= floor_of(errors, rows, response, point, part, w%form, 0, span)
+               if (w%resting) cycle
+            end if
+            call find_way(rows, response, point, errors, part, w, direction)
             if (direction < 0 .and. leaves == 0) leaves = i
-            if (direction /= 0) cycle
-            w%resting = stays_rounding(rows, response, point, modulus, errors, w, span)
          end associate
       end do
    end subroutine sort_on_bound
 
-   !> +1 inwards, -1 outwards, by the first derivative of a function that is not rounding; 0 if there is none.
-   pure function way(rows, response, point, modulus, errors, w) result(direction)
+   !> +1 inwards, -1 outwards, by the first derivative of a function that is not rounding; 0 if there is none. `part` is the
+   !> rounding that the amplitudes give to the value.
+   pure subroutine find_way(rows, response, point, errors, part, w, direction)
       type(rows_t), intent(in) :: rows
       type(response_t), intent(in) :: response
       type(cursor_t), intent(in) :: point
-      real(wp), intent(in) :: modulus(:)
       type(state_errors_t), intent(in) :: errors
+      real(wp), intent(inout) :: part(:)
       type(watched_t), intent(in) :: w
-      integer :: direction
+      integer, intent(out) :: direction
 
       real(wp) :: derivative
       integer :: p
 
       direction = 0
       do p = 1, 4
+         part = part*response%modulus
          derivative = w%side*value_of(rows, response, point, w%form, p)
-         if (abs(derivative) <= floor_of(errors, rows, response, point, modulus, w%form, p, 0.0_wp)) cycle
+         if (abs(derivative) <= floor_of(errors, rows, response, point, part, w%form, p, 0.0_wp)) cycle
          direction = nint(sign(1.0_wp, derivative))
          return
       end do
-   end function way
-
-   !> Whether all of a function's motion is rounding for `span` s.
-   pure function stays_rounding(rows, response, point, modulus, errors, w, span) result(stays)
-      type(rows_t), intent(in) :: rows
-      type(response_t), intent(in) :: response
-      type(cursor_t), intent(in) :: point
-      real(wp), intent(in) :: modulus(:), span
-      type(state_errors_t), intent(in) :: errors
-      type(watched_t), intent(in) :: w
-      logical :: stays
-
-      stays = .not. response%growing .and. response%nx == 0
-      if (.not. stays) return
-      stays = farthest(rows, response, point, modulus, w%form, w%bound, span) &
-              <= floor_of(errors, rows, response, point, modulus, w%form, 0, span)
-   end function stays_rounding
+   end subroutine find_way
 
 end module razy_integrate_on_bound

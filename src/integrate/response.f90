@@ -59,7 +59,9 @@ module razy_integrate_response
       real(wp), allocatable :: constant(:), from_re(:, :), from_im(:, :)
       !> a = to_re z + i to_im z for the terms (2m, terms), z without constant and tones.
       real(wp), allocatable :: to_re(:, :), to_im(:, :)
-      !> The same transposed (terms, 2m), for large models only.
+      !> Moduli of `from` and `to`, made when they are asked for.
+      real(wp), allocatable :: from_size(:, :), to_size(:, :)
+      !> `to` transposed (terms, 2m), for large models only.
       real(wp), allocatable :: into_re(:, :), into_im(:, :)
       !> Rigid modes (m, rigid) and the constant force on each.
       real(wp), allocatable :: rigid_mode(:, :), rigid_force(:)
@@ -107,6 +109,7 @@ contains
          self%from_re(:, self%terms + t) = real(particular)
          self%from_im(:, self%terms + t) = -aimag(particular)
       end do
+      if (allocated(self%from_size)) deallocate (self%from_size, self%to_size)
       self%to_re = transpose(real(basis%to_term))
       self%to_im = transpose(aimag(basis%to_term))
       if (self%terms >= wide) then

@@ -12,7 +12,7 @@ module razy_integrate_rounding_floor
    implicit none(type, external)
    private
 
-   public :: floor_of, farthest, new_state_errors, small, state_errors_t
+   public :: farthest, floor_of, new_state_errors, parts_of_floor, small, state_errors_t
 
    !> Errors of what a cursor holds of a state: of terms, rigid modes and their rates, dense states (their length).
    type :: state_errors_t
@@ -30,19 +30,21 @@ contains
    !> Errors of the state at `point`, where `modulus` are the moduli of the amplitudes.
    pure subroutine new_state_errors(self, response, point, modulus)
       type(state_errors_t), intent(out) :: self
-      type(response_t), intent(in) :: response
+      type(response_t), intent(inout) :: response
       type(cursor_t), intent(in) :: point
       real(wp), intent(in) :: modulus(:)
 
       real(wp) :: state(2*response%m)
-      integer :: i, k, m
+      integer :: k, m
 
+      if (.not. allocated(response%from_size)) then
+         response%from_size = sqrt(response%from_re**2 + response%from_im**2)
+         response%to_size = sqrt(response%to_re**2 + response%to_im**2)
+      end if
       m = response%m
       state = abs(response%constant)
       do k = 1, response%amplitudes
-         do i = 1, 2*m
-            state(i) = state(i) + hypot(response%from_re(i, k), response%from_im(i, k))*modulus(k)
-         end do
+         state = state + response%from_size(:, k)*modulus(k)
       end do
       do k = 1, response%rigid
          state(:m) = state(:m) + abs(response%rigid_mode(:, k)*point%rigid(k))
@@ -50,42 +52,57 @@ contains
       end do
       allocate (self%term(response%terms), self%rigid(response%rigid), self%rate(response%rigid))
       do k = 1, response%terms
-         self%term(k) = rounding*sum(hypot(response%to_re(:, k), response%to_im(:, k))*state)
+         self%term(k) = rounding*dot_product(response%to_size(:, k), state)
       end do
       do k = 1, response%rigid
-         self%rigid(k) = rounding*sum(abs(response%rigid_mode(:, k))*state(:m))
-         self%rate(k) = rounding*sum(abs(response%rigid_mode(:, k))*state(m + 1:))
+         self%rigid(k) = rounding*dot_product(abs(response%rigid_mode(:, k)), state(:m))
+         self%rate(k) = rounding*dot_product(abs(response%rigid_mode(:, k)), state(m + 1:))
       end do
       if (response%nx > 0) self%dense = rounding*norm2(point%dense(:response%nx))
    end subroutine new_state_errors
 
-   !> Rounding in the derivative of order p (0…4) of form `j`, `later` s after `point`, if no amplitude grows until then.
-   pure function floor_of(self, rows, response, point, modulus, j, p, later) result(floor)
+   !> Rounding that each amplitude gives to the value of form `j` (amplitudes); times the exponents' moduli, to its next derivative.
+   pure subroutine parts_of_floor(self, rows, response, modulus, j, part)
+      type(state_errors_t), intent(in) :: self
+      type(rows_t), intent(in) :: rows
+      type(response_t), intent(in) :: response
+      real(wp), intent(in) :: modulus(:)
+      integer, intent(in) :: j
+      real(wp), intent(out) :: part(:)
+
+      integer :: k
+
+      do k = 1, response%amplitudes
+         part(k) = rounding*rows%reach(k, j)*modulus(k)
+      end do
+      do k = 1, response%terms
+         part(k) = part(k) + rows%size0(k, j)*self%term(k)
+      end do
+   end subroutine parts_of_floor
+
+   !> Rounding in the derivative of order p (0…4) of form `j`, `later` s after `point`, if no amplitude grows until then. `part`
+   !> is what the amplitudes give to it.
+   pure function floor_of(self, rows, response, point, part, j, p, later) result(floor)
       type(state_errors_t), intent(in) :: self
       type(rows_t), intent(in) :: rows
       type(response_t), intent(in) :: response
       type(cursor_t), intent(in) :: point
-      real(wp), intent(in) :: modulus(:), later
+      real(wp), intent(in) :: part(:), later
       integer, intent(in) :: j, p
       real(wp) :: floor
 
-      real(wp) :: part
+      real(wp) :: rate
       integer :: k
 
-      floor = 0.0_wp
-      if (p == 0) floor = rounding*(rows%reach_constant(j) + abs(rows%constant(j)))
-      do k = 1, response%amplitudes
-         part = rounding*rows%reach(k, j)*modulus(k)
-         if (k <= response%terms) part = part + rows%size0(k, j)*self%term(k)
-         floor = floor + part*response%modulus(k)**p
-      end do
+      floor = sum(part)
+      if (p == 0) floor = floor + rounding*(rows%reach_constant(j) + abs(rows%constant(j)))
       associate (length => rows%length(:, j))
          do k = 1, response%rigid
             associate (y => abs(rows%rigid_y(k, j)), v => abs(rows%rigid_v(k, j)), force => abs(response%rigid_force(k)))
-               part = abs(point%rate(k)) + later*force
+               rate = abs(point%rate(k)) + later*force
                if (p == 0) floor = floor + y*(self%rigid(k) + later*self%rate(k)) + v*self%rate(k) &
-                                   + rounding*(length(1)*(abs(point%rigid(k)) + later*part) + length(2)*part)
-               if (p == 1) floor = floor + y*self%rate(k) + rounding*(length(1)*part + length(2)*force)
+                                   + rounding*(length(1)*(abs(point%rigid(k)) + later*rate) + length(2)*rate)
+               if (p == 1) floor = floor + y*self%rate(k) + rounding*(length(1)*rate + length(2)*force)
                if (p == 2) floor = floor + rounding*length(1)*force
             end associate
          end do

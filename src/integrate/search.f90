@@ -287,7 +287,7 @@ contains
    !> The first point, and what starts on its bound: `leaves`, a function that leaves at once, or 0.
    subroutine prepare(self, response, rows, start, tau_from, tau_end, watched, leaves)
       type(search_t), intent(inout) :: self
-      type(response_t), intent(in) :: response
+      type(response_t), intent(inout) :: response
       type(rows_t), intent(in) :: rows
       type(cursor_t), intent(in) :: start
       real(wp), intent(in) :: tau_from, tau_end
