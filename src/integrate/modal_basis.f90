@@ -30,12 +30,14 @@ module razy_integrate_modal_basis
 contains
 
    !> The modes of y'' + damping y' + stiffness y; `omega` are the frequencies of excitation, rad/s. `rigid` (m, r): orthonormal
-   !> modes without stiffness, if they are known better than the eigenproblem gives them.
-   subroutine new_modal_basis(self, stiffness, damping, omega, rigid)
+   !> modes without stiffness, if they are known better than the eigenproblem gives them. `impacts`: the machine has some.
+   subroutine new_modal_basis(self, stiffness, damping, omega, rigid, impacts)
       type(modal_basis_t), intent(out) :: self
       real(wp), intent(in) :: stiffness(:, :), damping(:, :), omega(:)
       real(wp), intent(in), optional :: rigid(:, :)
+      logical, intent(in), optional :: impacts
 
+      logical :: finely
       integer :: set(size(damping, 1)), i, j, m
       integer, allocatable :: members(:)
 
@@ -52,7 +54,9 @@ contains
          call add_set(self, stiffness, damping, members, omega, rigid)
          if (self%info /= 0) return
       end do
-      call set_aside(self, omega)
+      finely = .false.
+      if (present(impacts)) finely = impacts
+      call set_aside(self, omega, finely)
    end subroutine new_modal_basis
 
    !> Add the modes of the coordinates `set`, which are coupled with no other.

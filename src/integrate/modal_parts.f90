@@ -36,26 +36,32 @@ module razy_integrate_modal_parts
 
    !> Slower than this part of the fastest mode one of many modes is followed without its particular solution.
    real(wp), parameter :: slow_of_many = 1.0e-6_wp
+   !> The same with impacts: flights that become ever shorter need s to the rounding of the state, and a particular solution in
+   !> which more than a digit cancels is not known so well.
+   real(wp), parameter :: slow_with_impacts = 0.1_wp
    !> Nearer than this, relative, to a frequency of excitation a mode is followed together with the excitation.
    real(wp), parameter :: near = 1.0e-3_wp
 
 contains
 
    !> Take out of the exponential terms what is too slow or too near to a frequency of excitation, `omega`, and follow each pair
-   !> of eigenvalues of that as a dense part of two states.
-   subroutine set_aside(self, omega)
+   !> of eigenvalues of that as a dense part of two states; with `impacts` that is more.
+   subroutine set_aside(self, omega, impacts)
       type(modal_basis_t), intent(inout) :: self
       real(wp), intent(in) :: omega(:)
+      logical, intent(in) :: impacts
 
       type(dense_modes_t) :: part
+      real(wp) :: slow
       logical :: aside(size(self%lambda)), near_by
       integer :: i
       integer, allocatable :: kept(:)
 
+      slow = merge(slow_with_impacts, slow_of_many, impacts)*self%fastest
       do i = 1, size(self%lambda)
          near_by = any_near(self%lambda(i:i), omega)
          self%resonant = self%resonant .or. near_by
-         aside(i) = near_by .or. abs(self%lambda(i)) <= slow_of_many*self%fastest
+         aside(i) = near_by .or. abs(self%lambda(i)) <= slow
          if (.not. aside(i)) cycle
          call alone(part, self%lambda(i), self%to_term(i, :), self%from_term(:, i))
          call append(self%dense, part)
