@@ -304,6 +304,7 @@ contains
          most = huge(1.0_wp)
          if (jumps%bounces%landing) most = max(jumps%bounces%tau, 0.0_wp)
          call follow(self, state, most, t_end, piece, found)
+         call jumps%take_sizes(state%contact, state%function, state%watched)
          call end_state(state, self%search%probe, self%z)
          outcome%pieces = outcome%pieces + 1
          lands = .not. piece%duration < most

@@ -10,7 +10,7 @@
 !! damping, gyroscopic or circulatory matrix couple form parts with a general eigenproblem of their own.
 module razy_integrate_modal_basis
    use razy_core_kinds, only: wp
-   use razy_integrate_modal_parts, only: any_near, append, dense_modes_t, modal_basis_t, set_aside
+   use razy_integrate_modal_parts, only: any_near, append, dense_modes_t, modal_basis_t, near, set_aside
    use razy_linalg_connected, only: connected_sets, linked
    use razy_linalg_eigen, only: general_eigen, symmetric_eigen
    implicit none(type, external)
@@ -36,13 +36,12 @@ contains
       real(wp), intent(in) :: stiffness(:, :), damping(:, :), omega(:)
       real(wp), intent(in), optional :: rigid(:, :)
       logical, intent(in), optional :: impacts
-
-      logical :: finely
       integer :: set(size(damping, 1)), i, j, m
       integer, allocatable :: members(:)
 
       m = size(damping, 1)
       self%m = m
+      if (present(impacts)) self%impacts = impacts
       allocate (self%lambda(0), self%to_term(0, 2*m), self%from_term(2*m, 0), self%rigid(m, 0), self%dense(0))
       if (m == 0) return
       set = 1
@@ -54,9 +53,7 @@ contains
          call add_set(self, stiffness, damping, members, omega, rigid)
          if (self%info /= 0) return
       end do
-      finely = .false.
-      if (present(impacts)) finely = impacts
-      call set_aside(self, omega, finely)
+      call set_aside(self, omega)
    end subroutine new_modal_basis
 
    !> Add the modes of the coordinates `set`, which are coupled with no other.
@@ -188,7 +185,7 @@ contains
       else if (s > many) then
          whole = condition > worst_of_many
       else
-         resonant = any_near(lambda, omega)
+         resonant = any_near(lambda, omega, near)
          whole = resonant .or. any(abs(lambda) <= slow*self%fastest) .or. condition > worst_condition
       end if
       if (whole) then

@@ -15,22 +15,25 @@ module razy_integrate_on_bound
 
    public :: sort_on_bound
 
+   !> A rate so many times its rounding takes a function out of its own rounding before it is looked at again.
+   real(wp), parameter :: firmly = 1.0e3_wp
+
 contains
 
-   !> Look at the functions `watched(:)`, whose values at `point` are known, before a piece of `span` s; `modulus` are the moduli of
-   !> the amplitudes. `leaves`: the number of a function that leaves at once, or 0.
-   pure subroutine sort_on_bound(rows, response, point, modulus, span, watched, leaves)
+   !> Look at the functions `watched(:)`, whose values at `point` are known, before a piece of `span` s that will be looked at in
+   !> steps of `step` s; `modulus` are the moduli of the amplitudes. `leaves`: the number of a function that leaves at once, or 0.
+   pure subroutine sort_on_bound(rows, response, point, modulus, step, span, watched, leaves)
       type(rows_t), intent(in) :: rows
       type(response_t), intent(inout) :: response
       type(cursor_t), intent(in) :: point
-      real(wp), intent(in) :: modulus(:), span
+      real(wp), intent(in) :: modulus(:), step, span
       type(watched_t), intent(inout) :: watched(:)
       integer, intent(out) :: leaves
 
       type(state_errors_t) :: errors
-      real(wp) :: motion, part(response%amplitudes)
+      real(wp) :: floor, motion, of_rate, part(response%amplitudes), size
       integer :: i, direction
-      logical :: still
+      logical :: rests, still
 
       leaves = 0
       watched%resting = watched%at_rest
@@ -40,29 +43,40 @@ contains
          motion = motion + modulus(i)
       end do
       still = .not. response%growing .and. response%nx == 0
-      do i = 1, size(watched)
+      do i = 1, ubound(watched, 1)
          associate (w => watched(i))
-            if (w%resting .or. w%from_zero .or. w%order > 0) cycle
-            ! Most functions are far too large, which this sees at once.
-            if (abs(w%f0) > small*(rows%longest_reach(w%form)*motion + rows%reach_constant(w%form) + w%scale)) cycle
+            if (w%resting .or. w%order > 0) cycle
+            ! Most functions are far too large, or will be, which this sees at once.
+            size = small*(rows%longest_reach(w%form)*motion + rows%reach_constant(w%form) + w%scale)
+            if (w%from_zero .and. w%g0*step > size .or. abs(w%f0) > size) cycle
             if (.not. allocated(errors%term)) call new_state_errors(errors, response, point, modulus)
             call parts_of_floor(errors, rows, response, modulus, w%form, part)
-            w%floor = max(w%floor, floor_of(errors, rows, response, point, part, w%form, 0, 0.0_wp))
-            w%noise = max(w%noise, w%floor)
-            if (abs(w%f0) > w%noise) cycle
-            if (still) then
-               w%resting = farthest(rows, response, point, modulus, w%form, w%bound, span) &
-                           <= floor_of(errors, rows, response, point, part, w%form, 0, span)
-               if (w%resting) cycle
+            floor = max(w%floor, floor_of(errors, rows, response, point, part, w%form, 0, 0.0_wp))
+            if (.not. w%from_zero .and. abs(w%f0) > max(w%noise, floor)) cycle
+            rests = still .and. .not. w%from_zero
+            if (rests) rests = farthest(rows, response, point, modulus, w%form, w%bound, span) &
+                               <= floor_of(errors, rows, response, point, part, w%form, 0, span)
+            w%resting = rests
+            if (rests) cycle
+            part = part*response%modulus
+            of_rate = floor_of(errors, rows, response, point, part, w%form, 1, 0.0_wp)
+            if (w%g0 > firmly*of_rate) then
+               w%f0 = max(w%f0, 0.0_wp)
+               cycle
             end if
-            call find_way(rows, response, point, errors, part, w, direction)
+            w%floor = floor
+            w%noise = max(w%noise, floor)
+            if (w%from_zero) cycle
+            direction = 0
+            if (w%g0 < -of_rate) direction = -1
+            if (abs(w%g0) <= of_rate) call find_way(rows, response, point, errors, part, w, direction)
             if (direction < 0 .and. leaves == 0) leaves = i
          end associate
       end do
    end subroutine sort_on_bound
 
-   !> +1 inwards, -1 outwards, by the first derivative of a function that is not rounding; 0 if there is none. `part` is the
-   !> rounding that the amplitudes give to the value.
+   !> +1 inwards, -1 outwards, by the first derivative beyond the rate that is not rounding; 0 if there is none. `part` is the
+   !> rounding that the amplitudes give to the rate.
    pure subroutine find_way(rows, response, point, errors, part, w, direction)
       type(rows_t), intent(in) :: rows
       type(response_t), intent(in) :: response
@@ -76,7 +90,7 @@ contains
       integer :: p
 
       direction = 0
-      do p = 1, 4
+      do p = 2, 4
          part = part*response%modulus
          derivative = w%side*value_of(rows, response, point, w%form, p)
          if (abs(derivative) <= floor_of(errors, rows, response, point, part, w%form, p, 0.0_wp)) cycle

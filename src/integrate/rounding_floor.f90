@@ -14,10 +14,11 @@ module razy_integrate_rounding_floor
 
    public :: farthest, floor_of, new_state_errors, parts_of_floor, small, state_errors_t
 
-   !> Errors of what a cursor holds of a state: of terms, rigid modes and their rates, dense states (their length).
+   !> Errors of what a cursor holds of a state: of terms, rigid modes and their rates, dense states (their length); of the
+   !> displacements and velocities that dense states give (their lengths).
    type :: state_errors_t
       real(wp), allocatable :: term(:), rigid(:), rate(:)
-      real(wp) :: dense = 0.0_wp
+      real(wp) :: dense = 0.0_wp, of_dense(2) = 0.0_wp
    end type state_errors_t
 
    !> What is smaller than this part of the terms it is the sum of is rounding.
@@ -58,7 +59,13 @@ contains
          self%rigid(k) = rounding*dot_product(abs(response%rigid_mode(:, k)), state(:m))
          self%rate(k) = rounding*dot_product(abs(response%rigid_mode(:, k)), state(m + 1:))
       end do
-      if (response%nx > 0) self%dense = rounding*norm2(point%dense(:response%nx))
+      if (response%nx == 0) return
+      self%dense = rounding*norm2(point%dense(:response%nx))
+      state = 0.0_wp
+      do k = 1, size(response%dense)
+         call response%dense(k)%add_state(point%dense(response%first(k):response%first(k + 1) - 1), state)
+      end do
+      self%of_dense = rounding*[norm2(state(:m)), norm2(state(m + 1:))]
    end subroutine new_state_errors
 
    !> Rounding that each amplitude gives to the value of form `j` (amplitudes); times the exponents' moduli, to its next derivative.
@@ -107,7 +114,9 @@ contains
             end associate
          end do
       end associate
-      if (response%nx > 0) floor = floor + norm2(rows%dense(:, p, j))*self%dense
+      if (response%nx == 0) return
+      floor = floor + norm2(rows%dense(:, p, j))*self%dense
+      if (p == 0) floor = floor + dot_product(rows%length(:, j), self%of_dense)
    end function floor_of
 
    !> A bound of how far form `j` comes from `bound` until `later` s after `point`, if nothing grows and no part is dense.

@@ -301,7 +301,8 @@ contains
          call copy(start, response, self%point(self%now))
       end if
       call renew(self, response, rows, watched)
-      call sort_on_bound(rows, response, self%point(self%now), self%modulus, tau_end - tau_from, watched, leaves)
+      call sort_on_bound(rows, response, self%point(self%now), self%modulus, &
+                         scale(1.0_wp, -self%level), tau_end - tau_from, watched, leaves)
    end subroutine prepare
 
    !> Fit the workspace to a response that is larger than those before.

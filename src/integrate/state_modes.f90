@@ -75,7 +75,8 @@ contains
       impacts = any([(any(machine%contact(j)%law%constraint), j=1, size(branch))])
       if (open%turns) then
          call from_open(basis, open, machine, coupled, w, branch, done)
-         if (done) call set_aside(basis, omega, impacts)
+         basis%impacts = impacts
+         if (done) call set_aside(basis, omega)
          if (done) return
       end if
       k = coupled%stiffness
