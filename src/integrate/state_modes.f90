@@ -73,9 +73,9 @@ contains
       integer :: i, j
 
       impacts = any([(any(machine%contact(j)%law%constraint), j=1, size(branch))])
-      if (open%turns) then
+      ! Modes made from the open ones give a state back to fewer digits than an impact needs.
+      if (open%turns .and. .not. impacts) then
          call from_open(basis, open, machine, coupled, w, branch, done)
-         basis%impacts = impacts
          if (done) call set_aside(basis, omega)
          if (done) return
       end if
