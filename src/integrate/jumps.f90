@@ -126,8 +126,9 @@ contains
       end do
    end subroutine prepare_search
 
-   !> Take up the size of the terms that a state's watched functions are sums of, and with it what is rounding in s and s'. Of flights
-   !> those are followed that are higher than 16 roundings (razy_integrate_runge_kutta_bounces), so the forms' may be 16 times as large.
+   !> Take up the size of the terms that a state's watched functions are sums of, and with it what is rounding in s and s'. Flights
+   !> are followed that are higher than 16 roundings (razy_integrate_runge_kutta_bounces), so those of forms may be 16 times as
+   !> large.
    subroutine take_sizes(self, contact, function, watched)
       class(jumps_t), intent(inout) :: self
       integer, intent(in) :: contact(:), function(:)

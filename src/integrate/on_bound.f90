@@ -1,8 +1,8 @@
 !! Watched functions that are on their bounds at the start of a piece: which way they go.
 !!
 !! A function that is nearer to its bound than it is known has no sign: the start of a motion, contacts that close or open
-!! together, a body that rests with neither gap nor force. Its first derivative that is known says whether it leaves at once or moves
-!! inwards; if none is known and all of its motion is rounding, it is at rest on its bound until the piece ends.
+!! together, a body that rests with neither gap nor force. Its first derivative that is known says whether it leaves at once
+!! or moves inwards; if none is known and all of its motion is rounding, it is at rest on its bound until the piece ends.
 module razy_integrate_on_bound
    use razy_core_kinds, only: wp
    use razy_integrate_cursor, only: cursor_t

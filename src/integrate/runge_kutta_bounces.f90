@@ -144,8 +144,8 @@ contains
       call take_out(field, list, direction(list), z(field%m + 1:))
    end subroutine follow
 
-   !> Take the speeds of the gaps of the contacts `list`, which open in `direction` of s, out of y' (m), with the friction that slides
-   !> under them.
+   !> Take the speeds of the gaps of the contacts `list`, which open in `direction` of s, out of y' (m), with the friction that
+   !> slides under them.
    subroutine take_out(field, list, direction, speed)
       type(field_t), intent(in) :: field
       integer, intent(in) :: list(:)
