@@ -193,8 +193,11 @@ contains
       call shape_matrix(self%size0, n, self%forms)
       call shape_matrix(self%size4, n, self%forms)
       call shape_matrix(self%reach, n, self%forms)
-      self%reach_constant = [(reach_of(forms(j), response%constant), j=1, size(forms))]
       call shape_matrix(self%length, 2, self%forms)
+      do j = 1, self%forms
+         self%length(:, j) = [norm2(forms(j)%on_y), norm2(forms(j)%on_v)]
+      end do
+      self%reach_constant = [(reach_of(self%length(:, j), response%constant), j=1, size(forms))]
       call shape_matrix(self%rigid_y, response%rigid, self%forms)
       call shape_matrix(self%rigid_v, response%rigid, self%forms)
       if (allocated(self%re)) deallocate (self%re, self%im, self%dense, self%longest_reach)
@@ -208,7 +211,8 @@ contains
             coefficient = cmplx(dot_product(form, response%from_re(:, i)), -dot_product(form, response%from_im(:, i)), wp)
             if (i > response%terms) coefficient = coefficient + forms(j)%error(i - response%terms)
             self%size0(i, j) = abs(coefficient)
-            self%reach(i, j) = reach_of(forms(j), response%from_re(:, i)) + reach_of(forms(j), response%from_im(:, i))
+            self%reach(i, j) = reach_of(self%length(:, j), response%from_re(:, i)) &
+                               + reach_of(self%length(:, j), response%from_im(:, i))
             self%size4(i, j) = abs(coefficient)*response%modulus(i)**4
             do p = 0, 4
                self%re(i, p, j) = real(coefficient)
@@ -216,7 +220,6 @@ contains
                coefficient = coefficient*response%exponent(i)
             end do
          end do
-         self%length(:, j) = [norm2(forms(j)%on_y), norm2(forms(j)%on_v)]
          self%longest_reach(j) = maxval([0.0_wp, self%reach(:, j)])
          self%rigid_y(:, j) = matmul(forms(j)%on_y, response%rigid_mode)
          self%rigid_v(:, j) = matmul(forms(j)%on_v, response%rigid_mode)
@@ -227,14 +230,13 @@ contains
       end do
    end subroutine new_rows
 
-   !> Length of the form times that of z (2m), displacements and velocities apart.
-   pure function reach_of(form, z) result(reach)
-      type(linear_form_t), intent(in) :: form
-      real(wp), intent(in) :: z(:)
+   !> Length of a form times that of z (2m), displacements and velocities apart.
+   pure function reach_of(length, z) result(reach)
+      real(wp), intent(in) :: length(2), z(:)
       real(wp) :: reach
 
-      associate (m => size(form%on_y))
-         reach = norm2(form%on_y)*norm2(z(:m)) + norm2(form%on_v)*norm2(z(m + 1:))
+      associate (m => size(z)/2)
+         reach = length(1)*norm2(z(:m)) + length(2)*norm2(z(m + 1:))
       end associate
    end function reach_of
 
