@@ -178,6 +178,7 @@ contains
       integer :: t
 
       state%watched%from_zero = .false.
+      state%watched%floor = 0.0_wp
       if (crossed%contact == 0) return
       do t = 1, size(state%watched)
          state%watched(t)%from_zero = state%contact(t) == crossed%contact .and. state%function(t) == crossed%function &
@@ -209,7 +210,6 @@ contains
       piece%last = piece%last .and. longest < most
       longest = min(longest, most)
       self%search%level = state%level
-      self%search%resolution = spacing(piece%time)
       call first_exit(self%search, state%response, state%switching, self%view%start, 0.0_wp, longest, state%watched, found)
       state%level = self%search%level
       if (found%watched == 0) call move_to(self%view%start, state%response, found%tau, self%search%probe)
@@ -304,6 +304,7 @@ contains
          most = huge(1.0_wp)
          if (jumps%bounces%landing) most = max(jumps%bounces%tau, 0.0_wp)
          call follow(self, state, most, t_end, piece, found)
+         call jumps%take_sizes(state%contact, state%function, state%watched)
          call end_state(state, self%search%probe, self%z)
          outcome%pieces = outcome%pieces + 1
          lands = .not. piece%duration < most

@@ -74,7 +74,7 @@ contains
          end if
          call state%held%transform_matrices(k, b)
       end if
-      call new_modal_basis(state%basis, k, b, self%omega)
+      call new_modal_basis(state%basis, k, b, self%omega, impacts=.true.)
    end subroutine make_jump_modes
 
    !> Whether element j is friction that slides under a compliant contact.

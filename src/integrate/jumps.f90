@@ -36,6 +36,7 @@ module razy_integrate_jumps
       procedure :: begin
       procedure :: start_piece
       procedure :: prepare_search
+      procedure :: take_sizes
       procedure :: cross
    end type jumps_t
 
@@ -124,6 +125,28 @@ contains
                                                                          abs(self%rate(i)) <= self%guards%on_rate(contact(t)))
       end do
    end subroutine prepare_search
+
+   !> Take up the size of the terms that a state's watched functions are sums of, and with it what is rounding in s and s'. Flights
+   !> are followed that are higher than 16 roundings (razy_integrate_runge_kutta_bounces), so those of forms may be 16 times as
+   !> large.
+   subroutine take_sizes(self, contact, function, watched)
+      class(jumps_t), intent(inout) :: self
+      integer, intent(in) :: contact(:), function(:)
+      type(watched_t), intent(in) :: watched(:)
+
+      integer :: t
+
+      do t = 1, size(watched)
+         if (function(t) <= 0) cycle
+         associate (slope => abs(self%field%machine%contact(contact(t))%law%slope(:, function(t))), j => contact(t))
+            if (.not. slope(2) > 0.0_wp) then
+               self%guards%size_s(j) = max(self%guards%size_s(j), watched(t)%scale/(16*slope(1)))
+            else if (.not. slope(1) > 0.0_wp) then
+               self%guards%size_rate(j) = max(self%guards%size_rate(j), watched(t)%scale/(16*slope(2)))
+            end if
+         end associate
+      end do
+   end subroutine take_sizes
 
    !> The guard of a contact's function beyond which the branch `next` lies; 0 if there is none.
    pure function number_of(self, contact, function, next) result(i)

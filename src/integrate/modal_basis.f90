@@ -10,7 +10,7 @@
 !! damping, gyroscopic or circulatory matrix couple form parts with a general eigenproblem of their own.
 module razy_integrate_modal_basis
    use razy_core_kinds, only: wp
-   use razy_integrate_modal_parts, only: any_near, append, dense_modes_t, modal_basis_t, set_aside
+   use razy_integrate_modal_parts, only: any_near, append, dense_modes_t, modal_basis_t, near, set_aside
    use razy_linalg_connected, only: connected_sets, linked
    use razy_linalg_eigen, only: general_eigen, symmetric_eigen
    implicit none(type, external)
@@ -30,17 +30,18 @@ module razy_integrate_modal_basis
 contains
 
    !> The modes of y'' + damping y' + stiffness y; `omega` are the frequencies of excitation, rad/s. `rigid` (m, r): orthonormal
-   !> modes without stiffness, if they are known better than the eigenproblem gives them.
-   subroutine new_modal_basis(self, stiffness, damping, omega, rigid)
+   !> modes without stiffness, if they are known better than the eigenproblem gives them. `impacts`: the machine has some.
+   subroutine new_modal_basis(self, stiffness, damping, omega, rigid, impacts)
       type(modal_basis_t), intent(out) :: self
       real(wp), intent(in) :: stiffness(:, :), damping(:, :), omega(:)
       real(wp), intent(in), optional :: rigid(:, :)
-
+      logical, intent(in), optional :: impacts
       integer :: set(size(damping, 1)), i, j, m
       integer, allocatable :: members(:)
 
       m = size(damping, 1)
       self%m = m
+      if (present(impacts)) self%impacts = impacts
       allocate (self%lambda(0), self%to_term(0, 2*m), self%from_term(2*m, 0), self%rigid(m, 0), self%dense(0))
       if (m == 0) return
       set = 1
@@ -184,7 +185,7 @@ contains
       else if (s > many) then
          whole = condition > worst_of_many
       else
-         resonant = any_near(lambda, omega)
+         resonant = any_near(lambda, omega, near)
          whole = resonant .or. any(abs(lambda) <= slow*self%fastest) .or. condition > worst_condition
       end if
       if (whole) then

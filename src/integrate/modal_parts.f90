@@ -5,7 +5,7 @@ module razy_integrate_modal_parts
    implicit none(type, external)
    private
 
-   public :: any_near, append, dense_modes_t, modal_basis_t, set_aside
+   public :: any_near, append, dense_modes_t, modal_basis_t, near, set_aside
 
    !> Modes that are kept together: y = phi η, η'' + damping η' + stiffness η = phiᵀ f; or, if `core` is allocated, states x with
    !> x' = core x + into (0, f), (y, y') = out x.
@@ -29,6 +29,8 @@ module razy_integrate_modal_parts
       real(wp) :: fastest = 0.0_wp
       !> Whether a part is dense only because of the frequencies of excitation.
       logical :: resonant = .false.
+      !> Whether the machine has impacts or friction, which need more digits.
+      logical :: impacts = .false.
       integer :: info = 0
    contains
       procedure :: is_resonant_with
@@ -36,8 +38,11 @@ module razy_integrate_modal_parts
 
    !> Slower than this part of the fastest mode one of many modes is followed without its particular solution.
    real(wp), parameter :: slow_of_many = 1.0e-6_wp
+   !> With impacts: flights that become ever shorter need s to the rounding of the state, and with a particular solution in
+   !> which more than a digit cancels it is not known so well.
+   real(wp), parameter :: slow_with_impacts = 0.3_wp
    !> Nearer than this, relative, to a frequency of excitation a mode is followed together with the excitation.
-   real(wp), parameter :: near = 1.0e-3_wp
+   real(wp), parameter :: near = 1.0e-3_wp, near_with_impacts = 0.3_wp
 
 contains
 
@@ -48,14 +53,16 @@ contains
       real(wp), intent(in) :: omega(:)
 
       type(dense_modes_t) :: part
+      real(wp) :: slow
       logical :: aside(size(self%lambda)), near_by
       integer :: i
       integer, allocatable :: kept(:)
 
+      slow = merge(slow_with_impacts, slow_of_many, self%impacts)*self%fastest
       do i = 1, size(self%lambda)
-         near_by = any_near(self%lambda(i:i), omega)
+         near_by = any_near(self%lambda(i:i), omega, nearness(self))
          self%resonant = self%resonant .or. near_by
-         aside(i) = near_by .or. abs(self%lambda(i)) <= slow_of_many*self%fastest
+         aside(i) = near_by .or. abs(self%lambda(i)) <= slow
          if (.not. aside(i)) cycle
          call alone(part, self%lambda(i), self%to_term(i, :), self%from_term(:, i))
          call append(self%dense, part)
@@ -102,16 +109,25 @@ contains
       call move_alloc(longer, list)
    end subroutine append
 
-   pure function any_near(lambda, omega) result(found)
+   !> How near counts as near.
+   pure function nearness(self)
+      type(modal_basis_t), intent(in) :: self
+      real(wp) :: nearness
+
+      nearness = merge(near_with_impacts, near, self%impacts)
+   end function nearness
+
+   !> Whether an eigenvalue is nearer to a frequency than the part `within` of that.
+   pure function any_near(lambda, omega, within) result(found)
       complex(wp), intent(in) :: lambda(:)
-      real(wp), intent(in) :: omega(:)
+      real(wp), intent(in) :: omega(:), within
       logical :: found
 
       integer :: t
 
       found = .false.
       do t = 1, size(omega)
-         found = found .or. any(abs(cmplx(0.0_wp, omega(t), wp) - lambda) <= near*omega(t))
+         found = found .or. any(abs(cmplx(0.0_wp, omega(t), wp) - lambda) <= within*omega(t))
       end do
    end function any_near
 
@@ -121,7 +137,7 @@ contains
       real(wp), intent(in) :: omega(:)
       logical :: resonant
 
-      resonant = self%resonant .or. any_near(self%lambda, omega)
+      resonant = self%resonant .or. any_near(self%lambda, omega, nearness(self))
    end function is_resonant_with
 
 end module razy_integrate_modal_parts

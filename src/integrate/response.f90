@@ -31,6 +31,8 @@ module razy_integrate_response
       !> What a coefficient of order 0 would be if form and mode were parallel (amplitudes, forms), the largest of each
       !> form, and its constant (forms).
       real(wp), allocatable :: reach(:, :), longest_reach(:), reach_constant(:)
+      !> Lengths of the forms on displacements and velocities (2, forms).
+      real(wp), allocatable :: length(:, :)
       !> On rigid modes and their rates (rigid, forms).
       real(wp), allocatable :: rigid_y(:, :), rigid_v(:, :)
       !> On dense states, orders 0…5 (nx, 0:5, forms).
@@ -57,7 +59,9 @@ module razy_integrate_response
       real(wp), allocatable :: constant(:), from_re(:, :), from_im(:, :)
       !> a = to_re z + i to_im z for the terms (2m, terms), z without constant and tones.
       real(wp), allocatable :: to_re(:, :), to_im(:, :)
-      !> The same transposed (terms, 2m), for large models only.
+      !> Moduli of `from` and `to`, made when they are asked for.
+      real(wp), allocatable :: from_size(:, :), to_size(:, :)
+      !> `to` transposed (terms, 2m), for large models only.
       real(wp), allocatable :: into_re(:, :), into_im(:, :)
       !> Rigid modes (m, rigid) and the constant force on each.
       real(wp), allocatable :: rigid_mode(:, :), rigid_force(:)
@@ -105,6 +109,7 @@ contains
          self%from_re(:, self%terms + t) = real(particular)
          self%from_im(:, self%terms + t) = -aimag(particular)
       end do
+      if (allocated(self%from_size)) deallocate (self%from_size, self%to_size)
       self%to_re = transpose(real(basis%to_term))
       self%to_im = transpose(aimag(basis%to_term))
       if (self%terms >= wide) then
@@ -188,7 +193,11 @@ contains
       call shape_matrix(self%size0, n, self%forms)
       call shape_matrix(self%size4, n, self%forms)
       call shape_matrix(self%reach, n, self%forms)
-      self%reach_constant = [(reach_of(forms(j), response%constant), j=1, size(forms))]
+      call shape_matrix(self%length, 2, self%forms)
+      do j = 1, self%forms
+         self%length(:, j) = [norm2(forms(j)%on_y), norm2(forms(j)%on_v)]
+      end do
+      self%reach_constant = [(reach_of(self%length(:, j), response%constant), j=1, size(forms))]
       call shape_matrix(self%rigid_y, response%rigid, self%forms)
       call shape_matrix(self%rigid_v, response%rigid, self%forms)
       if (allocated(self%re)) deallocate (self%re, self%im, self%dense, self%longest_reach)
@@ -202,7 +211,8 @@ contains
             coefficient = cmplx(dot_product(form, response%from_re(:, i)), -dot_product(form, response%from_im(:, i)), wp)
             if (i > response%terms) coefficient = coefficient + forms(j)%error(i - response%terms)
             self%size0(i, j) = abs(coefficient)
-            self%reach(i, j) = reach_of(forms(j), response%from_re(:, i)) + reach_of(forms(j), response%from_im(:, i))
+            self%reach(i, j) = reach_of(self%length(:, j), response%from_re(:, i)) &
+                               + reach_of(self%length(:, j), response%from_im(:, i))
             self%size4(i, j) = abs(coefficient)*response%modulus(i)**4
             do p = 0, 4
                self%re(i, p, j) = real(coefficient)
@@ -220,14 +230,13 @@ contains
       end do
    end subroutine new_rows
 
-   !> Length of the form times that of z (2m), displacements and velocities apart.
-   pure function reach_of(form, z) result(reach)
-      type(linear_form_t), intent(in) :: form
-      real(wp), intent(in) :: z(:)
+   !> Length of a form times that of z (2m), displacements and velocities apart.
+   pure function reach_of(length, z) result(reach)
+      real(wp), intent(in) :: length(2), z(:)
       real(wp) :: reach
 
-      associate (m => size(form%on_y))
-         reach = norm2(form%on_y)*norm2(z(:m)) + norm2(form%on_v)*norm2(z(m + 1:))
+      associate (m => size(z)/2)
+         reach = length(1)*norm2(z(:m)) + length(2)*norm2(z(m + 1:))
       end associate
    end function reach_of
 

@@ -5,7 +5,8 @@
 !! T = Σ 2 u_n ρ^k/a = 2 u_n/(a (1 - ρ)). ρ is measured; it is not ε where several contacts work together.
 !! A sequence is cut short when its flights are below the rounding of the first one's height (u_n² <= eps u_1²), or of the gap
 !! itself: the speed of the gap is taken out by an impulse, the contact is held closed, and the end of the sequence is
-!! reported T later. What is neglected is then below rounding of the path.
+!! reported T later. What is neglected is then below rounding of the path. The contact presses m (a T - u_n) in all that is still
+!! to come and m a T while it is held, so friction that slides under it takes back its part of the impulse m u_n as well.
 module razy_integrate_runge_kutta_bounces
    use razy_core_kinds, only: wp
    use razy_integrate_constraints, only: constraints_t, new_constraints
@@ -120,14 +121,12 @@ contains
       real(wp), intent(inout) :: z(:)
       logical, intent(out) :: gathered
 
-      type(constraints_t) :: held
       integer :: j
-      integer, allocatable :: list(:), empty(:)
-      real(wp), allocatable :: none(:)
+      integer, allocatable :: list(:)
       real(wp) :: pull
 
       gathered = .false.
-      allocate (list(0), empty(0), none(0))
+      allocate (list(0))
       call field%accelerate(tau, z, self%a)
       do j = 1, size(impacted)
          if (.not. impacted(j)) cycle
@@ -142,9 +141,45 @@ contains
       gathered = size(list) > 0
       if (.not. gathered) return
       call field%look_at_contacts(tau, z)
-      call new_constraints(held, field%w, list, empty, empty, none)
-      call held%displace(field%w, -field%rate(list), z(field%m + 1:))
+      call take_out(field, list, direction(list), z(field%m + 1:))
    end subroutine follow
+
+   !> Take the speeds of the gaps of the contacts `list`, which open in `direction` of s, out of y' (m), with the friction that
+   !> slides under them.
+   subroutine take_out(field, list, direction, speed)
+      type(field_t), intent(in) :: field
+      integer, intent(in) :: list(:)
+      real(wp), intent(in) :: direction(:)
+      real(wp), intent(inout) :: speed(:)
+
+      type(constraints_t) :: held
+      real(wp) :: impulse(size(list))
+      real(wp), allocatable :: phi(:)
+      integer, allocatable :: row(:), sliding(:)
+      integer :: i, j
+      logical :: found
+
+      allocate (sliding(0), row(0), phi(0))
+      do j = 1, size(field%branch)
+         associate (contact => field%machine%contact(j))
+            if (.not. any(list == contact%normal_of) .or. .not. contact%law%of_normal) cycle
+            if (contact%law%constraint(field%branch(j))) cycle
+            sliding = [sliding, j]
+            row = [row, findloc(list, contact%normal_of, 1)]
+            phi = [phi, contact%law%force(field%branch(j), field%s(j), field%rate(j), 1.0_wp)]
+         end associate
+      end do
+      call new_constraints(held, field%w, list, sliding, row, -direction(row))
+      call held%solve(field%rate(list), phi, impulse, found)
+      if (.not. found) then
+         call held%displace(field%w, -field%rate(list), speed)
+         return
+      end if
+      speed = speed - matmul(field%w(:, list), impulse)
+      do i = 1, size(sliding)
+         speed = speed + field%w(:, sliding(i))*(phi(i)*direction(row(i))*impulse(row(i)))
+      end do
+   end subroutine take_out
 
    !> An impact of contact j after which the gap opens with speed u.
    pure subroutine take_up(self, j, u)

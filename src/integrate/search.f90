@@ -10,11 +10,11 @@
 module razy_integrate_search
    use razy_core_kinds, only: i8, wp
    use razy_integrate_cursor, only: copy, cursor_t, move_to, reserve, step
-   use razy_integrate_forms, only: size_of, value_and_slope, value_of
+   use razy_integrate_forms, only: size_of, value_and_slope
+   use razy_integrate_on_bound, only: sort_on_bound
    use razy_integrate_refine, only: refine_root, watched_t
-   use razy_integrate_response, only: coarsest_level, finest_level, response_t, rows_t
-   use razy_integrate_rounding_floor, only: small, within_rounding
-   use razy_integrate_sign_proof, only: proved_curvature, proved_margin, proved_monotone
+   use razy_integrate_response, only: coarsest_level, response_t, rows_t
+   use razy_integrate_step_verdict, only: judge, stays, undecided
    implicit none(type, external)
    private
 
@@ -35,8 +35,6 @@ module razy_integrate_search
       integer :: room(3) = -1
       !> Moduli of the amplitudes at the last exact evaluation.
       real(wp), allocatable :: modulus(:)
-      !> Times closer than this, s, are the same.
-      real(wp) :: resolution = 0.0_wp
       !> Steps are 2^-level s.
       integer :: level = 10
       !> Steps tried and halvings among them.
@@ -45,12 +43,8 @@ module razy_integrate_search
 
    !> What is smaller than this part of the terms it is the sum of is rounding.
    real(wp), parameter :: rounding = 16*epsilon(1.0_wp)
-   !> Verdicts about one function on one step.
-   integer, parameter :: stays = 0, leaves = 1, undecided = 2
    !> Steps between exact evaluations of the amplitudes.
    integer, parameter :: resync = 32
-   !> Times the fastest exponent, a step on which a change of third order is below rounding: its ends decide.
-   real(wp), parameter :: shortest = 1.0e-6_wp
 
 contains
 
@@ -67,15 +61,14 @@ contains
       type(watched_t), intent(inout) :: watched(:)
       type(exit_t), intent(out) :: found
 
-      integer :: i, since_resync
+      integer :: i, leaves, since_resync
       logical :: decided, roomy
 
-      call prepare(self, response, rows, start, tau_from, watched)
+      call prepare(self, response, rows, start, tau_from, tau_end, watched, leaves)
       do i = 1, size(watched)
          if (watched(i)%resting) cycle
          if (watched(i)%from_zero) watched(i)%f0 = 0.0_wp
-         ! What is back on its bound before the next time that can be told apart has been crossed together with the last event.
-         if (watched(i)%f0 < -watched(i)%noise .and. -watched(i)%f0 > self%resolution*watched(i)%g0) then
+         if (i == leaves .or. watched(i)%f0 < -watched(i)%noise) then
             found = exit_t(i, tau_from)
             call move_to(start, response, tau_from, self%probe)
             return
@@ -124,7 +117,7 @@ contains
             call value_and_slope(rows, response, self%point(3 - self%now), watched(i)%form, watched(i)%order, f, g)
          end if
          if (watched(i)%resting) cycle
-         call judge(self, response, rows, watched(i), f, g, h, verdict, high, room)
+         call judge(self%point(self%now), self%level, response, rows, watched(i), f, g, h, self%trial_root, verdict, high, room)
          roomy = roomy .and. room
          if (verdict == undecided) exit
          if (verdict == stays) cycle
@@ -144,106 +137,6 @@ contains
       self%halvings = self%halvings + 1
       self%level = self%level + 1
    end subroutine try_step
-
-   !> What a function does on a step of length h at whose end its form has the value `f` and the slope `g`; `high` (s after the
-   !> start of the step) ends the bracket of a root, `room` says that twice the step may do.
-   subroutine judge(self, response, rows, w, f, g, h, verdict, high, room)
-      type(search_t), intent(inout) :: self
-      type(response_t), intent(inout) :: response
-      type(rows_t), intent(in) :: rows
-      type(watched_t), intent(inout) :: w
-      real(wp), intent(in) :: f, g, h
-      integer, intent(out) :: verdict
-      real(wp), intent(out) :: high
-      logical, intent(out) :: room
-
-      real(wp) :: margin, m4, d0, d1
-      integer :: curvature
-
-      high = h
-      w%f1 = w%side*(f - w%bound)
-      w%g1 = w%side*g
-      if (abs(w%f1) <= w%noise) w%f1 = max(w%f1, 0.0_wp)
-      m4 = w%m4
-      if (response%growing) m4 = m4*growth_over(response, h)
-      if (response%nx > 0) m4 = m4 + dense_bound(self, response, rows, w%form, w%order + 4, h)
-      margin = proved_margin(w%f0, w%g0, w%f1, w%g1, h, m4)
-      room = .false.
-      verdict = stays
-      if (w%f1 >= 0.0_wp .and. margin >= 0.0_wp) then
-         ! Twice the step has sixteen times the error, and a smaller margin.
-         room = margin > m4*h**4*(40.0_wp/144)
-         return
-      end if
-      if (w%f1 < 0.0_wp) verdict = leaves
-      if (self%level >= finest_level) return
-      if (verdict == leaves .and. w%g0 > 0.0_wp .and. .not. w%f0 > 0.0_wp) then
-         ! From zero up and below zero again: half the step separates the root at its start from the one to be found.
-         verdict = undecided
-         return
-      end if
-      ! Free flight, a parabola, has no time of its own.
-      if (response%fastest > 0.0_wp .and. h*response%fastest <= shortest) return
-      if (proved_monotone(w%f0, w%g0, w%f1, w%g1, h, m4, w%noise)) return
-      call proved_curvature(w%f0, w%g0, w%f1, w%g1, h, m4, w%noise, d0, d1, curvature)
-      if (curvature == 0) then
-         verdict = undecided
-      else if (verdict == stays .and. curvature > 0 .and. w%g0 < 0.0_wp .and. w%g1 > 0.0_wp) then
-         call judge_minimum(self, response, rows, w, d0, d1, h, verdict, high)
-      end if
-   end subroutine judge
-
-   !> A convex function that is positive at both ends: the sign of its minimum decides, and ends the bracket of the first root.
-   subroutine judge_minimum(self, response, rows, w, d0, d1, h, verdict, high)
-      type(search_t), intent(inout) :: self
-      type(response_t), intent(inout) :: response
-      type(rows_t), intent(in) :: rows
-      type(watched_t), intent(in) :: w
-      real(wp), intent(in) :: d0, d1, h
-      integer, intent(out) :: verdict
-      real(wp), intent(inout) :: high
-
-      type(watched_t) :: slope
-      real(wp) :: lowest, tau
-
-      slope = watched_t(form=w%form, order=w%order + 1, side=-w%side, f0=-w%g0, g0=-d0, f1=-w%g1, g1=-d1, &
-                        scale=w%scale*response%fastest)
-      call refine_root(response, rows, self%point(self%now), self%level, h, slope, self%trial_root, tau)
-      lowest = w%side*(value_of(rows, response, self%trial_root, w%form, w%order) - w%bound)
-      verdict = stays
-      if (lowest >= -w%noise) return
-      verdict = leaves
-      high = tau - self%point(self%now)%tau
-   end subroutine judge_minimum
-
-   !> Largest factor by which an amplitude grows over a step.
-   pure function growth_over(response, h) result(factor)
-      type(response_t), intent(in) :: response
-      real(wp), intent(in) :: h
-      real(wp) :: factor
-
-      factor = exp(min(h*max(0.0_wp, maxval(real(response%exponent))), 200.0_wp))
-   end function growth_over
-
-   !> Bound of the dense states' part in the derivative of order p: |r exp(Tt) x| <= max|r| exp(|T|t) sum|x|.
-   pure function dense_bound(self, response, rows, form, p, h) result(bound)
-      type(search_t), intent(in) :: self
-      type(response_t), intent(in) :: response
-      type(rows_t), intent(in) :: rows
-      integer, intent(in) :: form, p
-      real(wp), intent(in) :: h
-      real(wp) :: bound
-
-      integer :: i, j, k
-
-      bound = 0.0_wp
-      do i = 1, size(response%dense)
-         j = response%first(i)
-         k = response%first(i + 1) - 1
-         bound = bound + maxval(abs(rows%dense(j:k, p, form)))*sum(abs(self%point(self%now)%dense(j:k))) &
-                 *exp(min(response%dense(i)%norm*h, 200.0_wp))
-      end do
-   end function dense_bound
 
    !> Whether constant parts outweigh all that varies, so that no function can leave as long as this response lasts.
    pure function stay_forever(self, response, rows, watched) result(proved)
@@ -287,13 +180,15 @@ contains
       if (response%growing) self%level = max(self%level, exponent(maxval(real(response%exponent))))
    end subroutine accept
 
-   subroutine prepare(self, response, rows, start, tau_from, watched)
+   !> The first point, and what starts on its bound: `leaves`, a function that leaves at once, or 0.
+   subroutine prepare(self, response, rows, start, tau_from, tau_end, watched, leaves)
       type(search_t), intent(inout) :: self
-      type(response_t), intent(in) :: response
+      type(response_t), intent(inout) :: response
       type(rows_t), intent(in) :: rows
       type(cursor_t), intent(in) :: start
-      real(wp), intent(in) :: tau_from
+      real(wp), intent(in) :: tau_from, tau_end
       type(watched_t), intent(inout) :: watched(:)
+      integer, intent(out) :: leaves
 
       if (any(self%room < [response%amplitudes, response%rigid, response%nx])) call make_room(self, response)
       if (tau_from > 0.0_wp) then
@@ -302,35 +197,9 @@ contains
          call copy(start, response, self%point(self%now))
       end if
       call renew(self, response, rows, watched)
-      call find_resting(self, response, rows, watched)
+      call sort_on_bound(rows, response, self%point(self%now), self%modulus, &
+                         scale(1.0_wp, -self%level), tau_end - tau_from, watched, leaves)
    end subroutine prepare
-
-   !> Find the functions that cannot leave the rounding of the state about their bound: their signs mean nothing, and as no
-   !> amplitude grows they stay so until the piece ends.
-   pure subroutine find_resting(self, response, rows, watched)
-      type(search_t), intent(in) :: self
-      type(response_t), intent(in) :: response
-      type(rows_t), intent(in) :: rows
-      type(watched_t), intent(inout) :: watched(:)
-
-      real(wp) :: motion
-      integer :: i
-
-      watched%resting = watched%at_rest
-      if (response%growing .or. response%rigid > 0 .or. response%nx > 0) return
-      motion = 0.0_wp
-      do i = 1, response%amplitudes
-         motion = motion + self%modulus(i)
-      end do
-      do i = 1, size(watched)
-         associate (w => watched(i))
-            ! Most functions are far too large, which this sees at once.
-            if (w%resting .or. w%order > 0) cycle
-            if (w%scale > small*(rows%longest_reach(w%form)*motion + rows%reach_constant(w%form))) cycle
-            w%resting = within_rounding(response, rows, self%modulus, w%form, w%scale)
-         end associate
-      end do
-   end subroutine find_resting
 
    !> Fit the workspace to a response that is larger than those before.
    subroutine make_room(self, response)

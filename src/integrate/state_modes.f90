@@ -69,10 +69,12 @@ contains
       real(wp), intent(in) :: w(:, :), omega(:)
 
       real(wp) :: k(coupled%m, coupled%m), b(coupled%m, coupled%m)
-      logical :: done
+      logical :: done, impacts
       integer :: i, j
 
-      if (open%turns) then
+      impacts = any([(any(machine%contact(j)%law%constraint), j=1, size(branch))])
+      ! Modes made from the open ones give a state back to fewer digits than an impact needs.
+      if (open%turns .and. .not. impacts) then
          call from_open(basis, open, machine, coupled, w, branch, done)
          if (done) call set_aside(basis, omega)
          if (done) return
@@ -87,7 +89,7 @@ contains
             end do
          end associate
       end do
-      call solve(basis, machine, coupled, branch, k, b, omega)
+      call solve(basis, machine, coupled, branch, k, b, omega, impacts)
       if (basis%info == 0 .and. open%turns) call leave_unfelt(basis, open)
    end subroutine new_state_modes
 
@@ -106,7 +108,7 @@ contains
 
       if (.not. open%made) then
          open%made = .true.
-         call solve(open%basis, machine, coupled, [integer ::], coupled%stiffness, coupled%damping, none)
+         call solve(open%basis, machine, coupled, [integer ::], coupled%stiffness, coupled%damping, none, .false.)
          if (open%basis%info == 0) call leave_unfelt(open%basis, open)
       end if
       basis = open%basis
@@ -129,21 +131,22 @@ contains
 
    !> The eigenproblem; rigid modes, if there are any, are refined and it is solved again with them. `branch` may be empty: all
    !> contacts open.
-   subroutine solve(basis, machine, coupled, branch, k, b, omega)
+   subroutine solve(basis, machine, coupled, branch, k, b, omega, impacts)
       type(modal_basis_t), intent(out) :: basis
       type(machine_t), intent(in) :: machine
       type(coupled_t), intent(in) :: coupled
       integer, intent(in) :: branch(:)
       real(wp), intent(in) :: k(:, :), b(:, :), omega(:)
+      logical, intent(in) :: impacts
 
       real(wp), allocatable :: rigid(:, :)
       logical :: known
 
-      call new_modal_basis(basis, k, b, omega)
+      call new_modal_basis(basis, k, b, omega, impacts=impacts)
       if (basis%info /= 0 .or. size(basis%rigid, 2) == 0) return
       rigid = basis%rigid
       call refine_rigid_modes(machine, coupled, branch, k, rigid, known)
-      if (known) call new_modal_basis(basis, k, b, omega, rigid)
+      if (known) call new_modal_basis(basis, k, b, omega, rigid, impacts)
    end subroutine solve
 
    !> Rigid modes to rounding. An eigenproblem knows them to epsilon times the ratio of the largest to the smallest stiffness,

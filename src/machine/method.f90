@@ -38,27 +38,24 @@ contains
 
       character(:), allocatable :: curved
       integer :: j
-      logical :: linear, smoothable, impacts, turning_jumps
+      logical :: linear, smoothable, impacts
 
       linear = .true.
       smoothable = .true.
       impacts = .false.
-      turning_jumps = .false.
       do j = 1, size(machine%contact)
          associate (law => machine%contact(j)%law)
             if (linear .and. .not. law%piecewise_linear) curved = machine%contact(j)%name
             linear = linear .and. law%piecewise_linear
             smoothable = smoothable .and. law%smoothable
             impacts = impacts .or. law%impacts
-            turning_jumps = turning_jumps .or. any(law%constraint)
          end associate
       end do
-      if (turning_jumps) turning_jumps = .not. (symmetric(machine%damping) .and. symmetric(machine%stiffness))
       key = ""
       allowed = ""
       if (method%integrator == "automatic") then
          method%integrator = "dop853"
-         if (linear .and. .not. turning_jumps .and. method%treatment == "automatic") method%integrator = "exact"
+         if (linear .and. method%treatment == "automatic") method%integrator = "exact"
       end if
       select case (method%integrator)
       case ("exact")
@@ -66,10 +63,6 @@ contains
             key = "integrator"
             allowed = "'exact' needs laws that are linear in every branch, and that of '"//curved//"' is not (a power of the "// &
                       "deformation, or friction that falls with the speed); 'dop853' with treatment = 'event' will do"
-         else if (turning_jumps) then
-            key = "integrator"
-            allowed = "'exact' does not follow impacts and sticking of a machine with gyroscopic or circulatory terms; "// &
-                      "'dop853' with treatment = 'event' will do"
          else if (method%treatment /= "automatic" .and. method%treatment /= "event") then
             key = "treatment"
             allowed = "'exact' finds every event; leave out the treatment, or take a Runge-Kutta method"
@@ -98,13 +91,5 @@ contains
          end if
       end select
    end subroutine check_method
-
-   !> But for rounding.
-   pure function symmetric(matrix)
-      real(wp), intent(in) :: matrix(:, :)
-      logical :: symmetric
-
-      symmetric = .not. any(abs(matrix - transpose(matrix)) > 1.0e-12_wp*maxval(abs(matrix)))
-   end function symmetric
 
 end module razy_machine_method
