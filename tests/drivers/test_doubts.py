@@ -80,8 +80,8 @@ def test_merged_parts_have_the_doubts_of_the_whole(case):
     with h5py.File("whole.h5") as file:
         values = file["axis/stop.clearance"][()]
     for name, part in (("a.h5", slice(0, 60)), ("b.h5", slice(60, 101))):
-        ends = values[part][[0, -1]]
-        options = sets(sweep__first=repr(float(ends[0])), sweep__last=repr(float(ends[1])), sweep__points=len(values[part]))
+        ends = {f"sweep__{end}": repr(float(values[part][k])) for end, k in (("first", 0), ("last", -1))}
+        options = sets(**ends, sweep__points=len(values[part]))
         succeed("razy-sweep", case, *options, "--output", name)
     done = merge("a.h5", "b.h5", "--output", "all.h5")
     assert done.returncode == 0, done.stderr
@@ -107,7 +107,7 @@ def test_checkpoint_of_a_layout_without_doubts_is_refused_and_kept(case):
 
 
 def without_sixth_integer(checkpoint):
-    """Rewrite the records of a checkpoint (docs/file_format.md) as they were before results had doubts, without marks."""
+    """Return a checkpoint (docs/file_format.md) with records as they were before results had doubts, without marks."""
     words = list(struct.unpack(f"<{len(checkpoint) // 8}q", checkpoint[: len(checkpoint) // 8 * 8]))
     place = 4 + words[2] + 1
     kept = words[:place]
