@@ -3,6 +3,7 @@ module razy_integrate_runge_kutta_doubts
    use razy_core_kinds, only: wp
    use razy_integrate_doubts, only: across, between_known_ends, cubic_turn, doubts_t, turned_near, within_tolerance
    use razy_integrate_field, only: field_t
+   use razy_integrate_force_sensitivity, only: force_sensitivity
    use razy_integrate_mode, only: treat_by_smoothing
    use razy_integrate_runge_kutta_guards, only: guard_entry_t
    use razy_integrate_runge_kutta_locate, only: locator_t
@@ -38,14 +39,16 @@ contains
       allocate (self%creeps(size(self%s)), source=.false.)
    end subroutine begin
 
-   !> With `event`: guards that the locator has seen turn close to their bound. `time`: of the start of the step, s.
-   subroutine of_turns(self, locator, field, method, stepper, z, time)
+   !> With `event`: guards that the locator has seen turn close to their bound, and forces that hold a constraint as near to it at
+   !> the `opening` of a mode, when it was decided whether they can. `time`: of the start of the step, s.
+   subroutine of_turns(self, locator, field, method, stepper, z, time, opening)
       class(step_doubts_t), intent(inout) :: self
-      type(locator_t), intent(in) :: locator
+      type(locator_t), intent(inout) :: locator
       type(field_t), intent(inout) :: field
       type(method_t), intent(in) :: method
       type(stepper_t), intent(in) :: stepper
       real(wp), intent(in) :: z(:), time
+      logical, intent(in) :: opening
 
       real(wp) :: nearest
       integer :: i
@@ -56,28 +59,60 @@ contains
          if (max(abs(locator%g0(i)), abs(locator%g1(i))) <= locator%guards%noise(i)) cycle
          nearest = locator%nearest(i)
          if (.not. nearest < huge(1.0_wp)) then
-            ! Nothing was looked for inside, so the step is short beside the distance, and a cubic will do.
-            if (.not. (locator%rate0(i) < 0.0_wp .and. locator%rate1(i) > 0.0_wp)) cycle
-            call cubic_turn(stepper%h, [locator%g0(i), locator%g1(i)], [locator%rate0(i), locator%rate1(i)], turns, nearest)
+            if (opening .and. locator%guards%entry(i)%function == 0 .and. locator%rate0(i) > 0.0_wp) then
+               nearest = locator%g0(i)
+            else
+               ! Nothing was looked for inside, so the step is short beside the distance, and a cubic will do.
+               if (.not. (locator%rate0(i) < 0.0_wp .and. locator%rate1(i) > 0.0_wp)) cycle
+               call cubic_turn(stepper%h, [locator%g0(i), locator%g1(i)], [locator%rate0(i), locator%rate1(i)], turns, nearest)
+            end if
          end if
-         if (abs(nearest) <= known(field, method, stepper, locator%guards%entry(i), z)) call self%add(time)
+         if (abs(nearest) <= known(locator, i, field, method, stepper, z)) call self%add(time)
       end do
    end subroutine of_turns
 
-   !> How well a guard is known near the state z; nothing is said of forces.
-   function known(field, method, stepper, entry, z)
+   !> How well guard i is known in a step from z.
+   function known(locator, i, field, method, stepper, z)
+      type(locator_t), intent(inout) :: locator
+      integer, intent(in) :: i
       type(field_t), intent(inout) :: field
       type(method_t), intent(in) :: method
       type(stepper_t), intent(in) :: stepper
-      type(guard_entry_t), intent(in) :: entry
       real(wp), intent(in) :: z(:)
       real(wp) :: known
 
-      known = 0.0_wp
-      if (entry%function == 0) return
-      known = abs(entry%alpha)*known_gap(field, method, stepper, entry%contact, z)
-      if (abs(entry%beta) > 0.0_wp) known = known + abs(entry%beta)*known_rate(field, method, stepper, entry%contact, z)
+      associate (entry => locator%guards%entry(i))
+         if (entry%function == 0) then
+            call field%accelerate(locator%tau, z, locator%guards%a)
+            known = known_form(force_sensitivity(field, entry%contact, entry%bound), method, stepper, z) + locator%guards%noise(i)
+            return
+         end if
+         known = abs(entry%alpha)*known_gap(field, method, stepper, entry%contact, z)
+         if (abs(entry%beta) > 0.0_wp) known = known + abs(entry%beta)*known_rate(field, method, stepper, entry%contact, z)
+      end associate
    end function known
+
+   !> How well Σ row_i z_i (2m) is known in a step that starts at z.
+   pure function known_form(row, method, stepper, z) result(known)
+      type(method_t), intent(in) :: method
+      type(stepper_t), intent(in) :: stepper
+      real(wp), intent(in) :: row(:), z(:)
+      real(wp) :: known
+
+      real(wp) :: of_y
+      integer :: i, m
+
+      if (stepper%adaptive) then
+         known = within_tolerance(row, z, method%relative_tolerance, method%absolute_tolerance)
+         return
+      end if
+      m = size(z)/2
+      known = 0.0_wp
+      do i = 1, m
+         of_y = between_known_ends(stepper%h, [z(m + i), stepper%z_end(m + i)], [stepper%dz_start(m + i), stepper%dz_end(m + i)])
+         known = known + (abs(row(i)) + abs(row(m + i))*4/stepper%h)*of_y
+      end do
+   end function known_form
 
    !> How well s of contact j is known in a step that starts at z.
    function known_gap(field, method, stepper, j, z) result(known)
