@@ -17,7 +17,7 @@ module razy_integrate_doubts
    implicit none(type, external)
    private
 
-   public :: across, between_known_ends, cubic_turn, doubts_t, turned_near, within_tolerance
+   public :: across, barely_passed, between_known_ends, cubic_turn, doubts_t, turned_near, within_tolerance
 
    !> Doubts so far, and the time of the first, s.
    type :: doubts_t
@@ -107,6 +107,15 @@ contains
          if (guard%above /= 0) near = near .or. (rate(1) > 0.0_wp .and. guard%upper - at_turn <= known)
       end associate
    end function turned_near
+
+   !> Whether s, which passes a bound in `direction` (+1, -1) at `speed` and is turned back by s'' = `second`, comes no farther
+   !> beyond it than `known`. A speed that is not positive does not even reach it.
+   pure function barely_passed(direction, speed, second, known) result(barely)
+      real(wp), intent(in) :: direction, speed, second, known
+      logical :: barely
+
+      barely = direction*second < 0.0_wp .and. max(speed, 0.0_wp)**2 <= 2*abs(second)*known
+   end function barely_passed
 
    !> Whether one of two branches is on the lower side and the other on the upper one.
    pure function across(before, after)

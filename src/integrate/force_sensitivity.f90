@@ -1,8 +1,8 @@
 !! How the force that holds a constraint, measured against its bound, depends on the state.
 !!
-!! With M = 1 the forces λ of closed rigid contacts and of friction that sticks obey A λ = Wᵀ a + e'' (razy_integrate_constraints), a
-!! being the acceleration y'' without them, whose derivative J = da/dz has the matrices and the slopes of all other contacts. For one
-!! of them, and the normal force N that bounds it by β N,
+!! With M = 1 the forces λ of closed rigid contacts and of friction that sticks obey A λ = Wᵀ a + e'' (razy_integrate_constraints),
+!! a being the acceleration y'' without them, whose derivative J = da/dz has the matrices and the slopes of all other contacts. For
+!! one of them, and the normal force N that bounds it by β N,
 !!
 !!     d(λ_j - β N)/dz = (Aᵀ⁻¹ c)ᵀ Wᵀ J - β dN/dz,
 !!
@@ -75,7 +75,7 @@ contains
       row(field%m + 1:) = row(field%m + 1:) - factor*damping*field%w(:, k)
    end subroutine add_slopes
 
-   !> Aᵀ⁻¹ c for the constraints of the mode: components of c on the columns of A⁻¹. Where A is singular the motion has ended before.
+   !> Aᵀ⁻¹ c for the constraints of the mode: c on the columns of A⁻¹. Where A is singular the motion has ended before.
    function transposed_solution(field, weight) result(solution)
       type(field_t), intent(in) :: field
       real(wp), intent(in) :: weight(:)
