@@ -17,7 +17,7 @@ module razy_integrate_doubts
    implicit none(type, external)
    private
 
-   public :: across, barely_passed, between_known_ends, cubic_turn, doubts_t, turned_near, within_tolerance
+   public :: across, barely_passed, between_known_ends, cubic_turn, doubts_t, samples_t, turned_near, within_tolerance
 
    !> Doubts so far, and the time of the first, s.
    type :: doubts_t
@@ -26,6 +26,16 @@ module razy_integrate_doubts
    contains
       procedure :: add
    end type doubts_t
+
+   !> The last two values of functions of which only those at the ends of steps are known (2, functions), and how many there are.
+   type :: samples_t
+      real(wp), allocatable, private :: time(:, :), value(:, :)
+      integer, allocatable, private :: count(:)
+   contains
+      procedure :: begin => begin_samples
+      procedure :: next => next_sample
+      procedure :: forget
+   end type samples_t
 
    !> An error over a motion in units of the error of a step.
    real(wp), parameter :: margin = 10.0_wp
@@ -40,6 +50,50 @@ contains
       if (self%count == 0) self%first = time
       self%count = self%count + 1
    end subroutine add
+
+   !> No values yet, of so many functions.
+   pure subroutine begin_samples(self, functions)
+      class(samples_t), intent(inout) :: self
+      integer, intent(in) :: functions
+
+      if (allocated(self%count)) deallocate (self%time, self%value, self%count)
+      allocate (self%time(2, functions), self%value(2, functions), source=0.0_wp)
+      allocate (self%count(functions), source=0)
+   end subroutine begin_samples
+
+   !> Function i is not known any more.
+   pure subroutine forget(self, i)
+      class(samples_t), intent(inout) :: self
+      integer, intent(in) :: i
+
+      self%count(i) = 0
+   end subroutine forget
+
+   !> The next value of function i. If the one before is lower than both beside it (`turned`) it is `lowest`, and the parabola
+   !> through the three is nowhere lower by more than `room` = h² f''/6: h² f''/8 between values, and h² f''/24 where they are means
+   !> over steps.
+   pure subroutine next_sample(self, i, time, value, turned, lowest, room)
+      class(samples_t), intent(inout) :: self
+      integer, intent(in) :: i
+      real(wp), intent(in) :: time, value
+      logical, intent(out) :: turned
+      real(wp), intent(out) :: lowest, room
+
+      real(wp) :: h(2), second
+
+      turned = .false.
+      lowest = self%value(2, i)
+      room = 0.0_wp
+      if (self%count(i) >= 2) turned = lowest < min(self%value(1, i), value)
+      if (turned) then
+         h = [self%time(2, i) - self%time(1, i), time - self%time(2, i)]
+         second = 2*((value - lowest)/h(2) + (self%value(1, i) - lowest)/h(1))/sum(h)
+         room = maxval(h)**2*second/6
+      end if
+      self%time(:, i) = [self%time(2, i), time]
+      self%value(:, i) = [self%value(2, i), value]
+      self%count(i) = self%count(i) + 1
+   end subroutine next_sample
 
    !> How well Σ w_i z_i is known under tolerances of z.
    pure function within_tolerance(w, z, relative, absolute) result(known)

@@ -85,7 +85,7 @@ contains
       logical :: found
 
       call begin_steps(self%scheme)
-      call self%doubts%begin()
+      call self%doubts%begin(self%scheme)
       self%branch = self%scheme%branch1
       steps = max(1_i8, ceiling(t_end/self%step - shortest, i8))
       do k = 1, steps

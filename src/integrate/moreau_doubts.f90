@@ -3,7 +3,8 @@
 !! Displacements within a step are a parabola, so a gap is taken to be known to h |Δs'|/8, by which the parabola differs from its
 !! chord. Counted are gaps that turn nearer than that to a bound, or beyond it, between ends on the same side; ends on opposite
 !! sides of an open gap; and impacts that are slower than what the free motion adds to the velocity within the step: a touch of
-!! which the step does not know whether there is one, or one of an accumulation.
+!! which the step does not know whether there is one, or one of an accumulation. So is friction that sticks while its force turns
+!! as near to its bound as its second difference lets it have come between means over steps.
 !!
 !! The scheme takes compliant forces at the end of a step; the mean of both ends is of second order. Their difference is the defect
 !! (F⁺ - F)/2. Over a contact with a spring k, ω² = k wᵀM⁻¹w, which is touched with v, that makes a drift of h ω² max s = h ω v.
@@ -11,10 +12,11 @@
 !! With θ > 1/2 the forces of the matrices have the defect (θ - 1/2) (K Δq + B Δv). A rigid contact closes up to h/2 too early or
 !! too late.
 module razy_integrate_moreau_doubts
+   use razy_contact_contact_law, only: branch_sticking
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
    use razy_integrate_defects, only: defects_t
-   use razy_integrate_doubts, only: across, barely_passed, doubts_t, turned_near
+   use razy_integrate_doubts, only: across, barely_passed, doubts_t, samples_t, turned_near
    use razy_integrate_moreau_state, only: moreau_step_t
    use razy_linalg_lapack, only: dposv
    use razy_machine_machine, only: machine_t
@@ -25,6 +27,8 @@ module razy_integrate_moreau_doubts
 
    type, extends(doubts_t) :: moreau_doubts_t
       type(defects_t), private :: defects
+      !> Room that friction which sticks has up to its bound, N (friction elements).
+      type(samples_t), private :: room
       !> M⁻¹ W (n, contacts) and WᵀM⁻¹W (contacts, contacts); time of the last impact of each rigid contact, s (contacts).
       real(wp), allocatable, private :: response(:, :), delassus(:, :), since(:)
    contains
@@ -56,13 +60,15 @@ contains
       self%delassus = matmul(transpose(w), self%response)
    end subroutine attach
 
-   !> None yet.
-   pure subroutine begin(self)
+   !> None yet; the steps of the motion have begun.
+   pure subroutine begin(self, step)
       class(moreau_doubts_t), intent(inout) :: self
+      type(moreau_step_t), intent(in) :: step
 
       self%count = 0
       self%first = 0.0_wp
       call self%defects%begin(size(self%delassus, 1))
+      call self%room%begin(size(step%kinds%friction))
       if (allocated(self%since)) deallocate (self%since)
       allocate (self%since(size(self%delassus, 1)), source=0.0_wp)
    end subroutine begin
@@ -98,7 +104,30 @@ contains
             if (doubtful) call self%add(time)
          end associate
       end do
+      call look_at_friction(self, step, time)
    end subroutine of_step
+
+   !> Friction that sticks is in doubt where its force comes as near to its bound as it may have come within a step.
+   pure subroutine look_at_friction(self, step, time)
+      type(moreau_doubts_t), intent(inout) :: self
+      type(moreau_step_t), intent(in) :: step
+      real(wp), intent(in) :: time
+
+      real(wp) :: lowest, room
+      integer :: i
+      logical :: turned
+
+      do i = 1, size(step%kinds%friction)
+         associate (j => step%kinds%friction(i))
+            if (step%branch1(j) /= branch_sticking .or. .not. step%bound(j) > 0.0_wp) then
+               call self%room%forget(i)
+               cycle
+            end if
+            call self%room%next(i, time + 0.5_wp*step%h, (step%bound(j) - abs(step%impulse(j)))/step%h, turned, lowest, room)
+            if (turned .and. lowest <= room) call self%add(time)
+         end associate
+      end do
+   end subroutine look_at_friction
 
    !> Add up the defects of the forces in the step.
    subroutine gather_defects(self, step)
