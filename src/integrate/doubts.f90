@@ -2,22 +2,24 @@
 !!
 !! A switching function f that turns within a step stays on its side of a bound or goes beyond it and comes back; that is two events
 !! more or less. If it turns nearer to the bound than the method knows f, the events there are **in doubt**, whatever was found.
-!! How well f = alpha s + beta s' is known is a matter of the method:
+!! How well f = alpha s + beta s' is known is a matter of the method (razy_integrate_runge_kutta_known):
 !!
-!! - with a tolerance, |error of z_i| <= absolute + relative |z_i| in a step, and over a motion some times that:
-!!   `margin` Σ |w_i| (absolute + relative |z_i|);
-!! - without one, h/64 |2 (s'_0 - s'_1) + h (s''_0 + s''_1)|, the difference of the cubic and the quintic through values and slopes
-!!   at both ends in the middle of the step, of order 4 as the classical method itself, times `margin`.
+!! - with a tolerance, |error of z_i| <= absolute + relative |z_i| in a step, and after n steps n times that, as contacts that are
+!!   elastic or take energy do not enlarge errors: n Σ |w_i| (absolute + relative |z_i|);
+!! - without one, by c = h/64 (2 (s'_0 - s'_1) + h (s''_0 + s''_1)) = h⁴ s⁽⁴⁾/384, the difference of the cubic and the quintic
+!!   through values and slopes at both ends in the middle of the step. The classical method of order 4 errs by h⁵ s⁽⁵⁾/120 in a step
+!!   of linear motion, which is 384/120 of what c changes from step to step. So f is known to 2 |c| + 2 · 3.2 Σ |Δc|.
 !!
-!! Between looks at the ends of steps only, as with `switching`, `smoothing` and time stepping, f is taken as that cubic.
-!! A doubt is no proof of an error, and where the error has grown beyond `margin` tolerances, as in chaotic motion, there is none.
+!! Between looks at the ends of steps only, as with `switching`, `smoothing` and time stepping, f is taken as that cubic, known to
+!! 2 |c|. The factors of 2 are for what the next order adds.
+!! A doubt is no proof of an error, and where errors have grown beyond their sum, as in chaotic motion, there is none.
 module razy_integrate_doubts
    use razy_contact_contact_law, only: branch_lower, branch_lower_parting, branch_upper, branch_upper_parting, contact_law_t
    use razy_core_kinds, only: i8, wp
    implicit none(type, external)
    private
 
-   public :: across, barely_passed, between_known_ends, cubic_turn, doubts_t, samples_t, turned_near, within_tolerance
+   public :: across, barely_passed, cubic_defect, cubic_turn, doubts_t, samples_t, turned_near, within_tolerance
 
    !> Doubts so far, and the time of the first, s.
    type :: doubts_t
@@ -36,9 +38,6 @@ module razy_integrate_doubts
       procedure :: next => next_sample
       procedure :: forget
    end type samples_t
-
-   !> An error over a motion in units of the error of a step.
-   real(wp), parameter :: margin = 10.0_wp
 
 contains
 
@@ -95,7 +94,7 @@ contains
       self%count(i) = self%count(i) + 1
    end subroutine next_sample
 
-   !> How well Σ w_i z_i is known under tolerances of z.
+   !> How well Σ w_i z_i is known after a step under tolerances of z.
    pure function within_tolerance(w, z, relative, absolute) result(known)
       real(wp), intent(in) :: w(:), z(:), relative, absolute
       real(wp) :: known
@@ -106,16 +105,15 @@ contains
       do i = 1, size(w)
          known = known + abs(w(i))*(absolute + relative*abs(z(i)))
       end do
-      known = margin*known
    end function within_tolerance
 
-   !> How well s is known in the middle of a step h from rates and second rates at its ends.
-   pure function between_known_ends(h, rate, second) result(known)
+   !> The difference c of the quintic and the cubic in the middle of a step h, from rates and second rates at its ends.
+   pure function cubic_defect(h, rate, second) result(defect)
       real(wp), intent(in) :: h, rate(2), second(2)
-      real(wp) :: known
+      real(wp) :: defect
 
-      known = margin*abs(h*(2*(rate(1) - rate(2)) + h*(second(1) + second(2))))/64
-   end function between_known_ends
+      defect = h*(2*(rate(1) - rate(2)) + h*(second(1) + second(2)))/64
+   end function cubic_defect
 
    !> The value at which the cubic with values f and slopes `rate` at the ends of a step h turns between them; `turns`: its slopes
    !> have different signs, so that it does so once.

@@ -6,7 +6,6 @@ module razy_integrate_runge_kutta_doubts
    use razy_integrate_field, only: field_t
    use razy_integrate_force_sensitivity, only: force_sensitivity
    use razy_integrate_runge_kutta_end_doubts, only: end_doubts_t
-   use razy_integrate_runge_kutta_known, only: known_form, known_gap, known_rate
    use razy_integrate_runge_kutta_locate, only: locator_t
    use razy_integrate_stepper, only: stepper_t
    use razy_machine_method, only: method_t
@@ -34,10 +33,11 @@ contains
       real(wp), intent(in) :: z(:), time
       logical, intent(in) :: opening, found
 
-      real(wp) :: bend, nearest
+      real(wp) :: nearest
       integer :: i
-      logical :: doubtful, turns
+      logical :: doubtful, shifted, turns
 
+      call self%known%step(method, stepper, z, opening)
       do i = 1, locator%guards%count
          ! What rests on its bound to rounding does not turn.
          if (max(abs(locator%g0(i)), abs(locator%g1(i))) <= locator%guards%noise(i)) cycle
@@ -51,36 +51,61 @@ contains
             end if
          end if
          doubtful = .false.
-         if (nearest < huge(1.0_wp)) doubtful = abs(nearest) <= known(locator, i, field, method, stepper, z)
-         if (found .and. .not. doubtful) then
-            bend = (locator%rate1(i) - locator%rate0(i))/stepper%h
-            if (locator%hit(i) .and. bend > 0.0_wp) then
-               doubtful = barely_passed(-1.0_wp, -locator%rc(i), bend, known(locator, i, field, method, stepper, z))
+         if (nearest < huge(1.0_wp)) doubtful = abs(nearest) <= known_guard(self, locator, i, field, z)
+         if (found) then
+            if (locator%hit(i)) then
+               call leave(self, locator, i, field, stepper, z, shifted)
+               doubtful = doubtful .or. shifted
             end if
          end if
          if (doubtful) call self%add(time)
       end do
    end subroutine of_turns
 
-   !> How well guard i is known in a step from z.
-   function known(locator, i, field, method, stepper, z)
+   !> Guard i is left: barely, or, by a gap whose speed is known no better, as late or early as the next passage.
+   subroutine leave(self, locator, i, field, stepper, z, doubtful)
+      class(step_doubts_t), intent(inout) :: self
       type(locator_t), intent(inout) :: locator
       integer, intent(in) :: i
       type(field_t), intent(inout) :: field
-      type(method_t), intent(in) :: method
       type(stepper_t), intent(in) :: stepper
+      real(wp), intent(in) :: z(:)
+      logical, intent(out) :: doubtful
+
+      real(wp) :: bend
+      logical :: shifted
+
+      doubtful = .false.
+      ! A motion that begins on the bound.
+      if (locator%g0(i) <= locator%guards%noise(i)) return
+      bend = (locator%rate1(i) - locator%rate0(i))/stepper%h
+      if (bend > 0.0_wp) doubtful = barely_passed(-1.0_wp, -locator%rc(i), bend, known_guard(self, locator, i, field, z))
+      associate (entry => locator%guards%entry(i))
+         if (entry%function == 0 .or. abs(entry%beta) > 0.0_wp) return
+         self%defects%drift(entry%contact) = self%known%rate(field%w(:, entry%contact), z(field%m + 1:))
+         call self%defects%pass(entry%contact, locator%rc(i)/entry%alpha, .false., shifted)
+         doubtful = doubtful .or. shifted
+      end associate
+   end subroutine leave
+
+   !> How well guard i is known in a step from z.
+   function known_guard(self, locator, i, field, z) result(known)
+      class(step_doubts_t), intent(in) :: self
+      type(locator_t), intent(inout) :: locator
+      integer, intent(in) :: i
+      type(field_t), intent(inout) :: field
       real(wp), intent(in) :: z(:)
       real(wp) :: known
 
-      associate (entry => locator%guards%entry(i))
+      associate (entry => locator%guards%entry(i), m => field%m)
          if (entry%function == 0) then
             call field%accelerate(locator%tau, z, locator%guards%a)
-            known = known_form(force_sensitivity(field, entry%contact, entry%bound), method, stepper, z) + locator%guards%noise(i)
-            return
+            known = self%known%form(force_sensitivity(field, entry%contact, entry%bound), z) + locator%guards%noise(i)
+         else
+            known = abs(entry%alpha)*self%known%gap(field%w(:, entry%contact), z(:m)) &
+                    + abs(entry%beta)*self%known%rate(field%w(:, entry%contact), z(m + 1:))
          end if
-         known = abs(entry%alpha)*known_gap(field, method, stepper, entry%contact, z)
-         if (abs(entry%beta) > 0.0_wp) known = known + abs(entry%beta)*known_rate(field, method, stepper, entry%contact, z)
       end associate
-   end function known
+   end function known_guard
 
 end module razy_integrate_runge_kutta_doubts

@@ -4,11 +4,11 @@ module razy_integrate_runge_kutta_end_doubts
    use razy_contact_contact_law, only: branch_sticking
    use razy_core_kinds, only: wp
    use razy_integrate_defects, only: defects_t
-   use razy_integrate_doubts, only: across, barely_passed, between_known_ends, doubts_t, samples_t, turned_near
+   use razy_integrate_doubts, only: across, barely_passed, cubic_defect, doubts_t, samples_t, turned_near
    use razy_integrate_field, only: field_t
    use razy_integrate_force_sensitivity, only: force_sensitivity
    use razy_integrate_mode, only: constrained, treat_by_smoothing
-   use razy_integrate_runge_kutta_known, only: known_form, known_gap, known_rate
+   use razy_integrate_runge_kutta_known, only: known_t, next_order
    use razy_integrate_stepper, only: stepper_t
    use razy_machine_method, only: method_t
    implicit none(type, external)
@@ -24,6 +24,7 @@ module razy_integrate_runge_kutta_end_doubts
       type(defects_t) :: defects
       !> Room that friction which sticks has up to its bound at the ends of steps, N (contacts).
       type(samples_t) :: room
+      type(known_t) :: known
    contains
       procedure :: begin
       procedure :: of_ends
@@ -44,6 +45,7 @@ contains
       allocate (self%creeps(size(self%s)), source=.false.)
       call self%defects%begin(size(self%s))
       call self%room%begin(size(self%s))
+      call self%known%begin(field%m)
       if (field%treatment /= treat_by_smoothing) return
       self%defect = defect_of(field)
       self%defect_before = self%defect
@@ -86,25 +88,26 @@ contains
       integer :: j
 
       smooth = field%treatment == treat_by_smoothing
+      call self%known%step(method, stepper, z, .false.)
       if (smooth) call gather_defects(self, field, stepper%h)
       do j = 1, size(before)
          associate (law => field%machine%contact(j)%law)
             doubtful = .false.
             if (law%of_normal) then
                if (smooth) then
-                  slow = abs(field%rate(j)) <= max(1/field%sharpness, known_rate(field, method, stepper, j, z))
+                  slow = abs(field%rate(j)) <= max(1/field%sharpness, self%known%rate(field%w(:, j), z(field%m + 1:)))
                   doubtful = slow .and. .not. self%creeps(j)
                   self%creeps(j) = slow
                else if (before(j) == after(j) .and. field%does(j) == constrained) then
-                  call hold(self, field, method, stepper, j, z, time, doubtful)
+                  call hold(self, field, stepper, j, z, time, doubtful)
                else
                   call self%room%forget(j)
                end if
             else if (before(j) /= after(j)) then
-               call pass(self, field, method, stepper, j, z, doubtful)
+               call pass(self, field, stepper, j, z, doubtful)
                doubtful = doubtful .or. across(before(j), after(j))
             else if (self%rate(j)*field%rate(j) < 0.0_wp) then
-               doubtful = passed(self, field, method, stepper, j, before(j), z)
+               doubtful = passed(self, field, stepper, j, before(j), z)
             end if
             if (doubtful) call self%add(time)
          end associate
@@ -115,10 +118,9 @@ contains
 
    !> Friction of contact j, which sticks at both ends of a step that starts at `time`, s, and whose force at its end is in the
    !> field's workspace: whether the force has come as near to its bound as it is known.
-   subroutine hold(self, field, method, stepper, j, z, time, doubtful)
+   subroutine hold(self, field, stepper, j, z, time, doubtful)
       class(end_doubts_t), intent(inout) :: self
       type(field_t), intent(in) :: field
-      type(method_t), intent(in) :: method
       type(stepper_t), intent(in) :: stepper
       integer, intent(in) :: j
       real(wp), intent(in) :: z(:), time
@@ -130,7 +132,7 @@ contains
          free = min(guard%upper*field%normal(j) - force, force - guard%lower*field%normal(j))
          call self%room%next(j, time + stepper%h, free, doubtful, lowest, room)
          if (.not. doubtful) return
-         doubtful = lowest <= room + known_form(force_sensitivity(field, j, sign(guard%upper, force)), method, stepper, z)
+         doubtful = lowest <= room + self%known%form(force_sensitivity(field, j, sign(guard%upper, force)), z)
       end associate
    end subroutine hold
 
@@ -150,10 +152,9 @@ contains
 
    !> A bound of contact j was passed in the step: whether s would turn nearer to it than it is known, or the passage is shifted by
    !> an interval.
-   subroutine pass(self, field, method, stepper, j, z, doubtful)
+   subroutine pass(self, field, stepper, j, z, doubtful)
       class(end_doubts_t), intent(inout) :: self
       type(field_t), intent(inout) :: field
-      type(method_t), intent(in) :: method
       type(stepper_t), intent(in) :: stepper
       integer, intent(in) :: j
       real(wp), intent(in) :: z(:)
@@ -170,41 +171,41 @@ contains
          second = second - direction*self%defect_before(j)
          speed = speed - self%defects%drift(j)
       end if
-      doubtful = barely_passed(direction, speed, second, precision_of(self, field, method, stepper, j, z))
+      doubtful = barely_passed(direction, speed, second, precision_of(self, field, stepper, j, z))
       if (field%treatment /= treat_by_smoothing) return
       call self%defects%pass(j, field%rate(j), .false., shifted)
       doubtful = doubtful .or. shifted
    end subroutine pass
 
    !> How well s of contact j is known where only the ends of a step are looked at.
-   function precision_of(self, field, method, stepper, j, z) result(precision)
+   function precision_of(self, field, stepper, j, z) result(precision)
       class(end_doubts_t), intent(in) :: self
       type(field_t), intent(inout) :: field
-      type(method_t), intent(in) :: method
       type(stepper_t), intent(in) :: stepper
       integer, intent(in) :: j
       real(wp), intent(in) :: z(:)
       real(wp) :: precision
 
-      precision = max(known_gap(field, method, stepper, j, z), &
-                      between_known_ends(stepper%h, [self%rate(j), field%rate(j)], &
-                                         [dot_product(field%w(:, j), stepper%dz_start(field%m + 1:)), &
-                                          dot_product(field%w(:, j), stepper%dz_end(field%m + 1:))]))
+      associate (m => field%m, w => field%w(:, j))
+         precision = max(self%known%gap(w, z(:m)), &
+                         next_order*abs(cubic_defect(stepper%h, [self%rate(j), field%rate(j)], &
+                                                     [dot_product(w, stepper%dz_start(m + 1:)), &
+                                                      dot_product(w, stepper%dz_end(m + 1:))])))
+      end associate
       if (field%treatment == treat_by_smoothing) precision = precision + 1/field%sharpness + self%defects%way(j)
    end function precision_of
 
    !> Whether s of contact j, which turned in the step, came to a bound of `branch` as near as it is known, or beyond.
-   function passed(self, field, method, stepper, j, branch, z)
+   function passed(self, field, stepper, j, branch, z)
       class(end_doubts_t), intent(in) :: self
       type(field_t), intent(inout) :: field
-      type(method_t), intent(in) :: method
       type(stepper_t), intent(in) :: stepper
       integer, intent(in) :: j, branch
       real(wp), intent(in) :: z(:)
       logical :: passed
 
       passed = turned_near(field%machine%contact(j)%law, branch, stepper%h, [self%s(j), field%s(j)], &
-                           [self%rate(j), field%rate(j)], precision_of(self, field, method, stepper, j, z))
+                           [self%rate(j), field%rate(j)], precision_of(self, field, stepper, j, z))
    end function passed
 
 end module razy_integrate_runge_kutta_end_doubts
