@@ -74,8 +74,8 @@ contains
 
    !> With `switching` and `smoothing`, where the field's workspace has s and s' at the end of a step from z, `before` and `after`
    !> are the branches there: a bound that was passed and passed back, or nearly so; an open gap between two sides that was jumped
-   !> over; a bound that is barely passed, or, because forces are smoothed, as late or early as the next passage; smoothed friction
-   !> that comes to creep, so that it is not known whether it sticks: |s'| <= 1/sharpness, or is less than what is known of it.
+   !> over, as is the band of sticking; a bound that is barely passed, or, because forces are smoothed, as late or early as the next
+   !> passage; smoothed friction that comes to creep, so that it is not known whether it sticks: |s'| <= 1/sharpness, or is less than what is known of it.
    subroutine of_ends(self, field, method, stepper, before, after, z, time)
       class(end_doubts_t), intent(inout) :: self
       type(field_t), intent(inout) :: field
@@ -102,6 +102,7 @@ contains
                   call hold(self, field, stepper, j, z, time, doubtful)
                else
                   call self%room%forget(j)
+                  doubtful = before(j) /= after(j) .and. all([before(j), after(j)] /= branch_sticking)
                end if
             else if (before(j) /= after(j)) then
                call pass(self, field, stepper, j, z, doubtful)
