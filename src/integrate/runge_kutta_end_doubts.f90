@@ -74,8 +74,8 @@ contains
 
    !> With `switching` and `smoothing`, where the field's workspace has s and s' at the end of a step from z, `before` and `after`
    !> are the branches there: a bound that was passed and passed back, or nearly so; an open gap between two sides that was jumped
-   !> over, as is the band of sticking; a bound that is barely passed, or, because forces are smoothed, as late or early as the next
-   !> passage; smoothed friction that comes to creep, so that it is not known whether it sticks: |s'| <= 1/sharpness, or is less than what is known of it.
+   !> over, as is the band of sticking; a bound that is barely passed, or as late or early as the next passage; smoothed friction
+   !> that comes to creep, so that it is not known whether it sticks: |s'| <= 1/sharpness, or is less than what is known of it.
    subroutine of_ends(self, field, method, stepper, before, after, z, time)
       class(end_doubts_t), intent(inout) :: self
       type(field_t), intent(inout) :: field
@@ -173,7 +173,7 @@ contains
          speed = speed - self%defects%drift(j)
       end if
       doubtful = barely_passed(direction, speed, second, precision_of(self, field, stepper, j, z))
-      if (field%treatment /= treat_by_smoothing) return
+      self%defects%drift(j) = self%defects%drift(j) + self%known%rate(field%w(:, j), z(field%m + 1:))
       call self%defects%pass(j, field%rate(j), .false., shifted)
       doubtful = doubtful .or. shifted
    end subroutine pass
