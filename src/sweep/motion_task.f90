@@ -230,8 +230,8 @@ contains
    end subroutine resume_chain
 
    !> Compute one motion: status, events, steps, point, time in ns, doubts, then count and first kind for each observable, and
-   !> values and times; if asked for its period and what it touches, statistics of contacts, and stroboscopic states; in a chain then
-   !> what is carried on.
+   !> values and times; if asked for its period and what it touches, statistics of contacts, and stroboscopic states; in a chain
+   !> then what is carried on.
    subroutine run_point(self, point, result)
       class(motion_task_t), intent(inout) :: self
       integer(i8), intent(in) :: point
