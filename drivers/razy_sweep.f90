@@ -174,7 +174,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(result_header_t) :: header
-      integer(i8) :: failed
+      integer(i8) :: failed, doubtful
       character(80) :: line
 
       header%program = "razy-sweep"
@@ -184,7 +184,7 @@ contains
       header%input = effective
       call new_drawing(header%drawing, task%input, error)
       if (allocated(error)) return
-      call write_results(task, command%output, header, command%force, failed, error)
+      call write_results(task, command%output, header, command%force, failed, doubtful, error)
       if (allocated(error)) then
          call tell_safe(error)
          return
@@ -193,8 +193,21 @@ contains
       if (allocated(error)) return
       write (line, "(i0, a, i0, a)") task%plan%points, " points, ", failed, " failed, "
       call say("wrote "//command%output//": "//trim(line)//" "//decimal(outcome%elapsed, 3)//" s, ranks busy "// &
-               decimal(100*outcome%efficiency(), 1)//" %")
+               decimal(100*outcome%efficiency(), 1)//" %"//doubts_said(doubtful))
    end subroutine write_file
+
+   !> What the closing line says of points with events in doubt: nothing if there are none.
+   function doubts_said(points) result(text)
+      integer(i8), intent(in) :: points
+      character(:), allocatable :: text
+
+      character(40) :: number
+
+      text = ""
+      if (points == 0) return
+      write (number, "(i0)") points
+      text = ", events in doubt at "//trim(number)//trim(merge(" points", " point ", points > 1))
+   end function doubts_said
 
    !> Leave together with one message if any rank has an error.
    subroutine leave_if(code)

@@ -21,13 +21,13 @@ module sweep_result
 
 contains
 
-   !> Write the complete file in grid order; `failed` is the number of points that failed.
-   subroutine write_results(task, path, header, overwrite, failed, error)
+   !> Write the complete file in grid order; `failed` and `doubtful` are the numbers of points that failed, and that have doubts.
+   subroutine write_results(task, path, header, overwrite, failed, doubtful, error)
       class(sweep_task_t), intent(inout) :: task
       character(*), intent(in) :: path
       type(result_header_t), intent(in) :: header
       logical, intent(in) :: overwrite
-      integer(i8), intent(out) :: failed
+      integer(i8), intent(out) :: failed, doubtful
       type(error_t), allocatable, intent(out) :: error
 
       type(sweep_content_t) :: part
@@ -35,6 +35,7 @@ contains
       integer(i8) :: first, n
 
       failed = 0
+      doubtful = 0
       call describe(task, part)
       call find_attractors(task, part%starts, error)
       if (allocated(error)) return
@@ -45,6 +46,7 @@ contains
          call read_part(task, first, part, n, error)
          if (.not. allocated(error)) call writer%put(part, error)
          failed = failed + count(part%status /= 0)
+         doubtful = doubtful + count(part%doubts /= 0)
          first = first + n
       end do
       if (allocated(error)) then
@@ -117,6 +119,7 @@ contains
          part%status(n) = int(motion%status, int32)
          part%events(n) = motion%events
          part%steps(n) = motion%steps
+         part%doubts(n) = motion%doubts
          if (task%asks_kind) then
             part%period(n) = int(motion%period, int32)
             part%touched(n) = motion%touched
@@ -139,8 +142,8 @@ contains
 
       integer :: i
 
-      if (allocated(part%status)) deallocate (part%status, part%events, part%steps)
-      allocate (part%status(points), part%events(points), part%steps(points))
+      if (allocated(part%status)) deallocate (part%status, part%events, part%steps, part%doubts)
+      allocate (part%status(points), part%events(points), part%steps(points), part%doubts(points))
       if (allocated(part%period)) deallocate (part%period, part%touched)
       if (allocated(part%contact_names)) allocate (part%period(points), part%touched(points))
       do i = 1, size(part%contact_values)
@@ -195,6 +198,7 @@ contains
       part%status = part%status(:points)
       part%events = part%events(:points)
       part%steps = part%steps(:points)
+      part%doubts = part%doubts(:points)
       if (allocated(part%period)) part%period = part%period(:points)
       if (allocated(part%touched)) part%touched = part%touched(:points)
       do i = 1, size(part%contact_values)

@@ -11,10 +11,9 @@ module razy_integrate_moreau
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, qp, wp
    use razy_core_tone, only: add_time
-   use razy_integrate_doubts, only: doubts_t
    use razy_integrate_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, &
                                         status_blow_up, status_event_limit, status_no_contact_forces, status_ok, status_step_limit
-   use razy_integrate_moreau_doubts, only: doubt_moreau_step
+   use razy_integrate_moreau_doubts, only: moreau_doubts_t
    use razy_integrate_moreau_state, only: moreau_step_t
    use razy_integrate_moreau_step, only: begin_steps, guess_first_forces, take_step
    use razy_integrate_moreau_view, only: contact_of, displacement_of, find_turn, moreau_view_t, observe, velocity_of, view_end, &
@@ -31,6 +30,7 @@ module razy_integrate_moreau
       integer(i8) :: most_steps = huge(1_i8)
       type(moreau_step_t), private :: scheme
       type(moreau_view_t), private :: view
+      type(moreau_doubts_t), private :: doubts
       integer, allocatable, private :: branch(:)
    contains
       procedure :: prepare
@@ -65,6 +65,8 @@ contains
             call raise(error, "theta of Moreau-Jean time stepping must be from 0.5 to 1")
          end if
          if (allocated(error)) return
+         call self%doubts%attach(machine, error)
+         if (allocated(error)) return
          self%scheme%machine = machine
          self%scheme%theta = self%theta
       end associate
@@ -80,10 +82,10 @@ contains
 
       integer(i8) :: k, steps
       real(wp) :: time, time_low, h
-      type(doubts_t) :: doubts
       logical :: found
 
       call begin_steps(self%scheme)
+      call self%doubts%begin(self%scheme)
       self%branch = self%scheme%branch1
       steps = max(1_i8, ceiling(t_end/self%step - shortest, i8))
       do k = 1, steps
@@ -103,7 +105,7 @@ contains
          if (outcome%status /= status_ok) exit
          if (k == 1) call guess_first_forces(self%scheme)
          outcome%steps = k
-         call doubt_moreau_step(doubts, self%scheme, time)
+         call self%doubts%of_step(self%scheme, time)
          call view_step(self%view, self%scheme, time, time_low)
          call show_step(self, k == steps, t_end, observers, outcome)
          if (outcome%events >= most_events .and. k < steps) then
@@ -114,8 +116,8 @@ contains
       outcome%evaluations = self%scheme%rounds
       outcome%factorisations = self%scheme%factorisations
       outcome%impacts = self%scheme%impacts
-      outcome%doubts = doubts%count
-      outcome%doubt_time = doubts%first
+      outcome%doubts = self%doubts%count
+      outcome%doubt_time = self%doubts%first
    end subroutine run
 
    !> The time k h as the sum of two doubles.

@@ -172,8 +172,8 @@ contains
    end subroutine start_values
 
    !> Error estimate (λ/h - J)^-1 (f_0 - p'(0)) and its largest component in units of the tolerance. With `again` the estimate
-   !> is filtered a second time where it is above 1 (first and rejected steps, but not with events), which forgives a stiff
-   !> transient.
+   !> is filtered a second time where it is above 1 (first and rejected steps, but not first ones with events), which forgives a
+   !> stiff transient.
    subroutine estimate_error(self, field, tau, z, dz, h, again, scaled)
       class(radau5_t), intent(inout) :: self
       type(field_t), intent(inout) :: field
@@ -190,8 +190,9 @@ contains
       call solve_real(self%radau_system_t, lambda/h, self%error)
       scaled = scaled_error(self, z)
       if (.not. ieee_is_finite(scaled)) return
-      ! Where branches are followed by events every start is smooth, and what looks like a stiff transient is motion.
-      if (scaled <= 1.0_wp .or. .not. again .or. field%treatment == treat_by_events) return
+      ! Where branches are followed by events every start is smooth, and what looks like a stiff transient there is motion.
+      if (field%treatment == treat_by_events .and. .not. self%h_polynomial > 0.0_wp) return
+      if (scaled <= 1.0_wp .or. .not. again) return
       self%stage = z + self%error
       call field%derivative(tau, self%stage, self%error)
       self%error = self%error + self%raw

@@ -78,7 +78,7 @@ contains
          if (field%treatment == treat_by_events) then
             call self%locator%find(field, stepper, self%tau, self%z, found, theta, dense)
             if (found .and. theta < least_share .and. .not. polished(stepper)) call shorten(self, found, theta, dense)
-            call self%doubts%of_turns(self%locator, field, self%method, stepper, self%z, self%time + self%tau)
+            call self%doubts%of_turns(self%locator, field, self%method, stepper, self%z, self%time + self%tau, self%opening, found)
          end if
          if (self%opening) call self%memory%keep(field%branch, stepper%h_next)
          self%opening = .false.

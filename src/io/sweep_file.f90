@@ -37,7 +37,8 @@ module razy_io_sweep_file
    end type point_value_t
 
    !> The results of all points or of some consecutive ones. Points are in grid order, the last axis runs fastest; with directions
-   !> all points of the first come before those of the second. `axes`, `status` with its meanings, `events` and `steps` are needed.
+   !> all points of the first come before those of the second. `axes`, `status` with its meanings, `events`, `steps` and
+   !> `doubts` are needed.
    type :: sweep_content_t
       type(axis_t), allocatable :: axes(:)
       !> +1 for chains of points up the first axis, -1 for chains down, both in turn; not allocated if each point stands alone.
@@ -50,6 +51,8 @@ module razy_io_sweep_file
       integer(int64), allocatable :: events(:)
       !> Steps of the integrator for each point (points).
       integer(int64), allocatable :: steps(:)
+      !> Events in doubt at each point (points).
+      integer(int64), allocatable :: doubts(:)
       !> Period of each motion in periods of the excitation, 0 or -1, and a bit for each contact touched (points); both or neither.
       integer(int32), allocatable :: period(:)
       integer(int64), allocatable :: touched(:)
@@ -139,6 +142,7 @@ contains
       call write_part(self%file, "/point/status", self%written, part%status, error)
       if (.not. allocated(error)) call write_part(self%file, "/point/events", self%written, part%events, error)
       if (.not. allocated(error)) call write_part(self%file, "/point/steps", self%written, part%steps, error)
+      if (.not. allocated(error)) call write_part(self%file, "/point/doubts", self%written, part%doubts, error)
       if (allocated(part%period)) then
          if (.not. allocated(error)) call write_part(self%file, "/point/period", self%written, part%period, error)
          if (.not. allocated(error)) call write_part(self%file, "/point/touched", self%written, part%touched, error)
@@ -196,15 +200,15 @@ contains
       integer :: i
 
       if (.not. (allocated(content%axes) .and. allocated(content%status) .and. allocated(content%events) .and. &
-                 allocated(content%steps) .and. allocated(content%status_meanings))) then
-         call raise(error, "sweep result: axes, status, events, steps or the meanings of status are missing")
+                 allocated(content%steps) .and. allocated(content%doubts) .and. allocated(content%status_meanings))) then
+         call raise(error, "sweep result: axes, status, events, steps, doubts or the meanings of status are missing")
          return
       end if
       points = size(content%status, kind=int64)
       if (n_points(content) /= points) then
          call raise(error, "sweep result: the axes do not make as many points as there are values of status")
-      else if (size(content%events, kind=int64) /= points .or. size(content%steps, kind=int64) /= points) then
-         call raise(error, "sweep result: status, events and steps differ in length")
+      else if (any([size(content%events), size(content%steps), size(content%doubts)] /= size(content%status))) then
+         call raise(error, "sweep result: status, events, steps and doubts differ in length")
       else if (any(content%status < 0) .or. any(content%status >= size(content%status_meanings))) then
          call raise(error, "sweep result: a status has no meaning")
       end if
@@ -251,6 +255,8 @@ contains
       call reserve_dataset(file, "/point/events", 0_int64, points, "1", "contact events", point, error)
       if (allocated(error)) return
       call reserve_dataset(file, "/point/steps", 0_int64, points, "1", "steps of the integrator", point, error)
+      if (allocated(error)) return
+      call reserve_dataset(file, "/point/doubts", 0_int64, points, "1", "events in doubt", point, error)
       if (allocated(error)) return
       call write_coordinates(file, layout, error)
       if (.not. allocated(error)) call reserve_kind(file, layout, points, error)
@@ -380,6 +386,7 @@ contains
       call write_attribute(file, "/point/status", "coordinates", names(2:), error)
       if (.not. allocated(error)) call write_attribute(file, "/point/events", "coordinates", names(2:), error)
       if (.not. allocated(error)) call write_attribute(file, "/point/steps", "coordinates", names(2:), error)
+      if (.not. allocated(error)) call write_attribute(file, "/point/doubts", "coordinates", names(2:), error)
    end subroutine write_coordinates
 
    !> The parameter with `.` for `%`.

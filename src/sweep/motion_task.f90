@@ -40,12 +40,13 @@ module razy_sweep_motion_task
 
    !> Integers of a result before those of the observables, for each observable, of the kind of motion, of stroboscopic states, and
    !> of the end of a link of a chain.
-   integer(i8), parameter :: n_head = 5, n_each = 2, n_kind = 2, n_strobe = 1, n_carried = 2
+   integer(i8), parameter :: n_head = 6, n_each = 2, n_kind = 2, n_strobe = 1, n_carried = 2
 
    !> What became of one point.
    type :: motion_result_t
       integer :: status = 0
-      integer(i8) :: events = 0, steps = 0
+      !> Changes of branch, steps, events in doubt.
+      integer(i8) :: events = 0, steps = 0, doubts = 0
       !> Time that it took, s.
       real(wp) :: seconds = 0.0_wp
       !> For each observable (observables): number of extrema, kind of the first, which alternate with the others, and the place
@@ -228,9 +229,9 @@ contains
       call self%carried%take_from(result)
    end subroutine resume_chain
 
-   !> Compute one motion: status, events, steps, point, time in ns, then count and first kind for each observable, and values and
-   !> times; if asked for its period and what it touches, statistics of contacts, and stroboscopic states; in a chain then what is
-   !> carried on.
+   !> Compute one motion: status, events, steps, point, time in ns, doubts, then count and first kind for each observable, and
+   !> values and times; if asked for its period and what it touches, statistics of contacts, and stroboscopic states; in a chain
+   !> then what is carried on.
    subroutine run_point(self, point, result)
       class(motion_task_t), intent(inout) :: self
       integer(i8), intent(in) :: point
@@ -263,7 +264,8 @@ contains
          end if
          call follow(self%integrator, self, outcome)
       end if
-      call result%append([int(outcome%status, i8), outcome%events, outcome%steps, point, nint(1.0e9_wp*(seconds() - begun), i8)])
+      call result%append([int(outcome%status, i8), outcome%events, outcome%steps, point, nint(1.0e9_wp*(seconds() - begun), i8), &
+                          outcome%doubts])
       do i = 1, size(self%extrema)
          associate (extrema => self%extrema(i))
             call result%append(int(extrema%count, i8))
@@ -424,6 +426,7 @@ contains
       motion%events = result%integers(2)
       motion%steps = result%integers(3)
       motion%seconds = 1.0e-9_wp*result%integers(5)
+      motion%doubts = result%integers(6)
       place = 1
       do i = 1, n
          motion%count(i) = result%integers(n_head + n_each*(i - 1) + 1)

@@ -213,7 +213,7 @@ def results_between_marks(checkpoint):
 
 def test_results_are_flushed_after_a_number_of_points(sweep):
     process = sweep.begin(options=["--checkpoint", "1000", "--checkpoint-points", "5"])
-    assert wait_until_recorded(process, 200000)
+    assert wait_until_recorded(process, 400000)
     kill_all(process)
     counts = results_between_marks(Path(CHECKPOINT).read_bytes())
     assert len(counts) > 3 and all(count == 5 for count in counts[:-1]) and counts[-1] <= 5

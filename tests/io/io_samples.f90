@@ -80,6 +80,7 @@ contains
       content%status_meanings = [character(20) :: "ok", "chatter", "too many events"]
       content%events = [12_int64, 0_int64, 5000000000_int64]
       content%steps = [100_int64, 3_int64, 77_int64]
+      content%doubts = [0_int64, 2_int64, 1_int64]
       content%extrema(1) = extrema_t("mesh_deformation", "m", "deformation of the mesh", [0_int64, 2_int64, 2_int64, 3_int64], &
                                      [1.5e-4_wp, -0.5e-4_wp, 2.5e-4_wp], [0.26_wp, 0.27_wp, 0.28_wp], &
                                      [1_int8, -1_int8, 1_int8])
@@ -97,6 +98,7 @@ contains
       content%status_meanings = [character(20) :: "ok", "chatter"]
       content%events = [(int(i, int64), i=1, 6)]
       content%steps = [(int(10*i, int64), i=1, 6)]
+      content%doubts = [(int(i - 1, int64), i=1, 6)]
       content%extrema(1) = extrema_t("mesh_deformation", "m", "deformation of the mesh", [(0_int64, i=1, 7)])
       allocate (content%extrema(1)%value(0), content%extrema(1)%time(0), content%extrema(1)%kind(0))
    end function sample_two_axes

@@ -8,7 +8,7 @@ import numpy as np
 from razy_post.errors import ResultError
 from razy_post.read import SweepResult
 
-POINT_COLUMNS = ("direction", "start", "status", "events", "steps", "attractor")
+POINT_COLUMNS = ("direction", "start", "status", "events", "steps", "doubts", "attractor")
 
 
 def write_extrema(result: SweepResult, observable: str, target: Path) -> int:

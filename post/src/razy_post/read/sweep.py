@@ -165,6 +165,11 @@ class SweepResult(ResultFile):
         return self._counter("steps")
 
     @property
+    def doubts(self) -> NDArray[np.int64] | None:
+        """Number of events in doubt at each point, shape (points,); None if the file has none."""
+        return self._counter("doubts")
+
+    @property
     def period(self) -> NDArray[np.int64] | None:
         """Period of each motion in periods of the excitation, shape (points,); None if the file has none.
 
@@ -255,7 +260,7 @@ class SweepResult(ResultFile):
         if direction is not None:
             coordinates["direction"] = ("point", direction, {})
         variables: dict[str, tuple] = {"status": ("point", self.status)}
-        for name in ("events", "steps", "period", "touched"):
+        for name in ("events", "steps", "doubts", "period", "touched"):
             counter = self._counter(name)
             if counter is not None:
                 variables[name] = ("point", counter)

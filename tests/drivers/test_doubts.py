@@ -1,0 +1,139 @@
+"""Events in doubt of the points of a sweep: in the file, in the closing line, and however the sweep came to its end."""
+
+import signal
+import struct
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from faults import CHECKPOINT, Sweep, points_done, wait_until_recorded
+from programs import SOURCE, changed, sets, succeed
+from test_merge import merge
+
+MASK = (1 << 64) - 1
+# Amplitude of the oscillator: the stops are grazed where the clearance is as large, and nowhere else among the points.
+AMPLITUDE = 0.2 * np.sqrt(3.5 / 1e5)
+GRAZED = 50
+
+
+@pytest.fixture
+def case(folder):
+    """101 clearances in steps of half a percent of the amplitude; point 50 grazes."""
+    text = (SOURCE / "inputs" / "two_sided_stop.nml").read_text()
+    first, last = (float(share * AMPLITUDE) for share in (0.75, 1.25))
+    sweep = f"&sweep parameter='stop%clearance', first={first!r}, last={last!r}, points=101 /\n"
+    motion = ("integrator='exact'", "integrator='dop853', absolute_tolerance=1e-12, relative_tolerance=1e-9")
+    return changed(folder / "graze.nml", text + sweep, motion, ("t_end=0.1", "t_end=1.0"))
+
+
+def doubts(path):
+    with h5py.File(path) as file:
+        item = file["point/doubts"]
+        assert item.attrs["units"] == "1" and item.attrs["long_name"] == "events in doubt"
+        assert item.attrs["coordinates"] == file["point/status"].attrs["coordinates"]
+        return item[()]
+
+
+def test_the_point_that_grazes_has_doubts_and_the_closing_line_says_so(case):
+    done = succeed("razy-sweep", case, "--output", "case.h5")
+    found = doubts("case.h5")
+    assert found.dtype == np.int64 and found.shape == (101,)
+    assert np.flatnonzero(found).tolist() == [GRAZED]
+    assert done.stderr.splitlines()[-1].endswith(" %, events in doubt at 1 point")
+    with h5py.File("case.h5") as file:
+        clearance = file["axis/stop.clearance"][GRAZED]
+    succeed("razy-run", case, *sets(stop__clearance=repr(float(clearance))), "--output", "alone.h5")
+    with h5py.File("alone.h5") as file:
+        assert file["outcome/doubts"][0] == found[GRAZED] > 20
+    exact = sets(motion__integrator="'exact'")
+    done = succeed("razy-sweep", case, *exact, "--output", "exact.h5")
+    assert not doubts("exact.h5").any()
+    assert "in doubt" not in done.stderr
+
+
+def test_ranks_and_an_interrupted_sweep_give_the_same_doubts(case):
+    sweep = Sweep(case)
+    assert np.count_nonzero(doubts("whole.h5")) == 1
+    for ranks in (1, 2, 3):
+        done = sweep.start(ranks=ranks)
+        assert "events in doubt at 1 point" in done.stderr
+        sweep.expect_whole()
+        Path("case.h5").unlink()
+    # Beyond the point that grazes: its doubts come out of the checkpoint.
+    assert interrupted(sweep) > GRAZED
+    assert sweep.start(ranks=2).returncode == 0
+    sweep.expect_whole()
+
+
+def interrupted(sweep, recorded=60000):
+    """Stop the sweep when so many bytes are in its checkpoint; return how many points are done."""
+    process = sweep.begin()
+    assert wait_until_recorded(process, recorded)
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(timeout=60) == 3
+    return points_done(Path("log").read_text())
+
+
+def test_merged_parts_have_the_doubts_of_the_whole(case):
+    succeed("razy-sweep", case, "--output", "whole.h5")
+    with h5py.File("whole.h5") as file:
+        values = file["axis/stop.clearance"][()]
+    for name, part in (("a.h5", slice(0, 60)), ("b.h5", slice(60, 101))):
+        ends = {f"sweep__{end}": repr(float(values[part][k])) for end, k in (("first", 0), ("last", -1))}
+        options = sets(**ends, sweep__points=len(values[part]))
+        succeed("razy-sweep", case, *options, "--output", name)
+    done = merge("a.h5", "b.h5", "--output", "all.h5")
+    assert done.returncode == 0, done.stderr
+    assert doubts("all.h5").tolist() == doubts("a.h5").tolist() + doubts("b.h5").tolist()
+    assert np.flatnonzero(doubts("all.h5")).tolist() == [GRAZED]
+    with h5py.File("all.h5") as file, h5py.File("whole.h5") as whole:
+        assert file["point/doubts"].dims[0][0].name == whole["point/doubts"].dims[0][0].name
+
+
+def test_checkpoint_of_a_layout_without_doubts_is_refused_and_kept(case):
+    sweep = Sweep(case)
+    interrupted(sweep, 20000)
+    with_doubts = Path(CHECKPOINT).read_bytes()
+    Path(CHECKPOINT).write_bytes(without_sixth_integer(with_doubts))
+    before = Path(CHECKPOINT).read_bytes()
+    done = sweep.start()
+    assert done.returncode == 2
+    assert "does not belong to this sweep" in done.stderr and len(done.stderr.splitlines()) == 1
+    assert Path(CHECKPOINT).read_bytes() == before
+    Path(CHECKPOINT).write_bytes(with_doubts)
+    assert sweep.start().returncode == 0
+    sweep.expect_whole()
+
+
+def without_sixth_integer(checkpoint):
+    """Return a checkpoint (docs/file_format.md) with records as they were before results had doubts, without marks."""
+    words = list(struct.unpack(f"<{len(checkpoint) // 8}q", checkpoint[: len(checkpoint) // 8 * 8]))
+    place = 4 + words[2] + 1
+    kept = words[:place]
+    assert signed(checksum(kept[:-1])) == kept[-1]
+    while place < len(words):
+        n = words[place]
+        if n < 0:
+            place += 3
+            continue
+        point, continues, integers, reals, *numbers = words[place + 1 : place + 1 + n]
+        assert n == 4 + integers + reals
+        record = [n - 1, point, continues, integers - 1, reals, *numbers[:5], *numbers[6:]]
+        kept += [*record, signed(checksum(record))]
+        place += n + 2
+    return struct.pack(f"<{len(kept)}q", *kept)
+
+
+def checksum(words):
+    total = 7640891576956012809
+    for word in words:
+        total ^= word & MASK
+        total ^= total << 13 & MASK
+        total ^= total >> 7
+        total ^= total << 17 & MASK
+    return total
+
+
+def signed(word):
+    return word - (1 << 64) if word >> 63 else word
