@@ -84,10 +84,11 @@ contains
       end do
    end subroutine rate_at
 
-   !> The path of the form with the coefficients `on` of the first components of z.
-   pure subroutine follow(self, on, path)
+   !> The path of the form with the coefficients `on` of the components of z after the first `skipped`.
+   pure subroutine follow(self, on, skipped, path)
       class(dense_output_t), intent(in) :: self
       real(wp), intent(in) :: on(:)
+      integer, intent(in) :: skipped
       type(path_t), intent(inout) :: path
 
       integer :: i, l
@@ -97,7 +98,7 @@ contains
       do l = 0, self%last
          path%r(l) = 0.0_wp
          do i = 1, size(on)
-            path%r(l) = path%r(l) + on(i)*self%r(i, l)
+            path%r(l) = path%r(l) + on(i)*self%r(skipped + i, l)
          end do
       end do
    end subroutine follow
@@ -108,16 +109,20 @@ contains
       real(wp), intent(in) :: theta
       real(wp), intent(out) :: value, rate
 
-      real(wp) :: factor, sign
+      real(wp) :: rest
       integer :: l
 
       value = self%r(self%last)
       rate = 0.0_wp
+      rest = 1.0_wp - theta
       do l = self%last - 1, 0, -1
-         sign = merge(1.0_wp, -1.0_wp, mod(l, 2) == 0)
-         factor = merge(theta, 1.0_wp - theta, mod(l, 2) == 0)
-         rate = factor*rate + sign*value
-         value = self%r(l) + factor*value
+         if (iand(l, 1) == 0) then
+            rate = theta*rate + value
+            value = self%r(l) + theta*value
+         else
+            rate = rest*rate - value
+            value = self%r(l) + rest*value
+         end if
       end do
       rate = rate/self%h
    end subroutine look_at_path

@@ -7,7 +7,7 @@ module razy_integrate_folded_stages
    implicit none(type, external)
    private
 
-   public :: folded_stages
+   public :: folded_stages, phases, stages
 
    !> Stages of any tableau.
    integer, parameter :: most = 16
@@ -113,7 +113,8 @@ contains
       z = x
    end subroutine stages_of_two
 
-   !> Cosine and sine of the phases of a tone of frequency omega at `later` s (times) after the phase given by c0 and s0.
+   !> Cosine and sine of the phases of a tone of frequency omega at `later` s (times, the first or the last the longest) after the
+   !> phase given by c0 and s0.
    pure subroutine phases(omega, later, c0, s0, c, s)
       real(wp), intent(in) :: omega, later(:), c0, s0
       real(wp), intent(out) :: c(:), s(:)
@@ -121,6 +122,7 @@ contains
       real(wp) :: cosine, sine, x, x2, most_x
       integer :: i
 
+      if (size(later) == 0) return
       most_x = omega*max(abs(later(1)), abs(later(size(later))))
       if (most_x <= small_angle) then
          do i = 1, size(later)

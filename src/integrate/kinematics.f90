@@ -40,12 +40,14 @@ module razy_integrate_kinematics
       logical :: loaded = .false.
       !> Steps since the phases were formed from the start of the piece.
       integer :: carried = 0
-      !> Workspace: phases at the time of evaluation (tones each); s and s' (contacts each).
+      !> Workspace: phases at the time `looked` of evaluation (tones each); s and s' (contacts each).
+      real(wp) :: looked = 0.0_wp
       real(wp), allocatable :: c(:), d(:), s(:), rate(:)
    contains
       procedure :: take
       procedure :: start_piece
       procedure :: start_step
+      procedure :: turn_phases
       procedure :: look_at_time
       procedure :: phase
       procedure :: look_at_error
@@ -109,13 +111,16 @@ contains
          call self%machine%tone(t)%phasor(time, time_low, self%cosine(t), self%sine(t))
       end do
       self%base = 0.0_wp
+      self%looked = 0.0_wp
+      self%c = self%cosine
+      self%d = self%sine
       self%carried = 0
       self%base_cosine = self%cosine
       self%base_sine = self%sine
    end subroutine start_piece
 
    !> A step begins at tau: phases near it are formed from those there. These come from the step before, a few times, if that is
-   !> near; then anew from the start of the piece.
+   !> near; then anew from the start of the piece. Those at the end of the step before have mostly been looked at.
    pure subroutine start_step(self, tau)
       class(kinematics_t), intent(inout) :: self
       real(wp), intent(in) :: tau
@@ -125,7 +130,10 @@ contains
 
       self%carried = self%carried + 1
       do t = 1, size(self%omega)
-         if (self%carried < most_carried .and. self%omega(t)*abs(tau - self%base) <= large_angle) then
+         if (self%carried < most_carried .and. abs(tau - self%looked) <= 0.0_wp) then
+            self%base_cosine(t) = self%c(t)
+            self%base_sine(t) = self%d(t)
+         else if (self%carried < most_carried .and. self%omega(t)*abs(tau - self%base) <= large_angle) then
             call self%phase(t, tau - self%base, cosine, sine)
             self%base_cosine(t) = cosine
             self%base_sine(t) = sine
@@ -140,6 +148,21 @@ contains
       if (self%carried >= most_carried) self%carried = 0
    end subroutine start_step
 
+   !> Phases at tau into the workspace: those at the start of the step turned by the angles given by cosine and sine (tones each).
+   pure subroutine turn_phases(self, cosine, sine, tau)
+      class(kinematics_t), intent(inout) :: self
+      real(wp), intent(in), contiguous :: cosine(:), sine(:)
+      real(wp), intent(in) :: tau
+
+      integer :: t
+
+      self%looked = tau
+      do t = 1, size(self%omega)
+         self%c(t) = self%base_cosine(t)*cosine(t) - self%base_sine(t)*sine(t)
+         self%d(t) = self%base_sine(t)*cosine(t) + self%base_cosine(t)*sine(t)
+      end do
+   end subroutine turn_phases
+
    !> Phases at tau into the workspace.
    pure subroutine look_at_time(self, tau)
       class(kinematics_t), intent(inout) :: self
@@ -147,6 +170,7 @@ contains
 
       integer :: t
 
+      self%looked = tau
       do t = 1, size(self%omega)
          call self%phase(t, tau - self%base, self%c(t), self%d(t))
       end do

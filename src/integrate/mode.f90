@@ -21,6 +21,13 @@ module razy_integrate_mode
    !> What a contact does in a mode: nothing, an affine force, the law's force, a constraint force.
    integer, parameter :: idle = 0, affine = 1, lawful = 2, constrained = 3
 
+   !> A folded mode: what has been formed for its branches.
+   type :: fold_t
+      integer, allocatable :: branch(:), does(:), acting(:)
+      integer :: acts = 0
+      real(wp), allocatable :: matrix(:, :), constant(:), on_cosine(:, :), on_sine(:, :)
+   end type fold_t
+
    type, extends(kinematics_t) :: mode_t
       !> What is done about jumps.
       integer :: treatment = treat_by_events
@@ -34,6 +41,9 @@ module razy_integrate_mode
       !> Whether the forces of the mode are in the following: K and B (m, 2m), constant (m), phasors (m, tones).
       logical :: folded = .false.
       real(wp), allocatable :: matrix(:, :), constant(:), on_cosine(:, :), on_sine(:, :)
+      !> Folded modes entered before, the first `kept` in use, and the one that is replaced next.
+      type(fold_t), allocatable, private :: fold(:)
+      integer, private :: kept = 0, oldest = 1
    contains
       procedure :: make_room
       procedure :: enter_mode
@@ -41,8 +51,8 @@ module razy_integrate_mode
       procedure :: forcing
    end type mode_t
 
-   !> The most coordinates for which a full matrix is cheaper than its parts.
-   integer, parameter :: most_folded = 8
+   !> The most coordinates for which a full matrix is cheaper than its parts; folded modes that are kept.
+   integer, parameter :: most_folded = 8, most_kept = 8
 
 contains
 
@@ -57,6 +67,9 @@ contains
       tones = size(self%omega)
       if (allocated(self%branch)) deallocate (self%branch, self%force, self%normal, self%does, self%acting, self%matrix, &
                                               self%constant, self%on_cosine, self%on_sine)
+      self%kept = 0
+      self%oldest = 1
+      if (.not. allocated(self%fold)) allocate (self%fold(most_kept))
       allocate (self%branch(contacts), source=branch_open)
       allocate (self%does(contacts), self%acting(contacts), source=idle)
       allocate (self%force(contacts), self%normal(contacts), source=0.0_wp)
@@ -71,6 +84,11 @@ contains
       real(wp) :: sign(size(self%branch))
       integer :: i, j, n, pass
 
+      do i = 1, self%kept
+         if (any(self%fold(i)%branch /= self%branch)) cycle
+         call recall(self, self%fold(i))
+         return
+      end do
       n = 0
       self%force = 0.0_wp
       do j = 1, size(self%branch)
@@ -112,8 +130,60 @@ contains
       call new_constraints(self%constraints, self%w, held(:n), sliding(:i), row(:i), sign(:i))
       self%folded = self%treatment == treat_by_events .and. self%m <= most_folded .and. n == 0 &
                     .and. all(self%does(self%acting(:self%acts)) == affine)
-      if (self%folded) call fold(self)
+      if (.not. self%folded) return
+      call fold(self)
+      call keep(self)
    end subroutine enter_mode
+
+   !> Keep the folded mode that was entered.
+   subroutine keep(self)
+      class(mode_t), intent(inout) :: self
+
+      associate (fold => self%fold(self%oldest))
+         fold%branch = self%branch
+         fold%does = self%does
+         fold%acting = self%acting
+         fold%acts = self%acts
+         fold%matrix = self%matrix
+         fold%constant = self%constant
+         fold%on_cosine = self%on_cosine
+         fold%on_sine = self%on_sine
+      end associate
+      self%kept = max(self%kept, self%oldest)
+      self%oldest = modulo(self%oldest, most_kept) + 1
+   end subroutine keep
+
+   !> Enter a folded mode again.
+   pure subroutine recall(self, fold)
+      class(mode_t), intent(inout) :: self
+      type(fold_t), intent(in) :: fold
+
+      integer :: i, j
+
+      self%folded = .true.
+      self%constraints%count = 0
+      self%constraints%couplings = 0
+      self%acts = fold%acts
+      do j = 1, size(fold%branch)
+         self%force(j) = 0.0_wp
+         self%does(j) = fold%does(j)
+         self%acting(j) = fold%acting(j)
+      end do
+      do j = 1, 2*self%m
+         do i = 1, self%m
+            self%matrix(i, j) = fold%matrix(i, j)
+         end do
+      end do
+      do i = 1, self%m
+         self%constant(i) = fold%constant(i)
+      end do
+      do j = 1, size(self%omega)
+         do i = 1, self%m
+            self%on_cosine(i, j) = fold%on_cosine(i, j)
+            self%on_sine(i, j) = fold%on_sine(i, j)
+         end do
+      end do
+   end subroutine recall
 
    !> Take the affine forces of the mode into matrix, constant and phasors.
    subroutine fold(self)

@@ -16,6 +16,7 @@ module razy_integrate_runge_kutta
    use razy_integrate_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t, piece_t, status_blow_up, &
                                         status_event_limit, status_ok
    use razy_integrate_runge_kutta_events, only: events_t
+   use razy_integrate_runge_kutta_glide, only: glide, largest
    use razy_integrate_runge_kutta_march, only: march_t
    use razy_integrate_mode, only: treat_by_events, treat_by_smoothing, treat_by_switching
    use razy_machine_machine, only: machine_t
@@ -40,9 +41,6 @@ module razy_integrate_runge_kutta
       procedure :: interval
       procedure :: final_state
    end type runge_kutta_t
-
-   !> A state beyond is a blow-up.
-   real(wp), parameter :: largest = 1.0e100_wp
 
 contains
 
@@ -96,7 +94,6 @@ contains
       call self%march%view%stepper%prepare(self%march%method, size(self%march%z))
       call self%events%begin(self%march, piece, observers, outcome)
       do while (outcome%status == status_ok .and. self%march%remaining() > 0.0_wp)
-         if (.not. all(abs(self%march%z) <= largest)) outcome%status = status_blow_up
          if (outcome%events >= most_events) outcome%status = status_event_limit
          if (outcome%status /= status_ok) exit
          call next_piece(self, piece, observers, outcome)
@@ -110,16 +107,20 @@ contains
       outcome%doubt_time = self%march%doubts%first
    end subroutine run
 
-   !> One accepted step and what ends it.
+   !> Steps far from any event, and then one accepted step and what ends it.
    subroutine next_piece(self, piece, observers, outcome)
       class(runge_kutta_t), intent(inout) :: self
       type(piece_t), intent(inout) :: piece
       type(observer_slot_t), intent(in) :: observers(:)
       type(outcome_t), intent(inout) :: outcome
 
-      logical :: found, last
+      logical :: found, last, made
 
-      call self%march%advance(found, last, outcome)
+      call self%march%begin_mode(outcome)
+      call glide(self%march, piece, observers, outcome, made)
+      if (.not. all(abs(self%march%z) <= largest)) outcome%status = status_blow_up
+      if (outcome%status /= status_ok) return
+      call self%march%advance(made, found, last, outcome)
       if (outcome%status /= status_ok) return
       associate (view => self%march%view)
          piece%time = self%march%time

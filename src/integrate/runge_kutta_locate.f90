@@ -7,7 +7,7 @@
 module razy_integrate_runge_kutta_locate
    use razy_core_kinds, only: wp
    use razy_integrate_field, only: field_t
-   use razy_integrate_runge_kutta_probe, only: guard_probe_t
+   use razy_integrate_runge_kutta_bounds, only: guard_bounds_t
    use razy_integrate_stepper, only: stepper_t
    implicit none(type, external)
    private
@@ -18,26 +18,18 @@ module razy_integrate_runge_kutta_locate
    !> Angle of the fastest excitation of a gap between probes.
    real(wp), parameter :: longest_angle = 0.5_wp
    real(wp), parameter :: eps = epsilon(1.0_wp)
+   !> Rounding of a sum in units of the length of its terms.
+   real(wp), parameter :: of_sum = 16*eps
 
-   !> Guards with their values at the start and the end of a step.
-   type, extends(guard_probe_t) :: locator_t
-      real(wp), allocatable :: g0(:), rate0(:), g1(:), rate1(:)
+   !> Guards with their values at the start and the end of a step, and those that are left at an event.
+   type, extends(guard_bounds_t) :: locator_t
       !> The guards that are left at the event found (count).
       logical, allocatable :: hit(:)
-      !> |s''| at the start and the end of a step (contacts each), and whether that at the start is known.
-      real(wp), allocatable, private :: bend0(:), bend1(:)
-      logical, private :: bend_known = .false.
-      !> Where a guard that fell has turned in the step, the least |g| there, at least half of it; huge where it has not (count).
-      real(wp), allocatable :: nearest(:)
-      !> Guards that fall all the way.
-      logical, allocatable, private :: falling(:)
       !> The guard that is left first.
       integer, private :: first = 0
    contains
       procedure :: attach
-      procedure :: start
       procedure :: find
-      procedure :: advance
       procedure :: keep_at_rest
    end type locator_t
 
@@ -48,43 +40,10 @@ contains
       class(locator_t), intent(inout) :: self
       type(field_t), intent(in) :: field
 
-      integer :: n
-
-      call self%make_room(field)
-      n = size(self%guards%entry)
-      if (allocated(self%g0)) deallocate (self%g0, self%rate0, self%g1, self%rate1, self%hit, self%bend0, self%bend1, &
-                                          self%falling, self%nearest)
-      allocate (self%g0(n), self%rate0(n), self%g1(n), self%rate1(n), source=0.0_wp)
-      allocate (self%hit(n), self%falling(n), source=.false.)
-      allocate (self%nearest(n), source=huge(1.0_wp))
-      allocate (self%bend0(size(field%branch)), self%bend1(size(field%branch)), source=0.0_wp)
+      call self%make_bounds(field)
+      if (allocated(self%hit)) deallocate (self%hit)
+      allocate (self%hit(size(self%guards%entry)), source=.false.)
    end subroutine attach
-
-   !> List the guards of the field's mode, which begins at (tau, z).
-   subroutine start(self, field, tau, z)
-      class(locator_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
-      real(wp), intent(in) :: tau, z(:)
-
-      call self%guards%watch(field)
-      call self%guards%measure(field, tau, z, .false.)
-      call self%guards%look(field, tau, z, self%g0, self%rate0)
-      self%bend_known = .false.
-   end subroutine start
-
-   !> Go on to the next step of the mode, after `find` has found nothing.
-   pure subroutine advance(self)
-      class(locator_t), intent(inout) :: self
-
-      integer :: i
-
-      do i = 1, self%guards%count
-         self%g0(i) = self%g1(i)
-         self%rate0(i) = self%rate1(i)
-      end do
-      self%bend0 = self%bend1
-      self%bend_known = .true.
-   end subroutine advance
 
    !> Take out of z, at the end of a step in which `find` has found nothing, the rounding of contacts that rest on a bound of s:
    !> where neither s nor s' can be told from rest they are set to it. Left alone, rounding would drift over the bound and back.
@@ -134,7 +93,7 @@ contains
       self%h = stepper%h
       self%guards%delta = 1.0e-5_wp*stepper%h
       call self%guards%look(field, tau + stepper%h, stepper%z_end, self%g1, self%rate1)
-      call choose_suspects(self, field, stepper)
+      call self%choose_suspects(field, stepper)
       if (.not. any(self%suspect(:n))) return
       dense = .true.
       call self%guards%measure(field, tau + stepper%h, stepper%z_end, .false.)
@@ -170,51 +129,6 @@ contains
       if (found) call gather(self, field, stepper, theta)
    end subroutine find
 
-   !> The guards that could be left in the step, at whose end `look` has just been. A path that touches 0 is at least g0 + g1 long;
-   !> its speed is at most that at the ends and what twice their accelerations add in half the step. By the same bound a guard that
-   !> falls at both ends may be known to be `falling` all the way, with no more than one root. Functions of the rate and forces
-   !> are trusted only if twice the room of a cubic's control points is left.
-   pure subroutine choose_suspects(self, field, stepper)
-      type(locator_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
-      type(stepper_t), intent(in) :: stepper
-
-      real(wp) :: b0, b1, lowest, room
-      integer :: i, j, m, n
-
-      m = field%m
-      n = size(field%branch)
-      do j = 1, n
-         self%bend1(j) = abs(field%second_rate(j, stepper%dz_end(m + 1:)))
-      end do
-      if (.not. self%bend_known) then
-         call field%look_at_time(self%tau)
-         do j = 1, n
-            self%bend0(j) = abs(field%second_rate(j, stepper%dz_start(m + 1:)))
-         end do
-         self%bend_known = .true.
-      end if
-      do i = 1, self%guards%count
-         associate (entry => self%guards%entry(i))
-            if (entry%function > 0 .and. .not. abs(entry%beta) > 0.0_wp) then
-               room = max(abs(self%rate0(i)), abs(self%rate1(i))) + abs(entry%alpha) &
-                      *stepper%h*max(self%bend0(entry%contact), self%bend1(entry%contact))
-               self%suspect(i) = min(self%g0(i), self%g1(i)) <= self%guards%noise(i) &
-                                 .or. self%g0(i) + self%g1(i) <= stepper%h*room
-               self%falling(i) = self%g0(i) > self%guards%noise(i) .and. max(self%rate0(i), self%rate1(i)) < -abs(entry%alpha) &
-                                 *stepper%h*max(self%bend0(entry%contact), self%bend1(entry%contact))
-            else
-               b0 = self%g0(i) + stepper%h*self%rate0(i)/3
-               b1 = self%g1(i) - stepper%h*self%rate1(i)/3
-               lowest = min(self%g0(i), b0, b1, self%g1(i))
-               room = 2*max(abs(b0 - self%g0(i)), abs(b1 - self%g1(i)), abs(self%g1(i) - self%g0(i)))
-               self%suspect(i) = lowest <= room
-               self%falling(i) = .false.
-            end if
-         end associate
-      end do
-   end subroutine choose_suspects
-
    !> Whether guard i is left between the probes a and b, before what has been found so far at `theta`.
    subroutine search_between(self, field, stepper, i, a, b, theta, found)
       type(locator_t), intent(inout) :: self
@@ -234,11 +148,14 @@ contains
          if (gb < -noise) then
             left = .true.
             if (ga > noise) then
-               call self%root(field, stepper, i, a, b, ga, gb, at)
+               call self%root(field, stepper, i, a, b, ga, gb, ra, rb, at)
+            else if (at_rest(self, field, stepper, i, ga, ra)) then
+               call self%emerge(field, stepper, i, a, b, at)
             else if (ra > 0.0_wp) then
-               ! It starts on the bound and leads away from it before it comes back.
+               ! It starts on the bound and leads away from it before it comes back, if by no more than rounding.
                call self%turn(field, stepper, i, a, b, turn, g_turn)
-               if (g_turn > noise) call self%root(field, stepper, i, turn, b, g_turn, gb, at)
+               at = turn
+               if (g_turn > noise) call self%root(field, stepper, i, turn, b, g_turn, gb, 0.0_wp, rb, at)
             end if
          else if (ra < 0.0_wp .and. rb > 0.0_wp) then
             ! A convex function is nowhere below the tangents at both ends.
@@ -250,7 +167,7 @@ contains
             call self%turn(field, stepper, i, a, b, turn, g_turn)
             self%nearest(i) = min(self%nearest(i), abs(g_turn))
             left = g_turn < -noise
-            if (left .and. ga > noise) call self%root(field, stepper, i, a, turn, ga, g_turn, at)
+            if (left .and. ga > noise) call self%root(field, stepper, i, a, turn, ga, g_turn, ra, 0.0_wp, at)
          end if
       end associate
       if (.not. left) return
@@ -259,6 +176,24 @@ contains
       self%first = i
       found = .true.
    end subroutine search_between
+
+   !> Whether guard i, with the value g and the rate at the start of the step, rests on its bound as far as can be told: g, g' and
+   !> g'' are rounding there.
+   pure function at_rest(self, field, stepper, i, g, rate)
+      class(locator_t), intent(in) :: self
+      type(field_t), intent(in) :: field
+      type(stepper_t), intent(in) :: stepper
+      integer, intent(in) :: i
+      real(wp), intent(in) :: g, rate
+      logical :: at_rest
+
+      associate (entry => self%guards%entry(i), guards => self%guards)
+         at_rest = entry%function > 0 .and. .not. abs(entry%beta) > 0.0_wp .and. abs(g) <= guards%noise(i) &
+                   .and. abs(rate) <= abs(entry%alpha)*guards%on_rate(entry%contact)
+         if (at_rest) at_rest = self%bend0(entry%contact) <= of_sum*guards%reach(entry%contact) &
+                                *norm2(stepper%dz_start(field%m + 1:))
+      end associate
+   end function at_rest
 
    !> Mark the guard that is left first, at `theta`, and all others that are left there to rounding of the time.
    subroutine gather(self, field, stepper, theta)

@@ -34,6 +34,9 @@ module razy_integrate_runge_kutta_march
       real(wp) :: t_end = 0.0_wp
    contains
       procedure :: remaining
+      procedure :: start_field
+      procedure :: begin_mode
+      procedure :: end_opening
       procedure :: advance
    end type march_t
 
@@ -57,10 +60,11 @@ contains
       time = ((self%t_end - self%time) - self%time_low) - self%tau
    end function remaining
 
-   !> Make one accepted step and look for an event in it: `found`, or else `last`, if it ends with the motion. The view is that of
-   !> the step, or of the part of it before the event.
-   subroutine advance(self, found, last, outcome)
+   !> Make one accepted step, unless the stepper has `made` one, and look for an event in it: `found`, or else `last`, if it ends
+   !> with the motion. The view is that of the step, or of the part of it before the event.
+   subroutine advance(self, made, found, last, outcome)
       class(march_t), intent(inout) :: self
+      logical, intent(in) :: made
       logical, intent(out) :: found, last
       type(outcome_t), intent(inout) :: outcome
 
@@ -68,9 +72,11 @@ contains
       logical :: dense
 
       found = .false.
-      call start_field(self)
-      call self%view%field%start_step(self%tau)
-      call take_step(self, last, outcome)
+      if (.not. made) then
+         call self%start_field()
+         call self%view%field%start_step(self%tau)
+      end if
+      call take_step(self, made, last, outcome)
       if (outcome%status /= status_ok) return
       outcome%steps = outcome%steps + 1
       dense = .false.
@@ -80,8 +86,7 @@ contains
             if (found .and. theta < least_share .and. .not. polished(stepper)) call shorten(self, found, theta, dense)
             call self%doubts%of_turns(self%locator, field, self%method, stepper, self%z, self%time + self%tau, self%opening, found)
          end if
-         if (self%opening) call self%memory%keep(field%branch, stepper%h_next)
-         self%opening = .false.
+         call self%end_opening()
          last = last .and. .not. found .and. .not. stepper%h < self%remaining()
          view%start = self%tau
          view%z_start = self%z
@@ -119,9 +124,44 @@ contains
       call self%view%field%start_piece(self%time, self%time_low)
    end subroutine start_field
 
-   !> Try steps until one is accepted; `last`: it ends with the motion.
-   subroutine take_step(self, last, outcome)
+   !> If the method starts anew: take the mode, the slope and the guards, and propose a step, that of the last time if there is one.
+   subroutine begin_mode(self, outcome)
       class(march_t), intent(inout) :: self
+      type(outcome_t), intent(inout) :: outcome
+
+      real(wp) :: h, rest
+
+      if (.not. self%anew) return
+      call self%start_field()
+      self%anew = .false.
+      self%opening = .true.
+      outcome%pieces = outcome%pieces + 1
+      associate (field => self%view%field, stepper => self%view%stepper)
+         call field%start_step(self%tau)
+         rest = self%remaining()
+         call stepper%enter(field)
+         h = self%memory%step(field%branch)
+         if (.not. stepper%adaptive .or. .not. h > 0.0_wp) call stepper%first_step(field, self%tau, self%z, rest, h)
+         stepper%h_next = h
+         call stepper%begin(field, self%tau, self%z)
+         if (field%treatment /= treat_by_events) return
+         self%locator%guards%delta = 1.0e-5_wp*min(h, rest)
+         call self%locator%start(field, self%tau, self%z, stepper%dz_end)
+      end associate
+   end subroutine begin_mode
+
+   !> Remember the step that follows the first one of a mode.
+   subroutine end_opening(self)
+      class(march_t), intent(inout) :: self
+
+      if (self%opening) call self%memory%keep(self%view%field%branch, self%view%stepper%h_next)
+      self%opening = .false.
+   end subroutine end_opening
+
+   !> Try steps until one is accepted, unless one was `made`; `last`: it ends with the motion.
+   subroutine take_step(self, made, last, outcome)
+      class(march_t), intent(inout) :: self
+      logical, intent(in) :: made
       logical, intent(out) :: last
       type(outcome_t), intent(inout) :: outcome
 
@@ -131,19 +171,11 @@ contains
       associate (field => self%view%field, stepper => self%view%stepper)
          rest = self%remaining()
          h = stepper%h_next
-         if (self%anew) then
-            outcome%pieces = outcome%pieces + 1
-            call stepper%restart()
-            h = self%memory%step(field%branch)
-            if (.not. stepper%adaptive .or. .not. h > 0.0_wp) call stepper%first_step(field, self%tau, self%z, rest, h)
-            if (field%treatment == treat_by_events) then
-               self%locator%guards%delta = 1.0e-5_wp*min(h, rest)
-               call self%locator%start(field, self%tau, self%z)
-            end if
-            self%anew = .false.
-            self%opening = .true.
-         else if (field%treatment == treat_by_events) then
-            call self%locator%advance()
+         if (field%treatment == treat_by_events) call self%locator%advance()
+         if (made) then
+            last = .false.
+            call stepper%go_on(field)
+            return
          end if
          do
             last = h >= rest*(1.0_wp - 4*eps)
@@ -199,8 +231,7 @@ contains
          h = view%duration
          if (.not. h > 0.0_wp) return
          do round = 1, 4
-            call stepper%restart()
-            call stepper%attempt(view%field, self%tau, self%z, h, accepted, failed)
+            call stepper%leap(view%field, self%tau, self%z, h, accepted)
             if (.not. accepted) exit
             view%h = h
             view%duration = h

@@ -30,10 +30,11 @@ module razy_integrate_runge_kutta_probe
       procedure :: look_inside
       procedure :: root
       procedure :: turn
+      procedure :: emerge
    end type guard_probe_t
 
    integer, parameter :: most_iterations = 100
-   real(wp), parameter :: eps = epsilon(1.0_wp)
+   real(wp), parameter :: eps = epsilon(1.0_wp), least_move = 1.0e-9_wp, least_part = 1.0e-3_wp
 
 contains
 
@@ -67,7 +68,7 @@ contains
          associate (entry => self%guards%entry(i))
             self%on_paths = entry%function > 0 .and. .not. abs(entry%beta) > 0.0_wp
             if (.not. self%on_paths) return
-            call stepper%output%follow(field%w(:, entry%contact), self%path(entry%contact))
+            call stepper%output%follow(field%w(:, entry%contact), 0, self%path(entry%contact))
          end associate
       end do
    end subroutine choose_paths
@@ -100,13 +101,13 @@ contains
       end do
    end subroutine look_inside
 
-   !> Root of guard i between theta = a, where it is positive, and b, where it is negative.
-   subroutine root(self, field, stepper, i, a, b, ga, gb, at)
+   !> Root of guard i between theta = a, where it is positive, and b, where it is negative; with its rates there.
+   subroutine root(self, field, stepper, i, a, b, ga, gb, ra, rb, at)
       class(guard_probe_t), intent(inout) :: self
       type(field_t), intent(inout) :: field
       type(stepper_t), intent(in) :: stepper
       integer, intent(in) :: i
-      real(wp), intent(in) :: a, b, ga, gb
+      real(wp), intent(in) :: a, b, ga, gb, ra, rb
       real(wp), intent(out) :: at
 
       real(wp) :: high, low, move
@@ -114,7 +115,7 @@ contains
 
       low = a
       high = b
-      at = a + (b - a)*ga/(ga - gb)
+      at = a + (b - a)*cubic_root(ga, gb, (b - a)*self%h*ra, (b - a)*self%h*rb)
       do k = 1, most_iterations
          call self%look_inside(field, stepper, at, self%gc, self%rc)
          if (.not. abs(self%gc(i)) > 0.0_wp) return
@@ -122,6 +123,11 @@ contains
          if (self%gc(i) < 0.0_wp) high = at
          move = 0.0_wp
          if (self%rc(i) < 0.0_wp) move = -self%gc(i)/(self%rc(i)*self%h)
+         ! The square of such a move is rounding.
+         if (abs(move) > 0.0_wp .and. abs(move) <= least_move*at .and. at + move > low .and. at + move < high) then
+            at = at + move
+            return
+         end if
          if (.not. (at + move > low .and. at + move < high) .or. .not. abs(move) > 0.0_wp .or. k > most_iterations/2) then
             move = 0.5_wp*(low + high) - at
          end if
@@ -129,6 +135,24 @@ contains
          if (abs(move) <= eps*at .or. high - low <= 2*eps*high) return
       end do
    end subroutine root
+
+   !> About where in [0, 1] the cubic with the values g0 > 0 > g1 and the slopes d0 and d1 at the ends vanishes.
+   pure function cubic_root(g0, g1, d0, d1) result(x)
+      real(wp), intent(in) :: g0, g1, d0, d1
+      real(wp) :: x
+
+      real(wp) :: a, b, slope
+      integer :: k
+
+      a = d0 + d1 - 2*(g1 - g0)
+      b = 3*(g1 - g0) - 2*d0 - d1
+      x = g0/(g0 - g1)
+      do k = 1, 2
+         slope = d0 + x*(2*b + x*3*a)
+         if (.not. slope < 0.0_wp) return
+         x = min(max(x - (g0 + x*(d0 + x*(b + x*a)))/slope, 0.0_wp), 1.0_wp)
+      end do
+   end function cubic_root
 
    !> Where between theta = a and b the rate of guard i, of other signs there, vanishes, and the guard at that point.
    subroutine turn(self, field, stepper, i, a, b, at, g)
@@ -169,5 +193,29 @@ contains
          if (abs(self%rc(i))*(high - low)*self%h <= eps*abs(g)) return
       end do
    end subroutine turn
+
+   !> Where between theta = a, where guard i is on its bound, and b, where it is beyond, that can be told from rounding.
+   subroutine emerge(self, field, stepper, i, a, b, at)
+      class(guard_probe_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      type(stepper_t), intent(in) :: stepper
+      integer, intent(in) :: i
+      real(wp), intent(in) :: a, b
+      real(wp), intent(out) :: at
+
+      real(wp) :: low, middle
+
+      low = a
+      at = b
+      do while (at - low > least_part*at)
+         middle = 0.5_wp*(low + at)
+         call self%look_inside(field, stepper, middle, self%gc, self%rc)
+         if (self%gc(i) < -self%guards%noise(i)) then
+            at = middle
+         else
+            low = middle
+         end if
+      end do
+   end subroutine emerge
 
 end module razy_integrate_runge_kutta_probe

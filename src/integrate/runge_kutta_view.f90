@@ -7,6 +7,8 @@ module razy_integrate_runge_kutta_view
    use razy_integrate_field, only: field_t
    use razy_integrate_field_observed, only: observed, observed_rate, observed_size
    use razy_integrate_integrator, only: glimpse_t
+   use razy_integrate_mode, only: treat_by_events
+   use razy_integrate_runge_kutta_turns, only: glimpse_sum, rate_path_t
    use razy_integrate_stepper, only: stepper_t
    implicit none(type, external)
    private
@@ -27,6 +29,9 @@ module razy_integrate_runge_kutta_view
       !> Largest frequency of excitation, rad/s.
       real(wp) :: fastest = 0.0_wp
       real(wp), allocatable, private :: z(:)
+      !> The rate of an observable, and whether turns are looked for on it.
+      type(rate_path_t), private :: rate_path
+      logical, private :: on_path = .false.
    contains
       procedure :: attach
       procedure :: look
@@ -45,6 +50,7 @@ contains
 
       if (allocated(self%z)) deallocate (self%z, self%z_start, self%z_stop)
       allocate (self%z(2*self%field%m), self%z_start(2*self%field%m), self%z_stop(2*self%field%m), source=0.0_wp)
+      call self%rate_path%attach(self%field)
       self%fastest = 0.0_wp
       if (size(self%field%omega) > 0) self%fastest = maxval(self%field%omega)
    end subroutine attach
@@ -59,11 +65,18 @@ contains
       else if (tau <= 0.0_wp) then
          self%z = self%z_start
       else
-         if (.not. self%dense) call self%stepper%prepare_dense(self%field, self%start, self%z_start)
-         self%dense = .true.
+         call make_dense(self)
          call self%stepper%at(tau/self%h, self%z)
       end if
    end subroutine look
+
+   !> Make the dense output of the step, unless it has been made.
+   subroutine make_dense(self)
+      class(view_t), intent(inout) :: self
+
+      if (.not. self%dense) call self%stepper%prepare_dense(self%field, self%start, self%z_start)
+      self%dense = .true.
+   end subroutine make_dense
 
    !> Time of the field and z at `tau`.
    subroutine state_at(self, tau, time, z)
@@ -110,9 +123,19 @@ contains
       real(wp) :: noise, rate
       integer :: k
 
-      seen%value = self%value(form, tau)
-      seen%size = observed_size(self%field, form, self%z)
-      if (self%moment) return
+      if (self%rate_path%suits(form)) then
+         call self%look(tau)
+         call glimpse_sum(self%field, form, self%start + tau, self%z, seen%value, rate, seen%size, noise)
+         if (self%moment) return
+         if (abs(rate) > noise) then
+            seen%direction = nint(sign(1.0_wp, rate))
+            return
+         end if
+      else
+         seen%value = self%value(form, tau)
+         seen%size = observed_size(self%field, form, self%z)
+         if (self%moment) return
+      end if
       do k = 1, size(later)
          call self%rate_of(form, tau + later(k)*(self%duration - tau), rate, noise)
          if (.not. abs(rate) > noise) cycle
@@ -136,12 +159,19 @@ contains
       tau_found = tau_end
       value = 0.0_wp
       if (self%moment) return
+      self%on_path = self%field%treatment == treat_by_events .and. self%rate_path%suits(form)
+      if (self%on_path) then
+         if (self%rate_path%steady(self%field, form, self%start, self%h, direction, self%z_start, self%stepper%z_end, &
+                                   self%stepper%dz_start, self%stepper%dz_end)) return
+         call make_dense(self)
+         call self%rate_path%follow(self%field, self%stepper%output)
+      end if
       n = max(1, ceiling(max(probes*(tau_end - tau)/self%h, self%fastest*(tau_end - tau)/longest_angle)))
       a = tau
       do k = 1, n
          b = tau + (tau_end - tau)*(real(k, wp)/n)
          if (k == n) b = tau_end
-         call self%rate_of(form, b, rate, noise)
+         call look_at_rate(self, form, b, rate, noise)
          found = direction*rate < -noise
          if (found) exit
          a = b
@@ -150,6 +180,21 @@ contains
       call refine(self, form, direction, a, b, rate, tau_found)
       value = self%value(form, tau_found)
    end subroutine next_turn
+
+   !> Rate of observable `form` at `tau` where turns are looked for, and the rounding in it.
+   subroutine look_at_rate(self, form, tau, rate, noise)
+      type(view_t), intent(inout) :: self
+      integer, intent(in) :: form
+      real(wp), intent(in) :: tau
+      real(wp), intent(out) :: rate, noise
+
+      if (self%on_path) then
+         rate = self%rate_path%rate_at(self%field, tau)
+         noise = self%rate_path%noise
+      else
+         call self%rate_of(form, tau, rate, noise)
+      end if
+   end subroutine look_at_rate
 
    !> The sign change of a rate between a and b, where it is `rate_b`, by false position after Illinois, and bisection.
    subroutine refine(self, form, direction, a, b, rate_b, at)
@@ -164,13 +209,13 @@ contains
       low = a
       high = b
       rate_high = rate_b
-      call self%rate_of(form, a, rate_low, noise)
+      call look_at_rate(self, form, a, rate_low, noise)
       side = 0
       at = high
       do k = 1, most_iterations
          at = 0.5_wp*(low + high)
          if (k <= most_iterations/2 .and. rate_low*rate_high < 0.0_wp) at = low + (high - low)*(rate_low/(rate_low - rate_high))
-         call self%rate_of(form, at, rate, noise)
+         call look_at_rate(self, form, at, rate, noise)
          if (abs(rate) <= noise) return
          if (direction*rate > 0.0_wp) then
             low = at

@@ -1,49 +1,50 @@
-!! Sums over the slopes of a Runge-Kutta step: stages, and the error in units of the tolerance.
+!! Sums over the slopes of a Runge-Kutta step: stages, the error in units of the tolerance, and products with matrices that hold
+!! such sums.
 !!
 !! Rows of slopes have a length that is a multiple of four.
 module razy_integrate_stage_sums
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use razy_core_kinds, only: wp
-   use razy_integrate_tableaux, only: sum_t, tableau_t
+   use razy_integrate_tableaux, only: sum_t
    implicit none(type, external)
    private
 
-   public :: add_up, combine, scaled_error
+   public :: add_up, combine, multiply, scaled_error, width
+
+   !> Rows of products are taken four at a time.
+   integer, parameter :: width = 4
 
    !> Weight of the estimate of order 3 in that of DOP853 (Hairer, Nørsett and Wanner I, (10.17)).
    real(wp), parameter :: share_of_third = 0.01_wp
 
 contains
 
-   !> Largest component of the error estimates of a step h from z0 to z1 in units of the tolerance; not finite if one is not.
-   pure function scaled_error(tableau, h, k, z0, z1, absolute, relative) result(error)
-      type(tableau_t), intent(in) :: tableau
-      real(wp), intent(in) :: h, absolute, relative
-      real(wp), intent(in), contiguous :: k(:, :), z0(:), z1(:)
+   !> Largest component of the error `estimates` e of a step from z0 to z1 (n each) in units of the tolerance; not finite if one is
+   !> not.
+   pure function scaled_error(n, rows, estimates, e, z0, z1, absolute, relative) result(error)
+      integer, intent(in) :: n, rows, estimates
+      real(wp), intent(in) :: e(rows, estimates), z0(n), z1(n), absolute, relative
       real(wp) :: error
 
-      real(wp) :: estimate(2), part, scale, sum(size(k, 1), 2)
-      integer :: e, i
+      real(wp) :: first, largest, scale, second
+      integer :: i
 
-      do e = 1, tableau%errors
-         call add_up(k, tableau%error(e), sum(:, e))
-      end do
-      estimate = 0.0_wp
-      do i = 1, size(z1)
+      first = 0.0_wp
+      second = 0.0_wp
+      do i = 1, n
          scale = 1.0_wp/(absolute + relative*max(abs(z0(i)), abs(z1(i))))
-         do e = 1, tableau%errors
-            part = abs(sum(i, e))*scale
-            if (.not. ieee_is_finite(part)) then
-               error = part
-               return
-            end if
-            estimate(e) = max(estimate(e), part)
-         end do
+         error = abs(e(i, 1))*scale
+         if (.not. error <= huge(error)) return
+         first = max(first, error)
+         if (estimates < 2) cycle
+         error = abs(e(i, 2))*scale
+         if (.not. error <= huge(error)) return
+         second = max(second, error)
       end do
-      error = abs(h)*estimate(1)
-      if (tableau%errors == 2 .and. estimate(1) > 0.0_wp) then
-         error = error*(estimate(1)/hypot(estimate(1), sqrt(share_of_third)*estimate(2)))
-      end if
+      error = first
+      if (estimates < 2 .or. .not. first > 0.0_wp) return
+      second = sqrt(share_of_third)*second
+      largest = max(first, second)
+      error = first*((first/largest)/sqrt((first/largest)**2 + (second/largest)**2))
    end function scaled_error
 
    !> out = Σ_j value_j k_column(j), four components at a time.
@@ -89,5 +90,35 @@ contains
          out(i) = base(i) + h*out(i)
       end do
    end subroutine combine
+
+   !> out = matrix u, of `stacked` blocks of four rows.
+   pure subroutine multiply(stacked, columns, matrix, u, out)
+      integer, intent(in) :: stacked, columns
+      real(wp), intent(in) :: matrix(width, columns, stacked), u(columns)
+      real(wp), intent(inout) :: out(width, stacked)
+
+      real(wp) :: s1, s2, s3, s4, x
+      integer :: i, j
+
+      do i = 1, stacked
+         s1 = 0.0_wp
+         s2 = 0.0_wp
+         s3 = 0.0_wp
+         s4 = 0.0_wp
+         ! Pairs of rows, not pairs of columns, go together.
+         !GCC$ novector
+         do j = 1, columns
+            x = u(j)
+            s1 = s1 + matrix(1, j, i)*x
+            s2 = s2 + matrix(2, j, i)*x
+            s3 = s3 + matrix(3, j, i)*x
+            s4 = s4 + matrix(4, j, i)*x
+         end do
+         out(1, i) = s1
+         out(2, i) = s2
+         out(3, i) = s3
+         out(4, i) = s4
+      end do
+   end subroutine multiply
 
 end module razy_integrate_stage_sums

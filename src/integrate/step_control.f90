@@ -20,13 +20,16 @@ module razy_integrate_step_control
       !> Bounds of the factor from step to step.
       real(wp) :: least = 0.2_wp, most = 10.0_wp
       logical :: predictive = .false.
-      !> Memory: error and length of the last accepted step (0: there is none), and whether the last attempt was rejected.
-      real(wp) :: last_error = 0.0_wp, last_h = 0.0_wp
+      !> Memory: error, its logarithm, and length of the last accepted step (0: none), and whether the last attempt was rejected.
+      real(wp) :: last_error = 0.0_wp, last_log = 0.0_wp, last_h = 0.0_wp
+      !> Logarithm of the safety factor.
+      real(wp) :: log_safety = log(0.9_wp)
       logical :: rejected = .false.
    contains
       procedure :: forget
       procedure :: accepted
       procedure :: refused
+      procedure :: is_steady
    end type step_control_t
 
    !> Errors below this are taken for it: an error of nothing predicts no step.
@@ -35,6 +38,24 @@ module razy_integrate_step_control
    real(wp), parameter, public :: factor_of_failure = 0.25_wp
 
 contains
+
+   !> Whether `accepted`, which is called if not, would give a factor within exp(∓width) of 1 for this error (proportional-integral
+   !> control only); if so the error is remembered.
+   pure subroutine is_steady(self, error, width, steady)
+      class(step_control_t), intent(inout) :: self
+      real(wp), intent(in) :: error, width
+      logical, intent(out) :: steady
+
+      real(wp) :: log_error
+
+      steady = .false.
+      if (.not. self%last_h > 0.0_wp .or. self%rejected .or. error < least_error) return
+      log_error = log(error)
+      steady = abs((0.75_wp*self%beta - 1.0_wp/self%order)*log_error + self%beta*self%last_log + self%log_safety) <= width
+      if (.not. steady) return
+      self%last_error = error
+      self%last_log = log_error
+   end subroutine is_steady
 
    !> Forget the steps before.
    pure subroutine forget(self)
@@ -61,12 +82,13 @@ contains
          end if
       else
          power = (0.75_wp*self%beta - 1.0_wp/self%order)*log(seen)
-         if (self%last_h > 0.0_wp) power = power + self%beta*log(self%last_error)
+         if (self%last_h > 0.0_wp) power = power + self%beta*self%last_log
          factor = safety*exp(power)
       end if
       factor = min(max(factor, self%least), self%most)
       if (self%rejected) factor = min(factor, 1.0_wp)
       self%last_error = max(error, merge(1.0e-2_wp, least_error, self%predictive))
+      self%last_log = log(self%last_error)
       self%last_h = h
       self%rejected = .false.
    end subroutine accepted

@@ -16,6 +16,7 @@ module razy_integrate_stepper
    use razy_integrate_folded_stages, only: folded_stages
    use razy_integrate_radau5, only: radau5_t
    use razy_integrate_stage_sums, only: add_up, combine, scaled_error
+   use razy_integrate_step_maps, only: below_on_ladder, half_rung, log_half_rung, near_on_ladder, step_maps_t
    use razy_integrate_step_control, only: factor_of_failure, step_control_t
    use razy_integrate_tableaux, only: new_tableau, tableau_t
    use razy_machine_method, only: method_t
@@ -49,11 +50,20 @@ module razy_integrate_stepper
       integer :: known = 0
       !> Start and stage of the step, slopes (padded n, stages).
       real(wp), allocatable :: z_start(:), z_stage(:), k(:, :)
+      !> Steps as linear maps, whether the last attempt was one, and error estimates (padded n, estimates).
+      type(step_maps_t) :: maps
+      logical :: mapped = .false.
+      real(wp), allocatable :: estimates(:, :)
    contains
       procedure :: prepare
+      procedure :: enter
       procedure :: restart
       procedure :: first_step
+      procedure :: begin
       procedure :: attempt
+      procedure :: leap
+      procedure :: glide
+      procedure :: go_on
       procedure :: prepare_dense
       procedure :: at
       procedure :: rate_at
@@ -104,20 +114,31 @@ contains
       padded = 4*((n + 3)/4)
       if (allocated(self%k)) then
          if (self%n /= n .or. size(self%k, 2) /= self%stages + 1 + self%tableau%extra) then
-            deallocate (self%z_end, self%dz_start, self%dz_end, self%z_start, self%z_stage, self%k)
+            deallocate (self%z_end, self%dz_start, self%dz_end, self%z_start, self%z_stage, self%k, self%estimates)
          end if
       end if
       self%n = n
       if (.not. allocated(self%k)) then
          allocate (self%dz_start(n), self%dz_end(n), self%z_end(n))
          allocate (self%z_start(padded), self%z_stage(padded), self%k(padded, self%stages + 1 + self%tableau%extra))
+         allocate (self%estimates(padded, self%tableau%errors))
       end if
       self%z_start = 0.0_wp
       self%z_stage = 0.0_wp
       self%k = 0.0_wp
       call self%output%prepare(n, 3 + self%polynomials)
+      call self%maps%forget()
       call self%restart()
    end subroutine prepare
+
+   !> The field has entered a mode: forget what came before.
+   subroutine enter(self, field)
+      class(stepper_t), intent(inout) :: self
+      type(field_t), intent(in) :: field
+
+      call self%restart()
+      if (self%adaptive .and. .not. self%implicit) call self%maps%enter(field)
+   end subroutine enter
 
    !> Forget the slope at the start of the next attempt and the controller's memory.
    pure subroutine restart(self)
@@ -172,50 +193,148 @@ contains
       end if
    end subroutine first_step
 
+   !> Evaluate the slope at (tau, z), unless `first_step` has done so there: it is as if a step had ended there.
+   subroutine begin(self, field, tau, z)
+      class(stepper_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau, z(:)
+
+      call know_start(self, field, tau, z)
+      self%dz_end = self%dz_start
+      self%known = moved_on
+   end subroutine begin
+
    !> Try a step h from (tau, z). `failed`: it led to no number, or its equations were not solved; then, and when it is not
    !> accepted, `h_next` is shorter.
    subroutine attempt(self, field, tau, z, h, accepted, failed)
       class(stepper_t), intent(inout) :: self
       type(field_t), intent(inout) :: field
-      real(wp), intent(in) :: tau, z(:), h
+      real(wp), intent(in) :: tau, h
+      real(wp), intent(in), contiguous :: z(:)
       logical, intent(out) :: accepted, failed
 
       call know_start(self, field, tau, z)
       self%h = h
       self%error = 0.0_wp
+      self%mapped = .false.
       failed = .not. all(ieee_is_finite(self%dz_start))
       if (.not. failed) then
          if (self%implicit) then
             call implicit_step(self, field, tau, z, h, failed)
          else
-            call explicit_step(self, field, tau, h, failed)
+            call explicit_step(self, field, tau, z, h, failed)
          end if
       end if
       accepted = .false.
       if (.not. failed) accepted = self%error <= 1.0_wp
-      if (accepted) then
-         if (self%tableau%fsal .or. (field%folded .and. .not. self%implicit)) then
-            self%dz_end = self%k(:self%n, self%stages + 1)
-         else
-            call field%derivative(tau + h, self%z_end, self%dz_end)
-            self%k(:self%n, self%stages + 1) = self%dz_end
-         end if
+      if (accepted .and. .not. self%mapped) then
+         call end_slope(self, field, tau + h)
          failed = .not. all(ieee_is_finite(self%dz_end))
          accepted = .not. failed
       end if
       if (self%implicit) then
          call propose_implicit(self, accepted, failed)
       else
-         call propose(self, accepted, failed)
+         call propose(self, field%folded, accepted, failed)
       end if
    end subroutine attempt
 
+   !> Try the proposed step from (tau, z), where a step of the same mode has just ended, by its map: `done`, if there is one and it
+   !> would be accepted. Nothing has happened until `go_on` is called; `attempt` may be called instead.
+   subroutine glide(self, field, tau, z, done)
+      class(stepper_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau
+      real(wp), intent(in), contiguous :: z(:)
+      logical, intent(out) :: done
+
+      integer :: i
+      logical :: failed
+
+      done = self%known == moved_on .and. abs(tau - field%base) <= 0.0_wp
+      if (done) call self%maps%try(field, self%tableau, self%h_next, self%dz_end, .false., done)
+      if (.not. done) return
+      do i = 1, self%n
+         self%dz_start(i) = self%dz_end(i)
+      end do
+      self%known = same_start
+      self%h = self%h_next
+      self%mapped = .true.
+      call mapped_step(self, field, tau + self%h, z, failed)
+      done = self%error <= 1.0_wp .and. .not. failed
+   end subroutine glide
+
+   !> Accept the step that `glide` has made; its right-hand sides count as if they had been formed.
+   pure subroutine go_on(self, field)
+      class(stepper_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+
+      logical :: steady
+
+      field%evaluations = field%evaluations + self%stages
+      call self%control%is_steady(self%error, log_half_rung, steady)
+      if (steady) then
+         self%accepted_steps = self%accepted_steps + 1
+         self%known = moved_on
+         self%h_next = self%h
+      else
+         call propose(self, .true., .true., .false.)
+      end if
+   end subroutine go_on
+
+   !> Step h from (tau, z), which is part of an accepted one that began there; the next step has to start anew. `taken`: it led to
+   !> numbers.
+   subroutine leap(self, field, tau, z, h, taken)
+      class(stepper_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau, h
+      real(wp), intent(in), contiguous :: z(:)
+      logical, intent(out) :: taken
+
+      self%known = same_start
+      call know_start(self, field, tau, z)
+      self%h = h
+      self%mapped = .false.
+      call form_stages(self, field, tau, h)
+      call end_slope(self, field, tau + h)
+      self%accepted_steps = self%accepted_steps + 1
+      taken = all(ieee_is_finite(self%z_end)) .and. all(ieee_is_finite(self%dz_end))
+   end subroutine leap
+
    !> Stages, end and error of a step h.
-   subroutine explicit_step(self, field, tau, h, failed)
+   subroutine explicit_step(self, field, tau, z, h, failed)
       type(stepper_t), intent(inout) :: self
       type(field_t), intent(inout) :: field
       real(wp), intent(in) :: tau, h
+      real(wp), intent(in), contiguous :: z(:)
       logical, intent(out) :: failed
+
+      integer :: e
+
+      if (field%folded .and. abs(tau - field%base) <= 0.0_wp) then
+         call self%maps%try(field, self%tableau, h, self%dz_start, .true., self%mapped)
+         if (self%mapped) then
+            field%evaluations = field%evaluations + self%stages
+            call mapped_step(self, field, tau + h, z, failed)
+            return
+         end if
+      end if
+      call form_stages(self, field, tau, h)
+      if (self%adaptive) then
+         do e = 1, self%tableau%errors
+            call add_up(self%k, self%tableau%error(e), self%estimates(:, e))
+         end do
+         self%error = abs(h)*scaled_error(self%n, size(self%estimates, 1), self%tableau%errors, self%estimates, self%z_start, &
+                                          self%z_end, self%absolute, self%relative)
+      end if
+      failed = .not. all(ieee_is_finite(self%z_end)) .or. .not. ieee_is_finite(self%error)
+   end subroutine explicit_step
+
+   !> Stages and end of a step h from the start known.
+   subroutine form_stages(self, field, tau, h)
+      type(stepper_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau, h
 
       integer :: i, last
 
@@ -233,11 +352,65 @@ contains
          self%z_end = self%z_stage(:self%n)
          if (self%tableau%fsal) call field%derivative(tau + h, self%z_end, self%k(:self%n, last))
       end if
-      if (self%adaptive) then
-         self%error = scaled_error(self%tableau, h, self%k, self%z_start(:self%n), self%z_end, self%absolute, self%relative)
+   end subroutine form_stages
+
+   !> The slope at the end of the step, at the time `tau`, where the stages have been formed.
+   subroutine end_slope(self, field, tau)
+      type(stepper_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau
+
+      if (self%tableau%fsal .or. (field%folded .and. .not. self%implicit)) then
+         self%dz_end = self%k(:self%n, self%stages + 1)
+      else
+         call field%derivative(tau, self%z_end, self%dz_end)
+         self%k(:self%n, self%stages + 1) = self%dz_end
       end if
-      failed = .not. all(ieee_is_finite(self%z_end)) .or. .not. ieee_is_finite(self%error)
-   end subroutine explicit_step
+   end subroutine end_slope
+
+   !> End, slope there and error of the step from z until `tau` whose map has been applied; leaves the field at the phases there.
+   pure subroutine mapped_step(self, field, tau, z, failed)
+      type(stepper_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau
+      real(wp), intent(in), contiguous :: z(:)
+      logical, intent(out) :: failed
+
+      call field%turn_phases(self%maps%cosine, self%maps%sine, tau)
+      call take(field%m, size(field%omega), field%matrix, field%constant, field%on_cosine, field%on_sine, field%c, field%d, &
+                self%maps%ends, z, self%z_end, self%dz_end)
+      self%error = scaled_error(self%n, self%n, self%tableau%errors, self%maps%ends(self%n + 1:), z, self%z_end, self%absolute, &
+                                self%relative)
+      failed = .not. self%error <= huge(1.0_wp)
+
+   contains
+
+      pure subroutine take(m, tones, matrix, constant, on_cosine, on_sine, c, d, change, z0, z1, slope)
+         integer, intent(in) :: m, tones
+         real(wp), intent(in) :: matrix(m, 2*m), constant(m), on_cosine(m, tones), on_sine(m, tones), c(tones), d(tones), &
+                                 change(2*m), z0(2*m)
+         real(wp), intent(out) :: z1(2*m), slope(2*m)
+
+         real(wp) :: a
+         integer :: i, j
+
+         do i = 1, 2*m
+            z1(i) = z0(i) + change(i)
+         end do
+         do i = 1, m
+            a = constant(i)
+            do j = 1, tones
+               a = a + (on_cosine(i, j)*c(j) + on_sine(i, j)*d(j))
+            end do
+            do j = 1, 2*m
+               a = a - matrix(i, j)*z1(j)
+            end do
+            slope(i) = z1(m + i)
+            slope(m + i) = a
+         end do
+      end subroutine take
+
+   end subroutine mapped_step
 
    !> The same by Newton's iteration.
    subroutine implicit_step(self, field, tau, z, h, failed)
@@ -256,10 +429,10 @@ contains
       failed = .not. all(ieee_is_finite(self%z_end)) .or. .not. ieee_is_finite(self%error)
    end subroutine implicit_step
 
-   !> Count the attempt, remember where the next one starts, and propose its step.
-   pure subroutine propose(self, accepted, failed)
+   !> Count the attempt, remember where the next one starts, and propose its step, on the ladder of maps if the mode is `folded`.
+   pure subroutine propose(self, folded, accepted, failed)
       type(stepper_t), intent(inout) :: self
-      logical, intent(in) :: accepted, failed
+      logical, intent(in) :: folded, accepted, failed
 
       real(wp) :: factor
 
@@ -270,6 +443,11 @@ contains
          if (self%adaptive) then
             call self%control%accepted(self%h, self%error, self%control%safety, factor)
             self%h_next = factor*self%h
+            if (self%mapped .and. factor <= half_rung .and. factor*half_rung >= 1.0_wp) then
+               self%h_next = self%h
+            else if (folded) then
+               self%h_next = near_on_ladder(self%h_next)
+            end if
          end if
          return
       end if
@@ -282,6 +460,7 @@ contains
          call self%control%refused(self%error, self%control%safety, factor)
          self%h_next = factor*self%h
       end if
+      if (folded) self%h_next = below_on_ladder(self%h_next)
    end subroutine propose
 
    !> The same for the implicit method, whose proposal depends on the work of the iteration; a step that would hardly grow is
@@ -346,22 +525,27 @@ contains
          call self%radau%dense_coefficients(self%output%r(:, 1:4))
          return
       end if
-      last = self%stages + 1
-      if (field%folded .and. self%tableau%extra > 0) then
-         call folded_stages(field, self%tableau, tau, self%h, last + 1, last + self%tableau%extra, self%z_start, self%k, &
-                            self%z_stage)
-         field%evaluations = field%evaluations + self%tableau%extra
-         last = last + self%tableau%extra
-      end if
-      do i = last + 1, self%stages + 1 + self%tableau%extra
-         call combine(self%z_start, self%h, self%k, self%tableau%row(i), self%z_stage)
-         call field%derivative(tau + self%tableau%node(i)*self%h, self%z_stage(:self%n), self%k(:self%n, i))
-      end do
       associate (r => self%output%r)
          do i = 1, self%n
             r(i, 1) = self%z_end(i) - z(i)
             r(i, 2) = self%h*self%dz_start(i) - r(i, 1)
             r(i, 3) = r(i, 1) - self%h*self%dz_end(i) - r(i, 2)
+         end do
+         if (self%mapped) then
+            field%evaluations = field%evaluations + self%tableau%extra
+            call self%maps%dense(self%n, r(:, 4:3 + self%tableau%polynomials))
+            return
+         end if
+         last = self%stages + 1
+         if (field%folded .and. self%tableau%extra > 0) then
+            call folded_stages(field, self%tableau, tau, self%h, last + 1, last + self%tableau%extra, self%z_start, self%k, &
+                               self%z_stage)
+            field%evaluations = field%evaluations + self%tableau%extra
+            last = last + self%tableau%extra
+         end if
+         do i = last + 1, self%stages + 1 + self%tableau%extra
+            call combine(self%z_start, self%h, self%k, self%tableau%row(i), self%z_stage)
+            call field%derivative(tau + self%tableau%node(i)*self%h, self%z_stage(:self%n), self%k(:self%n, i))
          end do
          do l = 1, self%tableau%polynomials
             call add_up(self%k, self%tableau%dense(l), self%z_stage)
