@@ -32,9 +32,9 @@ module razy_integrate_explicit_steps
       type(dense_output_t) :: output
       !> Start and stage of the step, slopes (padded n, stages).
       real(wp), allocatable :: z_start(:), z_stage(:), k(:, :)
-      !> Steps as linear maps, whether the last attempt was one, and error estimates (padded n, estimates).
+      !> Steps as linear maps, whether they are used, whether the last attempt was one, and error estimates (padded n, estimates).
       type(step_maps_t) :: maps
-      logical :: mapped = .false.
+      logical :: mapping = .false., mapped = .false.
       real(wp), allocatable :: estimates(:, :)
    contains
       procedure :: make_room
@@ -46,6 +46,10 @@ module razy_integrate_explicit_steps
       procedure :: at
       procedure :: rate_at
    end type explicit_steps_t
+
+   !> Tolerance below which there are no maps: their rounding, tens of epsilon a step and of the same sign in every step, would be
+   !> more than a thousandth of it.
+   real(wp), parameter :: least_mapped = 4.5e4_wp*epsilon(1.0_wp)
 
 contains
 
@@ -72,6 +76,7 @@ contains
       self%z_stage = 0.0_wp
       self%k = 0.0_wp
       call self%maps%forget()
+      self%mapping = self%adaptive .and. .not. self%implicit .and. self%relative >= least_mapped
    end subroutine make_room
 
    !> Stages, end and error of a step h.
@@ -84,7 +89,7 @@ contains
 
       integer :: e
 
-      if (field%folded .and. abs(tau - field%base) <= 0.0_wp) then
+      if (self%mapping .and. field%folded .and. abs(tau - field%base) <= 0.0_wp) then
          call self%maps%try(field, self%tableau, h, self%dz_start, .true., self%mapped)
          if (self%mapped) then
             field%evaluations = field%evaluations + self%stages

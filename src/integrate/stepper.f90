@@ -102,7 +102,7 @@ contains
       type(field_t), intent(in) :: field
 
       call self%restart()
-      if (self%adaptive .and. .not. self%implicit) call self%maps%enter(field)
+      if (self%mapping) call self%maps%enter(field)
    end subroutine enter
 
    !> Forget the slope at the start of the next attempt and the controller's memory.
@@ -200,7 +200,7 @@ contains
       if (self%implicit) then
          call propose_implicit(self, accepted, failed)
       else
-         call propose(self, field%folded, accepted, failed)
+         call propose(self, field%folded .and. self%mapping, accepted, failed)
       end if
    end subroutine attempt
 
@@ -216,7 +216,7 @@ contains
       integer :: i
       logical :: failed
 
-      done = self%known == moved_on .and. abs(tau - field%base) <= 0.0_wp
+      done = self%mapping .and. self%known == moved_on .and. abs(tau - field%base) <= 0.0_wp
       if (done) call self%maps%try(field, self%tableau, self%h_next, self%dz_end, .false., done)
       if (.not. done) return
       do i = 1, self%n
@@ -283,10 +283,10 @@ contains
       failed = .not. all(ieee_is_finite(self%z_end)) .or. .not. ieee_is_finite(self%error)
    end subroutine implicit_step
 
-   !> Count the attempt, remember where the next one starts, and propose its step, on the ladder of maps if the mode is `folded`.
-   pure subroutine propose(self, folded, accepted, failed)
+   !> Count the attempt, remember where the next one starts, and propose its step, on the ladder of maps if there are any.
+   pure subroutine propose(self, on_ladder, accepted, failed)
       type(stepper_t), intent(inout) :: self
-      logical, intent(in) :: folded, accepted, failed
+      logical, intent(in) :: on_ladder, accepted, failed
 
       real(wp) :: factor
 
@@ -299,7 +299,7 @@ contains
             self%h_next = factor*self%h
             if (self%mapped .and. factor <= half_rung .and. factor*half_rung >= 1.0_wp) then
                self%h_next = self%h
-            else if (folded) then
+            else if (on_ladder) then
                self%h_next = near_on_ladder(self%h_next)
             end if
          end if
@@ -314,7 +314,7 @@ contains
          call self%control%refused(self%error, self%control%safety, factor)
          self%h_next = factor*self%h
       end if
-      if (folded) self%h_next = below_on_ladder(self%h_next)
+      if (on_ladder) self%h_next = below_on_ladder(self%h_next)
    end subroutine propose
 
    !> The same for the implicit method, whose proposal depends on the work of the iteration; a step that would hardly grow is
