@@ -10,7 +10,13 @@ module razy_integrate_step_control
    implicit none(type, external)
    private
 
-   public :: step_control_t
+   public :: control_memory_t, step_control_t
+
+   !> Error, its logarithm, and length of the last accepted step (0: none), and whether the last attempt was rejected.
+   type :: control_memory_t
+      real(wp) :: last_error = 0.0_wp, last_log = 0.0_wp, last_h = 0.0_wp
+      logical :: rejected = .false.
+   end type control_memory_t
 
    type :: step_control_t
       !> q, and the weight of the integral part.
@@ -20,16 +26,14 @@ module razy_integrate_step_control
       !> Bounds of the factor from step to step.
       real(wp) :: least = 0.2_wp, most = 10.0_wp
       logical :: predictive = .false.
-      !> Memory: error, its logarithm, and length of the last accepted step (0: none), and whether the last attempt was rejected.
-      real(wp) :: last_error = 0.0_wp, last_log = 0.0_wp, last_h = 0.0_wp
       !> Logarithm of the safety factor.
       real(wp) :: log_safety = log(0.9_wp)
-      logical :: rejected = .false.
+      type(control_memory_t) :: memory
    contains
       procedure :: forget
       procedure :: accepted
       procedure :: refused
-      procedure :: is_steady
+      procedure :: accepted_on_ladder
    end type step_control_t
 
    !> Errors below this are taken for it: an error of nothing predicts no step.
@@ -39,31 +43,36 @@ module razy_integrate_step_control
 
 contains
 
-   !> Whether `accepted`, which is called if not, would give a factor within exp(∓width) of 1 for this error (proportional-integral
-   !> control only); if so the error is remembered.
-   pure subroutine is_steady(self, error, width, steady)
+   !> `accepted` for proportional-integral control, but that a factor within exp(∓width) of 1 is 1.
+   pure subroutine accepted_on_ladder(self, h, error, width, factor)
       class(step_control_t), intent(inout) :: self
-      real(wp), intent(in) :: error, width
-      logical, intent(out) :: steady
+      real(wp), intent(in) :: h, error, width
+      real(wp), intent(out) :: factor
 
-      real(wp) :: log_error
+      real(wp) :: log_error, power
 
-      steady = .false.
-      if (.not. self%last_h > 0.0_wp .or. self%rejected .or. error < least_error) return
-      log_error = log(error)
-      steady = abs((0.75_wp*self%beta - 1.0_wp/self%order)*log_error + self%beta*self%last_log + self%log_safety) <= width
-      if (.not. steady) return
-      self%last_error = error
-      self%last_log = log_error
-   end subroutine is_steady
+      log_error = log(max(error, tiny_error))
+      power = (0.75_wp*self%beta - 1.0_wp/self%order)*log_error + self%log_safety
+      if (self%memory%last_h > 0.0_wp) power = power + self%beta*self%memory%last_log
+      factor = 1.0_wp
+      if (abs(power) > width) then
+         factor = min(max(exp(power), self%least), self%most)
+         if (self%memory%rejected) factor = min(factor, 1.0_wp)
+      end if
+      self%memory%last_error = max(error, least_error)
+      self%memory%last_log = log_error
+      if (error < least_error) self%memory%last_log = log(least_error)
+      self%memory%last_h = h
+      self%memory%rejected = .false.
+   end subroutine accepted_on_ladder
 
    !> Forget the steps before.
    pure subroutine forget(self)
       class(step_control_t), intent(inout) :: self
 
-      self%last_error = 0.0_wp
-      self%last_h = 0.0_wp
-      self%rejected = .false.
+      self%memory%last_error = 0.0_wp
+      self%memory%last_h = 0.0_wp
+      self%memory%rejected = .false.
    end subroutine forget
 
    !> Factor after an accepted step `h` with `error` <= 1; `safety` replaces the controller's own (Newton's work).
@@ -77,20 +86,20 @@ contains
       seen = max(error, tiny_error)
       if (self%predictive) then
          factor = safety*seen**(-1.0_wp/self%order)
-         if (self%last_h > 0.0_wp) then
-            factor = min(factor, safety*(h/self%last_h)*(self%last_error/seen**2)**(1.0_wp/self%order))
+         if (self%memory%last_h > 0.0_wp) then
+            factor = min(factor, safety*(h/self%memory%last_h)*(self%memory%last_error/seen**2)**(1.0_wp/self%order))
          end if
       else
          power = (0.75_wp*self%beta - 1.0_wp/self%order)*log(seen)
-         if (self%last_h > 0.0_wp) power = power + self%beta*self%last_log
+         if (self%memory%last_h > 0.0_wp) power = power + self%beta*self%memory%last_log
          factor = safety*exp(power)
       end if
       factor = min(max(factor, self%least), self%most)
-      if (self%rejected) factor = min(factor, 1.0_wp)
-      self%last_error = max(error, merge(1.0e-2_wp, least_error, self%predictive))
-      self%last_log = log(self%last_error)
-      self%last_h = h
-      self%rejected = .false.
+      if (self%memory%rejected) factor = min(factor, 1.0_wp)
+      self%memory%last_error = max(error, merge(1.0e-2_wp, least_error, self%predictive))
+      self%memory%last_log = log(self%memory%last_error)
+      self%memory%last_h = h
+      self%memory%rejected = .false.
    end subroutine accepted
 
    !> Factor after a rejected step with `error` > 1.
@@ -100,7 +109,7 @@ contains
       real(wp), intent(out) :: factor
 
       factor = min(max(safety*error**(-1.0_wp/self%order), self%least), self%safety)
-      self%rejected = .true.
+      self%memory%rejected = .true.
    end subroutine refused
 
 end module razy_integrate_step_control
