@@ -27,7 +27,11 @@ module razy_integrate_runge_kutta_bounds
       logical, private :: of_s = .false.
       !> At the start and the ends of the steps of a strip: guards and their rates (0: longest_strip, count), s and s' without their
       !> constant terms, and |s''| (0: longest_strip, contacts).
-      real(wp), allocatable, private :: g(:, :), g_rate(:, :), s(:, :), rate(:, :), bend(:, :)
+      real(wp), allocatable :: g(:, :), g_rate(:, :)
+      real(wp), allocatable, private :: s(:, :), rate(:, :), bend(:, :)
+      !> Steps of the strip in which a guard that fell has turned (longest_strip, count), and how often that was seen.
+      logical, allocatable :: turned(:, :)
+      integer :: turns = 0
    contains
       procedure :: make_bounds
       procedure :: start
@@ -50,8 +54,9 @@ contains
       n = size(self%guards%entry)
       contacts = size(field%branch)
       if (allocated(self%g0)) deallocate (self%g0, self%rate0, self%g1, self%rate1, self%bend0, self%bend1, self%falling, &
-                                          self%nearest, self%g, self%g_rate, self%s, self%rate, self%bend)
+                                          self%nearest, self%g, self%g_rate, self%s, self%rate, self%bend, self%turned)
       allocate (self%g(0:longest_strip, n), self%g_rate(0:longest_strip, n), source=0.0_wp)
+      allocate (self%turned(longest_strip, n), source=.false.)
       allocate (self%s(0:longest_strip, contacts), self%rate(0:longest_strip, contacts), self%bend(0:longest_strip, contacts), &
                 source=0.0_wp)
       allocate (self%g0(n), self%rate0(n), self%g1(n), self%rate1(n), source=0.0_wp)
@@ -137,35 +142,38 @@ contains
       if (reached .and. g1 > noise) reached = min(rate0, rate1) <= turn
    end function reached
 
-   !> Number of steps of a strip that begins where the step looked at last ends, in which no guard can be left or turn.
+   !> Number of steps of a strip, which begins where the step looked at last ends, in which no guard can be left; `free` of them are
+   !> known to be such. Of those in which a guard turns, `turned` is noted.
    pure subroutine clear(self, field, strip, free)
       class(guard_bounds_t), intent(inout) :: self
       type(field_t), intent(in) :: field
       type(step_strip_t), intent(in) :: strip
-      integer, intent(out) :: free
+      integer, intent(inout) :: free
 
       real(wp) :: turn
-      integer :: i, j, k
+      integer :: before, i, j, k
 
-      free = 0
       if (.not. self%of_s) return
+      before = free
       free = strip%count
-      call look(size(self%bend1), field%m, size(field%omega), free, field%w, field%error_re, field%error_im, field%omega, &
-                strip%z, strip%u, self%s, self%rate, self%bend)
-      do j = 1, size(self%bend1)
-         self%bend(0, j) = self%bend1(j)
-      end do
+      if (before == 0) self%turns = 0
+      call look(size(self%bend1), field%m, size(field%omega), before + 1, free, field%w, field%error_re, field%error_im, &
+                field%omega, strip%z, strip%u, self%s, self%rate, self%bend)
+      if (before == 0) self%bend(0, :) = self%bend1
       do i = 1, self%guards%count
          associate (entry => self%guards%entry(i), g => self%g(:, i), rate => self%g_rate(:, i), noise => self%guards%noise(i))
             j = entry%contact
-            g(1) = self%g1(i)
-            rate(1) = self%rate1(i)
-            do k = 1, free
+            if (before == 0) then
+               g(1) = self%g1(i)
+               rate(1) = self%rate1(i)
+            end if
+            do k = before + 1, free
                g(k + 1) = entry%side*(entry%alpha*(self%s(k, j) + field%machine%contact(j)%offset) + entry%gamma - entry%bound)
                rate(k + 1) = entry%side*entry%alpha*(self%rate(k, j) + field%machine%contact(j)%drive)
-               turn = abs(entry%alpha)*strip%h(k)*max(self%bend(k - 1, j), self%bend(k, j))
-               if (rate(k) < 0.0_wp .and. rate(k + 1) > 0.0_wp) exit
-               if (reached(g(k), rate(k), g(k + 1), rate(k + 1), turn, strip%h(k), noise)) exit
+               turn = abs(entry%alpha)*strip%h*max(self%bend(k - 1, j), self%bend(k, j))
+               if (reached(g(k), rate(k), g(k + 1), rate(k + 1), turn, strip%h, noise)) exit
+               self%turned(k, i) = rate(k) < 0.0_wp .and. rate(k + 1) > 0.0_wp
+               if (self%turned(k, i)) self%turns = self%turns + 1
             end do
             free = min(free, k - 1)
          end associate
@@ -174,8 +182,8 @@ contains
    contains
 
       !> s and s' without their constant terms, and |s''|, of all contacts at the ends of all steps.
-      pure subroutine look(contacts, m, tones, steps, w, re, im, omega, z, u, s, rate, bend)
-         integer, intent(in) :: contacts, m, tones, steps
+      pure subroutine look(contacts, m, tones, first, last, w, re, im, omega, z, u, s, rate, bend)
+         integer, intent(in) :: contacts, m, tones, first, last
          real(wp), intent(in) :: w(m, contacts), re(contacts, tones), im(contacts, tones), omega(tones)
          real(wp), intent(in) :: z(2*m, 0:longest_strip), u(2*(m + tones), 0:longest_strip)
          real(wp), dimension(0:longest_strip, contacts), intent(inout) :: s, rate, bend
@@ -184,7 +192,7 @@ contains
          integer :: i, j, k, t
 
          do j = 1, contacts
-            do k = 1, steps
+            do k = first, last
                s_value = 0.0_wp
                s_rate = 0.0_wp
                s_bend = 0.0_wp

@@ -28,6 +28,7 @@ contains
 
       real(wp) :: start
       integer :: free
+      logical :: begun
 
       made = .false.
       if (march%bounces%landing .or. .not. march%view%field%folded) return
@@ -36,16 +37,17 @@ contains
             call march%start_field()
             start = march%tau
             call field%start_anew(start)
-            call stepper%stride(field, start, march%z, steps_to_try(march), march%remaining()*(1.0_wp - 4*eps))
+            call stepper%begin_strip(field, start, march%z, begun)
+            if (.not. begun) return
+            call make_strip(march, steps_to_try(march), free)
             if (strip%count < 1) return
-            call march%locator%clear(field, strip, free)
             if (free > 0) then
+               call march%doubts%of_strip(march%locator, field, strip, free, march%time + start)
                call stepper%go_on(field, start, free)
                call march%locator%move_on(free)
                outcome%steps = outcome%steps + free
                march%made = march%made + free
-               call march%doubts%known%more(free)
-               call march%end_opening(strip%next(1))
+               call march%end_opening(merge(strip%h, stepper%h_next, free > 1))
                call show_strip(march, piece, observers, free)
             end if
             if (free < strip%count) then
@@ -58,17 +60,41 @@ contains
       end associate
    end subroutine glide
 
-   !> How many steps to make at once: as many as the mode took the last time, or a few more, but not more than are left.
+   !> Make up to `steps` steps of the strip: `free` of them are far from any guard. The first two are looked at before there are more.
+   subroutine make_strip(march, steps, free)
+      class(march_t), intent(inout) :: march
+      integer, intent(in) :: steps
+      integer, intent(out) :: free
+
+      integer :: last
+
+      associate (field => march%view%field, stepper => march%view%stepper, strip => march%view%stepper%strip)
+         last = min(steps, 2)
+         free = 0
+         do
+            call stepper%stride(field, last)
+            call march%locator%clear(field, strip, free)
+            if (free < last .or. last == steps) return
+            last = steps
+         end do
+      end associate
+   end subroutine make_strip
+
+   !> How many steps to make at once: as many as the mode took the last time, or a few more, but not more than are left,
+   !> and none that reaches the end of the motion.
    pure integer function steps_to_try(march) result(steps)
       class(march_t), intent(in) :: march
 
+      real(wp) :: rest
       integer(i8) :: left
 
+      rest = march%remaining()*(1.0_wp - 4*eps)/march%view%stepper%h_next
       if (march%made < march%expected) then
          steps = min(march%expected - march%made, longest_strip)
       else
          steps = min(2*(march%made - march%expected) + 2, longest_strip)
       end if
+      if (rest < longest_strip + 1) steps = min(steps, ceiling(rest) - 1)
       left = march%method%most_steps - march%view%stepper%accepted_steps - march%view%stepper%rejected_steps
       steps = int(min(int(steps, i8), left))
    end function steps_to_try

@@ -139,7 +139,7 @@ contains
       integer, intent(in) :: k, direction
 
       steady_in = min(direction*self%rate(k - 1), direction*self%rate(k)) &
-                  > strip%h(k)*max(self%bend(k - 1), self%bend(k)) + self%noise
+                  > strip%h*max(self%bend(k - 1), self%bend(k)) + self%noise
    end function steady_in
 
    !> Take the polynomial of the step.

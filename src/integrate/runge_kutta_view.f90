@@ -265,9 +265,9 @@ contains
             call load_step(self, k)
             call make_dense(self)
             path%start = self%start + strip%at(k - 1)
-            path%h = strip%h(k)
+            path%h = strip%h
             call path%follow(self%field, self%stepper%output)
-            call search(self, form, direction, max(tau - strip%at(k - 1), 0.0_wp), min(tau_end - strip%at(k - 1), strip%h(k)), &
+            call search(self, form, direction, max(tau - strip%at(k - 1), 0.0_wp), min(tau_end - strip%at(k - 1), strip%h), &
                         found, tau_found)
             if (.not. found) cycle
             tau_found = strip%at(k - 1) + tau_found

@@ -10,13 +10,7 @@ module razy_integrate_step_control
    implicit none(type, external)
    private
 
-   public :: control_memory_t, step_control_t
-
-   !> Error, its logarithm, and length of the last accepted step (0: none), and whether the last attempt was rejected.
-   type :: control_memory_t
-      real(wp) :: last_error = 0.0_wp, last_log = 0.0_wp, last_h = 0.0_wp
-      logical :: rejected = .false.
-   end type control_memory_t
+   public :: step_control_t
 
    type :: step_control_t
       !> q, and the weight of the integral part.
@@ -28,7 +22,9 @@ module razy_integrate_step_control
       logical :: predictive = .false.
       !> Logarithm of the safety factor.
       real(wp) :: log_safety = log(0.9_wp)
-      type(control_memory_t) :: memory
+      !> Memory: error, its logarithm, and length of the last accepted step (0: none), and whether the last attempt was rejected.
+      real(wp) :: last_error = 0.0_wp, last_log = 0.0_wp, last_h = 0.0_wp
+      logical :: rejected = .false.
    contains
       procedure :: forget
       procedure :: accepted
@@ -53,26 +49,26 @@ contains
 
       log_error = log(max(error, tiny_error))
       power = (0.75_wp*self%beta - 1.0_wp/self%order)*log_error + self%log_safety
-      if (self%memory%last_h > 0.0_wp) power = power + self%beta*self%memory%last_log
+      if (self%last_h > 0.0_wp) power = power + self%beta*self%last_log
       factor = 1.0_wp
       if (abs(power) > width) then
          factor = min(max(exp(power), self%least), self%most)
-         if (self%memory%rejected) factor = min(factor, 1.0_wp)
+         if (self%rejected) factor = min(factor, 1.0_wp)
       end if
-      self%memory%last_error = max(error, least_error)
-      self%memory%last_log = log_error
-      if (error < least_error) self%memory%last_log = log(least_error)
-      self%memory%last_h = h
-      self%memory%rejected = .false.
+      self%last_error = max(error, least_error)
+      self%last_log = log_error
+      if (error < least_error) self%last_log = log(least_error)
+      self%last_h = h
+      self%rejected = .false.
    end subroutine accepted_on_ladder
 
    !> Forget the steps before.
    pure subroutine forget(self)
       class(step_control_t), intent(inout) :: self
 
-      self%memory%last_error = 0.0_wp
-      self%memory%last_h = 0.0_wp
-      self%memory%rejected = .false.
+      self%last_error = 0.0_wp
+      self%last_h = 0.0_wp
+      self%rejected = .false.
    end subroutine forget
 
    !> Factor after an accepted step `h` with `error` <= 1; `safety` replaces the controller's own (Newton's work).
@@ -86,20 +82,20 @@ contains
       seen = max(error, tiny_error)
       if (self%predictive) then
          factor = safety*seen**(-1.0_wp/self%order)
-         if (self%memory%last_h > 0.0_wp) then
-            factor = min(factor, safety*(h/self%memory%last_h)*(self%memory%last_error/seen**2)**(1.0_wp/self%order))
+         if (self%last_h > 0.0_wp) then
+            factor = min(factor, safety*(h/self%last_h)*(self%last_error/seen**2)**(1.0_wp/self%order))
          end if
       else
          power = (0.75_wp*self%beta - 1.0_wp/self%order)*log(seen)
-         if (self%memory%last_h > 0.0_wp) power = power + self%beta*self%memory%last_log
+         if (self%last_h > 0.0_wp) power = power + self%beta*self%last_log
          factor = safety*exp(power)
       end if
       factor = min(max(factor, self%least), self%most)
-      if (self%memory%rejected) factor = min(factor, 1.0_wp)
-      self%memory%last_error = max(error, merge(1.0e-2_wp, least_error, self%predictive))
-      self%memory%last_log = log(self%memory%last_error)
-      self%memory%last_h = h
-      self%memory%rejected = .false.
+      if (self%rejected) factor = min(factor, 1.0_wp)
+      self%last_error = max(error, merge(1.0e-2_wp, least_error, self%predictive))
+      self%last_log = log(self%last_error)
+      self%last_h = h
+      self%rejected = .false.
    end subroutine accepted
 
    !> Factor after a rejected step with `error` > 1.
@@ -109,7 +105,7 @@ contains
       real(wp), intent(out) :: factor
 
       factor = min(max(safety*error**(-1.0_wp/self%order), self%least), self%safety)
-      self%memory%rejected = .true.
+      self%rejected = .true.
    end subroutine refused
 
 end module razy_integrate_step_control

@@ -62,7 +62,8 @@ module razy_integrate_step_maps
       procedure :: enter
       procedure :: try
       procedure :: turn
-      procedure :: add
+      procedure :: begin
+      procedure :: walk
       procedure :: recall
       procedure :: dense
    end type step_maps_t
@@ -176,22 +177,32 @@ contains
       end associate
    end subroutine turn
 
-   !> Add a step h to the strip if there is a map of it: `done`.
-   subroutine add(self, field, tableau, h, strip, done)
+   !> Begin a strip of steps h at z with the slope dz and the phases of the field's step: `done`, if there is a map of h.
+   subroutine begin(self, field, tableau, h, z, dz, strip, done)
       class(step_maps_t), intent(inout) :: self
       type(field_t), intent(in) :: field
       type(tableau_t), intent(in) :: tableau
       real(wp), intent(in) :: h
+      real(wp), intent(in), contiguous :: z(:), dz(:)
       type(step_strip_t), intent(inout) :: strip
       logical, intent(out) :: done
 
       if (abs(h - self%h) > 0.0_wp) call look_up(self, field, tableau, h, .false.)
       done = self%ready
-      if (.not. done) return
+      if (done) call strip%begin(field, size(self%ends), h, z, dz)
+   end subroutine begin
+
+   !> Make steps of the strip up to number `last`.
+   pure subroutine walk(self, field, last, strip)
+      class(step_maps_t), intent(in) :: self
+      type(field_t), intent(in) :: field
+      integer, intent(in) :: last
+      type(step_strip_t), intent(inout) :: strip
+
       associate (map => self%mode(self%now)%step(self%slot))
-         call strip%add(field, h, self%slot, size(map%ends, 3), map%ends, map%cosine, map%sine)
+         call strip%walk(field, last, map%ends, map%cosine, map%sine)
       end associate
-   end subroutine add
+   end subroutine walk
 
    !> Take step k of a strip as the one that `try` has made last.
    pure subroutine recall(self, strip, k)
@@ -201,9 +212,6 @@ contains
 
       integer :: i
 
-      self%h = strip%h(k)
-      self%slot = strip%slot(k)
-      self%ready = .true.
       do i = 1, size(self%u)
          self%u(i) = strip%u(i, k - 1)
       end do

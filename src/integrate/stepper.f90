@@ -46,6 +46,7 @@ module razy_integrate_stepper
       procedure :: begin
       procedure :: attempt
       procedure :: leap
+      procedure :: begin_strip
       procedure :: stride
       procedure :: go_on
       procedure :: load
@@ -207,41 +208,31 @@ contains
       end if
    end subroutine attempt
 
-   !> Make up to `most` steps as proposed from (tau, z), where a step of the same mode has just ended, by their maps into the strip, as
-   !> long as there are maps, the steps would be accepted, and none reaches the time `rest`. Nothing has happened until `load` or
-   !> `go_on` is called; `attempt` may be called instead.
-   subroutine stride(self, field, tau, z, most, rest)
+   !> Begin a strip of the proposed steps at (tau, z), where a step of the same mode has just ended: `done`, if there is a map of them.
+   subroutine begin_strip(self, field, tau, z, done)
       class(stepper_t), intent(inout) :: self
       type(field_t), intent(in) :: field
-      real(wp), intent(in) :: tau, rest
+      real(wp), intent(in) :: tau
       real(wp), intent(in), contiguous :: z(:)
-      integer, intent(in) :: most
+      logical, intent(out) :: done
 
-      real(wp) :: factor, h
-      logical :: done
+      done = self%mapping .and. self%known == moved_on .and. .not. abs(tau - field%base) > 0.0_wp
+      if (done) call self%maps%begin(field, self%tableau, self%h_next, z, self%dz_end, self%strip, done)
+   end subroutine begin_strip
 
-      self%strip%count = 0
-      if (.not. self%mapping .or. self%known /= moved_on .or. abs(tau - field%base) > 0.0_wp) return
-      associate (strip => self%strip, control => self%control)
-         call strip%begin(field, self%tableau%errors, z, self%dz_end)
-         strip%memory(0) = control%memory
-         strip%next(0) = self%h_next
-         do while (strip%count < most)
-            h = strip%next(strip%count)
-            if (.not. h < rest - strip%at(strip%count)) exit
-            call self%maps%add(field, self%tableau, h, strip, done)
-            if (done) call strip%judge(self%tableau%errors, self%absolute, self%relative, done)
-            if (.not. done) exit
-            call control%accepted_on_ladder(h, strip%error(strip%count), log_half_rung, factor)
-            strip%memory(strip%count) = control%memory
-            strip%next(strip%count) = h
-            if (abs(factor - 1.0_wp) > 0.0_wp) strip%next(strip%count) = near_on_ladder(factor*h)
-         end do
-         control%memory = strip%memory(0)
-      end associate
+   !> Make steps of the strip up to number `last`, as long as they would be accepted. Nothing has happened until `load` or `go_on` is
+   !> called; `attempt` may be called instead.
+   pure subroutine stride(self, field, last)
+      class(stepper_t), intent(inout) :: self
+      type(field_t), intent(in) :: field
+      integer, intent(in) :: last
+
+      call self%maps%walk(field, last, self%strip)
+      call self%strip%judge(last, self%tableau%errors, self%absolute, self%relative)
    end subroutine stride
 
-   !> Accept the first `steps` steps of the strip, which began at `tau`; their right-hand sides count as if they had been formed.
+   !> Accept the first `steps` steps of the strip, which began at `tau`, and propose the next by the largest of their errors; their
+   !> right-hand sides count as if they had been formed.
    pure subroutine go_on(self, field, tau, steps)
       class(stepper_t), intent(inout) :: self
       type(field_t), intent(inout) :: field
@@ -249,10 +240,9 @@ contains
       integer, intent(in) :: steps
 
       call self%load(field, tau, steps)
-      self%known = moved_on
-      self%accepted_steps = self%accepted_steps + steps
-      self%control%memory = self%strip%memory(steps)
-      self%h_next = self%strip%next(steps)
+      self%error = maxval(self%strip%error(:steps))
+      call propose(self, .true., .true., .false.)
+      self%accepted_steps = self%accepted_steps + (steps - 1)
       field%evaluations = field%evaluations + steps*self%stages
    end subroutine go_on
 
@@ -267,7 +257,7 @@ contains
 
       n = self%n
       associate (strip => self%strip, tones => size(field%omega))
-         self%h = strip%h(k)
+         self%h = strip%h
          self%error = strip%error(k)
          self%mapped = .true.
          self%known = same_start
@@ -335,7 +325,7 @@ contains
 
       call self%radau%solve_stages(field, tau, z, h, failed)
       if (failed) return
-      again = self%control%memory%rejected .or. .not. self%control%memory%last_h > 0.0_wp
+      again = self%control%rejected .or. .not. self%control%last_h > 0.0_wp
       call self%radau%estimate_error(field, tau, z, self%dz_start, h, again, self%error)
       self%z_end = z + self%radau%z(:, 3)
       failed = .not. all(ieee_is_finite(self%z_end)) .or. .not. ieee_is_finite(self%error)
@@ -366,7 +356,7 @@ contains
       self%rejected_steps = self%rejected_steps + 1
       self%known = same_start
       if (failed) then
-         self%control%memory%rejected = .true.
+         self%control%rejected = .true.
          self%h_next = factor_of_failure*self%h
       else
          call self%control%refused(self%error, self%control%safety, factor)
@@ -396,7 +386,7 @@ contains
       self%rejected_steps = self%rejected_steps + 1
       self%known = same_start
       if (failed) then
-         self%control%memory%rejected = .true.
+         self%control%rejected = .true.
          self%h_next = self%radau%shrink*self%h
       else
          call self%control%refused(self%error, safety, factor)
