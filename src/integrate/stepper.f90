@@ -269,7 +269,7 @@ contains
          call self%maps%recall(strip, k)
          field%base = tau + strip%at(k - 1)
          field%looked = tau + strip%at(k)
-         field%carried = k - 1
+         field%carried = strip%carried + k - 1
          do t = 1, tones
             field%base_cosine(t) = strip%u(n + t, k - 1)
             field%base_sine(t) = strip%u(n + tones + t, k - 1)
