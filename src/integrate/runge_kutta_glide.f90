@@ -40,7 +40,6 @@ contains
             call stepper%begin_strip(field, start, march%z, begun)
             if (.not. begun) return
             call make_strip(march, steps_to_try(march), free)
-            if (strip%count < 1) return
             if (free > 0) then
                call march%doubts%of_strip(march%locator, field, strip, free, march%time + start)
                call stepper%go_on(field, start, free)
@@ -56,6 +55,8 @@ contains
                made = .true.
                return
             end if
+            if (strip%refused) call stepper%refuse(begun)
+            if (.not. begun) return
          end do
       end associate
    end subroutine glide

@@ -10,11 +10,13 @@ module razy_integrate_step_strip
    public :: longest_strip, step_strip_t
 
    !> Most steps. Phases are carried on from step to step, each adds a rounding.
-   integer, parameter :: longest_strip = 8
+   integer, parameter :: longest_strip = 12
 
    type :: step_strip_t
       !> Steps made, and those before the strip since its phases were formed anew.
       integer :: count = 0, carried = 0
+      !> Whether there is one more, which is refused.
+      logical :: refused = .false.
       !> Length of each, s; their ends after the start of the strip, s (0: longest_strip), and errors (longest_strip).
       real(wp) :: h = 0.0_wp, at(0:longest_strip) = 0.0_wp, error(longest_strip) = 0.0_wp
       !> States (n, 0: longest_strip), and slopes and phases there, which are the arguments of the maps (columns, likewise).
@@ -140,7 +142,7 @@ contains
    end subroutine slope_of_two
 
    !> The errors in units of the tolerance up to step `last`, from so many `estimates` of each; takes those before the first that is
-   !> not accepted.
+   !> `refused`.
    pure subroutine judge(self, last, estimates, absolute, relative)
       class(step_strip_t), intent(inout) :: self
       integer, intent(in) :: last, estimates
@@ -148,6 +150,7 @@ contains
 
       call judge_steps(size(self%z, 1), size(self%ends, 1), estimates, self%ends, self%z, absolute, relative, last, self%count, &
                        self%error)
+      self%refused = self%count < last
    end subroutine judge
 
    pure subroutine judge_steps(n, rows, estimates, ends, z, absolute, relative, last, count, error)

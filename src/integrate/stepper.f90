@@ -49,6 +49,7 @@ module razy_integrate_stepper
       procedure :: begin_strip
       procedure :: stride
       procedure :: go_on
+      procedure :: refuse
       procedure :: load
       procedure :: go_to_end
       procedure :: accept
@@ -245,6 +246,22 @@ contains
       self%accepted_steps = self%accepted_steps + (steps - 1)
       field%evaluations = field%evaluations + steps*self%stages
    end subroutine go_on
+
+   !> Refuse the step after those of the strip, and propose a shorter one; `done`: its error is a number that tells how much shorter.
+   pure subroutine refuse(self, done)
+      class(stepper_t), intent(inout) :: self
+      logical, intent(out) :: done
+
+      real(wp) :: factor
+
+      associate (error => self%strip%error(self%strip%count + 1))
+         done = error <= huge(1.0_wp)
+         if (.not. done) return
+         call self%control%refused(error, self%control%safety, factor)
+      end associate
+      self%rejected_steps = self%rejected_steps + 1
+      self%h_next = below_on_ladder(factor*self%strip%h)
+   end subroutine refuse
 
    !> Go back to step k of the strip, which began at `tau`, as if it had just been attempted; `accept` may follow.
    pure subroutine load(self, field, tau, k)
