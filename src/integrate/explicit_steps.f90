@@ -11,6 +11,7 @@ module razy_integrate_explicit_steps
    use razy_integrate_folded_stages, only: folded_stages
    use razy_integrate_stage_sums, only: add_up, combine, scaled_error
    use razy_integrate_step_maps, only: step_maps_t
+   use razy_integrate_step_strip, only: step_strip_t
    use razy_integrate_tableaux, only: tableau_t
    implicit none(type, external)
    private
@@ -36,6 +37,8 @@ module razy_integrate_explicit_steps
       type(step_maps_t) :: maps
       logical :: mapping = .false., mapped = .false.
       real(wp), allocatable :: estimates(:, :)
+      !> Steps made in a row by their map.
+      type(step_strip_t) :: strip
    contains
       procedure :: make_room
       procedure :: explicit_step
@@ -90,7 +93,7 @@ contains
       integer :: e
 
       if (self%mapping .and. field%folded .and. abs(tau - field%base) <= 0.0_wp) then
-         call self%maps%try(field, self%tableau, h, self%dz_start, .true., self%mapped)
+         call self%maps%try(field, self%tableau, h, self%dz_start, self%mapped)
          if (self%mapped) then
             field%evaluations = field%evaluations + self%stages
             call self%mapped_step(field, tau + h, z, failed)
@@ -154,7 +157,7 @@ contains
       real(wp), intent(in), contiguous :: z(:)
       logical, intent(out) :: failed
 
-      call field%turn_phases(self%maps%cosine, self%maps%sine, tau)
+      call self%maps%turn(field, tau)
       call take(field%m, size(field%omega), field%matrix, field%constant, field%on_cosine, field%on_sine, field%c, field%d, &
                 self%maps%ends, z, self%z_end, self%dz_end)
       self%error = scaled_error(self%n, self%n, self%tableau%errors, self%maps%ends(self%n + 1:), z, self%z_end, self%absolute, &

@@ -47,6 +47,7 @@ module razy_integrate_kinematics
       procedure :: take
       procedure :: start_piece
       procedure :: start_step
+      procedure :: start_anew
       procedure :: turn_phases
       procedure :: look_at_time
       procedure :: phase
@@ -128,6 +129,7 @@ contains
       real(wp) :: cosine, sine
       integer :: t
 
+      if (.not. abs(tau - self%base) > 0.0_wp) return
       self%carried = self%carried + 1
       do t = 1, size(self%omega)
          if (self%carried < most_carried .and. abs(tau - self%looked) <= 0.0_wp) then
@@ -147,6 +149,17 @@ contains
       self%base = tau
       if (self%carried >= most_carried) self%carried = 0
    end subroutine start_step
+
+   !> A step begins at tau, and the phases there are formed from the start of the piece.
+   pure subroutine start_anew(self, tau)
+      class(kinematics_t), intent(inout) :: self
+      real(wp), intent(in) :: tau
+
+      if (self%carried == 0 .and. .not. abs(tau - self%base) > 0.0_wp) return
+      self%carried = most_carried
+      self%base = huge(tau)
+      call self%start_step(tau)
+   end subroutine start_anew
 
    !> Phases at tau into the workspace: those at the start of the step turned by the angles given by cosine and sine (tones each).
    pure subroutine turn_phases(self, cosine, sine, tau)
@@ -170,6 +183,7 @@ contains
 
       integer :: t
 
+      if (.not. abs(tau - self%looked) > 0.0_wp) return
       self%looked = tau
       do t = 1, size(self%omega)
          call self%phase(t, tau - self%base, self%c(t), self%d(t))

@@ -7,6 +7,7 @@ module razy_integrate_runge_kutta_bounds
    use razy_core_kinds, only: wp
    use razy_integrate_field, only: field_t
    use razy_integrate_runge_kutta_probe, only: guard_probe_t
+   use razy_integrate_step_strip, only: longest_strip, step_strip_t
    use razy_integrate_stepper, only: stepper_t
    implicit none(type, external)
    private
@@ -24,12 +25,20 @@ module razy_integrate_runge_kutta_bounds
       logical, allocatable :: falling(:)
       !> Whether all guards are functions of s alone.
       logical, private :: of_s = .false.
+      !> At the start and the ends of the steps of a strip: guards and their rates (0: longest_strip, count), s and s' without their
+      !> constant terms, and |s''| (0: longest_strip, contacts).
+      real(wp), allocatable :: g(:, :), g_rate(:, :)
+      real(wp), allocatable, private :: s(:, :), rate(:, :), bend(:, :)
+      !> Steps of the strip in which a guard that fell has turned (longest_strip, count), and how often that was seen.
+      logical, allocatable :: turned(:, :)
+      integer :: turns = 0
    contains
       procedure :: make_bounds
       procedure :: start
       procedure :: advance
       procedure :: choose_suspects
       procedure :: clear
+      procedure :: move_on
    end type guard_bounds_t
 
 contains
@@ -39,16 +48,21 @@ contains
       class(guard_bounds_t), intent(inout) :: self
       type(field_t), intent(in) :: field
 
-      integer :: n
+      integer :: contacts, n
 
       call self%make_room(field)
       n = size(self%guards%entry)
+      contacts = size(field%branch)
       if (allocated(self%g0)) deallocate (self%g0, self%rate0, self%g1, self%rate1, self%bend0, self%bend1, self%falling, &
-                                          self%nearest)
+                                          self%nearest, self%g, self%g_rate, self%s, self%rate, self%bend, self%turned)
+      allocate (self%g(0:longest_strip, n), self%g_rate(0:longest_strip, n), source=0.0_wp)
+      allocate (self%turned(longest_strip, n), source=.false.)
+      allocate (self%s(0:longest_strip, contacts), self%rate(0:longest_strip, contacts), self%bend(0:longest_strip, contacts), &
+                source=0.0_wp)
       allocate (self%g0(n), self%rate0(n), self%g1(n), self%rate1(n), source=0.0_wp)
       allocate (self%falling(n), source=.false.)
       allocate (self%nearest(n), source=huge(1.0_wp))
-      allocate (self%bend0(size(field%branch)), self%bend1(size(field%branch)), source=0.0_wp)
+      allocate (self%bend0(contacts), self%bend1(contacts), source=0.0_wp)
    end subroutine make_bounds
 
    !> List the guards of the field's mode, which begins at (tau, z) with the slope dz: it is as if a step had ended there.
@@ -128,76 +142,97 @@ contains
       if (reached .and. g1 > noise) reached = min(rate0, rate1) <= turn
    end function reached
 
-   !> Whether no guard can be left or turn in the step h that follows the one looked at last, and that ends at z with the slope dz
-   !> and the phases of the field's workspace. If so that step is the one looked at last.
-   pure subroutine clear(self, field, h, z, dz, free)
+   !> Number of steps of a strip, which begins where the step looked at last ends, in which no guard can be left; `free` of them are
+   !> known to be such. Of those in which a guard turns, `turned` is noted.
+   pure subroutine clear(self, field, strip, free)
       class(guard_bounds_t), intent(inout) :: self
       type(field_t), intent(in) :: field
-      real(wp), intent(in) :: h
-      real(wp), intent(in), contiguous :: z(:), dz(:)
-      logical, intent(out) :: free
+      type(step_strip_t), intent(in) :: strip
+      integer, intent(inout) :: free
 
-      real(wp) :: g(self%guards%count), g_rate(self%guards%count), turn
-      real(wp), dimension(size(self%bend1)) :: bend, rate, s
-      integer :: i, j
+      real(wp) :: turn
+      integer :: before, i, j, k
 
-      free = self%of_s
-      if (.not. free) return
-      call look(size(bend), field%m, size(field%omega), field%w, field%error_re, field%error_im, field%omega, field%c, field%d, &
-                z, dz, s, rate, bend)
+      if (.not. self%of_s) return
+      before = free
+      free = strip%count
+      if (before == 0) self%turns = 0
+      call look(size(self%bend1), field%m, size(field%omega), before + 1, free, field%w, field%error_re, field%error_im, &
+                field%omega, strip%z, strip%u, self%s, self%rate, self%bend)
+      if (before == 0) self%bend(0, :) = self%bend1
       do i = 1, self%guards%count
-         associate (entry => self%guards%entry(i))
+         associate (entry => self%guards%entry(i), g => self%g(:, i), rate => self%g_rate(:, i), noise => self%guards%noise(i))
             j = entry%contact
-            g(i) = entry%side*(entry%alpha*(s(j) + field%machine%contact(j)%offset) + entry%gamma - entry%bound)
-            g_rate(i) = entry%side*entry%alpha*(rate(j) + field%machine%contact(j)%drive)
-            turn = abs(entry%alpha)*h*max(self%bend1(j), bend(j))
+            if (before == 0) then
+               g(1) = self%g1(i)
+               rate(1) = self%rate1(i)
+            end if
+            do k = before + 1, free
+               g(k + 1) = entry%side*(entry%alpha*(self%s(k, j) + field%machine%contact(j)%offset) + entry%gamma - entry%bound)
+               rate(k + 1) = entry%side*entry%alpha*(self%rate(k, j) + field%machine%contact(j)%drive)
+               turn = abs(entry%alpha)*strip%h*max(self%bend(k - 1, j), self%bend(k, j))
+               if (reached(g(k), rate(k), g(k + 1), rate(k + 1), turn, strip%h, noise)) exit
+               self%turned(k, i) = rate(k) < 0.0_wp .and. rate(k + 1) > 0.0_wp
+               if (self%turned(k, i)) self%turns = self%turns + 1
+            end do
+            free = min(free, k - 1)
          end associate
-         free = .not. (self%rate1(i) < 0.0_wp .and. g_rate(i) > 0.0_wp)
-         if (free) free = .not. reached(self%g1(i), self%rate1(i), g(i), g_rate(i), turn, h, self%guards%noise(i))
-         if (.not. free) return
-      end do
-      do i = 1, self%guards%count
-         self%g0(i) = self%g1(i)
-         self%rate0(i) = self%rate1(i)
-         self%g1(i) = g(i)
-         self%rate1(i) = g_rate(i)
-      end do
-      do j = 1, size(bend)
-         self%bend0(j) = self%bend1(j)
-         self%bend1(j) = bend(j)
       end do
 
    contains
 
-      !> s and s' without their constant terms, and |s''|, of all contacts.
-      pure subroutine look(contacts, m, tones, w, re, im, omega, c, d, z, dz, s, rate, bend)
-         integer, intent(in) :: contacts, m, tones
-         real(wp), intent(in) :: w(m, contacts), re(contacts, tones), im(contacts, tones), omega(tones), c(tones), d(tones)
-         real(wp), intent(in) :: z(2*m), dz(2*m)
-         real(wp), dimension(contacts), intent(out) :: s, rate, bend
+      !> s and s' without their constant terms, and |s''|, of all contacts at the ends of all steps.
+      pure subroutine look(contacts, m, tones, first, last, w, re, im, omega, z, u, s, rate, bend)
+         integer, intent(in) :: contacts, m, tones, first, last
+         real(wp), intent(in) :: w(m, contacts), re(contacts, tones), im(contacts, tones), omega(tones)
+         real(wp), intent(in) :: z(2*m, 0:longest_strip), u(2*(m + tones), 0:longest_strip)
+         real(wp), dimension(0:longest_strip, contacts), intent(inout) :: s, rate, bend
 
-         real(wp) :: error
-         integer :: i, j, t
+         real(wp) :: error, s_bend, s_rate, s_value
+         integer :: i, j, k, t
 
          do j = 1, contacts
-            s(j) = 0.0_wp
-            rate(j) = 0.0_wp
-            bend(j) = 0.0_wp
-            do i = 1, m
-               s(j) = s(j) + w(i, j)*z(i)
-               rate(j) = rate(j) + w(i, j)*dz(i)
-               bend(j) = bend(j) + w(i, j)*dz(m + i)
+            do k = first, last
+               s_value = 0.0_wp
+               s_rate = 0.0_wp
+               s_bend = 0.0_wp
+               do i = 1, m
+                  s_value = s_value + w(i, j)*z(i, k)
+                  s_rate = s_rate + w(i, j)*u(i, k)
+                  s_bend = s_bend + w(i, j)*u(m + i, k)
+               end do
+               do t = 1, tones
+                  error = re(j, t)*u(2*m + t, k) - im(j, t)*u(2*m + tones + t, k)
+                  s_value = s_value + error
+                  s_rate = s_rate - omega(t)*(re(j, t)*u(2*m + tones + t, k) + im(j, t)*u(2*m + t, k))
+                  s_bend = s_bend - omega(t)**2*error
+               end do
+               s(k, j) = s_value
+               rate(k, j) = s_rate
+               bend(k, j) = abs(s_bend)
             end do
-            do t = 1, tones
-               error = re(j, t)*c(t) - im(j, t)*d(t)
-               s(j) = s(j) + error
-               rate(j) = rate(j) - omega(t)*(re(j, t)*d(t) + im(j, t)*c(t))
-               bend(j) = bend(j) - omega(t)**2*error
-            end do
-            bend(j) = abs(bend(j))
          end do
       end subroutine look
 
    end subroutine clear
+
+   !> The step looked at last is number k of the strip that `clear` has looked at.
+   pure subroutine move_on(self, k)
+      class(guard_bounds_t), intent(inout) :: self
+      integer, intent(in) :: k
+
+      integer :: i, j
+
+      do i = 1, self%guards%count
+         self%g0(i) = self%g(k - 1, i)
+         self%rate0(i) = self%g_rate(k - 1, i)
+         self%g1(i) = self%g(k, i)
+         self%rate1(i) = self%g_rate(k, i)
+      end do
+      do j = 1, size(self%bend1)
+         self%bend0(j) = self%bend(k - 1, j)
+         self%bend1(j) = self%bend(k, j)
+      end do
+   end subroutine move_on
 
 end module razy_integrate_runge_kutta_bounds

@@ -7,6 +7,7 @@ module razy_integrate_runge_kutta_doubts
    use razy_integrate_force_sensitivity, only: force_sensitivity
    use razy_integrate_runge_kutta_end_doubts, only: end_doubts_t
    use razy_integrate_runge_kutta_locate, only: locator_t
+   use razy_integrate_step_strip, only: step_strip_t
    use razy_integrate_stepper, only: stepper_t
    use razy_machine_method, only: method_t
    implicit none(type, external)
@@ -17,6 +18,7 @@ module razy_integrate_runge_kutta_doubts
    type, extends(end_doubts_t) :: step_doubts_t
    contains
       procedure :: of_turns
+      procedure :: of_strip
    end type step_doubts_t
 
 contains
@@ -61,6 +63,30 @@ contains
          if (doubtful) call self%add(time)
       end do
    end subroutine of_turns
+
+   !> The same in the first `steps` steps of a strip that the locator has found clear, which began at `time`, s.
+   subroutine of_strip(self, locator, field, strip, steps, time)
+      class(step_doubts_t), intent(inout) :: self
+      type(locator_t), intent(inout) :: locator
+      type(field_t), intent(inout) :: field
+      type(step_strip_t), intent(in) :: strip
+      integer, intent(in) :: steps
+      real(wp), intent(in) :: time
+
+      real(wp) :: nearest
+      integer :: i, k
+      logical :: turns
+
+      do k = 1, steps
+         call self%known%more(1)
+         if (locator%turns == 0) cycle
+         do i = 1, locator%guards%count
+            if (.not. locator%turned(k, i)) cycle
+            call cubic_turn(strip%h, locator%g(k - 1:k, i), locator%g_rate(k - 1:k, i), turns, nearest)
+            if (abs(nearest) <= known_guard(self, locator, i, field, strip%z(:, k - 1))) call self%add(time + strip%at(k - 1))
+         end do
+      end do
+   end subroutine of_strip
 
    !> Guard i is left: barely, or, by a gap whose speed is known no better, as late or early as the next passage.
    subroutine leave(self, locator, i, field, stepper, z, doubtful)

@@ -29,6 +29,7 @@ module razy_integrate_runge_kutta_known
    contains
       procedure :: begin => begin_known
       procedure :: step
+      procedure :: more
       procedure :: form
       procedure :: gap
       procedure :: rate
@@ -78,6 +79,14 @@ contains
       end do
       self%since = self%since + 1
    end subroutine step
+
+   !> More steps with a tolerance.
+   pure subroutine more(self, steps)
+      class(known_t), intent(inout) :: self
+      integer, intent(in) :: steps
+
+      self%steps = self%steps + steps
+   end subroutine more
 
    !> How well Σ row_i z_i (2m) is known near z.
    pure function form(self, row, z) result(known)

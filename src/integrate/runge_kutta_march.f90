@@ -31,6 +31,8 @@ module razy_integrate_runge_kutta_march
       real(wp), allocatable :: z(:)
       !> Whether the method starts anew, and whether it has done so in this step.
       logical :: anew = .true., opening = .true.
+      !> Steps made in this mode since, and how many were made in it the last time (0: not known).
+      integer :: made = 0, expected = 0
       real(wp) :: t_end = 0.0_wp
    contains
       procedure :: remaining
@@ -79,6 +81,7 @@ contains
       call take_step(self, made, last, outcome)
       if (outcome%status /= status_ok) return
       outcome%steps = outcome%steps + 1
+      self%made = self%made + 1
       dense = .false.
       associate (view => self%view, field => self%view%field, stepper => self%view%stepper)
          if (field%treatment == treat_by_events) then
@@ -86,13 +89,14 @@ contains
             if (found .and. theta < least_share .and. .not. polished(stepper)) call shorten(self, found, theta, dense)
             call self%doubts%of_turns(self%locator, field, self%method, stepper, self%z, self%time + self%tau, self%opening, found)
          end if
-         call self%end_opening()
+         call self%end_opening(stepper%h_next)
          last = last .and. .not. found .and. .not. stepper%h < self%remaining()
          view%start = self%tau
          view%z_start = self%z
          view%h = stepper%h
          view%dense = dense
          view%moment = .false.
+         view%steps = 1
          view%duration = stepper%h
          if (found) then
             view%duration = theta*stepper%h
@@ -140,7 +144,8 @@ contains
          call field%start_step(self%tau)
          rest = self%remaining()
          call stepper%enter(field)
-         h = self%memory%step(field%branch)
+         call self%memory%enter(field%branch, h, self%expected)
+         self%made = 0
          if (.not. stepper%adaptive .or. .not. h > 0.0_wp) call stepper%first_step(field, self%tau, self%z, rest, h)
          stepper%h_next = h
          call stepper%begin(field, self%tau, self%z)
@@ -150,11 +155,12 @@ contains
       end associate
    end subroutine begin_mode
 
-   !> Remember the step that follows the first one of a mode.
-   subroutine end_opening(self)
+   !> Remember the step h_next that follows the first one of a mode.
+   pure subroutine end_opening(self, h_next)
       class(march_t), intent(inout) :: self
+      real(wp), intent(in) :: h_next
 
-      if (self%opening) call self%memory%keep(self%view%field%branch, self%view%stepper%h_next)
+      if (self%opening) call self%memory%keep_step(h_next)
       self%opening = .false.
    end subroutine end_opening
 
@@ -174,7 +180,7 @@ contains
          if (field%treatment == treat_by_events) call self%locator%advance()
          if (made) then
             last = .false.
-            call stepper%go_on(field)
+            call stepper%accept(field)
             return
          end if
          do

@@ -9,6 +9,7 @@ module razy_integrate_runge_kutta_turns
    use razy_core_kinds, only: wp
    use razy_integrate_dense_output, only: dense_output_t, path_t
    use razy_integrate_field, only: field_t
+   use razy_integrate_step_strip, only: longest_strip, step_strip_t
    use razy_machine_machine, only: observe_contact_force
    implicit none(type, external)
    private
@@ -16,7 +17,7 @@ module razy_integrate_runge_kutta_turns
    public :: glimpse_sum, rate_path_t
 
    type :: rate_path_t
-      !> The observable, and the step: start by the field's time and length, s.
+      !> The observable (0: none yet), and the step: start by the field's time and length, s.
       integer :: form = 0
       real(wp) :: start = 0.0_wp, h = 0.0_wp
       !> Rounding in the rate.
@@ -24,9 +25,13 @@ module razy_integrate_runge_kutta_turns
       !> Whether an observable is such a sum (observables).
       logical, allocatable :: suits(:)
       type(path_t), private :: path
+      !> Rates and |accelerations| at the start and the ends of the steps of a strip.
+      real(wp), private :: rate(0:longest_strip) = 0.0_wp, bend(0:longest_strip) = 0.0_wp
    contains
       procedure :: attach
       procedure :: steady
+      procedure :: survey
+      procedure :: steady_in
       procedure :: follow
       procedure :: rate_at
    end type rate_path_t
@@ -78,6 +83,64 @@ contains
       self%noise = of_sum*size_of
       steady = min(direction*rate0, direction*rate1) > h*max(abs(bend0), abs(bend1)) + self%noise
    end function steady
+
+   !> Take observable `form` at the start and the ends of `steps` steps of a strip.
+   pure subroutine survey(self, field, form, strip, steps)
+      class(rate_path_t), intent(inout) :: self
+      type(field_t), intent(in) :: field
+      integer, intent(in) :: form, steps
+      type(step_strip_t), intent(in) :: strip
+
+      self%form = form
+      call look(field%m, size(field%omega), steps, field%on_y(:, form), real(field%machine%observable(form)%error), &
+                aimag(field%machine%observable(form)%error), field%omega, strip%u, self%rate, self%bend, self%noise)
+      self%noise = of_sum*self%noise
+
+   contains
+
+      pure subroutine look(m, tones, steps, on, re, im, omega, u, rate, bend, size_of)
+         integer, intent(in) :: m, tones, steps
+         real(wp), intent(in) :: on(m), re(tones), im(tones), omega(tones), u(2*(m + tones), 0:longest_strip)
+         real(wp), intent(inout) :: rate(0:longest_strip), bend(0:longest_strip)
+         real(wp), intent(out) :: size_of
+
+         real(wp) :: of_bend, of_rate, of_size
+         integer :: i, k, t
+
+         size_of = 0.0_wp
+         do k = 0, steps
+            of_rate = 0.0_wp
+            of_bend = 0.0_wp
+            of_size = 0.0_wp
+            do i = 1, m
+               of_rate = of_rate + on(i)*u(i, k)
+               of_bend = of_bend + on(i)*u(m + i, k)
+               of_size = of_size + abs(on(i)*u(i, k))
+            end do
+            do t = 1, tones
+               associate (c => u(2*m + t, k), d => u(2*m + tones + t, k))
+                  of_rate = of_rate - omega(t)*(re(t)*d + im(t)*c)
+                  of_bend = of_bend - omega(t)**2*(re(t)*c - im(t)*d)
+                  of_size = of_size + omega(t)*(abs(re(t)) + abs(im(t)))
+               end associate
+            end do
+            rate(k) = of_rate
+            bend(k) = abs(of_bend)
+            size_of = max(size_of, of_size)
+         end do
+      end subroutine look
+
+   end subroutine survey
+
+   !> Whether the observable moves in `direction` through all of step k of the strip.
+   pure logical function steady_in(self, strip, k, direction)
+      class(rate_path_t), intent(in) :: self
+      type(step_strip_t), intent(in) :: strip
+      integer, intent(in) :: k, direction
+
+      steady_in = min(direction*self%rate(k - 1), direction*self%rate(k)) &
+                  > strip%h*max(self%bend(k - 1), self%bend(k)) + self%noise
+   end function steady_in
 
    !> Take the polynomial of the step.
    pure subroutine follow(self, field, output)

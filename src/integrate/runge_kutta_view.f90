@@ -18,7 +18,8 @@ module razy_integrate_runge_kutta_view
    integer, parameter :: probes = 8, most_iterations = 100
    real(wp), parameter :: eps = epsilon(1.0_wp), longest_angle = 0.5_wp
 
-   !> The part [0, duration] of a step `h` that began at `start` of the field's time; `moment`: no step, but the state `stop`.
+   !> The part [0, duration] of a step `h` that began at `start` of the field's time, or steps of `h` on average of a strip;
+   !> `moment`: no step, but the state `stop`.
    type :: view_t
       type(field_t) :: field
       type(stepper_t) :: stepper
@@ -26,6 +27,9 @@ module razy_integrate_runge_kutta_view
       !> States at start and end of the part shown (2m each).
       real(wp), allocatable :: z_start(:), z_stop(:)
       logical :: moment = .false., dense = .false.
+      !> Steps, and if there is more than one of them, that which the stepper has loaded.
+      integer :: steps = 1
+      integer, private :: loaded = 0
       !> Largest frequency of excitation, rad/s.
       real(wp) :: fastest = 0.0_wp
       real(wp), allocatable, private :: z(:)
@@ -34,6 +38,8 @@ module razy_integrate_runge_kutta_view
       logical, private :: on_path = .false.
    contains
       procedure :: attach
+      procedure :: take_strip
+      procedure :: leave_strip
       procedure :: look
       procedure :: state_at
       procedure :: value
@@ -55,18 +61,82 @@ contains
       if (size(self%field%omega) > 0) self%fastest = maxval(self%field%omega)
    end subroutine attach
 
+   !> See the first `steps` steps of the stepper's strip, which begins at `start` of the field's time.
+   pure subroutine take_strip(self, start, steps)
+      class(view_t), intent(inout) :: self
+      real(wp), intent(in) :: start
+      integer, intent(in) :: steps
+
+      integer :: i
+
+      self%start = start
+      self%steps = steps
+      self%loaded = steps
+      self%dense = .false.
+      self%moment = .false.
+      self%rate_path%form = 0
+      associate (strip => self%stepper%strip)
+         self%duration = strip%at(steps)
+         self%h = self%duration/steps
+         do i = 1, size(self%z)
+            self%z_start(i) = strip%z(i, 0)
+            self%z_stop(i) = strip%z(i, steps)
+         end do
+      end associate
+   end subroutine take_strip
+
+   !> Leave the stepper at the end of the steps, whatever has been looked at.
+   pure subroutine leave_strip(self)
+      class(view_t), intent(inout) :: self
+
+      if (self%loaded /= self%steps) call self%stepper%load(self%field, self%start, self%steps)
+      call self%stepper%go_to_end()
+      self%steps = 1
+   end subroutine leave_strip
+
+   !> Have the dense output of the step that `tau` is in, `later` of its start.
+   subroutine look_into_step(self, tau, later)
+      type(view_t), intent(inout) :: self
+      real(wp), intent(in) :: tau
+      real(wp), intent(out) :: later
+
+      integer :: k
+
+      later = tau
+      if (self%steps > 1) then
+         do k = 1, self%steps - 1
+            if (tau <= self%stepper%strip%at(k)) exit
+         end do
+         call load_step(self, k)
+         later = min(tau - self%stepper%strip%at(k - 1), self%stepper%h)
+      end if
+      call make_dense(self)
+   end subroutine look_into_step
+
+   subroutine load_step(self, k)
+      type(view_t), intent(inout) :: self
+      integer, intent(in) :: k
+
+      if (self%steps == 1 .or. k == self%loaded) return
+      call self%stepper%load(self%field, self%start, k)
+      self%loaded = k
+      self%dense = .false.
+   end subroutine load_step
+
    !> z at `tau` into the workspace.
    subroutine look(self, tau)
       class(view_t), intent(inout) :: self
       real(wp), intent(in) :: tau
+
+      real(wp) :: later
 
       if (self%moment .or. tau >= self%duration) then
          self%z = self%z_stop
       else if (tau <= 0.0_wp) then
          self%z = self%z_start
       else
-         call make_dense(self)
-         call self%stepper%at(tau/self%h, self%z)
+         call look_into_step(self, tau, later)
+         call self%stepper%at(later/self%stepper%h, self%z)
       end if
    end subroutine look
 
@@ -74,7 +144,14 @@ contains
    subroutine make_dense(self)
       class(view_t), intent(inout) :: self
 
-      if (.not. self%dense) call self%stepper%prepare_dense(self%field, self%start, self%z_start)
+      if (self%dense) return
+      if (self%steps == 1) then
+         call self%stepper%prepare_dense(self%field, self%start, self%z_start)
+      else
+         associate (strip => self%stepper%strip, before => self%loaded - 1)
+            call self%stepper%prepare_dense(self%field, self%start + strip%at(before), strip%z(:, before))
+         end associate
+      end if
       self%dense = .true.
    end subroutine make_dense
 
@@ -152,20 +229,65 @@ contains
       logical, intent(out) :: found
       real(wp), intent(out) :: tau_found, value
 
-      real(wp) :: a, b, noise, rate
-      integer :: k, n
-
       found = .false.
       tau_found = tau_end
       value = 0.0_wp
       if (self%moment) return
       self%on_path = self%field%treatment == treat_by_events .and. self%rate_path%suits(form)
-      if (self%on_path) then
+      if (.not. self%on_path) then
+         call search(self, form, direction, tau, tau_end, found, tau_found)
+      else if (self%steps > 1) then
+         call search_strip(self, form, direction, tau, tau_end, found, tau_found)
+      else
          if (self%rate_path%steady(self%field, form, self%start, self%h, direction, self%z_start, self%stepper%z_end, &
                                    self%stepper%dz_start, self%stepper%dz_end)) return
          call make_dense(self)
          call self%rate_path%follow(self%field, self%stepper%output)
+         call search(self, form, direction, tau, tau_end, found, tau_found)
       end if
+      if (found) value = self%value(form, tau_found)
+   end subroutine next_turn
+
+   !> The same in the steps of a strip, on the paths of those that may have one.
+   subroutine search_strip(self, form, direction, tau, tau_end, found, tau_found)
+      type(view_t), intent(inout) :: self
+      integer, intent(in) :: form, direction
+      real(wp), intent(in) :: tau, tau_end
+      logical, intent(inout) :: found
+      real(wp), intent(inout) :: tau_found
+
+      integer :: k
+
+      associate (strip => self%stepper%strip, path => self%rate_path)
+         if (path%form /= form) call path%survey(self%field, form, strip, self%steps)
+         do k = 1, self%steps
+            if (strip%at(k) <= tau .or. path%steady_in(strip, k, direction)) cycle
+            call load_step(self, k)
+            call make_dense(self)
+            path%start = self%start + strip%at(k - 1)
+            path%h = strip%h
+            call path%follow(self%field, self%stepper%output)
+            call search(self, form, direction, max(tau - strip%at(k - 1), 0.0_wp), min(tau_end - strip%at(k - 1), strip%h), &
+                        found, tau_found)
+            if (.not. found) cycle
+            tau_found = strip%at(k - 1) + tau_found
+            return
+         end do
+      end associate
+   end subroutine search_strip
+
+   !> The same from `tau` on, by probes; on a path, both times count from the start of its step.
+   subroutine search(self, form, direction, tau, tau_end, found, tau_found)
+      type(view_t), intent(inout) :: self
+      integer, intent(in) :: form, direction
+      real(wp), intent(in) :: tau, tau_end
+      logical, intent(out) :: found
+      real(wp), intent(inout) :: tau_found
+
+      real(wp) :: a, b, noise, rate
+      integer :: k, n
+
+      found = .false.
       n = max(1, ceiling(max(probes*(tau_end - tau)/self%h, self%fastest*(tau_end - tau)/longest_angle)))
       a = tau
       do k = 1, n
@@ -176,10 +298,8 @@ contains
          if (found) exit
          a = b
       end do
-      if (.not. found) return
-      call refine(self, form, direction, a, b, rate, tau_found)
-      value = self%value(form, tau_found)
-   end subroutine next_turn
+      if (found) call refine(self, form, direction, a, b, rate, tau_found)
+   end subroutine search
 
    !> Rate of observable `form` at `tau` where turns are looked for, and the rounding in it.
    subroutine look_at_rate(self, form, tau, rate, noise)

@@ -97,14 +97,19 @@ contains
       real(wp), intent(in) :: matrix(width, columns, stacked), u(columns)
       real(wp), intent(inout) :: out(width, stacked)
 
-      real(wp) :: s1, s2, s3, s4, x
+      real(wp) :: s1, s2, s3, s4, t1, t2, t3, t4, x
       integer :: i, j
 
-      do i = 1, stacked
+      i = 1
+      do while (i < stacked)
          s1 = 0.0_wp
          s2 = 0.0_wp
          s3 = 0.0_wp
          s4 = 0.0_wp
+         t1 = 0.0_wp
+         t2 = 0.0_wp
+         t3 = 0.0_wp
+         t4 = 0.0_wp
          ! Pairs of rows, not pairs of columns, go together.
          !GCC$ novector
          do j = 1, columns
@@ -113,12 +118,38 @@ contains
             s2 = s2 + matrix(2, j, i)*x
             s3 = s3 + matrix(3, j, i)*x
             s4 = s4 + matrix(4, j, i)*x
+            t1 = t1 + matrix(1, j, i + 1)*x
+            t2 = t2 + matrix(2, j, i + 1)*x
+            t3 = t3 + matrix(3, j, i + 1)*x
+            t4 = t4 + matrix(4, j, i + 1)*x
          end do
          out(1, i) = s1
          out(2, i) = s2
          out(3, i) = s3
          out(4, i) = s4
+         out(1, i + 1) = t1
+         out(2, i + 1) = t2
+         out(3, i + 1) = t3
+         out(4, i + 1) = t4
+         i = i + 2
       end do
+      if (i > stacked) return
+      s1 = 0.0_wp
+      s2 = 0.0_wp
+      s3 = 0.0_wp
+      s4 = 0.0_wp
+      !GCC$ novector
+      do j = 1, columns
+         x = u(j)
+         s1 = s1 + matrix(1, j, i)*x
+         s2 = s2 + matrix(2, j, i)*x
+         s3 = s3 + matrix(3, j, i)*x
+         s4 = s4 + matrix(4, j, i)*x
+      end do
+      out(1, i) = s1
+      out(2, i) = s2
+      out(3, i) = s3
+      out(4, i) = s4
    end subroutine multiply
 
 end module razy_integrate_stage_sums

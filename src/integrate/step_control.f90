@@ -23,16 +23,16 @@ module razy_integrate_step_control
       !> Bounds of the factor from step to step.
       real(wp) :: least = 0.2_wp, most = 10.0_wp
       logical :: predictive = .false.
-      !> Memory: error, its logarithm, and length of the last accepted step (0: none), and whether the last attempt was rejected.
-      real(wp) :: last_error = 0.0_wp, last_log = 0.0_wp, last_h = 0.0_wp
       !> Logarithm of the safety factor.
       real(wp) :: log_safety = log(cautious)
+      !> Memory: error, its logarithm, and length of the last accepted step (0: none), and whether the last attempt was rejected.
+      real(wp) :: last_error = 0.0_wp, last_log = 0.0_wp, last_h = 0.0_wp
       logical :: rejected = .false.
    contains
       procedure :: forget
       procedure :: accepted
       procedure :: refused
-      procedure :: is_steady
+      procedure :: accepted_on_ladder
    end type step_control_t
 
    !> Errors below this are taken for it: an error of nothing predicts no step.
@@ -42,23 +42,28 @@ module razy_integrate_step_control
 
 contains
 
-   !> Whether `accepted`, which is called if not, would give a factor within exp(∓width) of 1 for this error (proportional-integral
-   !> control only); if so the error is remembered.
-   pure subroutine is_steady(self, error, width, steady)
+   !> `accepted` for proportional-integral control, but that a factor within exp(∓width) of 1 is 1.
+   pure subroutine accepted_on_ladder(self, h, error, width, factor)
       class(step_control_t), intent(inout) :: self
-      real(wp), intent(in) :: error, width
-      logical, intent(out) :: steady
+      real(wp), intent(in) :: h, error, width
+      real(wp), intent(out) :: factor
 
-      real(wp) :: log_error
+      real(wp) :: log_error, power
 
-      steady = .false.
-      if (.not. self%last_h > 0.0_wp .or. self%rejected .or. error < least_error) return
-      log_error = log(error)
-      steady = abs((0.75_wp*self%beta - 1.0_wp/self%order)*log_error + self%beta*self%last_log + self%log_safety) <= width
-      if (.not. steady) return
-      self%last_error = error
+      log_error = log(max(error, tiny_error))
+      power = (0.75_wp*self%beta - 1.0_wp/self%order)*log_error + self%log_safety
+      if (self%last_h > 0.0_wp) power = power + self%beta*self%last_log
+      factor = 1.0_wp
+      if (abs(power) > width) then
+         factor = min(max(exp(power), self%least), self%most)
+         if (self%rejected) factor = min(factor, 1.0_wp)
+      end if
+      self%last_error = max(error, least_error)
       self%last_log = log_error
-   end subroutine is_steady
+      if (error < least_error) self%last_log = log(least_error)
+      self%last_h = h
+      self%rejected = .false.
+   end subroutine accepted_on_ladder
 
    !> Forget the steps before.
    pure subroutine forget(self)

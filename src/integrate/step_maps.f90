@@ -11,10 +11,11 @@
 !!
 !! All is forgotten at the start of a run, so that no run depends on another.
 module razy_integrate_step_maps
-   use razy_core_kinds, only: wp
+   use razy_core_kinds, only: i8, wp
    use razy_integrate_field, only: field_t
    use razy_integrate_folded_stages, only: phases, stages
    use razy_integrate_stage_sums, only: add_up, multiply, width
+   use razy_integrate_step_strip, only: step_strip_t
    use razy_integrate_tableaux, only: tableau_t
    implicit none(type, external)
    private
@@ -23,11 +24,13 @@ module razy_integrate_step_maps
 
    !> Steps of the ladder in a factor of two, modes that are remembered, and steps of each.
    integer, parameter :: rungs = 8, most_modes = 64, most_steps = 32
-   !> 2**(-1 + i/rungs), i = 0 … rungs - 1: the fractions of numbers on the ladder.
-   real(wp), parameter :: fractions(0:rungs - 1) = [0.5_wp, 0.54525386633262882960_wp, 0.59460355750136053336_wp, &
-                                                    0.64841977732550483297_wp, 0.70710678118654752440_wp, &
-                                                    0.77110541270397041180_wp, 0.84089641525371454303_wp, &
-                                                    0.91700404320467123174_wp]
+   !> Bits of the fraction of a number, and of 2**(i/rungs), i = 0 … rungs - 1: those of numbers on the ladder.
+   integer, parameter :: fraction_bits = 52
+   integer(i8), parameter :: on_ladder(0:rungs - 1) = ibits(transfer([1.0_wp, 1.0905077326652576592_wp, &
+                                                                      1.1892071150027210667_wp, 1.2968395546510096659_wp, &
+                                                                      1.4142135623730950488_wp, 1.5422108254079408236_wp, &
+                                                                      1.6817928305074290861_wp, 1.8340080864093424635_wp], &
+                                                                     0_i8, rungs), 0, fraction_bits)
    !> 2**(1/(2 rungs)), and its logarithm.
    real(wp), parameter :: half_rung = 1.0442737824274138403_wp, log_half_rung = 0.043321698784996581_wp
 
@@ -48,8 +51,6 @@ module razy_integrate_step_maps
    type :: step_maps_t
       !> What the last `try` gave (rows of Δ and E), and the argument u.
       real(wp), allocatable :: ends(:), u(:)
-      !> Cosine and sine of the angles of excitation in that step (tones each).
-      real(wp), allocatable :: cosine(:), sine(:)
       type(mode_maps_t), private, allocatable :: mode(:)
       integer, private :: now = 0, used = 0
       !> The step looked up last in this mode (0: none), where it is kept, and whether there is a map of it.
@@ -60,6 +61,10 @@ module razy_integrate_step_maps
       procedure :: forget
       procedure :: enter
       procedure :: try
+      procedure :: turn
+      procedure :: begin
+      procedure :: walk
+      procedure :: recall
       procedure :: dense
    end type step_maps_t
 
@@ -78,14 +83,15 @@ contains
       real(wp), intent(in) :: h
       real(wp) :: lower
 
-      real(wp) :: part
+      integer(i8) :: bits, part
       integer :: i
 
-      part = fraction(h)
+      bits = transfer(h, bits)
+      part = ibits(bits, 0, fraction_bits)
       do i = rungs - 1, 1, -1
-         if (fractions(i) <= part) exit
+         if (on_ladder(i) <= part) exit
       end do
-      lower = set_exponent(fractions(i), exponent(h))
+      lower = transfer(bits - part + on_ladder(i), lower)
    end function below_on_ladder
 
    !> Forget all maps.
@@ -123,20 +129,19 @@ contains
    end subroutine enter
 
    !> A step h with the slope dz at its start, that of the field's step, if there is a map of it: `done`, with Δ u and E u in
-   !> `ends`. If not, one is made when it has been asked for often enough by those who `insist`.
-   subroutine try(self, field, tableau, h, dz, insist, done)
+   !> `ends`. If not, one is made when it has been asked for often enough.
+   subroutine try(self, field, tableau, h, dz, done)
       class(step_maps_t), intent(inout) :: self
       type(field_t), intent(in) :: field
       type(tableau_t), intent(in) :: tableau
       real(wp), intent(in) :: h
       real(wp), intent(in), contiguous :: dz(:)
-      logical, intent(in) :: insist
       logical, intent(out) :: done
 
-      if (abs(h - self%h) > 0.0_wp .or. (insist .and. .not. self%ready)) call look_up(self, field, tableau, h, insist)
+      if (abs(h - self%h) > 0.0_wp .or. .not. self%ready) call look_up(self, field, tableau, h, .true.)
       done = self%ready
       if (.not. done) return
-      call fill(size(dz), size(self%cosine), dz, field%base_cosine, field%base_sine, self%u)
+      call fill(size(dz), size(field%omega), dz, field%base_cosine, field%base_sine, self%u)
       associate (map => self%mode(self%now)%step(self%slot))
          call multiply(size(map%ends, 3), size(map%ends, 2), map%ends, self%u, self%ends)
       end associate
@@ -161,7 +166,59 @@ contains
 
    end subroutine try
 
-   !> Look for the map of a step h in the present mode; `ready` if there is one, or if it was asked for so often that it is made.
+   !> Turn the phases of the field's step by the angles in the step that `try` has made last, which ends at `tau`.
+   pure subroutine turn(self, field, tau)
+      class(step_maps_t), intent(in) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau
+
+      associate (map => self%mode(self%now)%step(self%slot))
+         call field%turn_phases(map%cosine, map%sine, tau)
+      end associate
+   end subroutine turn
+
+   !> Begin a strip of steps h at z with the slope dz and the phases of the field's step: `done`, if there is a map of h.
+   subroutine begin(self, field, tableau, h, z, dz, strip, done)
+      class(step_maps_t), intent(inout) :: self
+      type(field_t), intent(in) :: field
+      type(tableau_t), intent(in) :: tableau
+      real(wp), intent(in) :: h
+      real(wp), intent(in), contiguous :: z(:), dz(:)
+      type(step_strip_t), intent(inout) :: strip
+      logical, intent(out) :: done
+
+      if (abs(h - self%h) > 0.0_wp) call look_up(self, field, tableau, h, .false.)
+      done = self%ready
+      if (done) call strip%begin(field, size(self%ends), h, z, dz)
+   end subroutine begin
+
+   !> Make steps of the strip up to number `last`.
+   pure subroutine walk(self, field, last, strip)
+      class(step_maps_t), intent(in) :: self
+      type(field_t), intent(in) :: field
+      integer, intent(in) :: last
+      type(step_strip_t), intent(inout) :: strip
+
+      associate (map => self%mode(self%now)%step(self%slot))
+         call strip%walk(field, last, map%ends, map%cosine, map%sine)
+      end associate
+   end subroutine walk
+
+   !> Take step k of a strip as the one that `try` has made last.
+   pure subroutine recall(self, strip, k)
+      class(step_maps_t), intent(inout) :: self
+      type(step_strip_t), intent(in) :: strip
+      integer, intent(in) :: k
+
+      integer :: i
+
+      do i = 1, size(self%u)
+         self%u(i) = strip%u(i, k - 1)
+      end do
+   end subroutine recall
+
+   !> Look for the map of a step h in the present mode; `ready` if there is one, or if those who `insist` have asked for it so
+   !> often that it is made.
    subroutine look_up(self, field, tableau, h, insist)
       class(step_maps_t), intent(inout) :: self
       type(field_t), intent(in) :: field
@@ -191,8 +248,6 @@ contains
             allocate (self%u(columns), self%ends(width*size(map%ends, 3)))
          end if
          map%uses = columns + 2
-         self%cosine = map%cosine
-         self%sine = map%sine
       end associate
       self%ready = .true.
    end subroutine look_up
@@ -221,14 +276,15 @@ contains
       real(wp), intent(in) :: h
       integer :: slot
 
-      real(wp) :: part
+      integer(i8) :: bits, part
       integer :: i
 
-      part = fraction(h)
+      bits = transfer(h, bits)
+      part = ibits(bits, 0, fraction_bits)
       slot = -1
       do i = 0, rungs - 1
-         if (abs(part - fractions(i)) > 0.0_wp) cycle
-         slot = modulo(exponent(h)*rungs + i, most_steps)
+         if (part /= on_ladder(i)) cycle
+         slot = int(modulo(shiftr(bits, fraction_bits)*rungs + i, int(most_steps, i8)))
          return
       end do
    end function slot_of

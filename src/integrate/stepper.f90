@@ -15,7 +15,7 @@ module razy_integrate_stepper
    use razy_integrate_field, only: field_t
    use razy_integrate_radau5, only: radau5_t
    use razy_integrate_step_control, only: factor_of_failure, step_control_t
-   use razy_integrate_step_maps, only: below_on_ladder, half_rung, log_half_rung, near_on_ladder
+   use razy_integrate_step_maps, only: below_on_ladder, log_half_rung, near_on_ladder
    use razy_integrate_tableaux, only: new_tableau
    use razy_machine_method, only: method_t
    implicit none(type, external)
@@ -46,8 +46,12 @@ module razy_integrate_stepper
       procedure :: begin
       procedure :: attempt
       procedure :: leap
-      procedure :: glide
+      procedure :: begin_strip
+      procedure :: stride
       procedure :: go_on
+      procedure :: load
+      procedure :: go_to_end
+      procedure :: accept
       procedure :: prepare_dense
    end type stepper_t
 
@@ -204,48 +208,92 @@ contains
       end if
    end subroutine attempt
 
-   !> Try the proposed step from (tau, z), where a step of the same mode has just ended, by its map: `done`, if there is one and it
-   !> would be accepted. Nothing has happened until `go_on` is called; `attempt` may be called instead.
-   subroutine glide(self, field, tau, z, done)
+   !> Begin a strip of the proposed steps at (tau, z), where a step of the same mode has just ended: `done`, if there is a map of them.
+   subroutine begin_strip(self, field, tau, z, done)
       class(stepper_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
+      type(field_t), intent(in) :: field
       real(wp), intent(in) :: tau
       real(wp), intent(in), contiguous :: z(:)
       logical, intent(out) :: done
 
-      integer :: i
-      logical :: failed
+      done = self%mapping .and. self%known == moved_on .and. .not. abs(tau - field%base) > 0.0_wp
+      if (done) call self%maps%begin(field, self%tableau, self%h_next, z, self%dz_end, self%strip, done)
+   end subroutine begin_strip
 
-      done = self%mapping .and. self%known == moved_on .and. abs(tau - field%base) <= 0.0_wp
-      if (done) call self%maps%try(field, self%tableau, self%h_next, self%dz_end, .false., done)
-      if (.not. done) return
-      do i = 1, self%n
-         self%dz_start(i) = self%dz_end(i)
-      end do
-      self%known = same_start
-      self%h = self%h_next
-      self%mapped = .true.
-      call self%mapped_step(field, tau + self%h, z, failed)
-      done = self%error <= 1.0_wp .and. .not. failed
-   end subroutine glide
+   !> Make steps of the strip up to number `last`, as long as they would be accepted. Nothing has happened until `load` or `go_on` is
+   !> called; `attempt` may be called instead.
+   pure subroutine stride(self, field, last)
+      class(stepper_t), intent(inout) :: self
+      type(field_t), intent(in) :: field
+      integer, intent(in) :: last
 
-   !> Accept the step that `glide` has made; its right-hand sides count as if they had been formed.
-   pure subroutine go_on(self, field)
+      call self%maps%walk(field, last, self%strip)
+      call self%strip%judge(last, self%tableau%errors, self%absolute, self%relative)
+   end subroutine stride
+
+   !> Accept the first `steps` steps of the strip, which began at `tau`, and propose the next by the largest of their errors; their
+   !> right-hand sides count as if they had been formed.
+   pure subroutine go_on(self, field, tau, steps)
+      class(stepper_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau
+      integer, intent(in) :: steps
+
+      call self%load(field, tau, steps)
+      self%error = maxval(self%strip%error(:steps))
+      call propose(self, .true., .true., .false.)
+      self%accepted_steps = self%accepted_steps + (steps - 1)
+      field%evaluations = field%evaluations + steps*self%stages
+   end subroutine go_on
+
+   !> Go back to step k of the strip, which began at `tau`, as if it had just been attempted; `accept` may follow.
+   pure subroutine load(self, field, tau, k)
+      class(stepper_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau
+      integer, intent(in) :: k
+
+      integer :: i, n, t
+
+      n = self%n
+      associate (strip => self%strip, tones => size(field%omega))
+         self%h = strip%h
+         self%error = strip%error(k)
+         self%mapped = .true.
+         self%known = same_start
+         do i = 1, n
+            self%z_end(i) = strip%z(i, k)
+            self%dz_start(i) = strip%u(i, k - 1)
+            self%dz_end(i) = strip%u(i, k)
+         end do
+         call self%maps%recall(strip, k)
+         field%base = tau + strip%at(k - 1)
+         field%looked = tau + strip%at(k)
+         field%carried = k - 1
+         do t = 1, tones
+            field%base_cosine(t) = strip%u(n + t, k - 1)
+            field%base_sine(t) = strip%u(n + tones + t, k - 1)
+            field%c(t) = strip%u(n + t, k)
+            field%d(t) = strip%u(n + tones + t, k)
+         end do
+      end associate
+   end subroutine load
+
+   !> The next attempt starts at the end of the step that has been loaded, which has been accepted.
+   pure subroutine go_to_end(self)
+      class(stepper_t), intent(inout) :: self
+
+      self%known = moved_on
+   end subroutine go_to_end
+
+   !> Accept the step that has been loaded.
+   pure subroutine accept(self, field)
       class(stepper_t), intent(inout) :: self
       type(field_t), intent(inout) :: field
 
-      logical :: steady
-
       field%evaluations = field%evaluations + self%stages
-      call self%control%is_steady(self%error, log_half_rung, steady)
-      if (steady) then
-         self%accepted_steps = self%accepted_steps + 1
-         self%known = moved_on
-         self%h_next = self%h
-      else
-         call propose(self, .true., .true., .false.)
-      end if
-   end subroutine go_on
+      call propose(self, .true., .true., .false.)
+   end subroutine accept
 
    !> Step h from (tau, z), which is part of an accepted one that began there; the next step has to start anew. `taken`: it led to
    !> numbers.
@@ -295,13 +343,13 @@ contains
          self%known = moved_on
          self%h_next = self%step
          if (self%adaptive) then
-            call self%control%accepted(self%h, self%error, self%control%safety, factor)
-            self%h_next = factor*self%h
-            if (self%mapped .and. factor <= half_rung .and. factor*half_rung >= 1.0_wp) then
-               self%h_next = self%h
-            else if (on_ladder) then
-               self%h_next = near_on_ladder(self%h_next)
+            if (self%mapped) then
+               call self%control%accepted_on_ladder(self%h, self%error, log_half_rung, factor)
+            else
+               call self%control%accepted(self%h, self%error, self%control%safety, factor)
             end if
+            self%h_next = factor*self%h
+        if (on_ladder .and. .not. (self%mapped .and. .not. abs(factor - 1.0_wp) > 0.0_wp)) self%h_next = near_on_ladder(self%h_next)
          end if
          return
       end if
