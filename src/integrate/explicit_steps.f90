@@ -47,6 +47,7 @@ module razy_integrate_explicit_steps
       procedure :: mapped_step
       procedure :: explicit_dense
       procedure :: at
+      procedure :: fine_at
       procedure :: rate_at
    end type explicit_steps_t
 
@@ -231,6 +232,24 @@ contains
          end do
       end associate
    end subroutine explicit_dense
+
+   !> Whether the dense output of the step is as good at theta as the step: its highest term, which is more than its error, is within
+   !> the tolerance there.
+   pure logical function fine_at(self, theta)
+      class(explicit_steps_t), intent(in) :: self
+      real(wp), intent(in) :: theta
+
+      real(wp) :: factor
+      integer :: i
+
+      associate (last => self%output%last, r => self%output%r)
+         factor = theta**((last + 1)/2)*(1.0_wp - theta)**(last/2)
+         fine_at = .true.
+         do i = 1, self%n
+            fine_at = fine_at .and. abs(r(i, last))*factor <= self%absolute + self%relative*max(abs(r(i, 0)), abs(self%z_end(i)))
+         end do
+      end associate
+   end function fine_at
 
    !> z at theta in [0, 1] of the step whose dense output was prepared.
    pure subroutine at(self, theta, z)

@@ -1,11 +1,12 @@
 !! What the ends of a step say about the guards in it.
 !!
 !! A path that touches 0 is at least g0 + g1 long; its speed is at most that at the ends and what twice their accelerations add
-!! in half the step. By the same bound a guard may be known to rise or to fall all the way. Functions of the rate and forces are
+!! in half the step. A guard that rises or falls all the way (razy_integrate_one_way) is told by its ends. Functions of the rate and forces are
 !! trusted only if twice the room of a cubic's control points is left.
 module razy_integrate_runge_kutta_bounds
    use razy_core_kinds, only: wp
    use razy_integrate_field, only: field_t
+   use razy_integrate_one_way, only: one_way
    use razy_integrate_runge_kutta_probe, only: guard_probe_t
    use razy_integrate_step_strip, only: longest_strip, step_strip_t
    use razy_integrate_stepper, only: stepper_t
@@ -17,7 +18,7 @@ module razy_integrate_runge_kutta_bounds
    type, extends(guard_probe_t) :: guard_bounds_t
       !> Guards and their rates at the start and the end of a step (count each).
       real(wp), allocatable :: g0(:), rate0(:), g1(:), rate1(:)
-      !> |s''| at the start and the end of a step (contacts each).
+      !> s'' at the start and the end of a step (contacts each).
       real(wp), allocatable :: bend0(:), bend1(:)
       !> Where a guard that fell has turned in the step, the least |g| there, at least half of it; huge where it has not (count).
       real(wp), allocatable :: nearest(:)
@@ -26,7 +27,7 @@ module razy_integrate_runge_kutta_bounds
       !> Whether all guards are functions of s alone.
       logical, private :: of_s = .false.
       !> At the start and the ends of the steps of a strip: guards and their rates (0: longest_strip, count), s and s' without their
-      !> constant terms, and |s''| (0: longest_strip, contacts).
+      !> constant terms, and s'' (0: longest_strip, contacts).
       real(wp), allocatable :: g(:, :), g_rate(:, :)
       real(wp), allocatable, private :: s(:, :), rate(:, :), bend(:, :)
       !> Steps of the strip in which a guard that fell has turned (longest_strip, count), and how often that was seen.
@@ -78,7 +79,7 @@ contains
       call self%guards%look(field, tau, z, self%g1, self%rate1)
       call field%look_at_time(tau)
       do j = 1, size(self%bend1)
-         self%bend1(j) = abs(field%second_rate(j, dz(field%m + 1:)))
+         self%bend1(j) = field%second_rate(j, dz(field%m + 1:))
       end do
       self%of_s = .not. (self%guards%forced .or. self%guards%accelerated)
    end subroutine start
@@ -105,21 +106,23 @@ contains
       type(field_t), intent(inout) :: field
       type(stepper_t), intent(in) :: stepper
 
-      real(wp) :: b0, b1, lowest, room, turn
+      real(wp) :: b0, b1, lowest, room
       integer :: i, j, m, n
 
       m = field%m
       n = size(field%branch)
       do j = 1, n
-         self%bend1(j) = abs(field%second_rate(j, stepper%dz_end(m + 1:)))
+         self%bend1(j) = field%second_rate(j, stepper%dz_end(m + 1:))
       end do
       do i = 1, self%guards%count
          associate (entry => self%guards%entry(i))
             if (entry%function > 0 .and. .not. abs(entry%beta) > 0.0_wp) then
-               turn = abs(entry%alpha)*stepper%h*max(self%bend0(entry%contact), self%bend1(entry%contact))
-               self%suspect(i) = reached(self%g0(i), self%rate0(i), self%g1(i), self%rate1(i), turn, stepper%h, &
-                                         self%guards%noise(i))
-               self%falling(i) = self%g0(i) > self%guards%noise(i) .and. max(self%rate0(i), self%rate1(i)) < -turn
+               self%suspect(i) = reached(self%g0(i), self%rate0(i), self%g1(i), self%rate1(i), entry%side*entry%alpha, &
+                                         self%bend0(entry%contact), self%bend1(entry%contact), stepper%h, self%guards%noise(i))
+               self%falling(i) = self%g0(i) > self%guards%noise(i)
+               if (self%falling(i)) self%falling(i) = one_way(stepper%h, self%rate0(i), self%rate1(i), &
+                                                              entry%side*entry%alpha*self%bend0(entry%contact), &
+                                                              entry%side*entry%alpha*self%bend1(entry%contact)) < 0
             else
                b0 = self%g0(i) + stepper%h*self%rate0(i)/3
                b1 = self%g1(i) - stepper%h*self%rate1(i)/3
@@ -132,14 +135,21 @@ contains
       end do
    end subroutine choose_suspects
 
-   !> Whether a guard may be left in a step h in which its rate cannot change by more than `turn` from that at the nearer end. Of
-   !> one that rises all the way only its end tells.
-   pure function reached(g0, rate0, g1, rate1, turn, h, noise)
-      real(wp), intent(in) :: g0, rate0, g1, rate1, turn, h, noise
+   !> Whether a guard may be left in a step h; its second derivative is `factor` times those at the ends, bend0 and bend1. Of one
+   !> that goes one way only its values at the ends tell.
+   pure function reached(g0, rate0, g1, rate1, factor, bend0, bend1, h, noise)
+      real(wp), intent(in) :: g0, rate0, g1, rate1, factor, bend0, bend1, h, noise
       logical :: reached
 
-      reached = min(g0, g1) <= noise .or. g0 + g1 <= h*(max(abs(rate0), abs(rate1)) + turn)
-      if (reached .and. g1 > noise) reached = min(rate0, rate1) <= turn
+      reached = min(g0, g1) <= noise &
+                .or. g0 + g1 <= h*(max(abs(rate0), abs(rate1)) + h*abs(factor)*max(abs(bend0), abs(bend1)))
+      if (.not. reached .or. .not. g1 > noise) return
+      select case (one_way(h, rate0, rate1, factor*bend0, factor*bend1))
+      case (-1)
+         reached = .false.
+      case (1)
+         reached = g0 < -noise
+      end select
    end function reached
 
    !> Number of steps of a strip, which begins where the step looked at last ends, in which no guard can be left; `free` of them are
@@ -150,7 +160,6 @@ contains
       type(step_strip_t), intent(in) :: strip
       integer, intent(inout) :: free
 
-      real(wp) :: turn
       integer :: before, i, j, k
 
       if (.not. self%of_s) return
@@ -170,8 +179,8 @@ contains
             do k = before + 1, free
                g(k + 1) = entry%side*(entry%alpha*(self%s(k, j) + field%machine%contact(j)%offset) + entry%gamma - entry%bound)
                rate(k + 1) = entry%side*entry%alpha*(self%rate(k, j) + field%machine%contact(j)%drive)
-               turn = abs(entry%alpha)*strip%h*max(self%bend(k - 1, j), self%bend(k, j))
-               if (reached(g(k), rate(k), g(k + 1), rate(k + 1), turn, strip%h, noise)) exit
+               if (reached(g(k), rate(k), g(k + 1), rate(k + 1), entry%side*entry%alpha, self%bend(k - 1, j), self%bend(k, j), &
+                           strip%h, noise)) exit
                self%turned(k, i) = rate(k) < 0.0_wp .and. rate(k + 1) > 0.0_wp
                if (self%turned(k, i)) self%turns = self%turns + 1
             end do
@@ -181,7 +190,7 @@ contains
 
    contains
 
-      !> s and s' without their constant terms, and |s''|, of all contacts at the ends of all steps.
+      !> s and s' without their constant terms, and s'', of all contacts at the ends of all steps.
       pure subroutine look(contacts, m, tones, first, last, w, re, im, omega, z, u, s, rate, bend)
          integer, intent(in) :: contacts, m, tones, first, last
          real(wp), intent(in) :: w(m, contacts), re(contacts, tones), im(contacts, tones), omega(tones)
@@ -209,7 +218,7 @@ contains
                end do
                s(k, j) = s_value
                rate(k, j) = s_rate
-               bend(k, j) = abs(s_bend)
+               bend(k, j) = s_bend
             end do
          end do
       end subroutine look

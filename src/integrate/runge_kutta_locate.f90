@@ -190,7 +190,7 @@ contains
       associate (entry => self%guards%entry(i), guards => self%guards)
          at_rest = entry%function > 0 .and. .not. abs(entry%beta) > 0.0_wp .and. abs(g) <= guards%noise(i) &
                    .and. abs(rate) <= abs(entry%alpha)*guards%on_rate(entry%contact)
-         if (at_rest) at_rest = self%bend0(entry%contact) <= of_sum*guards%reach(entry%contact) &
+         if (at_rest) at_rest = abs(self%bend0(entry%contact)) <= of_sum*guards%reach(entry%contact) &
                                 *norm2(stepper%dz_start(field%m + 1:))
       end associate
    end function at_rest

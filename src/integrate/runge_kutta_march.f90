@@ -101,7 +101,7 @@ contains
          if (found) then
             view%duration = theta*stepper%h
             call stepper%at(theta, view%z_stop)
-            if (polished(stepper)) call polish(self)
+            if (polished(stepper) .and. .not. stepper%fine_at(theta)) call polish(self)
          else
             view%z_stop = stepper%z_end
             call field%keep_constraints(self%tau + stepper%h, view%z_stop)

@@ -2,13 +2,13 @@
 !!
 !!     Σ_i a_i y_i' + d/dt Re(Σ_t e_t e^{iω_t t}),   with y' of the dense output.
 !!
-!! Speed and acceleration at the ends of the step mostly say that it does not turn: speed changes by no more than what twice the
-!! larger acceleration adds in half the step, as for guards (razy_integrate_runge_kutta_bounds). Else its own polynomial is
+!! Speed and acceleration at the ends of the step mostly say that it does not turn (razy_integrate_one_way). Else its own polynomial is
 !! looked at.
 module razy_integrate_runge_kutta_turns
    use razy_core_kinds, only: wp
    use razy_integrate_dense_output, only: dense_output_t, path_t
    use razy_integrate_field, only: field_t
+   use razy_integrate_one_way, only: one_way
    use razy_integrate_step_strip, only: longest_strip, step_strip_t
    use razy_machine_machine, only: observe_contact_force
    implicit none(type, external)
@@ -25,7 +25,7 @@ module razy_integrate_runge_kutta_turns
       !> Whether an observable is such a sum (observables).
       logical, allocatable :: suits(:)
       type(path_t), private :: path
-      !> Rates and |accelerations| at the start and the ends of the steps of a strip.
+      !> Rates and accelerations at the start and the ends of the steps of a strip.
       real(wp), private :: rate(0:longest_strip) = 0.0_wp, bend(0:longest_strip) = 0.0_wp
    contains
       procedure :: attach
@@ -81,7 +81,7 @@ contains
          size_of = size_of + abs(field%on_y(i, form))*max(abs(z0(m + i)), abs(z1(m + i)))
       end do
       self%noise = of_sum*size_of
-      steady = min(direction*rate0, direction*rate1) > h*max(abs(bend0), abs(bend1)) + self%noise
+      steady = min(direction*rate0, direction*rate1) > self%noise .and. one_way(h, rate0, rate1, bend0, bend1) == direction
    end function steady
 
    !> Take observable `form` at the start and the ends of `steps` steps of a strip.
@@ -125,7 +125,7 @@ contains
                end associate
             end do
             rate(k) = of_rate
-            bend(k) = abs(of_bend)
+            bend(k) = of_bend
             size_of = max(size_of, of_size)
          end do
       end subroutine look
@@ -138,8 +138,8 @@ contains
       type(step_strip_t), intent(in) :: strip
       integer, intent(in) :: k, direction
 
-      steady_in = min(direction*self%rate(k - 1), direction*self%rate(k)) &
-                  > strip%h*max(self%bend(k - 1), self%bend(k)) + self%noise
+      steady_in = min(direction*self%rate(k - 1), direction*self%rate(k)) > self%noise &
+                  .and. one_way(strip%h, self%rate(k - 1), self%rate(k), self%bend(k - 1), self%bend(k)) == direction
    end function steady_in
 
    !> Take the polynomial of the step.
