@@ -47,7 +47,7 @@ contains
                call march%locator%move_on(free)
                outcome%steps = outcome%steps + free
                march%made = march%made + free
-               call march%end_opening(merge(strip%h, stepper%h_next, free > 1))
+               call march%end_opening(strip%h, stepper%h_next)
                call show_strip(march, piece, observers, free)
             end if
             if (free < strip%count) then

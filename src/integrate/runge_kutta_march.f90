@@ -47,6 +47,8 @@ module razy_integrate_runge_kutta_march
    !> A step below this part of the motion is an underflow.
    real(wp), parameter :: least_step = 1.0e-6_wp*epsilon(1.0_wp)
    real(wp), parameter :: eps = epsilon(1.0_wp)
+   !> Growth of the first step of a mode from visit to visit that pays.
+   real(wp), parameter :: worth_a_refusal = 1.15_wp
    !> An event before this part of a step is looked for again in a shorter step.
    real(wp), parameter :: least_share = 0.125_wp
    !> Part of a step that may be made along its slope: the square is rounding.
@@ -89,7 +91,7 @@ contains
             if (found .and. theta < least_share .and. .not. polished(stepper)) call shorten(self, found, theta, dense)
             call self%doubts%of_turns(self%locator, field, self%method, stepper, self%z, self%time + self%tau, self%opening, found)
          end if
-         call self%end_opening(stepper%h_next)
+         call self%end_opening(stepper%h, stepper%h_next)
          last = last .and. .not. found .and. .not. stepper%h < self%remaining()
          view%start = self%tau
          view%z_start = self%z
@@ -155,12 +157,13 @@ contains
       end associate
    end subroutine begin_mode
 
-   !> Remember the step h_next that follows the first one of a mode.
-   pure subroutine end_opening(self, h_next)
+   !> Remember the first step h of a mode, or the one that follows it, h_next, if that is shorter or so much longer that it is worth
+   !> a refusal.
+   pure subroutine end_opening(self, h, h_next)
       class(march_t), intent(inout) :: self
-      real(wp), intent(in) :: h_next
+      real(wp), intent(in) :: h, h_next
 
-      if (self%opening) call self%memory%keep_step(h_next)
+      if (self%opening) call self%memory%keep_step(merge(h, h_next, h_next > h .and. h_next < worth_a_refusal*h))
       self%opening = .false.
    end subroutine end_opening
 

@@ -97,6 +97,10 @@ contains
             u(j, k) = u(j, k - 1)*cosine(j - n) - u(tones + j, k - 1)*sine(j - n)
             u(tones + j, k) = u(tones + j, k - 1)*cosine(j - n) + u(j, k - 1)*sine(j - n)
          end do
+         if (m == 2) then
+            call slope_of_two(tones, matrix, constant, on_cosine, on_sine, z(:, k), u(:, k))
+            cycle
+         end if
          do i = 1, m
             a = constant(i)
             do j = 1, tones
@@ -110,6 +114,29 @@ contains
          end do
       end do
    end subroutine follow
+
+   !> The slope for two coordinates.
+   pure subroutine slope_of_two(tones, matrix, constant, on_cosine, on_sine, z, u)
+      integer, intent(in) :: tones
+      real(wp), intent(in) :: matrix(2, 4), constant(2), on_cosine(2, tones), on_sine(2, tones), z(4)
+      real(wp), intent(inout) :: u(4 + 2*tones)
+
+      real(wp) :: a(2)
+      integer :: j
+
+      a = constant
+      do j = 1, tones
+         a = a + (on_cosine(:, j)*u(4 + j) + on_sine(:, j)*u(4 + tones + j))
+      end do
+      a = a - matrix(:, 1)*z(1)
+      a = a - matrix(:, 2)*z(2)
+      a = a - matrix(:, 3)*z(3)
+      a = a - matrix(:, 4)*z(4)
+      u(1) = z(3)
+      u(2) = z(4)
+      u(3) = a(1)
+      u(4) = a(2)
+   end subroutine slope_of_two
 
    !> The errors in units of the tolerance up to step `last`, from so many `estimates` of each; takes those before the first that is
    !> not accepted.
