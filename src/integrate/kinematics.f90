@@ -47,7 +47,6 @@ module razy_integrate_kinematics
       procedure :: take
       procedure :: start_piece
       procedure :: start_step
-      procedure :: start_anew
       procedure :: turn_phases
       procedure :: look_at_time
       procedure :: phase
@@ -149,17 +148,6 @@ contains
       self%base = tau
       if (self%carried >= most_carried) self%carried = 0
    end subroutine start_step
-
-   !> A step begins at tau, and the phases there are formed from the start of the piece.
-   pure subroutine start_anew(self, tau)
-      class(kinematics_t), intent(inout) :: self
-      real(wp), intent(in) :: tau
-
-      if (self%carried == 0 .and. .not. abs(tau - self%base) > 0.0_wp) return
-      self%carried = most_carried
-      self%base = huge(tau)
-      call self%start_step(tau)
-   end subroutine start_anew
 
    !> Phases at tau into the workspace: those at the start of the step turned by the angles given by cosine and sine (tones each).
    pure subroutine turn_phases(self, cosine, sine, tau)

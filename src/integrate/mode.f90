@@ -44,6 +44,8 @@ module razy_integrate_mode
       !> Folded modes entered before, the first `kept` in use, and the one that is replaced next.
       type(fold_t), allocatable, private :: fold(:)
       integer, private :: kept = 0, oldest = 1
+      !> The branches entered last.
+      integer, allocatable, private :: entered(:)
    contains
       procedure :: make_room
       procedure :: enter_mode
@@ -66,11 +68,12 @@ contains
       m = self%m
       tones = size(self%omega)
       if (allocated(self%branch)) deallocate (self%branch, self%force, self%normal, self%does, self%acting, self%matrix, &
-                                              self%constant, self%on_cosine, self%on_sine)
+                                              self%constant, self%on_cosine, self%on_sine, self%entered)
       self%kept = 0
       self%oldest = 1
       if (.not. allocated(self%fold)) allocate (self%fold(most_kept))
       allocate (self%branch(contacts), source=branch_open)
+      allocate (self%entered(contacts), source=0)
       allocate (self%does(contacts), self%acting(contacts), source=idle)
       allocate (self%force(contacts), self%normal(contacts), source=0.0_wp)
       allocate (self%matrix(m, 2*m), self%constant(m), self%on_cosine(m, tones), self%on_sine(m, tones), source=0.0_wp)
@@ -83,7 +86,14 @@ contains
       integer :: held(size(self%branch)), sliding(size(self%branch)), row(size(self%branch))
       real(wp) :: sign(size(self%branch))
       integer :: i, j, n, pass
+      logical :: changed
 
+      changed = .false.
+      do j = 1, size(self%branch)
+         changed = changed .or. self%entered(j) /= self%branch(j)
+         self%entered(j) = self%branch(j)
+      end do
+      if (.not. changed) return
       do i = 1, self%kept
          if (any(self%fold(i)%branch /= self%branch)) cycle
          call recall(self, self%fold(i))

@@ -36,7 +36,7 @@ contains
          do while (steps_to_try(march) > 0 .and. within(march%z))
             call march%start_field()
             start = march%tau
-            call field%start_anew(start)
+            call field%start_step(start)
             call stepper%begin_strip(field, start, march%z, begun)
             if (.not. begun) return
             call make_strip(march, steps_to_try(march), free)

@@ -28,6 +28,7 @@ module razy_integrate_runge_kutta_probe
       procedure :: make_room
       procedure :: choose_paths
       procedure :: look_inside
+      procedure, private :: look_at_guard
       procedure :: root
       procedure :: turn
       procedure :: emerge
@@ -101,6 +102,32 @@ contains
       end do
    end subroutine look_inside
 
+   !> Guard i and its rate at theta of the step.
+   subroutine look_at_guard(self, field, stepper, i, theta, g, rate)
+      class(guard_probe_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      type(stepper_t), intent(in) :: stepper
+      integer, intent(in) :: i
+      real(wp), intent(in) :: theta
+      real(wp), intent(out) :: g, rate
+
+      real(wp) :: error, error_rate, s, s_rate
+
+      if (self%on_paths) then
+         associate (entry => self%guards%entry(i))
+            call field%look_at_time(self%tau + theta*self%h)
+            call field%look_at_error(entry%contact, error, error_rate)
+            call self%path(entry%contact)%look(theta, s, s_rate)
+            g = entry%side*(entry%alpha*(error + s) + entry%gamma - entry%bound)
+            rate = entry%side*entry%alpha*(error_rate + s_rate)
+         end associate
+      else
+         call self%look_inside(field, stepper, theta, self%gc, self%rc)
+         g = self%gc(i)
+         rate = self%rc(i)
+      end if
+   end subroutine look_at_guard
+
    !> Root of guard i between theta = a, where it is positive, and b, where it is negative; with its rates there.
    subroutine root(self, field, stepper, i, a, b, ga, gb, ra, rb, at)
       class(guard_probe_t), intent(inout) :: self
@@ -110,19 +137,19 @@ contains
       real(wp), intent(in) :: a, b, ga, gb, ra, rb
       real(wp), intent(out) :: at
 
-      real(wp) :: high, low, move
+      real(wp) :: g, high, low, move, rate
       integer :: k
 
       low = a
       high = b
       at = a + (b - a)*cubic_root(ga, gb, (b - a)*self%h*ra, (b - a)*self%h*rb)
       do k = 1, most_iterations
-         call self%look_inside(field, stepper, at, self%gc, self%rc)
-         if (.not. abs(self%gc(i)) > 0.0_wp) return
-         if (self%gc(i) > 0.0_wp) low = at
-         if (self%gc(i) < 0.0_wp) high = at
+         call self%look_at_guard(field, stepper, i, at, g, rate)
+         if (.not. abs(g) > 0.0_wp) return
+         if (g > 0.0_wp) low = at
+         if (g < 0.0_wp) high = at
          move = 0.0_wp
-         if (self%rc(i) < 0.0_wp) move = -self%gc(i)/(self%rc(i)*self%h)
+         if (rate < 0.0_wp) move = -g/(rate*self%h)
          ! The square of such a move is rounding.
          if (abs(move) > 0.0_wp .and. abs(move) <= least_move*at .and. at + move > low .and. at + move < high) then
             at = at + move
@@ -163,7 +190,7 @@ contains
       real(wp), intent(in) :: a, b
       real(wp), intent(out) :: at, g
 
-      real(wp) :: high, low, rate_high, rate_low, sign_low
+      real(wp) :: high, low, rate, rate_high, rate_low, sign_low
       integer :: k, side
 
       low = a
@@ -176,21 +203,20 @@ contains
          at = 0.5_wp*(low + high)
          if (k <= most_iterations/2 .and. rate_low*rate_high < 0.0_wp) at = low + (high - low)*rate_low/(rate_low - rate_high)
          at = min(max(at, low), high)
-         call self%look_inside(field, stepper, at, self%gc, self%rc)
-         g = self%gc(i)
-         if (sign_low*self%rc(i) > 0.0_wp) then
+         call self%look_at_guard(field, stepper, i, at, g, rate)
+         if (sign_low*rate > 0.0_wp) then
             low = at
-            rate_low = self%rc(i)
+            rate_low = rate
             if (side == 1) rate_high = 0.5_wp*rate_high
             side = 1
          else
             high = at
-            rate_high = self%rc(i)
+            rate_high = rate
             if (side == -1) rate_low = 0.5_wp*rate_low
             side = -1
          end if
-         if (high - low <= 1.0e-9_wp*b .or. .not. abs(self%rc(i)) > 0.0_wp) return
-         if (abs(self%rc(i))*(high - low)*self%h <= eps*abs(g)) return
+         if (high - low <= 1.0e-9_wp*b .or. .not. abs(rate) > 0.0_wp) return
+         if (abs(rate)*(high - low)*self%h <= eps*abs(g)) return
       end do
    end subroutine turn
 

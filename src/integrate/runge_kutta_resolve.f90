@@ -6,7 +6,7 @@
 !!    separate, slide, or stay closed and stick (razy_integrate_rigid_forces).
 !! 3. A constraint whose force is on its bound and about to leave it is let go at once.
 module razy_integrate_runge_kutta_resolve
-   use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking
+   use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking, branches
    use razy_core_kinds, only: wp
    use razy_integrate_field, only: field_t
    use razy_integrate_passed_branches, only: branch_beyond
@@ -39,6 +39,8 @@ module razy_integrate_runge_kutta_resolve
       !> Edges that were left (lower and upper, contacts); rounding of s and s' (contacts each).
       logical, allocatable, private :: left(:, :)
       real(wp), allocatable, private :: noise_s(:), noise_rate(:)
+      !> Whether no contact impacts, is held, or sticks: branches follow one another, and that is all.
+      logical, private :: plain = .false.
    contains
       procedure :: attach
       procedure :: settle
@@ -56,7 +58,7 @@ contains
       class(resolution_t), intent(inout) :: self
       type(field_t), intent(in) :: field
 
-      integer :: n
+      integer :: i, j, n
 
       n = size(field%branch)
       if (allocated(self%contact)) deallocate (self%contact, self%branch, self%impacted, self%speed, self%side, self%next, &
@@ -66,6 +68,12 @@ contains
       allocate (self%impacted(n), self%resting(n), self%let_go(n), self%left(2, n), source=.false.)
       allocate (self%speed(n), self%direction(n), self%noise_s(n), self%noise_rate(n), source=0.0_wp)
       allocate (self%side(2*n))
+      self%plain = .true.
+      do j = 1, n
+         associate (law => field%machine%contact(j)%law)
+            self%plain = self%plain .and. .not. law%impacts .and. .not. any([(law%constraint(i), i=1, branches)])
+         end associate
+      end do
    end subroutine attach
 
    !> Carry out the event at (tau, z) where the guards `hit` were left (all false: make branches and state consistent): jumps
@@ -89,6 +97,10 @@ contains
       self%impacts = 0
       call guards%measure(field, tau, z, .false.)
       call take_hits(self, field, guards, hit, tau, z)
+      if (self%plain) then
+         call follow_branches(self, field, guards)
+         return
+      end if
       call take_sides(self, field, guards)
       if (any(self%side(:self%sides)%before < 0.0_wp)) call take_impact(self, field, z)
       if (.not. self%found) return
@@ -112,6 +124,29 @@ contains
          call note(self, j, field%branch(j))
       end do
    end subroutine settle
+
+   !> The branches that follow at the s and s' that the field has just looked at, where nothing else can happen.
+   subroutine follow_branches(self, field, guards)
+      type(resolution_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      type(guards_t), intent(in) :: guards
+
+      integer :: j, round
+
+      do j = 1, size(self%next)
+         self%noise_s(j) = guards%on_s(j)
+         self%noise_rate(j) = guards%on_rate(j)
+      end do
+      self%changes = 0
+      do round = 1, most_passed - 1
+         if (.not. further(self, field)) exit
+      end do
+      do j = 1, size(self%next)
+         field%branch(j) = self%next(j)
+         if (self%next(j) == self%before(j) .and. .not. any(self%contact(:self%changes) == j)) cycle
+         call note(self, j, self%next(j))
+      end do
+   end subroutine follow_branches
 
    !> Add a change to the list.
    pure subroutine note(self, j, branch)

@@ -158,11 +158,19 @@ contains
       real(wp), intent(in) :: tau
       real(wp) :: rate
 
-      real(wp) :: bend, size_of, unused, value
+      real(wp) :: unused, value
+      integer :: t
 
-      call of_errors(field, self%form, self%start + tau, rate, bend, size_of)
-      call self%path%look(tau/self%h, value, unused)
-      rate = rate + value
+      call field%look_at_time(self%start + tau)
+      call self%path%look(tau/self%h, rate, unused)
+      associate (observable => field%machine%observable(self%form))
+         do t = 1, size(field%omega)
+            associate (error => observable%error(t))
+               value = error%re*field%d(t) + error%im*field%c(t)
+            end associate
+            rate = rate - field%omega(t)*value
+         end do
+      end associate
    end function rate_at
 
    !> Value, rate, size of the value's terms and rounding of the rate of observable `form` at (time, z).

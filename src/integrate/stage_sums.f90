@@ -91,65 +91,67 @@ contains
       end do
    end subroutine combine
 
-   !> out = matrix u, of `stacked` blocks of four rows.
+   !> out = matrix u, of `stacked` blocks of four rows, three at a time (DOP853 with two coordinates has three).
    pure subroutine multiply(stacked, columns, matrix, u, out)
       integer, intent(in) :: stacked, columns
       real(wp), intent(in) :: matrix(width, columns, stacked), u(columns)
       real(wp), intent(inout) :: out(width, stacked)
 
-      real(wp) :: s1, s2, s3, s4, t1, t2, t3, t4, x
+      real(wp) :: a1, a2, a3, a4, b1, b2, b3, b4, c1, c2, c3, c4, x
       integer :: i, j
 
       i = 1
-      do while (i < stacked)
-         s1 = 0.0_wp
-         s2 = 0.0_wp
-         s3 = 0.0_wp
-         s4 = 0.0_wp
-         t1 = 0.0_wp
-         t2 = 0.0_wp
-         t3 = 0.0_wp
-         t4 = 0.0_wp
+      do while (i < stacked - 1)
+         a1 = 0.0_wp
+         a2 = 0.0_wp
+         a3 = 0.0_wp
+         a4 = 0.0_wp
+         b1 = 0.0_wp
+         b2 = 0.0_wp
+         b3 = 0.0_wp
+         b4 = 0.0_wp
+         c1 = 0.0_wp
+         c2 = 0.0_wp
+         c3 = 0.0_wp
+         c4 = 0.0_wp
          ! Pairs of rows, not pairs of columns, go together.
          !GCC$ novector
          do j = 1, columns
             x = u(j)
-            s1 = s1 + matrix(1, j, i)*x
-            s2 = s2 + matrix(2, j, i)*x
-            s3 = s3 + matrix(3, j, i)*x
-            s4 = s4 + matrix(4, j, i)*x
-            t1 = t1 + matrix(1, j, i + 1)*x
-            t2 = t2 + matrix(2, j, i + 1)*x
-            t3 = t3 + matrix(3, j, i + 1)*x
-            t4 = t4 + matrix(4, j, i + 1)*x
+            a1 = a1 + matrix(1, j, i)*x
+            a2 = a2 + matrix(2, j, i)*x
+            a3 = a3 + matrix(3, j, i)*x
+            a4 = a4 + matrix(4, j, i)*x
+            b1 = b1 + matrix(1, j, i + 1)*x
+            b2 = b2 + matrix(2, j, i + 1)*x
+            b3 = b3 + matrix(3, j, i + 1)*x
+            b4 = b4 + matrix(4, j, i + 1)*x
+            c1 = c1 + matrix(1, j, i + 2)*x
+            c2 = c2 + matrix(2, j, i + 2)*x
+            c3 = c3 + matrix(3, j, i + 2)*x
+            c4 = c4 + matrix(4, j, i + 2)*x
          end do
-         out(1, i) = s1
-         out(2, i) = s2
-         out(3, i) = s3
-         out(4, i) = s4
-         out(1, i + 1) = t1
-         out(2, i + 1) = t2
-         out(3, i + 1) = t3
-         out(4, i + 1) = t4
-         i = i + 2
+         out(:, i) = [a1, a2, a3, a4]
+         out(:, i + 1) = [b1, b2, b3, b4]
+         out(:, i + 2) = [c1, c2, c3, c4]
+         i = i + 3
       end do
-      if (i > stacked) return
-      s1 = 0.0_wp
-      s2 = 0.0_wp
-      s3 = 0.0_wp
-      s4 = 0.0_wp
-      !GCC$ novector
-      do j = 1, columns
-         x = u(j)
-         s1 = s1 + matrix(1, j, i)*x
-         s2 = s2 + matrix(2, j, i)*x
-         s3 = s3 + matrix(3, j, i)*x
-         s4 = s4 + matrix(4, j, i)*x
+      do while (i <= stacked)
+         a1 = 0.0_wp
+         a2 = 0.0_wp
+         a3 = 0.0_wp
+         a4 = 0.0_wp
+         !GCC$ novector
+         do j = 1, columns
+            x = u(j)
+            a1 = a1 + matrix(1, j, i)*x
+            a2 = a2 + matrix(2, j, i)*x
+            a3 = a3 + matrix(3, j, i)*x
+            a4 = a4 + matrix(4, j, i)*x
+         end do
+         out(:, i) = [a1, a2, a3, a4]
+         i = i + 1
       end do
-      out(1, i) = s1
-      out(2, i) = s2
-      out(3, i) = s3
-      out(4, i) = s4
    end subroutine multiply
 
 end module razy_integrate_stage_sums

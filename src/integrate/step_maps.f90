@@ -39,13 +39,16 @@ module razy_integrate_step_maps
    type :: step_map_t
       real(wp) :: h = 0.0_wp
       integer :: uses = 0
+      logical :: made = .false.
       real(wp), allocatable :: ends(:, :, :), dense(:, :, :), cosine(:), sine(:)
    end type step_map_t
 
    !> The steps of the mode with these branches.
    type :: mode_maps_t
       integer, allocatable :: branch(:)
-      type(step_map_t) :: step(0:most_steps - 1)
+      !> Steps, and where those that have a map are.
+      type(step_map_t), allocatable :: step(:)
+      integer :: slots = 0, slot(most_steps) = 0
    end type mode_maps_t
 
    type :: step_maps_t
@@ -123,8 +126,11 @@ contains
       self%used = self%used + 1
       self%now = self%used
       self%mode(self%now)%branch = field%branch
+      self%mode(self%now)%slots = 0
+      if (.not. allocated(self%mode(self%now)%step)) allocate (self%mode(self%now)%step(0:most_steps - 1))
       do i = 0, most_steps - 1
          self%mode(self%now)%step(i)%h = 0.0_wp
+         self%mode(self%now)%step(i)%made = .false.
       end do
    end subroutine enter
 
@@ -138,7 +144,7 @@ contains
       real(wp), intent(in), contiguous :: dz(:)
       logical, intent(out) :: done
 
-      if (abs(h - self%h) > 0.0_wp .or. .not. self%ready) call look_up(self, field, tableau, h, .true.)
+      if (abs(h - self%h) > 0.0_wp .or. .not. self%ready) call look_up(self, field, tableau, h)
       done = self%ready
       if (.not. done) return
       call fill(size(dz), size(field%omega), dz, field%base_cosine, field%base_sine, self%u)
@@ -178,16 +184,15 @@ contains
    end subroutine turn
 
    !> Begin a strip of steps h at z with the slope dz and the phases of the field's step: `done`, if there is a map of h.
-   subroutine begin(self, field, tableau, h, z, dz, strip, done)
+   subroutine begin(self, field, h, z, dz, strip, done)
       class(step_maps_t), intent(inout) :: self
       type(field_t), intent(in) :: field
-      type(tableau_t), intent(in) :: tableau
       real(wp), intent(in) :: h
       real(wp), intent(in), contiguous :: z(:), dz(:)
       type(step_strip_t), intent(inout) :: strip
       logical, intent(out) :: done
 
-      if (abs(h - self%h) > 0.0_wp) call look_up(self, field, tableau, h, .false.)
+      if (abs(h - self%h) > 0.0_wp) call find(self, h)
       done = self%ready
       if (done) call strip%begin(field, size(self%ends), h, z, dz)
    end subroutine begin
@@ -217,40 +222,60 @@ contains
       end do
    end subroutine recall
 
-   !> Look for the map of a step h in the present mode; `ready` if there is one, or if those who `insist` have asked for it so
-   !> often that it is made.
-   subroutine look_up(self, field, tableau, h, insist)
+   !> Look for the map of a step h in the present mode; `ready` if there is one, or if it has been asked for so often that it is made.
+   subroutine look_up(self, field, tableau, h)
       class(step_maps_t), intent(inout) :: self
       type(field_t), intent(in) :: field
       type(tableau_t), intent(in) :: tableau
       real(wp), intent(in) :: h
-      logical, intent(in) :: insist
 
-      integer :: columns, tones
+      integer :: columns
 
       self%ready = .false.
       self%h = h
       if (self%now == 0) return
       self%slot = slot_of(h)
       if (self%slot < 0) return
-      tones = size(field%omega)
-      columns = 2*(field%m + tones)
-      associate (map => self%mode(self%now)%step(self%slot))
+      columns = 2*(field%m + size(field%omega))
+      associate (mode => self%mode(self%now), map => self%mode(self%now)%step(self%slot))
          if (.not. abs(map%h - h) <= 0.0_wp) then
             map%h = h
             map%uses = 0
+            map%made = .false.
          end if
-         if (insist) map%uses = min(map%uses, columns + 1) + 1
-         if (map%uses <= columns) return
-         if (map%uses == columns + 1) then
-            call make(map, field, tableau, columns)
-            if (allocated(self%u)) deallocate (self%u, self%ends)
-            allocate (self%u(columns), self%ends(width*size(map%ends, 3)))
+         map%uses = min(map%uses, columns) + 1
+         if (map%uses <= columns .and. .not. map%made) return
+         self%ready = .true.
+         if (map%made) return
+         call make(map, field, tableau, columns)
+         if (.not. any(mode%slot(:mode%slots) == self%slot)) then
+            mode%slots = mode%slots + 1
+            mode%slot(mode%slots) = self%slot
          end if
-         map%uses = columns + 2
+         if (allocated(self%u)) deallocate (self%u, self%ends)
+         allocate (self%u(columns), self%ends(width*size(map%ends, 3)))
       end associate
-      self%ready = .true.
    end subroutine look_up
+
+   !> Look for the map of a step h among those that have been made in the present mode.
+   pure subroutine find(self, h)
+      class(step_maps_t), intent(inout) :: self
+      real(wp), intent(in) :: h
+
+      integer :: i
+
+      self%ready = .false.
+      self%h = h
+      if (self%now == 0) return
+      associate (mode => self%mode(self%now))
+         do i = 1, mode%slots
+            if (abs(mode%step(mode%slot(i))%h - h) > 0.0_wp) cycle
+            self%slot = mode%slot(i)
+            self%ready = mode%step(self%slot)%made
+            return
+         end do
+      end associate
+   end subroutine find
 
    !> Coefficients r_4… of the dense output of the step that `try` has made last, one after the other (n each).
    pure subroutine dense(self, n, r)
@@ -303,6 +328,7 @@ contains
 
       m = field%m
       n = 2*m
+      map%made = .true.
       if (allocated(map%ends)) deallocate (map%ends, map%dense, map%cosine, map%sine)
       allocate (map%cosine(size(field%omega)), map%sine(size(field%omega)))
       allocate (map%ends(width, columns, size(ends)/width), map%dense(width, columns, size(dense)/width))

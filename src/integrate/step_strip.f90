@@ -13,8 +13,8 @@ module razy_integrate_step_strip
    integer, parameter :: longest_strip = 8
 
    type :: step_strip_t
-      !> Steps made.
-      integer :: count = 0
+      !> Steps made, and those before the strip since its phases were formed anew.
+      integer :: count = 0, carried = 0
       !> Length of each, s; their ends after the start of the strip, s (0: longest_strip), and errors (longest_strip).
       real(wp) :: h = 0.0_wp, at(0:longest_strip) = 0.0_wp, error(longest_strip) = 0.0_wp
       !> States (n, 0: longest_strip), and slopes and phases there, which are the arguments of the maps (columns, likewise).
@@ -51,6 +51,7 @@ contains
          allocate (self%z(n, 0:longest_strip), self%u(columns, 0:longest_strip), self%ends(rows, longest_strip))
       end if
       self%count = 0
+      self%carried = field%carried
       self%h = h
       do i = 1, longest_strip
          self%at(i) = self%at(i - 1) + h
@@ -145,14 +146,23 @@ contains
       integer, intent(in) :: last, estimates
       real(wp), intent(in) :: absolute, relative
 
-      integer :: k, n
-
-      n = size(self%z, 1)
-      do k = self%count + 1, last
-         self%error(k) = scaled_error(n, n, estimates, self%ends(n + 1:, k), self%z(:, k - 1), self%z(:, k), absolute, relative)
-         if (.not. self%error(k) <= 1.0_wp) return
-         self%count = k
-      end do
+      call judge_steps(size(self%z, 1), size(self%ends, 1), estimates, self%ends, self%z, absolute, relative, last, self%count, &
+                       self%error)
    end subroutine judge
+
+   pure subroutine judge_steps(n, rows, estimates, ends, z, absolute, relative, last, count, error)
+      integer, intent(in) :: n, rows, estimates, last
+      real(wp), intent(in) :: ends(rows, longest_strip), z(n, 0:longest_strip), absolute, relative
+      integer, intent(inout) :: count
+      real(wp), intent(inout) :: error(longest_strip)
+
+      integer :: k
+
+      do k = count + 1, last
+         error(k) = scaled_error(n, n, estimates, ends(n + 1, k), z(1, k - 1), z(1, k), absolute, relative)
+         if (.not. error(k) <= 1.0_wp) return
+         count = k
+      end do
+   end subroutine judge_steps
 
 end module razy_integrate_step_strip

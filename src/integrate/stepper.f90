@@ -217,7 +217,7 @@ contains
       logical, intent(out) :: done
 
       done = self%mapping .and. self%known == moved_on .and. .not. abs(tau - field%base) > 0.0_wp
-      if (done) call self%maps%begin(field, self%tableau, self%h_next, z, self%dz_end, self%strip, done)
+      if (done) call self%maps%begin(field, self%h_next, z, self%dz_end, self%strip, done)
    end subroutine begin_strip
 
    !> Make steps of the strip up to number `last`, as long as they would be accepted. Nothing has happened until `load` or `go_on` is
@@ -269,7 +269,7 @@ contains
          call self%maps%recall(strip, k)
          field%base = tau + strip%at(k - 1)
          field%looked = tau + strip%at(k)
-         field%carried = k - 1
+         field%carried = strip%carried + k - 1
          do t = 1, tones
             field%base_cosine(t) = strip%u(n + t, k - 1)
             field%base_sine(t) = strip%u(n + tones + t, k - 1)
