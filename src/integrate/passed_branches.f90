@@ -7,7 +7,7 @@ module razy_integrate_passed_branches
 
    public :: branch_beyond
 
-   !> Rounding of a constant of a switching function.
+   !> Rounding of a constant of a switching function, and of its bound, as in razy_integrate_runge_kutta_guards.
    real(wp), parameter :: of_constant = 16*epsilon(1.0_wp)
 
 contains
@@ -30,9 +30,9 @@ contains
          if (abs(law%slope(2, f)) > 0.0_wp .or. abs(rate) <= noise_rate) slope = 0.0_wp
          noise = abs(law%slope(1, f))*noise_s + abs(law%slope(2, f))*noise_rate + of_constant*abs(law%constant(f))
          associate (guard => law%guard(f, branch))
-            if (guard%below /= 0 .and. beyond(value - guard%lower, slope, noise)) then
+            if (guard%below /= 0 .and. beyond(value - guard%lower, slope, noise + of_constant*abs(guard%lower))) then
                next = guard%below
-            else if (guard%above /= 0 .and. beyond(guard%upper - value, -slope, noise)) then
+            else if (guard%above /= 0 .and. beyond(guard%upper - value, -slope, noise + of_constant*abs(guard%upper))) then
                next = guard%above
             end if
          end associate

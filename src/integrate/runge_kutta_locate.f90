@@ -26,7 +26,7 @@ module razy_integrate_runge_kutta_locate
       !> The guards that are left at the event found (count).
       logical, allocatable :: hit(:)
       !> The guard that is left first.
-      integer, private :: first = 0
+      integer :: first = 0
    contains
       procedure :: attach
       procedure :: find

@@ -247,7 +247,7 @@ contains
             view%dense = .false.
             view%z_stop = stepper%z_end
             call guards%look(view%field, self%tau + h, view%z_stop, g, rate)
-            i = minloc(g, dim=1, mask=self%locator%hit(:size(g)))
+            i = self%locator%first
             if (.not. abs(g(i)) < 0.1_wp*h*abs(rate(i))) return
             rest = -g(i)/rate(i)
             if (abs(rest) <= along_slope*h) then

@@ -12,16 +12,19 @@ module razy_integrate_step_control
 
    public :: step_control_t
 
+   !> Safety factor of all methods.
+   real(wp), parameter :: cautious = 0.9_wp
+
    type :: step_control_t
       !> q, and the weight of the integral part.
       integer :: order = 5
       real(wp) :: beta = 0.0_wp
-      real(wp) :: safety = 0.9_wp
+      real(wp) :: safety = cautious
       !> Bounds of the factor from step to step.
       real(wp) :: least = 0.2_wp, most = 10.0_wp
       logical :: predictive = .false.
       !> Logarithm of the safety factor.
-      real(wp) :: log_safety = log(0.9_wp)
+      real(wp) :: log_safety = log(cautious)
       !> Memory: error, its logarithm, and length of the last accepted step (0: none), and whether the last attempt was rejected.
       real(wp) :: last_error = 0.0_wp, last_log = 0.0_wp, last_h = 0.0_wp
       logical :: rejected = .false.

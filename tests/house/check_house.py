@@ -2,13 +2,17 @@
 
 A folder of src/ uses only the folders LAYERS gives it (the table of docs/architecture.md); only sweep and the drivers
 know MPI, only io knows HDF5. Path and module name agree, `use` says what it takes, a module is private and has no
-variables, the library neither stops nor prints.
+variables, the library neither stops nor prints. The top level holds what TOP names and nothing else, and no file
+is large: what a trial leaves behind does not get in.
 """
 
 from __future__ import annotations
 
 import argparse
+import fnmatch
+import os
 import re
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -40,6 +44,12 @@ EXTERNAL = [
 ]
 
 MAX_COLUMNS = 132
+
+# what may stand at the top level: folders, files of the project, files of tools
+TOP = {"bench", "cmake", "docs", "drivers", "inputs", "post", "src", "tests"}
+TOP |= {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "setup.sh"}
+TOP |= {".ci", ".fortitude.toml", ".fprettify.rc", ".gitignore", ".ruff.toml"}
+MAX_BYTES = 1_000_000
 
 USE = re.compile(r"use\b(?:\s*,\s*(?:non_)?intrinsic\s*)?(?:\s*::)?\s*(\w+)\s*(,\s*only\s*:)?")
 UNIT = re.compile(r"(module|program)\s+(\w+)$")
@@ -178,6 +188,49 @@ def check_source(root: Path, file: Path, driver_modules: set[str]) -> Iterator[B
         yield from check_library(code)
 
 
+def tracked_files(root: Path) -> list[Path] | None:
+    """What git tracks and is there, relative to the root; none where the root is no clone."""
+    free = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
+    command = ["git", "-C", str(root), "ls-files", "-z"]
+    if not (root / ".git").exists():
+        return None
+    try:
+        answer = subprocess.run(command, capture_output=True, check=True, env=free)
+    except (OSError, subprocess.CalledProcessError):
+        return None
+    names = answer.stdout.decode().split("\0")
+    return [Path(name) for name in names if name and (root / name).is_file()]
+
+
+def unignored_files(root: Path) -> list[Path]:
+    """Without git: all files that no line of .gitignore names, of which only names and `*` are understood."""
+    ignore = root / ".gitignore"
+    lines = ignore.read_text(encoding="utf-8").splitlines() if ignore.is_file() else []
+    files = []
+    for folder, folders, names in os.walk(root):
+        at = Path(folder).relative_to(root)
+        for line in [".git", *lines]:
+            if line.startswith("/") and at.parts:
+                continue
+            folders[:] = [name for name in folders if not fnmatch.fnmatch(name, line.strip("/"))]
+            if not line.endswith("/"):
+                names = [name for name in names if not fnmatch.fnmatch(name, line.strip("/"))]
+        files += [at / name for name in names]
+    return files
+
+
+def check_files(root: Path) -> Iterator[str]:
+    """What stands at the top level, and how large files are."""
+    files = tracked_files(root)
+    files = sorted(unignored_files(root) if files is None else files)
+    for top in sorted({file.parts[0] for file in files} - TOP):
+        yield f"{top}:1: tree: does not belong at the top level"
+    for file in files:
+        size = (root / file).stat().st_size
+        if size > MAX_BYTES:
+            yield f"{file}:1: size: {size} bytes, more than {MAX_BYTES}"
+
+
 def check_tree(root: Path) -> list[str]:
     """All breaches in a source tree, as `file:line: rule: text`."""
     files = sorted(
@@ -193,7 +246,7 @@ def check_tree(root: Path) -> list[str]:
         for _, text in statements((root / file).read_text(encoding="utf-8").splitlines())
         if (match := UNIT.match(text.lower()))
     }
-    breaches = []
+    breaches = list(check_files(root))
     for file in files:
         breaches += [f"{file}:{line}: {text}" for line, text in sorted(check_source(root, file, driver_modules))]
     for file in sorted((root / "tests").rglob("CMakeLists.txt")):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import subprocess
 import tempfile
 import unittest
 from pathlib import Path
@@ -176,14 +179,41 @@ BAD = [
     ("tests/core/CMakeLists.txt", "razy_add_test", "add_pfunit_ctest", 1, "tests:"),
 ]
 
+# Files that may stand at the top level, some that may not, and output that .gitignore names
+TOP_FILES = (".gitignore", ".ruff.toml", "CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "setup.sh")
+TRIALS = ("fort.77", "trial/case.nml", "case.nml", ".cache/x", "build/x.o.txt")
+IGNORED = ("build/a.o", "build-debug/src/a.txt", "a.h5", "post/a.h5", "tests/__pycache__/a.pyc")
+LARGE = "x" * (check_house.MAX_BYTES + 1)
+
+
+def top_breach(name: str) -> str:
+    """What is said of a file that does not belong at the top level, or of its folder."""
+    return f"{Path(name).parts[0]}:1: tree: does not belong at the top level"
+
+
+def write(folder: str, tree: dict[str, str]) -> None:
+    """Make these files."""
+    for name, text in tree.items():
+        file = Path(folder, name)
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+
 
 def breaches(tree: dict[str, str]) -> list[str]:
     """What check_house says of a tree of these files."""
     with tempfile.TemporaryDirectory() as folder:
-        for name, text in tree.items():
-            file = Path(folder, name)
-            file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_text(text, encoding="utf-8")
+        write(folder, tree)
+        return check_house.check_tree(Path(folder))
+
+
+def breaches_of_clone(tracked: dict[str, str], untracked: dict[str, str]) -> list[str]:
+    """The same of a clone in which git tracks the first of them only."""
+    free = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
+    with tempfile.TemporaryDirectory() as folder:
+        write(folder, tracked)
+        for command in (["init", "--quiet"], ["add", "--force", "."]):
+            subprocess.run(["git", "-C", folder, *command], check=True, env=free)
+        write(folder, untracked)
         return check_house.check_tree(Path(folder))
 
 
@@ -216,6 +246,36 @@ class CheckHouse(unittest.TestCase):
         self.assertEqual(
             breaches({"src/odd/a.f90": text}), ["src/odd/a.f90:1: layers: 'odd' is no folder of the table of layers"]
         )
+
+    def test_what_may_stand_at_the_top_level(self):
+        self.assertEqual(breaches(GOOD | dict.fromkeys(TOP_FILES, "")), [])
+        for name in TRIALS:
+            with self.subTest(name=name):
+                self.assertEqual(breaches(GOOD | {name: ""}), [top_breach(name)])
+
+    def test_ignored_output_without_git(self):
+        ignore = {".gitignore": "/build*/\n__pycache__/\n*.h5\n"}
+        self.assertEqual(breaches(GOOD | ignore | dict.fromkeys(IGNORED, LARGE)), [])
+        for name in ("build", "tests/build-x/a", "run.h5.txt", "src/h5"):
+            with self.subTest(name=name):
+                self.assertEqual(len(breaches(GOOD | ignore | {name: LARGE})), 1 + (len(Path(name).parts) == 1))
+
+    @unittest.skipUnless(shutil.which("git"), "no git")
+    def test_what_git_tracks(self):
+        ignore = {".gitignore": "/build*/\n"}
+        self.assertEqual(breaches_of_clone(GOOD | ignore, {"fort.77": LARGE, "bench/trial.txt": LARGE}), [])
+        for name in TRIALS:
+            with self.subTest(name=name):
+                self.assertEqual(breaches_of_clone(GOOD | ignore | {name: ""}, {}), [top_breach(name)])
+
+    def test_large_files(self):
+        allowed = "x" * check_house.MAX_BYTES
+        self.assertEqual(breaches(GOOD | {"tests/data.txt": allowed}), [])
+        found = [f"tests/data.txt:1: size: {len(LARGE)} bytes, more than {len(allowed)}"]
+        self.assertEqual(breaches(GOOD | {"tests/data.txt": LARGE}), found)
+        if shutil.which("git"):
+            self.assertEqual(breaches_of_clone(GOOD | {"tests/data.txt": LARGE}, {}), found)
+        self.assertEqual(len(breaches(GOOD | {"fort.77": LARGE})), 2)
 
     def test_empty_tree(self):
         self.assertIn("no Fortran file in src/", breaches({})[0])
