@@ -233,8 +233,8 @@ contains
       end associate
    end subroutine explicit_dense
 
-   !> Whether the dense output of the step is as good at theta as the step: its highest term, which is more than its error, is within
-   !> the tolerance there.
+   !> Whether the dense output of the step is as good at theta as the step: its highest term, which is more than its error, is
+   !> within the tolerance there.
    pure logical function fine_at(self, theta)
       class(explicit_steps_t), intent(in) :: self
       real(wp), intent(in) :: theta

@@ -1,8 +1,8 @@
 !! What the ends of a step say about the guards in it.
 !!
 !! A path that touches 0 is at least g0 + g1 long; its speed is at most that at the ends and what twice their accelerations add
-!! in half the step. A guard that rises or falls all the way (razy_integrate_one_way) is told by its ends. Functions of the rate and forces are
-!! trusted only if twice the room of a cubic's control points is left.
+!! in half the step. A guard that rises or falls all the way (razy_integrate_one_way) is told by its ends. Functions
+!! of the rate and forces are trusted only if twice the room of a cubic's control points is left.
 module razy_integrate_runge_kutta_bounds
    use razy_core_kinds, only: wp
    use razy_integrate_field, only: field_t

@@ -17,8 +17,8 @@ module razy_integrate_runge_kutta_glide
 
 contains
 
-   !> Go on for as long as there are maps of the steps proposed, no guard comes near, and the motion does not end; shows the steps of
-   !> a strip together. `made`: the step that is next has been made by the stepper and awaits what the guards say.
+   !> Go on for as long as there are maps of the steps proposed, no guard comes near, and the motion does not end; shows the steps
+   !> of a strip together. `made`: the step that is next has been made by the stepper and awaits what the guards say.
    subroutine glide(march, piece, observers, outcome, made)
       class(march_t), intent(inout) :: march
       type(piece_t), intent(inout) :: piece
@@ -55,13 +55,14 @@ contains
                made = .true.
                return
             end if
-            if (strip%refused) call stepper%refuse(begun)
+            if (strip%refused) call stepper%refuse(field, begun)
             if (.not. begun) return
          end do
       end associate
    end subroutine glide
 
-   !> Make up to `steps` steps of the strip: `free` of them are far from any guard. The first two are looked at before there are more.
+   !> Make up to `steps` steps of the strip: `free` of them are far from any guard. The first two are looked at before there are
+   !> more.
    subroutine make_strip(march, steps, free)
       class(march_t), intent(inout) :: march
       integer, intent(in) :: steps

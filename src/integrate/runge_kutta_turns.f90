@@ -2,8 +2,8 @@
 !!
 !!     Σ_i a_i y_i' + d/dt Re(Σ_t e_t e^{iω_t t}),   with y' of the dense output.
 !!
-!! Speed and acceleration at the ends of the step mostly say that it does not turn (razy_integrate_one_way). Else its own polynomial is
-!! looked at.
+!! Speed and acceleration at the ends of the step mostly say that it does not turn (razy_integrate_one_way). Else its own
+!! polynomial is looked at.
 module razy_integrate_runge_kutta_turns
    use razy_core_kinds, only: wp
    use razy_integrate_dense_output, only: dense_output_t, path_t

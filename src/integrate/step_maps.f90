@@ -222,7 +222,8 @@ contains
       end do
    end subroutine recall
 
-   !> Look for the map of a step h in the present mode; `ready` if there is one, or if it has been asked for so often that it is made.
+   !> Look for the map of a step h in the present mode; `ready` if there is one, or if it has been asked for so often that it is
+   !> made.
    subroutine look_up(self, field, tableau, h)
       class(step_maps_t), intent(inout) :: self
       type(field_t), intent(in) :: field

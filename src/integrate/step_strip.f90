@@ -10,7 +10,7 @@ module razy_integrate_step_strip
    public :: longest_strip, step_strip_t
 
    !> Most steps. Phases are carried on from step to step, each adds a rounding.
-   integer, parameter :: longest_strip = 12
+   integer, parameter :: longest_strip = 8
 
    type :: step_strip_t
       !> Steps made, and those before the strip since its phases were formed anew.
@@ -68,8 +68,8 @@ contains
       end do
    end subroutine begin
 
-   !> Go on up to step `last`, by the map `ends` (width, columns, blocks); cosine and sine are those of the angles of excitation in a
-   !> step (tones each).
+   !> Go on up to step `last`, by the map `ends` (width, columns, blocks); cosine and sine are those of the angles of excitation in
+   !> a step (tones each).
    pure subroutine walk(self, field, last, ends, cosine, sine)
       class(step_strip_t), intent(inout) :: self
       type(field_t), intent(in) :: field

@@ -209,7 +209,8 @@ contains
       end if
    end subroutine attempt
 
-   !> Begin a strip of the proposed steps at (tau, z), where a step of the same mode has just ended: `done`, if there is a map of them.
+   !> Begin a strip of the proposed steps at (tau, z), where a step of the same mode has just ended: `done`, if there is a map of
+   !> them.
    subroutine begin_strip(self, field, tau, z, done)
       class(stepper_t), intent(inout) :: self
       type(field_t), intent(in) :: field
@@ -221,8 +222,8 @@ contains
       if (done) call self%maps%begin(field, self%h_next, z, self%dz_end, self%strip, done)
    end subroutine begin_strip
 
-   !> Make steps of the strip up to number `last`, as long as they would be accepted. Nothing has happened until `load` or `go_on` is
-   !> called; `attempt` may be called instead.
+   !> Make steps of the strip up to number `last`, as long as they would be accepted. Nothing has happened until `load` or `go_on`
+   !> is called; `attempt` may be called instead.
    pure subroutine stride(self, field, last)
       class(stepper_t), intent(inout) :: self
       type(field_t), intent(in) :: field
@@ -247,9 +248,11 @@ contains
       field%evaluations = field%evaluations + steps*self%stages
    end subroutine go_on
 
-   !> Refuse the step after those of the strip, and propose a shorter one; `done`: its error is a number that tells how much shorter.
-   pure subroutine refuse(self, done)
+   !> Refuse the step after those of the strip, and propose a shorter one; `done`: its error is a number that tells how much
+   !> shorter.
+   pure subroutine refuse(self, field, done)
       class(stepper_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
       logical, intent(out) :: done
 
       real(wp) :: factor
@@ -260,6 +263,7 @@ contains
          call self%control%refused(error, self%control%safety, factor)
       end associate
       self%rejected_steps = self%rejected_steps + 1
+      field%evaluations = field%evaluations + self%stages
       self%h_next = below_on_ladder(factor*self%strip%h)
    end subroutine refuse
 
@@ -354,6 +358,7 @@ contains
       logical, intent(in) :: on_ladder, accepted, failed
 
       real(wp) :: factor
+      logical :: kept
 
       if (accepted) then
          self%accepted_steps = self%accepted_steps + 1
@@ -366,7 +371,8 @@ contains
                call self%control%accepted(self%h, self%error, self%control%safety, factor)
             end if
             self%h_next = factor*self%h
-        if (on_ladder .and. .not. (self%mapped .and. .not. abs(factor - 1.0_wp) > 0.0_wp)) self%h_next = near_on_ladder(self%h_next)
+            kept = self%mapped .and. .not. abs(factor - 1.0_wp) > 0.0_wp
+            if (on_ladder .and. .not. kept) self%h_next = near_on_ladder(self%h_next)
          end if
          return
       end if
