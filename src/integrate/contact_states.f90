@@ -85,7 +85,6 @@ contains
          call make_modes(self, i)
       end if
       if (self%state(i)%version /= self%version) then
-         if (self%state(i)%version > 0 .and. self%state(i)%basis%is_resonant_with(self%omega)) call make_modes(self, i)
          call make_response(self, self%state(i))
       end if
       if (self%state(i)%basis%info /= 0) i = 0
@@ -108,7 +107,7 @@ contains
          self%state(i)%basis = self%state(other)%basis
          return
       end do
-      call new_state_modes(self%state(i)%basis, self%open, self%machine, self%coupled, self%w, self%state(i)%branch, self%omega)
+      call new_state_modes(self%state(i)%basis, self%open, self%machine, self%coupled, self%w, self%state(i)%branch)
    end subroutine make_modes
 
    !> Whether all contacts have the same slopes in two lists of branches.

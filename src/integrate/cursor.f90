@@ -60,6 +60,10 @@ contains
          self%re(n + j) = cosine(j)
          self%im(n + j) = sine(j)
       end do
+      do j = n + response%tones + 1, response%amplitudes
+         self%re(j) = 1.0_wp
+         self%im(j) = 0.0_wp
+      end do
       if (n >= wide) then
          self%re(:n) = 0.0_wp
          self%im(:n) = 0.0_wp
@@ -147,8 +151,65 @@ contains
          self%rigid(i) = from%rigid(i) + h*(from%rate(i) + 0.5_wp*h*response%rigid_force(i))
          self%rate(i) = from%rate(i) + h*response%rigid_force(i)
       end do
-      if (response%nx > 0) self%dense(:response%nx) = matmul(response%step_dense(:, :, level), from%dense(:response%nx))
+      if (response%driven%count > 0) call push_by_table(response, level, tones_of(response, from%re, from%im), self%re, self%im)
+      if (response%nx == 0) return
+      self%dense(:response%nx) = from%dense(:response%nx)
+      call step_dense(response, level, self%dense)
    end subroutine step
+
+   !> Move dense states by a step of 2^-level s.
+   pure subroutine step_dense(response, level, dense)
+      type(response_t), intent(in) :: response
+      integer, intent(in) :: level
+      real(wp), intent(inout) :: dense(:)
+
+      integer :: i
+
+      do i = 1, size(response%dense)
+         associate (j => response%first(i), k => response%first(i + 1) - 1)
+            dense(j:k) = matmul(response%step_dense(j:k, j:k, level), dense(j:k))
+         end associate
+      end do
+   end subroutine step_dense
+
+   !> Cosine and sine of each tone that acts on driven terms, among amplitudes (re, im).
+   pure function tones_of(response, re, im) result(tone)
+      type(response_t), intent(in) :: response
+      real(wp), intent(in) :: re(:), im(:)
+      real(wp) :: tone(2*response%driven%tones)
+
+      integer :: t
+
+      do t = 1, response%driven%tones
+         tone(2*t - 1) = re(response%terms + t)
+         tone(2*t) = im(response%terms + t)
+      end do
+   end function tones_of
+
+   !> Add to driven terms among the amplitudes (re, im) what the excitation gives in a step of 2^-level s that starts at `tone`.
+   pure subroutine push_by_table(response, level, tone, re, im)
+      type(response_t), intent(in) :: response
+      integer, intent(in) :: level
+      real(wp), intent(in) :: tone(:)
+      real(wp), intent(inout) :: re(:), im(:)
+
+      associate (first => response%driven%first + 1, n => response%driven%count)
+         call add_product(n, size(tone), response%push_re(:, :, level), tone, re(first:))
+         call add_product(n, size(tone), response%push_im(:, :, level), tone, im(first:))
+      end associate
+   end subroutine push_by_table
+
+   !> The same for any time `tau`; `factor` (amplitudes) are the factors of all amplitudes over it.
+   pure subroutine push_by(response, tau, factor, tone, re, im)
+      type(response_t), intent(in) :: response
+      real(wp), intent(in) :: tau, tone(:)
+      complex(wp), intent(in) :: factor(:)
+      real(wp), intent(inout) :: re(:), im(:)
+
+      associate (driven => response%driven, first => response%driven%first + 1, n => response%terms)
+         call driven%push(tau, factor(first:n), factor(n + 1:), tone, re(first:n), im(first:n))
+      end associate
+   end subroutine push_by
 
    !> Evaluate the closed form that starts at `start` at the time `tau` of the segment.
    pure subroutine move_to(start, response, tau, self)
@@ -157,6 +218,7 @@ contains
       real(wp), intent(in) :: tau
       type(cursor_t), intent(inout) :: self
 
+      complex(wp) :: factor(response%amplitudes)
       real(wp) :: re, im
       integer :: i, j, k
 
@@ -165,7 +227,10 @@ contains
          call growth(response%exponent(i), tau, re, im)
          self%re(i) = start%re(i)*re - start%im(i)*im
          self%im(i) = start%re(i)*im + start%im(i)*re
+         factor(i) = cmplx(re, im, wp)
       end do
+      if (response%driven%count > 0) call push_by(response, tau, factor, tones_of(response, start%re, start%im), &
+                                                  self%re, self%im)
       do i = 1, response%rigid
          self%rigid(i) = start%rigid(i) + tau*(start%rate(i) + 0.5_wp*tau*response%rigid_force(i))
          self%rate(i) = start%rate(i) + tau*response%rigid_force(i)
@@ -187,7 +252,7 @@ contains
       real(wp), intent(inout) :: tau
       type(cursor_t), intent(inout) :: self
 
-      real(wp) :: h, re, rest
+      real(wp) :: h, re, rest, tone(2*response%driven%tones)
       integer :: i, k
 
       call copy(from, response, self)
@@ -198,12 +263,14 @@ contains
          if (rest < h) cycle
          rest = rest - h
          if (.not. response%has_step(k)) call tabulate(response, k)
+         if (response%driven%count > 0) tone = tones_of(response, self%re, self%im)
          do i = 1, response%amplitudes
             re = self%re(i)*response%step_re(i, k) - self%im(i)*response%step_im(i, k)
             self%im(i) = self%re(i)*response%step_im(i, k) + self%im(i)*response%step_re(i, k)
             self%re(i) = re
          end do
-         if (response%nx > 0) self%dense(:response%nx) = matmul(response%step_dense(:, :, k), self%dense(:response%nx))
+         if (response%driven%count > 0) call push_by_table(response, k, tone, self%re, self%im)
+         if (response%nx > 0) call step_dense(response, k, self%dense)
       end do
       h = tau - rest
       do i = 1, response%rigid
@@ -224,11 +291,13 @@ contains
       type(response_t), intent(in) :: response
       real(wp), intent(in) :: delta
 
-      real(wp) :: x, y, y2, re, im, factor
+      complex(wp) :: all(response%amplitudes)
+      real(wp) :: tone(2*response%driven%tones), x, y, y2, re, im, factor
       integer :: i, j, k
       logical :: tiny_step
 
       self%tau = self%tau + delta
+      if (response%driven%count > 0) tone = tones_of(response, self%re, self%im)
       tiny_step = abs(delta)*response%fastest <= 3.0e-3_wp
       do i = 1, response%amplitudes
          y = aimag(response%exponent(i))*delta
@@ -253,7 +322,9 @@ contains
          x = self%re(i)*re - self%im(i)*im
          self%im(i) = self%re(i)*im + self%im(i)*re
          self%re(i) = x
+         all(i) = cmplx(re, im, wp)
       end do
+      if (response%driven%count > 0) call push_by(response, delta, all, tone, self%re, self%im)
       do i = 1, response%rigid
          self%rigid(i) = self%rigid(i) + delta*(self%rate(i) + 0.5_wp*delta*response%rigid_force(i))
          self%rate(i) = self%rate(i) + delta*response%rigid_force(i)

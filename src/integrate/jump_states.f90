@@ -63,7 +63,7 @@ contains
       integer :: j
 
       if (state%held%n == 0 .and. .not. any([(may_press(self, state, j), j=1, size(state%branch))])) then
-         call new_state_modes(state%basis, self%open, self%machine, self%coupled, self%w, state%branch, self%omega)
+         call new_state_modes(state%basis, self%open, self%machine, self%coupled, self%w, state%branch)
          return
       end if
       call free_matrices(self, state, k, b)
@@ -74,7 +74,7 @@ contains
          end if
          call state%held%transform_matrices(k, b)
       end if
-      call new_modal_basis(state%basis, k, b, self%omega, impacts=.true.)
+      call new_modal_basis(state%basis, k, b, impacts=.true.)
    end subroutine make_jump_modes
 
    !> Whether element j is friction that slides under a compliant contact.

@@ -42,7 +42,7 @@ contains
       do i = 1, response%amplitudes
          motion = motion + modulus(i)
       end do
-      still = .not. response%growing .and. response%nx == 0
+      still = .not. response%growing .and. response%nx + response%driven%count == 0
       do i = 1, ubound(watched, 1)
          associate (w => watched(i))
             if (w%resting .or. w%order > 0) cycle

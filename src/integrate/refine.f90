@@ -25,6 +25,8 @@ module razy_integrate_refine
       logical :: resting = .false.
       !> Values and slopes at both ends of the step, bound of the fourth derivative of f.
       real(wp) :: f0 = 0.0_wp, g0 = 0.0_wp, f1 = 0.0_wp, g1 = 0.0_wp, m4 = 0.0_wp
+      !> Time since when that bound holds, s, but for the growth of driven terms.
+      real(wp) :: since = 0.0_wp
       !> Size of the terms that f is the sum of, and of the rounding in it.
       real(wp) :: scale = 0.0_wp, noise = 0.0_wp
    end type watched_t

@@ -3,9 +3,12 @@
 !! All parts of the motion that vary in time stand in one list: exponential terms of the modes and, after them, one
 !! term for each tone of excitation, whose amplitude is e^{iω_t t} itself. Every linear form of the state and every
 !! derivative of it is then a row of coefficients on these amplitudes, plus those on rigid modes and dense parts.
+!! Terms that are followed together with their excitation (razy_integrate_driven) are the last of the terms; where a constant
+!! force acts on them, it is one more tone, of frequency 0.
 module razy_integrate_response
    use razy_core_kinds, only: wp
    use razy_integrate_dense_part, only: dense_part_t, new_dense_part
+   use razy_integrate_driven, only: driven_t, find_driven, new_driven
    use razy_integrate_modal_parts, only: modal_basis_t
    use razy_integrate_products, only: wide
    implicit none(type, external)
@@ -28,6 +31,9 @@ module razy_integrate_response
       real(wp), allocatable :: re(:, :, :), im(:, :, :)
       !> Moduli of the coefficients of order 0 and 4 (amplitudes, forms).
       real(wp), allocatable :: size0(:, :), size4(:, :)
+      !> Of driven terms: bounds of what their excitation adds to derivatives of order 0…5, and of the terms of that (0:5, forms);
+      !> by how much their part in derivatives of order 4 and 5 may grow per s (0:1, forms).
+      real(wp), allocatable :: forced(:, :), forced_reach(:, :), drift(:, :)
       !> What a coefficient of order 0 would be if form and mode were parallel (amplitudes, forms), the largest of each
       !> form, and its constant (forms).
       real(wp), allocatable :: reach(:, :), longest_reach(:), reach_constant(:)
@@ -45,9 +51,10 @@ module razy_integrate_response
 
    type :: response_t
       integer :: m = 0, terms = 0, tones = 0, rigid = 0, nx = 0
-      !> terms + tones.
+      !> terms + tones, and one for a constant force on driven terms.
       integer :: amplitudes = 0
-      !> Exponents of all amplitudes (terms + tones) and their moduli.
+      type(driven_t) :: driven
+      !> Exponents of all amplitudes and their moduli.
       complex(wp), allocatable :: exponent(:)
       real(wp), allocatable :: modulus(:)
       !> Largest modulus of an exponent or of the rates in a dense part, 1/s.
@@ -70,6 +77,8 @@ module razy_integrate_response
       integer, allocatable :: first(:)
       !> Factors of the amplitudes over steps of 2^-level s, made when first used (amplitudes, level).
       real(wp), allocatable :: step_re(:, :), step_im(:, :)
+      !> What cosines and sines of all tones add to driven terms in such a step (terms, 2 tones, level).
+      real(wp), allocatable :: push_re(:, :, :), push_im(:, :, :)
       !> Dense step matrices (nx, nx, level), block diagonal.
       real(wp), allocatable :: step_dense(:, :, :)
       logical :: has_step(coarsest_level:finest_level) = .false.
@@ -86,40 +95,56 @@ contains
       complex(wp), intent(in) :: harmonic(:, :)
 
       complex(wp) :: particular(2*basis%m)
-      integer :: i, m, n, t
+      integer :: i, m, n, order(size(basis%lambda)), plain, t
 
       m = basis%m
+      call sort_terms(self, basis, load, harmonic, omega, order)
+      plain = self%driven%first
       self%m = m
       self%terms = size(basis%lambda)
       self%tones = size(omega)
       self%rigid = size(basis%rigid, 2)
-      n = self%terms + self%tones
+      n = self%terms + max(self%tones, self%driven%tones)
       self%amplitudes = n
-      self%exponent = [basis%lambda, (cmplx(0.0_wp, omega(t), wp), t=1, self%tones)]
+      if (allocated(self%exponent)) deallocate (self%exponent, self%constant)
+      allocate (self%exponent(n), self%constant(2*m))
+      self%exponent = [basis%lambda(order), (cmplx(0.0_wp, omega(t), wp), t=1, self%tones), &
+                       ((0.0_wp, 0.0_wp), i=self%terms + self%tones + 1, n)]
       self%modulus = abs(self%exponent)
       self%growing = any(real(basis%lambda) > 0.0_wp)
-      self%constant = -real(matmul(basis%from_term, matmul(basis%to_term(:, m + 1:), load)/basis%lambda))
-      if (self%terms == 0) self%constant = [(0.0_wp, i=1, 2*m)]
+      self%constant = 0.0_wp
       call shape_matrix(self%from_re, 2*m, n)
       call shape_matrix(self%from_im, 2*m, n)
-      self%from_re(:, :self%terms) = real(basis%from_term)
-      self%from_im(:, :self%terms) = -aimag(basis%from_term)
+      call shape_matrix(self%to_re, 2*m, self%terms)
+      call shape_matrix(self%to_im, 2*m, self%terms)
+      do i = 1, self%terms
+         self%from_re(:, i) = real(basis%from_term(:, order(i)))
+         self%from_im(:, i) = -aimag(basis%from_term(:, order(i)))
+         self%to_re(:, i) = real(basis%to_term(order(i), :))
+         self%to_im(:, i) = aimag(basis%to_term(order(i), :))
+         if (i > plain) cycle
+         self%constant = self%constant - real(basis%from_term(:, order(i))*(sum(basis%to_term(order(i), m + 1:)*load) &
+                                                                            /basis%lambda(order(i))))
+      end do
       do t = 1, self%tones
-         particular = harmonic_state(basis, harmonic(:, t), omega(t))
+         particular = harmonic_state(basis, order(:plain), harmonic(:, t), omega(t))
          self%from_re(:, self%terms + t) = real(particular)
          self%from_im(:, self%terms + t) = -aimag(particular)
       end do
+      self%from_re(:, self%terms + self%tones + 1:) = 0.0_wp
+      self%from_im(:, self%terms + self%tones + 1:) = 0.0_wp
       if (allocated(self%from_size)) deallocate (self%from_size, self%to_size)
-      self%to_re = transpose(real(basis%to_term))
-      self%to_im = transpose(aimag(basis%to_term))
       if (self%terms >= wide) then
-         self%into_re = real(basis%to_term)
-         self%into_im = aimag(basis%to_term)
+         self%into_re = transpose(self%to_re)
+         self%into_im = transpose(self%to_im)
       end if
       self%rigid_mode = basis%rigid
       self%rigid_force = matmul(load, basis%rigid)
       if (allocated(self%step_re)) deallocate (self%step_re, self%step_im)
       allocate (self%step_re(n, coarsest_level:finest_level), self%step_im(n, coarsest_level:finest_level))
+      if (allocated(self%push_re)) deallocate (self%push_re, self%push_im)
+      if (self%driven%count > 0) allocate (self%push_re(self%driven%count, 2*self%driven%tones, coarsest_level:finest_level), &
+                                           self%push_im(self%driven%count, 2*self%driven%tones, coarsest_level:finest_level))
       self%has_step = .false.
       call add_dense_parts(self, basis, load, harmonic, omega)
       self%fastest = 0.0_wp
@@ -127,6 +152,24 @@ contains
       if (size(self%dense) > 0) self%fastest = max(self%fastest, maxval(self%dense%norm))
       self%fine_level = min(max(exponent(20*self%fastest), coarsest_level), finest_level)
    end subroutine new_response
+
+   !> The order of the terms, driven ones last, and these.
+   pure subroutine sort_terms(self, basis, load, harmonic, omega, order)
+      type(response_t), intent(inout) :: self
+      type(modal_basis_t), intent(in) :: basis
+      real(wp), intent(in) :: load(:), omega(:)
+      complex(wp), intent(in) :: harmonic(:, :)
+      integer, intent(out) :: order(:)
+
+      logical :: driven(size(order))
+      integer :: i, plain
+
+      call find_driven(basis, load, harmonic, omega, driven)
+      plain = count(.not. driven)
+      order(:plain) = pack([(i, i=1, size(order))],.not. driven)
+      order(plain + 1:) = pack([(i, i=1, size(order))], driven)
+      call new_driven(self%driven, basis, order(plain + 1:), plain, load, harmonic, omega)
+   end subroutine sort_terms
 
    pure subroutine add_dense_parts(self, basis, load, harmonic, omega)
       type(response_t), intent(inout) :: self
@@ -149,19 +192,21 @@ contains
       if (self%nx > 0) allocate (self%step_dense(self%nx, self%nx, coarsest_level:finest_level))
    end subroutine add_dense_parts
 
-   !> P with z = Re(P e^{iωt}) in the exponential terms and rigid modes: (iω - A)⁻¹ (0, force), by modes.
-   pure function harmonic_state(basis, force, omega) result(particular)
+   !> P with z = Re(P e^{iωt}) in the exponential terms `number` and rigid modes: (iω - A)⁻¹ (0, force), by modes.
+   pure function harmonic_state(basis, number, force, omega) result(particular)
       type(modal_basis_t), intent(in) :: basis
+      integer, intent(in) :: number(:)
       complex(wp), intent(in) :: force(:)
       real(wp), intent(in) :: omega
       complex(wp) :: particular(2*basis%m)
 
       complex(wp) :: drive, mirrored, rigid
-      integer :: k, m
+      integer :: i, k, m
 
       m = basis%m
       particular = (0.0_wp, 0.0_wp)
-      do k = 1, size(basis%lambda)
+      do i = 1, size(number)
+         k = number(i)
          drive = sum(basis%to_term(k, m + 1:)*force)/(cmplx(0.0_wp, omega, wp) - basis%lambda(k))
          if (abs(aimag(basis%lambda(k))) > 0.0_wp) then
             mirrored = sum(conjg(basis%to_term(k, m + 1:))*force)/(cmplx(0.0_wp, omega, wp) - conjg(basis%lambda(k)))
@@ -209,7 +254,8 @@ contains
          self%constant(j) = self%constant(j) + dot_product(form, response%constant)
          do i = 1, n
             coefficient = cmplx(dot_product(form, response%from_re(:, i)), -dot_product(form, response%from_im(:, i)), wp)
-            if (i > response%terms) coefficient = coefficient + forms(j)%error(i - response%terms)
+            if (i > response%terms .and. i <= response%terms + response%tones) &
+               coefficient = coefficient + forms(j)%error(i - response%terms)
             self%size0(i, j) = abs(coefficient)
             self%reach(i, j) = reach_of(self%length(:, j), response%from_re(:, i)) &
                                + reach_of(self%length(:, j), response%from_im(:, i))
@@ -228,7 +274,26 @@ contains
                                           self%dense(response%first(part):response%first(part + 1) - 1, :, j))
          end do
       end do
+      if (response%driven%count > 0) call add_excitation(self, response%driven)
    end subroutine new_rows
+
+   !> What derivatives of driven terms feel of their excitation.
+   pure subroutine add_excitation(self, driven)
+      type(rows_t), intent(inout) :: self
+      type(driven_t), intent(in) :: driven
+
+      integer :: j
+
+      if (allocated(self%forced)) deallocate (self%forced, self%forced_reach, self%drift)
+      allocate (self%forced(0:5, self%forms), self%forced_reach(0:5, self%forms), self%drift(0:1, self%forms))
+      do j = 1, self%forms
+         associate (first => driven%first + 1, last => driven%first + driven%count)
+            call driven%add_to_row(cmplx(self%re(first:last, 0, j), -self%im(first:last, 0, j), wp), self%reach(first:last, j), &
+                                   self%re(:, :, j), self%im(:, :, j), self%forced(:, j), self%forced_reach(:, j), &
+                                   self%drift(:, j))
+         end associate
+      end do
+   end subroutine add_excitation
 
    !> Length of a form times that of z (2m), displacements and velocities apart.
    pure function reach_of(length, z) result(reach)

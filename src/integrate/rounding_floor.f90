@@ -103,6 +103,7 @@ contains
 
       floor = sum(part)
       if (p == 0) floor = floor + rounding*(rows%reach_constant(j) + abs(rows%constant(j)))
+      if (response%driven%count > 0) floor = floor + rounding*rows%forced_reach(p, j)
       associate (length => rows%length(:, j))
          do k = 1, response%rigid
             associate (y => abs(rows%rigid_y(k, j)), v => abs(rows%rigid_v(k, j)), force => abs(response%rigid_force(k)))

@@ -148,7 +148,7 @@ contains
 
       integer :: i
 
-      proved = .not. response%growing .and. response%rigid == 0 .and. response%nx == 0
+      proved = .not. response%growing .and. response%rigid == 0 .and. response%nx + response%driven%count == 0
       if (.not. proved) return
       do i = 1, size(watched)
          if (watched(i)%resting) cycle
@@ -253,10 +253,12 @@ contains
                do j = 1, response%amplitudes
                   m4 = m4 + rows%size4(j, w%form)*self%modulus(j)*merge(response%modulus(j), 1.0_wp, w%order == 1)
                end do
+               if (response%driven%count > 0) m4 = m4 + rows%forced(4 + w%order, w%form)
             end if
             w%f0 = w%side*(f - w%bound)
             w%g0 = w%side*g
             w%m4 = m4
+            w%since = self%point(self%now)%tau
             w%scale = total + abs(w%bound)
             w%noise = max(rounding*w%scale, w%floor)
          end associate

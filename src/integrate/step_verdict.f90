@@ -43,6 +43,7 @@ contains
       w%g1 = w%side*g
       if (abs(w%f1) <= w%noise) w%f1 = max(w%f1, 0.0_wp)
       m4 = w%m4
+      if (response%driven%count > 0) m4 = m4 + rows%drift(w%order, w%form)*((from%tau - w%since) + h)
       if (response%growing) m4 = m4*growth_over(response, h)
       if (response%nx > 0) m4 = m4 + dense_bound(from, response, rows, w%form, w%order + 4, h)
       margin = proved_margin(w%f0, w%g0, w%f1, w%g1, h, m4)
