@@ -20,7 +20,12 @@ module razy_integrate_cursor
       real(wp) :: tau = 0.0_wp
       !> Amplitudes of terms and tones, rigid modes and their rates, dense states.
       real(wp), allocatable :: re(:), im(:), rigid(:), rate(:), dense(:)
+      !> Workspace: cosine and sine of each tone.
+      real(wp), allocatable, private :: tone(:)
    end type cursor_t
+
+   !> Times the fastest exponent, a shift for which short series do.
+   real(wp), parameter :: tiny_angle = 3.0e-3_wp
 
 contains
 
@@ -32,9 +37,10 @@ contains
       if (allocated(self%re)) then
          if (size(self%re) >= response%amplitudes .and. size(self%rigid) >= response%rigid &
              .and. size(self%dense) >= response%nx) return
-         deallocate (self%re, self%im, self%rigid, self%rate, self%dense)
+         deallocate (self%re, self%im, self%rigid, self%rate, self%dense, self%tone)
       end if
       allocate (self%re(response%amplitudes + 8), self%im(response%amplitudes + 8))
+      allocate (self%tone(2*(response%amplitudes + 8)))
       allocate (self%rigid(response%rigid + 8), self%rate(response%rigid + 8), self%dense(response%nx + 8))
    end subroutine reserve
 
@@ -60,10 +66,10 @@ contains
          self%re(n + j) = cosine(j)
          self%im(n + j) = sine(j)
       end do
-      do j = n + response%tones + 1, response%amplitudes
-         self%re(j) = 1.0_wp
-         self%im(j) = 0.0_wp
-      end do
+      if (response%driven%loaded) then
+         self%re(response%amplitudes) = 1.0_wp
+         self%im(response%amplitudes) = 0.0_wp
+      end if
       if (n >= wide) then
          self%re(:n) = 0.0_wp
          self%im(:n) = 0.0_wp
@@ -151,7 +157,10 @@ contains
          self%rigid(i) = from%rigid(i) + h*(from%rate(i) + 0.5_wp*h*response%rigid_force(i))
          self%rate(i) = from%rate(i) + h*response%rigid_force(i)
       end do
-      if (response%driven%count > 0) call push_by_table(response, level, tones_of(response, from%re, from%im), self%re, self%im)
+      if (response%driven%count > 0) then
+         call take_tones(self, response, from%re, from%im)
+         call push_by_table(self, response, level)
+      end if
       if (response%nx == 0) return
       self%dense(:response%nx) = from%dense(:response%nx)
       call step_dense(response, level, self%dense)
@@ -172,44 +181,66 @@ contains
       end do
    end subroutine step_dense
 
-   !> Cosine and sine of each tone that acts on driven terms, among amplitudes (re, im).
-   pure function tones_of(response, re, im) result(tone)
+   !> Cosine and sine of each tone that acts on driven terms, from amplitudes (re, im), into the workspace.
+   pure subroutine take_tones(self, response, re, im)
+      type(cursor_t), intent(inout) :: self
       type(response_t), intent(in) :: response
       real(wp), intent(in) :: re(:), im(:)
-      real(wp) :: tone(2*response%driven%tones)
 
       integer :: t
 
       do t = 1, response%driven%tones
-         tone(2*t - 1) = re(response%terms + t)
-         tone(2*t) = im(response%terms + t)
+         self%tone(2*t - 1) = re(response%terms + t)
+         self%tone(2*t) = im(response%terms + t)
       end do
-   end function tones_of
+   end subroutine take_tones
 
-   !> Add to driven terms among the amplitudes (re, im) what the excitation gives in a step of 2^-level s that starts at `tone`.
-   pure subroutine push_by_table(response, level, tone, re, im)
+   !> Add to driven terms what the excitation gives in a step of 2^-level s, from the tones in the workspace.
+   pure subroutine push_by_table(self, response, level)
+      type(cursor_t), intent(inout) :: self
       type(response_t), intent(in) :: response
       integer, intent(in) :: level
-      real(wp), intent(in) :: tone(:)
-      real(wp), intent(inout) :: re(:), im(:)
 
       associate (first => response%driven%first + 1, n => response%driven%count)
-         call add_product(n, size(tone), response%push_re(:, :, level), tone, re(first:))
-         call add_product(n, size(tone), response%push_im(:, :, level), tone, im(first:))
+         call add_product(n, 2*response%driven%tones, response%push_re(:, :, level), self%tone, self%re(first:))
+         call add_product(n, 2*response%driven%tones, response%push_im(:, :, level), self%tone, self%im(first:))
       end associate
    end subroutine push_by_table
 
-   !> The same for any time `tau`; `factor` (amplitudes) are the factors of all amplitudes over it.
-   pure subroutine push_by(response, tau, factor, tone, re, im)
+   !> Add to driven terms what the excitation gives in `tau` s after `start`.
+   pure subroutine add_excitation(start, response, tau, self)
+      type(cursor_t), intent(in) :: start
       type(response_t), intent(in) :: response
-      real(wp), intent(in) :: tau, tone(:)
-      complex(wp), intent(in) :: factor(:)
-      real(wp), intent(inout) :: re(:), im(:)
+      real(wp), intent(in) :: tau
+      type(cursor_t), intent(inout) :: self
 
+      complex(wp) :: factor(response%driven%first + 1:response%amplitudes)
+      real(wp) :: re, im
+      integer :: i
+
+      do i = response%driven%first + 1, response%amplitudes
+         call growth(response%exponent(i), tau, re, im)
+         factor(i) = cmplx(re, im, wp)
+      end do
+      call take_tones(self, response, start%re, start%im)
       associate (driven => response%driven, first => response%driven%first + 1, n => response%terms)
-         call driven%push(tau, factor(first:n), factor(n + 1:), tone, re(first:n), im(first:n))
+         call driven%push(tau, factor(first:n), factor(n + 1:), self%tone, self%re(first:n), self%im(first:n))
       end associate
-   end subroutine push_by
+   end subroutine add_excitation
+
+   !> Move by the small time `delta` where excitation acts on driven terms.
+   pure subroutine shift_driven(self, response, delta)
+      type(cursor_t), intent(inout) :: self
+      type(response_t), intent(in) :: response
+      real(wp), intent(in) :: delta
+
+      call take_tones(self, response, self%re, self%im)
+      call shift_plain(self, response, delta)
+      associate (first => response%driven%first + 1, n => response%terms)
+         call response%driven%push_shortly(delta, abs(delta)*response%fastest <= tiny_angle, self%tone, self%re(first:n), &
+                                           self%im(first:n))
+      end associate
+   end subroutine shift_driven
 
    !> Evaluate the closed form that starts at `start` at the time `tau` of the segment.
    pure subroutine move_to(start, response, tau, self)
@@ -218,7 +249,6 @@ contains
       real(wp), intent(in) :: tau
       type(cursor_t), intent(inout) :: self
 
-      complex(wp) :: factor(response%amplitudes)
       real(wp) :: re, im
       integer :: i, j, k
 
@@ -227,10 +257,8 @@ contains
          call growth(response%exponent(i), tau, re, im)
          self%re(i) = start%re(i)*re - start%im(i)*im
          self%im(i) = start%re(i)*im + start%im(i)*re
-         factor(i) = cmplx(re, im, wp)
       end do
-      if (response%driven%count > 0) call push_by(response, tau, factor, tones_of(response, start%re, start%im), &
-                                                  self%re, self%im)
+      if (response%driven%count > 0) call add_excitation(start, response, tau, self)
       do i = 1, response%rigid
          self%rigid(i) = start%rigid(i) + tau*(start%rate(i) + 0.5_wp*tau*response%rigid_force(i))
          self%rate(i) = start%rate(i) + tau*response%rigid_force(i)
@@ -252,7 +280,7 @@ contains
       real(wp), intent(inout) :: tau
       type(cursor_t), intent(inout) :: self
 
-      real(wp) :: h, re, rest, tone(2*response%driven%tones)
+      real(wp) :: h, re, rest
       integer :: i, k
 
       call copy(from, response, self)
@@ -263,16 +291,15 @@ contains
          if (rest < h) cycle
          rest = rest - h
          if (.not. response%has_step(k)) call tabulate(response, k)
-         if (response%driven%count > 0) tone = tones_of(response, self%re, self%im)
          do i = 1, response%amplitudes
             re = self%re(i)*response%step_re(i, k) - self%im(i)*response%step_im(i, k)
             self%im(i) = self%re(i)*response%step_im(i, k) + self%im(i)*response%step_re(i, k)
             self%re(i) = re
          end do
-         if (response%driven%count > 0) call push_by_table(response, k, tone, self%re, self%im)
          if (response%nx > 0) call step_dense(response, k, self%dense)
       end do
       h = tau - rest
+      if (response%driven%count > 0) call add_excitation(from, response, h, self)
       do i = 1, response%rigid
          self%rigid(i) = from%rigid(i) + h*(from%rate(i) + 0.5_wp*h*response%rigid_force(i))
          self%rate(i) = from%rate(i) + h*response%rigid_force(i)
@@ -291,14 +318,25 @@ contains
       type(response_t), intent(in) :: response
       real(wp), intent(in) :: delta
 
-      complex(wp) :: all(response%amplitudes)
-      real(wp) :: tone(2*response%driven%tones), x, y, y2, re, im, factor
+      if (response%driven%count > 0) then
+         call shift_driven(self, response, delta)
+      else
+         call shift_plain(self, response, delta)
+      end if
+   end subroutine shift
+
+   !> The same without the excitation of driven terms.
+   pure subroutine shift_plain(self, response, delta)
+      type(cursor_t), intent(inout) :: self
+      type(response_t), intent(in) :: response
+      real(wp), intent(in) :: delta
+
+      real(wp) :: x, y, y2, re, im, factor
       integer :: i, j, k
       logical :: tiny_step
 
       self%tau = self%tau + delta
-      if (response%driven%count > 0) tone = tones_of(response, self%re, self%im)
-      tiny_step = abs(delta)*response%fastest <= 3.0e-3_wp
+      tiny_step = abs(delta)*response%fastest <= tiny_angle
       do i = 1, response%amplitudes
          y = aimag(response%exponent(i))*delta
          y2 = y*y
@@ -322,9 +360,7 @@ contains
          x = self%re(i)*re - self%im(i)*im
          self%im(i) = self%re(i)*im + self%im(i)*re
          self%re(i) = x
-         all(i) = cmplx(re, im, wp)
       end do
-      if (response%driven%count > 0) call push_by(response, delta, all, tone, self%re, self%im)
       do i = 1, response%rigid
          self%rigid(i) = self%rigid(i) + delta*(self%rate(i) + 0.5_wp*delta*response%rigid_force(i))
          self%rate(i) = self%rate(i) + delta*response%rigid_force(i)
@@ -339,7 +375,7 @@ contains
             call exponential_action(response%dense(i)%matrix, response%dense(i)%norm, delta, from, self%dense(j:k))
          end block
       end do
-   end subroutine shift
+   end subroutine shift_plain
 
    !> Copy what the response uses of a cursor.
    pure subroutine copy(from, response, to)

@@ -15,8 +15,9 @@ module razy_integrate_driven
 
    public :: driven_t, find_driven, new_driven
 
-   !> Highest derivative of a form that is bounded, and of those that are formed.
-   integer, parameter :: highest = 5
+   !> Highest derivative of a form that is bounded; those that are formed suffice for the Taylor series of a short time, or of one
+   !> shorter still.
+   integer, parameter :: highest = 5, formed = 10, formed_shorter = 7
 
    type :: driven_t
       !> Number of these terms, which come after `first` others; tones that act, a constant force included.
@@ -28,12 +29,13 @@ module razy_integrate_driven
       !> p and q (terms, tones) and the largest of the sum (terms).
       complex(wp), allocatable :: p(:, :), q(:, :)
       real(wp), allocatable :: largest(:)
-      !> What cosine and sine of a tone add to the derivative of order k of an amplitude (terms, tones, k), and bounds of all
-      !> that is added (terms, k).
+      !> What cosine and sine of a tone add to the derivative of order k of an amplitude (terms, tones, k), and bounds of what
+      !> all tones add (terms, k).
       complex(wp), allocatable :: on_cosine(:, :, :), on_sine(:, :, :)
       real(wp), allocatable :: most(:, :)
    contains
       procedure :: push
+      procedure :: push_shortly
       procedure :: tabulate_push
       procedure :: add_to_row
    end type driven_t
@@ -130,19 +132,20 @@ contains
 
       if (allocated(self%most)) deallocate (self%most, self%on_cosine, self%on_sine)
       allocate (self%most(self%count, highest), source=0.0_wp)
-      allocate (self%on_cosine(self%count, self%tones, highest), self%on_sine(self%count, self%tones, highest))
+      allocate (self%on_cosine(self%count, self%tones, formed), self%on_sine(self%count, self%tones, formed))
       do t = 1, self%tones
          s = cmplx(0.0_wp, self%omega(t), wp)
          do i = 1, self%count
             plus = (0.0_wp, 0.0_wp)
             minus = (0.0_wp, 0.0_wp)
             bound = 0.0_wp
-            do k = 1, highest
+            do k = 1, formed
                plus = self%lambda(i)*plus + s**(k - 1)
                minus = self%lambda(i)*minus + (-s)**(k - 1)
-               bound = abs(self%lambda(i))*bound + self%omega(t)**(k - 1)
                self%on_cosine(i, t, k) = self%p(i, t)*plus + self%q(i, t)*minus
                self%on_sine(i, t, k) = (0.0_wp, 1.0_wp)*(self%p(i, t)*plus - self%q(i, t)*minus)
+               if (k > highest) cycle
+               bound = abs(self%lambda(i))*bound + self%omega(t)**(k - 1)
                self%most(i, k) = self%most(i, k) + bound*(abs(self%p(i, t)) + abs(self%q(i, t)))
             end do
          end do
@@ -170,6 +173,28 @@ contains
          end do
       end do
    end subroutine push
+
+   !> The same by Taylor series, right to rounding if the angles of terms and tones are at most 0.08, or 3e-3 if `shorter`.
+   pure subroutine push_shortly(self, tau, shorter, tones, re, im)
+      class(driven_t), intent(in) :: self
+      real(wp), intent(in) :: tau, tones(:)
+      logical, intent(in) :: shorter
+      real(wp), intent(inout) :: re(:), im(:)
+
+      complex(wp) :: change
+      integer :: i, k, t
+
+      do t = 1, self%tones
+         do i = 1, self%count
+            change = (0.0_wp, 0.0_wp)
+            do k = merge(formed_shorter, formed, shorter), 1, -1
+               change = (change + (self%on_cosine(i, t, k)*tones(2*t - 1) + self%on_sine(i, t, k)*tones(2*t)))*(tau/k)
+            end do
+            re(i) = re(i) + real(change)
+            im(i) = im(i) + aimag(change)
+         end do
+      end do
+   end subroutine push_shortly
 
    !> The same as matrices on (cosine, sine) of all tones in turn (terms, 2 tones).
    pure subroutine tabulate_push(self, tau, factor, turn, re, im)
@@ -207,7 +232,7 @@ contains
       x = difference*tau
       size_of_x = abs(real(x)) + abs(aimag(x))
       if (size_of_x > series_below) then
-         integral = (turn - factor)/difference
+         integral = (turn - factor)*conjg(difference)/(real(difference)**2 + aimag(difference)**2)
          return
       end if
       integral = (1.0_wp, 0.0_wp)
@@ -218,8 +243,8 @@ contains
    end function integral
 
    !> Add to the row of a form, re and im (amplitudes, 0:4), what its derivatives feel of the excitation itself; `coefficient` and
-   !> `reach` (terms) are those of these terms. `forced` (0:5) bounds what is added, `forced_reach` (0:5) its terms; `drift` (0:1)
-   !> bounds by how much the terms' part in derivatives of order 4 and 5 may grow per s.
+   !> `reach` (terms) are those of these terms. `forced` (0:5) bounds what is added, `forced_reach` (0:5) its terms; `drift` (0:2)
+   !> bounds by how much the terms' part in derivatives of order 4, 5 and 2 may grow per s.
    pure subroutine add_to_row(self, coefficient, reach, re, im, forced, forced_reach, drift)
       class(driven_t), intent(in) :: self
       complex(wp), intent(in) :: coefficient(:)
@@ -237,7 +262,7 @@ contains
          forced_reach(k) = dot_product(reach, self%most(:, k))
       end do
       do i = 1, self%count
-         drift = drift + abs(coefficient(i))*self%largest(i)*abs(self%lambda(i))**[4, 5]
+         drift = drift + abs(coefficient(i))*self%largest(i)*abs(self%lambda(i))**[4, 5, 2]
       end do
       do k = 1, ubound(re, 2)
          do t = 1, self%tones

@@ -225,7 +225,7 @@ contains
 
       associate (state => states%state(self%now), contact => states%machine%contact(j))
          associate (law => contact%law%branch(state%branch(j)), response => state%response)
-            known = response%nx + response%driven%count == 0 .and. .not. states%jumps .and. .not. abs(law%damping) > 0.0_wp
+            known = response%plain .and. .not. states%jumps .and. .not. abs(law%damping) > 0.0_wp
             if (.not. known .or. .not. max(abs(law%stiffness), abs(law%offset)) > 0.0_wp) return
             call lay_out_contacts(states, self%now)
             call look_at(self, state, last, tau)

@@ -2,7 +2,7 @@
 module razy_integrate_forms
    use razy_core_kinds, only: wp
    use razy_integrate_cursor, only: cursor_t
-   use razy_integrate_products, only: two_sums, wide
+   use razy_integrate_products, only: sum_of, two_sums, wide
    use razy_integrate_response, only: response_t, rows_t
    implicit none(type, external)
    private
@@ -147,9 +147,13 @@ contains
       total = 0.0_wp
       if (order == 0) then
          total = abs(rows%constant(j))
-         do i = 1, response%amplitudes
-            total = total + rows%size0(i, j)*modulus(i)
-         end do
+         if (response%terms >= wide) then
+            total = total + sum_of(response%amplitudes, rows%size0(:, j), modulus)
+         else
+            do i = 1, response%amplitudes
+               total = total + rows%size0(i, j)*modulus(i)
+            end do
+         end if
       else
          do i = 1, response%amplitudes
             total = total + rows%size0(i, j)*response%modulus(i)**order*modulus(i)

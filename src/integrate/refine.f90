@@ -23,6 +23,11 @@ module razy_integrate_refine
       logical :: shares_form = .false.
       !> On the bound within the rounding of the state, as long as the piece lasts.
       logical :: resting = .false.
+      !> On the present step: its value is that of the function before it, or is not needed; it is resting, or certain to stay.
+      logical :: given = .false., idle = .false.
+      !> Certain to stay until this time of the segment, s; whether f0 and g0 are older than the present step.
+      real(wp) :: safe_until = -huge(1.0_wp)
+      logical :: stale = .false.
       !> Values and slopes at both ends of the step, bound of the fourth derivative of f.
       real(wp) :: f0 = 0.0_wp, g0 = 0.0_wp, f1 = 0.0_wp, g1 = 0.0_wp, m4 = 0.0_wp
       !> Time since when that bound holds, s, but for the growth of driven terms.

@@ -32,7 +32,7 @@ module razy_integrate_response
       !> Moduli of the coefficients of order 0 and 4 (amplitudes, forms).
       real(wp), allocatable :: size0(:, :), size4(:, :)
       !> Of driven terms: bounds of what their excitation adds to derivatives of order 0…5, and of the terms of that (0:5, forms);
-      !> by how much their part in derivatives of order 4 and 5 may grow per s (0:1, forms).
+      !> by how much their part in derivatives of order 4, 5 and 2 may grow per s (0:2, forms).
       real(wp), allocatable :: forced(:, :), forced_reach(:, :), drift(:, :)
       !> What a coefficient of order 0 would be if form and mode were parallel (amplitudes, forms), the largest of each
       !> form, and its constant (forms).
@@ -60,6 +60,10 @@ module razy_integrate_response
       !> Largest modulus of an exponent or of the rates in a dense part, 1/s.
       real(wp) :: fastest = 0.0_wp
       logical :: growing = .false.
+      !> No term is driven and no part dense; nor does any amplitude grow.
+      logical :: plain = .true., bounded = .true.
+      !> No term is driven, and there are few.
+      logical :: simple = .true.
       !> Level of steps on which the fastest amplitude turns by less than 0.05.
       integer :: fine_level = 0
       !> z = constant + from_re Re(a) + from_im Im(a) + rigid and dense parts (2m, amplitudes).
@@ -68,6 +72,8 @@ module razy_integrate_response
       real(wp), allocatable :: to_re(:, :), to_im(:, :)
       !> Moduli of `from` and `to`, made when they are asked for.
       real(wp), allocatable :: from_size(:, :), to_size(:, :)
+      !> Lengths of their columns, displacements and velocities apart, and of `constant` in column 0 of the first (2, amplitudes).
+      real(wp), allocatable :: from_length(:, :), to_length(:, :)
       !> `to` transposed (terms, 2m), for large models only.
       real(wp), allocatable :: into_re(:, :), into_im(:, :)
       !> Rigid modes (m, rigid) and the constant force on each.
@@ -134,6 +140,7 @@ contains
       self%from_re(:, self%terms + self%tones + 1:) = 0.0_wp
       self%from_im(:, self%terms + self%tones + 1:) = 0.0_wp
       if (allocated(self%from_size)) deallocate (self%from_size, self%to_size)
+      if (allocated(self%from_length)) deallocate (self%from_length, self%to_length)
       if (self%terms >= wide) then
          self%into_re = transpose(self%to_re)
          self%into_im = transpose(self%to_im)
@@ -150,6 +157,9 @@ contains
       self%fastest = 0.0_wp
       if (n > 0) self%fastest = maxval(self%modulus)
       if (size(self%dense) > 0) self%fastest = max(self%fastest, maxval(self%dense%norm))
+      self%plain = self%nx == 0 .and. self%driven%count == 0
+      self%bounded = self%plain .and. .not. self%growing
+      self%simple = self%driven%count == 0 .and. self%terms < wide
       self%fine_level = min(max(exponent(20*self%fastest), coarsest_level), finest_level)
    end subroutine new_response
 
@@ -285,7 +295,7 @@ contains
       integer :: j
 
       if (allocated(self%forced)) deallocate (self%forced, self%forced_reach, self%drift)
-      allocate (self%forced(0:5, self%forms), self%forced_reach(0:5, self%forms), self%drift(0:1, self%forms))
+      allocate (self%forced(0:5, self%forms), self%forced_reach(0:5, self%forms), self%drift(0:2, self%forms))
       do j = 1, self%forms
          associate (first => driven%first + 1, last => driven%first + driven%count)
             call driven%add_to_row(cmplx(self%re(first:last, 0, j), -self%im(first:last, 0, j), wp), self%reach(first:last, j), &

@@ -12,6 +12,8 @@ module razy_integrate_search
    use razy_integrate_cursor, only: copy, cursor_t, move_to, reserve, step
    use razy_integrate_forms, only: size_of, value_and_slope
    use razy_integrate_on_bound, only: sort_on_bound
+   use razy_integrate_products, only: sum_of, wide
+   use razy_integrate_quiet, only: find_quiet, find_safe
    use razy_integrate_refine, only: refine_root, watched_t
    use razy_integrate_response, only: coarsest_level, response_t, rows_t
    use razy_integrate_step_verdict, only: judge, stays, undecided
@@ -112,11 +114,12 @@ contains
       self%steps = self%steps + 1
       roomy = .true.
       verdict = stays
+      if (response%terms >= wide) call find_quiet(response, rows, self%point(self%now), self%point(3 - self%now)%tau, watched)
       do i = 1, size(watched)
-         if (.not. watched(i)%shares_form) then
+         if (.not. watched(i)%given) then
             call value_and_slope(rows, response, self%point(3 - self%now), watched(i)%form, watched(i)%order, f, g)
          end if
-         if (watched(i)%resting) cycle
+         if (watched(i)%idle) cycle
          call judge(self%point(self%now), self%level, response, rows, watched(i), f, g, h, self%trial_root, verdict, high, room)
          roomy = roomy .and. room
          if (verdict == undecided) exit
@@ -148,7 +151,7 @@ contains
 
       integer :: i
 
-      proved = .not. response%growing .and. response%rigid == 0 .and. response%nx + response%driven%count == 0
+      proved = response%bounded .and. response%rigid == 0
       if (.not. proved) return
       do i = 1, size(watched)
          if (watched(i)%resting) cycle
@@ -190,6 +193,8 @@ contains
       type(watched_t), intent(inout) :: watched(:)
       integer, intent(out) :: leaves
 
+      integer :: i
+
       if (any(self%room < [response%amplitudes, response%rigid, response%nx])) call make_room(self, response)
       if (tau_from > 0.0_wp) then
          call move_to(start, response, tau_from, self%point(self%now))
@@ -199,6 +204,10 @@ contains
       call renew(self, response, rows, watched)
       call sort_on_bound(rows, response, self%point(self%now), self%modulus, &
                          scale(1.0_wp, -self%level), tau_end - tau_from, watched, leaves)
+      do i = 1, size(watched)
+         watched(i)%given = watched(i)%shares_form
+         watched(i)%idle = watched(i)%resting
+      end do
    end subroutine prepare
 
    !> Fit the workspace to a response that is larger than those before.
@@ -250,19 +259,35 @@ contains
                call value_and_slope(rows, response, self%point(self%now), w%form, w%order, f, g)
                total = size_of(rows, response, self%point(self%now), self%modulus, w%form, w%order)
                m4 = 0.0_wp
-               do j = 1, response%amplitudes
-                  m4 = m4 + rows%size4(j, w%form)*self%modulus(j)*merge(response%modulus(j), 1.0_wp, w%order == 1)
-               end do
-               if (response%driven%count > 0) m4 = m4 + rows%forced(4 + w%order, w%form)
+               if (w%order == 0) then
+                  if (response%terms < wide) then
+                     do j = 1, response%amplitudes
+                        m4 = m4 + rows%size4(j, w%form)*self%modulus(j)
+                     end do
+                  else
+                     m4 = sum_of(response%amplitudes, rows%size4(:, w%form), self%modulus)
+                  end if
+               else
+                  do j = 1, response%amplitudes
+                     m4 = m4 + rows%size4(j, w%form)*self%modulus(j)*response%modulus(j)
+                  end do
+               end if
             end if
             w%f0 = w%side*(f - w%bound)
             w%g0 = w%side*g
             w%m4 = m4
-            w%since = self%point(self%now)%tau
             w%scale = total + abs(w%bound)
             w%noise = max(rounding*w%scale, w%floor)
          end associate
       end do
+      if (response%simple) return
+      if (response%driven%count > 0) then
+         do i = 1, size(watched)
+            watched(i)%m4 = watched(i)%m4 + rows%forced(4 + watched(i)%order, watched(i)%form)
+            watched(i)%since = self%point(self%now)%tau
+         end do
+      end if
+      if (response%terms >= wide) call find_safe(response, rows, self%point(self%now)%tau, watched)
    end subroutine renew
 
 end module razy_integrate_search

@@ -43,9 +43,7 @@ contains
       w%g1 = w%side*g
       if (abs(w%f1) <= w%noise) w%f1 = max(w%f1, 0.0_wp)
       m4 = w%m4
-      if (response%driven%count > 0) m4 = m4 + rows%drift(w%order, w%form)*((from%tau - w%since) + h)
-      if (response%growing) m4 = m4*growth_over(response, h)
-      if (response%nx > 0) m4 = m4 + dense_bound(from, response, rows, w%form, w%order + 4, h)
+      if (.not. response%bounded) m4 = fourth_derivative(from, response, rows, w, h)
       margin = proved_margin(w%f0, w%g0, w%f1, w%g1, h, m4)
       room = .false.
       verdict = stays
@@ -96,6 +94,21 @@ contains
       verdict = leaves
       high = tau - from%tau
    end subroutine judge_minimum
+
+   !> Bound of the fourth derivative of f on a step where amplitudes grow, are driven, or states are dense.
+   pure function fourth_derivative(from, response, rows, w, h) result(m4)
+      type(cursor_t), intent(in) :: from
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(watched_t), intent(in) :: w
+      real(wp), intent(in) :: h
+      real(wp) :: m4
+
+      m4 = w%m4
+      if (response%driven%count > 0) m4 = m4 + rows%drift(w%order, w%form)*((from%tau - w%since) + h)
+      if (response%growing) m4 = m4*growth_over(response, h)
+      if (response%nx > 0) m4 = m4 + dense_bound(from, response, rows, w%form, w%order + 4, h)
+   end function fourth_derivative
 
    !> Largest factor by which an amplitude grows over a step.
    pure function growth_over(response, h) result(factor)
