@@ -3,7 +3,8 @@ module razy_integrate_exact_view
    use razy_core_kinds, only: wp
    use razy_integrate_contact_state, only: contact_state_t, contact_states_t
    use razy_integrate_contact_states, only: lay_out_contacts
-   use razy_integrate_cursor, only: copy, cursor_t, move_to, reserve, set_state, state_of
+   use razy_integrate_cursor, only: copy, cursor_t, reserve, set_state, state_of
+   use razy_integrate_cursor_moves, only: move_to
    use razy_integrate_forms, only: curvature_bound, integral_of, size_of, value_and_slope, value_of
    use razy_integrate_integrator, only: glimpse_t
    use razy_integrate_refine, only: watched_t

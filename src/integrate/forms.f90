@@ -3,7 +3,8 @@ module razy_integrate_forms
    use razy_core_kinds, only: wp
    use razy_integrate_cursor, only: cursor_t
    use razy_integrate_products, only: sum_of, two_sums, wide
-   use razy_integrate_response, only: response_t, rows_t
+   use razy_integrate_response, only: response_t
+   use razy_integrate_rows, only: rows_t
    implicit none(type, external)
    private
 

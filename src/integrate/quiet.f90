@@ -8,7 +8,8 @@ module razy_integrate_quiet
    use razy_integrate_cursor, only: cursor_t
    use razy_integrate_forms, only: value_and_slope
    use razy_integrate_refine, only: watched_t
-   use razy_integrate_response, only: response_t, rows_t
+   use razy_integrate_response, only: response_t
+   use razy_integrate_rows, only: rows_t
    implicit none(type, external)
    private
 
@@ -32,6 +33,8 @@ contains
       do i = 1, size(watched)
          associate (w => watched(i))
             w%stale = .false.
+            w%given = w%shares_form
+            w%idle = w%resting
             w%safe_until = tau
             if (w%order > 0 .or. response%growing .or. response%nx > 0) cycle
             f = max(w%f0, 0.0_wp)

@@ -8,7 +8,8 @@
 module razy_integrate_rounding_floor
    use razy_core_kinds, only: wp
    use razy_integrate_cursor, only: cursor_t
-   use razy_integrate_response, only: response_t, rows_t
+   use razy_integrate_response, only: response_t
+   use razy_integrate_rows, only: rows_t
    implicit none(type, external)
    private
 

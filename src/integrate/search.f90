@@ -9,13 +9,15 @@
 !! Crossings smaller than the rounding of f itself do not count as such.
 module razy_integrate_search
    use razy_core_kinds, only: i8, wp
-   use razy_integrate_cursor, only: copy, cursor_t, move_to, reserve, step
+   use razy_integrate_cursor, only: copy, cursor_t, reserve
+   use razy_integrate_cursor_moves, only: move_to, step
    use razy_integrate_forms, only: size_of, value_and_slope
    use razy_integrate_on_bound, only: sort_on_bound
    use razy_integrate_products, only: sum_of, wide
    use razy_integrate_quiet, only: find_quiet, find_safe
    use razy_integrate_refine, only: refine_root, watched_t
-   use razy_integrate_response, only: coarsest_level, response_t, rows_t
+   use razy_integrate_response, only: coarsest_level, response_t
+   use razy_integrate_rows, only: rows_t
    use razy_integrate_step_verdict, only: judge, stays, undecided
    implicit none(type, external)
    private
@@ -68,7 +70,7 @@ contains
 
       call prepare(self, response, rows, start, tau_from, tau_end, watched, leaves)
       do i = 1, size(watched)
-         if (watched(i)%resting) cycle
+         if (watched(i)%idle) cycle
          if (watched(i)%from_zero) watched(i)%f0 = 0.0_wp
          if (i == leaves .or. watched(i)%f0 < -watched(i)%noise) then
             found = exit_t(i, tau_from)
@@ -154,7 +156,7 @@ contains
       proved = response%bounded .and. response%rigid == 0
       if (.not. proved) return
       do i = 1, size(watched)
-         if (watched(i)%resting) cycle
+         if (watched(i)%idle .and. .not. watched(i)%stale) cycle
          associate (w => watched(i))
             proved = w%order == 0
             if (proved) proved = w%side*(rows%constant(w%form) - w%bound) &
@@ -193,8 +195,6 @@ contains
       type(watched_t), intent(inout) :: watched(:)
       integer, intent(out) :: leaves
 
-      integer :: i
-
       if (any(self%room < [response%amplitudes, response%rigid, response%nx])) call make_room(self, response)
       if (tau_from > 0.0_wp) then
          call move_to(start, response, tau_from, self%point(self%now))
@@ -204,10 +204,7 @@ contains
       call renew(self, response, rows, watched)
       call sort_on_bound(rows, response, self%point(self%now), self%modulus, &
                          scale(1.0_wp, -self%level), tau_end - tau_from, watched, leaves)
-      do i = 1, size(watched)
-         watched(i)%given = watched(i)%shares_form
-         watched(i)%idle = watched(i)%resting
-      end do
+      if (response%terms >= wide) watched%resting = watched%idle
    end subroutine prepare
 
    !> Fit the workspace to a response that is larger than those before.
@@ -259,19 +256,9 @@ contains
                call value_and_slope(rows, response, self%point(self%now), w%form, w%order, f, g)
                total = size_of(rows, response, self%point(self%now), self%modulus, w%form, w%order)
                m4 = 0.0_wp
-               if (w%order == 0) then
-                  if (response%terms < wide) then
-                     do j = 1, response%amplitudes
-                        m4 = m4 + rows%size4(j, w%form)*self%modulus(j)
-                     end do
-                  else
-                     m4 = sum_of(response%amplitudes, rows%size4(:, w%form), self%modulus)
-                  end if
-               else
-                  do j = 1, response%amplitudes
-                     m4 = m4 + rows%size4(j, w%form)*self%modulus(j)*response%modulus(j)
-                  end do
-               end if
+               do j = 1, merge(response%amplitudes, 0, response%simple)
+                  m4 = m4 + rows%size4(j, w%form)*self%modulus(j)*merge(response%modulus(j), 1.0_wp, w%order == 1)
+               end do
             end if
             w%f0 = w%side*(f - w%bound)
             w%g0 = w%side*g
@@ -281,13 +268,31 @@ contains
          end associate
       end do
       if (response%simple) return
-      if (response%driven%count > 0) then
-         do i = 1, size(watched)
-            watched(i)%m4 = watched(i)%m4 + rows%forced(4 + watched(i)%order, watched(i)%form)
-            watched(i)%since = self%point(self%now)%tau
-         end do
-      end if
+      do i = 1, size(watched)
+         call bound_fourth(response, rows, self%modulus, watched(i))
+         watched(i)%since = self%point(self%now)%tau
+      end do
       if (response%terms >= wide) call find_safe(response, rows, self%point(self%now)%tau, watched)
    end subroutine renew
+
+   !> The bound of the fourth derivative of a function with many or driven terms; `modulus` are those of the amplitudes.
+   pure subroutine bound_fourth(response, rows, modulus, w)
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      real(wp), intent(in) :: modulus(:)
+      type(watched_t), intent(inout) :: w
+
+      integer :: j
+
+      if (w%order == 0) then
+         w%m4 = sum_of(response%amplitudes, rows%size4(:, w%form), modulus)
+      else
+         w%m4 = 0.0_wp
+         do j = 1, response%amplitudes
+            w%m4 = w%m4 + rows%size4(j, w%form)*modulus(j)*response%modulus(j)
+         end do
+      end if
+      if (response%driven%count > 0) w%m4 = w%m4 + rows%forced(4 + w%order, w%form)
+   end subroutine bound_fourth
 
 end module razy_integrate_search

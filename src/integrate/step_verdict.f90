@@ -7,7 +7,8 @@ module razy_integrate_step_verdict
    use razy_integrate_cursor, only: cursor_t
    use razy_integrate_forms, only: value_of
    use razy_integrate_refine, only: refine_root, watched_t
-   use razy_integrate_response, only: finest_level, response_t, rows_t
+   use razy_integrate_response, only: finest_level, response_t
+   use razy_integrate_rows, only: rows_t
    use razy_integrate_sign_proof, only: proved_curvature, proved_margin, proved_monotone
    implicit none(type, external)
    private
