@@ -170,8 +170,8 @@ contains
       end do
    end function size_of
 
-   !> Integral of form `j` between two points on one closed form without driven terms and dense parts: ∫ a e^{λτ} dτ = [a]/λ, or where λ turns
-   !> a little only, a h (e^{λh} - 1)/(λh) by its series.
+   !> Integral of form `j` between two points on one closed form without driven terms and dense parts: ∫ a e^{λτ} dτ = [a]/λ, or
+   !> where λ turns a little only, a h (e^{λh} - 1)/(λh) by its series.
    pure function integral_of(rows, response, from, to, j) result(total)
       type(rows_t), intent(in) :: rows
       type(response_t), intent(in) :: response
@@ -204,7 +204,8 @@ contains
       end do
    end function integral_of
 
-   !> A bound of the second derivative of form `j` after a point on a closed form that neither grows nor has driven terms or dense parts.
+   !> A bound of the second derivative of form `j` after a point on a closed form that neither grows nor has driven terms or dense
+   !> parts.
    pure function curvature_bound(rows, response, self, j) result(bound)
       type(rows_t), intent(in) :: rows
       type(response_t), intent(in) :: response

@@ -71,7 +71,7 @@ contains
       real(wp), intent(in) :: load(:), omega(:)
       complex(wp), intent(in) :: harmonic(:, :)
 
-      complex(wp) :: particular(2*basis%m)
+      complex(wp) :: particular(2*basis%m), force
       integer :: i, m, n, order(size(basis%lambda)), plain, t
 
       m = basis%m
@@ -100,8 +100,8 @@ contains
          self%to_re(:, i) = real(basis%to_term(order(i), :))
          self%to_im(:, i) = aimag(basis%to_term(order(i), :))
          if (i > plain) cycle
-         self%constant = self%constant - real(basis%from_term(:, order(i))*(sum(basis%to_term(order(i), m + 1:)*load) &
-                                                                            /basis%lambda(order(i))))
+         force = sum(basis%to_term(order(i), m + 1:)*load)
+         if (abs(force) > 0.0_wp) self%constant = self%constant - real(basis%from_term(:, order(i))*(force/basis%lambda(order(i))))
       end do
       do t = 1, self%tones
          particular = harmonic_state(basis, order(:plain), harmonic(:, t), omega(t))
@@ -188,9 +188,13 @@ contains
       particular = (0.0_wp, 0.0_wp)
       do i = 1, size(number)
          k = number(i)
-         drive = sum(basis%to_term(k, m + 1:)*force)/(cmplx(0.0_wp, omega, wp) - basis%lambda(k))
+         drive = sum(basis%to_term(k, m + 1:)*force)
+         mirrored = sum(conjg(basis%to_term(k, m + 1:))*force)
+         ! Without a force there may be resonance.
+         if (.not. max(abs(drive), abs(mirrored)) > 0.0_wp) cycle
+         drive = drive/(cmplx(0.0_wp, omega, wp) - basis%lambda(k))
          if (abs(aimag(basis%lambda(k))) > 0.0_wp) then
-            mirrored = sum(conjg(basis%to_term(k, m + 1:))*force)/(cmplx(0.0_wp, omega, wp) - conjg(basis%lambda(k)))
+            mirrored = mirrored/(cmplx(0.0_wp, omega, wp) - conjg(basis%lambda(k)))
             particular = particular + 0.5_wp*(basis%from_term(:, k)*drive + conjg(basis%from_term(:, k))*mirrored)
          else
             particular = particular + basis%from_term(:, k)*drive

@@ -82,7 +82,7 @@ contains
       real(wp) :: y, v
       integer :: k
 
-      most = huge(1.0_wp)
+      most = sqrt(huge(1.0_wp))
       if (response%nx > 0) return
       if (.not. allocated(response%from_length)) call measure_modes(response)
       y = response%from_length(1, 0)

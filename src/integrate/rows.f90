@@ -71,8 +71,9 @@ contains
          self%constant(j) = self%constant(j) + dot_product(form, response%constant)
          do i = 1, n
             coefficient = cmplx(dot_product(form, response%from_re(:, i)), -dot_product(form, response%from_im(:, i)), wp)
-            if (i > response%terms .and. i <= response%terms + response%tones) &
+            if (i > response%terms .and. i <= response%terms + response%tones) then
                coefficient = coefficient + forms(j)%error(i - response%terms)
+            end if
             self%size0(i, j) = abs(coefficient)
             self%reach(i, j) = reach_of(self%length(:, j), response%from_re(:, i)) &
                                + reach_of(self%length(:, j), response%from_im(:, i))
