@@ -3,6 +3,7 @@
 
     bench/ablation.py            report in bench/report/ablation.md
     bench/ablation.py --only native --rounds 5 --report FILE
+    bench/ablation.py --check      whether the patches fit the sources, and nothing else
 
 The variants are copies of src/ with small patches (harness/variants.py); a patch that does not fit the sources any more
 is an error. All are built first, then run in turn, so that each round gives a ratio of times that lie side by side.
@@ -25,6 +26,7 @@ CASE = BENCH.parent / "inputs" / "torsional_gear_pair.nml"
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", help="variants to run beside the library as it is, separated by commas")
+    parser.add_argument("--check", action="store_true", help="say which patches do not fit the sources, and stop")
     parser.add_argument("--rounds", type=int, default=9, help="runs of each variant, in turn")
     parser.add_argument("--sweeps", type=int, default=2, help="timed sweeps in each run")
     parser.add_argument("--build", type=Path, default=BENCH.parent / "build" / "bench", help="folder of the reference")
@@ -134,6 +136,8 @@ def markdown(chosen, rows, options, place):
 
 def main():
     options = arguments()
+    if options.check:
+        sys.exit("\n".join(variants.misfits()) or None)
     place = machine()
     missing = programs.missing_module("numpy") or programs.make("reference", options.build.resolve())
     if missing:

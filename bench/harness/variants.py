@@ -41,11 +41,13 @@ class Patch:
 
     def apply(self, folder):
         path = Path(folder) / self.path
-        text = path.read_text(encoding="utf-8")
+        path.write_text(self.applied(path.read_text(encoding="utf-8")), encoding="utf-8")
+
+    def applied(self, text):
         found = text.count(self.old)
         if found != self.times:
             raise PatchError(f"{self.path}: {self.old!r} found {found} times instead of {self.times}")
-        path.write_text(text.replace(self.old, self.new), encoding="utf-8")
+        return text.replace(self.old, self.new)
 
 
 @dataclass
@@ -58,14 +60,27 @@ class Variant:
     options: list[str] = field(default_factory=list)
 
 
-SEARCH, CURSOR, FORMS = (f"src/integrate/{name}.f90" for name in ("search", "cursor", "forms"))
-EXACT, STATES = "src/integrate/exact.f90", "src/integrate/contact_states.f90"
-TONE, COMPILER = "src/core/tone.f90", "cmake/RazyCompiler.cmake"
+SEARCH, JUDGE, REFINE, FORMS, CURSOR, MOVES, RESPONSE, PROPAGATION, SMOOTH, STATES = (
+    f"src/integrate/{name}.f90"
+    for name in (
+        "search",
+        "step_verdict",
+        "refine",
+        "forms",
+        "cursor",
+        "cursor_moves",
+        "response",
+        "propagation",
+        "exact_smooth",
+        "contact_states",
+    )
+)
+TONE, TASK, COMPILER = "src/core/tone.f90", "src/sweep/motion_task.f90", "cmake/RazyCompiler.cmake"
 
-PREPARE = "      call prepare(self, response, rows, start, tau_from, watched)\n"
+PREPARE = "      call prepare(self, response, rows, start, tau_from, tau_end, watched, leaves)\n"
 MARGIN = "      margin = proved_margin(w%f0, w%g0, w%f1, w%g1, h, m4)\n"
 BOUND = """\
-               do j = 1, response%amplitudes
+               do j = 1, merge(response%amplitudes, 0, response%simple)
                   m4 = m4 + rows%size4(j, w%form)*self%modulus(j)*merge(response%modulus(j), 1.0_wp, w%order == 1)
                end do
 """
@@ -81,53 +96,64 @@ def signs_only(steps):
     judge = f"""\
       verdict = stays
       if (w%f1 < 0.0_wp) verdict = leaves
-      room = self%level > {level}
-      if (self%level >= finest_level .or. h*response%fastest <= shortest) return
+      room = level > {level}
+      if (level >= finest_level .or. h*response%fastest <= shortest) return
       if (verdict == leaves .and. w%g0 > 0.0_wp .and. .not. w%f0 > 0.0_wp) verdict = undecided
       if (response%m >= 0) return
 """
     return [
         Patch(SEARCH, PREPARE, f"      self%level = {level}\n{PREPARE}"),
-        Patch(SEARCH, "      m4 = w%m4\n", f"{judge}      m4 = w%m4\n"),
+        Patch(JUDGE, f"      m4 = w%m4\n{GENERAL}", f"{judge}      m4 = w%m4\n{GENERAL}"),
         Patch(SEARCH, BOUND, ""),
         Patch(SEARCH, "            if (stay_forever(self, response, rows, watched)) exit\n", ""),
     ]
 
 
+GENERAL = "      if (.not. response%bounded) m4 ="
 LONGER = ("h, m4", "longer, m4")
 MONOTONE = "      if (proved_monotone(w%f0, w%g0, w%f1, w%g1, h, m4, w%noise)) return\n"
 CURVATURE = "      call proved_curvature(w%f0, w%g0, w%f1, w%g1, h, m4, w%noise, d0, d1, curvature)\n"
 PROOF_TWICE = [
-    Patch(SEARCH, "      integer :: level = 10\n", "      integer :: level = 10\n      real(wp) :: idle = 0.0_wp\n"),
-    Patch(SEARCH, "real(wp) :: margin, m4, d0, d1\n", "real(wp) :: margin, m4, d0, d1, longer\n"),
     Patch(
-        SEARCH,
+        REFINE,
+        "      logical :: stale = .false.\n",
+        "      logical :: stale = .false.\n      real(wp) :: spent = 0.0_wp\n",
+    ),
+    Patch(JUDGE, "real(wp) :: margin, m4, d0, d1\n", "real(wp) :: margin, m4, d0, d1, longer\n"),
+    Patch(
+        JUDGE,
         MARGIN,
         "      longer = h*(1.0_wp + 1.0e-9_wp)\n"
-        f"      self%idle = self%idle + {MARGIN.split('= ')[1].strip().replace(*LONGER)}\n{MARGIN}",
+        f"      w%spent = w%spent + {MARGIN.split('= ')[1].strip().replace(*LONGER)}\n{MARGIN}",
     ),
-    Patch(SEARCH, MONOTONE, f"{MONOTONE.replace(*LONGER).replace(' return', ' self%idle = self%idle + 1')}{MONOTONE}"),
-    Patch(
-        SEARCH, CURVATURE, f"{CURVATURE.replace(*LONGER)}      self%idle = self%idle + d0 + d1 + curvature\n{CURVATURE}"
-    ),
+    Patch(JUDGE, MONOTONE, f"{MONOTONE.replace(*LONGER).replace(' return', ' w%spent = w%spent + 1')}{MONOTONE}"),
+    Patch(JUDGE, CURVATURE, f"{CURVATURE.replace(*LONGER)}      w%spent = w%spent + d0 + d1 + curvature\n{CURVATURE}"),
     Patch(
         SEARCH,
         BOUND,
         f"{BOUND.replace('%modulus(j)*', '%modulus(j)*1.000000001_wp*')}"
-        f"               self%idle = self%idle + m4\n               m4 = 0.0_wp\n{BOUND}",
+        f"               w%spent = w%spent + m4\n               m4 = 0.0_wp\n{BOUND}",
     ),
 ]
 """What is computed in addition differs in the tenth digit and is added up, so that no compiler can leave it out."""
 
 NOTHING_RARE = [
-    Patch(CURSOR, "response%nx", "0", 10),
-    Patch(CURSOR, "size(response%dense)", "0", 5),
+    Patch(RESPONSE, "call find_driven(basis, load, harmonic, omega, driven)", "driven = .false."),
+    Patch(CURSOR, "response%nx", "0", 3),
+    Patch(CURSOR, "size(response%dense)", "0", 2),
     Patch(CURSOR, "response%tones", "1"),
+    Patch(CURSOR, "response%driven%loaded", ".false."),
+    Patch(MOVES, "response%nx", "0", 5),
+    Patch(MOVES, "size(response%dense)", "0", 3),
+    Patch(MOVES, "response%driven%count", "0", 5),
     Patch(FORMS, "response%nx", "0", 4),
-    Patch(SEARCH, "response%nx", "0", 3),
-    Patch(SEARCH, "size(response%dense)", "0"),
-    Patch(SEARCH, "response%growing", ".false.", 4),
-    Patch(EXACT, "state%response%growing", ".false."),
+    Patch(FORMS, "response%driven%count", "0"),
+    Patch(JUDGE, "response%bounded", ".true."),
+    Patch(SEARCH, "response%nx", "0"),
+    Patch(SEARCH, "response%bounded", ".true."),
+    Patch(SEARCH, "      if (response%simple) return\n", "      if (.true.) return\n"),
+    Patch(SEARCH, "response%growing", ".false.", 2),
+    Patch(PROPAGATION, "state%response%growing", ".false."),
 ]
 
 PRESENT = Variant("as it is", "The library as the release preset builds it.")
@@ -164,9 +190,9 @@ VARIANTS = [
         "All four coordinates are followed, also what neither a contact nor an observable feels.",
         [
             Patch(
-                "src/sweep/motion_task.f90",
-                "self%exact%prepare(self%machine, .false., error)",
-                "self%exact%prepare(self%machine, .true., error)",
+                TASK,
+                "self%plan%has_chains() .or. self%strobe_periods > 0, &\n",
+                ".true., &\n",
             )
         ],
     ),
@@ -186,7 +212,7 @@ VARIANTS = [
         "Time is one double and the phase of a tone is omega times it.",
         [
             Patch(
-                EXACT,
+                SMOOTH,
                 "call add_time(piece%time, piece%time_low, piece%duration)",
                 "piece%time = piece%time + piece%duration",
             ),
@@ -205,6 +231,21 @@ VARIANTS = [
     ),
     Variant("native", "With `-DRAZY_NATIVE=ON`, instructions of this processor.", [], ["-DRAZY_NATIVE=ON"]),
 ]
+
+
+def misfits(chosen=None, root=ROOT):
+    """Return what does not fit the sources below `root` any more, a line for each variant; nothing is built."""
+    lines = []
+    for variant in VARIANTS if chosen is None else chosen:
+        texts = {}
+        try:
+            for patch in variant.patches:
+                if patch.path not in texts:
+                    texts[patch.path] = (root / patch.path).read_text(encoding="utf-8")
+                texts[patch.path] = patch.applied(texts[patch.path])
+        except (OSError, PatchError) as exc:
+            lines.append(f"{variant.name}: {exc}")
+    return lines
 
 
 def prepare(folder):

@@ -4,7 +4,8 @@ module razy_integrate_contact_state
    use razy_integrate_held, only: held_t
    use razy_integrate_modal_parts, only: modal_basis_t
    use razy_integrate_refine, only: watched_t
-   use razy_integrate_response, only: response_t, rows_t
+   use razy_integrate_response, only: response_t
+   use razy_integrate_rows, only: rows_t
    use razy_integrate_state_modes, only: open_modes_t
    use razy_machine_coupled, only: coupled_t
    use razy_machine_machine, only: machine_t

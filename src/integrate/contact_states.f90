@@ -10,7 +10,8 @@ module razy_integrate_contact_states
    use razy_integrate_force_forms, only: contact_form, observable_form
    use razy_integrate_jump_states, only: hold, make_jump_modes, respond_with_jumps
    use razy_integrate_refine, only: watched_t
-   use razy_integrate_response, only: linear_form_t, new_response, new_rows
+   use razy_integrate_response, only: new_response
+   use razy_integrate_rows, only: linear_form_t, new_rows
    use razy_integrate_state_modes, only: new_open_modes, new_state_modes
    use razy_machine_coupled, only: new_coupled
    use razy_machine_machine, only: machine_t, observe_contact_force, same_structure
@@ -85,7 +86,6 @@ contains
          call make_modes(self, i)
       end if
       if (self%state(i)%version /= self%version) then
-         if (self%state(i)%version > 0 .and. self%state(i)%basis%is_resonant_with(self%omega)) call make_modes(self, i)
          call make_response(self, self%state(i))
       end if
       if (self%state(i)%basis%info /= 0) i = 0
@@ -108,7 +108,7 @@ contains
          self%state(i)%basis = self%state(other)%basis
          return
       end do
-      call new_state_modes(self%state(i)%basis, self%open, self%machine, self%coupled, self%w, self%state(i)%branch, self%omega)
+      call new_state_modes(self%state(i)%basis, self%open, self%machine, self%coupled, self%w, self%state(i)%branch)
    end subroutine make_modes
 
    !> Whether all contacts have the same slopes in two lists of branches.
@@ -182,6 +182,7 @@ contains
                   if (guard%below /= 0) call add(guard%below, 1.0_wp, guard%lower)
                   if (guard%above /= 0) call add(guard%above, -1.0_wp, guard%upper)
                   if (guard%below /= 0 .and. guard%above /= 0) watched(n)%shares_form = .true.
+                  watched(n)%given = watched(n)%shares_form
                end associate
             end do
          end associate

@@ -1,18 +1,13 @@
-!! A point on the closed form: amplitudes at a time of a segment, moved by steps of 2^-level or to any time.
-!!
-!! Steps multiply amplitudes by tabulated factors and serve the search for events; what is kept of an event is evaluated
-!! from the start of the segment, so that the state between events does not depend on the steps. Nothing is allocated here
-!! but by `reserve`, when a response is larger than all before it.
+!! A point on the closed form: amplitudes at a time of a segment. Nothing is allocated here but by `reserve`, when a response is
+!! larger than all before it.
 module razy_integrate_cursor
    use razy_core_kinds, only: wp
-   use razy_integrate_products, only: add_product, rotate, wide
+   use razy_integrate_products, only: add_product, wide
    use razy_integrate_response, only: response_t
-   use razy_integrate_step_table, only: growth, tabulate
-   use razy_linalg_exponential, only: exponential_action
    implicit none(type, external)
    private
 
-   public :: copy, cursor_t, go_from, move_to, reserve, set_state, shift, state_of, step
+   public :: copy, cursor_t, reserve, set_state, state_of
 
    !> Arrays may be longer than the response at hand needs.
    type :: cursor_t
@@ -20,6 +15,8 @@ module razy_integrate_cursor
       real(wp) :: tau = 0.0_wp
       !> Amplitudes of terms and tones, rigid modes and their rates, dense states.
       real(wp), allocatable :: re(:), im(:), rigid(:), rate(:), dense(:)
+      !> Workspace: cosine and sine of each tone.
+      real(wp), allocatable :: tone(:)
    end type cursor_t
 
 contains
@@ -32,9 +29,10 @@ contains
       if (allocated(self%re)) then
          if (size(self%re) >= response%amplitudes .and. size(self%rigid) >= response%rigid &
              .and. size(self%dense) >= response%nx) return
-         deallocate (self%re, self%im, self%rigid, self%rate, self%dense)
+         deallocate (self%re, self%im, self%rigid, self%rate, self%dense, self%tone)
       end if
       allocate (self%re(response%amplitudes + 8), self%im(response%amplitudes + 8))
+      allocate (self%tone(2*(response%amplitudes + 8)))
       allocate (self%rigid(response%rigid + 8), self%rate(response%rigid + 8), self%dense(response%nx + 8))
    end subroutine reserve
 
@@ -65,15 +63,20 @@ contains
          self%im(:n) = 0.0_wp
          call add_product(n, 2*m, response%into_re, rest, self%re)
          call add_product(n, 2*m, response%into_im, rest, self%im)
-      end if
-      do j = 1, merge(0, n, n >= wide)
-         self%re(j) = 0.0_wp
-         self%im(j) = 0.0_wp
-         do i = 1, 2*m
-            self%re(j) = self%re(j) + response%to_re(i, j)*rest(i)
-            self%im(j) = self%im(j) + response%to_im(i, j)*rest(i)
+      else
+         do j = 1, n
+            self%re(j) = 0.0_wp
+            self%im(j) = 0.0_wp
+            do i = 1, 2*m
+               self%re(j) = self%re(j) + response%to_re(i, j)*rest(i)
+               self%im(j) = self%im(j) + response%to_im(i, j)*rest(i)
+            end do
          end do
-      end do
+      end if
+      if (response%driven%loaded) then
+         self%re(response%amplitudes) = 1.0_wp
+         self%im(response%amplitudes) = 0.0_wp
+      end if
       do j = 1, response%rigid
          self%rigid(j) = 0.0_wp
          self%rate(j) = 0.0_wp
@@ -119,156 +122,6 @@ contains
          call response%dense(j)%add_state(self%dense(response%first(j):response%first(j + 1) - 1), z)
       end do
    end subroutine state_of
-
-   !> Move from `from` by 2^-level s; makes the table's entry when it is used for the first time.
-   pure subroutine step(from, response, level, self)
-      type(cursor_t), intent(in) :: from
-      type(response_t), intent(inout) :: response
-      integer, intent(in) :: level
-      type(cursor_t), intent(inout) :: self
-
-      real(wp) :: h, re
-      integer :: i
-
-      if (.not. response%has_step(level)) call tabulate(response, level)
-      h = response%step_length(level)
-      self%tau = from%tau + h
-      if (response%terms >= wide) then
-         call rotate(response%amplitudes, from%re, from%im, response%step_re(:, level), response%step_im(:, level), &
-                     self%re, self%im)
-      else
-         do i = 1, response%amplitudes
-            re = from%re(i)*response%step_re(i, level) - from%im(i)*response%step_im(i, level)
-            self%im(i) = from%re(i)*response%step_im(i, level) + from%im(i)*response%step_re(i, level)
-            self%re(i) = re
-         end do
-      end if
-      do i = 1, response%rigid
-         self%rigid(i) = from%rigid(i) + h*(from%rate(i) + 0.5_wp*h*response%rigid_force(i))
-         self%rate(i) = from%rate(i) + h*response%rigid_force(i)
-      end do
-      if (response%nx > 0) self%dense(:response%nx) = matmul(response%step_dense(:, :, level), from%dense(:response%nx))
-   end subroutine step
-
-   !> Evaluate the closed form that starts at `start` at the time `tau` of the segment.
-   pure subroutine move_to(start, response, tau, self)
-      type(cursor_t), intent(in) :: start
-      type(response_t), intent(in) :: response
-      real(wp), intent(in) :: tau
-      type(cursor_t), intent(inout) :: self
-
-      real(wp) :: re, im
-      integer :: i, j, k
-
-      self%tau = tau
-      do i = 1, response%amplitudes
-         call growth(response%exponent(i), tau, re, im)
-         self%re(i) = start%re(i)*re - start%im(i)*im
-         self%im(i) = start%re(i)*im + start%im(i)*re
-      end do
-      do i = 1, response%rigid
-         self%rigid(i) = start%rigid(i) + tau*(start%rate(i) + 0.5_wp*tau*response%rigid_force(i))
-         self%rate(i) = start%rate(i) + tau*response%rigid_force(i)
-      end do
-      do i = 1, size(response%dense)
-         j = response%first(i)
-         k = response%first(i + 1) - 1
-         call exponential_action(response%dense(i)%matrix, response%dense(i)%norm, tau, start%dense(j:k), self%dense(j:k))
-      end do
-   end subroutine move_to
-
-   !> Go from `from` by `tau` (s), shorter than 2^-level: binary digits of tau down to the response's fine level by the table
-   !> of steps; what is left of tau by `shift`, or not at all if `coarsely`, and then tau is shortened by it.
-   pure subroutine go_from(from, response, level, coarsely, tau, self)
-      type(cursor_t), intent(in) :: from
-      type(response_t), intent(inout) :: response
-      integer, intent(in) :: level
-      logical, intent(in) :: coarsely
-      real(wp), intent(inout) :: tau
-      type(cursor_t), intent(inout) :: self
-
-      real(wp) :: h, re, rest
-      integer :: i, k
-
-      call copy(from, response, self)
-      rest = tau
-      h = response%step_length(level)
-      do k = level + 1, response%fine_level
-         h = 0.5_wp*h
-         if (rest < h) cycle
-         rest = rest - h
-         if (.not. response%has_step(k)) call tabulate(response, k)
-         do i = 1, response%amplitudes
-            re = self%re(i)*response%step_re(i, k) - self%im(i)*response%step_im(i, k)
-            self%im(i) = self%re(i)*response%step_im(i, k) + self%im(i)*response%step_re(i, k)
-            self%re(i) = re
-         end do
-         if (response%nx > 0) self%dense(:response%nx) = matmul(response%step_dense(:, :, k), self%dense(:response%nx))
-      end do
-      h = tau - rest
-      do i = 1, response%rigid
-         self%rigid(i) = from%rigid(i) + h*(from%rate(i) + 0.5_wp*h*response%rigid_force(i))
-         self%rate(i) = from%rate(i) + h*response%rigid_force(i)
-      end do
-      if (coarsely) then
-         tau = h
-      else
-         call shift(self, response, rest)
-      end if
-      self%tau = from%tau + tau
-   end subroutine go_from
-
-   !> Move by the small time `delta`: series that are right to rounding for |exponent*delta| <= 0.08.
-   pure subroutine shift(self, response, delta)
-      type(cursor_t), intent(inout) :: self
-      type(response_t), intent(in) :: response
-      real(wp), intent(in) :: delta
-
-      real(wp) :: x, y, y2, re, im, factor
-      integer :: i, j, k
-      logical :: tiny_step
-
-      self%tau = self%tau + delta
-      tiny_step = abs(delta)*response%fastest <= 3.0e-3_wp
-      do i = 1, response%amplitudes
-         y = aimag(response%exponent(i))*delta
-         y2 = y*y
-         if (tiny_step) then
-            re = 1.0_wp - y2*(0.5_wp - y2*(1.0_wp/24))
-            im = y*(1.0_wp - y2*(1.0_wp/6 - y2*(1.0_wp/120)))
-         else
-            re = 1.0_wp - y2*(0.5_wp - y2*(1.0_wp/24 - y2*(1.0_wp/720 - y2*(1.0_wp/40320))))
-            im = y*(1.0_wp - y2*(1.0_wp/6 - y2*(1.0_wp/120 - y2*(1.0_wp/5040 - y2*(1.0_wp/362880)))))
-         end if
-         if (i <= response%terms) then
-            x = real(response%exponent(i))*delta
-            if (tiny_step) then
-               factor = 1.0_wp + x*(1.0_wp + x*(0.5_wp + x*(1.0_wp/6 + x*(1.0_wp/24 + x*(1.0_wp/120)))))
-            else
-               factor = exp(x)
-            end if
-            re = factor*re
-            im = factor*im
-         end if
-         x = self%re(i)*re - self%im(i)*im
-         self%im(i) = self%re(i)*im + self%im(i)*re
-         self%re(i) = x
-      end do
-      do i = 1, response%rigid
-         self%rigid(i) = self%rigid(i) + delta*(self%rate(i) + 0.5_wp*delta*response%rigid_force(i))
-         self%rate(i) = self%rate(i) + delta*response%rigid_force(i)
-      end do
-      do i = 1, size(response%dense)
-         j = response%first(i)
-         k = response%first(i + 1) - 1
-         block
-            real(wp) :: from(k - j + 1)
-
-            from = self%dense(j:k)
-            call exponential_action(response%dense(i)%matrix, response%dense(i)%norm, delta, from, self%dense(j:k))
-         end block
-      end do
-   end subroutine shift
 
    !> Copy what the response uses of a cursor.
    pure subroutine copy(from, response, to)

@@ -2,8 +2,7 @@
 !!
 !! For modes η with η'' + B η' + K η = f0 + Σ Re(F_t e^{iω_t t}) the state x = (u η, η', 1, cos_t, sin_t …), each entry
 !! scaled to be of the size of η', obeys x' = T x exactly. Nothing is divided by a small or vanishing eigenvalue, so that
-!! very slow modes, critical damping and undamped resonance lose no digits; the price is a matrix product a step. A single pair
-!! of eigenvalues of a larger set of modes has its amplitude's real and imaginary part in place of (u η, η').
+!! very slow modes, critical damping and undamped resonance lose no digits; the price is a matrix product a step.
 module razy_integrate_dense_part
    use razy_core_kinds, only: wp
    use razy_integrate_modal_parts, only: dense_modes_t
@@ -15,8 +14,6 @@ module razy_integrate_dense_part
    type :: dense_part_t
       !> States d of the motion alone, in front of the others.
       integer :: states = 0
-      !> States from z (d, 2m) and back (2m, d), where modes are not known by their shapes.
-      real(wp), allocatable :: into(:, :), out(:, :)
       !> Modes (m, s) and the factor u, rad/s.
       real(wp), allocatable :: phi(:, :)
       real(wp) :: unit = 1.0_wp
@@ -44,35 +41,21 @@ contains
 
       real(wp), allocatable :: force(:)
       complex(wp), allocatable :: phasor(:, :)
-      integer :: d, i, m, nx, t
+      integer :: d, i, nx, t
 
-      m = size(load)
       self%unit = modes%fastest
       if (.not. self%unit > 0.0_wp) self%unit = 1.0_wp
-      ! The forces on the states whose rates they enter: velocities η', or all states.
-      if (allocated(modes%core)) then
-         self%into = modes%into
-         self%out = modes%out
-         self%states = size(modes%core, 1)
-         force = matmul(modes%into(:, m + 1:), load)
-         phasor = matmul(modes%into(:, m + 1:), harmonic)
-      else
-         self%phi = modes%phi
-         self%states = 2*size(modes%phi, 2)
-         force = matmul(load, modes%phi)
-         phasor = matmul(transpose(modes%phi), harmonic)
-      end if
+      self%phi = modes%phi
+      self%states = 2*size(modes%phi, 2)
+      force = matmul(load, modes%phi)
+      phasor = matmul(transpose(modes%phi), harmonic)
       d = self%states
       self%load_scale = norm2(force)/self%unit
       self%tone = pack([(t, t=1, size(omega))], [(norm2(abs(phasor(:, t))) > 0.0_wp, t=1, size(omega))])
       self%tone_scale = [(norm2(abs(phasor(:, self%tone(t))))/self%unit, t=1, size(self%tone))]
       nx = d + merge(1, 0, self%load_scale > 0.0_wp) + 2*size(self%tone)
       allocate (self%matrix(nx, nx), source=0.0_wp)
-      if (allocated(modes%core)) then
-         self%matrix(:d, :d) = modes%core
-      else
-         call second_order(self%matrix(:d, :d), modes, self%unit)
-      end if
+      call second_order(self%matrix(:d, :d), modes, self%unit)
       associate (driven => self%matrix(d - size(force) + 1:d, :))
          if (self%load_scale > 0.0_wp) driven(:, d + 1) = force/self%load_scale
          do t = 1, size(self%tone)
@@ -111,13 +94,9 @@ contains
       integer :: i, m, s, t
 
       m = size(z)/2
-      if (allocated(self%into)) then
-         x(:self%states) = matmul(self%into, z)
-      else
-         s = size(self%phi, 2)
-         x(:s) = matmul(z(:m), self%phi)*self%unit
-         x(s + 1:2*s) = matmul(z(m + 1:), self%phi)
-      end if
+      s = size(self%phi, 2)
+      x(:s) = matmul(z(:m), self%phi)*self%unit
+      x(s + 1:2*s) = matmul(z(m + 1:), self%phi)
       if (self%load_scale > 0.0_wp) x(self%states + 1) = self%load_scale
       do t = 1, size(self%tone)
          i = size(x) - 2*(size(self%tone) - t) - 1
@@ -134,10 +113,6 @@ contains
 
       integer :: m, s
 
-      if (allocated(self%out)) then
-         z = z + matmul(self%out, x(:self%states))
-         return
-      end if
       m = size(self%phi, 1)
       s = size(self%phi, 2)
       z(:m) = z(:m) + matmul(self%phi, x(:s))/self%unit
@@ -153,13 +128,9 @@ contains
       integer :: p, s
 
       rows = 0.0_wp
-      if (allocated(self%out)) then
-         rows(:self%states, 0) = matmul(a, self%out(:size(a), :)) + matmul(b, self%out(size(a) + 1:, :))
-      else
-         s = size(self%phi, 2)
-         rows(:s, 0) = matmul(a, self%phi)/self%unit
-         rows(s + 1:2*s, 0) = matmul(b, self%phi)
-      end if
+      s = size(self%phi, 2)
+      rows(:s, 0) = matmul(a, self%phi)/self%unit
+      rows(s + 1:2*s, 0) = matmul(b, self%phi)
       do p = 1, ubound(rows, 2)
          rows(:, p) = matmul(rows(:, p - 1), self%matrix)
       end do

@@ -3,7 +3,8 @@ module razy_integrate_exact_view
    use razy_core_kinds, only: wp
    use razy_integrate_contact_state, only: contact_state_t, contact_states_t
    use razy_integrate_contact_states, only: lay_out_contacts
-   use razy_integrate_cursor, only: copy, cursor_t, move_to, reserve, set_state, state_of
+   use razy_integrate_cursor, only: copy, cursor_t, reserve, set_state, state_of
+   use razy_integrate_cursor_moves, only: move_to
    use razy_integrate_forms, only: curvature_bound, integral_of, size_of, value_and_slope, value_of
    use razy_integrate_integrator, only: glimpse_t
    use razy_integrate_refine, only: watched_t
@@ -225,7 +226,7 @@ contains
 
       associate (state => states%state(self%now), contact => states%machine%contact(j))
          associate (law => contact%law%branch(state%branch(j)), response => state%response)
-            known = response%nx == 0 .and. .not. states%jumps .and. .not. abs(law%damping) > 0.0_wp
+            known = response%plain .and. .not. states%jumps .and. .not. abs(law%damping) > 0.0_wp
             if (.not. known .or. .not. max(abs(law%stiffness), abs(law%offset)) > 0.0_wp) return
             call lay_out_contacts(states, self%now)
             call look_at(self, state, last, tau)

@@ -6,7 +6,7 @@
 module razy_integrate_force_forms
    use razy_contact_contact_law, only: branch_lower_parting, branch_open, branch_upper_parting
    use razy_core_kinds, only: wp
-   use razy_integrate_response, only: linear_form_t
+   use razy_integrate_rows, only: linear_form_t
    use razy_machine_machine, only: machine_t, observable_t
    implicit none(type, external)
    private

@@ -2,8 +2,9 @@
 module razy_integrate_forms
    use razy_core_kinds, only: wp
    use razy_integrate_cursor, only: cursor_t
-   use razy_integrate_products, only: two_sums, wide
-   use razy_integrate_response, only: response_t, rows_t
+   use razy_integrate_products, only: sum_of, two_sums, wide
+   use razy_integrate_response, only: response_t
+   use razy_integrate_rows, only: rows_t
    implicit none(type, external)
    private
 
@@ -147,13 +148,18 @@ contains
       total = 0.0_wp
       if (order == 0) then
          total = abs(rows%constant(j))
-         do i = 1, response%amplitudes
-            total = total + rows%size0(i, j)*modulus(i)
-         end do
+         if (response%terms >= wide) then
+            total = total + sum_of(response%amplitudes, rows%size0(:, j), modulus)
+         else
+            do i = 1, response%amplitudes
+               total = total + rows%size0(i, j)*modulus(i)
+            end do
+         end if
       else
          do i = 1, response%amplitudes
             total = total + rows%size0(i, j)*response%modulus(i)**order*modulus(i)
          end do
+         if (response%driven%count > 0) total = total + rows%forced(order, j)
       end if
       do i = 1, response%rigid
          if (order == 0) total = total + abs(rows%rigid_y(i, j)*self%rigid(i)) + abs(rows%rigid_v(i, j)*self%rate(i))
@@ -164,8 +170,8 @@ contains
       end do
    end function size_of
 
-   !> Integral of form `j` between two points on one closed form that has no dense parts: ∫ a e^{λτ} dτ = [a]/λ, or where λ turns
-   !> a little only, a h (e^{λh} - 1)/(λh) by its series.
+   !> Integral of form `j` between two points on one closed form without driven terms and dense parts: ∫ a e^{λτ} dτ = [a]/λ, or
+   !> where λ turns a little only, a h (e^{λh} - 1)/(λh) by its series.
    pure function integral_of(rows, response, from, to, j) result(total)
       type(rows_t), intent(in) :: rows
       type(response_t), intent(in) :: response
@@ -198,7 +204,8 @@ contains
       end do
    end function integral_of
 
-   !> A bound of the second derivative of form `j` after a point on a closed form that neither grows nor has dense parts.
+   !> A bound of the second derivative of form `j` after a point on a closed form that neither grows nor has driven terms or dense
+   !> parts.
    pure function curvature_bound(rows, response, self, j) result(bound)
       type(rows_t), intent(in) :: rows
       type(response_t), intent(in) :: response

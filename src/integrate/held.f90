@@ -16,13 +16,11 @@
 !! symmetric or has slow modes that ξ moves, a = b = 0 and the coupling stays in K_x and B_x, which are then not symmetric.
 module razy_integrate_held
    use razy_core_kinds, only: wp
-   use razy_integrate_constraints, only: constraints_t
-   use razy_integrate_response, only: linear_form_t
-   use razy_linalg_eigen, only: symmetric_eigen
+   use razy_integrate_rows, only: linear_form_t
    implicit none(type, external)
    private
 
-   public :: held_t, new_held
+   public :: held_t
 
    !> Coordinates (m) of a state with constraints (n, of rank r).
    type :: held_t
@@ -40,6 +38,7 @@ module razy_integrate_held
       !> a (m - r, r), and B_q a + B_r (m - r, r).
       real(wp), allocatable :: follow(:, :), drag(:, :)
    contains
+      procedure :: projected
       procedure :: transform_matrices
       procedure :: load_of
       procedure :: harmonic_of
@@ -49,164 +48,11 @@ module razy_integrate_held
       procedure :: to_state
    end type held_t
 
-   !> Modes of K_q below this part of the largest are slow.
-   real(wp), parameter :: slow = 1.0e-8_wp
-   !> A coupling below this part of its terms is rounding.
-   real(wp), parameter :: rounding = 1.0e-13_wp
-
 contains
-
-   !> The coordinates for `constraints` with the directions `w` (m, contacts) of all contacts and the coefficients `phi` of the
-   !> friction that the constraints press; `k` and `b` (m, m) are those of motion without constraints, `drive` (n) the speeds c.
-   subroutine new_held(self, constraints, w, phi, k, b, drive)
-      type(held_t), intent(out) :: self
-      type(constraints_t), intent(in) :: constraints
-      real(wp), intent(in) :: w(:, :), phi(:), k(:, :), b(:, :), drive(:)
-
-      real(wp) :: d(size(w, 1), constraints%count), unit(constraints%count)
-      integer :: i, m, n
-
-      m = size(w, 1)
-      n = constraints%count
-      self%m = m
-      self%n = n
-      self%rank = constraints%rank
-      self%contact = constraints%contact(:n)
-      self%sliding = constraints%sliding(:constraints%couplings)
-      self%row = constraints%row(:constraints%couplings)
-      self%share = constraints%sign(:constraints%couplings)*phi
-      d = w(:, self%contact)
-      do i = 1, constraints%couplings
-         d(:, constraints%row(i)) = d(:, constraints%row(i)) + constraints%sign(i)*phi(i)*w(:, constraints%sliding(i))
-      end do
-      allocate (self%lambda(n, n), self%from_x(m, m), self%to_x(m, m))
-      do i = 1, n
-         unit = 0.0_wp
-         unit(i) = 1.0_wp
-         call constraints%solve(unit, phi, self%lambda(:, i), self%found)
-         if (.not. self%found) return
-      end do
-      self%pull = matmul(self%lambda, transpose(w(:, self%contact)))
-      self%push = matmul(d, self%lambda)
-      call find_bases(self, constraints, w(:, self%contact))
-      self%left = transpose(self%q)
-      if (constraints%couplings > 0) self%left = self%left - matmul(matmul(self%left, self%push), transpose(w(:, self%contact)))
-      call separate(self, k, b, drive)
-      associate (free => m - self%rank)
-         self%from_x(:, :free) = self%q
-         self%from_x(:, free + 1:) = self%r + matmul(self%q, self%follow)
-         self%to_x(:free, :) = transpose(self%q) - matmul(self%follow, transpose(self%r))
-         self%to_x(free + 1:, :) = transpose(self%r)
-      end associate
-   end subroutine new_held
-
-   !> R, Q and S.
-   subroutine find_bases(self, constraints, w)
-      type(held_t), intent(inout) :: self
-      type(constraints_t), intent(in) :: constraints
-      real(wp), intent(in) :: w(:, :)
-
-      real(wp) :: rest(self%m, self%m), square
-      integer :: i, j, pass, widest
-
-      allocate (self%r(self%m, self%rank), self%q(self%m, self%m - self%rank), self%settle(self%rank, self%n))
-      do i = 1, self%rank
-         associate (v => constraints%range(:, i))
-            square = dot_product(v, matmul(constraints%gram, v))
-            self%r(:, i) = matmul(w, v)/sqrt(square)
-            self%settle(i, :) = v/sqrt(square)
-         end associate
-      end do
-      ! The columns of I - R Rᵀ span the complement; the longest of what is left of them is taken each time.
-      rest = -matmul(self%r, transpose(self%r))
-      do i = 1, self%m
-         rest(i, i) = 1.0_wp + rest(i, i)
-      end do
-      do i = 1, self%m - self%rank
-         widest = maxloc(sum(rest**2, dim=1), dim=1)
-         self%q(:, i) = rest(:, widest)
-         do pass = 1, 2
-            self%q(:, i) = self%q(:, i) - matmul(self%r, matmul(self%q(:, i), self%r))
-            self%q(:, i) = self%q(:, i) - matmul(self%q(:, :i - 1), matmul(self%q(:, i), self%q(:, :i - 1)))
-            self%q(:, i) = self%q(:, i)/norm2(self%q(:, i))
-         end do
-         do j = 1, self%m
-            rest(:, j) = rest(:, j) - self%q(:, i)*dot_product(self%q(:, i), rest(:, j))
-         end do
-      end do
-   end subroutine find_bases
-
-   !> a, b and y0, or none of them.
-   subroutine separate(self, k, b, drive)
-      type(held_t), intent(inout) :: self
-      real(wp), intent(in) :: k(:, :), b(:, :), drive(:)
-
-      real(wp) :: kq(self%m - self%rank, self%m - self%rank), bq(self%m - self%rank, self%m - self%rank)
-      real(wp) :: kr(self%m - self%rank, self%rank), lag(self%m - self%rank, self%rank)
-      real(wp) :: phi(self%m - self%rank, self%m - self%rank), square(self%m - self%rank)
-      logical :: firm(self%m - self%rank), possible
-      integer :: info
-
-      associate (free => self%m - self%rank)
-         allocate (self%follow(free, self%rank), self%drag(free, self%rank), source=0.0_wp)
-         allocate (self%y0(self%m), source=0.0_wp)
-         if (free == 0) return
-         kq = projected(self, k, self%q)
-         bq = projected(self, b, self%q)
-         kr = projected(self, k, self%r)
-         self%drag = projected(self, b, self%r)
-         lag = 0.0_wp
-         self%apart = all(abs(kq - transpose(kq)) <= rounding*maxval(abs(kq)))
-         if (self%apart) then
-            phi = kq
-            call symmetric_eigen(phi, square, info)
-            self%apart = info == 0
-            firm = abs(square) > slow*maxval(abs(square))
-         end if
-         if (self%apart) then
-            call divide(kr, maxval(abs(k)), self%follow, possible)
-            self%apart = possible
-            self%drag = self%drag + matmul(bq, self%follow)
-            call divide(self%drag, maxval(abs(b))*(1.0_wp + maxval(abs(self%follow))), lag, possible)
-            self%apart = self%apart .and. possible
-         end if
-         if (self%apart) then
-            self%y0 = -matmul(self%q, matmul(lag, matmul(self%settle, drive)))
-         else
-            self%follow = 0.0_wp
-            self%drag = projected(self, b, self%r)
-         end if
-      end associate
-
-   contains
-
-      !> x with K_q x = -right in firm modes; not possible if `right`, a sum of terms of `size_of`, moves others.
-      subroutine divide(right, size_of, x, possible)
-         real(wp), intent(in) :: right(:, :), size_of
-         real(wp), intent(out) :: x(:, :)
-         logical, intent(out) :: possible
-
-         real(wp) :: modal(size(right, 1), size(right, 2))
-         integer :: i
-
-         modal = matmul(transpose(phi), right)
-         possible = .true.
-         do i = 1, size(square)
-            if (firm(i)) then
-               modal(i, :) = -modal(i, :)/square(i)
-            else
-               possible = possible .and. all(abs(modal(i, :)) <= rounding*size_of)
-               modal(i, :) = 0.0_wp
-            end if
-         end do
-         x = matmul(phi, modal)
-      end subroutine divide
-
-   end subroutine separate
 
    !> Qᵀ P A V.
    pure function projected(self, a, v) result(product)
-      type(held_t), intent(in) :: self
+      class(held_t), intent(in) :: self
       real(wp), intent(in) :: a(:, :), v(:, :)
       real(wp) :: product(size(self%left, 1), size(v, 2))
 
@@ -223,12 +69,12 @@ contains
       kx = 0.0_wp
       bx = 0.0_wp
       associate (free => self%m - self%rank)
-         kx(:free, :free) = projected(self, k, self%q)
-         bx(:free, :free) = projected(self, b, self%q)
+         kx(:free, :free) = self%projected(k, self%q)
+         bx(:free, :free) = self%projected(b, self%q)
          if (self%apart) then
             kx = 0.5_wp*(kx + transpose(kx))
          else
-            kx(:free, free + 1:) = projected(self, k, self%r)
+            kx(:free, free + 1:) = self%projected(k, self%r)
             bx(:free, free + 1:) = self%drag
          end if
       end associate
@@ -267,12 +113,16 @@ contains
       end associate
    end function harmonic_of
 
-   !> A form on y as one on x.
+   !> A form on y as one on x, which it is where nothing is held.
    pure function form_of(self, form) result(in_x)
       class(held_t), intent(in) :: self
       type(linear_form_t), intent(in) :: form
       type(linear_form_t) :: in_x
 
+      if (self%n == 0) then
+         in_x = form
+         return
+      end if
       in_x%on_y = matmul(form%on_y, self%from_x)
       in_x%on_v = matmul(form%on_v, self%from_x)
       in_x%constant = form%constant + dot_product(form%on_y, self%y0)

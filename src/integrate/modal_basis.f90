@@ -3,14 +3,14 @@
 !! The state z = (y, y') of y'' + B y' + K y = f splits into
 !! - exponential terms: one complex amplitude for a conjugate pair of eigenvalues, one real one for a real eigenvalue;
 !! - rigid modes, eta'' = φᵀf, followed as polynomials;
-!! - dense parts, where eigenvectors would lose accuracy (critical damping, modes so slow or so near to undamped
-!!   resonance that particular solutions cancel): followed by the matrix exponential, see razy_integrate_dense_part.
+!! - dense parts, where eigenvectors would lose accuracy (critical damping, very slow modes): followed by the matrix exponential,
+!!   see razy_integrate_dense_part.
 !! Coordinates that K and B do not couple are apart from the start, if these are not symmetric. In each set the symmetric
 !! eigenproblem of K, or of its symmetric part, comes first, so that repeated frequencies have orthogonal modes; modes that
 !! damping, gyroscopic or circulatory matrix couple form parts with a general eigenproblem of their own.
 module razy_integrate_modal_basis
    use razy_core_kinds, only: wp
-   use razy_integrate_modal_parts, only: any_near, append, dense_modes_t, modal_basis_t, near, set_aside
+   use razy_integrate_modal_parts, only: append, dense_modes_t, modal_basis_t
    use razy_linalg_connected, only: connected_sets, linked
    use razy_linalg_eigen, only: general_eigen, symmetric_eigen
    implicit none(type, external)
@@ -18,7 +18,7 @@ module razy_integrate_modal_basis
 
    public :: new_modal_basis, turning, worst_of_many
 
-   !> Slower than this part of the fastest mode a mode is followed without its particular solution.
+   !> Slower than this part of the fastest mode one of few modes is followed in a dense part.
    real(wp), parameter :: slow = 1.0e-4_wp
    !> Eigenvalues of a worse condition lose more digits than the dense part, with its square in small parts. Of many modes the
    !> dense part has a matrix of hundreds of rows, and three digits are given for not having it.
@@ -29,13 +29,14 @@ module razy_integrate_modal_basis
 
 contains
 
-   !> The modes of y'' + damping y' + stiffness y; `omega` are the frequencies of excitation, rad/s. `rigid` (m, r): orthonormal
-   !> modes without stiffness, if they are known better than the eigenproblem gives them. `impacts`: the machine has some.
-   subroutine new_modal_basis(self, stiffness, damping, omega, rigid, impacts)
+   !> The modes of y'' + damping y' + stiffness y. `rigid` (m, r): orthonormal modes without stiffness, if they are known better
+   !> than the eigenproblem gives them. `impacts`: the machine has some.
+   subroutine new_modal_basis(self, stiffness, damping, rigid, impacts)
       type(modal_basis_t), intent(out) :: self
-      real(wp), intent(in) :: stiffness(:, :), damping(:, :), omega(:)
+      real(wp), intent(in) :: stiffness(:, :), damping(:, :)
       real(wp), intent(in), optional :: rigid(:, :)
       logical, intent(in), optional :: impacts
+
       integer :: set(size(damping, 1)), i, j, m
       integer, allocatable :: members(:)
 
@@ -50,16 +51,15 @@ contains
       end if
       do i = 1, maxval(set)
          members = pack([(j, j=1, m)], set == i)
-         call add_set(self, stiffness, damping, members, omega, rigid)
+         call add_set(self, stiffness, damping, members, rigid)
          if (self%info /= 0) return
       end do
-      call set_aside(self, omega)
    end subroutine new_modal_basis
 
    !> Add the modes of the coordinates `set`, which are coupled with no other.
-   subroutine add_set(self, stiffness, damping, set, omega, rigid)
+   subroutine add_set(self, stiffness, damping, set, rigid)
       type(modal_basis_t), intent(inout) :: self
-      real(wp), intent(in) :: stiffness(:, :), damping(:, :), omega(:)
+      real(wp), intent(in) :: stiffness(:, :), damping(:, :)
       integer, intent(in) :: set(:)
       real(wp), intent(in), optional :: rigid(:, :)
 
@@ -90,7 +90,7 @@ contains
       shape(set, :) = phi
       do i = 1, maxval(part)
          modes = pack([(j, j=1, s)], part == i)
-         call add_part(self, shape(:, modes), k, b, modes, omega)
+         call add_part(self, shape(:, modes), k, b, modes)
          if (self%info /= 0) return
       end do
    end subroutine add_set
@@ -148,9 +148,9 @@ contains
    end subroutine put_rigid
 
    !> Add the modes with numbers `modes`, columns `phi` (m, s).
-   subroutine add_part(self, phi, k, b, modes, omega)
+   subroutine add_part(self, phi, k, b, modes)
       type(modal_basis_t), intent(inout) :: self
-      real(wp), intent(in) :: phi(:, :), k(:, :), b(:, :), omega(:)
+      real(wp), intent(in) :: phi(:, :), k(:, :), b(:, :)
       integer, intent(in) :: modes(:)
 
       complex(wp) :: lambda(2*size(modes))
@@ -158,7 +158,7 @@ contains
       ! Of hundreds of modes, too large for the stack.
       complex(wp), allocatable :: right(:, :), left(:, :)
       real(wp), allocatable :: a(:, :)
-      logical :: resonant, whole
+      logical :: whole
       integer :: i, s
 
       s = size(modes)
@@ -179,18 +179,15 @@ contains
       end do
       a(s + 1:, s + 1:) = -b(modes, modes)
       call general_eigen(a, lambda, right, left, condition, self%info)
-      resonant = .false.
       if (self%info /= 0) then
          whole = .true.
       else if (s > many) then
          whole = condition > worst_of_many
       else
-         resonant = any_near(lambda, omega, near)
-         whole = resonant .or. any(abs(lambda) <= slow*self%fastest) .or. condition > worst_condition
+         whole = any(abs(lambda) <= slow*self%fastest) .or. condition > worst_condition
       end if
       if (whole) then
          self%info = 0
-         self%resonant = self%resonant .or. resonant
          call append(self%dense, dense_modes_t(phi=phi, stiffness=k(modes, modes), damping=b(modes, modes), &
                                                fastest=sqrt(maxval(sum(abs(k(modes, modes)), dim=1))) &
                                                + maxval(abs(b(modes, modes)))))

@@ -8,8 +8,10 @@ module razy_integrate_on_bound
    use razy_integrate_cursor, only: cursor_t
    use razy_integrate_forms, only: value_of
    use razy_integrate_refine, only: watched_t
-   use razy_integrate_response, only: response_t, rows_t
-   use razy_integrate_rounding_floor, only: farthest, floor_of, new_state_errors, parts_of_floor, small, state_errors_t
+   use razy_integrate_response, only: response_t
+   use razy_integrate_rounding_floor, only: bound_rate_floor, farthest, floor_of, new_state_errors, parts_of_floor, small, &
+                                            state_errors_t
+   use razy_integrate_rows, only: rows_t
    implicit none(type, external)
    private
 
@@ -36,19 +38,26 @@ contains
       logical :: rests, still
 
       leaves = 0
-      watched%resting = watched%at_rest
+      watched%idle = watched%at_rest
       if (all(watched%order > 0)) return
       motion = 0.0_wp
       do i = 1, response%amplitudes
          motion = motion + modulus(i)
       end do
-      still = .not. response%growing .and. response%nx == 0
+      still = response%bounded
       do i = 1, ubound(watched, 1)
          associate (w => watched(i))
-            if (w%resting .or. w%order > 0) cycle
+            if (w%idle .or. w%order > 0) cycle
             ! Most functions are far too large, or will be, which this sees at once.
             size = small*(rows%longest_reach(w%form)*motion + rows%reach_constant(w%form) + w%scale)
             if (w%from_zero .and. w%g0*step > size .or. abs(w%f0) > size) cycle
+            if (w%from_zero) then
+               call bound_rate_floor(rows, response, point, modulus, w%form, of_rate)
+               if (w%g0 > firmly*of_rate) then
+                  w%f0 = max(w%f0, 0.0_wp)
+                  cycle
+               end if
+            end if
             if (.not. allocated(errors%term)) call new_state_errors(errors, response, point, modulus)
             call parts_of_floor(errors, rows, response, modulus, w%form, part)
             floor = max(w%floor, floor_of(errors, rows, response, point, part, w%form, 0, 0.0_wp))
@@ -56,7 +65,7 @@ contains
             rests = still .and. .not. w%from_zero
             if (rests) rests = farthest(rows, response, point, modulus, w%form, w%bound, span) &
                                <= floor_of(errors, rows, response, point, part, w%form, 0, span)
-            w%resting = rests
+            w%idle = rests
             if (rests) cycle
             part = part*response%modulus
             of_rate = floor_of(errors, rows, response, point, part, w%form, 1, 0.0_wp)

@@ -6,7 +6,7 @@ module razy_integrate_products
    implicit none(type, external)
    private
 
-   public :: add_product, rotate, two_sums, wide
+   public :: add_product, rotate, sum_of, two_sums, wide
 
    !> From this number of terms on the procedures here serve.
    integer, parameter :: wide = 12
@@ -78,5 +78,26 @@ contains
          g = g + (a1(j)*re(j) + b1(j)*im(j))
       end do
    end subroutine two_sums
+
+   !> Σ a x over n amplitudes.
+   pure function sum_of(n, a, x) result(total)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: a(n), x(n)
+      real(wp) :: total
+
+      real(wp) :: part(lanes)
+      integer :: i, j
+
+      part = 0.0_wp
+      do j = 0, n - lanes, lanes
+         do i = 1, lanes
+            part(i) = part(i) + a(j + i)*x(j + i)
+         end do
+      end do
+      total = (part(1) + part(3)) + (part(2) + part(4))
+      do j = n - modulo(n, lanes) + 1, n
+         total = total + a(j)*x(j)
+      end do
+   end function sum_of
 
 end module razy_integrate_products

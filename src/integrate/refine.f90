@@ -1,9 +1,11 @@
 !! A bracketed root of a watched function, to rounding, on the closed form.
 module razy_integrate_refine
    use razy_core_kinds, only: wp
-   use razy_integrate_cursor, only: cursor_t, go_from, shift
+   use razy_integrate_cursor, only: cursor_t
+   use razy_integrate_cursor_moves, only: go_from, shift
    use razy_integrate_forms, only: derivatives
-   use razy_integrate_response, only: response_t, rows_t
+   use razy_integrate_response, only: response_t
+   use razy_integrate_rows, only: rows_t
    use razy_integrate_sign_proof, only: hermite_root
    implicit none(type, external)
    private
@@ -21,10 +23,18 @@ module razy_integrate_refine
       real(wp) :: floor = 0.0_wp
       !> Of the same form and order as the function before it in the list.
       logical :: shares_form = .false.
-      !> On the bound within the rounding of the state, as long as the piece lasts.
+      !> On the present step: its value is that of the function before it, or is not needed; it is on its bound within the rounding
+      !> of the state, as long as the piece lasts, or certain to stay.
+      logical :: given = .false., idle = .false.
+      !> Of large models: on its bound as long as the piece lasts; certain to stay until this time of the segment, s; whether f0
+      !> and g0 are older than the present step.
       logical :: resting = .false.
+      real(wp) :: safe_until = -huge(1.0_wp)
+      logical :: stale = .false.
       !> Values and slopes at both ends of the step, bound of the fourth derivative of f.
       real(wp) :: f0 = 0.0_wp, g0 = 0.0_wp, f1 = 0.0_wp, g1 = 0.0_wp, m4 = 0.0_wp
+      !> Time since when that bound holds, s, but for the growth of driven terms.
+      real(wp) :: since = 0.0_wp
       !> Size of the terms that f is the sum of, and of the rounding in it.
       real(wp) :: scale = 0.0_wp, noise = 0.0_wp
    end type watched_t

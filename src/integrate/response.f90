@@ -3,56 +3,38 @@
 !! All parts of the motion that vary in time stand in one list: exponential terms of the modes and, after them, one
 !! term for each tone of excitation, whose amplitude is e^{iω_t t} itself. Every linear form of the state and every
 !! derivative of it is then a row of coefficients on these amplitudes, plus those on rigid modes and dense parts.
+!! Terms that are followed together with their excitation (razy_integrate_driven) are the last of the terms; where a constant
+!! force acts on them, it is one more tone, of frequency 0.
 module razy_integrate_response
    use razy_core_kinds, only: wp
    use razy_integrate_dense_part, only: dense_part_t, new_dense_part
+   use razy_integrate_driven, only: driven_t, find_driven, new_driven
    use razy_integrate_modal_parts, only: modal_basis_t
    use razy_integrate_products, only: wide
    implicit none(type, external)
    private
 
-   public :: linear_form_t, new_response, new_rows, response_t, rows_t
+   public :: new_response, response_t, shape_matrix
    public :: coarsest_level, finest_level
-
-   !> f = on_y·y + on_v·y' + constant + Re(Σ error_t e^{iω_t t}).
-   type :: linear_form_t
-      real(wp), allocatable :: on_y(:), on_v(:)
-      real(wp) :: constant = 0.0_wp
-      complex(wp), allocatable :: error(:)
-   end type linear_form_t
-
-   !> Rows of several forms and of their derivatives of order 0…4.
-   type :: rows_t
-      integer :: forms = 0
-      !> f^(p) = Σ re(:, p)*Re(a) + im(:, p)*Im(a) (amplitudes, 0:4, forms).
-      real(wp), allocatable :: re(:, :, :), im(:, :, :)
-      !> Moduli of the coefficients of order 0 and 4 (amplitudes, forms).
-      real(wp), allocatable :: size0(:, :), size4(:, :)
-      !> What a coefficient of order 0 would be if form and mode were parallel (amplitudes, forms), the largest of each
-      !> form, and its constant (forms).
-      real(wp), allocatable :: reach(:, :), longest_reach(:), reach_constant(:)
-      !> Lengths of the forms on displacements and velocities (2, forms).
-      real(wp), allocatable :: length(:, :)
-      !> On rigid modes and their rates (rigid, forms).
-      real(wp), allocatable :: rigid_y(:, :), rigid_v(:, :)
-      !> On dense states, orders 0…5 (nx, 0:5, forms).
-      real(wp), allocatable :: dense(:, :, :)
-      real(wp), allocatable :: constant(:)
-   end type rows_t
 
    !> Search steps are 2^-level seconds.
    integer, parameter :: coarsest_level = -30, finest_level = 70
 
    type :: response_t
       integer :: m = 0, terms = 0, tones = 0, rigid = 0, nx = 0
-      !> terms + tones.
+      !> terms + tones, and one for a constant force on driven terms.
       integer :: amplitudes = 0
-      !> Exponents of all amplitudes (terms + tones) and their moduli.
+      type(driven_t) :: driven
+      !> Exponents of all amplitudes and their moduli.
       complex(wp), allocatable :: exponent(:)
       real(wp), allocatable :: modulus(:)
       !> Largest modulus of an exponent or of the rates in a dense part, 1/s.
       real(wp) :: fastest = 0.0_wp
       logical :: growing = .false.
+      !> No term is driven and no part dense; nor does any amplitude grow.
+      logical :: plain = .true., bounded = .true.
+      !> No term is driven, and there are few.
+      logical :: simple = .true.
       !> Level of steps on which the fastest amplitude turns by less than 0.05.
       integer :: fine_level = 0
       !> z = constant + from_re Re(a) + from_im Im(a) + rigid and dense parts (2m, amplitudes).
@@ -61,6 +43,8 @@ module razy_integrate_response
       real(wp), allocatable :: to_re(:, :), to_im(:, :)
       !> Moduli of `from` and `to`, made when they are asked for.
       real(wp), allocatable :: from_size(:, :), to_size(:, :)
+      !> Lengths of their columns, displacements and velocities apart, and of `constant` in column 0 of the first (2, amplitudes).
+      real(wp), allocatable :: from_length(:, :), to_length(:, :)
       !> `to` transposed (terms, 2m), for large models only.
       real(wp), allocatable :: into_re(:, :), into_im(:, :)
       !> Rigid modes (m, rigid) and the constant force on each.
@@ -70,6 +54,8 @@ module razy_integrate_response
       integer, allocatable :: first(:)
       !> Factors of the amplitudes over steps of 2^-level s, made when first used (amplitudes, level).
       real(wp), allocatable :: step_re(:, :), step_im(:, :)
+      !> What cosines and sines of all tones add to driven terms in such a step (terms, 2 tones, level).
+      real(wp), allocatable :: push_re(:, :, :), push_im(:, :, :)
       !> Dense step matrices (nx, nx, level), block diagonal.
       real(wp), allocatable :: step_dense(:, :, :)
       logical :: has_step(coarsest_level:finest_level) = .false.
@@ -85,48 +71,86 @@ contains
       real(wp), intent(in) :: load(:), omega(:)
       complex(wp), intent(in) :: harmonic(:, :)
 
-      complex(wp) :: particular(2*basis%m)
-      integer :: i, m, n, t
+      complex(wp) :: particular(2*basis%m), force
+      integer :: i, m, n, order(size(basis%lambda)), plain, t
 
       m = basis%m
+      call sort_terms(self, basis, load, harmonic, omega, order)
+      plain = self%driven%first
       self%m = m
       self%terms = size(basis%lambda)
       self%tones = size(omega)
       self%rigid = size(basis%rigid, 2)
-      n = self%terms + self%tones
+      n = self%terms + max(self%tones, self%driven%tones)
       self%amplitudes = n
-      self%exponent = [basis%lambda, (cmplx(0.0_wp, omega(t), wp), t=1, self%tones)]
+      if (allocated(self%exponent)) deallocate (self%exponent, self%constant)
+      allocate (self%exponent(n), self%constant(2*m))
+      self%exponent = [basis%lambda(order), (cmplx(0.0_wp, omega(t), wp), t=1, self%tones), &
+                       ((0.0_wp, 0.0_wp), i=self%terms + self%tones + 1, n)]
       self%modulus = abs(self%exponent)
       self%growing = any(real(basis%lambda) > 0.0_wp)
-      self%constant = -real(matmul(basis%from_term, matmul(basis%to_term(:, m + 1:), load)/basis%lambda))
-      if (self%terms == 0) self%constant = [(0.0_wp, i=1, 2*m)]
+      self%constant = 0.0_wp
       call shape_matrix(self%from_re, 2*m, n)
       call shape_matrix(self%from_im, 2*m, n)
-      self%from_re(:, :self%terms) = real(basis%from_term)
-      self%from_im(:, :self%terms) = -aimag(basis%from_term)
+      call shape_matrix(self%to_re, 2*m, self%terms)
+      call shape_matrix(self%to_im, 2*m, self%terms)
+      do i = 1, self%terms
+         self%from_re(:, i) = real(basis%from_term(:, order(i)))
+         self%from_im(:, i) = -aimag(basis%from_term(:, order(i)))
+         self%to_re(:, i) = real(basis%to_term(order(i), :))
+         self%to_im(:, i) = aimag(basis%to_term(order(i), :))
+         if (i > plain) cycle
+         force = sum(basis%to_term(order(i), m + 1:)*load)
+         if (abs(force) > 0.0_wp) self%constant = self%constant - real(basis%from_term(:, order(i))*(force/basis%lambda(order(i))))
+      end do
       do t = 1, self%tones
-         particular = harmonic_state(basis, harmonic(:, t), omega(t))
+         particular = harmonic_state(basis, order(:plain), harmonic(:, t), omega(t))
          self%from_re(:, self%terms + t) = real(particular)
          self%from_im(:, self%terms + t) = -aimag(particular)
       end do
+      self%from_re(:, self%terms + self%tones + 1:) = 0.0_wp
+      self%from_im(:, self%terms + self%tones + 1:) = 0.0_wp
       if (allocated(self%from_size)) deallocate (self%from_size, self%to_size)
-      self%to_re = transpose(real(basis%to_term))
-      self%to_im = transpose(aimag(basis%to_term))
+      if (allocated(self%from_length)) deallocate (self%from_length, self%to_length)
       if (self%terms >= wide) then
-         self%into_re = real(basis%to_term)
-         self%into_im = aimag(basis%to_term)
+         self%into_re = transpose(self%to_re)
+         self%into_im = transpose(self%to_im)
       end if
       self%rigid_mode = basis%rigid
       self%rigid_force = matmul(load, basis%rigid)
       if (allocated(self%step_re)) deallocate (self%step_re, self%step_im)
       allocate (self%step_re(n, coarsest_level:finest_level), self%step_im(n, coarsest_level:finest_level))
+      if (allocated(self%push_re)) deallocate (self%push_re, self%push_im)
+      if (self%driven%count > 0) allocate (self%push_re(self%driven%count, 2*self%driven%tones, coarsest_level:finest_level), &
+                                           self%push_im(self%driven%count, 2*self%driven%tones, coarsest_level:finest_level))
       self%has_step = .false.
       call add_dense_parts(self, basis, load, harmonic, omega)
       self%fastest = 0.0_wp
       if (n > 0) self%fastest = maxval(self%modulus)
       if (size(self%dense) > 0) self%fastest = max(self%fastest, maxval(self%dense%norm))
+      self%plain = self%nx == 0 .and. self%driven%count == 0
+      self%bounded = self%plain .and. .not. self%growing
+      self%simple = self%driven%count == 0 .and. self%terms < wide
       self%fine_level = min(max(exponent(20*self%fastest), coarsest_level), finest_level)
    end subroutine new_response
+
+   !> The order of the terms, driven ones last, and these.
+   pure subroutine sort_terms(self, basis, load, harmonic, omega, order)
+      type(response_t), intent(inout) :: self
+      type(modal_basis_t), intent(in) :: basis
+      real(wp), intent(in) :: load(:), omega(:)
+      complex(wp), intent(in) :: harmonic(:, :)
+      integer, intent(out) :: order(:)
+
+      logical :: driven(size(order))
+      integer :: i, plain
+
+      call find_driven(basis, load, harmonic, omega, driven)
+      plain = count(.not. driven)
+      order(:plain) = pack([(i, i=1, size(order))],.not. driven)
+      order(plain + 1:) = pack([(i, i=1, size(order))], driven)
+      call new_driven(self%driven, basis, order(plain + 1:), plain, load, harmonic, omega)
+   end subroutine sort_terms
 
    pure subroutine add_dense_parts(self, basis, load, harmonic, omega)
       type(response_t), intent(inout) :: self
@@ -149,22 +173,28 @@ contains
       if (self%nx > 0) allocate (self%step_dense(self%nx, self%nx, coarsest_level:finest_level))
    end subroutine add_dense_parts
 
-   !> P with z = Re(P e^{iωt}) in the exponential terms and rigid modes: (iω - A)⁻¹ (0, force), by modes.
-   pure function harmonic_state(basis, force, omega) result(particular)
+   !> P with z = Re(P e^{iωt}) in the exponential terms `number` and rigid modes: (iω - A)⁻¹ (0, force), by modes.
+   pure function harmonic_state(basis, number, force, omega) result(particular)
       type(modal_basis_t), intent(in) :: basis
+      integer, intent(in) :: number(:)
       complex(wp), intent(in) :: force(:)
       real(wp), intent(in) :: omega
       complex(wp) :: particular(2*basis%m)
 
       complex(wp) :: drive, mirrored, rigid
-      integer :: k, m
+      integer :: i, k, m
 
       m = basis%m
       particular = (0.0_wp, 0.0_wp)
-      do k = 1, size(basis%lambda)
-         drive = sum(basis%to_term(k, m + 1:)*force)/(cmplx(0.0_wp, omega, wp) - basis%lambda(k))
+      do i = 1, size(number)
+         k = number(i)
+         drive = sum(basis%to_term(k, m + 1:)*force)
+         mirrored = sum(conjg(basis%to_term(k, m + 1:))*force)
+         ! Without a force there may be resonance.
+         if (.not. max(abs(drive), abs(mirrored)) > 0.0_wp) cycle
+         drive = drive/(cmplx(0.0_wp, omega, wp) - basis%lambda(k))
          if (abs(aimag(basis%lambda(k))) > 0.0_wp) then
-            mirrored = sum(conjg(basis%to_term(k, m + 1:))*force)/(cmplx(0.0_wp, omega, wp) - conjg(basis%lambda(k)))
+            mirrored = mirrored/(cmplx(0.0_wp, omega, wp) - conjg(basis%lambda(k)))
             particular = particular + 0.5_wp*(basis%from_term(:, k)*drive + conjg(basis%from_term(:, k))*mirrored)
          else
             particular = particular + basis%from_term(:, k)*drive
@@ -177,69 +207,7 @@ contains
       end do
    end function harmonic_state
 
-   !> Rows of the forms in this response.
-   pure subroutine new_rows(self, response, forms)
-      type(rows_t), intent(inout) :: self
-      type(response_t), intent(in) :: response
-      type(linear_form_t), intent(in) :: forms(:)
-
-      complex(wp) :: coefficient
-      real(wp) :: form(2*response%m)
-      integer :: i, j, p, n, part
-
-      n = response%amplitudes
-      self%forms = size(forms)
-      self%constant = [(forms(j)%constant, j=1, size(forms))]
-      call shape_matrix(self%size0, n, self%forms)
-      call shape_matrix(self%size4, n, self%forms)
-      call shape_matrix(self%reach, n, self%forms)
-      call shape_matrix(self%length, 2, self%forms)
-      do j = 1, self%forms
-         self%length(:, j) = [norm2(forms(j)%on_y), norm2(forms(j)%on_v)]
-      end do
-      self%reach_constant = [(reach_of(self%length(:, j), response%constant), j=1, size(forms))]
-      call shape_matrix(self%rigid_y, response%rigid, self%forms)
-      call shape_matrix(self%rigid_v, response%rigid, self%forms)
-      if (allocated(self%re)) deallocate (self%re, self%im, self%dense, self%longest_reach)
-      allocate (self%longest_reach(self%forms))
-      allocate (self%re(n, 0:4, self%forms), self%im(n, 0:4, self%forms))
-      allocate (self%dense(response%nx, 0:5, self%forms), source=0.0_wp)
-      do j = 1, self%forms
-         form = [forms(j)%on_y, forms(j)%on_v]
-         self%constant(j) = self%constant(j) + dot_product(form, response%constant)
-         do i = 1, n
-            coefficient = cmplx(dot_product(form, response%from_re(:, i)), -dot_product(form, response%from_im(:, i)), wp)
-            if (i > response%terms) coefficient = coefficient + forms(j)%error(i - response%terms)
-            self%size0(i, j) = abs(coefficient)
-            self%reach(i, j) = reach_of(self%length(:, j), response%from_re(:, i)) &
-                               + reach_of(self%length(:, j), response%from_im(:, i))
-            self%size4(i, j) = abs(coefficient)*response%modulus(i)**4
-            do p = 0, 4
-               self%re(i, p, j) = real(coefficient)
-               self%im(i, p, j) = -aimag(coefficient)
-               coefficient = coefficient*response%exponent(i)
-            end do
-         end do
-         self%longest_reach(j) = maxval([0.0_wp, self%reach(:, j)])
-         self%rigid_y(:, j) = matmul(forms(j)%on_y, response%rigid_mode)
-         self%rigid_v(:, j) = matmul(forms(j)%on_v, response%rigid_mode)
-         do part = 1, size(response%dense)
-            call response%dense(part)%row(forms(j)%on_y, forms(j)%on_v, &
-                                          self%dense(response%first(part):response%first(part + 1) - 1, :, j))
-         end do
-      end do
-   end subroutine new_rows
-
-   !> Length of a form times that of z (2m), displacements and velocities apart.
-   pure function reach_of(length, z) result(reach)
-      real(wp), intent(in) :: length(2), z(:)
-      real(wp) :: reach
-
-      associate (m => size(z)/2)
-         reach = length(1)*norm2(z(:m)) + length(2)*norm2(z(m + 1:))
-      end associate
-   end function reach_of
-
+   !> Give a matrix this shape.
    pure subroutine shape_matrix(matrix, rows, columns)
       real(wp), allocatable, intent(inout) :: matrix(:, :)
       integer, intent(in) :: rows, columns

@@ -8,11 +8,12 @@
 module razy_integrate_rounding_floor
    use razy_core_kinds, only: wp
    use razy_integrate_cursor, only: cursor_t
-   use razy_integrate_response, only: response_t, rows_t
+   use razy_integrate_response, only: response_t
+   use razy_integrate_rows, only: rows_t
    implicit none(type, external)
    private
 
-   public :: farthest, floor_of, new_state_errors, parts_of_floor, small, state_errors_t
+   public :: bound_rate_floor, farthest, floor_of, new_state_errors, parts_of_floor, small, state_errors_t
 
    !> Errors of what a cursor holds of a state: of terms, rigid modes and their rates, dense states (their length); of the
    !> displacements and velocities that dense states give (their lengths).
@@ -68,6 +69,68 @@ contains
       self%of_dense = rounding*[norm2(state(:m)), norm2(state(m + 1:))]
    end subroutine new_state_errors
 
+   !> At least the rounding in the rate of form `j`, at less cost than that itself: |V⁻¹| |z| is at most the product of the lengths
+   !> of a row and of z.
+   pure subroutine bound_rate_floor(rows, response, point, modulus, j, most)
+      type(rows_t), intent(in) :: rows
+      type(response_t), intent(inout) :: response
+      type(cursor_t), intent(in) :: point
+      real(wp), intent(in) :: modulus(:)
+      integer, intent(in) :: j
+      real(wp), intent(out) :: most
+
+      real(wp) :: y, v
+      integer :: k
+
+      most = sqrt(huge(1.0_wp))
+      if (response%nx > 0) return
+      if (.not. allocated(response%from_length)) call measure_modes(response)
+      y = response%from_length(1, 0)
+      v = response%from_length(2, 0)
+      do k = 1, response%amplitudes
+         y = y + response%from_length(1, k)*modulus(k)
+         v = v + response%from_length(2, k)*modulus(k)
+      end do
+      do k = 1, response%rigid
+         y = y + abs(point%rigid(k))
+         v = v + abs(point%rate(k))
+      end do
+      most = 0.0_wp
+      do k = 1, response%terms
+         most = most + response%modulus(k)*(rows%reach(k, j)*modulus(k) &
+                                            + rows%size0(k, j)*(response%to_length(1, k)*y + response%to_length(2, k)*v))
+      end do
+      do k = response%terms + 1, response%amplitudes
+         most = most + response%modulus(k)*rows%reach(k, j)*modulus(k)
+      end do
+      if (response%driven%count > 0) most = most + rows%forced_reach(1, j)
+      do k = 1, response%rigid
+         most = most + abs(rows%rigid_y(k, j))*v + rows%length(1, j)*abs(point%rate(k)) &
+                + rows%length(2, j)*abs(response%rigid_force(k))
+      end do
+      most = rounding*most
+   end subroutine bound_rate_floor
+
+   !> Lengths of the modes and of the rows that give amplitudes, displacements and velocities apart.
+   pure subroutine measure_modes(response)
+      type(response_t), intent(inout) :: response
+
+      integer :: k
+
+      associate (m => response%m)
+         allocate (response%from_length(2, 0:response%amplitudes), response%to_length(2, response%terms))
+         response%from_length(:, 0) = [norm2(response%constant(:m)), norm2(response%constant(m + 1:))]
+         do k = 1, response%amplitudes
+            response%from_length(:, k) = [hypot(norm2(response%from_re(:m, k)), norm2(response%from_im(:m, k))), &
+                                          hypot(norm2(response%from_re(m + 1:, k)), norm2(response%from_im(m + 1:, k)))]
+         end do
+         do k = 1, response%terms
+            response%to_length(:, k) = [hypot(norm2(response%to_re(:m, k)), norm2(response%to_im(:m, k))), &
+                                        hypot(norm2(response%to_re(m + 1:, k)), norm2(response%to_im(m + 1:, k)))]
+         end do
+      end associate
+   end subroutine measure_modes
+
    !> Rounding that each amplitude gives to the value of form `j` (amplitudes); times the exponents' moduli, to its next derivative.
    pure subroutine parts_of_floor(self, rows, response, modulus, j, part)
       type(state_errors_t), intent(in) :: self
@@ -103,6 +166,7 @@ contains
 
       floor = sum(part)
       if (p == 0) floor = floor + rounding*(rows%reach_constant(j) + abs(rows%constant(j)))
+      if (response%driven%count > 0) floor = floor + rounding*rows%forced_reach(p, j)
       associate (length => rows%length(:, j))
          do k = 1, response%rigid
             associate (y => abs(rows%rigid_y(k, j)), v => abs(rows%rigid_v(k, j)), force => abs(response%rigid_force(k)))

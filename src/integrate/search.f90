@@ -9,11 +9,15 @@
 !! Crossings smaller than the rounding of f itself do not count as such.
 module razy_integrate_search
    use razy_core_kinds, only: i8, wp
-   use razy_integrate_cursor, only: copy, cursor_t, move_to, reserve, step
+   use razy_integrate_cursor, only: copy, cursor_t, reserve
+   use razy_integrate_cursor_moves, only: move_to, step
    use razy_integrate_forms, only: size_of, value_and_slope
    use razy_integrate_on_bound, only: sort_on_bound
+   use razy_integrate_products, only: sum_of, wide
+   use razy_integrate_quiet, only: find_quiet, find_safe
    use razy_integrate_refine, only: refine_root, watched_t
-   use razy_integrate_response, only: coarsest_level, response_t, rows_t
+   use razy_integrate_response, only: coarsest_level, response_t
+   use razy_integrate_rows, only: rows_t
    use razy_integrate_step_verdict, only: judge, stays, undecided
    implicit none(type, external)
    private
@@ -66,7 +70,7 @@ contains
 
       call prepare(self, response, rows, start, tau_from, tau_end, watched, leaves)
       do i = 1, size(watched)
-         if (watched(i)%resting) cycle
+         if (watched(i)%idle) cycle
          if (watched(i)%from_zero) watched(i)%f0 = 0.0_wp
          if (i == leaves .or. watched(i)%f0 < -watched(i)%noise) then
             found = exit_t(i, tau_from)
@@ -112,11 +116,12 @@ contains
       self%steps = self%steps + 1
       roomy = .true.
       verdict = stays
+      if (response%terms >= wide) call find_quiet(response, rows, self%point(self%now), self%point(3 - self%now)%tau, watched)
       do i = 1, size(watched)
-         if (.not. watched(i)%shares_form) then
+         if (.not. watched(i)%given) then
             call value_and_slope(rows, response, self%point(3 - self%now), watched(i)%form, watched(i)%order, f, g)
          end if
-         if (watched(i)%resting) cycle
+         if (watched(i)%idle) cycle
          call judge(self%point(self%now), self%level, response, rows, watched(i), f, g, h, self%trial_root, verdict, high, room)
          roomy = roomy .and. room
          if (verdict == undecided) exit
@@ -148,10 +153,10 @@ contains
 
       integer :: i
 
-      proved = .not. response%growing .and. response%rigid == 0 .and. response%nx == 0
+      proved = response%bounded .and. response%rigid == 0
       if (.not. proved) return
       do i = 1, size(watched)
-         if (watched(i)%resting) cycle
+         if (watched(i)%idle .and. .not. watched(i)%stale) cycle
          associate (w => watched(i))
             proved = w%order == 0
             if (proved) proved = w%side*(rows%constant(w%form) - w%bound) &
@@ -199,6 +204,7 @@ contains
       call renew(self, response, rows, watched)
       call sort_on_bound(rows, response, self%point(self%now), self%modulus, &
                          scale(1.0_wp, -self%level), tau_end - tau_from, watched, leaves)
+      if (response%terms >= wide) watched%resting = watched%idle
    end subroutine prepare
 
    !> Fit the workspace to a response that is larger than those before.
@@ -250,7 +256,7 @@ contains
                call value_and_slope(rows, response, self%point(self%now), w%form, w%order, f, g)
                total = size_of(rows, response, self%point(self%now), self%modulus, w%form, w%order)
                m4 = 0.0_wp
-               do j = 1, response%amplitudes
+               do j = 1, merge(response%amplitudes, 0, response%simple)
                   m4 = m4 + rows%size4(j, w%form)*self%modulus(j)*merge(response%modulus(j), 1.0_wp, w%order == 1)
                end do
             end if
@@ -261,6 +267,32 @@ contains
             w%noise = max(rounding*w%scale, w%floor)
          end associate
       end do
+      if (response%simple) return
+      do i = 1, size(watched)
+         call bound_fourth(response, rows, self%modulus, watched(i))
+         watched(i)%since = self%point(self%now)%tau
+      end do
+      if (response%terms >= wide) call find_safe(response, rows, self%point(self%now)%tau, watched)
    end subroutine renew
+
+   !> The bound of the fourth derivative of a function with many or driven terms; `modulus` are those of the amplitudes.
+   pure subroutine bound_fourth(response, rows, modulus, w)
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      real(wp), intent(in) :: modulus(:)
+      type(watched_t), intent(inout) :: w
+
+      integer :: j
+
+      if (w%order == 0) then
+         w%m4 = sum_of(response%amplitudes, rows%size4(:, w%form), modulus)
+      else
+         w%m4 = 0.0_wp
+         do j = 1, response%amplitudes
+            w%m4 = w%m4 + rows%size4(j, w%form)*modulus(j)*response%modulus(j)
+         end do
+      end if
+      if (response%driven%count > 0) w%m4 = w%m4 + rows%forced(4 + w%order, w%form)
+   end subroutine bound_fourth
 
 end module razy_integrate_search

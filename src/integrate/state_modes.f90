@@ -7,7 +7,7 @@ module razy_integrate_state_modes
    use razy_core_kinds, only: qp, wp
    use razy_integrate_contact_modes, only: add_contact
    use razy_integrate_modal_basis, only: new_modal_basis, turning
-   use razy_integrate_modal_parts, only: modal_basis_t, set_aside
+   use razy_integrate_modal_parts, only: modal_basis_t
    use razy_integrate_observable_terms, only: keep_observable
    use razy_linalg_lapack, only: dposv
    use razy_machine_coupled, only: coupled_t
@@ -59,14 +59,14 @@ contains
       end do
    end subroutine new_open_modes
 
-   !> The modes with each contact in its branch; `omega`: frequencies of excitation, rad/s.
-   subroutine new_state_modes(basis, open, machine, coupled, w, branch, omega)
+   !> The modes with each contact in its branch.
+   subroutine new_state_modes(basis, open, machine, coupled, w, branch)
       type(modal_basis_t), intent(out) :: basis
       type(open_modes_t), intent(inout) :: open
       type(machine_t), intent(in) :: machine
       type(coupled_t), intent(in) :: coupled
       integer, intent(in) :: branch(:)
-      real(wp), intent(in) :: w(:, :), omega(:)
+      real(wp), intent(in) :: w(:, :)
 
       real(wp) :: k(coupled%m, coupled%m), b(coupled%m, coupled%m)
       logical :: done, impacts
@@ -76,7 +76,6 @@ contains
       ! Modes made from the open ones give a state back to fewer digits than an impact needs.
       if (open%turns .and. .not. impacts) then
          call from_open(basis, open, machine, coupled, w, branch, done)
-         if (done) call set_aside(basis, omega)
          if (done) return
       end if
       k = coupled%stiffness
@@ -89,11 +88,11 @@ contains
             end do
          end associate
       end do
-      call solve(basis, machine, coupled, branch, k, b, omega, impacts)
+      call solve(basis, machine, coupled, branch, k, b, impacts)
       if (basis%info == 0 .and. open%turns) call leave_unfelt(basis, open)
    end subroutine new_state_modes
 
-   !> From the open modes, contact after contact; they do not depend on the excitation.
+   !> From the open modes, contact after contact.
    subroutine from_open(basis, open, machine, coupled, w, branch, done)
       type(modal_basis_t), intent(inout) :: basis
       type(open_modes_t), intent(inout) :: open
@@ -103,12 +102,11 @@ contains
       real(wp), intent(in) :: w(:, :)
       logical, intent(out) :: done
 
-      real(wp), parameter :: none(0) = [real(wp) ::]
       integer :: j
 
       if (.not. open%made) then
          open%made = .true.
-         call solve(open%basis, machine, coupled, [integer ::], coupled%stiffness, coupled%damping, none, .false.)
+         call solve(open%basis, machine, coupled, [integer ::], coupled%stiffness, coupled%damping, .false.)
          if (open%basis%info == 0) call leave_unfelt(open%basis, open)
       end if
       basis = open%basis
@@ -131,22 +129,22 @@ contains
 
    !> The eigenproblem; rigid modes, if there are any, are refined and it is solved again with them. `branch` may be empty: all
    !> contacts open.
-   subroutine solve(basis, machine, coupled, branch, k, b, omega, impacts)
+   subroutine solve(basis, machine, coupled, branch, k, b, impacts)
       type(modal_basis_t), intent(out) :: basis
       type(machine_t), intent(in) :: machine
       type(coupled_t), intent(in) :: coupled
       integer, intent(in) :: branch(:)
-      real(wp), intent(in) :: k(:, :), b(:, :), omega(:)
+      real(wp), intent(in) :: k(:, :), b(:, :)
       logical, intent(in) :: impacts
 
       real(wp), allocatable :: rigid(:, :)
       logical :: known
 
-      call new_modal_basis(basis, k, b, omega, impacts=impacts)
+      call new_modal_basis(basis, k, b, impacts=impacts)
       if (basis%info /= 0 .or. size(basis%rigid, 2) == 0) return
       rigid = basis%rigid
       call refine_rigid_modes(machine, coupled, branch, k, rigid, known)
-      if (known) call new_modal_basis(basis, k, b, omega, rigid, impacts)
+      if (known) call new_modal_basis(basis, k, b, rigid, impacts)
    end subroutine solve
 
    !> Rigid modes to rounding. An eigenproblem knows them to epsilon times the ratio of the largest to the smallest stiffness,

@@ -15,12 +15,19 @@ contains
       type(response_t), intent(inout) :: response
       integer, intent(in) :: level
 
+      complex(wp) :: factor(response%amplitudes)
       integer :: i, j, k
 
       response%step_length(level) = scale(1.0_wp, -level)
       do i = 1, response%amplitudes
          call growth(response%exponent(i), response%step_length(level), response%step_re(i, level), response%step_im(i, level))
+         factor(i) = cmplx(response%step_re(i, level), response%step_im(i, level), wp)
       end do
+      associate (driven => response%driven)
+         if (driven%count > 0) call driven%tabulate_push(response%step_length(level), factor(driven%first + 1:response%terms), &
+                                                         factor(response%terms + 1:), response%push_re(:, :, level), &
+                                                         response%push_im(:, :, level))
+      end associate
       if (response%nx > 0) response%step_dense(:, :, level) = 0.0_wp
       do i = 1, size(response%dense)
          j = response%first(i)

@@ -7,7 +7,8 @@ module razy_integrate_step_verdict
    use razy_integrate_cursor, only: cursor_t
    use razy_integrate_forms, only: value_of
    use razy_integrate_refine, only: refine_root, watched_t
-   use razy_integrate_response, only: finest_level, response_t, rows_t
+   use razy_integrate_response, only: finest_level, response_t
+   use razy_integrate_rows, only: rows_t
    use razy_integrate_sign_proof, only: proved_curvature, proved_margin, proved_monotone
    implicit none(type, external)
    private
@@ -43,8 +44,7 @@ contains
       w%g1 = w%side*g
       if (abs(w%f1) <= w%noise) w%f1 = max(w%f1, 0.0_wp)
       m4 = w%m4
-      if (response%growing) m4 = m4*growth_over(response, h)
-      if (response%nx > 0) m4 = m4 + dense_bound(from, response, rows, w%form, w%order + 4, h)
+      if (.not. response%bounded) m4 = fourth_derivative(from, response, rows, w, h)
       margin = proved_margin(w%f0, w%g0, w%f1, w%g1, h, m4)
       room = .false.
       verdict = stays
@@ -95,6 +95,21 @@ contains
       verdict = leaves
       high = tau - from%tau
    end subroutine judge_minimum
+
+   !> Bound of the fourth derivative of f on a step where amplitudes grow, are driven, or states are dense.
+   pure function fourth_derivative(from, response, rows, w, h) result(m4)
+      type(cursor_t), intent(in) :: from
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(watched_t), intent(in) :: w
+      real(wp), intent(in) :: h
+      real(wp) :: m4
+
+      m4 = w%m4
+      if (response%driven%count > 0) m4 = m4 + rows%drift(w%order, w%form)*((from%tau - w%since) + h)
+      if (response%growing) m4 = m4*growth_over(response, h)
+      if (response%nx > 0) m4 = m4 + dense_bound(from, response, rows, w%form, w%order + 4, h)
+   end function fourth_derivative
 
    !> Largest factor by which an amplitude grows over a step.
    pure function growth_over(response, h) result(factor)
