@@ -30,7 +30,7 @@ program p3
    output = argument(3)
    call read_text_file(file, text, error)
    if (.not. allocated(error)) call read_study(input, text, file, [string_t ::], error)
-   if (.not. allocated(error)) call new_sweep(task, input, error)
+   if (.not. allocated(error)) call new_sweep(task, input, [real(wp) ::], error)
    if (allocated(error)) error stop error%message
    if (output /= "-") open (newunit=unit, file=output, status="replace", action="write")
    do sweep = 0, repeats
