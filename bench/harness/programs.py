@@ -57,7 +57,7 @@ def razy(razy_bin):
     exact = Code("razy", command, p2=["exact"], p3=["exact"])
     dop853 = Code("razy DOP853", command)
     dop853.p2 = each("dop853:{}", "1e-5", "1e-6", "1e-7", "1e-8", "1e-9", "1e-10", "1e-11")
-    dop853.p3 = each("dop853:{}", "1e-7", "1e-8", "3e-9", "1e-9", "3e-10", "1e-10")
+    dop853.p3 = each("dop853:{}", "1e-7", "3e-8", "1e-8", "3e-9", "1e-9", "3e-10", "1e-10")
     return [(exact, missing), (dop853, missing)]
 
 

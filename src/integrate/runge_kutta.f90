@@ -7,8 +7,8 @@
 !! `smoothing`: there are none. With these two, changes of branch are seen at the ends of steps only: their times are late by
 !! up to a step.
 !!
-!! A piece that observers see is one step, or the part of it before an event; `outcome%pieces` counts starts anew. Contact forces
-!! are those of the laws and constraints, without the impulses of impacts.
+!! A piece that observers see is one step or some in a row, or the part of one before an event; `outcome%pieces` counts starts
+!! anew. Contact forces are those of the laws and constraints, without the impulses of impacts.
 module razy_integrate_runge_kutta
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp

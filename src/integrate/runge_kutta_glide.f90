@@ -1,4 +1,4 @@
-!! Steps of a Runge-Kutta method far from any guard, by their maps (razy_integrate_step_maps), one after the other.
+!! Steps of a Runge-Kutta method far from any guard, by their maps (razy_integrate_step_maps), some in a row.
 module razy_integrate_runge_kutta_glide
    use razy_core_kinds, only: i8, wp
    use razy_core_tone, only: add_time

@@ -1,4 +1,5 @@
-!! A step of a Runge-Kutta method, or a moment, as observers see it: the state at any time of it, observables and their turns.
+!! A step of a Runge-Kutta method, a strip of steps, or a moment, as observers see it: the state at any time of it, observables
+!! and their turns.
 !!
 !! Values are those of the dense output; rates are those of the field at that state, so that both are continuous from step to
 !! step. Turns are looked for between `probes` points, and are not proved to be all.

@@ -3,8 +3,8 @@
 !! `attempt` changes nothing but the stepper; the caller takes `z_end` if he likes. After an accepted step the next attempt has to
 !! start at its end, after one that was not accepted at the same point, unless `restart` is called in between (an event, a shorter
 !! piece of the step): slopes known from the step before and the controller's memory are forgotten there. `attempt` evaluates the
-!! slope at the end of an accepted step, so that an
-!! explicit method of s stages needs s right-hand sides a step.
+!! slope at the end of an accepted step, so that an explicit method of s stages needs s right-hand sides a step. In modes with maps
+!! of steps `begin_strip`, `stride`, and then `go_on`, `refuse`, or `load` and `accept` make several steps at once.
 !!
 !! The error of a step is the largest |error_i|/(absolute + relative max(|z_i| before, |z_i| after)); up to 1 it is accepted.
 !! Nothing is allocated but by `prepare`, and by maps of steps (razy_integrate_step_maps).
