@@ -141,15 +141,14 @@ contains
       real(wp), intent(in) :: g0, rate0, g1, rate1, factor, bend0, bend1, h, noise
       logical :: reached
 
+      integer :: way
+
       reached = min(g0, g1) <= noise &
                 .or. g0 + g1 <= h*(max(abs(rate0), abs(rate1)) + h*abs(factor)*max(abs(bend0), abs(bend1)))
       if (.not. reached .or. .not. g1 > noise) return
-      select case (one_way(h, rate0, rate1, factor*bend0, factor*bend1))
-      case (-1)
-         reached = .false.
-      case (1)
-         reached = g0 < -noise
-      end select
+      way = one_way(h, rate0, rate1, factor*bend0, factor*bend1)
+      if (way < 0) reached = .false.
+      if (way > 0) reached = g0 < -noise
    end function reached
 
    !> Number of steps of a strip, which begins where the step looked at last ends, in which no guard can be left; `free` of them are

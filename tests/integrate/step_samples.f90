@@ -17,10 +17,10 @@ contains
    function chain_on_stops() result(machine)
       type(machine_t) :: machine
 
-      machine = sample('chain')
-      call add_contact(machine, [0.0_wp, 1.0_wp, 0.0_wp], stop_law('upper', 0.1_wp, 3.0e4_wp, 12.0_wp), &
+      machine = sample("chain")
+      call add_contact(machine, [0.0_wp, 1.0_wp, 0.0_wp], stop_law("upper", 0.1_wp, 3.0e4_wp, 12.0_wp), &
                        0.5_wp, [(1.0e-3_wp, 2.0e-3_wp), (0.0_wp, -1.0e-3_wp)])
-      call add_contact(machine, [0.5_wp, 0.0_wp, -1.0_wp], stop_law('both', 0.9_wp, 2.0e4_wp), &
+      call add_contact(machine, [0.5_wp, 0.0_wp, -1.0_wp], stop_law("both", 0.9_wp, 2.0e4_wp), &
                        -0.7_wp, [(0.0_wp, 0.0_wp), (1.0e-3_wp, 0.0_wp)])
       machine%displacement = [0.01_wp, 0.02_wp, -0.03_wp]
       machine%velocity = [1.0_wp, -0.5_wp, 0.2_wp]
