@@ -28,7 +28,7 @@ contains
 
       real(wp) :: start
       integer :: free
-      logical :: begun
+      logical :: possible
 
       made = .false.
       if (march%bounces%landing .or. .not. march%view%field%folded) return
@@ -37,8 +37,8 @@ contains
             call march%start_field()
             start = march%tau
             call field%start_step(start)
-            call stepper%begin_strip(field, start, march%z, begun)
-            if (.not. begun) return
+            call stepper%begin_strip(field, start, march%z, possible)
+            if (.not. possible) return
             call make_strip(march, steps_to_try(march), free)
             if (free > 0) then
                call march%doubts%of_strip(march%locator, field, strip, free, march%time + start)
@@ -55,8 +55,8 @@ contains
                made = .true.
                return
             end if
-            if (strip%refused) call stepper%refuse(field, begun)
-            if (.not. begun) return
+            if (strip%refused) call stepper%refuse(field, possible)
+            if (.not. possible) return
          end do
       end associate
    end subroutine glide
