@@ -10,6 +10,7 @@ from pathlib import Path
 from programs import PATIENCE, command, datasets, start
 
 CHECKPOINT = "case.h5.checkpoint"
+PAUSE = os.environ["RAZY_PAUSE"]
 
 
 class Sweep:
@@ -24,13 +25,20 @@ class Sweep:
         """Run to the end."""
         return start("razy-sweep", *self.arguments, *more, ranks=ranks, **options)
 
-    def begin(self, ranks=None, options=()):
-        """Start in a session of its own, all output in one file."""
+    def begin(self, recorded=None, ranks=None, options=()):
+        """Start in a session of its own, all output in `log`; the writer pauses at so many bytes of its checkpoint."""
         words = command("razy-sweep", *self.arguments, *options, ranks=ranks)
+        pause = {} if recorded is None else {"LD_PRELOAD": PAUSE, "RAZY_TEST_PAUSE": str(recorded)}
         with Path("log").open("w") as log:
-            return subprocess.Popen(
-                words, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, start_new_session=True
-            )
+            process = subprocess.Popen(
+                words,
+                stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT,
+                start_new_session=True, env=os.environ | pause,
+            )  # fmt: skip
+        if recorded is not None:
+            wait_for(lambda: paused(process) or process.poll() is not None, "nothing was recorded")
+            assert process.poll() is None, Path("log").read_text()
+        return process
 
     def expect_whole(self):
         """The file is that of the undisturbed sweep, byte for byte, and nothing else is left."""
@@ -59,17 +67,43 @@ def rank_of(process):
     return int(dict(word.split(b"=", 1) for word in words if b"=" in word).get(b"OMPI_COMM_WORLD_RANK", b"0"))
 
 
-def wait_until_recorded(process, more_than=0):
-    """Wait until the checkpoint has grown; false if the sweep has ended before."""
+def wait_for(condition, otherwise):
     deadline = time.monotonic() + PATIENCE
-    while time.monotonic() < deadline:
-        with contextlib.suppress(FileNotFoundError):
-            if Path(CHECKPOINT).stat().st_size > more_than:
-                return process.poll() is None
-        if process.poll() is not None:
-            return False
+    while not condition():
+        assert time.monotonic() < deadline, otherwise
         time.sleep(0.005)
-    raise AssertionError("nothing was recorded")
+
+
+def paused(process):
+    """The rank that has paused itself, in a list."""
+    found = []
+    for number in processes_of(process.pid):
+        with contextlib.suppress(OSError):
+            if (Path(f"/proc/{number}/stat").read_text().rsplit(")", 1)[1].split())[0] == "T":
+                found.append(number)
+    return found
+
+
+def has_pending(process, number):
+    """Whether a signal that the process holds back has come."""
+    line = next(line for line in Path(f"/proc/{process}/status").read_text().splitlines() if line.startswith("ShdPnd"))
+    return bool(int(line.split()[1], 16) >> (number - 1) & 1)
+
+
+def resume(process):
+    """Let the rank that has paused go on."""
+    for number in paused(process):
+        os.kill(number, signal.SIGCONT)
+
+
+def stop(process, number, rank=None):
+    """Send a signal to all ranks, or to one; once it is there the writer goes on. Return the exit code."""
+    targets = [target for target in processes_of(process.pid) if rank in (None, rank_of(target))]
+    assert targets
+    os.kill(process.pid if rank is None else targets[0], number)
+    wait_for(lambda: all(has_pending(target, number) for target in targets), "the signal does not come")
+    resume(process)
+    return process.wait(timeout=PATIENCE)
 
 
 def kill_all(process):
@@ -78,10 +112,7 @@ def kill_all(process):
         with contextlib.suppress(ProcessLookupError):
             os.kill(number, signal.SIGKILL)
     process.wait(timeout=PATIENCE)
-    deadline = time.monotonic() + PATIENCE
-    while processes_of(process.pid):
-        assert time.monotonic() < deadline, "a killed sweep does not end"
-        time.sleep(0.01)
+    wait_for(lambda: not processes_of(process.pid), "a killed sweep does not end")
 
 
 def points_done(text):

@@ -6,7 +6,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from faults import Sweep, kill_all, points_done, wait_until_recorded
+from faults import Sweep, kill_all, points_done
 from programs import SOURCE, changed, datasets, sets, start, succeed
 
 HYSTERESIS = SOURCE / "inputs" / "hysteresis.nml"
@@ -117,8 +117,7 @@ def test_killed_chains_go_on_in_the_middle(ranks):
     sweep = Sweep(HYSTERESIS, *sets(sweep__points=961, motion__t_end=5.5))
     size = 0
     for again in (2, 3, None):
-        process = sweep.begin(ranks=again)
-        assert wait_until_recorded(process, size + 40000)
+        process = sweep.begin(size + 40000, ranks=again)
         kill_all(process)
         size = Path("case.h5.checkpoint").stat().st_size
     done = sweep.start(ranks=ranks)

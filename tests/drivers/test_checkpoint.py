@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from faults import CHECKPOINT, Sweep, kill_all, points_done, processes_of, rank_of, wait_until_recorded
+from faults import CHECKPOINT, Sweep, kill_all, points_done, processes_of, rank_of, resume, stop
 from programs import GEAR_PAIR, datasets, left, sets, start, succeed
 
 # A mark of the checkpoint (docs/file_format.md).
@@ -36,8 +36,7 @@ def sweep(whole, folder):
 
 def begin_checkpoint(sweep, size=40000):
     """Leave the checkpoint of a killed sweep."""
-    process = sweep.begin()
-    assert wait_until_recorded(process, size)
+    process = sweep.begin(size)
     kill_all(process)
     return Path(CHECKPOINT).read_bytes()
 
@@ -54,8 +53,7 @@ def test_killed_sweep_goes_on_with_any_number_of_ranks(sweep, ranks):
 
 @pytest.mark.parametrize("rank", [0, 1, 2])
 def test_one_rank_is_killed(sweep, rank):
-    process = sweep.begin(ranks=3)
-    assert wait_until_recorded(process, 20000)
+    process = sweep.begin(20000, ranks=3)
     os.kill(next(number for number in processes_of(process.pid) if rank_of(number) == rank), signal.SIGKILL)
     kill_all(process)
     done = sweep.start(ranks=2)
@@ -65,10 +63,8 @@ def test_one_rank_is_killed(sweep, rank):
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGUSR1])
 def test_signal_to_a_single_process_stops_it_with_its_own_code(sweep, number):
-    process = sweep.begin()
-    assert wait_until_recorded(process, 20000)
-    process.send_signal(number)
-    assert process.wait(timeout=60) == 3
+    process = sweep.begin(20000)
+    assert stop(process, number) == 3
     stopped = points_done(Path("log").read_text())
     assert not Path("case.h5").exists()
     done = sweep.start()
@@ -78,14 +74,8 @@ def test_signal_to_a_single_process_stops_it_with_its_own_code(sweep, number):
 
 @pytest.mark.parametrize("rank", [None, 0, 1, 2])
 def test_signal_to_all_ranks_or_to_one_stops_all(sweep, rank):
-    process = sweep.begin(ranks=3)
-    assert wait_until_recorded(process, 20000)
-    if rank is None:
-        process.send_signal(signal.SIGUSR1)
-    else:
-        target = next(number for number in processes_of(process.pid) if rank_of(number) == rank)
-        os.kill(target, signal.SIGTERM)
-    assert process.wait(timeout=60) == 3
+    process = sweep.begin(20000, ranks=3)
+    assert stop(process, signal.SIGUSR1 if rank is None else signal.SIGTERM, rank) == 3
     stopped = points_done(Path("log").read_text())
     done = sweep.start(ranks=2)
     assert points_done(done.stderr) == stopped
@@ -116,7 +106,7 @@ def test_foreign_checkpoint_is_refused_and_kept(content):
 
 
 def test_truncated_checkpoint_loses_its_last_record_only(sweep):
-    full = begin_checkpoint(sweep)
+    full = begin_checkpoint(sweep, 100000)
     for size in (len(full) - 1, len(full) - 8, len(full) // 2 + 3, len(full) // 3):
         Path(CHECKPOINT).write_bytes(full[:size])
         done = sweep.start()
@@ -127,10 +117,8 @@ def test_truncated_checkpoint_loses_its_last_record_only(sweep):
 
 
 def test_damage_before_what_was_safe_on_disk_is_refused(sweep):
-    process = sweep.begin()
-    assert wait_until_recorded(process, 40000)
-    process.send_signal(signal.SIGTERM)
-    assert process.wait(timeout=60) == 3
+    process = sweep.begin(40000)
+    assert stop(process, signal.SIGTERM) == 3
     full = Path(CHECKPOINT).read_bytes()
     for place in (30, len(full) // 2, len(full) - 200):
         Path(CHECKPOINT).write_bytes(full[:place] + bytes([full[place] ^ 1]) + full[place + 1 :])
@@ -141,12 +129,12 @@ def test_damage_before_what_was_safe_on_disk_is_refused(sweep):
 
 
 def test_two_runs_at_once_are_refused(sweep):
-    process = sweep.begin(ranks=2)
-    assert wait_until_recorded(process, 1000)
+    process = sweep.begin(1000, ranks=2)
     done = sweep.start()
     assert done.returncode == 2
     assert "another run is at work on this output" in done.stderr
     assert sweep.start("--anew").returncode == 2
+    resume(process)
     assert process.wait(timeout=60) == 0
     sweep.expect_whole()
 
@@ -212,8 +200,7 @@ def results_between_marks(checkpoint):
 
 
 def test_results_are_flushed_after_a_number_of_points(sweep):
-    process = sweep.begin(options=["--checkpoint", "1000", "--checkpoint-points", "5"])
-    assert wait_until_recorded(process, 400000)
+    process = sweep.begin(400000, options=["--checkpoint", "1000", "--checkpoint-points", "5"])
     kill_all(process)
     counts = results_between_marks(Path(CHECKPOINT).read_bytes())
     assert len(counts) > 3 and all(count == 5 for count in counts[:-1]) and counts[-1] <= 5

@@ -7,7 +7,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from faults import CHECKPOINT, Sweep, points_done, wait_until_recorded
+from faults import CHECKPOINT, Sweep, points_done, stop
 from programs import SOURCE, changed, sets, succeed
 from test_merge import merge
 
@@ -68,10 +68,8 @@ def test_ranks_and_an_interrupted_sweep_give_the_same_doubts(case):
 
 def interrupted(sweep, recorded=60000):
     """Stop the sweep when so many bytes are in its checkpoint; return how many points are done."""
-    process = sweep.begin()
-    assert wait_until_recorded(process, recorded)
-    process.send_signal(signal.SIGTERM)
-    assert process.wait(timeout=60) == 3
+    process = sweep.begin(recorded)
+    assert stop(process, signal.SIGTERM) == 3
     return points_done(Path("log").read_text())
 
 

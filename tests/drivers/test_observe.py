@@ -5,7 +5,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from faults import Sweep, kill_all, points_done, wait_until_recorded
+from faults import Sweep, kill_all, points_done
 from programs import GEAR_PAIR, SOURCE, datasets, plot, sets, start, succeed
 
 HYSTERESIS = SOURCE / "inputs" / "hysteresis.nml"
@@ -73,8 +73,7 @@ def test_a_killed_grid_goes_on(grid, direction):
     case = grid.read_text().replace("points=6", f"points=40, direction='{direction}'").replace("t_end=0.3", "t_end=0.6")
     grid.write_text(case)
     sweep = Sweep(grid)
-    process = sweep.begin()
-    assert wait_until_recorded(process, 200000)
+    process = sweep.begin(200000)
     kill_all(process)
     done = sweep.start(ranks=2)
     assert done.returncode == 0, done.stderr

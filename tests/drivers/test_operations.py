@@ -2,13 +2,14 @@
 
 import re
 import shlex
+import signal
 import subprocess
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-from faults import Sweep, wait_until_recorded
+from faults import Sweep, stop
 from programs import BUILD, GEAR_PAIR, PATIENCE, SOURCE, left, sets, start, succeed
 
 BASINS = SOURCE / "inputs" / "basins.nml"
@@ -78,10 +79,8 @@ def test_few_failures_are_told_without_a_log():
 def test_log_of_an_interrupted_sweep_goes_on():
     sweep = Sweep(GEAR_PAIR, *sets(sweep__step=4, motion__t_end=0.9))
     sweep.arguments += ["--log", "log.txt"]
-    process = sweep.begin()
-    assert wait_until_recorded(process, 20000)
-    process.terminate()
-    assert process.wait(timeout=60) == 3
+    process = sweep.begin(20000)
+    assert stop(process, signal.SIGTERM) == 3
     sweep.start(ranks=2)
     sweep.expect_whole()
     text = Path("log.txt").read_text()

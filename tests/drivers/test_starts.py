@@ -6,7 +6,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from faults import Sweep, kill_all, points_done, wait_until_recorded
+from faults import Sweep, kill_all, points_done
 from programs import SOURCE, changed, sets, start, succeed
 from scipy.integrate import solve_ivp
 
@@ -109,8 +109,7 @@ def test_samples_lie_in_the_box_and_depend_on_seed_and_point_only(folder):
 def test_killed_sweep_goes_on(folder, direction):
     case = box(folder, samples=300)
     sweep = Sweep(case, "--set", f"sweep%direction='{direction}'")
-    process = sweep.begin(ranks=2)
-    assert wait_until_recorded(process, 60000)
+    process = sweep.begin(60000, ranks=2)
     kill_all(process)
     done = sweep.start(ranks=3)
     assert done.returncode == 0, done.stderr

@@ -5,7 +5,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from faults import CHECKPOINT, Sweep, kill_all, wait_until_recorded
+from faults import CHECKPOINT, Sweep, kill_all
 from programs import datasets, start, succeed
 
 STOPS = """
@@ -85,8 +85,7 @@ def test_a_changed_file_is_noticed():
     rows = ["block.displacement,block.velocity", *(f"{x!r},{v!r}" for x, v in states)]
     write_csv(*rows)
     sweep = Sweep(case("method='file', file='starts.csv'"))
-    process = sweep.begin()
-    assert wait_until_recorded(process, 400000)
+    process = sweep.begin(400000)
     kill_all(process)
     write_csv(*rows[:-1], "0.0,0.0")
     done = sweep.start()
