@@ -5,7 +5,9 @@ module sweep_case
    use razy_core_kinds, only: i8, wp
    use razy_core_text, only: lower
    use razy_scenes_scene, only: scene_t
-   use razy_scenes_study, only: check_start, contacts_asked, motion_t, new_machine, record_t
+   use razy_scenes_records, only: contacts_asked, record_t
+   use razy_scenes_start, only: check_start
+   use razy_scenes_study, only: motion_t, new_machine
    use razy_sweep_grid, only: grid_t
    use razy_sweep_motion_task, only: motion_task_t
    use razy_sweep_plan, only: new_plan
