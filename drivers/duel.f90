@@ -1,8 +1,9 @@
 !! The duel: one motion by several methods, compared with a reference of stated error.
 !!
 !! Errors are taken at `samples` equidistant times over all coordinates, each relative to the largest value that it reaches
-!! in the reference, or, where that is `negligible` beside the others of its unit, to the largest of those. Events are compared in their order: those before the first that differs in contact or branch are
-!! matched, and their times compared. Processor time is the least of repeated runs without recording.
+!! in the reference, or, where that is `negligible` beside the others of its unit, to the largest of those. Events are compared
+!! in their order: those before the first that differs in contact or branch are matched, and their times compared. Processor
+!! time is the least of repeated runs without recording.
 module duel
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: int32, int64

@@ -66,8 +66,8 @@ contains
       end do
    end subroutine of_turns
 
-   !> Whether what looks like a turn of guard i `nearest` to its bound is where a mode begins: a function of s or s' that starts on its
-   !> bound with a rate of nothing but rounding, as a body that breaks loose. Which way it goes has been settled.
+   !> Whether what looks like a turn of guard i `nearest` to its bound is where a mode begins: a function of s or s' that starts on
+   !> its bound with a rate of nothing but rounding, as a body that breaks loose. Which way it goes has been settled.
    pure function begins(locator, i, opening, nearest)
       type(locator_t), intent(in) :: locator
       integer, intent(in) :: i

@@ -93,8 +93,7 @@ def test_a_coordinate_of_rounding_is_no_error(folder):
 def test_a_small_coordinate_counts(folder):
     # A light mass that moves by 1e-6 of the other is no rounding: relative to its own motion it is followed worse.
     path = folder / "small.nml"
-    text = SYMMETRIC.replace("value=0.7", "value=0.7e-1").replace("on='right', displacement=-1.0e-3", "on='right', displacement=-0.999999e-3")
-    path.write_text(text)
+    path.write_text(SYMMETRIC.replace("value=0.7", "value=0.07").replace("=-1.0e-3", "=-0.999999e-3"))
     succeed("razy-duel", path)
     with h5py.File("small.h5") as file:
         assert file["error"][0] > 1e-3

@@ -106,8 +106,8 @@ contains
       end select
    end function hard_case
 
-   !> A ball on a table at a sin(omega t) that falls with more than gravity, restitution 0.1: off where the table's acceleration is -g,
-   !> infinitely many bounces, rest, and off again one period later; seen 0.03 s after that, in flight.
+   !> A ball on a table at a sin(omega t) that falls with more than gravity, restitution 0.1: off where the table's acceleration
+   !> is -g, infinitely many bounces, rest, and off again one period later; seen 0.03 s after that, in flight.
    function moving_table() result(sample)
       type(hard_case_t) :: sample
 
