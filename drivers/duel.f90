@@ -1,8 +1,9 @@
 !! The duel: one motion by several methods, compared with a reference of stated error.
 !!
 !! Errors are taken at `samples` equidistant times over all coordinates, each relative to the largest value that it reaches
-!! in the reference. Events are compared in their order: those before the first that differs in contact or branch are
-!! matched, and their times compared. Processor time is the least of repeated runs without recording.
+!! in the reference, or, where that is `negligible` beside the others of its unit, to the largest of those. Events are compared
+!! in their order: those before the first that differs in contact or branch are matched, and their times compared. Processor
+!! time is the least of repeated runs without recording.
 module duel
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: int32, int64
@@ -23,6 +24,9 @@ module duel
    public :: compute_duel
 
    integer, parameter :: samples = 1000
+   !> A coordinate that moves less than this part of the largest motion of its unit may hold nothing but rounding, of which no
+   !> digit is right.
+   real(wp), parameter :: negligible = 1.0e-9_wp
    !> Runs are repeated until they took this long together, s, or so many times.
    real(wp), parameter :: enough_time = 0.2_wp
    integer, parameter :: most_repeats = 20
@@ -191,21 +195,21 @@ contains
       end do
    end function compare
 
-   !> Largest difference over coordinates and times, relative to the largest value of its coordinate in the reference; a
-   !> coordinate that stays at rest counts relative to the largest of its unit.
+   !> Largest difference over coordinates (rows) and times (columns), relative to the largest value of its coordinate in the
+   !> reference, or of all coordinates of its unit where that is `negligible` beside them.
    pure function largest(values, reference, unit) result(error)
       real(wp), intent(in) :: values(:, :), reference(:, :)
       character(*), intent(in) :: unit(:)
       real(wp) :: error
 
-      real(wp) :: range(size(unit)), scale
+      real(wp) :: range(size(unit)), scale, widest
       integer :: i
 
       error = 0.0_wp
       range = maxval(abs(reference), dim=2)
       do i = 1, size(unit)
-         scale = range(i)
-         if (scale < epsilon(scale)*maxval(range, unit == unit(i))) scale = maxval(range, unit == unit(i))
+         widest = maxval(range, unit == unit(i))
+         scale = merge(widest, range(i), range(i) < negligible*widest)
          if (scale > 0.0_wp) error = max(error, maxval(abs(values(i, :) - reference(i, :)))/scale)
       end do
    end function largest

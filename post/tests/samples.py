@@ -13,6 +13,13 @@ ROOT = {
 }
 
 
+# As the programs write it.
+BRANCHES = (
+    "1 = open, 2 = closed (upper side), 3 = closed (lower side), 4 = parting (upper side), "
+    "5 = parting (lower side), 6 = sliding forward, 7 = sliding backward, 8 = sticking"
+)
+
+
 def dataset(group: h5py.Group, name: str, data, units: str = "1", long_name: str | None = None, **attributes):
     item = group.create_dataset(name, data=data)
     item.attrs.update({"units": units, "long_name": long_name or name, **attributes})
@@ -102,7 +109,7 @@ def write_run(path: Path, times: int = 2000, trajectory: bool = True, observable
                 dataset(file, "observable/mesh_deformation", displacement[:, 0], "m", "mesh deformation")
         dataset(file, "event/time", event, "s", "time")
         dataset(file, "event/contact", np.ones(event.size, dtype=np.int32), names=["mesh"])
-        dataset(file, "event/state", np.arange(event.size, dtype=np.int32) % 2, meanings="0 = open, 1 = closed")
+        dataset(file, "event/state", np.arange(event.size, dtype=np.int32) % 2 + 1, meanings=BRANCHES)
         group = file.create_group("extrema/mesh_deformation")
         dimension_only(group, "extremum", 8)
         kind = np.where(np.arange(8) % 2 == 0, 1, -1)

@@ -73,7 +73,7 @@ def test_options_reach_the_picture(run, tmp_path, monkeypatch):
     assert code(run, "--save", tmp_path / "p.svg", *arguments) == 0
     (axes,) = figures[0].axes
     assert axes.get_xlim() == pytest.approx((0.1, 0.2), abs=2e-4)
-    assert axes.get_ylabel() == "y (mm)"
+    assert axes.get_ylabel() == "displacement of y (mm)"
     assert axes.get_title(loc="left") == "Mine"
     assert "run.h5 · razy-run · razy 0.1.0 (0123456789ab)" in figures[0].get_supxlabel()
 

@@ -33,13 +33,43 @@ def test_overview(run):
 def test_events_are_marked_on_the_curve(run):
     (history,) = drawn(run, kind="time").axes
     marks = {item.get_label(): item for item in history.get_lines() if item.get_label().startswith("mesh")}
-    opened, closed = marks["mesh: open"], marks["mesh: closed"]
+    opened, closed = marks["mesh: open"], marks["mesh: closed (upper side)"]
     np.testing.assert_allclose(opened.get_xdata(), np.pi / 100 * np.array([1, 3, 5, 7]))
     np.testing.assert_allclose(closed.get_xdata(), np.pi / 100 * np.array([2, 4, 6]))
     np.testing.assert_allclose(opened.get_ydata(), 0.0, atol=1e-4)
     assert opened.get_markerfacecolor() == "white"
     (history,) = drawn(run, kind="time", start=0.05, stop=0.08).axes
-    assert [item.get_label() for item in history.get_lines()][1:] == ["mesh: closed"]
+    assert [item.get_label() for item in history.get_lines()][1:] == ["mesh: closed (upper side)"]
+
+
+def test_branches_differ_in_shape(run):
+    with h5py.File(run, "r+") as file:
+        file["event/contact"][:] = [1, 1, 2, 2, 2, 2, 2]
+        file["event/contact"].attrs["names"] = ["stop", "pad"]
+        file["event/state"][:] = [2, 1, 6, 8, 7, 8, 6]
+    (history,) = drawn(run, kind="time").axes
+    looks = {
+        item.get_label(): (item.get_color(), item.get_marker(), item.get_markerfacecolor() == "white")
+        for item in history.get_lines()[1:]
+    }
+    assert set(looks) == {
+        "stop: open",
+        "stop: closed (upper side)",
+        "pad: sliding forward",
+        "pad: sliding backward",
+        "pad: sticking",
+    }
+    assert len(set(looks.values())) == 5
+    assert len({look[0] for look in looks.values()}) == 2
+    assert [label for label, look in looks.items() if look[2]] == ["stop: open"]
+
+
+def test_impacts_of_a_rigid_stop(run):
+    with h5py.File(run, "r+") as file:
+        file["event/state"][:] = [1, 1, 1, 1, 1, 2, 1]
+    (history,) = drawn(run, kind="time").axes
+    labels = [item.get_label() for item in history.get_lines()[1:]]
+    assert labels == ["mesh: impact or lift-off", "mesh: closed (upper side)"]
 
 
 def test_very_many_events_become_ticks(run):
@@ -58,7 +88,7 @@ def test_coordinates_against_their_velocity(run):
     value, rate = curve(axes)
     np.testing.assert_allclose(value, 2 * np.cos(100 * time), atol=1e-12)
     np.testing.assert_allclose(rate, -0.2 * np.sin(100 * time), atol=1e-12)
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("y (mm)", "velocity of y (m/s)")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("displacement of y (mm)", "velocity of y (m/s)")
 
 
 def test_force_over_deformation(run):
@@ -80,7 +110,7 @@ def test_force_over_deformation(run):
 
 def test_coordinates_where_there_are_no_observables(tmp_path):
     figure = drawn(write_run(tmp_path / "run.h5", observable=False), kind="time")
-    assert [axes.get_ylabel() for axes in figure.axes] == ["x (mm)", "y (mm)"]
+    assert [axes.get_ylabel() for axes in figure.axes] == ["displacement of x (mm)", "displacement of y (mm)"]
 
 
 def test_at_most_four_signals_unless_asked(run):

@@ -50,9 +50,9 @@ def test_events_and_extrema(run):
     with opened(run) as result:
         assert result.events is not None
         np.testing.assert_allclose(result.events.time, np.pi / 100 * np.arange(1, 8))
-        np.testing.assert_array_equal(result.events.state, [0, 1, 0, 1, 0, 1, 0])
+        np.testing.assert_array_equal(result.events.state, [1, 2, 1, 2, 1, 2, 1])
         assert result.contacts == ("mesh",)
-        assert result.state_meanings == {0: "open", 1: "closed"}
+        assert result.state_meanings[1] == "open" and result.state_meanings[2] == "closed (upper side)"
         np.testing.assert_allclose(result.extrema("mesh_deformation").value, [1e-3, -1e-3] * 4)
 
 
@@ -62,7 +62,7 @@ def test_xarray(run):
     assert data["displacement"].dims == ("time", "coordinate")
     np.testing.assert_allclose(data["displacement"].sel(coordinate="x"), data["mesh_deformation"])
     assert data["mesh_deformation"].attrs == {"units": "m", "long_name": "mesh deformation"}
-    np.testing.assert_array_equal(data["event_state"], [0, 1, 0, 1, 0, 1, 0])
+    np.testing.assert_array_equal(data["event_state"], [1, 2, 1, 2, 1, 2, 1])
     assert data.sizes == {"time": 2000, "coordinate": 2, "event": 7, "mesh_deformation_extremum": 8}
 
 

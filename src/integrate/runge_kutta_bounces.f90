@@ -2,7 +2,7 @@
 !!
 !! Between impacts of a sequence with the restitution ρ < 1 under a relative acceleration -a that hardly changes, the speed after
 !! impact n is u_n = ρ u_(n-1), the height of the flight u_n²/(2a), and all flights that are still to come take
-!! T = Σ 2 u_n ρ^k/a = 2 u_n/(a (1 - ρ)). ρ is measured; it is not ε where several contacts work together.
+!! T = Σ 2 u_n ρ^k/a = 2 u_n/(a (1 - ρ)). ρ is ε of a contact that is alone; where several work together it is not, and is measured.
 !! A sequence is cut short when its flights are below the rounding of the first one's height (u_n² <= eps u_1²), or of the gap
 !! itself: the speed of the gap is taken out by an impulse, the contact is held closed, and the end of the sequence is
 !! reported T later. What is neglected is then below rounding of the path. The contact presses m (a T - u_n) in all that is still
@@ -132,7 +132,7 @@ contains
          if (.not. impacted(j)) cycle
          call take_up(self, j, speed(j))
          pull = -direction(j)*field%second_rate(j, self%a)
-         if (.not. ended(self, j, pull, guards%on_s(j), field%machine%contact(j)%law%restitution)) cycle
+         if (.not. ended(self, j, pull, guards%on_s(j), alone(self, field, j), field%machine%contact(j)%law%restitution)) cycle
          list = [list, j]
          self%whose(j) = .true.
          self%ends(j) = tau + 2*speed(j)/(pull*(1.0_wp - self%ratio(j)))
@@ -200,11 +200,30 @@ contains
       if (.not. u > 0.0_wp) self%count(j) = 0
    end subroutine take_up
 
-   !> Whether what is left of the sequence of contact j is below rounding; `pull` closes the gap, `noise` is the rounding of s.
-   function ended(self, j, pull, noise, restitution)
+   !> Whether no other contact has an impact, or is held, between the impacts of contact j.
+   pure function alone(self, field, j)
+      type(bounces_t), intent(in) :: self
+      type(field_t), intent(in) :: field
+      integer, intent(in) :: j
+      logical :: alone
+
+      integer :: i
+
+      alone = .true.
+      do i = 1, size(field%branch)
+         if (i == j) cycle
+         if (self%count(i) > 0 .or. self%whose(i)) alone = .false.
+         if (field%machine%contact(i)%law%constraint(field%branch(i))) alone = .false.
+      end do
+   end function alone
+
+   !> Whether what is left of the sequence of contact j is below rounding; `pull` closes the gap, `noise` is the rounding of s. Of a
+   !> contact that is alone, `single`, the ratio is the restitution; the last one measured has lost half of its digits.
+   function ended(self, j, pull, noise, single, restitution)
       type(bounces_t), intent(inout) :: self
       integer, intent(in) :: j
       real(wp), intent(in) :: pull, noise, restitution
+      logical, intent(in) :: single
       logical :: ended
 
       ended = .false.
@@ -214,6 +233,7 @@ contains
       else if (self%count(j) < 3 .or. self%last(j)**2 > epsilon(1.0_wp)*self%first(j)**2) then
          return
       end if
+      if (single) self%ratio(j) = restitution
       ended = self%ratio(j) < 1.0_wp
    end function ended
 

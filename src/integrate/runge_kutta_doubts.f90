@@ -53,7 +53,9 @@ contains
             end if
          end if
          doubtful = .false.
-         if (nearest < huge(1.0_wp)) doubtful = abs(nearest) <= known_guard(self, locator, i, field, z)
+         if (nearest < huge(1.0_wp) .and. .not. begins(locator, i, opening, nearest)) then
+            doubtful = abs(nearest) <= known_guard(self, locator, i, field, z)
+         end if
          if (found) then
             if (locator%hit(i)) then
                call leave(self, locator, i, field, stepper, z, shifted)
@@ -63,6 +65,21 @@ contains
          if (doubtful) call self%add(time)
       end do
    end subroutine of_turns
+
+   !> Whether what looks like a turn of guard i `nearest` to its bound is where a mode begins: a function of s or s' that starts on
+   !> its bound with a rate of nothing but rounding, as a body that breaks loose. Which way it goes has been settled.
+   pure function begins(locator, i, opening, nearest)
+      type(locator_t), intent(in) :: locator
+      integer, intent(in) :: i
+      logical, intent(in) :: opening
+      real(wp), intent(in) :: nearest
+      logical :: begins
+
+      associate (guards => locator%guards)
+         begins = opening .and. guards%entry(i)%function /= 0 &
+                  .and. max(abs(locator%g0(i)), abs(nearest)) <= guards%noise(i)
+      end associate
+   end function begins
 
    !> The same in the first `steps` steps of a strip that the locator has found clear, which began at `time`, s.
    subroutine of_strip(self, locator, field, strip, steps, time)

@@ -19,6 +19,8 @@ module razy_integrate_step_verdict
    integer, parameter :: stays = 0, leaves = 1, undecided = 2
    !> Times the fastest exponent, a step on which a change of third order is below rounding: its ends decide.
    real(wp), parameter :: shortest = 1.0e-6_wp
+   !> A fall within one step of so many times the rounding of the value is a fall.
+   real(wp), parameter :: clearly = 16.0_wp
 
 contains
 
@@ -42,7 +44,9 @@ contains
       high = h
       w%f1 = w%side*(f - w%bound)
       w%g1 = w%side*g
-      if (abs(w%f1) <= w%noise) w%f1 = max(w%f1, 0.0_wp)
+      ! Rounding below zero is no crossing, unless the function is on its way: put off to the next step, the crossings of a body
+      ! that hops ever lower would be late by a part of the hop.
+      if (abs(w%f1) <= w%noise .and. .not. -w%g1*h > clearly*w%noise) w%f1 = max(w%f1, 0.0_wp)
       m4 = w%m4
       if (.not. response%bounded) m4 = fourth_derivative(from, response, rows, w, h)
       margin = proved_margin(w%f0, w%g0, w%f1, w%g1, h, m4)

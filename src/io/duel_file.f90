@@ -21,7 +21,7 @@ module razy_io_duel_file
       !> Tolerance, or step in s, and sharpness of smoothing (0: none) (rows).
       real(wp), allocatable :: setting(:), sharpness(:)
       logical, allocatable :: is_step(:)
-      !> Error of displacements and velocities, relative to the largest of each coordinate; of the times of matched events, s;
+      !> Error of displacements and velocities, relative as `relative_to` says; of the times of matched events, s;
       !> NaN where the motion ended early (rows).
       real(wp), allocatable :: error(:), velocity_error(:), event_time_error(:)
       !> Events, events missing (negative) or too many against the reference, leading events that match it (rows).
@@ -36,6 +36,8 @@ module razy_io_duel_file
    end type duel_content_t
 
    character(*), parameter :: row = "/row", single = "/reference/single"
+   character(*), parameter :: relative_to = "largest value of the coordinate in the reference; if that is below 1e-9 "// &
+                              "of the largest of all coordinates of its unit, that largest value"
 
 contains
 
@@ -110,6 +112,8 @@ contains
                          "largest error of a displacement, relative to the largest of its coordinate", row, error)
       if (.not. allocated(error)) call write_dataset(file, "/velocity_error", content%velocity_error, "1", &
                                                      "largest error of a velocity, relative likewise", row, error)
+      if (.not. allocated(error)) call write_attribute(file, "/error", "relative_to", relative_to, error)
+      if (.not. allocated(error)) call write_attribute(file, "/velocity_error", "relative_to", relative_to, error)
       if (.not. allocated(error)) call write_dataset(file, "/event_time_error", content%event_time_error, "s", &
                                                      "largest error of the times of matched events", row, error)
       if (.not. allocated(error)) call write_dataset(file, "/events", content%events, "1", "events", row, error)

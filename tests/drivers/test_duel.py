@@ -53,6 +53,52 @@ def test_methods_that_do_not_fit_are_refused(case, setting, words):
     assert len(done.stderr.splitlines()) == 1
 
 
+# Left and right swing in opposition, and nothing but rounding moves the mass in the middle.
+SYMMETRIC = """
+&scene  kind='lumped', title='Two masses in opposition, one between them' /
+&mass   name='left', value=1.0 /
+&mass   name='middle', value=0.7 /
+&mass   name='right', value=1.0 /
+&spring between='left','frame', stiffness=3.3e3 /
+&spring between='left','middle', stiffness=1.1e3, damping=0.3 /
+&spring between='middle','right', stiffness=1.1e3, damping=0.3 /
+&spring between='right','frame', stiffness=3.3e3 /
+&stop   name='a', between='left','frame', clearance=5.0e-4, stiffness=1.7e4 /
+&stop   name='b', between='right','frame', side='lower', clearance=5.0e-4, stiffness=1.7e4 /
+&initial on='left', displacement=1.0e-3 /
+&initial on='right', displacement=-1.0e-3 /
+&motion t_end=1.0, start='given' /
+&record observable='state', what='trajectory', interval=1e-3 /
+&duel   integrator='dop853', treatment='event', tolerance=1e-6,1e-9 /
+"""
+
+
+def test_a_coordinate_of_rounding_is_no_error(folder):
+    path = folder / "symmetric.nml"
+    path.write_text(SYMMETRIC)
+    succeed("razy-run", path, "--output", "motion.h5")
+    with h5py.File("motion.h5") as file:
+        left, middle, _ = np.abs(file["state/displacement"][:]).max(axis=0)
+        assert 0 < middle < 1e-9 * left
+    succeed("razy-duel", path)
+    with h5py.File("symmetric.h5") as file:
+        assert file["reference/error"][0] < 1e-10
+        assert np.all(file["error"][:] < [1e-3, 1e-5])
+        assert np.all(file["velocity_error"][:] < [1e-3, 1e-5])
+        assert np.all(file["error"][:] > 0)
+        for name in ("error", "velocity_error"):
+            assert "1e-9" in file[name].attrs["relative_to"]
+
+
+def test_a_small_coordinate_counts(folder):
+    # A light mass that moves by 1e-6 of the other is no rounding: relative to its own motion it is followed worse.
+    path = folder / "small.nml"
+    path.write_text(SYMMETRIC.replace("value=0.7", "value=0.07").replace("=-1.0e-3", "=-0.999999e-3"))
+    succeed("razy-duel", path)
+    with h5py.File("small.h5") as file:
+        assert file["error"][0] > 1e-3
+
+
 def test_inputs_of_the_thesis_are_valid():
     for path in sorted((SOURCE / "inputs" / "thesis").glob("table_4_1.nml")):
         succeed("razy-duel", path, "--check")

@@ -14,7 +14,8 @@ module hard_cases
    public :: case_names, hard_case, hard_case_t, method_of, ways, way_names
 
    character(*), parameter :: case_names(*) = [character(24) :: "graze_touch", "graze_miss", "graze_touch_rigid", &
-                   "graze_miss_rigid", "closing_at_once", "closing_at_once_rigid", "ball_to_rest", "sliding_kept", "sliding_left", &
+                           "graze_miss_rigid", "closing_at_once", "closing_at_once_rigid", "ball_to_rest", "rest_on_moving_table", &
+                                                                                                   "sliding_kept", "sliding_left", &
                             "switched_spring", "stiff_stops", "clearance_tiny", "clearance_zero", "resonance", "critical_damping", &
       "free_body_between_stops", "start_on_boundary", "start_at_rest_on_edge", "start_in_penetration", "start_at_rest_in_contact", &
                                                                                       "start_in_rigid_stop", "closer_than_rounding"]
@@ -88,6 +89,8 @@ contains
          sample = grazing(name)
       case ("closing_at_once", "closing_at_once_rigid", "ball_to_rest")
          sample = falling(name)
+      case ("rest_on_moving_table")
+         sample = moving_table()
       case ("sliding_kept", "sliding_left")
          sample = sliding(name)
       case ("switched_spring")
@@ -102,6 +105,32 @@ contains
          sample = floor_case(name)
       end select
    end function hard_case
+
+   !> A ball on a table at a sin(omega t) that falls with more than gravity, restitution 0.1: off where the table's acceleration
+   !> is -g, infinitely many bounces, rest, and off again one period later; seen 0.03 s after that, in flight.
+   function moving_table() result(sample)
+      type(hard_case_t) :: sample
+
+      real(qp), parameter :: a = 0.01_qp, omega = 12*pi, flight = 0.03_qp
+      real(qp) :: leave
+
+      sample%rigid = .true.
+      sample%events = -1
+      sample%step = 1.0e-4_wp
+      sample%length = real(a, wp)
+      sample%speed = real(a*omega, wp)
+      sample%machine = bare_machine([1.0_wp])
+      sample%machine%load = [-real(g, wp)]
+      call add_tone(sample%machine, 6.0_qp, [(0.0_wp, 0.0_wp)])
+      ! s = x - a sin(omega t), with Re(i e^{iωt}) = -sin.
+      call add_contact(sample%machine, [1.0_wp], new_rigid_law(rigid_side_t(.true., 0.0_wp), rigid_side_t(), 0.1_wp), &
+                       error=[cmplx(0.0_wp, real(a, wp), wp)])
+      call start_at(sample%machine, [0.0_wp], [real(a*omega, wp)])
+      leave = asin(g/(a*omega**2))/omega
+      sample%t_end = real(leave + 1/6.0_qp + flight, wp)
+      sample%x = [real(g/omega**2 + flight*(a*omega*cos(omega*leave) - g*flight/2), wp)]
+      sample%v = [real(a*omega*cos(omega*leave) - g*flight, wp)]
+   end function moving_table
 
    !> x = sin t against a stop at 1 -+ 1e-12, elastic of 1e6 N/m or rigid.
    function grazing(name) result(sample)

@@ -15,6 +15,20 @@ MOST_MARKERS = 200
 MOST_LARGE_MARKERS = 40
 MOST_GROUPS = 6
 
+# Markers of the branches that a contact enters, by what the file calls them; any other is a filled circle.
+MARKERS = {
+    "closed (upper side)": "^",
+    "closed (lower side)": "v",
+    "parting (upper side)": "D",
+    "parting (lower side)": "d",
+    "sliding forward": ">",
+    "sliding backward": "<",
+    "sticking": "s",
+}
+OPEN = "open"
+# A rigid stop enters `open` again and again: it is closed only while it rests.
+OPEN_AGAIN = "impact or lift-off"
+
 
 @dataclass(frozen=True)
 class Marks:
@@ -24,6 +38,8 @@ class Marks:
     ----------
     time
         Times in s, shape (events,).
+    marker
+        Shape of the marker, one for each branch.
     filled
         Whether the marker is filled; one for an open contact is not.
     size
@@ -33,6 +49,7 @@ class Marks:
     label: str
     time: NDArray[np.float64]
     colour: str
+    marker: str
     filled: bool
     size: float
 
@@ -64,7 +81,7 @@ class Marks:
             return _tick(self.colour)
         return {
             "linestyle": "none",
-            "marker": "o",
+            "marker": self.marker,
             "markersize": self.size,
             "markeredgewidth": 0.6,
             "color": self.colour,
@@ -88,7 +105,7 @@ def event_marks(result: RunResult, start: float, stop: float) -> list[Marks]:
     size = 3.0 if time.size <= MOST_LARGE_MARKERS else 2.0 if time.size <= MOST_MARKERS else 0.0
     groups = np.unique(np.stack((contact, state)), axis=1).T
     if len(groups) > MOST_GROUPS:
-        return [Marks("contact events", time, style.RED, True, size)]
+        return [Marks("contact events", time, style.RED, "o", True, size)]
     names, meanings, contacts = result.contacts, result.state_meanings, np.unique(contact).tolist()
     marks: list[Marks] = []
     for number, value in groups.tolist():
@@ -96,5 +113,14 @@ def event_marks(result: RunResult, start: float, stop: float) -> list[Marks]:
         words = meanings.get(value, f"state {value}" if value >= 0 else "")
         colour = style.EVENT_COLOURS[contacts.index(number) if len(contacts) > 1 else len(marks)]
         chosen = (contact == number) & (state == value)
-        marks.append(Marks(f"{name}: {words}" if words else name, time[chosen], colour, value != 0, size))
+        is_open = words == OPEN
+        if is_open and _twice_in_a_row(state[contact == number], value):
+            words, is_open = OPEN_AGAIN, False
+        label = f"{name}: {words}" if words else name
+        marks.append(Marks(label, time[chosen], colour, MARKERS.get(words, "o"), not is_open, size))
     return marks
+
+
+def _twice_in_a_row(state: NDArray[np.int64], value: int) -> bool:
+    """Return whether a contact enters a branch that it is in."""
+    return bool(np.any((state[1:] == value) & (state[:-1] == value)))

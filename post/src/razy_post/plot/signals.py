@@ -105,8 +105,10 @@ def _observable(result: RunResult, name: str) -> Signal:
 
 
 def _coordinate(result: RunResult, name: str) -> Signal:
-    value = result.coordinate_quantity(name)
-    rate = Quantity(name, per_second(value.units), f"velocity of {readable_name(value)}")
+    plain = result.coordinate_quantity(name)
+    rate = Quantity(name, per_second(plain.units), f"velocity of {readable_name(plain)}")
+    motion = {"m": "displacement of ", "rad": "rotation of "}.get(plain.units, "")
+    value = Quantity(name, plain.units, motion + readable_name(plain))
     return Signal(value, rate, lambda part: result.displacement(name, part), lambda part: result.velocity(name, part))
 
 
