@@ -169,6 +169,7 @@ contains
       type(point_result_t), intent(in) :: result
       type(motion_result_t), intent(in) :: motion
 
+      integer(int8), allocatable :: kind(:)
       integer(i8) :: count, k, place, used
 
       associate (extrema => part%extrema(i))
@@ -178,7 +179,9 @@ contains
          if (used + count > size(extrema%value, kind=i8)) then
             call resize(extrema%value, 2*(used + count), used)
             call resize(extrema%time, 2*(used + count), used)
-            extrema%kind = [extrema%kind(:used), spread(0_int8, 1, int(used + 2*count))]
+            allocate (kind(2*(used + count)))
+            kind(:used) = extrema%kind(:used)
+            call move_alloc(kind, extrema%kind)
          end if
          extrema%value(used + 1:used + count) = result%reals(place:place + count - 1)
          extrema%time(used + 1:used + count) = result%reals(place + count:place + 2*count - 1)

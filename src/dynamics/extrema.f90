@@ -120,18 +120,28 @@ contains
       real(wp), intent(in) :: time, value
       integer, intent(in) :: kind
 
-      integer :: n
-
-      n = size(self%value)
-      if (self%count == n) then
-         self%value = [self%value, spread(0.0_wp, 1, n)]
-         self%time = [self%time, spread(0.0_wp, 1, n)]
-         self%kind = [self%kind, spread(0, 1, n)]
-      end if
+      if (self%count == size(self%value)) call resize(self, 2*self%count)
       self%count = self%count + 1
       self%value(self%count) = value
       self%time(self%count) = time
       self%kind(self%count) = kind
    end subroutine record
+
+   !> Room for so many extrema.
+   subroutine resize(self, room)
+      class(extrema_t), intent(inout) :: self
+      integer, intent(in) :: room
+
+      real(wp), allocatable :: time(:), value(:)
+      integer, allocatable :: kind(:)
+
+      allocate (value(room), time(room), kind(room))
+      value(:self%count) = self%value(:self%count)
+      time(:self%count) = self%time(:self%count)
+      kind(:self%count) = self%kind(:self%count)
+      call move_alloc(value, self%value)
+      call move_alloc(time, self%time)
+      call move_alloc(kind, self%kind)
+   end subroutine resize
 
 end module razy_dynamics_extrema
