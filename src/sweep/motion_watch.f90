@@ -63,7 +63,7 @@ module razy_sweep_motion_watch
       procedure :: reset
       procedure :: run
       procedure :: append_to
-      procedure :: count_of
+      procedure, nopass :: count_of
       procedure :: extrema_found
       procedure :: read_from
    end type motion_watch_t
@@ -152,8 +152,7 @@ contains
    end subroutine append_to
 
    !> Number of extrema of observable i in a result.
-   pure integer(i8) function count_of(self, result, i)
-      class(motion_watch_t), intent(in) :: self
+   pure integer(i8) function count_of(result, i)
       type(point_result_t), intent(in) :: result
       integer, intent(in) :: i
 
