@@ -158,7 +158,7 @@ contains
       self%branch(self%changes) = branch
    end subroutine note
 
-   !> Branches beyond the guards hit; friction that has come to rest does so to the last bit.
+   !> Branches beyond the guards hit; friction that has come to rest does so to the last bit, and what has rested until now rested.
    subroutine take_hits(self, field, guards, hit, tau, z)
       type(resolution_t), intent(inout) :: self
       type(field_t), intent(inout) :: field
@@ -170,6 +170,7 @@ contains
       integer :: i, j
 
       self%left = .false.
+      if (any(hit)) call field%keep_constraints(tau, z)
       do i = 1, guards%count
          if (.not. hit(i)) cycle
          j = guards%entry(i)%contact
@@ -247,6 +248,7 @@ contains
 
       do j = 1, size(self%next)
          if (.not. field%machine%contact(j)%law%constraint(branch_sticking)) cycle
+         if (self%let_go(j) .and. self%impacts == 0) cycle
          if (abs(field%rate(j)) <= guards%on_rate(j)) then
             self%resting(j) = .not. self%let_go(j)
          else
