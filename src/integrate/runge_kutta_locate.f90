@@ -158,6 +158,8 @@ contains
                if (g_turn > noise) call self%root(field, stepper, i, turn, b, g_turn, gb, 0.0_wp, rb, at)
             else
                call self%come_back(field, stepper, i, a, b, at)
+               ! What must lead away from the bound, and is seen beyond it early in a short step, errs.
+               if (.not. at > a .and. .not. a > 0.0_wp .and. b < 1.0_wp) left = .not. turns_inwards(self, field, stepper, i, ga)
             end if
          else if (ra < 0.0_wp .and. rb > 0.0_wp) then
             ! A convex function is nowhere below the tangents at both ends.
@@ -196,6 +198,25 @@ contains
                                 *norm2(stepper%dz_start(field%m + 1:))
       end associate
    end function at_rest
+
+   !> Whether guard i, with the value g at the start of the step, is a function of s on its bound there whose second derivative leads
+   !> away from it for certain.
+   pure function turns_inwards(self, field, stepper, i, g) result(turns)
+      class(locator_t), intent(in) :: self
+      type(field_t), intent(in) :: field
+      type(stepper_t), intent(in) :: stepper
+      integer, intent(in) :: i
+      real(wp), intent(in) :: g
+      logical :: turns
+
+      real(wp), parameter :: certain = 1.0e3_wp
+
+      associate (entry => self%guards%entry(i), guards => self%guards)
+         turns = entry%function > 0 .and. .not. abs(entry%beta) > 0.0_wp .and. abs(g) <= guards%noise(i)
+         if (turns) turns = entry%side*entry%alpha*self%bend0(entry%contact) > certain*abs(entry%alpha)*of_sum &
+                            *guards%reach(entry%contact)*norm2(stepper%dz_start(field%m + 1:))
+      end associate
+   end function turns_inwards
 
    !> Mark the guard that is left first, at `theta`, and all others that are left there to rounding of the time.
    subroutine gather(self, field, stepper, theta)
