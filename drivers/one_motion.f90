@@ -15,7 +15,8 @@ module one_motion
    use razy_io_run_file, only: run_content_t
    use razy_machine_excitation, only: period_of_loads
    use razy_machine_machine, only: machine_t
-   use razy_scenes_study, only: contacts_asked, motion_t, record_t
+   use razy_scenes_records, only: contacts_asked, record_t
+   use razy_scenes_study, only: motion_t
    implicit none(type, external)
    private
 

@@ -10,7 +10,8 @@ program razy_duel
    use razy_io_duel_file, only: duel_content_t, write_duel_file
    use razy_io_header, only: result_header_t
    use razy_machine_machine, only: machine_t
-   use razy_scenes_study, only: motion_t, new_machine, record_t
+   use razy_scenes_records, only: record_t
+   use razy_scenes_study, only: motion_t, new_machine
    implicit none(type, external)
 
    type(command_t) :: command

@@ -11,7 +11,9 @@ program razy_run
    use razy_io_run_file, only: run_content_t, write_run_file
    use razy_machine_machine, only: machine_t
    use sweep_starts, only: new_starts, starts_t
-   use razy_scenes_study, only: check_start, motion_t, new_drawing, new_machine, record_t
+   use razy_scenes_records, only: record_t
+   use razy_scenes_start, only: check_start
+   use razy_scenes_study, only: motion_t, new_drawing, new_machine
    implicit none(type, external)
 
    type(command_t) :: command

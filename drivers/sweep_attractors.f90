@@ -7,7 +7,7 @@ module sweep_attractors
    use razy_core_kinds, only: i8, wp
    use razy_dynamics_attractors, only: attractors_t
    use razy_io_starts, only: starts_content_t
-   use razy_sweep_motion_task, only: motion_result_t
+   use razy_sweep_motion_watch, only: motion_result_t
    use razy_sweep_task, only: point_result_t
    use sweep_case, only: sweep_task_t
    implicit none(type, external)
@@ -97,7 +97,7 @@ contains
       call task%machine_at(first, error)
       if (allocated(error)) return
       n = size(task%machine%mass, 1)
-      call attractors%begin(task%machine%mass, task%strobe_period, task%starts%tolerance, attractors%scale)
+      call attractors%begin(task%machine%mass, task%watch%strobe_period, task%starts%tolerance, attractors%scale)
       allocate (rows(0:16))
       do start = 1, task%plan%starts
          point = first + grid*(start - 1)
@@ -105,7 +105,7 @@ contains
          if (allocated(error)) return
          if (motion%strobe_count == 0) cycle
          states = reshape(result%reals(motion%strobe_place + 1:motion%strobe_place + motion%strobe_count - 1), &
-                          [2*n, task%strobe_periods + 1])
+                          [2*n, task%watch%strobe_periods + 1])
          call attractors%number_of(states, number)
          content%attractor(point) = number
          call make_room(rows, number)
@@ -115,9 +115,9 @@ contains
          rows(number)%state = states(:, size(states, 2))
       end do
       do number = 1, attractors%count
-         call append_row(content, rows(number), number, attractors%found(number)%period, task%strobe_period)
+         call append_row(content, rows(number), number, attractors%found(number)%period, task%watch%strobe_period)
       end do
-      if (rows(0)%starts > 0) call append_row(content, rows(0), 0, 0, task%strobe_period)
+      if (rows(0)%starts > 0) call append_row(content, rows(0), 0, 0, task%watch%strobe_period)
       associate (begun => content%offset(size(content%offset)))
          content%fraction(begun + 1:) = real(content%starts(begun + 1:), wp)/real(sum(content%starts(begun + 1:)), wp)
       end associate

@@ -5,7 +5,9 @@ module sweep_case
    use razy_core_kinds, only: i8, wp
    use razy_core_text, only: lower
    use razy_scenes_scene, only: scene_t
-   use razy_scenes_study, only: check_start, contacts_asked, motion_t, new_machine, record_t
+   use razy_scenes_records, only: contacts_asked, record_t
+   use razy_scenes_start, only: check_start
+   use razy_scenes_study, only: motion_t, new_machine
    use razy_sweep_grid, only: grid_t
    use razy_sweep_motion_task, only: motion_task_t
    use razy_sweep_plan, only: new_plan
@@ -46,7 +48,7 @@ contains
       call new_machine(self%machine, motion, records, self%input, error, self%scene)
       if (.not. allocated(error)) call new_starts(self%starts, self%machine, input, error, starts)
       if (allocated(error)) return
-      if (self%starts%wanted) self%strobe_periods = 2*self%starts%longest_period
+      if (self%starts%wanted) self%watch%strobe_periods = 2*self%starts%longest_period
       call plan_points(self, input)
       if (.not. allocated(error)) call check_points(self, error)
       if (allocated(error)) return
@@ -54,11 +56,11 @@ contains
          call input%complain(error, "record", 1, "what", "'extrema' or 'statistics' of at least one observable, for a sweep")
          return
       end if
-      call input%get("sweep", 1, "kind_of_motion", self%asks_kind)
-      call input%get("sweep", 1, "period_tolerance", self%periodicity%tolerance)
+      call input%get("sweep", 1, "kind_of_motion", self%watch%asks_kind)
+      call input%get("sweep", 1, "period_tolerance", self%watch%periodicity%tolerance)
       self%title = self%machine%title
       self%method = motion%method
-      allocate (self%extrema(count(records%extrema)))
+      allocate (self%watch%extrema(count(records%extrema)))
       call ask(self, motion, records)
    end subroutine new_sweep
 
@@ -102,12 +104,12 @@ contains
       do i = 1, size(records)
          if (.not. records(i)%extrema) cycle
          k = k + 1
-         self%extrema(k)%form = records(i)%observable
-         self%extrema(k)%from = records(i)%from
+         self%watch%extrema(k)%form = records(i)%observable
+         self%watch%extrema(k)%from = records(i)%from
       end do
-      self%contacts = contacts_asked(records, size(self%machine%contact))
-      if (size(self%contacts) > 0) self%statistics%from = records(findloc(records%statistics, .true., dim=1))%from
-      self%periodicity%from = minval(records%from, mask=records%extrema .or. records%statistics)
+      self%watch%contacts = contacts_asked(records, size(self%machine%contact))
+      if (size(self%watch%contacts) > 0) self%watch%statistics%from = records(findloc(records%statistics, .true., dim=1))%from
+      self%watch%periodicity%from = minval(records%from, mask=records%extrema .or. records%statistics)
    end subroutine ask
 
    !> Refuse a sweep whose ends are out of the key's range or no machine; what fails between them becomes a status.
@@ -131,7 +133,7 @@ contains
          end do
          call new_machine(self%machine, motion, records, self%input, error, self%scene)
          if (self%starts%wanted .and. .not. allocated(error)) then
-            call self%starts%strobe_period(self%machine, motion%t_end, self%input, self%strobe_period, error)
+            call self%starts%strobe_period(self%machine, motion%t_end, self%input, self%watch%strobe_period, error)
          end if
          if (allocated(error)) return
       end do
@@ -154,7 +156,7 @@ contains
       call self%starts%apply(self%machine, self%plan%grid_point(point), self%plan%start_of(point))
       call check_start(self%machine, self%input, error)
       if (allocated(error)) return
-      call self%starts%strobe_period(self%machine, self%t_end, self%input, self%strobe_period, error)
+      call self%starts%strobe_period(self%machine, self%t_end, self%input, self%watch%strobe_period, error)
    end subroutine machine_at
 
 end module sweep_case

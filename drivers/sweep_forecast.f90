@@ -81,7 +81,7 @@ contains
          found%least = min(found%least, time)
          found%most = max(found%most, time)
          found%words = found%words + result%n_integers + result%n_reals + 6
-         found%extrema = found%extrema + task%extrema_found()
+         found%extrema = found%extrema + task%watch%extrema_found()
          if (result%integers(1) /= 0) found%failed = found%failed + 1
          if (found%sum > longest) exit
       end do
@@ -96,7 +96,7 @@ contains
 
       extrema = real(found%extrema, wp)/found%points
       ! Value, time and kind of each extremum; status, events, steps and the parameter of each point; its offsets.
-      file = task%plan%points*(17*extrema + 28 + 8*size(task%extrema))
+      file = task%plan%points*(17*extrema + 28 + 8*size(task%watch%extrema))
       memory = real(memory_each*task%plan%points, wp)
       if (task%starts%wanted) then
          file = file + task%plan%points*(8.0_wp + 8*size(task%starts%range))

@@ -6,8 +6,9 @@ module sweep_result
    use razy_dynamics_contact_tally, only: quantities, quantity_meaning, quantity_name, quantity_unit
    use razy_integrate_integrator, only: status_meanings
    use razy_io_header, only: result_header_t
-   use razy_io_sweep_file, only: sweep_content_t, sweep_writer_t
-   use razy_sweep_motion_task, only: motion_result_t
+   use razy_io_sweep_content, only: sweep_content_t
+   use razy_io_sweep_file, only: sweep_writer_t
+   use razy_sweep_motion_watch, only: motion_result_t
    use razy_sweep_task, only: point_result_t
    use sweep_attractors, only: find_attractors
    use sweep_case, only: sweep_task_t
@@ -63,8 +64,8 @@ contains
 
       integer :: i, k
 
-      allocate (content%axes(size(task%varied)), content%extrema(size(task%extrema)))
-      allocate (content%contact_values(quantities*size(task%contacts)))
+      allocate (content%axes(size(task%varied)), content%extrema(size(task%watch%extrema)))
+      allocate (content%contact_values(quantities*size(task%watch%contacts)))
       do i = 1, size(task%varied)
          content%axes(i)%parameter = task%varied(i)%parameter
          content%axes(i)%units = unit_text(task%varied(i)%unit)
@@ -73,23 +74,24 @@ contains
       end do
       if (task%plan%has_chains()) content%directions = int(task%plan%directions, int8)
       content%status_meanings = [character(48) :: status_meanings]
-      do i = 1, size(task%extrema)
-         associate (stored => content%extrema(i), observable => task%machine%observable(task%extrema(i)%form))
+      do i = 1, size(task%watch%extrema)
+         associate (stored => content%extrema(i), observable => task%machine%observable(task%watch%extrema(i)%form))
             stored%name = observable%name
             stored%units = observable%unit
             stored%long_name = observable%long_name
          end associate
       end do
-      do i = 1, size(task%contacts)
+      do i = 1, size(task%watch%contacts)
          do k = 1, quantities
-            associate (stored => content%contact_values((i - 1)*quantities + k), contact => task%machine%contact(task%contacts(i)))
+            associate (stored => content%contact_values((i - 1)*quantities + k), &
+                       contact => task%machine%contact(task%watch%contacts(i)))
                stored%path = "/contact/"//contact%name//"/"//trim(quantity_name(k))
                stored%units = quantity_unit(contact, k)
                stored%long_name = contact%name//": "//trim(quantity_meaning(k))
             end associate
          end do
       end do
-      if (.not. task%asks_kind) return
+      if (.not. task%watch%asks_kind) return
       allocate (character(64) :: content%contact_names(size(task%machine%contact)))
       do i = 1, size(task%machine%contact)
          content%contact_names(i) = task%machine%contact(i)%name
@@ -120,7 +122,7 @@ contains
          part%events(n) = motion%events
          part%steps(n) = motion%steps
          part%doubts(n) = motion%doubts
-         if (task%asks_kind) then
+         if (task%watch%asks_kind) then
             part%period(n) = int(motion%period, int32)
             part%touched(n) = motion%touched
          end if

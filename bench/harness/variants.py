@@ -191,8 +191,8 @@ VARIANTS = [
         [
             Patch(
                 TASK,
-                "self%plan%has_chains() .or. self%strobe_periods > 0, &\n",
-                ".true., &\n",
+                "chains .or. self%watch%strobe_periods > 0, error)",
+                ".true., error)",
             )
         ],
     ),

@@ -111,7 +111,7 @@ contains
       integer :: i
 
       associate (view => march%view, strip => march%view%stepper%strip)
-         call view%take_strip(march%tau, steps)
+         call view%see_strip(march%tau, steps)
          piece%time = march%time
          piece%time_low = march%time_low
          call add_time(piece%time, piece%time_low, march%tau)

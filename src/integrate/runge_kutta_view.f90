@@ -1,16 +1,15 @@
-!! A step of a Runge-Kutta method, a strip of steps, or a moment, as observers see it: the state at any time of it, observables
-!! and their turns.
+!! A step of a Runge-Kutta method, a strip of steps, or a moment (razy_integrate_runge_kutta_stretch), as observers see it:
+!! observables and their turns.
 !!
 !! Values are those of the dense output; rates are those of the field at that state, so that both are continuous from step to
 !! step. Turns are looked for between `probes` points, and are not proved to be all.
 module razy_integrate_runge_kutta_view
    use razy_core_kinds, only: wp
-   use razy_integrate_field, only: field_t
    use razy_integrate_field_observed, only: observed, observed_rate, observed_size
    use razy_integrate_integrator, only: glimpse_t
    use razy_integrate_mode, only: treat_by_events
+   use razy_integrate_runge_kutta_stretch, only: stretch_t
    use razy_integrate_runge_kutta_turns, only: glimpse_sum, rate_path_t
-   use razy_integrate_stepper, only: stepper_t
    implicit none(type, external)
    private
 
@@ -19,30 +18,15 @@ module razy_integrate_runge_kutta_view
    integer, parameter :: probes = 8, most_iterations = 100
    real(wp), parameter :: eps = epsilon(1.0_wp), longest_angle = 0.5_wp
 
-   !> The part [0, duration] of a step `h` that began at `start` of the field's time, or steps of `h` on average of a strip;
-   !> `moment`: no step, but the state `stop`.
-   type :: view_t
-      type(field_t) :: field
-      type(stepper_t) :: stepper
-      real(wp) :: start = 0.0_wp, h = 0.0_wp, duration = 0.0_wp
-      !> States at start and end of the part shown (2m each).
-      real(wp), allocatable :: z_start(:), z_stop(:)
-      logical :: moment = .false., dense = .false.
-      !> Steps, and if there is more than one of them, that which the stepper has loaded.
-      integer :: steps = 1
-      integer, private :: loaded = 0
+   type, extends(stretch_t) :: view_t
       !> Largest frequency of excitation, rad/s.
       real(wp) :: fastest = 0.0_wp
-      real(wp), allocatable, private :: z(:)
       !> The rate of an observable, and whether turns are looked for on it.
       type(rate_path_t), private :: rate_path
       logical, private :: on_path = .false.
    contains
       procedure :: attach
-      procedure :: take_strip
-      procedure :: leave_strip
-      procedure :: look
-      procedure :: state_at
+      procedure :: see_strip
       procedure :: value
       procedure :: glimpse
       procedure :: next_turn
@@ -55,117 +39,21 @@ contains
    subroutine attach(self)
       class(view_t), intent(inout) :: self
 
-      if (allocated(self%z)) deallocate (self%z, self%z_start, self%z_stop)
-      allocate (self%z(2*self%field%m), self%z_start(2*self%field%m), self%z_stop(2*self%field%m), source=0.0_wp)
+      call self%make_room()
       call self%rate_path%attach(self%field)
       self%fastest = 0.0_wp
       if (size(self%field%omega) > 0) self%fastest = maxval(self%field%omega)
    end subroutine attach
 
    !> See the first `steps` steps of the stepper's strip, which begins at `start` of the field's time.
-   pure subroutine take_strip(self, start, steps)
+   pure subroutine see_strip(self, start, steps)
       class(view_t), intent(inout) :: self
       real(wp), intent(in) :: start
       integer, intent(in) :: steps
 
-      integer :: i
-
-      self%start = start
-      self%steps = steps
-      self%loaded = steps
-      self%dense = .false.
-      self%moment = .false.
+      call self%take_strip(start, steps)
       self%rate_path%form = 0
-      associate (strip => self%stepper%strip)
-         self%duration = strip%at(steps)
-         self%h = self%duration/steps
-         do i = 1, size(self%z)
-            self%z_start(i) = strip%z(i, 0)
-            self%z_stop(i) = strip%z(i, steps)
-         end do
-      end associate
-   end subroutine take_strip
-
-   !> Leave the stepper at the end of the steps, whatever has been looked at.
-   pure subroutine leave_strip(self)
-      class(view_t), intent(inout) :: self
-
-      if (self%loaded /= self%steps) call self%stepper%load(self%field, self%start, self%steps)
-      call self%stepper%go_to_end()
-      self%steps = 1
-   end subroutine leave_strip
-
-   !> Have the dense output of the step that `tau` is in, `later` of its start.
-   subroutine look_into_step(self, tau, later)
-      type(view_t), intent(inout) :: self
-      real(wp), intent(in) :: tau
-      real(wp), intent(out) :: later
-
-      integer :: k
-
-      later = tau
-      if (self%steps > 1) then
-         do k = 1, self%steps - 1
-            if (tau <= self%stepper%strip%at(k)) exit
-         end do
-         call load_step(self, k)
-         later = min(tau - self%stepper%strip%at(k - 1), self%stepper%h)
-      end if
-      call make_dense(self)
-   end subroutine look_into_step
-
-   subroutine load_step(self, k)
-      type(view_t), intent(inout) :: self
-      integer, intent(in) :: k
-
-      if (self%steps == 1 .or. k == self%loaded) return
-      call self%stepper%load(self%field, self%start, k)
-      self%loaded = k
-      self%dense = .false.
-   end subroutine load_step
-
-   !> z at `tau` into the workspace.
-   subroutine look(self, tau)
-      class(view_t), intent(inout) :: self
-      real(wp), intent(in) :: tau
-
-      real(wp) :: later
-
-      if (self%moment .or. tau >= self%duration) then
-         self%z = self%z_stop
-      else if (tau <= 0.0_wp) then
-         self%z = self%z_start
-      else
-         call look_into_step(self, tau, later)
-         call self%stepper%at(later/self%stepper%h, self%z)
-      end if
-   end subroutine look
-
-   !> Make the dense output of the step, unless it has been made.
-   subroutine make_dense(self)
-      class(view_t), intent(inout) :: self
-
-      if (self%dense) return
-      if (self%steps == 1) then
-         call self%stepper%prepare_dense(self%field, self%start, self%z_start)
-      else
-         associate (strip => self%stepper%strip, before => self%loaded - 1)
-            call self%stepper%prepare_dense(self%field, self%start + strip%at(before), strip%z(:, before))
-         end associate
-      end if
-      self%dense = .true.
-   end subroutine make_dense
-
-   !> Time of the field and z at `tau`.
-   subroutine state_at(self, tau, time, z)
-      class(view_t), intent(inout) :: self
-      real(wp), intent(in) :: tau
-      real(wp), intent(out) :: time, z(:)
-
-      call self%look(tau)
-      time = self%start + tau
-      z = self%z
-   end subroutine state_at
+   end subroutine see_strip
 
    !> Value of observable `form` at `tau`.
    function value(self, form, tau)
@@ -242,7 +130,7 @@ contains
       else
          if (self%rate_path%steady(self%field, form, self%start, self%h, direction, self%z_start, self%stepper%z_end, &
                                    self%stepper%dz_start, self%stepper%dz_end)) return
-         call make_dense(self)
+         call self%make_dense()
          call self%rate_path%follow(self%field, self%stepper%output)
          call search(self, form, direction, tau, tau_end, found, tau_found)
       end if
@@ -263,8 +151,8 @@ contains
          if (path%form /= form) call path%survey(self%field, form, strip, self%steps)
          do k = 1, self%steps
             if (strip%at(k) <= tau .or. path%steady_in(strip, k, direction)) cycle
-            call load_step(self, k)
-            call make_dense(self)
+            call self%load_step(k)
+            call self%make_dense()
             path%start = self%start + strip%at(k - 1)
             path%h = strip%h
             call path%follow(self%field, self%stepper%output)

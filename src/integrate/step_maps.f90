@@ -7,41 +7,24 @@
 !!
 !! with matrices that depend on the mode and on h alone. Their columns are the sums of the stages begun with unit vectors, so
 !! that a step by its map is that of the stages to rounding. A map costs about as many steps as it has columns, and is made
-!! when its step has served as often as that. Steps are therefore drawn from a ladder of `rungs` to a factor of two.
+!! when its step has served as often as that. Steps are therefore drawn from a ladder (razy_integrate_step_ladder).
 !!
 !! All is forgotten at the start of a run, so that no run depends on another.
 module razy_integrate_step_maps
-   use razy_core_kinds, only: i8, wp
+   use razy_core_kinds, only: wp
    use razy_integrate_field, only: field_t
-   use razy_integrate_folded_stages, only: phases, stages
-   use razy_integrate_stage_sums, only: add_up, multiply, width
+   use razy_integrate_stage_sums, only: multiply, width
+   use razy_integrate_step_ladder, only: slot_of
+   use razy_integrate_step_map, only: step_map_t
    use razy_integrate_step_strip, only: step_strip_t
    use razy_integrate_tableaux, only: tableau_t
    implicit none(type, external)
    private
 
-   public :: below_on_ladder, half_rung, log_half_rung, near_on_ladder, step_maps_t
+   public :: step_maps_t
 
-   !> Steps of the ladder in a factor of two, modes that are remembered, and steps of each.
-   integer, parameter :: rungs = 8, most_modes = 64, most_steps = 32
-   !> Bits of the fraction of a number, and of 2**(i/rungs), i = 0 … rungs - 1: those of numbers on the ladder.
-   integer, parameter :: fraction_bits = 52
-   integer(i8), parameter :: on_ladder(0:rungs - 1) = ibits(transfer([1.0_wp, 1.0905077326652576592_wp, &
-                                                                      1.1892071150027210667_wp, 1.2968395546510096659_wp, &
-                                                                      1.4142135623730950488_wp, 1.5422108254079408236_wp, &
-                                                                      1.6817928305074290861_wp, 1.8340080864093424635_wp], &
-                                                                     0_i8, rungs), 0, fraction_bits)
-   !> 2**(1/(2 rungs)), and its logarithm.
-   real(wp), parameter :: half_rung = 1.0442737824274138403_wp, log_half_rung = 0.043321698784996581_wp
-
-   !> One step in one mode: how often it has served, and then Δ and E, and D (four rows, columns, blocks of rows), and cosine and
-   !> sine of the angles of excitation in the step (tones each).
-   type :: step_map_t
-      real(wp) :: h = 0.0_wp
-      integer :: uses = 0
-      logical :: made = .false.
-      real(wp), allocatable :: ends(:, :, :), dense(:, :, :), cosine(:), sine(:)
-   end type step_map_t
+   !> Modes that are remembered, and steps of each.
+   integer, parameter :: most_modes = 64, most_steps = 32
 
    !> The steps of the mode with these branches.
    type :: mode_maps_t
@@ -72,30 +55,6 @@ module razy_integrate_step_maps
    end type step_maps_t
 
 contains
-
-   !> The step of the ladder nearest to h > 0.
-   pure function near_on_ladder(h) result(near)
-      real(wp), intent(in) :: h
-      real(wp) :: near
-
-      near = below_on_ladder(h*half_rung)
-   end function near_on_ladder
-
-   !> The largest step of the ladder that is not longer than h > 0.
-   pure function below_on_ladder(h) result(lower)
-      real(wp), intent(in) :: h
-      real(wp) :: lower
-
-      integer(i8) :: bits, part
-      integer :: i
-
-      bits = transfer(h, bits)
-      part = ibits(bits, 0, fraction_bits)
-      do i = rungs - 1, 1, -1
-         if (on_ladder(i) <= part) exit
-      end do
-      lower = transfer(bits - part + on_ladder(i), lower)
-   end function below_on_ladder
 
    !> Forget all maps.
    subroutine forget(self)
@@ -235,7 +194,7 @@ contains
       self%ready = .false.
       self%h = h
       if (self%now == 0) return
-      self%slot = slot_of(h)
+      self%slot = slot_of(h, most_steps)
       if (self%slot < 0) return
       columns = 2*(field%m + size(field%omega))
       associate (mode => self%mode(self%now), map => self%mode(self%now)%step(self%slot))
@@ -248,7 +207,7 @@ contains
          if (map%uses <= columns .and. .not. map%made) return
          self%ready = .true.
          if (map%made) return
-         call make(map, field, tableau, columns)
+         call map%make(field, tableau, columns)
          if (.not. any(mode%slot(:mode%slots) == self%slot)) then
             mode%slots = mode%slots + 1
             mode%slot(mode%slots) = self%slot
@@ -296,106 +255,5 @@ contains
          end do
       end do
    end subroutine dense
-
-   !> Where a step of the ladder is kept; -1 if it is none.
-   pure function slot_of(h) result(slot)
-      real(wp), intent(in) :: h
-      integer :: slot
-
-      integer(i8) :: bits, part
-      integer :: i
-
-      bits = transfer(h, bits)
-      part = ibits(bits, 0, fraction_bits)
-      slot = -1
-      do i = 0, rungs - 1
-         if (part /= on_ladder(i)) cycle
-         slot = int(modulo(shiftr(bits, fraction_bits)*rungs + i, int(most_steps, i8)))
-         return
-      end do
-   end function slot_of
-
-   !> Form a map, column by column.
-   subroutine make(map, field, tableau, columns)
-      type(step_map_t), intent(inout) :: map
-      type(field_t), intent(in) :: field
-      type(tableau_t), intent(in) :: tableau
-      integer, intent(in) :: columns
-
-      real(wp), dimension(4*((2*field%m + 3)/4)) :: z0, z, sum
-      real(wp) :: k(size(z0), tableau%stages + 1 + tableau%extra), part(field%m, size(k, 2))
-      real(wp) :: ends(width*blocks(2*field%m*(1 + tableau%errors))), dense(width*blocks(2*field%m*tableau%polynomials))
-      integer :: column, e, m, n
-
-      m = field%m
-      n = 2*m
-      map%made = .true.
-      if (allocated(map%ends)) deallocate (map%ends, map%dense, map%cosine, map%sine)
-      allocate (map%cosine(size(field%omega)), map%sine(size(field%omega)))
-      allocate (map%ends(width, columns, size(ends)/width), map%dense(width, columns, size(dense)/width))
-      ends = 0.0_wp
-      dense = 0.0_wp
-      do column = 1, columns
-         z0 = 0.0_wp
-         k = 0.0_wp
-         part = 0.0_wp
-         if (column <= n) k(column, 1) = 1.0_wp
-         if (column <= m) then
-            ! The velocity goes on as it was, and what it does to the acceleration at the start is in that already.
-            z0(m + column) = 1.0_wp
-            part = spread(field%matrix(:, m + column), 2, size(k, 2))
-         else if (column <= n) then
-            part(column - m, :) = 1.0_wp
-         else
-            call force_of_phase(map, field, tableau, column - n, part)
-         end if
-         call stages(m, size(z0), tableau, map%h, 2, size(k, 2), field%matrix, part, z0, k, z)
-         call add_up(k, tableau%row(tableau%stages + 1), sum)
-         ends(:n) = map%h*sum(:n)
-         do e = 1, tableau%errors
-            call add_up(k, tableau%error(e), sum)
-            ends(n*e + 1:n*e + n) = map%h*sum(:n)
-         end do
-         do e = 1, tableau%polynomials
-            call add_up(k, tableau%dense(e), sum)
-            dense(n*(e - 1) + 1:n*e) = map%h*sum(:n)
-         end do
-         map%ends(:, column, :) = reshape(ends, [width, size(map%ends, 3)])
-         map%dense(:, column, :) = reshape(dense, [width, size(map%dense, 3)])
-      end do
-   end subroutine make
-
-   !> How the forcing of all stages differs from that at the start (m, stages), where all phases at the start are 0 but number i
-   !> of all cosines and then all sines, which is 1.
-   subroutine force_of_phase(map, field, tableau, i, part)
-      type(step_map_t), intent(inout) :: map
-      type(field_t), intent(in) :: field
-      type(tableau_t), intent(in) :: tableau
-      integer, intent(in) :: i
-      real(wp), intent(out) :: part(:, :)
-
-      real(wp) :: c(size(part, 2)), d(size(part, 2)), start(2)
-      integer :: j, last, t
-
-      last = tableau%stages + 1
-      t = modulo(i - 1, size(field%omega)) + 1
-      start = merge([1.0_wp, 0.0_wp], [0.0_wp, 1.0_wp], i == t)
-      call phases(field%omega(t), tableau%node(:last)*map%h, start(1), start(2), c(:last), d(:last))
-      call phases(field%omega(t), tableau%node(last + 1:size(c))*map%h, start(1), start(2), c(last + 1:), d(last + 1:))
-      do j = 1, size(c)
-         part(:, j) = field%on_cosine(:, t)*(c(j) - start(1)) + field%on_sine(:, t)*(d(j) - start(2))
-      end do
-      if (i /= t) return
-      map%cosine(t) = c(last)
-      map%sine(t) = d(last)
-   end subroutine force_of_phase
-
-   !> Blocks of four that n rows need.
-   pure function blocks(n)
-      integer, intent(in) :: n
-      integer :: blocks
-
-      blocks = (n + width - 1)/width
-   end function blocks
 
 end module razy_integrate_step_maps

@@ -8,7 +8,7 @@ module io_samples
    use razy_io_extrema, only: extrema_t
    use razy_io_header, only: result_header_t
    use razy_io_run_file, only: history_t, run_content_t
-   use razy_io_sweep_file, only: axis_t, sweep_content_t
+   use razy_io_sweep_content, only: axis_t, sweep_content_t
    use razy_io_tune_file, only: tune_content_t
    implicit none(type, external)
    private

@@ -5,7 +5,8 @@ program consumer
    use razy_core_text, only: string_t
    use razy_core_text_file, only: read_text_file
    use razy_machine_machine, only: machine_t
-   use razy_scenes_study, only: motion_t, new_machine, read_study, record_t
+   use razy_scenes_records, only: record_t
+   use razy_scenes_study, only: motion_t, new_machine, read_study
    implicit none(type, external)
 
    type(error_t), allocatable :: error
