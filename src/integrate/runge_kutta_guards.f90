@@ -34,8 +34,8 @@ module razy_integrate_runge_kutta_guards
       real(wp), allocatable :: size_s(:), size_rate(:)
       !> Lengths of the contact directions (contacts).
       real(wp), allocatable :: reach(:)
-      !> Largest angular frequency that the guards feel at once, whatever the motion is, rad/s: of errors of s, and of loads where there
-      !> is a force among them; of errors alone, of all tones.
+      !> Largest angular frequency that the guards feel at once, whatever the motion is, rad/s: of errors of s, and of loads where
+      !> there is a force among them; of errors alone, of all tones.
       real(wp) :: fastest = 0.0_wp
       real(wp), private :: fastest_error = 0.0_wp, fastest_tone = 0.0_wp
       !> Rounding of the field's time, s.

@@ -1,9 +1,9 @@
 !! Where in a step the first guard of the mode is left, on the step's dense output.
 !!
 !! A step is looked at inside unless the speeds at its ends show that no guard can be reached. It is divided by `least_probes`
-!! or more points, so that none is longer than half a radian of the fastest excitation that guards feel; at each the guards and their
-!! rates are formed. A guard that is negative at a point was left before it; one that falls at a point and rises at the next has
-!! a minimum in between, which is found and judged (razy_integrate_runge_kutta_probe).
+!! or more points, so that none is longer than half a radian of the fastest excitation that guards feel; at each the guards and
+!! their rates are formed. A guard that is negative at a point was left before it; one that falls at a point and rises at the next
+!! has a minimum in between, which is found and judged (razy_integrate_runge_kutta_probe).
 module razy_integrate_runge_kutta_locate
    use razy_core_kinds, only: wp
    use razy_integrate_field, only: field_t
@@ -199,8 +199,8 @@ contains
       end associate
    end function at_rest
 
-   !> Whether guard i, with the value g at the start of the step, is a function of s on its bound there whose second derivative leads
-   !> away from it for certain.
+   !> Whether guard i, with the value g at the start of the step, is a function of s on its bound there whose second derivative
+   !> leads away from it for certain.
    pure function turns_inwards(self, field, stepper, i, g) result(turns)
       class(locator_t), intent(in) :: self
       type(field_t), intent(in) :: field
