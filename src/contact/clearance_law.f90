@@ -132,8 +132,10 @@ contains
          stiffness = self%branch(branch_open)%stiffness
          force = stiffness*s
          damping = 0.0_wp
-         if (open%above /= 0) call add_smoothed(beyond(open%above), s, rate, s - open%upper, sharpness, force, stiffness, damping)
-         if (open%below /= 0) call add_smoothed(beyond(open%below), s, rate, s - open%lower, -sharpness, force, stiffness, damping)
+         if (open%above /= 0) call add_smoothed(beyond(open%above), parts(open%above), s, rate, s - open%upper, sharpness, &
+                                                force, stiffness, damping)
+         if (open%below /= 0) call add_smoothed(beyond(open%below), parts(open%below), s, rate, s - open%lower, -sharpness, &
+                                                force, stiffness, damping)
       end associate
 
    contains
@@ -147,21 +149,40 @@ contains
          more%stiffness = more%stiffness - self%branch(branch_open)%stiffness
       end function beyond
 
+      !> Whether a closed side parts at zero force.
+      pure function parts(branch)
+         integer, intent(in) :: branch
+         logical :: parts
+
+         parts = any(self%guard(2:self%functions, branch)%below /= 0 .or. self%guard(2:self%functions, branch)%above /= 0)
+      end function parts
+
    end subroutine smoothed
 
-   !> Add an affine force that is switched on as x passes 0, upwards for a positive sharpness.
-   pure subroutine add_smoothed(piece, s, rate, x, sharpness, force, stiffness, damping)
+   !> Add an affine force that is switched on as x passes 0, upwards for a positive sharpness; one of a side that `parts` at zero
+   !> force is switched on as force/stiffness does so, too.
+   pure subroutine add_smoothed(piece, parts, s, rate, x, sharpness, force, stiffness, damping)
       type(branch_t), intent(in) :: piece
+      logical, intent(in) :: parts
       real(wp), intent(in) :: s, rate, x, sharpness
       real(wp), intent(inout) :: force, stiffness, damping
 
-      real(wp) :: full, share
+      real(wp) :: full, pressed, share, slope, turned
 
       full = piece%stiffness*s + piece%damping*rate + piece%offset
       share = 0.5_wp + atan(sharpness*x)/pi
-      force = force + share*full
-      stiffness = stiffness + share*piece%stiffness + sharpness*full/(pi*(1.0_wp + (sharpness*x)**2))
-      damping = damping + share*piece%damping
+      slope = sharpness/(pi*(1.0_wp + (sharpness*x)**2))
+      pressed = 1.0_wp
+      turned = 0.0_wp
+      if (parts) then
+         associate (sharp => sharpness/piece%stiffness)
+            pressed = 0.5_wp + atan(sharp*full)/pi
+            turned = sharp*full/(pi*(1.0_wp + (sharp*full)**2))
+         end associate
+      end if
+      force = force + share*pressed*full
+      stiffness = stiffness + share*(pressed + turned)*piece%stiffness + slope*pressed*full
+      damping = damping + share*(pressed + turned)*piece%damping
    end subroutine add_smoothed
 
 end module razy_contact_clearance_law

@@ -188,20 +188,42 @@ contains
       stiffness = 0.0_wp
       damping = 0.0_wp
       associate (unused => normal)
-         if (self%upper%present) call add(self%upper, s - self%upper%edge, rate, 1.0_wp, sharpness, force, stiffness, damping)
-         if (self%lower%present) call add(self%lower, self%lower%edge - s, -rate, -1.0_wp, sharpness, force, stiffness, damping)
+         if (self%upper%present) call add(self%upper, parts(branch_upper), s - self%upper%edge, rate, 1.0_wp, sharpness, &
+                                          force, stiffness, damping)
+         if (self%lower%present) call add(self%lower, parts(branch_lower), self%lower%edge - s, -rate, -1.0_wp, sharpness, &
+                                          force, stiffness, damping)
       end associate
+
+   contains
+
+      !> Whether a closed side parts at zero force.
+      pure function parts(branch)
+         integer, intent(in) :: branch
+         logical :: parts
+
+         parts = any(self%guard(2:self%functions, branch)%below /= 0 .or. self%guard(2:self%functions, branch)%above /= 0)
+      end function parts
+
    end subroutine smoothed
 
-   !> Add a side with deformation p that acts in `direction`.
-   pure subroutine add(side, p, rate, direction, sharpness, force, stiffness, damping)
+   !> Add a side with deformation p that acts in `direction`; if it `parts` at zero force, it is switched on by p (1 + c p') too.
+   pure subroutine add(side, parts, p, rate, direction, sharpness, force, stiffness, damping)
       type(power_side_t), intent(in) :: side
+      logical, intent(in) :: parts
       real(wp), intent(in) :: p, rate, direction, sharpness
       real(wp), intent(inout) :: force, stiffness, damping
 
-      real(wp) :: f, k, b, share
+      real(wp) :: f, k, b, factor, pressed, share, slope
 
       call push(side, p, rate, f, k, b)
+      if (parts) then
+         factor = 1 + 1.5_wp*side%hysteresis*rate
+         pressed = 0.5_wp + atan(sharpness*p*factor)/pi
+         slope = f*sharpness/(pi*(1.0_wp + (sharpness*p*factor)**2))
+         f = pressed*f
+         k = pressed*k + slope*factor
+         b = pressed*b + slope*1.5_wp*side%hysteresis*p
+      end if
       share = 0.5_wp + atan(sharpness*p)/pi
       force = force + direction*share*f
       stiffness = stiffness + share*k + sharpness*f/(pi*(1.0_wp + (sharpness*p)**2))

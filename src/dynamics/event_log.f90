@@ -8,7 +8,7 @@ module razy_dynamics_event_log
    public :: event_log_t
 
    type, extends(observer_t) :: event_log_t
-      !> Number of events; time in s, contact and branch entered (count).
+      !> Number of events; time in s, never falling, contact and branch entered (count).
       integer :: count = 0
       real(wp), allocatable :: time(:)
       integer, allocatable :: contact(:), branch(:)
@@ -29,6 +29,8 @@ contains
       if (self%count == size(self%time)) call resize(self, 2*self%count)
       self%count = self%count + 1
       self%time(self%count) = part%time + (part%time_low + part%duration)
+      ! The end of a piece and the start of the next are one moment, but sums of other terms.
+      if (self%count > 1) self%time(self%count) = max(self%time(self%count - 1), self%time(self%count))
       self%contact(self%count) = part%contact
       self%branch(self%count) = part%branch
    end subroutine piece

@@ -19,8 +19,9 @@ module razy_integrate_exact
 
    public :: exact_t
 
-   !> The propagator with what it keeps from run to run.
+   !> The propagator with what it keeps from run to run. A run ends with a status after `most_steps` steps of its search.
    type, extends(integrator_t) :: exact_t
+      integer(i8) :: most_steps = huge(1_i8)
       type(propagation_t) :: motion
       type(jumps_t) :: jumps
    contains
@@ -73,6 +74,8 @@ contains
       by => self
       steps = self%motion%search%steps
       halvings = self%motion%search%halvings
+      self%motion%search%most_steps = huge(1_i8)
+      if (self%most_steps < huge(1_i8) - steps) self%motion%search%most_steps = steps + self%most_steps
       if (self%motion%states%jumps) then
          call run_with_jumps(self%motion, self%jumps, by, t_end, most_events, observers, outcome)
       else

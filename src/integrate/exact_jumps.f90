@@ -6,7 +6,7 @@ module razy_integrate_exact_jumps
    use razy_integrate_exact_view, only: end_state, place
    use razy_integrate_integrator, only: integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, status_blow_up, &
                                         status_chatter, status_event_limit, status_no_contact_forces, status_no_modes, &
-                                        status_ok
+                                        status_ok, status_step_limit
    use razy_integrate_jumps, only: jumps_t
    use razy_integrate_propagation, only: propagation_t
    use razy_integrate_search, only: exit_t
@@ -43,6 +43,7 @@ contains
       do while (outcome%status == status_ok .and. piece%time < t_end)
          call choose_state(self, jumps, i, outcome)
          if (self%has_blown_up()) outcome%status = status_blow_up
+         if (self%is_spent()) outcome%status = status_step_limit
          if (outcome%events >= most_events) outcome%status = status_event_limit
          if (outcome%status /= status_ok) exit
          call jumps%start_piece(piece%time, piece%time_low, duration, delta_of(self, i, t_end - piece%time), self%z)

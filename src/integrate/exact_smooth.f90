@@ -6,7 +6,7 @@ module razy_integrate_exact_smooth
    use razy_integrate_contact_states, only: state_index
    use razy_integrate_exact_view, only: end_state, place
    use razy_integrate_integrator, only: integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, status_blow_up, &
-                                        status_chatter, status_event_limit, status_no_modes, status_ok
+                                        status_chatter, status_event_limit, status_no_modes, status_ok, status_step_limit
    use razy_integrate_propagation, only: propagation_t
    use razy_integrate_search, only: exit_t
    implicit none(type, external)
@@ -50,6 +50,7 @@ contains
          i = state_index(self%states, self%branch)
          if (i == 0) outcome%status = status_no_modes
          if (self%has_blown_up()) outcome%status = status_blow_up
+         if (self%is_spent()) outcome%status = status_step_limit
          if (outcome%status /= status_ok) exit
          call place(self%view, self%states, i, piece%time, piece%time_low, self%z)
          call mark(self%states%state(i), crossed)

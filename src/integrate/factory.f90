@@ -24,11 +24,16 @@ contains
          if (allocated(integrator)) then
             select type (integrator)
             type is (exact_t)
+               integrator%most_steps = method%most_steps
                return
             end select
             deallocate (integrator)
          end if
          allocate (exact_t :: integrator)
+         select type (integrator)
+         type is (exact_t)
+            integrator%most_steps = method%most_steps
+         end select
       case ("rk4", "bogacki_shampine", "dormand_prince", "dop853", "radau5")
          if (allocated(integrator)) deallocate (integrator)
          allocate (runge_kutta_t :: integrator)

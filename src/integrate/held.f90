@@ -50,13 +50,15 @@ module razy_integrate_held
 
 contains
 
-   !> Qᵀ P A V.
+   !> Qᵀ P A V. What is rounding of its terms is nothing: the stiffness between bodies that are held together is none of the free
+   !> motion, which would have a slow mode else where it has a rigid one.
    pure function projected(self, a, v) result(product)
       class(held_t), intent(in) :: self
       real(wp), intent(in) :: a(:, :), v(:, :)
       real(wp) :: product(size(self%left, 1), size(v, 2))
 
       product = matmul(self%left, matmul(a, v))
+      where (abs(product) <= 16*self%m*epsilon(1.0_wp)*matmul(abs(self%left), matmul(abs(a), abs(v)))) product = 0.0_wp
    end function projected
 
    !> K_x and B_x (m, m) from K and B.

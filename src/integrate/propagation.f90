@@ -28,6 +28,7 @@ module razy_integrate_propagation
       procedure :: attach
       procedure :: follow
       procedure :: has_blown_up
+      procedure :: is_spent
    end type propagation_t
 
    !> Pieces are begun anew after this angle of the fastest exponent, so that its rounding stays below 1e-13.
@@ -59,6 +60,14 @@ contains
       has_blown_up = .not. all(abs(self%z) <= largest)
    end function has_blown_up
 
+   !> Whether the search has made as many steps as it may.
+   pure function is_spent(self)
+      class(propagation_t), intent(in) :: self
+      logical :: is_spent
+
+      is_spent = self%search%steps >= self%search%most_steps
+   end function is_spent
+
    !> Follow a state from the time of `piece` to its end, at most for `most`, s.
    subroutine follow(self, state, most, t_end, piece, found)
       class(propagation_t), intent(inout) :: self
@@ -87,7 +96,7 @@ contains
       if (found%watched == 0) call move_to(self%view%start, state%response, found%tau, self%search%probe)
       piece%duration = found%tau
       self%view%duration = found%tau
-      piece%last = piece%last .and. found%watched == 0
+      piece%last = piece%last .and. found%watched == 0 .and. .not. found%tau < longest
       piece%contact = 0
       if (found%watched == 0) return
       piece%contact = state%contact(found%watched)

@@ -5,7 +5,9 @@
 !! a candidate i adds -φ_k λ_i w_k to the forces, so column i of the matrix is Dᵀ(d_i - φ_k w_k): it is not symmetric.
 !!
 !! `assume` sets the branches with all candidates closed and sticking; the caller forms the accelerations for these, and
-!! `choose` corrects the branches.
+!! `choose` corrects the branches. There μ_s is the coefficient of what begins to slide too. Where the kinetic one is smaller, that
+!! is not the force that it slides with, and others that `choose` lets slide may stick: the element that `choose` calls `loose` is
+!! to slide with its own force, and the rest to be decided again without it.
 module razy_integrate_rigid_forces
    use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking
    use razy_core_kinds, only: wp
@@ -48,21 +50,25 @@ contains
 
    !> Correct the branches of `assume` by the accelerations `second_rate`, s'' (contacts) with all forces but those of
    !> candidates. `normal` (contacts) is the normal force of friction without that of candidates, `per_normal` the force F of
-   !> friction that slides under a unit of it, 0 for all others. Not `found`: no forces obey the laws.
-   subroutine choose(contact, w, side, resting, second_rate, normal, per_normal, branch, found)
+   !> friction that slides under a unit of it, 0 for all others. `loose`: of the elements that begin to slide with less than the
+   !> force of sticking the one that does so fastest, 0 if there is none. Not `found`: no forces obey the laws.
+   subroutine choose(contact, w, side, resting, second_rate, normal, per_normal, branch, loose, found)
       type(contact_t), intent(in) :: contact(:)
       real(wp), intent(in) :: w(:, :), second_rate(:), normal(:), per_normal(:)
       type(side_t), intent(in) :: side(:)
       logical, intent(in) :: resting(:)
       integer, intent(inout) :: branch(:)
+      integer, intent(out) :: loose
       logical, intent(out) :: found
 
       real(wp), allocatable :: forces(:), u(:)
       integer, allocatable :: sides(:), tangent(:)
       type(impact_problem_t) :: problem
       type(impact_effort_t) :: effort
-      real(wp) :: least
+      real(wp) :: fastest, least
       integer :: i, k, n, outcome
+
+      loose = 0
 
       sides = pack([(i, i=1, size(side))], side%candidate .and. .not. side%released)
       tangent = pack([(i, i=1, size(resting))], resting)
@@ -80,11 +86,27 @@ contains
             if (forces(i) > 0.0_wp) branch(this%contact) = this%closed
          end associate
       end do
+      fastest = 0.0_wp
       do k = 1, size(tangent)
-         if (u(n + k) > least) branch(tangent(k)) = branch_forward
-         if (u(n + k) < -least) branch(tangent(k)) = branch_backward
+         if (abs(u(n + k)) <= least) cycle
+         branch(tangent(k)) = merge(branch_forward, branch_backward, u(n + k) > 0.0_wp)
+         if (.not. weakens(contact(tangent(k)), branch(tangent(k)))) cycle
+         if (abs(u(n + k)) <= fastest*norm2(w(:, tangent(k)))) cycle
+         fastest = abs(u(n + k))/norm2(w(:, tangent(k)))
+         loose = tangent(k)
       end do
    end subroutine choose
+
+   !> Whether friction that begins to slide into `branch` acts with less than it can stick with.
+   pure function weakens(friction, branch)
+      type(contact_t), intent(in) :: friction
+      integer, intent(in) :: branch
+      logical :: weakens
+
+      associate (law => friction%law)
+         weakens = abs(law%force(branch, 0.0_wp, 0.0_wp, 1.0_wp)) < law%force_guard(branch_sticking)%upper
+      end associate
+   end function weakens
 
    !> The problem of accelerations of the candidate sides and the tangential directions of the contacts `tangent`.
    pure subroutine set_up(contact, w, side, tangent, second_rate, normal, per_normal, problem)

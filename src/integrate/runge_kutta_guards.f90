@@ -30,11 +30,14 @@ module razy_integrate_runge_kutta_guards
       logical :: accelerated = .false., forced = .false.
       !> Time over which rates of forces are taken, s.
       real(wp) :: delta = 0.0_wp
-      !> Size of the terms of s and s' seen in this piece (contacts), and largest angular frequency of an error of s, rad/s.
+      !> Size of the terms of s and s' seen in this piece (contacts).
       real(wp), allocatable :: size_s(:), size_rate(:)
       !> Lengths of the contact directions (contacts).
       real(wp), allocatable :: reach(:)
+      !> Largest angular frequency that the guards feel at once, whatever the motion is, rad/s: of errors of s, and of loads where
+      !> there is a force among them; of errors alone, of all tones.
       real(wp) :: fastest = 0.0_wp
+      real(wp), private :: fastest_error = 0.0_wp, fastest_tone = 0.0_wp
       !> Rounding of the field's time, s.
       real(wp) :: of_time = 0.0_wp
       real(wp), allocatable :: a(:), moved(:)
@@ -67,9 +70,13 @@ contains
       self%size_s = 0.0_wp
       self%size_rate = 0.0_wp
       self%reach = norm2(field%w, dim=1)
-      self%fastest = 0.0_wp
+      self%fastest_error = 0.0_wp
+      self%fastest_tone = 0.0_wp
       do t = 1, size(field%omega)
-         if (any(abs(field%error_re(:, t)) + abs(field%error_im(:, t)) > 0.0_wp)) self%fastest = max(self%fastest, field%omega(t))
+         self%fastest_tone = max(self%fastest_tone, field%omega(t))
+         if (any(abs(field%error_re(:, t)) + abs(field%error_im(:, t)) > 0.0_wp)) then
+            self%fastest_error = max(self%fastest_error, field%omega(t))
+         end if
       end do
    end subroutine attach
 
@@ -94,6 +101,7 @@ contains
             end do
          end associate
       end do
+      self%fastest = merge(self%fastest_tone, self%fastest_error, self%forced)
    end subroutine watch
 
    subroutine add(self, j, f, guard, coefficients, of_normal)

@@ -1,9 +1,9 @@
 !! Where in a step the first guard of the mode is left, on the step's dense output.
 !!
 !! A step is looked at inside unless the speeds at its ends show that no guard can be reached. It is divided by `least_probes`
-!! or more points, so that none is longer than half a radian of the fastest excitation of a gap; at each the guards and their
-!! rates are formed. A guard that is negative at a point was left before it; one that falls at a point and rises at the next has
-!! a minimum in between, which is found and judged (razy_integrate_runge_kutta_probe).
+!! or more points, so that none is longer than half a radian of the fastest excitation that guards feel; at each the guards and
+!! their rates are formed. A guard that is negative at a point was left before it; one that falls at a point and rises at the next
+!! has a minimum in between, which is found and judged (razy_integrate_runge_kutta_probe).
 module razy_integrate_runge_kutta_locate
    use razy_core_kinds, only: wp
    use razy_integrate_field, only: field_t
@@ -15,7 +15,7 @@ module razy_integrate_runge_kutta_locate
    public :: least_probes, locator_t
 
    integer, parameter :: least_probes = 8
-   !> Angle of the fastest excitation of a gap between probes.
+   !> Angle of the fastest excitation that guards feel between probes.
    real(wp), parameter :: longest_angle = 0.5_wp
    real(wp), parameter :: eps = epsilon(1.0_wp)
    !> Rounding of a sum in units of the length of its terms.
@@ -91,7 +91,7 @@ contains
       self%nearest(:n) = huge(1.0_wp)
       self%tau = tau
       self%h = stepper%h
-      self%guards%delta = 1.0e-5_wp*stepper%h
+      self%guards%delta = 1.0e-5_wp*stepper%h/max(1.0_wp, self%guards%fastest*stepper%h)
       call self%guards%look(field, tau + stepper%h, stepper%z_end, self%g1, self%rate1)
       call self%choose_suspects(field, stepper)
       if (.not. any(self%suspect(:n))) return
@@ -156,6 +156,10 @@ contains
                call self%turn(field, stepper, i, a, b, turn, g_turn)
                at = turn
                if (g_turn > noise) call self%root(field, stepper, i, turn, b, g_turn, gb, 0.0_wp, rb, at)
+            else
+               call self%come_back(field, stepper, i, a, b, at)
+               ! What must lead away from the bound, and is seen beyond it early in a short step, errs.
+               if (.not. at > a .and. .not. a > 0.0_wp .and. b < 1.0_wp) left = .not. turns_inwards(self, field, stepper, i, ga)
             end if
          else if (ra < 0.0_wp .and. rb > 0.0_wp) then
             ! A convex function is nowhere below the tangents at both ends.
@@ -194,6 +198,25 @@ contains
                                 *norm2(stepper%dz_start(field%m + 1:))
       end associate
    end function at_rest
+
+   !> Whether guard i, with the value g at the start of the step, is a function of s on its bound there whose second derivative
+   !> leads away from it for certain.
+   pure function turns_inwards(self, field, stepper, i, g) result(turns)
+      class(locator_t), intent(in) :: self
+      type(field_t), intent(in) :: field
+      type(stepper_t), intent(in) :: stepper
+      integer, intent(in) :: i
+      real(wp), intent(in) :: g
+      logical :: turns
+
+      real(wp), parameter :: certain = 1.0e3_wp
+
+      associate (entry => self%guards%entry(i), guards => self%guards)
+         turns = entry%function > 0 .and. .not. abs(entry%beta) > 0.0_wp .and. abs(g) <= guards%noise(i)
+         if (turns) turns = entry%side*entry%alpha*self%bend0(entry%contact) > certain*abs(entry%alpha)*of_sum &
+                            *guards%reach(entry%contact)*norm2(stepper%dz_start(field%m + 1:))
+      end associate
+   end function turns_inwards
 
    !> Mark the guard that is left first, at `theta`, and all others that are left there to rounding of the time.
    subroutine gather(self, field, stepper, theta)

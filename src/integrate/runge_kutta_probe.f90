@@ -32,6 +32,7 @@ module razy_integrate_runge_kutta_probe
       procedure :: root
       procedure :: turn
       procedure :: emerge
+      procedure :: come_back
    end type guard_probe_t
 
    integer, parameter :: most_iterations = 100
@@ -243,5 +244,35 @@ contains
          end if
       end do
    end subroutine emerge
+
+   !> Where guard i, on its bound at theta = a and beyond it at b, comes back to it if it leads away from it first, though its rate
+   !> at a does not say so (friction that begins to slide with no acceleration); `at` = a if it does not.
+   subroutine come_back(self, field, stepper, i, a, b, at)
+      class(guard_probe_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      type(stepper_t), intent(in) :: stepper
+      integer, intent(in) :: i
+      real(wp), intent(in) :: a, b
+      real(wp), intent(out) :: at
+
+      real(wp) :: g, g_high, high, low, rate, rate_high
+      integer :: k
+
+      at = a
+      high = b
+      call self%look_at_guard(field, stepper, i, high, g_high, rate_high)
+      do k = 1, digits(1.0_wp)
+         low = a + 0.5_wp*(high - a)
+         call self%look_at_guard(field, stepper, i, low, g, rate)
+         if (abs(g) <= self%guards%noise(i)) return
+         if (g > 0.0_wp) then
+            call self%root(field, stepper, i, low, high, g, g_high, rate, rate_high, at)
+            return
+         end if
+         high = low
+         g_high = g
+         rate_high = rate
+      end do
+   end subroutine come_back
 
 end module razy_integrate_runge_kutta_probe

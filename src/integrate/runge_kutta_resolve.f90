@@ -158,7 +158,7 @@ contains
       self%branch(self%changes) = branch
    end subroutine note
 
-   !> Branches beyond the guards hit; friction that has come to rest does so to the last bit.
+   !> Branches beyond the guards hit; friction that has come to rest does so to the last bit, and what has rested until now rested.
    subroutine take_hits(self, field, guards, hit, tau, z)
       type(resolution_t), intent(inout) :: self
       type(field_t), intent(inout) :: field
@@ -170,6 +170,7 @@ contains
       integer :: i, j
 
       self%left = .false.
+      if (any(hit)) call field%keep_constraints(tau, z)
       do i = 1, guards%count
          if (.not. hit(i)) cycle
          j = guards%entry(i)%contact
@@ -247,6 +248,7 @@ contains
 
       do j = 1, size(self%next)
          if (.not. field%machine%contact(j)%law%constraint(branch_sticking)) cycle
+         if (self%let_go(j) .and. self%impacts == 0) cycle
          if (abs(field%rate(j)) <= guards%on_rate(j)) then
             self%resting(j) = .not. self%let_go(j)
          else
@@ -277,22 +279,28 @@ contains
       end do
    end function further
 
-   !> The field's branches from what is certain and, for candidates, from the problem of accelerations.
+   !> The field's branches from what is certain and, for candidates, from problems of accelerations: one, and one more after each
+   !> friction element that begins to slide with less than the force of sticking.
    subroutine take_forces(self, field, tau, z)
       type(resolution_t), intent(inout) :: self
       type(field_t), intent(inout) :: field
       real(wp), intent(in) :: tau, z(:)
 
       real(wp), dimension(size(self%next)) :: normal, per_normal, second_rate
-      integer :: candidates
+      integer :: candidates, loose
 
       associate (contact => field%machine%contact, side => self%side(:self%sides))
-         call assume(contact, side, self%resting, self%next, candidates)
-         field%branch = self%next
-         if (candidates == 0) return
-         call accelerations(field, tau, z, second_rate, normal, per_normal)
-         call choose(contact, field%w, side, self%resting, second_rate, normal, per_normal, self%next, self%found)
-         if (self%found) field%branch = self%next
+         do
+            call assume(contact, side, self%resting, self%next, candidates)
+            field%branch = self%next
+            if (candidates == 0) return
+            call accelerations(field, tau, z, second_rate, normal, per_normal)
+            call choose(contact, field%w, side, self%resting, second_rate, normal, per_normal, self%next, loose, self%found)
+            if (.not. self%found) return
+            field%branch = self%next
+            if (loose == 0) return
+            self%resting(loose) = .false.
+         end do
       end associate
    end subroutine take_forces
 

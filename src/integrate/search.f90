@@ -43,6 +43,8 @@ module razy_integrate_search
       integer :: level = 10
       !> Steps tried and halvings among them.
       integer(i8) :: steps = 0, halvings = 0
+      !> Steps at which the search is given up, where it is.
+      integer(i8) :: most_steps = huge(1_i8)
    end type search_t
 
    !> What is smaller than this part of the terms it is the sum of is rounding.
@@ -55,7 +57,7 @@ contains
    !> Search from `start` at `tau_from` to `tau_end` along `response`.
    !>
    !> `watched(:)`: functions on `rows`; one with `from_zero` starts on its bound and moves inwards. The exit is in `found`,
-   !> the amplitudes there in `self%probe`.
+   !> the amplitudes there in `self%probe`. With `self%most_steps` the search ends at once, without an exit.
    subroutine first_exit(self, response, rows, start, tau_from, tau_end, watched, found)
       type(search_t), intent(inout) :: self
       type(response_t), intent(inout) :: response
@@ -81,6 +83,10 @@ contains
       end do
       since_resync = 0
       do while (self%point(self%now)%tau < tau_end)
+         if (self%steps >= self%most_steps) then
+            found = exit_t(0, self%point(self%now)%tau)
+            return
+         end if
          if (since_resync == 0) then
             if (stay_forever(self, response, rows, watched)) exit
          end if

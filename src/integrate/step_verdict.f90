@@ -38,7 +38,7 @@ contains
       real(wp), intent(out) :: high
       logical, intent(out) :: room
 
-      real(wp) :: margin, m4, d0, d1
+      real(wp) :: change, margin, m4, d0, d1
       integer :: curvature
 
       high = h
@@ -53,12 +53,18 @@ contains
       room = .false.
       verdict = stays
       if (w%f1 >= 0.0_wp .and. margin >= 0.0_wp) then
-         ! Twice the step has sixteen times the error, and a smaller margin.
-         room = margin > m4*h**4*(40.0_wp/144)
+         ! Twice the step has sixteen times the error, and a smaller margin; what rests on its bound has neither.
+         room = margin >= m4*h**4*(40.0_wp/144)
          return
       end if
       if (w%f1 < 0.0_wp) verdict = leaves
       if (level >= finest_level) return
+      ! What changes by no more than its rounding is told by its ends; a parabola on its bound would be halved without end.
+      change = h*(abs(w%g0) + abs(w%g1)) + m4*h**4
+      if (change <= w%noise) then
+         room = verdict == stays .and. 16*change <= w%noise
+         return
+      end if
       if (verdict == leaves .and. w%g0 > 0.0_wp .and. .not. w%f0 > 0.0_wp) then
          ! From zero up and below zero again: half the step separates the root at its start from the one to be found.
          verdict = undecided
