@@ -122,20 +122,22 @@ contains
       logical, intent(out) :: turns
       real(wp), intent(out) :: at_turn
 
-      real(wp) :: a, b, c, q, theta
+      real(wp) :: a, b, c, q, theta, unit
 
-      turns = rate(1)*rate(2) < 0.0_wp
+      turns = min(rate(1), rate(2)) < 0.0_wp .and. max(rate(1), rate(2)) > 0.0_wp
       at_turn = f(1)
       if (.not. turns) return
       ! f(1) + a θ + b θ² + c θ³
       a = h*rate(1)
       b = 3*(f(2) - f(1)) - h*(2*rate(1) + rate(2))
       c = h*(rate(1) + rate(2)) - 2*(f(2) - f(1))
-      q = b + sign(sqrt(max(b*b - 3*a*c, 0.0_wp)), b)
+      ! Squares in units of the coefficients: those of a motion that has died out are none.
+      unit = max(abs(a), abs(b), abs(c), tiny(1.0_wp))
+      q = b + sign(unit*sqrt(max((b/unit)**2 - 3*(a/unit)*(c/unit), 0.0_wp)), b)
       ! Of the roots -a/q and -q/(3c) of the slope one is in the step.
       theta = 0.5_wp
       if (abs(q) > 0.0_wp) theta = -a/q
-      if (.not. (theta >= 0.0_wp .and. theta <= 1.0_wp)) theta = -q/(3*c)
+      if (.not. (theta >= 0.0_wp .and. theta <= 1.0_wp) .and. abs(c) > epsilon(c)*abs(q)) theta = -q/(3*c)
       theta = min(max(theta, 0.0_wp), 1.0_wp)
       at_turn = f(1) + theta*(a + theta*(b + theta*c))
    end subroutine cubic_turn
