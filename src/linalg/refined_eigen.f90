@@ -18,8 +18,8 @@ module razy_linalg_refined_eigen
 
 contains
 
-   !> Refine what LAPACK gives of `matrix` (n, n): `values` (n), `vectors` and `inverse` (n, n) as in general_eigen; all are as
-   !> they were if not `converged`.
+   !> Refine what LAPACK gives of `matrix` (n, n): `values` (n), `vectors` and `inverse` (n, n) as in general_eigen; what is real
+   !> stays real. All are as they were if not `converged`.
    pure subroutine refine_eigen(matrix, values, vectors, inverse, converged)
       real(qp), intent(in) :: matrix(:, :)
       complex(wp), intent(inout) :: values(:), vectors(:, :), inverse(:, :)
@@ -56,10 +56,18 @@ contains
          converged = maxval(abs(e)) <= small
          x = x + matmul(x, e)
          y = y - matmul(e, y)
+         do i = 1, n
+            if (abs(aimag(values(i))) > 0.0_wp) cycle
+            lambda(i) = real(lambda(i))
+            x(:, i) = real(x(:, i))
+            y(i, :) = real(y(i, :))
+         end do
          if (converged) exit
       end do
       if (.not. converged) return
       values = cmplx(lambda, kind=wp)
+      ! The entries of the matrix are rounded: a real part below that of an imaginary one is neither growth nor decay.
+      where (abs(real(values)) <= epsilon(1.0_wp)*abs(aimag(values))) values = cmplx(0.0_wp, aimag(values), wp)
       vectors = cmplx(x, kind=wp)
       inverse = cmplx(y, kind=wp)
    end subroutine refine_eigen
