@@ -71,8 +71,9 @@ contains
          associate (lambda => basis%lambda(i))
             is_slow = abs(lambda) <= slowest
             ! What is slow because it is strongly damped may have a small static displacement all the same.
-            if (basis%stiff .and. is_slow .and. .not. abs(aimag(lambda)) > 0.0_wp) &
+            if (basis%stiff .and. is_slow .and. .not. abs(aimag(lambda)) > 0.0_wp) then
                is_slow = norm2(abs(basis%from_term(:m, i)))*norm2(abs(basis%to_term(i, m + 1:)))*slowest**2 > abs(lambda)
+            end if
             if (is_slow) driven(i) = abs(sum(basis%to_term(i, m + 1:)*load)) > 0.0_wp
             do t = 1, size(omega)
                if (driven(i)) exit

@@ -4,7 +4,7 @@
 !! - exponential terms: one complex amplitude for a conjugate pair of eigenvalues, one real one for a real eigenvalue;
 !! - rigid modes, eta'' = φᵀf, followed as polynomials;
 !! - dense parts, where eigenvectors would lose accuracy (critical damping, very slow modes): followed by the matrix exponential,
-!!   see razy_integrate_dense_part.
+!!   see razy_integrate_dense_part. If fast and slow modes of a part are only far apart, their eigenvalues are refined instead.
 !! Coordinates that K and B do not couple are apart from the start, if these are not symmetric. In each set the symmetric
 !! eigenproblem of K, or of its symmetric part, comes first, so that repeated frequencies have orthogonal modes; modes that
 !! damping, gyroscopic or circulatory matrix couple form parts with a general eigenproblem of their own.
