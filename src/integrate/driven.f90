@@ -61,6 +61,7 @@ contains
 
       real(wp) :: slowest, within
       integer :: i, m, t
+      logical :: is_slow
 
       m = basis%m
       slowest = merge(slow_with_impacts, slow, basis%impacts)*basis%fastest
@@ -68,10 +69,15 @@ contains
       do i = 1, size(driven)
          driven(i) = .false.
          associate (lambda => basis%lambda(i))
-            if (abs(lambda) <= slowest) driven(i) = abs(sum(basis%to_term(i, m + 1:)*load)) > 0.0_wp
+            is_slow = abs(lambda) <= slowest
+            ! What is slow because it is strongly damped may have a small static displacement all the same.
+            if (basis%stiff .and. is_slow .and. .not. abs(aimag(lambda)) > 0.0_wp) then
+               is_slow = norm2(abs(basis%from_term(:m, i)))*norm2(abs(basis%to_term(i, m + 1:)))*slowest**2 > abs(lambda)
+            end if
+            if (is_slow) driven(i) = abs(sum(basis%to_term(i, m + 1:)*load)) > 0.0_wp
             do t = 1, size(omega)
                if (driven(i)) exit
-               if (abs(lambda) > slowest .and. abs(cmplx(0.0_wp, omega(t), wp) - lambda) > within*omega(t)) cycle
+               if (.not. is_slow .and. abs(cmplx(0.0_wp, omega(t), wp) - lambda) > within*omega(t)) cycle
                driven(i) = acts(basis%to_term(i, m + 1:), harmonic(:, t))
             end do
          end associate

@@ -4,15 +4,16 @@
 !! - exponential terms: one complex amplitude for a conjugate pair of eigenvalues, one real one for a real eigenvalue;
 !! - rigid modes, eta'' = φᵀf, followed as polynomials;
 !! - dense parts, where eigenvectors would lose accuracy (critical damping, very slow modes): followed by the matrix exponential,
-!!   see razy_integrate_dense_part.
+!!   see razy_integrate_dense_part. If fast and slow modes of a part are only far apart, their eigenvalues are refined instead.
 !! Coordinates that K and B do not couple are apart from the start, if these are not symmetric. In each set the symmetric
 !! eigenproblem of K, or of its symmetric part, comes first, so that repeated frequencies have orthogonal modes; modes that
 !! damping, gyroscopic or circulatory matrix couple form parts with a general eigenproblem of their own.
 module razy_integrate_modal_basis
-   use razy_core_kinds, only: wp
+   use razy_core_kinds, only: qp, wp
    use razy_integrate_modal_parts, only: append, dense_modes_t, modal_basis_t
    use razy_linalg_connected, only: connected_sets, linked
    use razy_linalg_eigen, only: general_eigen, symmetric_eigen
+   use razy_linalg_refined_eigen, only: refine_eigen
    implicit none(type, external)
    private
 
@@ -158,7 +159,7 @@ contains
       ! Of hundreds of modes, too large for the stack.
       complex(wp), allocatable :: right(:, :), left(:, :)
       real(wp), allocatable :: a(:, :)
-      logical :: whole
+      logical :: apart, whole
       integer :: i, s
 
       s = size(modes)
@@ -185,6 +186,12 @@ contains
          whole = condition > worst_of_many
       else
          whole = any(abs(lambda) <= slow*self%fastest) .or. condition > worst_condition
+         ! A matrix exponential would be stepped at the speed of the fastest mode, which may be gone in no time.
+         if (whole .and. condition <= worst_condition .and. minval(abs(lambda)) <= slow*maxval(abs(lambda))) then
+            call refine_part(k(modes, modes), b(modes, modes), unit, lambda, right, left, apart)
+            whole = .not. apart
+            self%stiff = self%stiff .or. apart
+         end if
       end if
       if (whole) then
          self%info = 0
@@ -195,6 +202,25 @@ contains
       end if
       call add_terms(self, phi, unit, lambda, right, left)
    end subroutine add_part
+
+   !> Refine the eigenvalues and vectors of a part, with displacements in terms of `unit`; they stay as they are if not `refined`.
+   pure subroutine refine_part(k, b, unit, lambda, right, left, refined)
+      real(wp), intent(in) :: k(:, :), b(:, :), unit(:)
+      complex(wp), intent(inout) :: lambda(:), right(:, :), left(:, :)
+      logical, intent(out) :: refined
+
+      real(qp) :: a(2*size(unit), 2*size(unit))
+      integer :: i, s
+
+      s = size(unit)
+      a = 0.0_qp
+      do i = 1, s
+         a(i, s + i) = unit(i)
+         a(s + 1:, i) = -real(k(:, i), qp)/unit(i)
+      end do
+      a(s + 1:, s + 1:) = -b
+      call refine_eigen(a, lambda, right, left, refined)
+   end subroutine refine_part
 
    !> Add exponential terms; `unit` (s) is what displacements were multiplied with in `right` and `left`.
    subroutine add_terms(self, phi, unit, lambda, right, left)

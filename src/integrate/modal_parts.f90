@@ -26,6 +26,8 @@ module razy_integrate_modal_parts
       real(wp) :: fastest = 0.0_wp
       !> Whether the machine has impacts or friction, which need more digits.
       logical :: impacts = .false.
+      !> Whether fast and slow modes of a strongly damped part are exponential terms.
+      logical :: stiff = .false.
       integer :: info = 0
    end type modal_basis_t
 

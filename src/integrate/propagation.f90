@@ -78,7 +78,7 @@ contains
 
       real(wp) :: longest, fastest
 
-      fastest = state%basis%fastest
+      fastest = state%response%turning
       if (size(self%states%omega) > 0) fastest = max(fastest, maxval(self%states%omega))
       longest = (t_end - piece%time) - piece%time_low
       piece%last = longest*fastest <= longest_angle

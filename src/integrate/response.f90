@@ -30,6 +30,8 @@ module razy_integrate_response
       real(wp), allocatable :: modulus(:)
       !> Largest modulus of an exponent or of the rates in a dense part, 1/s.
       real(wp) :: fastest = 0.0_wp
+      !> The largest of those at which rounding grows in time, 1/s: what decays without a turn loses none.
+      real(wp) :: turning = 0.0_wp
       logical :: growing = .false.
       !> No term is driven and no part dense; nor does any amplitude grow.
       logical :: plain = .true., bounded = .true.
@@ -128,11 +130,22 @@ contains
       self%fastest = 0.0_wp
       if (n > 0) self%fastest = maxval(self%modulus)
       if (size(self%dense) > 0) self%fastest = max(self%fastest, maxval(self%dense%norm))
+      self%turning = basis%fastest
+      if (basis%stiff) self%turning = turning_rate(self)
       self%plain = self%nx == 0 .and. self%driven%count == 0
       self%bounded = self%plain .and. .not. self%growing
       self%simple = self%driven%count == 0 .and. self%terms < wide
       self%fine_level = min(max(exponent(20*self%fastest), coarsest_level), finest_level)
    end subroutine new_response
+
+   !> The largest modulus of an exponent that is not real, or norm of a dense part.
+   pure function turning_rate(self) result(rate)
+      type(response_t), intent(in) :: self
+      real(wp) :: rate
+
+      rate = maxval([0.0_wp, self%modulus], mask=[.true., abs(aimag(self%exponent)) > 0.0_wp .or. real(self%exponent) > 0.0_wp])
+      if (size(self%dense) > 0) rate = max(rate, maxval(self%dense%norm))
+   end function turning_rate
 
    !> The order of the terms, driven ones last, and these.
    pure subroutine sort_terms(self, basis, load, harmonic, omega, order)
