@@ -82,8 +82,9 @@ contains
       least = rounding*(maxval(abs(problem%drift)) + maxval(matmul(abs(problem%delassus), abs(forces))))
       do i = n, 1, -1
          associate (this => side(sides(i)))
-            if (u(i) > least .and. branch(this%contact) == this%closed .and. opens(contact(this%contact), this%closed)) &
+            if (u(i) > least .and. branch(this%contact) == this%closed .and. opens(contact(this%contact), this%closed)) then
                branch(this%contact) = branch_open
+            end if
             if (forces(i) > 0.0_wp) branch(this%contact) = this%closed
          end associate
       end do
