@@ -119,7 +119,7 @@ PROOF_TWICE = [
         "      logical :: stale = .false.\n",
         "      logical :: stale = .false.\n      real(wp) :: spent = 0.0_wp\n",
     ),
-    Patch(JUDGE, "real(wp) :: margin, m4, d0, d1\n", "real(wp) :: margin, m4, d0, d1, longer\n"),
+    Patch(JUDGE, "real(wp) :: change, margin, m4, d0, d1\n", "real(wp) :: change, margin, m4, d0, d1, longer\n"),
     Patch(
         JUDGE,
         MARGIN,

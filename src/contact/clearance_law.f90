@@ -10,10 +10,10 @@
 !! J. Sound Vib. 134 (1989)).
 !!
 !! A one-sided stop has s = gap, lower = 0 and no upper side; a two-sided stop lower = -clearance, upper = clearance
-!! (THEORY 2); a gear mesh s = d, lower = -backlash, upper = 0 (THEORY 4). With damping there are two rules for the loss of
-!! contact (THEORY 1): at zero deformation, where the force may have turned adhesive, or at zero force (3.28), after which
+!! (source thesis, 2); a gear mesh s = d, lower = -backlash, upper = 0 (4.1). With damping there are two rules for the loss of
+!! contact (chapter 2): at zero deformation, where the force may have turned adhesive, or at zero force (3.28), after which
 !! the surfaces relax without force until the deformation is gone. A side with a jump j > 0 of the force at touch, such as a
-!! spring that is switched on when it is already stretched (THEORY 2, (3.44)-(3.47)), is left at zero deformation too.
+!! spring that is switched on when it is already stretched (source thesis, (3.44)-(3.47)), is left at zero deformation too.
 module razy_contact_clearance_law
    use razy_contact_contact_law, only: branch_lower, branch_lower_parting, branch_open, branch_t, branch_upper, &
                                        branch_upper_parting, contact_law_t

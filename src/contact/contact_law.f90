@@ -7,7 +7,7 @@
 !!
 !! In a **constraint** branch (a closed rigid stop, a sticking friction element) F is whatever keeps s' (and for a stop s)
 !! as it is; there a guard on F itself says when the branch ends. A law with **impacts** reverses s' by Newton's rule,
-!! s'+ = -restitution s'-, when the motion arrives at such a branch (THEORY 1, (2.1)-(2.10)).
+!! s'+ = -restitution s'-, when the motion arrives at such a branch (source thesis, (2.1)-(2.10)).
 module razy_contact_contact_law
    use razy_core_kinds, only: wp
    implicit none(type, external)
@@ -63,7 +63,7 @@ module razy_contact_contact_law
       !> dF/ds and dF/ds' in a branch.
       procedure(slopes_in), deferred :: slopes
       !> F and its slopes with every jump smoothed: H(x) = 1/2 + atan(sharpness x)/pi, sign x = 2 atan(sharpness x)/pi
-      !> (THEORY 3, (3.40)-(3.43)).
+      !> (source thesis, (3.40)-(3.43)).
       procedure(smooth_force), deferred :: smoothed
    end type contact_law_t
 

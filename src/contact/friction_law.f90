@@ -1,4 +1,4 @@
-!! Dry friction: Coulomb's with a static and a kinetic coefficient, falling with the speed of sliding (THEORY 1 and 2).
+!! Dry friction: Coulomb's with a static and a kinetic coefficient, falling with the speed of sliding (source thesis, 2 and 3).
 !!
 !! The contact variable's rate s' is the velocity of sliding, and with the normal force N
 !!

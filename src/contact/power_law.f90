@@ -1,4 +1,4 @@
-!! Contact laws with a power of the deformation: Hunt and Crossley's, and Hertz's (THEORY 1).
+!! Contact laws with a power of the deformation: Hunt and Crossley's, and Hertz's (source thesis, (2.14)-(2.18)).
 !!
 !! With the deformation p of a side (p = s - upper, or lower - s) the force that pushes the surfaces apart is
 !!

@@ -1,4 +1,4 @@
-!! Rigid stops with Newton's restitution (THEORY 1, (2.1)-(2.10) and Signorini's condition (3.21)).
+!! Rigid stops with Newton's restitution (source thesis, (2.1)-(2.10) and Signorini's condition (3.21)).
 !!
 !! Open, there is no force; a closed side is a constraint: s stays at its edge, and F is what keeps it there, positive on the
 !! upper side and negative on the lower. It ends where F would pull. Where the motion arrives at an edge with a rate s', that

@@ -1,4 +1,5 @@
-!! Motion of any machine by a Runge-Kutta method, step by step, with one of three treatments of what is not smooth (THEORY 3).
+!! Motion of any machine by a Runge-Kutta method, step by step, with one of three treatments of what is not smooth
+!! (source thesis, 3.3).
 !!
 !! `event`: the end of each branch is found on the dense output of the step (razy_integrate_runge_kutta_locate), the motion goes
 !! there, impacts and the branches that follow are settled (razy_integrate_runge_kutta_resolve), and the method starts anew

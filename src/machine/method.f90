@@ -1,7 +1,7 @@
 !! Which integrator is to be used and how: what &motion says about it, checked against what a machine's laws allow.
 !!
-!! The treatment says what is done about the jumps and kinks of contact laws (THEORY 3): `event` finds each change of branch
-!! and starts anew there; `switching` looks in every right-hand side which branch holds; `smoothing` replaces jumps by
+!! The treatment says what is done about the jumps and kinks of contact laws (source thesis, 3.3): `event` finds each change of
+!! branch and starts anew there; `switching` looks in every right-hand side which branch holds; `smoothing` replaces jumps by
 !! arctangents. `exact` and `moreau_jean` have none: the first knows events only, the second none at all.
 module razy_machine_method
    use razy_core_kinds, only: i8, wp

@@ -2,7 +2,7 @@
 !!
 !! A rolling element at the angle delta from y towards z pushes along t = (0, cos delta, sin delta, 0, -xi sin delta,
 !! xi cos delta), xi being the distance of the row from the node along x, and along the axis at radius r by
-!! t_ax = (1, 0, 0, 0, r sin delta, -r cos delta) (THEORY 6, (4.62)-(4.65)):
+!! t_ax = (1, 0, 0, 0, r sin delta, -r cos delta) (source thesis, (4.62)-(4.65)):
 !!
 !!     K = sum k t tᵀ + k_ax t_ax t_axᵀ,   B = beta K.
 !!

@@ -1,6 +1,6 @@
 !! Internal damping of shafts and the circulatory matrix that comes with it.
 !!
-!! `nodal` (THEORY 6, (4.32)-(4.34)): on v and w of every node b_i = 2 D sqrt(k_vi m_vi), with the diagonal entries of the
+!! `nodal` (source thesis, (4.32)-(4.34)): on v and w of every node b_i = 2 D sqrt(k_vi m_vi), with the diagonal entries of the
 !! shaft's stiffness and of the mass with its disks. There is none in torsion and axial motion, and the damping ratios of
 !! modes are many times D.
 !! `modal`: the ratio D in every mode of each shaft on its bearings, meshes open, B = M V diag(2 D omega) Vᵀ M. It fills the

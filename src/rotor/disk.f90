@@ -1,4 +1,4 @@
-!! The rigid disk (THEORY 6, (4.28)-(4.29)).
+!! The rigid disk (source thesis, (4.28)-(4.29)).
 module razy_rotor_disk
    use razy_core_kinds, only: wp
    implicit none(type, external)

@@ -1,4 +1,4 @@
-!! The finite shaft element: axial motion, torsion, bending in two planes, gyroscopic effect (THEORY 6, (4.19)-(4.26)).
+!! The finite shaft element: axial motion, torsion, bending in two planes, gyroscopic effect (source thesis, (4.19)-(4.26)).
 !!
 !! Coordinates of a node (u, v, w, phi, theta, psi): displacements along x (the axis), y and z, rotations about them. With
 !! plane normal sections psi = v', theta = -w'. Axial and torsional displacements are linear in x, bending ones cubic; with

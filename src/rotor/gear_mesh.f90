@@ -1,4 +1,4 @@
-!! Geometry of the mesh of two external gears on parallel shafts (THEORY 6, (4.50)-(4.55)).
+!! Geometry of the mesh of two external gears on parallel shafts (source thesis, (4.50)-(4.55)).
 !!
 !! The pitch point is at r1 (0, cos gamma, sin gamma) from the axis of gear 1, r its radius and gamma the angle of the line of
 !! centres from y towards z. With r the direction of that line, t = x × r and x the axis, the force of gear 1 on gear 2 has

@@ -1,4 +1,4 @@
-!! Modal synthesis of rotor models (THEORY 7), and the static correction of any reduction.
+!! Modal synthesis of rotor models (source thesis, 4.2.2), and the static correction of any reduction.
 !!
 !! - Modal synthesis: undamped modes of each shaft alone, without bearings and meshes, the lowest kept (4.36), (4.47)-(4.49).
 !! - Static correction: for each mesh and shaft the part of K⁻¹ w outside the basis, so that the static compliance of the

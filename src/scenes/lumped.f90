@@ -1,4 +1,4 @@
-!! The scene `lumped`: masses and inertias with one coordinate each become a machine (THEORY 2 and 4).
+!! The scene `lumped`: masses and inertias with one coordinate each become a machine (source thesis, chapters 2 to 4).
 module razy_scenes_lumped
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t

@@ -1,6 +1,6 @@
-!! The contacts of a lumped scene: gear meshes, stops and friction elements (THEORY 1, 2 and 4).
+!! The contacts of a lumped scene: gear meshes, stops and friction elements (source thesis, chapters 2 to 4).
 !!
-!! A gear mesh between wheels 1 and 2 has d = r1 q1 - r2 q2 + Δ(t) and acts with -r1 F(d) and +r2 F(d) (THEORY 4, with the
+!! A gear mesh between wheels 1 and 2 has d = r1 q1 - r2 q2 + Δ(t) and acts with -r1 F(d) and +r2 F(d) (source thesis, with the
 !! continuous back flank k (d + backlash)); a stop has s = q1 - q2 - z(t), z a given motion of its second end, and a friction
 !! element slides with s' = q1' - q2' - belt speed; both act with -F and +F.
 module razy_scenes_lumped_contacts

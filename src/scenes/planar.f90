@@ -1,4 +1,4 @@
-!! The scene `planar`: rigid bodies in a plane with springs, dampers and one-way stops between points (THEORY 5).
+!! The scene `planar`: rigid bodies in a plane with springs, dampers and one-way stops between points (source thesis, 4.3).
 !!
 !! Motion is small: geometry is that of the reference position. A stop in direction n pushes its first point along n with
 !! the force of its law, such as max(0, k p + b p'), where p = -(s + clearance) and s = n·(u1 - u2) is the

@@ -1,7 +1,7 @@
 !! Bodies and points of a planar scene, and how points move with the coordinates.
 !!
 !! Body b has the coordinates x, y, φ, numbers 3b-2 to 3b. For small motion about the reference position its point at
-!! r = (r1, r2) from the centre of mass moves by (x - φ r2, y + φ r1) (THEORY 5).
+!! r = (r1, r2) from the centre of mass moves by (x - φ r2, y + φ r1) (source thesis, 4.3).
 module razy_scenes_planar_bodies
    use razy_core_error, only: error_t
    use razy_core_input, only: input_t

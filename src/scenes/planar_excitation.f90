@@ -1,4 +1,4 @@
-!! What drives a planar machine: loads, weight, and counter-rotating eccentrics (THEORY 5, 4.86-4.88).
+!! What drives a planar machine: loads, weight, and counter-rotating eccentrics (source thesis, 4.86-4.88).
 !!
 !! An exciter has two rotors on axes at p - l t and p + l t from the centre of mass, t across the direction n of the
 !! resultant (t is to the right where n is up). With ω = 2πf, phases θ1 = ωt + φ and θ2 = θ1 + φ0 and U = unbalance

@@ -1,4 +1,4 @@
-!! The scene `rotor`: shafts by finite elements with disks, bearings and gear meshes (THEORY 6-8).
+!! The scene `rotor`: shafts by finite elements with disks, bearings and gear meshes (source thesis, 4.2).
 !!
 !! The machine has the coordinates of `&reduction`, or those of all nodes, and at the speed Omega of `&rotation` the matrices
 !! B + Bx + Omega G and K + Kx + Omega C as far as `&rotation` asks for G and C. Meshes are contacts, not in its B and K.

@@ -55,7 +55,8 @@ contains
       family%stiffness_slope(:2, :2) = reshape([1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp], [2, 2])
    end function symmetric_pair
 
-   !> The vertical block of the vibropress, table, pallet and mould, with the contacts as two-way springs; p is k1 (THEORY 5).
+   !> The vertical block of the vibropress, table, pallet and mould, with the contacts as two-way springs (source thesis,
+   !> 4.3); p is k1.
    function press_block() result(family)
       type(linear_family_t) :: family
 

@@ -172,7 +172,7 @@ contains
                               clearance_side_t(.true., 0.0_wp, stiffness, damping), zero_force)
    end function mesh_law
 
-   !> The torsional gear pair of THEORY 4, d observed, started in the static equilibrium known in closed form.
+   !> The torsional gear pair of the source thesis, d observed, started in the static equilibrium known in closed form.
    function gear_pair(torque, rpm) result(machine)
       real(wp), intent(in) :: torque, rpm
       type(machine_t) :: machine
@@ -195,7 +195,7 @@ contains
       machine%displacement = [0.5_wp*d/r + twist, 0.5_wp*d/r, -0.5_wp*d/r, -0.5_wp*d/r - twist]
    end function gear_pair
 
-   !> The undamped two-sided stop of THEORY 2; displacement and velocity are observed.
+   !> The undamped two-sided stop of the source thesis; displacement and velocity are observed.
    function two_sided_stop() result(machine)
       type(machine_t) :: machine
 

@@ -1,4 +1,4 @@
-!! Rotor systems for tests: uniform shafts, and the test gearbox with the values chosen for it (THEORY 8).
+!! Rotor systems for tests: uniform shafts, and the test gearbox (source thesis, 4.2.3) with the values chosen for it.
 module rotor_samples
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, wp

@@ -1,4 +1,4 @@
-"""Limit cycle of the mass on a belt (THEORY 2) with 40 digits: period, time of sticking, largest displacement.
+"""Limit cycle of the mass on a belt (source thesis) with 40 digits: period, time of sticking, largest displacement.
 
 m = k = 1, belt speed 0.2, F_s = 1, mu(v)/mu_s = 1/(1 + 3|v|). Sliding starts at x = 1, v = 0.2, and ends when v = 0.2
 again at x = x1; the belt carries the mass from there to x = 1 in (1 - x1)/0.2. While sliding v < 0.2:
