@@ -2,7 +2,8 @@
 !!
 !! Open, there is no force; a closed side is a constraint: s stays at its edge, and F is what keeps it there, positive on the
 !! upper side and negative on the lower. It ends where F would pull. Where the motion arrives at an edge with a rate s', that
-!! becomes -restitution s' at once.
+!! becomes -restitution s' at once. Where both edges are one, s cannot move: impacts follow each other in no time until s' = 0,
+!! and a side whose force would pull gives over to the other.
 module razy_contact_rigid_law
    use razy_contact_contact_law, only: branch_lower, branch_open, branch_upper, contact_law_t
    use razy_contact_gap_branches, only: bound
@@ -51,6 +52,11 @@ contains
          call bound(law%guard(1, branch_open), -1.0_wp, lower%edge, branch_lower)
          call bound(law%force_guard(branch_lower), 1.0_wp, 0.0_wp, branch_open)
       end if
+      if (.not. (lower%present .and. upper%present)) return
+      if (upper%edge > lower%edge) return
+      law%restitution = 0.0_wp
+      call bound(law%force_guard(branch_upper), -1.0_wp, 0.0_wp, branch_lower)
+      call bound(law%force_guard(branch_lower), 1.0_wp, 0.0_wp, branch_upper)
    end function new_rigid_law
 
    !> The branch in which a motion with `s` and its rate starts: closed on (or beyond) an edge unless the rate leads away. With

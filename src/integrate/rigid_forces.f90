@@ -82,7 +82,9 @@ contains
       least = rounding*(maxval(abs(problem%drift)) + maxval(matmul(abs(problem%delassus), abs(forces))))
       do i = n, 1, -1
          associate (this => side(sides(i)))
-            if (u(i) > least .and. branch(this%contact) == this%closed) branch(this%contact) = branch_open
+            if (u(i) > least .and. branch(this%contact) == this%closed .and. opens(contact(this%contact), this%closed)) then
+               branch(this%contact) = branch_open
+            end if
             if (forces(i) > 0.0_wp) branch(this%contact) = this%closed
          end associate
       end do
@@ -96,6 +98,17 @@ contains
          loose = tangent(k)
       end do
    end subroutine choose
+
+   !> Whether a side that is let go of leaves the contact open: not where the other one has the same edge.
+   pure function opens(contact, closed)
+      type(contact_t), intent(in) :: contact
+      integer, intent(in) :: closed
+      logical :: opens
+
+      associate (guard => contact%law%force_guard(closed))
+         opens = guard%below == branch_open .or. guard%above == branch_open
+      end associate
+   end function opens
 
    !> Whether friction that begins to slide into `branch` acts with less than it can stick with.
    pure function weakens(friction, branch)

@@ -74,6 +74,7 @@ contains
          call self%events%attach(field)
          call self%march%bounces%attach(field)
          call self%march%view%stepper%prepare(self%march%method, 2*field%m)
+         call self%march%sticking%attach(field, self%march%view%stepper%adaptive)
       end associate
       call self%march%view%attach()
    end subroutine prepare

@@ -1,11 +1,13 @@
 !! Events in doubt in a step of a Runge–Kutta method (razy_integrate_doubts): with `event`, and with the other treatments
 !! (razy_integrate_runge_kutta_end_doubts).
 module razy_integrate_runge_kutta_doubts
+   use razy_contact_contact_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_integrate_doubts, only: barely_passed, cubic_turn
    use razy_integrate_field, only: field_t
    use razy_integrate_force_sensitivity, only: force_sensitivity
    use razy_integrate_runge_kutta_end_doubts, only: end_doubts_t
+   use razy_integrate_runge_kutta_guards, only: guard_entry_t
    use razy_integrate_runge_kutta_locate, only: locator_t
    use razy_integrate_step_strip, only: step_strip_t
    use razy_integrate_stepper, only: stepper_t
@@ -43,6 +45,7 @@ contains
       do i = 1, locator%guards%count
          ! What rests on its bound to rounding does not turn.
          if (max(abs(locator%g0(i)), abs(locator%g1(i))) <= locator%guards%noise(i)) cycle
+         if (gives_over(field, locator%guards%entry(i))) cycle
          nearest = locator%nearest(i)
          if (.not. nearest < huge(1.0_wp)) then
             if (opening .and. locator%guards%entry(i)%function == 0 .and. locator%rate0(i) > 0.0_wp) then
@@ -65,6 +68,15 @@ contains
          if (doubtful) call self%add(time)
       end do
    end subroutine of_turns
+
+   !> Whether a guard is that of a rigid side without clearance which gives its force over to the other one: the motion is the same.
+   pure function gives_over(field, entry)
+      type(field_t), intent(in) :: field
+      type(guard_entry_t), intent(in) :: entry
+      logical :: gives_over
+
+      gives_over = entry%function == 0 .and. entry%next /= branch_open .and. field%machine%contact(entry%contact)%law%impacts
+   end function gives_over
 
    !> Whether what looks like a turn of guard i `nearest` to its bound is where a mode begins: a function of s or s' that starts on
    !> its bound with a rate of nothing but rounding, as a body that breaks loose. Which way it goes has been settled.

@@ -20,6 +20,8 @@ module razy_integrate_runge_kutta_events
    type :: events_t
       type(resolution_t) :: resolution
       real(wp), allocatable :: z_next(:)
+      !> Workspace: y'' (m).
+      real(wp), allocatable, private :: a(:)
       !> Branches that observers are shown, and those that follow.
       integer, allocatable :: shown(:), following(:)
       !> Events without time between them so far.
@@ -40,8 +42,8 @@ contains
       class(events_t), intent(inout) :: self
       type(field_t), intent(in) :: field
 
-      if (allocated(self%z_next)) deallocate (self%z_next, self%shown, self%following)
-      allocate (self%z_next(2*field%m), source=0.0_wp)
+      if (allocated(self%z_next)) deallocate (self%z_next, self%a, self%shown, self%following)
+      allocate (self%z_next(2*field%m), self%a(field%m), source=0.0_wp)
       allocate (self%shown(size(field%branch)), self%following(size(field%branch)), source=1)
       call self%resolution%attach(field)
    end subroutine attach
@@ -199,13 +201,14 @@ contains
       integer :: j
 
       associate (view => march%view, field => march%view%field)
+         if (field%treatment == treat_by_switching) call field%accelerate(march%tau + view%duration, view%z_stop, self%a)
          call field%look_at_contacts(march%tau + view%duration, view%z_stop)
          self%resolution%changes = 0
          do j = 1, size(self%shown)
             associate (law => field%machine%contact(j)%law)
                self%following(j) = law%initial_branch(field%s(j), field%rate(j))
-               if (law%constraint(branch_sticking) .and. field%treatment == treat_by_switching &
-                   .and. abs(field%rate(j)) <= field%band) self%following(j) = branch_sticking
+               ! Sticking within the band, unless with more than friction can hold.
+               if (law%constraint(branch_sticking) .and. field%treatment == treat_by_switching) self%following(j) = field%branch(j)
             end associate
          end do
          call march%doubts%of_ends(field, march%method, view%stepper, self%shown, self%following, march%z, march%time + march%tau)

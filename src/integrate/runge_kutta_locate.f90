@@ -158,8 +158,6 @@ contains
                if (g_turn > noise) call self%root(field, stepper, i, turn, b, g_turn, gb, 0.0_wp, rb, at)
             else
                call self%come_back(field, stepper, i, a, b, at)
-               ! What must lead away from the bound, and is seen beyond it early in a short step, errs.
-               if (.not. at > a .and. .not. a > 0.0_wp .and. b < 1.0_wp) left = .not. turns_inwards(self, field, stepper, i, ga)
             end if
          else if (ra < 0.0_wp .and. rb > 0.0_wp) then
             ! A convex function is nowhere below the tangents at both ends.
@@ -199,24 +197,23 @@ contains
       end associate
    end function at_rest
 
-   !> Whether guard i, with the value g at the start of the step, is a function of s on its bound there whose second derivative
-   !> leads away from it for certain.
-   pure function turns_inwards(self, field, stepper, i, g) result(turns)
+   !> Whether guard i falls at the start of the step: with its rate, or from rest with its second derivative. The rate of dense
+   !> output there is not that of the motion to the last bit.
+   pure function falls(self, field, stepper, i)
       class(locator_t), intent(in) :: self
       type(field_t), intent(in) :: field
       type(stepper_t), intent(in) :: stepper
       integer, intent(in) :: i
-      real(wp), intent(in) :: g
-      logical :: turns
-
-      real(wp), parameter :: certain = 1.0e3_wp
+      logical :: falls
 
       associate (entry => self%guards%entry(i), guards => self%guards)
-         turns = entry%function > 0 .and. .not. abs(entry%beta) > 0.0_wp .and. abs(g) <= guards%noise(i)
-         if (turns) turns = entry%side*entry%alpha*self%bend0(entry%contact) > certain*abs(entry%alpha)*of_sum &
-                            *guards%reach(entry%contact)*norm2(stepper%dz_start(field%m + 1:))
+         falls = self%rate0(i) < 0.0_wp
+         if (entry%function == 0 .or. abs(entry%beta) > 0.0_wp) return
+         if (abs(self%rate0(i)) > abs(entry%alpha)*guards%on_rate(entry%contact)) return
+         falls = entry%side*entry%alpha*self%bend0(entry%contact) < -of_sum*abs(entry%alpha)*guards%reach(entry%contact) &
+                 *norm2(stepper%dz_start(field%m + 1:))
       end associate
-   end function turns_inwards
+   end function falls
 
    !> Mark the guard that is left first, at `theta`, and all others that are left there to rounding of the time.
    subroutine gather(self, field, stepper, theta)
@@ -231,6 +228,10 @@ contains
       call self%look_inside(field, stepper, theta, self%gc, self%rc)
       resolution = 8*eps*max(theta*self%h, abs(self%tau))
       do i = 1, self%guards%count
+         if (.not. theta > 0.0_wp) then
+            self%hit(i) = self%suspect(i) .and. self%g0(i) <= self%guards%noise(i) .and. falls(self, field, stepper, i)
+            cycle
+         end if
          self%hit(i) = self%suspect(i) .and. self%rc(i) < 0.0_wp &
                        .and. self%gc(i) <= self%guards%noise(i) - resolution*self%rc(i)
       end do

@@ -11,6 +11,7 @@ module razy_integrate_runge_kutta_march
    use razy_integrate_runge_kutta_doubts, only: step_doubts_t
    use razy_integrate_runge_kutta_locate, only: locator_t
    use razy_integrate_runge_kutta_memory, only: step_memory_t
+   use razy_integrate_runge_kutta_sticking, only: sticking_t
    use razy_integrate_runge_kutta_view, only: view_t
    use razy_integrate_stepper, only: stepper_t
    use razy_machine_method, only: method_t
@@ -24,6 +25,7 @@ module razy_integrate_runge_kutta_march
       type(view_t) :: view
       type(locator_t) :: locator
       type(bounces_t) :: bounces
+      type(sticking_t) :: sticking
       type(step_memory_t) :: memory
       type(step_doubts_t) :: doubts
       !> Time from which the field counts, s (sum of both), and the time of the state z since then.
@@ -151,6 +153,7 @@ contains
          if (.not. stepper%adaptive .or. .not. h > 0.0_wp) call stepper%first_step(field, self%tau, self%z, rest, h)
          stepper%h_next = h
          call stepper%begin(field, self%tau, self%z)
+         if (self%sticking%watching) call self%sticking%begin(field, self%tau, min(h, rest), self%z)
          if (field%treatment /= treat_by_events) return
          self%locator%guards%delta = 1.0e-5_wp*min(h, rest)
          call self%locator%start(field, self%tau, self%z, stepper%dz_end)
@@ -175,11 +178,12 @@ contains
       type(outcome_t), intent(inout) :: outcome
 
       real(wp) :: h, rest
-      logical :: accepted, failed
+      logical :: accepted, again, failed
 
       associate (field => self%view%field, stepper => self%view%stepper)
          rest = self%remaining()
          h = stepper%h_next
+         if (self%sticking%watching) h = min(h, self%sticking%longest)
          if (field%treatment == treat_by_events) call self%locator%advance()
          if (made) then
             last = .false.
@@ -196,8 +200,14 @@ contains
             if (stepper%accepted_steps + stepper%rejected_steps >= self%method%most_steps) outcome%status = status_step_limit
             if (outcome%status /= status_ok) return
             call stepper%attempt(field, self%tau, self%z, h, accepted, failed)
-            if (accepted) return
-            h = stepper%h_next
+            again = .false.
+            if (accepted .and. self%sticking%watching) call self%sticking%passes_over(field, self%tau, stepper%z_end, h, again)
+            if (again) then
+               call stepper%restart()
+            else
+               if (accepted) return
+               h = stepper%h_next
+            end if
             if (h <= least_step*self%t_end) outcome%status = merge(status_blow_up, status_step_underflow, failed)
             if (outcome%status /= status_ok) return
          end do
