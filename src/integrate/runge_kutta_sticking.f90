@@ -28,6 +28,8 @@ module razy_integrate_runge_kutta_sticking
       logical :: watching = .false.
       !> The longest step from where the last one ended, s.
       real(wp) :: longest = huge(1.0_wp)
+      !> Whether a friction element of the machine can stick.
+      logical, private :: sticks = .false.
       !> Angular frequencies of the fastest excitation of any kind, and of edges and errors, rad/s.
       real(wp), private :: fastest = 0.0_wp, fastest_error = 0.0_wp
       !> At the start of a step and at its end.
@@ -56,9 +58,10 @@ contains
       type(field_t), intent(in) :: field
       logical, intent(in) :: adaptive
 
-      integer :: n, t
+      integer :: j, n, t
 
       n = size(field%branch)
+      self%sticks = any([(field%machine%contact(j)%law%constraint(branch_sticking), j=1, n)])
       self%watching = adaptive .and. field%treatment == treat_by_switching
       self%longest = huge(1.0_wp)
       self%fastest = 0.0_wp
@@ -90,7 +93,7 @@ contains
       type(field_t), intent(inout) :: field
       real(wp), intent(in) :: tau, rest, z(:)
 
-      call measure(self, field, tau, rest, z, self%start)
+      if (self%sticks) call measure(self, field, tau, rest, z, self%start)
       call limit(self)
    end subroutine begin
 
@@ -107,6 +110,8 @@ contains
       integer :: i, j
       logical :: turns
 
+      again = .false.
+      if (.not. self%sticks) return
       call measure(self, field, tau + h, h, z, self%finish)
       first = 1.0_wp
       do j = 1, size(self%start%held)

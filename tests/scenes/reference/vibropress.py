@@ -1,8 +1,8 @@
 """Makes data/vibropress.txt: the vibropress with a phase error of 40 degrees, by DOP853 with located contact events.
 
-The matrices are written down from the lists of the source thesis, not assembled from points; every contact state is one smooth
-integration that ends where SciPy finds a gap to change its sign. The tolerances are as tight as DOP853 takes them; the
-last line of the output is the difference of two runs with tolerances apart by ten.
+The matrices are written down from the lists of the source thesis, not assembled from points; every contact state is one
+smooth integration that ends where SciPy finds a gap to change its sign. The tolerances are as tight as DOP853 takes
+them; the last line of the output is the difference of two runs with tolerances apart by ten.
 """
 
 import sys
