@@ -116,16 +116,18 @@ contains
    end function cubic_defect
 
    !> The value at which the cubic with values f and slopes `rate` at the ends of a step h turns between them; `turns`: its slopes
-   !> have different signs, so that it does so once.
-   pure subroutine cubic_turn(h, f, rate, turns, at_turn)
+   !> have different signs, so that it does so once, at `place` of the step.
+   pure subroutine cubic_turn(h, f, rate, turns, at_turn, place)
       real(wp), intent(in) :: h, f(2), rate(2)
       logical, intent(out) :: turns
       real(wp), intent(out) :: at_turn
+      real(wp), intent(out), optional :: place
 
       real(wp) :: a, b, c, q, theta, unit
 
       turns = min(rate(1), rate(2)) < 0.0_wp .and. max(rate(1), rate(2)) > 0.0_wp
       at_turn = f(1)
+      if (present(place)) place = 0.0_wp
       if (.not. turns) return
       ! f(1) + a θ + b θ² + c θ³
       a = h*rate(1)
@@ -140,6 +142,7 @@ contains
       if (.not. (theta >= 0.0_wp .and. theta <= 1.0_wp) .and. abs(c) > epsilon(c)*abs(q)) theta = -q/(3*c)
       theta = min(max(theta, 0.0_wp), 1.0_wp)
       at_turn = f(1) + theta*(a + theta*(b + theta*c))
+      if (present(place)) place = theta
    end subroutine cubic_turn
 
    !> Whether s, with values and rates at the ends of a step h, goes towards a bound of `branch` and turns nearer to it than

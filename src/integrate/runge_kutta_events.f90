@@ -201,7 +201,10 @@ contains
       integer :: j
 
       associate (view => march%view, field => march%view%field)
-         if (field%treatment == treat_by_switching) call field%accelerate(march%tau + view%duration, view%z_stop, self%a)
+         if (field%treatment == treat_by_switching .and. march%sticking%sticks) then
+            call field%accelerate(march%tau + view%duration, view%z_stop, self%a)
+            field%evaluations = field%evaluations + 1
+         end if
          call field%look_at_contacts(march%tau + view%duration, view%z_stop)
          self%resolution%changes = 0
          do j = 1, size(self%shown)

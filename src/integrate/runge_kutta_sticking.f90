@@ -8,6 +8,7 @@
 module razy_integrate_runge_kutta_sticking
    use razy_contact_contact_law, only: branch_sticking
    use razy_core_kinds, only: wp
+   use razy_integrate_doubts, only: cubic_turn
    use razy_integrate_field, only: field_t
    use razy_integrate_mode, only: constrained, treat_by_events, treat_by_switching
    implicit none(type, external)
@@ -29,7 +30,7 @@ module razy_integrate_runge_kutta_sticking
       !> The longest step from where the last one ended, s.
       real(wp) :: longest = huge(1.0_wp)
       !> Whether a friction element of the machine can stick.
-      logical, private :: sticks = .false.
+      logical :: sticks = .false.
       !> Angular frequencies of the fastest excitation of any kind, and of edges and errors, rad/s.
       real(wp), private :: fastest = 0.0_wp, fastest_error = 0.0_wp
       !> At the start of a step and at its end.
@@ -117,8 +118,9 @@ contains
       do j = 1, size(self%start%held)
          if (.not. (self%start%held(j) .and. self%finish%held(j))) cycle
          do i = 1, 2
-            call cubic_turn([self%start%value(i, j), self%finish%value(i, j)], h*[self%start%rate(i, j), self%finish%rate(i, j)], &
-                            turns, theta, lowest)
+            if (.not. self%start%rate(i, j) < 0.0_wp) cycle
+            call cubic_turn(h, [self%start%value(i, j), self%finish%value(i, j)], [self%start%rate(i, j), self%finish%rate(i, j)], &
+                            turns, lowest, theta)
             if (.not. turns) cycle
             least = min(self%start%value(i, j), self%finish%value(i, j))
             dip = least - lowest
@@ -156,6 +158,7 @@ contains
       integer :: j
 
       call field%accelerate(tau, z, self%a)
+      field%evaluations = field%evaluations + 1
       do j = 1, size(room%held)
          room%held(j) = field%does(j) == constrained .and. field%machine%contact(j)%law%of_normal
          if (room%held(j)) room%noise(j) = of_force*(abs(field%force(j)) + abs(field%normal(j)) &
@@ -170,6 +173,7 @@ contains
       field%treatment = treat_by_events
       call field%accelerate(tau + delta, self%moved, self%a)
       field%treatment = treat_by_switching
+      field%evaluations = field%evaluations + 1
       call look(field, room%held, room%rate)
       room%rate = (room%rate - room%value)/delta
    end subroutine measure
@@ -190,31 +194,5 @@ contains
          end associate
       end do
    end subroutine look
-
-   !> Where in [0, 1] the cubic with the values f and the slopes d at the ends, of which the first falls and the last rises, is
-   !> least.
-   pure subroutine cubic_turn(f, d, turns, theta, lowest)
-      real(wp), intent(in) :: f(2), d(2)
-      logical, intent(out) :: turns
-      real(wp), intent(out) :: theta, lowest
-
-      real(wp) :: b, c, root
-
-      turns = d(1) < 0.0_wp .and. d(2) > 0.0_wp
-      theta = 0.0_wp
-      lowest = f(1)
-      if (.not. turns) return
-      b = 3*(f(2) - f(1)) - (2*d(1) + d(2))
-      c = d(1) + d(2) - 2*(f(2) - f(1))
-      ! The slope d1 + 2 b θ + 3 c θ² rises through 0 once.
-      root = sqrt(max(b*b - 3*c*d(1), 0.0_wp))
-      if (b > 0.0_wp) then
-         theta = -d(1)/(b + root)
-      else
-         theta = (root - b)/(3*c)
-      end if
-      theta = min(max(theta, 0.0_wp), 1.0_wp)
-      lowest = f(1) + theta*(d(1) + theta*(b + theta*c))
-   end subroutine cubic_turn
 
 end module razy_integrate_runge_kutta_sticking
