@@ -132,9 +132,9 @@ contains
          stiffness = self%branch(branch_open)%stiffness
          force = stiffness*s
          damping = 0.0_wp
-         if (open%above /= 0) call add_smoothed(beyond(open%above), parts(open%above), s, rate, s - open%upper, sharpness, &
+         if (open%above /= 0) call add_smoothed(beyond(open%above), self%parts(open%above), s, rate, s - open%upper, sharpness, &
                                                 force, stiffness, damping)
-         if (open%below /= 0) call add_smoothed(beyond(open%below), parts(open%below), s, rate, s - open%lower, -sharpness, &
+         if (open%below /= 0) call add_smoothed(beyond(open%below), self%parts(open%below), s, rate, s - open%lower, -sharpness, &
                                                 force, stiffness, damping)
       end associate
 
@@ -148,14 +148,6 @@ contains
          more = self%branch(branch)
          more%stiffness = more%stiffness - self%branch(branch_open)%stiffness
       end function beyond
-
-      !> Whether a closed side parts at zero force.
-      pure function parts(branch)
-         integer, intent(in) :: branch
-         logical :: parts
-
-         parts = any(self%guard(2:self%functions, branch)%below /= 0 .or. self%guard(2:self%functions, branch)%above /= 0)
-      end function parts
 
    end subroutine smoothed
 

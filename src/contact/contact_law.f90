@@ -65,6 +65,8 @@ module razy_contact_contact_law
       !> F and its slopes with every jump smoothed: H(x) = 1/2 + atan(sharpness x)/pi, sign x = 2 atan(sharpness x)/pi
       !> (source thesis, (3.40)-(3.43)).
       procedure(smooth_force), deferred :: smoothed
+      !> Whether a closed branch has a bound besides that of s.
+      procedure :: parts
    end type contact_law_t
 
    abstract interface
@@ -104,6 +106,15 @@ module razy_contact_contact_law
    end interface
 
 contains
+
+   !> Whether a closed side has a bound besides that of s: it parts at zero force.
+   pure function parts(self, branch)
+      class(contact_law_t), intent(in) :: self
+      integer, intent(in) :: branch
+      logical :: parts
+
+      parts = any(self%guard(2:self%functions, branch)%below /= 0 .or. self%guard(2:self%functions, branch)%above /= 0)
+   end function parts
 
    !> Whether two piecewise-linear laws have the same stiffness, damping and switching slopes, so that the same modes serve
    !> both.

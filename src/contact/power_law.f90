@@ -188,21 +188,11 @@ contains
       stiffness = 0.0_wp
       damping = 0.0_wp
       associate (unused => normal)
-         if (self%upper%present) call add(self%upper, parts(branch_upper), s - self%upper%edge, rate, 1.0_wp, sharpness, &
+         if (self%upper%present) call add(self%upper, self%parts(branch_upper), s - self%upper%edge, rate, 1.0_wp, sharpness, &
                                           force, stiffness, damping)
-         if (self%lower%present) call add(self%lower, parts(branch_lower), self%lower%edge - s, -rate, -1.0_wp, sharpness, &
+         if (self%lower%present) call add(self%lower, self%parts(branch_lower), self%lower%edge - s, -rate, -1.0_wp, sharpness, &
                                           force, stiffness, damping)
       end associate
-
-   contains
-
-      !> Whether a closed side parts at zero force.
-      pure function parts(branch)
-         integer, intent(in) :: branch
-         logical :: parts
-
-         parts = any(self%guard(2:self%functions, branch)%below /= 0 .or. self%guard(2:self%functions, branch)%above /= 0)
-      end function parts
 
    end subroutine smoothed
 
