@@ -9,8 +9,8 @@ program p3
    use razy_core_kinds, only: i8, wp
    use razy_core_text, only: string_t
    use razy_core_text_file, only: read_text_file
-   use razy_core_input, only: input_t
-   use razy_scenes_study, only: read_study
+   use razy_input_input, only: input_t
+   use razy_scenes_case, only: read_study
    use razy_sweep_task, only: point_result_t
    use sweep_case, only: new_sweep, sweep_task_t
    implicit none(type, external)

@@ -9,10 +9,10 @@ program steppers
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, qp, wp
    use razy_core_tone, only: tone_from_hertz
-   use razy_integrate_field, only: field_t
-   use razy_integrate_stepper, only: stepper_t
+   use razy_hybrid_field, only: field_t
+   use razy_runge_kutta_methods_stepper, only: stepper_t
    use razy_machine_machine, only: machine_t
-   use razy_machine_method, only: method_t
+   use razy_motion_method, only: method_t
    implicit none(type, external)
 
    character(*), parameter :: methods(*) = [character(16) :: "rk4", "bogacki_shampine", "dormand_prince", "dop853", "radau5"]

@@ -10,14 +10,14 @@ module duel
    use duel_case, only: entry_t
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
-   use razy_dynamics_event_log, only: event_log_t
-   use razy_dynamics_trajectory, only: trajectory_t
-   use razy_integrate_factory, only: new_integrator
-   use razy_integrate_integrator, only: integrator_t, observer_slot_t, outcome_t, status_meanings, status_ok
+   use razy_observe_event_log, only: event_log_t
+   use razy_observe_trajectory, only: trajectory_t
+   use razy_study_integrators, only: new_integrator
+   use razy_motion_integrator, only: integrator_t, observer_slot_t, outcome_t, status_meanings, status_ok
    use razy_io_duel_file, only: duel_content_t
    use razy_machine_machine, only: machine_t
-   use razy_machine_method, only: check_method, method_t
-   use razy_scenes_study, only: motion_t
+   use razy_motion_method, only: check_method, method_t
+   use razy_scenes_case, only: motion_t
    implicit none(type, external)
    private
 

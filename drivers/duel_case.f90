@@ -1,11 +1,11 @@
 !! What &duel asks for: one entry for each method and setting.
 module duel_case
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
    use razy_core_text, only: lower
    use razy_machine_machine, only: machine_t
-   use razy_machine_method, only: check_method, method_t
+   use razy_motion_method, only: check_method, method_t
    implicit none(type, external)
    private
 

@@ -4,15 +4,15 @@ module modes_case
    use modes_reduction, only: compare_reductions
    use modes_rotor, only: find_campbell, find_rotor_modes
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
    use razy_core_text, only: lower
-   use razy_dynamics_linearised, only: contact_choices, contacts_closed, contacts_equilibrium
+   use razy_eigen_linearised, only: contact_choices, contacts_closed, contacts_equilibrium
    use razy_io_modes_file, only: modes_content_t
    use razy_machine_machine, only: machine_t
-   use razy_scenes_rotor, only: rotor_scene_t
+   use razy_scenes_rotor_scene, only: rotor_scene_t
    use razy_scenes_rotor_reduction, only: is_reduced
-   use razy_scenes_study, only: new_structure
+   use razy_scenes_case, only: new_structure
    implicit none(type, external)
    private
 

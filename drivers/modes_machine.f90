@@ -1,10 +1,10 @@
 !! What razy-modes finds for a machine of any scene but `rotor`: natural frequencies and shapes with contacts in a chosen state.
 module modes_machine
    use razy_core_error, only: error_t, raise
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
-   use razy_dynamics_linearised, only: linear_curved, linear_no_equilibrium, linear_rigid, linearise
-   use razy_dynamics_modes, only: damped_eigenvalues, energy_shares, hertz, modes_t, natural_modes
+   use razy_eigen_linearised, only: linear_curved, linear_no_equilibrium, linear_rigid, linearise
+   use razy_eigen_modes, only: damped_eigenvalues, energy_shares, hertz, modes_t, natural_modes
    use razy_io_modes_file, only: modes_content_t
    use razy_machine_machine, only: machine_t
    implicit none(type, external)

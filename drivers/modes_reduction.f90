@@ -3,17 +3,17 @@ module modes_reduction
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use modes_rotor, only: mesh_names
    use razy_core_error, only: error_t, raise
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_kinds, only: pi, wp
    use razy_core_text, only: lower
    use razy_io_modes_reduction, only: reduction_content_t
    use razy_io_modes_file, only: modes_content_t
    use razy_linalg_generalised, only: eigenpairs_t
-   use razy_rotor_craig_bampton, only: interface_size
-   use razy_rotor_modes, only: natural_modes
-   use razy_rotor_reduced, only: reduced_t
-   use razy_rotor_reduction_error, only: compare_reduction, reduction_error_t
-   use razy_scenes_rotor, only: rotor_scene_t
+   use razy_rotor_reduction_craig_bampton, only: interface_size
+   use razy_rotor_whirl_modes, only: natural_modes
+   use razy_rotor_reduction_reduced, only: reduced_t
+   use razy_rotor_reduction_reduction_error, only: compare_reduction, reduction_error_t
+   use razy_scenes_rotor_scene, only: rotor_scene_t
    use razy_scenes_rotor_reduction, only: chosen, reduce_by, reduction_t
    use razy_scenes_rotor_schema, only: method_craig_bampton
    implicit none(type, external)

@@ -5,18 +5,18 @@ module modes_rotor
    use, intrinsic :: iso_fortran_env, only: int32
    use modes_machine, only: parts_of
    use razy_core_error, only: error_t, raise
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_kinds, only: pi, wp
    use razy_io_modes_file, only: modes_content_t
    use razy_linalg_dense, only: product_of
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, keep_first, modes_found
-   use razy_rotor_campbell, only: campbell_t, new_campbell
+   use razy_rotor_whirl_campbell, only: campbell_t, new_campbell
    use razy_rotor_model, only: rotor_model_t
-   use razy_rotor_modes, only: rotor_shares => energy_shares, rotor_modes => natural_modes, strain_shares
-   use razy_rotor_stability, only: known_limit, limit_below, limit_failed, limit_found, limit_t, stability_limit
-   use razy_rotor_twins, only: separate_twins, shaft_shares
-   use razy_rotor_whirl, only: new_whirl, whirl_found, whirl_problem_t
-   use razy_scenes_rotor, only: rotor_scene_t
+   use razy_rotor_whirl_modes, only: rotor_shares => energy_shares, rotor_modes => natural_modes, strain_shares
+   use razy_rotor_whirl_stability, only: known_limit, limit_below, limit_failed, limit_found, limit_t, stability_limit
+   use razy_rotor_whirl_degenerate, only: separate_twins, shaft_shares
+   use razy_rotor_whirl_whirl, only: new_whirl, whirl_found, whirl_problem_t
+   use razy_scenes_rotor_scene, only: rotor_scene_t
    use razy_scenes_rotor_reduction, only: is_reduced
    implicit none(type, external)
    private

@@ -5,18 +5,18 @@ module one_motion
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
-   use razy_dynamics_contact_statistics, only: contact_statistics_t
-   use razy_dynamics_contact_tally, only: quantities, quantity_meaning, quantity_name, quantity_unit
-   use razy_dynamics_event_log, only: event_log_t
-   use razy_dynamics_extrema, only: extrema_t
-   use razy_dynamics_trajectory, only: trajectory_t
-   use razy_integrate_factory, only: new_integrator
-   use razy_integrate_integrator, only: integrator_t, observer_slot_t, outcome_t, status_meanings, status_ok
+   use razy_observe_contact_statistics, only: contact_statistics_t
+   use razy_observe_contact_tally, only: quantities, quantity_meaning, quantity_name, quantity_unit
+   use razy_observe_event_log, only: event_log_t
+   use razy_observe_extrema, only: extrema_t
+   use razy_observe_trajectory, only: trajectory_t
+   use razy_study_integrators, only: new_integrator
+   use razy_motion_integrator, only: integrator_t, observer_slot_t, outcome_t, status_meanings, status_ok
    use razy_io_run_file, only: run_content_t
    use razy_machine_excitation, only: period_of_loads
    use razy_machine_machine, only: machine_t
    use razy_scenes_records, only: contacts_asked, record_t
-   use razy_scenes_study, only: motion_t
+   use razy_scenes_case, only: motion_t
    implicit none(type, external)
    private
 

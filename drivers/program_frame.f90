@@ -3,10 +3,10 @@ module program_frame
    use, intrinsic :: iso_fortran_env, only: output_unit
    use command_line, only: command_t, exit_usage, finish, print_help, print_version, read_command, say
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_text_file, only: read_text_file
    use razy_io_output, only: output_is_free
-   use razy_scenes_study, only: read_study
+   use razy_scenes_case, only: read_study
    implicit none(type, external)
    private
 

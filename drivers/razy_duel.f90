@@ -6,12 +6,12 @@ program razy_duel
    use, intrinsic :: iso_fortran_env, only: output_unit
    use program_frame, only: begin_program, end_checks, fail
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_io_duel_file, only: duel_content_t, write_duel_file
    use razy_io_header, only: result_header_t
    use razy_machine_machine, only: machine_t
    use razy_scenes_records, only: record_t
-   use razy_scenes_study, only: motion_t, new_machine
+   use razy_scenes_case, only: motion_t, new_machine
    implicit none(type, external)
 
    type(command_t) :: command

@@ -2,7 +2,7 @@
 program razy_modes
    use command_line, only: command_t, exit_failure, exit_usage, say
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_text, only: string_t
    use razy_io_header, only: result_header_t
    use razy_io_modes_file, only: modes_content_t, write_modes_file

@@ -4,7 +4,7 @@ program razy_run
    use one_motion, only: compute
    use program_frame, only: begin_program, end_checks, fail
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: to_text
    use razy_io_header, only: result_header_t
@@ -13,7 +13,7 @@ program razy_run
    use sweep_starts, only: new_starts, starts_t
    use razy_scenes_records, only: record_t
    use razy_scenes_start, only: check_start
-   use razy_scenes_study, only: motion_t, new_drawing, new_machine
+   use razy_scenes_case, only: motion_t, new_drawing, new_machine
    implicit none(type, external)
 
    type(command_t) :: command

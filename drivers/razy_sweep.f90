@@ -6,13 +6,13 @@ program razy_sweep
    use mpi_f08, only: mpi_comm_world
    use progress, only: show_progress
    use razy_core_error, only: error_t, raise
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_kinds, only: i8, wp
    use razy_core_text, only: string_t
    use razy_core_text_file, only: read_text_file
    use razy_io_header, only: result_header_t
    use razy_io_output, only: output_is_free
-   use razy_scenes_study, only: new_drawing, read_study
+   use razy_scenes_case, only: new_drawing, read_study
    use razy_sweep_checkpoint, only: checkpoint_path
    use razy_sweep_communicator, only: communicator_t, new_communicator
    use razy_sweep_mpi, only: finish_mpi, start_mpi

@@ -3,7 +3,7 @@ program razy_tune
    use command_line, only: command_t, exit_failure, exit_usage, say
    use program_frame, only: begin_program, end_checks, fail
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_text, only: string_t
    use razy_io_header, only: result_header_t
    use razy_io_tune_file, only: tune_content_t, write_tune_file

@@ -1,13 +1,13 @@
-!! On which attractors the motions of a sweep end: the rule of razy_dynamics_attractors, for each grid point and direction.
+!! On which attractors the motions of a sweep end: the rule of razy_study_attractors, for each grid point and direction.
 !!
 !! Results are read from the checkpoint, one grid point after the other, starts in their order.
 module sweep_attractors
    use, intrinsic :: iso_fortran_env, only: int32
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
-   use razy_dynamics_attractors, only: attractors_t
+   use razy_study_attractors, only: attractors_t
    use razy_io_starts, only: starts_content_t
-   use razy_sweep_motion_watch, only: motion_result_t
+   use razy_study_motion_watch, only: motion_result_t
    use razy_sweep_task, only: point_result_t
    use sweep_case, only: sweep_task_t
    implicit none(type, external)

@@ -3,9 +3,9 @@
 !! An axis may vary several values of the input together: each is the axis' value times a factor.
 module sweep_axes
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_kinds, only: i8, wp
-   use razy_core_slot, only: slot_t
+   use razy_input_slot, only: slot_t
    use razy_core_text, only: string_t
    use razy_sweep_grid, only: axis_t, grid_t, new_axis, new_grid
    implicit none(type, external)

@@ -1,15 +1,15 @@
 !! A sweep as the input describes it: its axes, its directions, its task.
 module sweep_case
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_kinds, only: i8, wp
    use razy_core_text, only: lower
    use razy_scenes_scene, only: scene_t
    use razy_scenes_records, only: contacts_asked, record_t
    use razy_scenes_start, only: check_start
-   use razy_scenes_study, only: motion_t, new_machine
+   use razy_scenes_case, only: motion_t, new_machine
    use razy_sweep_grid, only: grid_t
-   use razy_sweep_motion_task, only: motion_task_t
+   use razy_study_motion_task, only: motion_task_t
    use razy_sweep_plan, only: new_plan
    use sweep_axes, only: new_axes, put_point, put_value, varied_t
    use sweep_starts, only: new_starts, starts_t

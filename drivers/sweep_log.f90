@@ -8,8 +8,8 @@ module sweep_log
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: to_text
-   use razy_integrate_integrator, only: status_meanings
-   use razy_sweep_motion_watch, only: motion_result_t
+   use razy_motion_integrator, only: status_meanings
+   use razy_study_motion_watch, only: motion_result_t
    use razy_sweep_scheduler, only: sweep_outcome_t
    use razy_sweep_task, only: point_result_t
    use sweep_case, only: sweep_task_t

@@ -3,12 +3,12 @@ module sweep_result
    use, intrinsic :: iso_fortran_env, only: int32, int8
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
-   use razy_dynamics_contact_tally, only: quantities, quantity_meaning, quantity_name, quantity_unit
-   use razy_integrate_integrator, only: status_meanings
+   use razy_observe_contact_tally, only: quantities, quantity_meaning, quantity_name, quantity_unit
+   use razy_motion_integrator, only: status_meanings
    use razy_io_header, only: result_header_t
    use razy_io_sweep_content, only: sweep_content_t
    use razy_io_sweep_file, only: sweep_writer_t
-   use razy_sweep_motion_watch, only: motion_result_t
+   use razy_study_motion_watch, only: motion_result_t
    use razy_sweep_task, only: point_result_t
    use sweep_attractors, only: find_attractors
    use sweep_case, only: sweep_task_t

@@ -1,7 +1,7 @@
 !! Initial states that &starts takes from a file.
 module sweep_start_file
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: to_text
    use razy_core_scanner, only: newline

@@ -4,7 +4,7 @@
 !! the seed, the grid point, the sample and the place of the range (razy_core_uniform), and from nothing else.
 module sweep_starts
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_kinds, only: i8, wp
    use razy_core_text, only: did_you_mean, lower, string_t
    use razy_core_uniform, only: uniform

@@ -3,18 +3,18 @@ module tune_case
    use, intrinsic :: iso_fortran_env, only: int32
    use command_line, only: decimal
    use razy_core_error, only: error_t, raise
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
-   use razy_core_slot, only: slot_t
+   use razy_input_slot, only: slot_t
    use razy_core_text, only: append_text, did_you_mean, lower, string_t
-   use razy_dynamics_linearised, only: contact_choices, linear_curved, linear_no_equilibrium, linear_rigid, linearise
-   use razy_dynamics_mode_branches, only: branches_t
-   use razy_dynamics_modes, only: hertz, modes_t, natural_modes
-   use razy_dynamics_tuning, only: attainable, objective, tune, tuning_t
+   use razy_eigen_linearised, only: contact_choices, linear_curved, linear_no_equilibrium, linear_rigid, linearise
+   use razy_eigen_mode_branches, only: branches_t
+   use razy_eigen_modes, only: hertz, modes_t, natural_modes
+   use razy_eigen_tuning, only: attainable, objective, tune, tuning_t
    use razy_io_tune_file, only: tune_content_t
    use razy_machine_machine, only: machine_t
-   use razy_scenes_study, only: new_structure
+   use razy_scenes_case, only: new_structure
    implicit none(type, external)
    private
 

@@ -4,7 +4,7 @@ module tune_words
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
    use razy_core_text, only: append_text, string_t
-   use razy_dynamics_tuning, only: change_t, changes
+   use razy_eigen_tuning, only: change_t, changes
    use tune_case, only: tune_t
    implicit none(type, external)
    private

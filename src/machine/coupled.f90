@@ -5,7 +5,7 @@
 !! process; the motion in it does not depend on the rest. A symmetric gear pair, of four coordinates, has two such: its
 !! common torsion touches neither teeth nor observable and is not propagated (Kalman's decomposition).
 !! With gyroscopic or circulatory matrices the subspace is that of all coordinates which are coupled, by either matrix, with one
-!! that is felt: what else is not felt is found in the modes (razy_integrate_observable_terms).
+!! that is felt: what else is not felt is found in the modes (razy_exact_modal_observable_terms).
 !! A direction is taken as already contained when what is left of it is below `dependent` times what entered.
 module razy_machine_coupled
    use razy_core_error, only: error_t, raise

@@ -1,8 +1,8 @@
 !! The groups that every kind of scene has: what it is, how it moves, what is recorded, what is varied.
 module razy_scenes_common_schema
-   use razy_core_schema, only: group, group_spec_t, key_integer, key_logical, key_real, key_spec_t, key_string, nonnegative, &
-                               positive
-   use razy_machine_method, only: integrators, treatments
+   use razy_input_schema, only: group, group_spec_t, key_integer, key_logical, key_real, key_spec_t, key_string, nonnegative, &
+                                positive
+   use razy_motion_method, only: integrators, treatments
    implicit none(type, external)
    private
 

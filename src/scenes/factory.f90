@@ -2,12 +2,12 @@
 module razy_scenes_factory
    use razy_core_drawing, only: drawing_t
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_text, only: lower
    use razy_scenes_common_schema, only: scene_kinds
-   use razy_scenes_lumped, only: lumped_t
-   use razy_scenes_planar, only: planar_t
-   use razy_scenes_rotor, only: rotor_scene_t
+   use razy_scenes_lumped_scene, only: lumped_t
+   use razy_scenes_planar_scene, only: planar_t
+   use razy_scenes_rotor_scene, only: rotor_scene_t
    use razy_scenes_scene, only: scene_t
    implicit none(type, external)
    private

@@ -2,9 +2,9 @@
 module razy_scenes_friction
    use razy_contact_friction_law, only: new_friction_law
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
-   use razy_core_schema, only: key_real, key_spec_t, key_string, nonnegative
+   use razy_input_schema, only: key_real, key_spec_t, key_string, nonnegative
    use razy_core_text, only: did_you_mean, lower
    use razy_machine_machine, only: contact_t
    implicit none(type, external)

@@ -6,9 +6,9 @@ module razy_scenes_gap_laws
    use razy_contact_power_law, only: hertz_stiffness, new_power_law, power_side_t
    use razy_contact_rigid_law, only: new_rigid_law, rigid_side_t
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
-   use razy_core_schema, only: key_real, key_spec_t, key_string, nonnegative, positive
+   use razy_input_schema, only: key_real, key_spec_t, key_string, nonnegative, positive
    use razy_core_text, only: lower
    implicit none(type, external)
    private

@@ -3,9 +3,9 @@
 !! Frequencies are formed in extended precision from values of the input and whole numbers; equal ones become one tone.
 module razy_scenes_harmonics
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_kinds, only: qp, wp
-   use razy_core_schema, only: group_at
+   use razy_input_schema, only: group_at
    use razy_core_tone, only: tone_from_hertz, tone_t
    use razy_machine_machine, only: machine_t
    implicit none(type, external)

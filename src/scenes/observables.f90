@@ -1,7 +1,7 @@
 !! What `&record` may ask for in every kind of scene: quantities of contacts, and names of what is recorded.
 module razy_scenes_observables
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
    use razy_core_text, only: did_you_mean, lower, string_t
    use razy_machine_machine, only: machine_t, observable_t, observe_contact_force, observe_linear

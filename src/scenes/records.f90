@@ -1,7 +1,7 @@
 !! What is recorded of a motion: &record.
 module razy_scenes_records
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
    use razy_core_text, only: lower, string_t
    use razy_machine_machine, only: machine_t, observable_t

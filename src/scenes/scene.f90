@@ -5,8 +5,8 @@
 !! `file: &group key = value: what is allowed`.
 module razy_scenes_scene
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
-   use razy_core_schema, only: group_spec_t
+   use razy_input_input, only: input_t
+   use razy_input_schema, only: group_spec_t
    use razy_machine_machine, only: machine_t, observable_t
    implicit none(type, external)
    private

@@ -2,7 +2,7 @@
 module razy_scenes_start
    use razy_contact_contact_law, only: branch_open
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
    use razy_core_text, only: lower
    use razy_machine_equilibrium, only: find_equilibrium

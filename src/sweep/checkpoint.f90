@@ -4,7 +4,7 @@
 !! Its identity is version and commit of the program, and the effective input: a sweep is taken up again only by the same program
 !! with the same input. A record is a packet (razy_sweep_packet) of one result, with the point's number in the sweep.
 module razy_sweep_checkpoint
-   use razy_core_difference, only: first_difference
+   use razy_input_difference, only: first_difference
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_core_scanner, only: newline

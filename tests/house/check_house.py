@@ -21,19 +21,26 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "support"))
 
 from fortran_source import statements
 
-# folder of src/: the folders below it that it may use, besides itself
+# room of src/: the rooms below it that it may use, besides itself (the table of docs/architecture.md)
 LAYERS = {
     "core": set(),
+    "input": {"core"},
     "linalg": {"core"},
     "contact": {"core"},
     "rotor": {"core", "linalg"},
     "machine": {"core", "linalg", "contact"},
-    "scenes": {"core", "linalg", "contact", "rotor", "machine"},
-    "integrate": {"core", "linalg", "contact", "machine"},
-    "dynamics": {"core", "linalg", "contact", "machine", "integrate"},
-    "io": {"core"},
-    "sweep": {"core", "linalg", "contact", "machine", "integrate", "dynamics", "io"},
+    "motion": {"core", "machine"},
+    "scenes": {"core", "input", "linalg", "contact", "rotor", "machine", "motion"},
+    "hybrid": {"core", "linalg", "contact", "machine", "motion"},
 }
+LAYERS["exact"] = LAYERS["hybrid"] | {"hybrid"}
+LAYERS["runge_kutta"] = LAYERS["hybrid"] | {"hybrid"}
+LAYERS["moreau"] = LAYERS["hybrid"] | {"hybrid"}
+LAYERS["observe"] = {"core", "linalg", "contact", "machine", "motion"}
+LAYERS["eigen"] = {"core", "linalg", "contact", "machine"}
+LAYERS["io"] = {"core", "input"}
+LAYERS["sweep"] = {"core", "input", "io"}
+LAYERS["study"] = set(LAYERS)
 DRIVERS = "drivers"
 
 # modules from outside: expression on the name, and who may use them (everybody, where None)
@@ -71,8 +78,8 @@ def folder_of_module(name: str, driver_modules: set[str]) -> str | None:
     """The folder a module of the project belongs to; none for a module from outside."""
     if name in driver_modules:
         return DRIVERS
-    match = re.match(r"razy_([a-z0-9]+)_", name)
-    return match[1] if match else None
+    rooms = [room for room in LAYERS if name.startswith(f"razy_{room}_")]
+    return max(rooms, key=len, default="unknown" if name.startswith("razy_") else None)
 
 
 def check_use(folder: str, code: list[Breach], driver_modules: set[str]) -> Iterator[Breach]:

@@ -68,7 +68,7 @@ module razy_sweep_grid
    use mpi_f08, only: MPI_Comm
    use razy_io_file, only: &
       wp
-   use razy_dynamics_extrema, only: extrema_t
+   use razy_io_extrema, only: extrema_t
    implicit none(type, external)
    private
 end module razy_sweep_grid

@@ -2,10 +2,10 @@
 !! the schema, after a line `@kind` for each kind.
 program write_pages
    use, intrinsic :: iso_fortran_env, only: output_unit
-   use razy_core_schema, only: group_spec_t
-   use razy_core_schema_pages, only: group_page
+   use razy_input_schema, only: group_spec_t
+   use razy_input_schema_pages, only: group_page
    use razy_scenes_factory, only: scene_kinds
-   use razy_scenes_study, only: study_schema
+   use razy_scenes_case, only: study_schema
    implicit none(type, external)
 
    type(group_spec_t), allocatable :: schema(:)

@@ -8,11 +8,11 @@ program measure_modes
    use razy_core_kinds, only: pi, wp
    use razy_linalg_generalised, only: eigenpairs_t, modes_found
    use razy_rotor_model, only: rotor_model_t
-   use razy_rotor_modes, only: energy_shares, natural_modes
-   use razy_rotor_reduced, only: reduced_t
+   use razy_rotor_whirl_modes, only: energy_shares, natural_modes
+   use razy_rotor_reduction_reduced, only: reduced_t
    use razy_rotor_section, only: shear_none
-   use razy_rotor_synthesis, only: modal_synthesis
-   use razy_rotor_whirl, only: new_whirl, whirl_found, whirl_problem_t, whirl_t
+   use razy_rotor_reduction_synthesis, only: modal_synthesis
+   use razy_rotor_whirl_whirl, only: new_whirl, whirl_found, whirl_problem_t, whirl_t
    use rotor_samples, only: assembled, gearbox, pinned_shaft
    implicit none(type, external)
 

@@ -1,12 +1,12 @@
 !! Reads an input with razy's library and prints how many coordinates its machine has.
 program consumer
    use razy_core_error, only: error_t
-   use razy_core_input, only: input_t
+   use razy_input_input, only: input_t
    use razy_core_text, only: string_t
    use razy_core_text_file, only: read_text_file
    use razy_machine_machine, only: machine_t
    use razy_scenes_records, only: record_t
-   use razy_scenes_study, only: motion_t, new_machine, read_study
+   use razy_scenes_case, only: motion_t, new_machine, read_study
    implicit none(type, external)
 
    type(error_t), allocatable :: error

@@ -1,0 +1,235 @@
+!! The closed form of the motion in one contact state under given excitation.
+!!
+!! All parts of the motion that vary in time stand in one list: exponential terms of the modes and, after them, one term for
+!! each tone of excitation, whose amplitude is e^{iω_t t} itself. Every linear form of the state and every derivative of it is
+!! then a row of coefficients on these amplitudes, plus those on rigid modes and dense parts. Terms that are followed together
+!! with their excitation (razy_exact_closed_form_driven) are the last of the terms; where a constant force acts on them, it is
+!! one more tone, of frequency 0.
+module razy_exact_closed_form_response
+   use razy_core_kinds, only: wp
+   use razy_exact_closed_form_dense_part, only: dense_part_t, new_dense_part
+   use razy_exact_closed_form_driven, only: driven_t, find_driven, new_driven
+   use razy_exact_modal_parts, only: modal_basis_t
+   use razy_linalg_wide_sums, only: wide
+   implicit none(type, external)
+   private
+
+   public :: new_response, response_t, shape_matrix
+   public :: coarsest_level, finest_level
+
+   !> Search steps are 2^-level seconds.
+   integer, parameter :: coarsest_level = -30, finest_level = 70
+
+   type :: response_t
+      integer :: m = 0, terms = 0, tones = 0, rigid = 0, nx = 0
+      !> terms + tones, and one for a constant force on driven terms.
+      integer :: amplitudes = 0
+      type(driven_t) :: driven
+      !> Exponents of all amplitudes and their moduli.
+      complex(wp), allocatable :: exponent(:)
+      real(wp), allocatable :: modulus(:)
+      !> Largest modulus of an exponent or of the rates in a dense part, 1/s.
+      real(wp) :: fastest = 0.0_wp
+      !> The largest of those at which rounding grows in time, 1/s: what decays without a turn loses none.
+      real(wp) :: turning = 0.0_wp
+      logical :: growing = .false.
+      !> No term is driven and no part dense; nor does any amplitude grow.
+      logical :: plain = .true., bounded = .true.
+      !> No term is driven, and there are few.
+      logical :: simple = .true.
+      !> Level of steps on which the fastest amplitude turns by less than 0.05.
+      integer :: fine_level = 0
+      !> z = constant + from_re Re(a) + from_im Im(a) + rigid and dense parts (2m, amplitudes).
+      real(wp), allocatable :: constant(:), from_re(:, :), from_im(:, :)
+      !> a = to_re z + i to_im z for the terms (2m, terms), z without constant and tones.
+      real(wp), allocatable :: to_re(:, :), to_im(:, :)
+      !> Moduli of `from` and `to`, made when they are asked for.
+      real(wp), allocatable :: from_size(:, :), to_size(:, :)
+      !> Lengths of their columns, displacements and velocities apart, and of `constant` in column 0 of the first (2, amplitudes).
+      real(wp), allocatable :: from_length(:, :), to_length(:, :)
+      !> `to` transposed (terms, 2m), for large models only.
+      real(wp), allocatable :: into_re(:, :), into_im(:, :)
+      !> Rigid modes (m, rigid) and the constant force on each.
+      real(wp), allocatable :: rigid_mode(:, :), rigid_force(:)
+      type(dense_part_t), allocatable :: dense(:)
+      !> First dense state of each part, and one beyond the last.
+      integer, allocatable :: first(:)
+      !> Factors of the amplitudes over steps of 2^-level s, made when first used (amplitudes, level).
+      real(wp), allocatable :: step_re(:, :), step_im(:, :)
+      !> What cosines and sines of all tones add to driven terms in such a step (terms, 2 tones, level).
+      real(wp), allocatable :: push_re(:, :, :), push_im(:, :, :)
+      !> Dense step matrices (nx, nx, level), block diagonal.
+      real(wp), allocatable :: step_dense(:, :, :)
+      logical :: has_step(coarsest_level:finest_level) = .false.
+      real(wp) :: step_length(coarsest_level:finest_level) = 0.0_wp
+   end type response_t
+
+contains
+
+   !> The response of modes `basis` to the constant force `load` (m) and phasors `harmonic` (m, tones).
+   pure subroutine new_response(self, basis, load, harmonic, omega)
+      type(response_t), intent(inout) :: self
+      type(modal_basis_t), intent(in) :: basis
+      real(wp), intent(in) :: load(:), omega(:)
+      complex(wp), intent(in) :: harmonic(:, :)
+
+      complex(wp) :: particular(2*basis%m), force
+      integer :: i, m, n, order(size(basis%lambda)), plain, t
+
+      m = basis%m
+      call sort_terms(self, basis, load, harmonic, omega, order)
+      plain = self%driven%first
+      self%m = m
+      self%terms = size(basis%lambda)
+      self%tones = size(omega)
+      self%rigid = size(basis%rigid, 2)
+      n = self%terms + max(self%tones, self%driven%tones)
+      self%amplitudes = n
+      if (allocated(self%exponent)) deallocate (self%exponent, self%constant)
+      allocate (self%exponent(n), self%constant(2*m))
+      self%exponent = [basis%lambda(order), (cmplx(0.0_wp, omega(t), wp), t=1, self%tones), &
+                       ((0.0_wp, 0.0_wp), i=self%terms + self%tones + 1, n)]
+      self%modulus = abs(self%exponent)
+      self%growing = any(real(basis%lambda) > 0.0_wp)
+      self%constant = 0.0_wp
+      call shape_matrix(self%from_re, 2*m, n)
+      call shape_matrix(self%from_im, 2*m, n)
+      call shape_matrix(self%to_re, 2*m, self%terms)
+      call shape_matrix(self%to_im, 2*m, self%terms)
+      do i = 1, self%terms
+         self%from_re(:, i) = real(basis%from_term(:, order(i)))
+         self%from_im(:, i) = -aimag(basis%from_term(:, order(i)))
+         self%to_re(:, i) = real(basis%to_term(order(i), :))
+         self%to_im(:, i) = aimag(basis%to_term(order(i), :))
+         if (i > plain) cycle
+         force = sum(basis%to_term(order(i), m + 1:)*load)
+         if (abs(force) > 0.0_wp) self%constant = self%constant - real(basis%from_term(:, order(i))*(force/basis%lambda(order(i))))
+      end do
+      do t = 1, self%tones
+         particular = harmonic_state(basis, order(:plain), harmonic(:, t), omega(t))
+         self%from_re(:, self%terms + t) = real(particular)
+         self%from_im(:, self%terms + t) = -aimag(particular)
+      end do
+      self%from_re(:, self%terms + self%tones + 1:) = 0.0_wp
+      self%from_im(:, self%terms + self%tones + 1:) = 0.0_wp
+      if (allocated(self%from_size)) deallocate (self%from_size, self%to_size)
+      if (allocated(self%from_length)) deallocate (self%from_length, self%to_length)
+      if (self%terms >= wide) then
+         self%into_re = transpose(self%to_re)
+         self%into_im = transpose(self%to_im)
+      end if
+      self%rigid_mode = basis%rigid
+      self%rigid_force = matmul(load, basis%rigid)
+      if (allocated(self%step_re)) deallocate (self%step_re, self%step_im)
+      allocate (self%step_re(n, coarsest_level:finest_level), self%step_im(n, coarsest_level:finest_level))
+      if (allocated(self%push_re)) deallocate (self%push_re, self%push_im)
+      if (self%driven%count > 0) allocate (self%push_re(self%driven%count, 2*self%driven%tones, coarsest_level:finest_level), &
+                                           self%push_im(self%driven%count, 2*self%driven%tones, coarsest_level:finest_level))
+      self%has_step = .false.
+      call add_dense_parts(self, basis, load, harmonic, omega)
+      self%fastest = 0.0_wp
+      if (n > 0) self%fastest = maxval(self%modulus)
+      if (size(self%dense) > 0) self%fastest = max(self%fastest, maxval(self%dense%norm))
+      self%turning = basis%fastest
+      if (basis%stiff) self%turning = turning_rate(self)
+      self%plain = self%nx == 0 .and. self%driven%count == 0
+      self%bounded = self%plain .and. .not. self%growing
+      self%simple = self%driven%count == 0 .and. self%terms < wide
+      self%fine_level = min(max(exponent(20*self%fastest), coarsest_level), finest_level)
+   end subroutine new_response
+
+   !> The largest modulus of an exponent that is not real, or norm of a dense part.
+   pure function turning_rate(self) result(rate)
+      type(response_t), intent(in) :: self
+      real(wp) :: rate
+
+      rate = maxval([0.0_wp, self%modulus], mask=[.true., abs(aimag(self%exponent)) > 0.0_wp .or. real(self%exponent) > 0.0_wp])
+      if (size(self%dense) > 0) rate = max(rate, maxval(self%dense%norm))
+   end function turning_rate
+
+   !> The order of the terms, driven ones last, and these.
+   pure subroutine sort_terms(self, basis, load, harmonic, omega, order)
+      type(response_t), intent(inout) :: self
+      type(modal_basis_t), intent(in) :: basis
+      real(wp), intent(in) :: load(:), omega(:)
+      complex(wp), intent(in) :: harmonic(:, :)
+      integer, intent(out) :: order(:)
+
+      logical :: driven(size(order))
+      integer :: i, plain
+
+      call find_driven(basis, load, harmonic, omega, driven)
+      plain = count(.not. driven)
+      order(:plain) = pack([(i, i=1, size(order))],.not. driven)
+      order(plain + 1:) = pack([(i, i=1, size(order))], driven)
+      call new_driven(self%driven, basis, order(plain + 1:), plain, load, harmonic, omega)
+   end subroutine sort_terms
+
+   pure subroutine add_dense_parts(self, basis, load, harmonic, omega)
+      type(response_t), intent(inout) :: self
+      type(modal_basis_t), intent(in) :: basis
+      real(wp), intent(in) :: load(:), omega(:)
+      complex(wp), intent(in) :: harmonic(:, :)
+
+      integer :: i
+
+      self%nx = 0
+      if (allocated(self%dense)) deallocate (self%dense)
+      allocate (self%dense(size(basis%dense)))
+      self%first = [1]
+      do i = 1, size(basis%dense)
+         call new_dense_part(self%dense(i), basis%dense(i), load, harmonic, omega)
+         self%nx = self%nx + size(self%dense(i)%matrix, 1)
+         self%first = [self%first, self%nx + 1]
+      end do
+      if (allocated(self%step_dense)) deallocate (self%step_dense)
+      if (self%nx > 0) allocate (self%step_dense(self%nx, self%nx, coarsest_level:finest_level))
+   end subroutine add_dense_parts
+
+   !> P with z = Re(P e^{iωt}) in the exponential terms `number` and rigid modes: (iω - A)⁻¹ (0, force), by modes.
+   pure function harmonic_state(basis, number, force, omega) result(particular)
+      type(modal_basis_t), intent(in) :: basis
+      integer, intent(in) :: number(:)
+      complex(wp), intent(in) :: force(:)
+      real(wp), intent(in) :: omega
+      complex(wp) :: particular(2*basis%m)
+
+      complex(wp) :: drive, mirrored, rigid
+      integer :: i, k, m
+
+      m = basis%m
+      particular = (0.0_wp, 0.0_wp)
+      do i = 1, size(number)
+         k = number(i)
+         drive = sum(basis%to_term(k, m + 1:)*force)
+         mirrored = sum(conjg(basis%to_term(k, m + 1:))*force)
+         ! Without a force there may be resonance.
+         if (.not. max(abs(drive), abs(mirrored)) > 0.0_wp) cycle
+         drive = drive/(cmplx(0.0_wp, omega, wp) - basis%lambda(k))
+         if (abs(aimag(basis%lambda(k))) > 0.0_wp) then
+            mirrored = mirrored/(cmplx(0.0_wp, omega, wp) - conjg(basis%lambda(k)))
+            particular = particular + 0.5_wp*(basis%from_term(:, k)*drive + conjg(basis%from_term(:, k))*mirrored)
+         else
+            particular = particular + basis%from_term(:, k)*drive
+         end if
+      end do
+      do k = 1, size(basis%rigid, 2)
+         rigid = -sum(basis%rigid(:, k)*force)/omega**2
+         particular(:m) = particular(:m) + basis%rigid(:, k)*rigid
+         particular(m + 1:) = particular(m + 1:) + basis%rigid(:, k)*rigid*cmplx(0.0_wp, omega, wp)
+      end do
+   end function harmonic_state
+
+   !> Give a matrix this shape.
+   pure subroutine shape_matrix(matrix, rows, columns)
+      real(wp), allocatable, intent(inout) :: matrix(:, :)
+      integer, intent(in) :: rows, columns
+
+      if (allocated(matrix)) then
+         if (size(matrix, 1) == rows .and. size(matrix, 2) == columns) return
+         deallocate (matrix)
+      end if
+      allocate (matrix(rows, columns))
+   end subroutine shape_matrix
+
+end module razy_exact_closed_form_response

@@ -1,0 +1,257 @@
+!! Modes of a machine in one contact state.
+!!
+!! The state z = (y, y') of y'' + B y' + K y = f splits into
+!! - exponential terms: one complex amplitude for a conjugate pair of eigenvalues, one real one for a real eigenvalue;
+!! - rigid modes, eta'' = φᵀf, followed as polynomials;
+!! - dense parts, where eigenvectors would lose accuracy (critical damping, very slow modes): followed by the matrix exponential,
+!!   see razy_exact_closed_form_dense_part. If fast and slow modes of a part are only far apart, their eigenvalues are refined
+!!   instead.
+!! Coordinates that K and B do not couple are apart from the start, if these are not symmetric. In each set the symmetric
+!! eigenproblem of K, or of its symmetric part, comes first, so that repeated frequencies have orthogonal modes; modes that
+!! damping, gyroscopic or circulatory matrix couple form parts with a general eigenproblem of their own.
+module razy_exact_modal_basis
+   use razy_core_kinds, only: qp, wp
+   use razy_exact_modal_parts, only: append, dense_modes_t, modal_basis_t
+   use razy_linalg_connected, only: connected_sets, linked
+   use razy_linalg_eigen, only: general_eigen, symmetric_eigen
+   use razy_linalg_refined_eigen, only: refine_eigen
+   implicit none(type, external)
+   private
+
+   public :: new_modal_basis, turning, worst_of_many
+
+   !> Slower than this part of the fastest mode one of few modes is followed in a dense part.
+   real(wp), parameter :: slow = 1.0e-4_wp
+   !> Eigenvalues of a worse condition lose more digits than the dense part, with its square in small parts. Of many modes the
+   !> dense part has a matrix of hundreds of rows, and three digits are given for not having it.
+   real(wp), parameter :: worst_condition = 30.0_wp, worst_of_many = 3.0e3_wp
+   integer, parameter :: many = 4
+   !> Smaller than this part of the largest entry, an entry is a rounding error.
+   real(wp), parameter :: rounding_of_sums = 1.0e-14_wp
+
+contains
+
+   !> The modes of y'' + damping y' + stiffness y. `rigid` (m, r): orthonormal modes without stiffness, if they are known better
+   !> than the eigenproblem gives them. `impacts`: the machine has some.
+   subroutine new_modal_basis(self, stiffness, damping, rigid, impacts)
+      type(modal_basis_t), intent(out) :: self
+      real(wp), intent(in) :: stiffness(:, :), damping(:, :)
+      real(wp), intent(in), optional :: rigid(:, :)
+      logical, intent(in), optional :: impacts
+
+      integer :: set(size(damping, 1)), i, j, m
+      integer, allocatable :: members(:)
+
+      m = size(damping, 1)
+      self%m = m
+      if (present(impacts)) self%impacts = impacts
+      allocate (self%lambda(0), self%to_term(0, 2*m), self%from_term(2*m, 0), self%rigid(m, 0), self%dense(0))
+      if (m == 0) return
+      set = 1
+      if (turning(stiffness, damping)) then
+         set = connected_sets(linked(stiffness, rounding_of_sums) .or. linked(damping, rounding_of_sums))
+      end if
+      do i = 1, maxval(set)
+         members = pack([(j, j=1, m)], set == i)
+         call add_set(self, stiffness, damping, members, rigid)
+         if (self%info /= 0) return
+      end do
+   end subroutine new_modal_basis
+
+   !> Add the modes of the coordinates `set`, which are coupled with no other.
+   subroutine add_set(self, stiffness, damping, set, rigid)
+      type(modal_basis_t), intent(inout) :: self
+      real(wp), intent(in) :: stiffness(:, :), damping(:, :)
+      integer, intent(in) :: set(:)
+      real(wp), intent(in), optional :: rigid(:, :)
+
+      real(wp) :: phi(size(set), size(set)), k(size(set), size(set)), b(size(set), size(set)), skew(size(set), size(set))
+      real(wp) :: square(size(set)), shape(self%m, size(set))
+      integer :: part(size(set)), i, j, s
+      integer, allocatable :: modes(:)
+
+      s = size(set)
+      k = stiffness(set, set)
+      phi = k
+      if (.not. is_symmetric(k)) phi = 0.5_wp*(k + transpose(k))
+      skew = k - phi
+      call symmetric_eigen(phi, square, self%info)
+      if (self%info /= 0) return
+      ! Eigenvalues below the rounding of the largest are rigid-body modes.
+      where (abs(square) <= 64*s*epsilon(1.0_wp)*maxval(abs(square))) square = 0.0_wp
+      if (present(rigid)) call put_rigid(phi, square, rigid(set, :))
+      k = 0.0_wp
+      if (any(abs(skew) > 0.0_wp)) k = small_removed(matmul(transpose(phi), matmul(skew, phi)))
+      b = small_removed(matmul(transpose(phi), matmul(damping(set, set), phi)))
+      part = connected_sets(abs(k) > 0.0_wp .or. abs(b) > 0.0_wp)
+      do i = 1, s
+         k(i, i) = k(i, i) + square(i)
+      end do
+      self%fastest = max(self%fastest, sqrt(maxval(sum(abs(k), dim=1))), maxval(sum(abs(b), dim=1)))
+      shape = 0.0_wp
+      shape(set, :) = phi
+      do i = 1, maxval(part)
+         modes = pack([(j, j=1, s)], part == i)
+         call add_part(self, shape(:, modes), k, b, modes)
+         if (self%info /= 0) return
+      end do
+   end subroutine add_set
+
+   pure function small_removed(matrix) result(b)
+      real(wp), intent(in) :: matrix(:, :)
+      real(wp) :: b(size(matrix, 1), size(matrix, 2))
+
+      b = matrix
+      where (abs(b) <= 1.0e-13_wp*maxval(abs(b))) b = 0.0_wp
+   end function small_removed
+
+   pure function is_symmetric(matrix)
+      real(wp), intent(in) :: matrix(:, :)
+      logical :: is_symmetric
+
+      is_symmetric = all(abs(matrix - transpose(matrix)) <= rounding_of_sums*maxval(abs(matrix)))
+   end function is_symmetric
+
+   !> Whether one of the matrices is not symmetric, as gyroscopic and circulatory matrices are not.
+   pure function turning(stiffness, damping)
+      real(wp), intent(in) :: stiffness(:, :), damping(:, :)
+      logical :: turning
+
+      turning = .not. (is_symmetric(stiffness) .and. is_symmetric(damping))
+   end function turning
+
+   !> Put the rigid modes in the place of those with square 0, and make the others orthogonal to them. Each column of `known` is
+   !> such a mode or belongs to other coordinates than these.
+   pure subroutine put_rigid(phi, square, known)
+      real(wp), intent(inout) :: phi(:, :)
+      real(wp), intent(in) :: square(:), known(:, :)
+
+      real(wp) :: rigid(size(known, 1), size(known, 2))
+      integer :: found, i, r
+
+      r = 0
+      do i = 1, size(known, 2)
+         if (norm2(known(:, i)) < 0.5_wp) cycle
+         r = r + 1
+         rigid(:, r) = known(:, i)
+      end do
+      if (count(.not. abs(square) > 0.0_wp) /= r) return
+      found = r
+      r = 0
+      do i = 1, size(square)
+         if (abs(square(i)) > 0.0_wp) then
+            phi(:, i) = phi(:, i) - matmul(rigid(:, :found), matmul(phi(:, i), rigid(:, :found)))
+            phi(:, i) = phi(:, i)/norm2(phi(:, i))
+         else
+            r = r + 1
+            phi(:, i) = rigid(:, r)
+         end if
+      end do
+   end subroutine put_rigid
+
+   !> Add the modes with numbers `modes`, columns `phi` (m, s).
+   subroutine add_part(self, phi, k, b, modes)
+      type(modal_basis_t), intent(inout) :: self
+      real(wp), intent(in) :: phi(:, :), k(:, :), b(:, :)
+      integer, intent(in) :: modes(:)
+
+      complex(wp) :: lambda(2*size(modes))
+      real(wp) :: unit(size(modes)), condition
+      ! Of hundreds of modes, too large for the stack.
+      complex(wp), allocatable :: right(:, :), left(:, :)
+      real(wp), allocatable :: a(:, :)
+      logical :: apart, whole
+      integer :: i, s
+
+      s = size(modes)
+      if (s == 1) then
+         if (.not. (abs(k(modes(1), modes(1))) > 0.0_wp .or. abs(b(modes(1), modes(1))) > 0.0_wp)) then
+            self%rigid = reshape([self%rigid, phi], [self%m, size(self%rigid, 2) + 1])
+            return
+         end if
+      end if
+      ! Displacements are scaled to velocities of equal energy, so that the condition says what it should.
+      allocate (a(2*s, 2*s), source=0.0_wp)
+      allocate (right(2*s, 2*s), left(2*s, 2*s))
+      do i = 1, s
+         unit(i) = sqrt(abs(k(modes(i), modes(i))))
+         if (.not. unit(i) > 0.0_wp) unit(i) = max(abs(b(modes(i), modes(i))), slow*self%fastest)
+         a(i, s + i) = unit(i)
+         a(s + 1:, i) = -k(modes, modes(i))/unit(i)
+      end do
+      a(s + 1:, s + 1:) = -b(modes, modes)
+      call general_eigen(a, lambda, right, left, condition, self%info)
+      if (self%info /= 0) then
+         whole = .true.
+      else if (s > many) then
+         whole = condition > worst_of_many
+      else
+         whole = any(abs(lambda) <= slow*self%fastest) .or. condition > worst_condition
+         ! A matrix exponential would be stepped at the speed of the fastest mode, which may be gone in no time.
+         if (whole .and. condition <= worst_condition .and. minval(abs(lambda)) <= slow*maxval(abs(lambda))) then
+            call refine_part(k(modes, modes), b(modes, modes), unit, lambda, right, left, apart)
+            whole = .not. apart
+            self%stiff = self%stiff .or. apart
+         end if
+      end if
+      if (whole) then
+         self%info = 0
+         call append(self%dense, dense_modes_t(phi=phi, stiffness=k(modes, modes), damping=b(modes, modes), &
+                                               fastest=sqrt(maxval(sum(abs(k(modes, modes)), dim=1))) &
+                                               + maxval(abs(b(modes, modes)))))
+         return
+      end if
+      call add_terms(self, phi, unit, lambda, right, left)
+   end subroutine add_part
+
+   !> Refine the eigenvalues and vectors of a part, with displacements in terms of `unit`; they stay as they are if not `refined`.
+   pure subroutine refine_part(k, b, unit, lambda, right, left, refined)
+      real(wp), intent(in) :: k(:, :), b(:, :), unit(:)
+      complex(wp), intent(inout) :: lambda(:), right(:, :), left(:, :)
+      logical, intent(out) :: refined
+
+      real(qp) :: a(2*size(unit), 2*size(unit))
+      integer :: i, s
+
+      s = size(unit)
+      a = 0.0_qp
+      do i = 1, s
+         a(i, s + i) = unit(i)
+         a(s + 1:, i) = -real(k(:, i), qp)/unit(i)
+      end do
+      a(s + 1:, s + 1:) = -b
+      call refine_eigen(a, lambda, right, left, refined)
+   end subroutine refine_part
+
+   !> Add exponential terms; `unit` (s) is what displacements were multiplied with in `right` and `left`.
+   subroutine add_terms(self, phi, unit, lambda, right, left)
+      type(modal_basis_t), intent(inout) :: self
+      real(wp), intent(in) :: phi(:, :), unit(:)
+      complex(wp), intent(in) :: lambda(:), right(:, :), left(:, :)
+
+      complex(wp), allocatable :: to_term(:, :), from_term(:, :)
+      integer :: i, kept, old, s, m
+
+      m = self%m
+      s = size(phi, 2)
+      old = size(self%lambda)
+      kept = count(aimag(lambda) >= 0.0_wp)
+      allocate (to_term(old + kept, 2*m), from_term(2*m, old + kept))
+      to_term(:old, :) = self%to_term
+      from_term(:, :old) = self%from_term
+      self%lambda = [self%lambda, pack(lambda, aimag(lambda) >= 0.0_wp)]
+      kept = old
+      do i = 1, size(lambda)
+         if (aimag(lambda(i)) < 0.0_wp) cycle
+         kept = kept + 1
+         to_term(kept, :m) = matmul(phi, left(i, :s)*unit)
+         to_term(kept, m + 1:) = matmul(phi, left(i, s + 1:))
+         from_term(:m, kept) = matmul(phi, right(:s, i)/unit)
+         from_term(m + 1:, kept) = matmul(phi, right(s + 1:, i))
+         if (aimag(lambda(i)) > 0.0_wp) from_term(:, kept) = 2*from_term(:, kept)
+      end do
+      call move_alloc(to_term, self%to_term)
+      call move_alloc(from_term, self%from_term)
+   end subroutine add_terms
+
+end module razy_exact_modal_basis

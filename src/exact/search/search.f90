@@ -1,0 +1,304 @@
+!! The first time at which one of several functions leaves its bounds, with proof that none left before.
+!!
+!! A watched function is f = side*(d^q/dt^q form - bound), to stay >= 0. On a step of the closed form it is proved to stay,
+!! or to have exactly one root, or the step is halved. Values and slopes at the ends and bounds of higher derivatives from
+!! the moduli of the amplitudes suffice (razy_exact_search_sign_proof), in this order:
+!! 1. f stays positive;
+!! 2. f is monotone: one root if the sign changes, else none;
+!! 3. f is convex or concave: one root if the sign changes; else the sign of its only extremum decides (grazing).
+!! Crossings smaller than the rounding of f itself do not count as such.
+module razy_exact_search_search
+   use razy_core_kinds, only: i8, wp
+   use razy_exact_closed_form_cursor, only: copy, cursor_t, reserve
+   use razy_exact_closed_form_cursor_moves, only: move_to, step
+   use razy_exact_closed_form_forms, only: size_of, value_and_slope
+   use razy_exact_search_on_bound, only: sort_on_bound
+   use razy_linalg_wide_sums, only: sum_of, wide
+   use razy_exact_search_screening, only: find_quiet, find_safe
+   use razy_exact_search_refine, only: refine_root, watched_t
+   use razy_exact_closed_form_response, only: coarsest_level, response_t
+   use razy_exact_closed_form_rows, only: rows_t
+   use razy_exact_search_step_verdict, only: judge, stays, undecided
+   implicit none(type, external)
+   private
+
+   public :: exit_t, first_exit, rounding, search_t
+
+   !> Where the search ended: `watched` is the number of the function that left, 0 if none did before the end.
+   type :: exit_t
+      integer :: watched = 0
+      real(wp) :: tau = 0.0_wp
+   end type exit_t
+
+   !> Workspace and counters of the search.
+   type :: search_t
+      !> Two ends of a step, of which `now` is the present one; a root; the root that is found.
+      type(cursor_t) :: point(2), trial_root, probe
+      integer :: now = 1
+      !> Amplitudes, rigid modes and dense states there is room for.
+      integer :: room(3) = -1
+      !> Moduli of the amplitudes at the last exact evaluation.
+      real(wp), allocatable :: modulus(:)
+      !> Steps are 2^-level s.
+      integer :: level = 10
+      !> Steps tried and halvings among them.
+      integer(i8) :: steps = 0, halvings = 0
+      !> Steps at which the search is given up, where it is.
+      integer(i8) :: most_steps = huge(1_i8)
+   end type search_t
+
+   !> What is smaller than this part of the terms it is the sum of is rounding.
+   real(wp), parameter :: rounding = 16*epsilon(1.0_wp)
+   !> Steps between exact evaluations of the amplitudes.
+   integer, parameter :: resync = 32
+
+contains
+
+   !> Search from `start` at `tau_from` to `tau_end` along `response`.
+   !>
+   !> `watched(:)`: functions on `rows`; one with `from_zero` starts on its bound and moves inwards. The exit is in `found`,
+   !> the amplitudes there in `self%probe`. With `self%most_steps` the search ends at once, without an exit.
+   subroutine first_exit(self, response, rows, start, tau_from, tau_end, watched, found)
+      type(search_t), intent(inout) :: self
+      type(response_t), intent(inout) :: response
+      type(rows_t), intent(in) :: rows
+      type(cursor_t), intent(in) :: start
+      real(wp), intent(in) :: tau_from, tau_end
+      type(watched_t), intent(inout) :: watched(:)
+      type(exit_t), intent(out) :: found
+
+      integer :: i, leaves, since_resync
+      logical :: decided, roomy
+
+      call prepare(self, response, rows, start, tau_from, tau_end, watched, leaves)
+      do i = 1, size(watched)
+         if (watched(i)%idle) cycle
+         if (watched(i)%from_zero) watched(i)%f0 = 0.0_wp
+         if (i == leaves .or. watched(i)%f0 < -watched(i)%noise) then
+            found = exit_t(i, tau_from)
+            call move_to(start, response, tau_from, self%probe)
+            return
+         end if
+         watched(i)%f0 = max(watched(i)%f0, 0.0_wp)
+      end do
+      since_resync = 0
+      do while (self%point(self%now)%tau < tau_end)
+         if (self%steps >= self%most_steps) then
+            found = exit_t(0, self%point(self%now)%tau)
+            return
+         end if
+         if (since_resync == 0) then
+            if (stay_forever(self, response, rows, watched)) exit
+         end if
+         call try_step(self, response, rows, watched, found, decided, roomy)
+         if (.not. decided) cycle
+         if (found%watched /= 0) then
+            if (found%tau <= tau_end) return
+            exit
+         end if
+         call accept(self, response, watched, roomy)
+         if (self%point(self%now)%tau >= tau_end) exit
+         since_resync = modulo(since_resync + 1, resync)
+         if (since_resync == 0 .or. response%growing) call resynchronise(self, response, rows, start, watched)
+      end do
+      found = exit_t(0, tau_end)
+   end subroutine first_exit
+
+   !> Judge all functions on one step; the earliest exit on it, if any, goes to `found`. Undecided: the next is half as long.
+   subroutine try_step(self, response, rows, watched, found, decided, roomy)
+      type(search_t), intent(inout) :: self
+      type(response_t), intent(inout) :: response
+      type(rows_t), intent(in) :: rows
+      type(watched_t), intent(inout) :: watched(:)
+      type(exit_t), intent(out) :: found
+      logical, intent(out) :: decided, roomy
+
+      real(wp) :: f, g, h, high, root
+      integer :: i, verdict
+      logical :: room
+
+      call step(self%point(self%now), response, self%level, self%point(3 - self%now))
+      h = response%step_length(self%level)
+      self%steps = self%steps + 1
+      roomy = .true.
+      verdict = stays
+      if (response%terms >= wide) call find_quiet(response, rows, self%point(self%now), self%point(3 - self%now)%tau, watched)
+      do i = 1, size(watched)
+         if (.not. watched(i)%given) then
+            call value_and_slope(rows, response, self%point(3 - self%now), watched(i)%form, watched(i)%order, f, g)
+         end if
+         if (watched(i)%idle) cycle
+         call judge(self%point(self%now), self%level, response, rows, watched(i), f, g, h, self%trial_root, verdict, high, room)
+         roomy = roomy .and. room
+         if (verdict == undecided) exit
+         if (verdict == stays) cycle
+         if (found%watched == 0) then
+            call refine_root(response, rows, self%point(self%now), self%level, high, watched(i), self%probe, root)
+            found = exit_t(i, root)
+         else
+            call refine_root(response, rows, self%point(self%now), self%level, high, watched(i), self%trial_root, root)
+            if (root >= found%tau) cycle
+            found = exit_t(i, root)
+            call copy(self%trial_root, response, self%probe)
+         end if
+      end do
+      decided = verdict /= undecided
+      if (decided) return
+      found = exit_t()
+      self%halvings = self%halvings + 1
+      self%level = self%level + 1
+   end subroutine try_step
+
+   !> Whether constant parts outweigh all that varies, so that no function can leave as long as this response lasts.
+   pure function stay_forever(self, response, rows, watched) result(proved)
+      type(search_t), intent(in) :: self
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(watched_t), intent(in) :: watched(:)
+      logical :: proved
+
+      integer :: i
+
+      proved = response%bounded .and. response%rigid == 0
+      if (.not. proved) return
+      do i = 1, size(watched)
+         if (watched(i)%idle .and. .not. watched(i)%stale) cycle
+         associate (w => watched(i))
+            proved = w%order == 0
+            if (proved) proved = w%side*(rows%constant(w%form) - w%bound) &
+                                 > dot_product(rows%size0(:, w%form), self%modulus(:response%amplitudes)) + w%noise
+         end associate
+         if (.not. proved) return
+      end do
+   end function stay_forever
+
+   !> Make the trial the present point; a step with room to spare is followed by a longer one, on which nothing grows by more
+   !> than a factor e.
+   subroutine accept(self, response, watched, roomy)
+      type(search_t), intent(inout) :: self
+      type(response_t), intent(in) :: response
+      type(watched_t), intent(inout) :: watched(:)
+      logical, intent(in) :: roomy
+
+      integer :: i
+
+      self%now = 3 - self%now
+      do i = 1, size(watched)
+         watched(i)%f0 = watched(i)%f1
+         watched(i)%g0 = watched(i)%g1
+      end do
+      if (roomy) self%level = max(self%level - 1, coarsest_level)
+      if (response%growing) self%level = max(self%level, exponent(maxval(real(response%exponent))))
+   end subroutine accept
+
+   !> The first point, and what starts on its bound: `leaves`, a function that leaves at once, or 0.
+   subroutine prepare(self, response, rows, start, tau_from, tau_end, watched, leaves)
+      type(search_t), intent(inout) :: self
+      type(response_t), intent(inout) :: response
+      type(rows_t), intent(in) :: rows
+      type(cursor_t), intent(in) :: start
+      real(wp), intent(in) :: tau_from, tau_end
+      type(watched_t), intent(inout) :: watched(:)
+      integer, intent(out) :: leaves
+
+      if (any(self%room < [response%amplitudes, response%rigid, response%nx])) call make_room(self, response)
+      if (tau_from > 0.0_wp) then
+         call move_to(start, response, tau_from, self%point(self%now))
+      else
+         call copy(start, response, self%point(self%now))
+      end if
+      call renew(self, response, rows, watched)
+      call sort_on_bound(rows, response, self%point(self%now), self%modulus, &
+                         scale(1.0_wp, -self%level), tau_end - tau_from, watched, leaves)
+      if (response%terms >= wide) watched%resting = watched%idle
+   end subroutine prepare
+
+   !> Fit the workspace to a response that is larger than those before.
+   subroutine make_room(self, response)
+      type(search_t), intent(inout) :: self
+      type(response_t), intent(in) :: response
+
+      call reserve(self%point(1), response)
+      call reserve(self%point(2), response)
+      call reserve(self%trial_root, response)
+      call reserve(self%probe, response)
+      if (allocated(self%modulus)) deallocate (self%modulus)
+      allocate (self%modulus(size(self%point(1)%re)))
+      self%room = [size(self%point(1)%re), size(self%point(1)%rigid), size(self%point(1)%dense)]
+   end subroutine make_room
+
+   !> Evaluate the present point from the start of the segment.
+   subroutine resynchronise(self, response, rows, start, watched)
+      type(search_t), intent(inout) :: self
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(cursor_t), intent(in) :: start
+      type(watched_t), intent(inout) :: watched(:)
+
+      real(wp) :: tau
+
+      tau = self%point(self%now)%tau
+      call move_to(start, response, tau, self%point(self%now))
+      call renew(self, response, rows, watched)
+      watched%f0 = max(watched%f0, 0.0_wp)
+   end subroutine resynchronise
+
+   !> Moduli of the amplitudes, and value, slope, bounds and rounding of the functions at the present point.
+   subroutine renew(self, response, rows, watched)
+      type(search_t), intent(inout) :: self
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(watched_t), intent(inout) :: watched(:)
+
+      real(wp) :: f, g, m4, total
+      integer :: i, j
+
+      do j = 1, response%amplitudes
+         self%modulus(j) = sqrt(self%point(self%now)%re(j)**2 + self%point(self%now)%im(j)**2)
+      end do
+      do i = 1, size(watched)
+         associate (w => watched(i))
+            if (.not. w%shares_form) then
+               call value_and_slope(rows, response, self%point(self%now), w%form, w%order, f, g)
+               total = size_of(rows, response, self%point(self%now), self%modulus, w%form, w%order)
+               m4 = 0.0_wp
+               do j = 1, merge(response%amplitudes, 0, response%simple)
+                  m4 = m4 + rows%size4(j, w%form)*self%modulus(j)*merge(response%modulus(j), 1.0_wp, w%order == 1)
+               end do
+            end if
+            w%f0 = w%side*(f - w%bound)
+            w%g0 = w%side*g
+            w%m4 = m4
+            w%scale = total + abs(w%bound)
+            w%noise = max(rounding*w%scale, w%floor)
+         end associate
+      end do
+      if (response%simple) return
+      do i = 1, size(watched)
+         call bound_fourth(response, rows, self%modulus, watched(i))
+         watched(i)%since = self%point(self%now)%tau
+      end do
+      if (response%terms >= wide) call find_safe(response, rows, self%point(self%now)%tau, watched)
+   end subroutine renew
+
+   !> The bound of the fourth derivative of a function with many or driven terms; `modulus` are those of the amplitudes.
+   pure subroutine bound_fourth(response, rows, modulus, w)
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      real(wp), intent(in) :: modulus(:)
+      type(watched_t), intent(inout) :: w
+
+      integer :: j
+
+      if (w%order == 0) then
+         w%m4 = sum_of(response%amplitudes, rows%size4(:, w%form), modulus)
+      else
+         w%m4 = 0.0_wp
+         do j = 1, response%amplitudes
+            w%m4 = w%m4 + rows%size4(j, w%form)*modulus(j)*response%modulus(j)
+         end do
+      end if
+      if (response%driven%count > 0) w%m4 = w%m4 + rows%forced(4 + w%order, w%form)
+   end subroutine bound_fourth
+
+end module razy_exact_search_search

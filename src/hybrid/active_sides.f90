@@ -1,0 +1,158 @@
+!! Which rigid sides that touch stay closed, and which friction that rests goes on sticking: the problem of accelerations.
+!!
+!! With the directions D of the candidates (M = 1) and the accelerations s'' that they would have without constraint forces, gaps
+!! obey 0 <= λ ⟂ s'' >= 0, and friction |λ_k| <= μ_s N_k, with s'' = 0 inside the bounds. A friction element k that slides under
+!! a candidate i adds -φ_k λ_i w_k to the forces, so column i of the matrix is Dᵀ(d_i - φ_k w_k): it is not symmetric.
+!!
+!! `assume` sets the branches with all candidates closed and sticking; the caller forms the accelerations for these, and
+!! `choose` corrects the branches. There μ_s is the coefficient of what begins to slide too. Where the kinetic one is smaller, that
+!! is not the force that it slides with, and others that `choose` lets slide may stick: the element that `choose` calls `loose` is
+!! to slide with its own force, and the rest to be decided again without it.
+module razy_hybrid_active_sides
+   use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking
+   use razy_core_kinds, only: wp
+   use razy_hybrid_touching_sides, only: side_t
+   use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept, solve_impact
+   use razy_linalg_complementarity_impact, only: impact_problem_t
+   use razy_machine_machine, only: contact_t
+   implicit none(type, external)
+   private
+
+   public :: assume, choose
+
+   !> Smaller accelerations, in parts of the largest term, are rounding.
+   real(wp), parameter :: rounding = 1.0e4_wp*epsilon(1.0_wp)
+
+contains
+
+   !> Branches (contacts) with all candidates among the sides closed, other rigid contacts open, and `resting` friction sticking;
+   !> `candidates` counts what `choose` has to decide.
+   pure subroutine assume(contact, side, resting, branch, candidates)
+      type(contact_t), intent(in) :: contact(:)
+      type(side_t), intent(in) :: side(:)
+      logical, intent(in) :: resting(:)
+      integer, intent(inout) :: branch(:)
+      integer, intent(out) :: candidates
+
+      integer :: i
+
+      candidates = count(resting)
+      do i = 1, size(branch)
+         if (contact(i)%law%impacts) branch(i) = branch_open
+         if (resting(i)) branch(i) = branch_sticking
+      end do
+      do i = size(side), 1, -1
+         if (.not. side(i)%candidate .or. side(i)%released) cycle
+         candidates = candidates + 1
+         branch(side(i)%contact) = side(i)%closed
+      end do
+   end subroutine assume
+
+   !> Correct the branches of `assume` by the accelerations `second_rate`, s'' (contacts) with all forces but those of
+   !> candidates. `normal` (contacts) is the normal force of friction without that of candidates, `per_normal` the force F of
+   !> friction that slides under a unit of it, 0 for all others. `loose`: of the elements that begin to slide with less than the
+   !> force of sticking the one that does so fastest, 0 if there is none. Not `found`: no forces obey the laws.
+   subroutine choose(contact, w, side, resting, second_rate, normal, per_normal, branch, loose, found)
+      type(contact_t), intent(in) :: contact(:)
+      real(wp), intent(in) :: w(:, :), second_rate(:), normal(:), per_normal(:)
+      type(side_t), intent(in) :: side(:)
+      logical, intent(in) :: resting(:)
+      integer, intent(inout) :: branch(:)
+      integer, intent(out) :: loose
+      logical, intent(out) :: found
+
+      real(wp), allocatable :: forces(:), u(:)
+      integer, allocatable :: sides(:), tangent(:)
+      type(impact_problem_t) :: problem
+      type(impact_effort_t) :: effort
+      real(wp) :: fastest, least
+      integer :: i, k, n, outcome
+
+      loose = 0
+
+      sides = pack([(i, i=1, size(side))], side%candidate .and. .not. side%released)
+      tangent = pack([(i, i=1, size(resting))], resting)
+      n = size(sides)
+      call set_up(contact, w, side(sides), tangent, second_rate, normal, per_normal, problem)
+      allocate (forces(n + size(tangent)))
+      call solve_impact(problem, forces, outcome, effort)
+      found = outcome == impact_solved .or. outcome == impact_swept
+      if (.not. found) return
+      u = problem%drift + matmul(problem%delassus, forces)
+      least = rounding*(maxval(abs(problem%drift)) + maxval(matmul(abs(problem%delassus), abs(forces))))
+      do i = n, 1, -1
+         associate (this => side(sides(i)))
+            if (u(i) > least .and. branch(this%contact) == this%closed .and. opens(contact(this%contact), this%closed)) then
+               branch(this%contact) = branch_open
+            end if
+            if (forces(i) > 0.0_wp) branch(this%contact) = this%closed
+         end associate
+      end do
+      fastest = 0.0_wp
+      do k = 1, size(tangent)
+         if (abs(u(n + k)) <= least) cycle
+         branch(tangent(k)) = merge(branch_forward, branch_backward, u(n + k) > 0.0_wp)
+         if (.not. weakens(contact(tangent(k)), branch(tangent(k)))) cycle
+         if (abs(u(n + k)) <= fastest*norm2(w(:, tangent(k)))) cycle
+         fastest = abs(u(n + k))/norm2(w(:, tangent(k)))
+         loose = tangent(k)
+      end do
+   end subroutine choose
+
+   !> Whether a side that is let go of leaves the contact open: not where the other one has the same edge.
+   pure function opens(contact, closed)
+      type(contact_t), intent(in) :: contact
+      integer, intent(in) :: closed
+      logical :: opens
+
+      associate (guard => contact%law%force_guard(closed))
+         opens = guard%below == branch_open .or. guard%above == branch_open
+      end associate
+   end function opens
+
+   !> Whether friction that begins to slide into `branch` acts with less than it can stick with.
+   pure function weakens(friction, branch)
+      type(contact_t), intent(in) :: friction
+      integer, intent(in) :: branch
+      logical :: weakens
+
+      associate (law => friction%law)
+         weakens = abs(law%force(branch, 0.0_wp, 0.0_wp, 1.0_wp)) < law%force_guard(branch_sticking)%upper
+      end associate
+   end function weakens
+
+   !> The problem of accelerations of the candidate sides and the tangential directions of the contacts `tangent`.
+   pure subroutine set_up(contact, w, side, tangent, second_rate, normal, per_normal, problem)
+      type(contact_t), intent(in) :: contact(:)
+      real(wp), intent(in) :: w(:, :), second_rate(:), normal(:), per_normal(:)
+      type(side_t), intent(in) :: side(:)
+      integer, intent(in) :: tangent(:)
+      type(impact_problem_t), intent(out) :: problem
+
+      real(wp) :: d(size(w, 1), size(side) + size(tangent))
+      integer :: i, j, k, n
+
+      n = size(side)
+      do i = 1, n
+         d(:, i) = side(i)%direction*w(:, side(i)%contact)
+      end do
+      d(:, n + 1:) = w(:, tangent)
+      problem%delassus = matmul(transpose(d), d)
+      problem%drift = [side%direction*second_rate(side%contact), second_rate(tangent)]
+      allocate (problem%before(n), problem%restitution(n), source=0.0_wp)
+      allocate (problem%coefficient(size(tangent), n), problem%limit(size(tangent)))
+      do i = 1, n
+         do j = 1, size(contact)
+            if (contact(j)%normal_of /= side(i)%contact .or. .not. abs(per_normal(j)) > 0.0_wp) cycle
+            problem%delassus(:, i) = problem%delassus(:, i) - per_normal(j)*matmul(w(:, j), d)
+         end do
+      end do
+      do k = 1, size(tangent)
+         associate (friction => contact(tangent(k)), mu => contact(tangent(k))%law%force_guard(branch_sticking)%upper)
+            problem%limit(k) = mu*max(0.0_wp, normal(tangent(k)))
+            problem%coefficient(k, :) = merge(mu, 0.0_wp, side%contact == friction%normal_of)
+         end associate
+      end do
+   end subroutine set_up
+
+end module razy_hybrid_active_sides

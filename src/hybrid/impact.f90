@@ -1,0 +1,113 @@
+!! The impact of all rigid sides that touch, with the friction that they press, where M = 1.
+!!
+!! Impulses of gaps act in their directions d_i = ±w_i, those of friction in w_k; with u⁻ the speeds before, y'⁺ = y'⁻ + D λ and
+!! the impulses λ obey the laws of Newton, Moreau and Coulomb (razy_linalg_complementarity_impact). A finite friction force gives
+!! no impulse: only friction pressed by a side that touches takes part.
+module razy_hybrid_impact
+   use razy_contact_contact_law, only: branch_forward, branch_sticking
+   use razy_core_kinds, only: wp
+   use razy_hybrid_touching_sides, only: side_t
+   use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept, solve_impact
+   use razy_linalg_complementarity_impact, only: impact_problem_t
+   use razy_machine_machine, only: contact_t
+   implicit none(type, external)
+   private
+
+   public :: push_apart, strike
+
+contains
+
+   !> Speeds `after` of the sides, and the change of y' (m), for the directions `w` (m, contacts) and s' before, `rate`
+   !> (contacts), with its rounding. Not `found`: no impulses obey the laws.
+   subroutine strike(contact, w, rate, noise_rate, side, change, found)
+      type(contact_t), intent(in) :: contact(:)
+      real(wp), intent(in) :: w(:, :), rate(:), noise_rate(:)
+      type(side_t), intent(inout) :: side(:)
+      real(wp), intent(out) :: change(:)
+      logical, intent(out) :: found
+
+      type(impact_problem_t) :: problem
+      type(impact_effort_t) :: effort
+      integer :: friction(size(contact)), i, k, m, n, outcome
+      real(wp) :: d(size(w, 1), size(side) + size(contact)), impulse(size(side) + size(contact))
+
+      n = size(side)
+      m = 0
+      do i = 1, size(contact)
+         if (.not. contact(i)%law%constraint(branch_sticking)) cycle
+         if (.not. any(side%contact == contact(i)%normal_of)) cycle
+         m = m + 1
+         friction(m) = i
+         d(:, n + m) = w(:, i)
+      end do
+      do i = 1, n
+         d(:, i) = side(i)%direction*w(:, side(i)%contact)
+      end do
+      problem%delassus = matmul(transpose(d(:, :n + m)), d(:, :n + m))
+      problem%before = side%before
+      problem%drift = [side%before, rate(friction(:m))]
+      allocate (problem%restitution(n), problem%coefficient(m, n), problem%limit(m))
+      problem%limit = 0.0_wp
+      do i = 1, n
+         problem%restitution(i) = contact(side(i)%contact)%law%restitution
+         do k = 1, m
+            problem%coefficient(k, i) = 0.0_wp
+            if (contact(friction(k))%normal_of /= side(i)%contact) cycle
+            problem%coefficient(k, i) = coefficient(contact(friction(k)), rate(friction(k)), noise_rate(friction(k)))
+         end do
+      end do
+      call solve_impact(problem, impulse(:n + m), outcome, effort)
+      change = 0.0_wp
+      found = outcome == impact_solved .or. outcome == impact_swept
+      if (.not. found) return
+      change = matmul(d(:, :n + m), impulse(:n + m))
+      do i = 1, n
+         side(i)%after = side(i)%before + dot_product(problem%delassus(i, :), impulse(:n + m))
+         if (abs(side(i)%after) <= noise_rate(side(i)%contact)) side(i)%after = 0.0_wp
+         side(i)%candidate = .not. side(i)%after > 0.0_wp
+         side(i)%released = .false.
+      end do
+   end subroutine strike
+
+   !> Coefficient of friction at the sliding speed it has: the static one if that is rounding.
+   pure function coefficient(friction, rate, noise_rate) result(mu)
+      type(contact_t), intent(in) :: friction
+      real(wp), intent(in) :: rate, noise_rate
+      real(wp) :: mu
+
+      mu = friction%law%force_guard(branch_sticking)%upper
+      if (abs(rate) > noise_rate) mu = friction%law%force(branch_forward, 0.0_wp, abs(rate), 1.0_wp)
+   end function coefficient
+
+   !> The shortest change of y (m) that leaves none of the sides closed by more than rounding, for s (contacts) as it is; `moved`
+   !> tells whether one is needed. Not `found`: there is none.
+   subroutine push_apart(w, s, noise_s, side, change, moved, found)
+      real(wp), intent(in) :: w(:, :), s(:), noise_s(:)
+      type(side_t), intent(in) :: side(:)
+      real(wp), intent(out) :: change(:)
+      logical, intent(out) :: moved, found
+
+      type(impact_problem_t) :: problem
+      type(impact_effort_t) :: effort
+      real(wp) :: d(size(w, 1), size(side)), shift(size(side))
+      integer :: i, n, outcome
+
+      n = size(side)
+      change = 0.0_wp
+      found = .true.
+      moved = .false.
+      allocate (problem%coefficient(0, n), problem%limit(0), problem%drift(n))
+      allocate (problem%before(n), problem%restitution(n), source=0.0_wp)
+      do i = 1, n
+         d(:, i) = side(i)%direction*w(:, side(i)%contact)
+         problem%drift(i) = side(i)%direction*(s(side(i)%contact) - side(i)%edge)
+         moved = moved .or. problem%drift(i) < -noise_s(side(i)%contact)
+      end do
+      if (.not. moved) return
+      problem%delassus = matmul(transpose(d), d)
+      call solve_impact(problem, shift, outcome, effort)
+      found = outcome == impact_solved .or. outcome == impact_swept
+      if (found) change = matmul(d, shift)
+   end subroutine push_apart
+
+end module razy_hybrid_impact

@@ -1,0 +1,279 @@
+!! Moreau–Jean time stepping: motion with rigid unilateral contacts, Newton's restitution and Coulomb friction, one contact or
+!! many, without finding events; compliant laws as implicit forces (razy_moreau_step).
+!!
+!! The step is fixed. Pieces are the steps; events are changes of a contact's status, at the ends of steps: a rigid contact is
+!! closed in a step if it has an impulse there. Known properties: order 1 as soon as there are impacts, 2 with θ = 1/2 on smooth
+!! motion. With θ = 1/2, constant loads, no friction and no compliant laws the energy never grows for ε in [0, 1] (Acary, Z. Angew.
+!! Math. Mech. 96 (2016) 585–603). An accumulation of impacts is passed within a few steps and ends in rest. Contact is kept on
+!! the level of velocities: a gap that is closed stays where it was when it closed, up to h|u|/2 beyond the surface, and a
+!! penetration at the start is not undone.
+module razy_moreau_moreau
+   use razy_core_error, only: error_t, raise
+   use razy_core_kinds, only: i8, qp, wp
+   use razy_core_tone, only: add_time
+   use razy_motion_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, &
+                                     status_blow_up, status_event_limit, status_no_contact_forces, status_ok, status_step_limit
+   use razy_moreau_doubts, only: moreau_doubts_t
+   use razy_moreau_state, only: moreau_step_t
+   use razy_moreau_step, only: begin_steps, guess_first_forces, take_step
+   use razy_moreau_view, only: contact_of, displacement_of, find_turn, moreau_view_t, observe, velocity_of, view_end, &
+                               view_step
+   use razy_machine_machine, only: machine_t
+   implicit none(type, external)
+   private
+
+   public :: moreau_t
+
+   !> The integrator. `step` (h, s), `theta` in [1/2, 1] and `most_steps` are to be set before `prepare`.
+   type, extends(integrator_t) :: moreau_t
+      real(wp) :: step = 0.0_wp, theta = 0.5_wp
+      integer(i8) :: most_steps = huge(1_i8)
+      type(moreau_step_t), private :: scheme
+      type(moreau_view_t), private :: view
+      type(moreau_doubts_t), private :: doubts
+      integer, allocatable, private :: branch(:)
+   contains
+      procedure :: prepare
+      procedure :: run
+      procedure :: value
+      procedure :: glimpse
+      procedure :: next_turn
+      procedure :: state
+      procedure :: contact
+      procedure :: branch_now
+      procedure :: interval
+      procedure :: final_state
+   end type moreau_t
+
+   !> A state beyond this is a blow-up; a last step shorter than this part of a step is none.
+   real(wp), parameter :: largest = 1.0e100_wp, shortest = 1.0e-9_wp
+   !> Rates below this part of their terms are rounding.
+   real(wp), parameter :: rounding = 64*epsilon(1.0_wp)
+
+contains
+
+   !> Take a machine; all coordinates are followed whatever `keep_all` says.
+   subroutine prepare(self, machine, keep_all, error)
+      class(moreau_t), intent(inout) :: self
+      type(machine_t), intent(in) :: machine
+      logical, intent(in) :: keep_all
+      type(error_t), allocatable, intent(out) :: error
+
+      associate (unused => keep_all)
+         if (.not. self%step > 0.0_wp) call raise(error, "Moreau-Jean time stepping needs a positive step")
+         if (.not. (self%theta >= 0.5_wp .and. self%theta <= 1.0_wp)) then
+            call raise(error, "theta of Moreau-Jean time stepping must be from 0.5 to 1")
+         end if
+         if (allocated(error)) return
+         call self%doubts%attach(machine, error)
+         if (allocated(error)) return
+         self%scheme%machine = machine
+         self%scheme%theta = self%theta
+      end associate
+   end subroutine prepare
+
+   !> Run the prepared machine from 0 to `t_end`, s, showing every step to the observers.
+   subroutine run(self, t_end, most_events, observers, outcome)
+      class(moreau_t), intent(inout), target :: self
+      real(wp), intent(in) :: t_end
+      integer(i8), intent(in) :: most_events
+      type(observer_slot_t), intent(in) :: observers(:)
+      type(outcome_t), intent(out) :: outcome
+
+      integer(i8) :: k, steps
+      real(wp) :: time, time_low, h
+      logical :: found
+
+      call begin_steps(self%scheme)
+      call self%doubts%begin(self%scheme)
+      self%branch = self%scheme%branch1
+      steps = max(1_i8, ceiling(t_end/self%step - shortest, i8))
+      do k = 1, steps
+         if (k > self%most_steps) then
+            outcome%status = status_step_limit
+            exit
+         end if
+         call time_of(k - 1, self%step, time, time_low)
+         h = self%step
+         if (k == steps) h = (t_end - time) - time_low
+         call take_step(self%scheme, time, time_low, h, found)
+         if (.not. found) then
+            outcome%status = status_no_contact_forces
+         else if (.not. (all(abs(self%scheme%q1) <= largest) .and. all(abs(self%scheme%v1) <= largest))) then
+            outcome%status = status_blow_up
+         end if
+         if (outcome%status /= status_ok) exit
+         if (k == 1) call guess_first_forces(self%scheme)
+         outcome%steps = k
+         call self%doubts%of_step(self%scheme, time)
+         call view_step(self%view, self%scheme, time, time_low)
+         call show_step(self, k == steps, t_end, observers, outcome)
+         if (outcome%events >= most_events .and. k < steps) then
+            outcome%status = status_event_limit
+            exit
+         end if
+      end do
+      outcome%evaluations = self%scheme%rounds
+      outcome%factorisations = self%scheme%factorisations
+      outcome%impacts = self%scheme%impacts
+      outcome%doubts = self%doubts%count
+      outcome%doubt_time = self%doubts%first
+   end subroutine run
+
+   !> The time k h as the sum of two doubles.
+   pure subroutine time_of(k, h, time, time_low)
+      integer(i8), intent(in) :: k
+      real(wp), intent(in) :: h
+      real(wp), intent(out) :: time, time_low
+
+      real(qp) :: product
+
+      product = real(k, qp)*real(h, qp)
+      time = real(product, wp)
+      time_low = real(product - real(time, qp), wp)
+   end subroutine time_of
+
+   !> Show the last step: one piece with the first change of status, and one without length for each further change.
+   subroutine show_step(self, last, t_end, observers, outcome)
+      class(moreau_t), intent(inout), target :: self
+      logical, intent(in) :: last
+      real(wp), intent(in) :: t_end
+      type(observer_slot_t), intent(in) :: observers(:)
+      type(outcome_t), intent(inout) :: outcome
+
+      type(piece_t) :: piece
+      integer :: changed
+
+      piece%by => self
+      piece%time = self%view%time
+      piece%time_low = self%view%time_low
+      piece%duration = self%view%duration
+      do
+         changed = findloc(self%branch /= self%scheme%branch1, .true., dim=1)
+         piece%contact = changed
+         piece%branch = 0
+         if (changed > 0) piece%branch = self%scheme%branch1(changed)
+         piece%last = last .and. changed == 0
+         outcome%pieces = outcome%pieces + 1
+         call show_piece(observers, piece)
+         if (changed == 0) exit
+         outcome%events = outcome%events + 1
+         self%branch(changed) = self%scheme%branch1(changed)
+         if (.not. (last .or. any(self%branch /= self%scheme%branch1))) exit
+         call end_of(self, last, t_end, piece)
+      end do
+      outcome%time = piece%time + (piece%time_low + piece%duration)
+      if (last) outcome%time = t_end
+   end subroutine show_step
+
+   !> Make `piece` the end of the last step.
+   pure subroutine end_of(self, last, t_end, piece)
+      class(moreau_t), intent(inout) :: self
+      logical, intent(in) :: last
+      real(wp), intent(in) :: t_end
+      type(piece_t), intent(inout) :: piece
+
+      if (last) then
+         piece%time = t_end
+         piece%time_low = 0.0_wp
+      else if (piece%duration > 0.0_wp) then
+         call add_time(piece%time, piece%time_low, piece%duration)
+      end if
+      piece%duration = 0.0_wp
+      call view_end(self%view, self%scheme, piece%time, piece%time_low)
+   end subroutine end_of
+
+   !> Value of observable `form` at `tau`.
+   function value(self, form, tau)
+      class(moreau_t), intent(inout) :: self
+      integer, intent(in) :: form
+      real(wp), intent(in) :: tau
+      real(wp) :: value
+
+      real(wp) :: terms
+
+      call observe(self%view, self%scheme%machine, form, tau, 0, value, terms)
+   end function value
+
+   !> Value, size and direction of observable `form` at `tau`.
+   subroutine glimpse(self, form, tau, seen)
+      class(moreau_t), intent(inout) :: self
+      integer, intent(in) :: form
+      real(wp), intent(in) :: tau
+      type(glimpse_t), intent(out) :: seen
+
+      real(wp) :: rate, terms
+      integer :: order
+
+      call observe(self%view, self%scheme%machine, form, tau, 0, seen%value, seen%size)
+      do order = 1, 2
+         call observe(self%view, self%scheme%machine, form, tau, order, rate, terms)
+         if (abs(rate) > rounding*terms) then
+            seen%direction = nint(sign(1.0_wp, rate))
+            return
+         end if
+      end do
+   end subroutine glimpse
+
+   !> The next turn of observable `form`, if it has turned by `tau_end`.
+   subroutine next_turn(self, form, tau, tau_end, direction, turned, found, tau_found, value)
+      class(moreau_t), intent(inout) :: self
+      integer, intent(in) :: form, direction
+      real(wp), intent(in) :: tau, tau_end
+      logical, intent(in) :: turned
+      logical, intent(out) :: found
+      real(wp), intent(out) :: tau_found, value
+
+      associate (unused => turned)
+         call find_turn(self%view, self%scheme%machine, form, tau, tau_end, direction, found, tau_found)
+         value = self%value(form, tau_found)
+      end associate
+   end subroutine next_turn
+
+   !> Displacements and velocities (n each) at `tau`.
+   subroutine state(self, tau, displacement, velocity)
+      class(moreau_t), intent(inout) :: self
+      real(wp), intent(in) :: tau
+      real(wp), intent(out) :: displacement(:), velocity(:)
+
+      displacement = displacement_of(self%view, tau)
+      velocity = velocity_of(self%view, tau)
+   end subroutine state
+
+   !> Variable s, rate s' and reported force of contact j at `tau`.
+   subroutine contact(self, j, tau, s, rate, force)
+      class(moreau_t), intent(inout) :: self
+      integer, intent(in) :: j
+      real(wp), intent(in) :: tau
+      real(wp), intent(out) :: s, rate, force
+
+      call contact_of(self%view, self%scheme%machine, j, tau, s, rate, force)
+   end subroutine contact
+
+   !> Branch of contact j.
+   pure function branch_now(self, j) result(branch)
+      class(moreau_t), intent(in) :: self
+      integer, intent(in) :: j
+      integer :: branch
+
+      branch = self%branch(j)
+   end function branch_now
+
+   !> The step, s.
+   pure function interval(self)
+      class(moreau_t), intent(in) :: self
+      real(wp) :: interval
+
+      interval = self%step
+   end function interval
+
+   !> Displacements and velocities (n each) that the last run ended with.
+   subroutine final_state(self, displacement, velocity)
+      class(moreau_t), intent(in) :: self
+      real(wp), intent(out) :: displacement(:), velocity(:)
+
+      displacement = self%scheme%q1
+      velocity = self%scheme%v1
+   end subroutine final_state
+
+end module razy_moreau_moreau

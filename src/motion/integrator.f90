@@ -1,0 +1,227 @@
+!! What every integrator is to the programs and observers: it follows a motion and shows every smooth piece of it.
+!!
+!! An observer gets each piece as it is finished and asks the integrator, through the services below, for the motion at any
+!! time of it; a closed form, a dense output or a time-stepping scheme answers. The services are about the piece being shown
+!! and about nothing after `run` has ended, but for `final_state`.
+module razy_motion_integrator
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: i8, wp
+   use razy_machine_machine, only: machine_t
+   implicit none(type, external)
+   private
+
+   public :: glimpse_t, integrator_t, observer_slot_t, observer_t, outcome_t, piece_t, show_piece, status_meanings
+   public :: status_ok, status_event_limit, status_chatter, status_blow_up, status_no_modes, status_no_machine
+   public :: status_step_underflow, status_step_limit, status_no_contact_forces
+
+   !> How a run ended.
+   integer, parameter :: status_ok = 0, status_event_limit = 1, status_chatter = 2, status_blow_up = 3, status_no_modes = 4, &
+                         status_no_machine = 5, status_step_underflow = 6, status_step_limit = 7, status_no_contact_forces = 8
+   character(*), parameter :: status_meanings(0:8) = [character(32) :: "ok", "event limit reached", "chatter limit reached", &
+                                                                   "blow-up", "eigenproblem failed", "no machine with this value", &
+                                                             "step underflow", "step limit reached", "no admissible contact forces"]
+
+   !> Result and counters of a run; a counter that a method does not have stays 0.
+   type :: outcome_t
+      integer :: status = status_ok
+      !> Time reached, s.
+      real(wp) :: time = 0.0_wp
+      !> Changes of branch; steps taken (accepted), rejected; halvings of the search; smooth pieces.
+      integer(i8) :: events = 0, steps = 0, rejected = 0, halvings = 0, pieces = 0
+      !> Right-hand sides, Jacobian matrices, factorisations, impacts (jumps of the velocity), accumulations of impacts.
+      integer(i8) :: evaluations = 0, jacobians = 0, factorisations = 0, impacts = 0, accumulations = 0
+      !> Events that may have been missed or may be none (razy_hybrid_cubic_doubts), and the time of the step with the
+      !> first, s.
+      integer(i8) :: doubts = 0
+      real(wp) :: doubt_time = 0.0_wp
+      !> Contact states known at the end (exact).
+      integer :: states = 0
+   end type outcome_t
+
+   !> An observable at a moment, for those who look for its extrema.
+   type :: glimpse_t
+      !> Value, and size of the terms that it is the sum of (its rounding is some epsilon of that).
+      real(wp) :: value = 0.0_wp, size = 0.0_wp
+      !> Sign of the first derivative that is not rounding; 0: the observable does not move.
+      integer :: direction = 0
+   end type glimpse_t
+
+   !> A smooth piece of the motion.
+   type :: piece_t
+      !> Time of its start, s (sum of both), and its duration, s.
+      real(wp) :: time = 0.0_wp, time_low = 0.0_wp, duration = 0.0_wp
+      !> Parts that it is made of (steps of a Runge-Kutta method).
+      integer :: parts = 1
+      !> Whether the motion ends with this piece.
+      logical :: last = .false.
+      !> The contact whose branch changes at its end, and the branch that follows; 0 if there is no event.
+      integer :: contact = 0, branch = 0
+      !> Who answers questions about it.
+      class(integrator_t), pointer :: by => null()
+   end type piece_t
+
+   !> What watches a motion.
+   type, abstract :: observer_t
+   contains
+      procedure(on_piece), deferred :: piece
+   end type observer_t
+
+   !> An observer of any type, for lists of them.
+   type :: observer_slot_t
+      class(observer_t), pointer :: observer => null()
+   end type observer_slot_t
+
+   !> A method of integration. Times `tau` are s after the start of the piece, in [0, duration].
+   type, abstract :: integrator_t
+   contains
+      !> Take a machine; `keep_all` follows every coordinate, not only those that contacts and observables feel.
+      procedure(take_machine), deferred :: prepare
+      !> Run the prepared machine from 0 to `t_end`, s, showing every piece to the observers.
+      procedure(run_motion), deferred :: run
+      !> Value of observable `form`.
+      procedure(value_at), deferred :: value
+      !> The same with its size and direction.
+      procedure(glimpse_at), deferred :: glimpse
+      !> The next extremum of observable `form` after `tau`, up to `tau_end`, while it moves in `direction` (+1, -1). `turned`:
+      !> the piece has an extremum at `tau` itself, which was found before.
+      procedure(find_turn), deferred :: next_turn
+      !> Displacements and velocities of all coordinates (n each); needs `keep_all`.
+      procedure(state_at), deferred :: state
+      !> Variable s, rate s' and reported force of contact j.
+      procedure(contact_at), deferred :: contact
+      !> Branch of contact j.
+      procedure(branch_of), deferred :: branch_now
+      !> A time between points that resolves the motion, s.
+      procedure(natural_interval), deferred :: interval
+      !> Displacements and velocities (n each) that the last run ended with; needs `keep_all`.
+      procedure(end_state), deferred :: final_state
+      !> Integrals over the rest of the piece of what a contact does, where the integrator has a closed form of them.
+      procedure :: contact_sums
+   end type integrator_t
+
+   abstract interface
+      subroutine on_piece(self, part)
+         import :: observer_t, piece_t
+         implicit none(type, external)
+         class(observer_t), intent(inout) :: self
+         type(piece_t), intent(in) :: part
+      end subroutine on_piece
+
+      subroutine take_machine(self, machine, keep_all, error)
+         import :: error_t, integrator_t, machine_t
+         implicit none(type, external)
+         class(integrator_t), intent(inout) :: self
+         type(machine_t), intent(in) :: machine
+         logical, intent(in) :: keep_all
+         type(error_t), allocatable, intent(out) :: error
+      end subroutine take_machine
+
+      subroutine run_motion(self, t_end, most_events, observers, outcome)
+         import :: i8, integrator_t, observer_slot_t, outcome_t, wp
+         implicit none(type, external)
+         class(integrator_t), intent(inout), target :: self
+         real(wp), intent(in) :: t_end
+         integer(i8), intent(in) :: most_events
+         type(observer_slot_t), intent(in) :: observers(:)
+         type(outcome_t), intent(out) :: outcome
+      end subroutine run_motion
+
+      function value_at(self, form, tau) result(value)
+         import :: integrator_t, wp
+         implicit none(type, external)
+         class(integrator_t), intent(inout) :: self
+         integer, intent(in) :: form
+         real(wp), intent(in) :: tau
+         real(wp) :: value
+      end function value_at
+
+      subroutine glimpse_at(self, form, tau, seen)
+         import :: glimpse_t, integrator_t, wp
+         implicit none(type, external)
+         class(integrator_t), intent(inout) :: self
+         integer, intent(in) :: form
+         real(wp), intent(in) :: tau
+         type(glimpse_t), intent(out) :: seen
+      end subroutine glimpse_at
+
+      subroutine find_turn(self, form, tau, tau_end, direction, turned, found, tau_found, value)
+         import :: integrator_t, wp
+         implicit none(type, external)
+         class(integrator_t), intent(inout) :: self
+         integer, intent(in) :: form, direction
+         real(wp), intent(in) :: tau, tau_end
+         logical, intent(in) :: turned
+         logical, intent(out) :: found
+         real(wp), intent(out) :: tau_found, value
+      end subroutine find_turn
+
+      subroutine state_at(self, tau, displacement, velocity)
+         import :: integrator_t, wp
+         implicit none(type, external)
+         class(integrator_t), intent(inout) :: self
+         real(wp), intent(in) :: tau
+         real(wp), intent(out) :: displacement(:), velocity(:)
+      end subroutine state_at
+
+      subroutine contact_at(self, j, tau, s, rate, force)
+         import :: integrator_t, wp
+         implicit none(type, external)
+         class(integrator_t), intent(inout) :: self
+         integer, intent(in) :: j
+         real(wp), intent(in) :: tau
+         real(wp), intent(out) :: s, rate, force
+      end subroutine contact_at
+
+      pure function branch_of(self, j) result(branch)
+         import :: integrator_t
+         implicit none(type, external)
+         class(integrator_t), intent(in) :: self
+         integer, intent(in) :: j
+         integer :: branch
+      end function branch_of
+
+      pure function natural_interval(self) result(interval)
+         import :: integrator_t, wp
+         implicit none(type, external)
+         class(integrator_t), intent(in) :: self
+         real(wp) :: interval
+      end function natural_interval
+
+      subroutine end_state(self, displacement, velocity)
+         import :: integrator_t, wp
+         implicit none(type, external)
+         class(integrator_t), intent(in) :: self
+         real(wp), intent(out) :: displacement(:), velocity(:)
+      end subroutine end_state
+   end interface
+
+contains
+
+   !> Of contact j from `tau` to the end of the piece: integral of its reported force, work done on its law, and `largest` raised
+   !> to the largest magnitude of the force. `known` is false where the integrator has no closed form, as here; then the others
+   !> are left as they are.
+   subroutine contact_sums(self, j, tau, largest, impulse, work, known)
+      class(integrator_t), intent(inout) :: self
+      integer, intent(in) :: j
+      real(wp), intent(in) :: tau
+      real(wp), intent(inout) :: largest, impulse, work
+      logical, intent(out) :: known
+
+      associate (unused_1 => self, unused_2 => j, unused_3 => tau, unused_4 => [largest, impulse, work])
+         known = .false.
+      end associate
+   end subroutine contact_sums
+
+   !> Show a piece to all observers.
+   subroutine show_piece(observers, piece)
+      type(observer_slot_t), intent(in) :: observers(:)
+      type(piece_t), intent(in) :: piece
+
+      integer :: i
+
+      do i = 1, size(observers)
+         call observers(i)%observer%piece(piece)
+      end do
+   end subroutine show_piece
+
+end module razy_motion_integrator

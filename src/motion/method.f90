@@ -1,0 +1,95 @@
+!! Which integrator is to be used and how: what &motion says about it, checked against what a machine's laws allow.
+!!
+!! The treatment says what is done about the jumps and kinks of contact laws (source thesis, 3.3): `event` finds each change of
+!! branch and starts anew there; `switching` looks in every right-hand side which branch holds; `smoothing` replaces jumps by
+!! arctangents. `exact` and `moreau_jean` have none: the first knows events only, the second none at all.
+module razy_motion_method
+   use razy_core_kinds, only: i8, wp
+   use razy_machine_machine, only: machine_t
+   implicit none(type, external)
+   private
+
+   public :: check_method, integrators, method_t, treatments
+
+   character(*), parameter :: integrators(*) = [character(16) :: "automatic", "exact", "rk4", "bogacki_shampine", &
+                                                                                "dormand_prince", "dop853", "radau5", "moreau_jean"]
+   character(*), parameter :: treatments(*) = [character(16) :: "automatic", "event", "switching", "smoothing"]
+
+   !> A method with its settings.
+   type :: method_t
+      character(16) :: integrator = "automatic", treatment = "automatic"
+      !> Tolerances of the error of a step: |error_i| <= absolute + relative |z_i|, z in mass-normalised coordinates.
+      real(wp) :: relative_tolerance = 1.0e-9_wp, absolute_tolerance = 1.0e-12_wp
+      !> Step of a method without step control; first step of the others, 0: chosen; s.
+      real(wp) :: step = 0.0_wp
+      !> Sharpness of smoothed jumps (per unit of the contact variable), half width of the band of sticking (m/s, rad/s).
+      real(wp) :: sharpness = 1.0e6_wp, band = 1.0e-6_wp
+      integer(i8) :: most_steps = 1000000000_i8
+   end type method_t
+
+contains
+
+   !> Settle what was left `automatic`, and refuse what a machine's laws do not allow: `key` of &motion that is wrong (blank if
+   !> none is), and what is `allowed` there.
+   subroutine check_method(method, machine, key, allowed)
+      type(method_t), intent(inout) :: method
+      type(machine_t), intent(in) :: machine
+      character(:), allocatable, intent(out) :: key, allowed
+
+      character(:), allocatable :: curved
+      integer :: j
+      logical :: linear, smoothable, impacts
+
+      linear = .true.
+      smoothable = .true.
+      impacts = .false.
+      do j = 1, size(machine%contact)
+         associate (law => machine%contact(j)%law)
+            if (linear .and. .not. law%piecewise_linear) curved = machine%contact(j)%name
+            linear = linear .and. law%piecewise_linear
+            smoothable = smoothable .and. law%smoothable
+            impacts = impacts .or. law%impacts
+         end associate
+      end do
+      key = ""
+      allowed = ""
+      if (method%integrator == "automatic") then
+         method%integrator = "dop853"
+         if (linear .and. method%treatment == "automatic") method%integrator = "exact"
+      end if
+      select case (method%integrator)
+      case ("exact")
+         if (.not. linear) then
+            key = "integrator"
+            allowed = "'exact' needs laws that are linear in every branch, and that of '"//curved//"' is not (a power of the "// &
+                      "deformation, or friction that falls with the speed); 'dop853' with treatment = 'event' will do"
+         else if (method%treatment /= "automatic" .and. method%treatment /= "event") then
+            key = "treatment"
+            allowed = "'exact' finds every event; leave out the treatment, or take a Runge-Kutta method"
+         end if
+         method%treatment = "event"
+      case ("moreau_jean")
+         if (method%treatment /= "automatic") then
+            key = "treatment"
+            allowed = "'moreau_jean' has none; leave it out"
+         else if (.not. method%step > 0.0_wp) then
+            key = "step"
+            allowed = "required by 'moreau_jean': the step in s"
+         end if
+         method%treatment = "time stepping"
+      case default
+         if (method%treatment == "automatic") method%treatment = "event"
+         if (method%integrator == "rk4" .and. .not. method%step > 0.0_wp) then
+            key = "step"
+            allowed = "required by 'rk4': the step in s"
+         else if (method%treatment == "smoothing" .and. .not. smoothable) then
+            key = "treatment"
+            allowed = "a rigid stop cannot be smoothed; 'event', or integrator = 'moreau_jean'"
+         else if (method%treatment == "switching" .and. impacts) then
+            key = "treatment"
+            allowed = "a rigid stop cannot be switched; 'event', or integrator = 'moreau_jean'"
+         end if
+      end select
+   end subroutine check_method
+
+end module razy_motion_method

@@ -1,0 +1,133 @@
+!! What is added up of one contact, and what the sums mean.
+!!
+!! With F the restoring force of the law and s' the rate of its variable, the work done on the contact is W = ∫ F s' dt. What of
+!! it is stored comes back: U(s) = ∫ F(σ, 0) dσ from the edge of the gap to s while the contact is closed on an elastic side,
+!! else 0. The energy dissipated in the contact from the start of recording to the end is
+!!
+!!     D = W - (U_end - U_start) + Σ -½ p (s'₊ + s'₋),
+!!
+!! the sum over impacts of rigid contacts with the impulses p: kinetic energy of the relative motion that is lost. Over a cycle
+!! from open to open D is ∮ F s' dt. For F = k(s - e) + b s' that is ∫ b s'² dt, and, where a side parts at zero force, the
+!! energy that is still stored then too: it is lost in the relaxation of the surface.
+module razy_observe_contact_tally
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use razy_contact_contact_law, only: branch_lower, branch_lower_parting, branch_open, branch_upper, branch_upper_parting
+   use razy_core_kinds, only: wp
+   use razy_observe_gauss, only: abscissa, points, weight
+   use razy_machine_machine, only: contact_t
+   implicit none(type, external)
+   private
+
+   public :: contact_tally_t, is_closed, quantities, quantity_meaning, quantity_name, quantity_unit
+
+   !> What a contact's statistics consist of.
+   integer, parameter :: quantities = 10
+   character(*), parameter :: quantity_name(quantities) = [character(31) :: &
+                                                           "largest_force", "impulse", "impacts", "impact_speed", &
+                                                           "mean_impact_speed", "closed_share", "dissipated_energy", &
+                                                           "impulse_per_period", "impacts_per_period", &
+                                                           "dissipated_energy_per_period"]
+   character(*), parameter :: quantity_meaning(quantities) = [character(56) :: &
+                                                              "largest magnitude of the force", "integral of the force", &
+                                                              "times that the contact closed", "largest speed of closing", &
+                                                              "mean speed of closing", "share of time closed", &
+                                                              "energy dissipated in the contact", &
+                                                              "integral of the force per period of excitation", &
+                                                              "times that the contact closed per period of excitation", &
+                                                              "energy dissipated per period of excitation"]
+
+   !> The sums of one contact, number `number` of the machine.
+   type :: contact_tally_t
+      integer :: number = 0
+      type(contact_t) :: contact
+      !> Largest |F|, ∫F dt with the sign of the reported force, W, energy lost in impacts, U at the start and now; s' of impacts.
+      real(wp) :: largest = 0.0_wp, impulse = 0.0_wp, work = 0.0_wp, lost = 0.0_wp, stored_first = 0.0_wp, stored = 0.0_wp
+      real(wp) :: speed = 0.0_wp, speeds = 0.0_wp, time_closed = 0.0_wp
+      integer :: impacts = 0
+      logical :: closed = .false.
+   contains
+      procedure :: impact
+      procedure :: elastic
+      procedure :: values
+   end type contact_tally_t
+
+contains
+
+   !> Whether a contact in this branch is closed; one that is parting, whose surfaces relax without force, is not.
+   pure logical function is_closed(branch)
+      integer, intent(in) :: branch
+
+      is_closed = branch /= branch_open .and. branch /= branch_upper_parting .and. branch /= branch_lower_parting
+   end function is_closed
+
+   !> Count an impact with this speed.
+   pure subroutine impact(self, speed)
+      class(contact_tally_t), intent(inout) :: self
+      real(wp), intent(in) :: speed
+
+      self%impacts = self%impacts + 1
+      self%speed = max(self%speed, speed)
+      self%speeds = self%speeds + speed
+   end subroutine impact
+
+   !> U(s) in a branch, J. σ = e + (s - e) u² makes powers of the indentation such as 3/2 polynomials.
+   pure function elastic(self, branch, s) result(energy)
+      class(contact_tally_t), intent(in) :: self
+      integer, intent(in) :: branch
+      real(wp), intent(in) :: s
+      real(wp) :: energy
+
+      real(wp) :: edge
+      integer :: k
+
+      energy = 0.0_wp
+      if (branch /= branch_upper .and. branch /= branch_lower) return
+      associate (law => self%contact%law)
+         if (law%constraint(branch)) return
+         edge = merge(law%guard(1, branch_open)%upper, law%guard(1, branch_open)%lower, branch == branch_upper)
+         do k = 2, points - 1
+            associate (u => abscissa(k))
+               energy = energy + weight(k)*2*u*(s - edge)*law%force(branch, edge + (s - edge)*u**2, 0.0_wp, self%contact%normal)
+            end associate
+         end do
+      end associate
+   end function elastic
+
+   !> The statistics (quantities) of a recorded time, s; those per period are NaN without one (0).
+   pure function values(self, time, period)
+      class(contact_tally_t), intent(in) :: self
+      real(wp), intent(in) :: time, period
+      real(wp) :: values(quantities)
+
+      real(wp) :: dissipated, share
+
+      dissipated = self%work - (self%stored - self%stored_first) + self%lost
+      share = ieee_value(share, ieee_quiet_nan)
+      if (period > 0.0_wp .and. time > 0.0_wp) share = period/time
+      values = [self%largest, self%impulse, real(self%impacts, wp), self%speed, 0.0_wp, 0.0_wp, dissipated, &
+                share*self%impulse, share*self%impacts, share*dissipated]
+      if (self%impacts > 0) values(5) = self%speeds/self%impacts
+      if (time > 0.0_wp) values(6) = self%time_closed/time
+   end function values
+
+   !> Unit of quantity k of a contact.
+   pure function quantity_unit(contact, k) result(unit)
+      type(contact_t), intent(in) :: contact
+      integer, intent(in) :: k
+      character(:), allocatable :: unit
+
+      select case (trim(quantity_name(k)))
+      case ("largest_force")
+         unit = contact%force_unit
+      case ("impulse", "impulse_per_period")
+         unit = contact%force_unit//" s"
+      case ("impact_speed", "mean_impact_speed")
+         unit = contact%unit//"/s"
+      case ("dissipated_energy", "dissipated_energy_per_period")
+         unit = "J"
+      case default
+         unit = "1"
+      end select
+   end function quantity_unit
+
+end module razy_observe_contact_tally

@@ -1,0 +1,147 @@
+!! Maxima and minima of an observable from a given time on, to rounding.
+!!
+!! Within a piece they are the roots of the observable's rate, found by the integrator (`exact` proves that none is
+!! missed). Across events the direction of the motion is carried along: where a force kink or a jump turns it, the event
+!! itself is the extremum. A jump counts as a motion in no time; a plateau is an extremum at its beginning if the motion
+!! goes on in the opposite direction.
+module razy_observe_extrema
+   use razy_core_kinds, only: wp
+   use razy_motion_integrator, only: glimpse_t, observer_t, piece_t
+   implicit none(type, external)
+   private
+
+   public :: extrema_t
+
+   !> Records the extrema of observable number `form`.
+   type, extends(observer_t) :: extrema_t
+      integer :: form = 1
+      !> Start of recording, s.
+      real(wp) :: from = 0.0_wp
+      !> Extrema found (count): value, time in s, +1 for a maximum and -1 for a minimum.
+      integer :: count = 0
+      real(wp), allocatable :: value(:), time(:)
+      integer, allocatable :: kind(:)
+      !> Direction of the motion so far (0: none yet), and value and time where it ended.
+      integer, private :: direction = 0
+      real(wp), private :: end_value = 0.0_wp, end_time = 0.0_wp
+      logical, private :: begun = .false., after_event = .false.
+      !> Size of the terms that the observable is the sum of, at the start of the last piece.
+      real(wp), private :: size = 0.0_wp
+   contains
+      procedure :: reset
+      procedure :: piece
+      procedure, private :: record
+      procedure, private :: turn
+   end type extrema_t
+
+   !> A smaller difference across an event, relative likewise, is the rounding of two evaluations and no jump.
+   real(wp), parameter :: smallest_jump = 1.0e-11_wp
+
+contains
+
+   !> Forget everything of an earlier run.
+   subroutine reset(self)
+      class(extrema_t), intent(inout) :: self
+
+      self%count = 0
+      self%direction = 0
+      self%begun = .false.
+      self%after_event = .false.
+      if (.not. allocated(self%value)) allocate (self%value(64), self%time(64), self%kind(64))
+   end subroutine reset
+
+   !> Take up the extrema of a piece, as far as it lies in the time of recording.
+   subroutine piece(self, part)
+      class(extrema_t), intent(inout) :: self
+      type(piece_t), intent(in) :: part
+
+      real(wp) :: tau, tau_found, value
+      logical :: flat, found, turned
+
+      tau = max((self%from - part%time) - part%time_low, 0.0_wp)
+      if (tau > part%duration) return
+      call begin_piece(self, part, tau, flat)
+      if (flat) return
+      turned = .false.
+      do while (tau < part%duration)
+         call part%by%next_turn(self%form, tau, part%duration, self%direction, turned, found, tau_found, value)
+         if (.not. found) exit
+         tau = tau_found
+         call self%record(part%time + (part%time_low + tau), value, self%direction)
+         self%direction = -self%direction
+         turned = .true.
+      end do
+      self%end_value = part%by%value(self%form, part%duration)
+      self%end_time = part%time + (part%time_low + part%duration)
+   end subroutine piece
+
+   !> See whether the motion jumps or turns where recording of a piece begins, at `tau`, and take its direction; `flat`: it
+   !> does not move at all.
+   subroutine begin_piece(self, part, tau, flat)
+      class(extrema_t), intent(inout) :: self
+      type(piece_t), intent(in) :: part
+      real(wp), intent(in) :: tau
+      logical, intent(out) :: flat
+
+      type(glimpse_t) :: seen
+      real(wp) :: before, jump
+
+      call part%by%glimpse(self%form, tau, seen)
+      jump = seen%value - self%end_value
+      before = self%size
+      self%size = seen%size
+      if (self%after_event .and. abs(jump) > smallest_jump*max(before, self%size)) then
+         call self%turn(nint(sign(1.0_wp, jump)))
+         self%end_value = seen%value
+         self%end_time = part%time + (part%time_low + tau)
+      end if
+      self%after_event = part%contact /= 0
+      flat = seen%direction == 0
+      if (.not. self%begun .and. flat) then
+         self%end_value = seen%value
+         self%end_time = part%time + (part%time_low + tau)
+      end if
+      self%begun = .true.
+      call self%turn(seen%direction)
+   end subroutine begin_piece
+
+   !> Go on in a direction; a reversal makes the last value an extremum.
+   subroutine turn(self, direction)
+      class(extrema_t), intent(inout) :: self
+      integer, intent(in) :: direction
+
+      if (direction == 0) return
+      if (self%direction == -direction) call self%record(self%end_time, self%end_value, self%direction)
+      self%direction = direction
+   end subroutine turn
+
+   subroutine record(self, time, value, kind)
+      class(extrema_t), intent(inout) :: self
+      real(wp), intent(in) :: time, value
+      integer, intent(in) :: kind
+
+      if (self%count == size(self%value)) call resize(self, 2*self%count)
+      self%count = self%count + 1
+      self%value(self%count) = value
+      self%time(self%count) = time
+      self%kind(self%count) = kind
+   end subroutine record
+
+   !> Room for so many extrema.
+   subroutine resize(self, room)
+      class(extrema_t), intent(inout) :: self
+      integer, intent(in) :: room
+
+      real(wp), allocatable :: time(:), value(:)
+      integer, allocatable :: kind(:)
+
+      allocate (value(room), time(room), kind(room))
+      value(:self%count) = self%value(:self%count)
+      time(:self%count) = self%time(:self%count)
+      kind(:self%count) = self%kind(:self%count)
+      call move_alloc(value, self%value)
+      call move_alloc(time, self%time)
+      call move_alloc(kind, self%kind)
+   end subroutine resize
+
+end module razy_observe_extrema

@@ -1,0 +1,156 @@
+!! The kind of a motion: after how many periods of the excitation it repeats itself, and which contacts it touches.
+!!
+!! The motion is looked at once a period T, counted back from its end (Poincaré section). Its state there are the variables s
+!! and T s'/2π of all contacts, or, of a machine without contacts, the linear observables. It has the period k T if the states
+!! of k successive sections, at least four, are those k sections before to a tolerance times the size of the state: the largest
+!! |s| or |T s'/2π| of all contacts of the same unit, at four times in each of the last four periods and at all sections. The
+!! smallest k is taken.
+module razy_observe_periodicity
+   use, intrinsic :: iso_fortran_env, only: int64
+   use razy_core_kinds, only: pi, wp
+   use razy_observe_contact_tally, only: is_closed
+   use razy_motion_integrator, only: observer_t, piece_t
+   use razy_machine_excitation, only: period_of_loads
+   use razy_machine_machine, only: machine_t, observe_linear
+   implicit none(type, external)
+   private
+
+   public :: not_periodic, periodicity_t, undetermined
+
+   !> The largest k that is looked for, and what `found` says instead of it.
+   integer, parameter :: longest = 32, not_periodic = 0, undetermined = -1
+   !> Sections that are compared at least; periods whose quarters give the size of the state.
+   integer, parameter :: fewest = 4, quartered = 4
+   !> The last bit of `touched` stands for all contacts from this on.
+   integer, parameter :: last_bit = 62
+
+   type, extends(observer_t) :: periodicity_t
+      !> Tolerance; start of recording, from which on touched contacts count, s.
+      real(wp) :: tolerance = 1.0e-6_wp, from = 0.0_wp
+      !> A bit for each contact that was closed, the first is bit 0.
+      integer(int64) :: touched = 0_int64
+      real(wp), private :: t_end = 0.0_wp, period = 0.0_wp
+      integer, private :: contacts = 0, sections = 0, next = -1
+      !> Linear observables that are the state where there are no contacts; first contact of the same unit as each.
+      integer, allocatable, private :: form(:), group(:)
+      !> States (components, 0:sections), number 0 at the end of the motion; size of each component's group.
+      real(wp), allocatable, private :: state(:, :), now(:), size(:)
+   contains
+      procedure :: attach
+      procedure :: piece
+      procedure :: found
+      procedure, private :: touch
+      procedure, private :: look
+   end type periodicity_t
+
+contains
+
+   !> Begin anew with a motion of a machine until `t_end`, s.
+   subroutine attach(self, machine, t_end)
+      class(periodicity_t), intent(inout) :: self
+      type(machine_t), intent(in) :: machine
+      real(wp), intent(in) :: t_end
+
+      integer :: components, i, j
+
+      self%touched = 0_int64
+      self%t_end = t_end
+      self%period = period_of_loads(machine)
+      self%contacts = size(machine%contact)
+      self%sections = 0
+      if (self%period > 0.0_wp) self%sections = int(min(real(2*longest, wp), t_end/self%period))
+      self%next = -1
+      if (self%sections > 0) self%next = 4*self%sections
+      self%form = [integer ::]
+      self%group = [integer ::]
+      if (self%contacts == 0) self%form = pack([(i, i=1, size(machine%observable))], machine%observable%kind == observe_linear)
+      do j = 1, self%contacts
+         do i = 1, j
+            if (machine%contact(i)%unit == machine%contact(j)%unit) exit
+         end do
+         self%group = [self%group, i]
+      end do
+      components = 2*self%contacts + size(self%form)
+      if (allocated(self%state)) deallocate (self%state, self%now, self%size)
+      allocate (self%state(components, 0:self%sections), self%now(components))
+      allocate (self%size(components), source=0.0_wp)
+   end subroutine attach
+
+   !> Take the sections in a piece, and the contacts that are closed in it.
+   subroutine piece(self, part)
+      class(periodicity_t), intent(inout) :: self
+      type(piece_t), intent(in) :: part
+
+      real(wp) :: tau
+
+      if (part%time + (part%time_low + part%duration) > self%from) call self%touch(part)
+      do while (self%next >= 0)
+         tau = ((self%t_end - part%time) - part%time_low) - self%next*0.25_wp*self%period
+         if (tau >= part%duration .and. .not. (part%last .and. self%next == 0)) return
+         if (mod(self%next, 4) == 0 .or. self%next <= 4*quartered) call self%look(part, min(max(tau, 0.0_wp), part%duration))
+         self%next = self%next - 1
+      end do
+   end subroutine piece
+
+   !> Note which contacts are closed, or end the piece by touching or parting.
+   subroutine touch(self, part)
+      class(periodicity_t), intent(inout) :: self
+      type(piece_t), intent(in) :: part
+
+      integer :: j
+
+      do j = 1, self%contacts
+         if (.not. (is_closed(part%by%branch_now(j)) .or. (j == part%contact .and. .not. part%last))) cycle
+         self%touched = ibset(self%touched, min(j - 1, last_bit))
+      end do
+   end subroutine touch
+
+   !> The state at `tau`, and its size; a whole number of periods before the end it is a section.
+   subroutine look(self, part, tau)
+      class(periodicity_t), intent(inout) :: self
+      type(piece_t), intent(in) :: part
+      real(wp), intent(in) :: tau
+
+      real(wp) :: force, rate, s
+      integer :: i, j
+
+      do j = 1, self%contacts
+         call part%by%contact(j, tau, s, rate, force)
+         self%now(2*j - 1) = s
+         self%now(2*j) = rate*self%period/(2*pi)
+         i = 2*self%group(j)
+         self%size(i) = max(self%size(i), abs(self%now(2*j)), abs(s))
+      end do
+      do i = 1, size(self%form)
+         self%now(2*self%contacts + i) = part%by%value(self%form(i), tau)
+         self%size(2*self%contacts + i) = max(self%size(2*self%contacts + i), abs(self%now(2*self%contacts + i)))
+      end do
+      if (mod(self%next, 4) == 0) self%state(:, self%next/4) = self%now
+   end subroutine look
+
+   !> The period of the motion that was seen, as a multiple of that of the excitation; `not_periodic` if no multiple up to 32
+   !> will do, as far as the motion is long enough to tell; `undetermined` if there is no period of excitation, or the motion
+   !> had less than five, or ended early.
+   pure integer function found(self) result(multiple)
+      class(periodicity_t), intent(in) :: self
+
+      real(wp) :: limit(size(self%size))
+      integer :: i, j
+
+      multiple = undetermined
+      if (self%next >= 0 .or. self%sections < fewest + 1 .or. size(self%size) == 0) return
+      limit = self%tolerance*self%size
+      do j = 1, self%contacts
+         limit(2*j - 1:2*j) = self%tolerance*self%size(2*self%group(j))
+      end do
+      do multiple = 1, longest
+         if (multiple + max(multiple, fewest) - 1 > self%sections) exit
+         do i = 0, max(multiple, fewest) - 1
+            if (any(abs(self%state(:, i) - self%state(:, i + multiple)) > limit)) exit
+         end do
+         if (i == max(multiple, fewest)) return
+      end do
+      multiple = not_periodic
+   end function found
+
+end module razy_observe_periodicity

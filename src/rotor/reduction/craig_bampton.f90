@@ -1,0 +1,107 @@
+!! Reduction after Craig and Bampton (AIAA J. 6 (1968)): static shapes of unit displacements of nodes with bearings or gears, and
+!! modes of each shaft with these nodes held.
+module razy_rotor_reduction_craig_bampton
+   use razy_core_error, only: error_t, raise
+   use razy_core_kinds, only: wp
+   use razy_core_number, only: to_text
+   use razy_linalg_banded, only: band_factor_t
+   use razy_linalg_generalised, only: eigenpairs_t, modes_found
+   use razy_linalg_sparse, only: csr_t
+   use razy_rotor_model, only: rotor_model_t
+   use razy_rotor_reduction_part_modes, only: append, modes_of
+   use razy_rotor_reduction_reduced, only: new_reduced, reduced_t
+   implicit none(type, external)
+   private
+
+   public :: craig_bampton, interface_size
+
+contains
+
+   !> Number of coordinates of nodes with bearings or gears.
+   pure integer function interface_size(model)
+      type(rotor_model_t), intent(in) :: model
+
+      interface_size = count(interface_coordinates(model))
+   end function interface_size
+
+   !> The Craig-Bampton model: all coordinates of nodes with bearings or gears, and `count` modes of each shaft with these held.
+   subroutine craig_bampton(reduced, model, count, error)
+      type(reduced_t), intent(out) :: reduced
+      type(rotor_model_t), intent(in) :: model
+      integer, intent(in) :: count
+      type(error_t), allocatable, intent(out) :: error
+
+      type(band_factor_t) :: factor
+      type(eigenpairs_t) :: pairs
+      type(csr_t) :: inner_stiffness
+      logical, allocatable :: held(:)
+      real(wp), allocatable :: basis(:, :), column(:), shape(:, :)
+      integer, allocatable :: inner(:), rim(:)
+      integer :: i, info, j, n, s
+
+      n = model%mass%rows
+      held = interface_coordinates(model)
+      allocate (basis(n, 0), column(n))
+      do s = 1, size(model%rotor%shaft)
+         associate (first => model%numbering%first(s), last => model%numbering%first(s + 1) - 1)
+            inner = pack([(i, i=first, last)],.not. held(first:last))
+            rim = pack([(i, i=first, last)], held(first:last))
+         end associate
+         if (count < 0 .or. count > size(inner)) then
+            call raise(error, to_text(count)//" modes of shaft "//to_text(s)//": 0 to its "//to_text(size(inner))// &
+                       " coordinates between bearings and gears")
+            return
+         end if
+         inner_stiffness = model%shaft_stiffness%extract(inner)
+         call factor%factor(inner_stiffness, info)
+         if (info /= 0) then
+            call raise(error, "shaft "//to_text(s)//" moves freely with its bearings and gears held")
+            return
+         end if
+         do j = 1, size(rim)
+            column = 0.0_wp
+            column(rim(j)) = 1.0_wp
+            column = model%shaft_stiffness%times(column)
+            allocate (shape(n, 1), source=0.0_wp)
+            shape(rim(j), 1) = 1.0_wp
+            shape(inner, 1) = -factor%solve(column(inner))
+            call append(basis, [(i, i=1, n)], shape)
+            deallocate (shape)
+         end do
+         if (count == 0) cycle
+         pairs = modes_of(model, inner_stiffness, model%mass%extract(inner), count)
+         if (pairs%status /= modes_found) then
+            call raise(error, "modes of shaft "//to_text(s)//" were not found")
+            return
+         end if
+         call append(basis, inner, pairs%vector)
+      end do
+      reduced = new_reduced(model, basis)
+   end subroutine craig_bampton
+
+   !> Which coordinates (n) belong to nodes with bearings or gears.
+   pure function interface_coordinates(model) result(held)
+      type(rotor_model_t), intent(in) :: model
+      logical, allocatable :: held(:)
+
+      integer :: at(6), gear, i, k
+
+      allocate (held(0:model%mass%rows), source=.false.)
+      do i = 1, size(model%rotor%bearing)
+         at = model%numbering%of(model%rotor%bearing(i)%shaft, model%rotor%bearing(i)%node)
+         do k = 1, 6
+            held(at(k)) = .true.
+         end do
+      end do
+      do i = 1, size(model%rotor%mesh)
+         do gear = 1, 2
+            at = model%numbering%of(model%rotor%mesh(i)%shaft(gear), model%rotor%mesh(i)%node(gear))
+            do k = 1, 6
+               held(at(k)) = .true.
+            end do
+         end do
+      end do
+      held = held(1:)
+   end function interface_coordinates
+
+end module razy_rotor_reduction_craig_bampton

@@ -1,0 +1,121 @@
+!! A rotor model in few coordinates, q = T y: dense matrices, projected by T.
+module razy_rotor_reduction_reduced
+   use razy_core_kinds, only: wp
+   use razy_linalg_dense, only: congruence_of, product_of
+   use razy_rotor_model, only: rotor_model_t
+   implicit none(type, external)
+   private
+
+   public :: reduced_t, new_reduced, transformed
+
+   !> The model with p coordinates,
+   !>
+   !>     M y'' + (B + Bx + Omega G) y' + (K + Kx + Omega C) y = f - sum_j w_j F_j(d_j, d_j'),   d_j = w_jᵀ y + Delta_j(t).
+   type :: reduced_t
+      !> T (n, p): displacements of the unreduced model are T y.
+      real(wp), allocatable :: basis(:, :)
+      !> M, B, G, K, C (p, p), without meshes.
+      real(wp), allocatable :: mass(:, :), damping(:, :), gyroscopic(:, :), stiffness(:, :), circulatory(:, :)
+      !> Kx, Bx (p, p): skew parts of the matrices of bearings.
+      real(wp), allocatable :: cross_stiffness(:, :), cross_damping(:, :)
+      !> w (p, meshes) and the meshes' linear stiffness and damping (meshes).
+      real(wp), allocatable :: mesh_direction(:, :), mesh_stiffness(:), mesh_damping(:)
+      !> f (p); U (p, shafts), see `model`.
+      real(wp), allocatable :: load(:)
+      complex(wp), allocatable :: unbalance(:, :)
+   contains
+      procedure :: closed_stiffness
+      procedure :: closed_damping
+   end type reduced_t
+
+contains
+
+   !> The model in the span of `basis` (n, p), whose columns are independent.
+   function new_reduced(model, basis) result(reduced)
+      type(rotor_model_t), intent(in) :: model
+      real(wp), contiguous, intent(in) :: basis(:, :)
+      type(reduced_t) :: reduced
+
+      reduced%basis = basis
+      reduced%mass = model%mass%congruence(basis)
+      reduced%damping = model%damping%congruence(basis)
+      reduced%gyroscopic = model%gyroscopic%congruence(basis)
+      reduced%stiffness = model%stiffness%congruence(basis)
+      reduced%circulatory = model%circulatory%congruence(basis)
+      reduced%cross_stiffness = model%cross_stiffness%congruence(basis)
+      reduced%cross_damping = model%cross_damping%congruence(basis)
+      call project_vectors(reduced, basis, model%mesh_direction, model%load, model%unbalance)
+      reduced%mesh_stiffness = model%mesh_stiffness
+      reduced%mesh_damping = model%mesh_damping
+   end function new_reduced
+
+   !> The same in further coordinates, y = `basis` z, `basis` (p, m).
+   function transformed(old, basis) result(reduced)
+      type(reduced_t), intent(in) :: old
+      real(wp), contiguous, intent(in) :: basis(:, :)
+      type(reduced_t) :: reduced
+
+      reduced%basis = product_of(old%basis, basis)
+      reduced%mass = congruence_of(old%mass, basis)
+      reduced%damping = congruence_of(old%damping, basis)
+      reduced%gyroscopic = congruence_of(old%gyroscopic, basis)
+      reduced%stiffness = congruence_of(old%stiffness, basis)
+      reduced%circulatory = congruence_of(old%circulatory, basis)
+      reduced%cross_stiffness = congruence_of(old%cross_stiffness, basis)
+      reduced%cross_damping = congruence_of(old%cross_damping, basis)
+      call project_vectors(reduced, basis, old%mesh_direction, old%load, old%unbalance)
+      reduced%mesh_stiffness = old%mesh_stiffness
+      reduced%mesh_damping = old%mesh_damping
+   end function transformed
+
+   subroutine project_vectors(reduced, basis, direction, load, unbalance)
+      type(reduced_t), intent(inout) :: reduced
+      real(wp), contiguous, intent(in) :: basis(:, :), direction(:, :), load(:)
+      complex(wp), intent(in) :: unbalance(:, :)
+
+      integer :: i, j, p
+
+      p = size(basis, 2)
+      allocate (reduced%mesh_direction(p, size(direction, 2)), reduced%load(p), reduced%unbalance(p, size(unbalance, 2)))
+      do i = 1, p
+         do j = 1, size(direction, 2)
+            reduced%mesh_direction(i, j) = dot_product(basis(:, i), direction(:, j))
+         end do
+         do j = 1, size(unbalance, 2)
+            reduced%unbalance(i, j) = sum(basis(:, i)*unbalance(:, j))
+         end do
+         reduced%load(i) = dot_product(basis(:, i), load)
+      end do
+   end subroutine project_vectors
+
+   !> K with all meshes closed and linear.
+   pure function closed_stiffness(self) result(stiffness)
+      class(reduced_t), intent(in) :: self
+      real(wp), allocatable :: stiffness(:, :)
+
+      stiffness = plus_meshes(self%stiffness, self%mesh_direction, self%mesh_stiffness)
+   end function closed_stiffness
+
+   !> B with all meshes closed and linear.
+   pure function closed_damping(self) result(damping)
+      class(reduced_t), intent(in) :: self
+      real(wp), allocatable :: damping(:, :)
+
+      damping = plus_meshes(self%damping, self%mesh_direction, self%mesh_damping)
+   end function closed_damping
+
+   pure function plus_meshes(matrix, direction, factor) result(total)
+      real(wp), intent(in) :: matrix(:, :), direction(:, :), factor(:)
+      real(wp), allocatable :: total(:, :)
+
+      integer :: i, j
+
+      total = matrix
+      do j = 1, size(factor)
+         do i = 1, size(matrix, 2)
+            total(:, i) = total(:, i) + factor(j)*direction(i, j)*direction(:, j)
+         end do
+      end do
+   end function plus_meshes
+
+end module razy_rotor_reduction_reduced

@@ -1,0 +1,120 @@
+!! The second level of a reduction (source thesis, 4.2.2): modes of the reduced model on its bearings with meshes open (A, (4.67))
+!! or closed (B, (4.74)); those kept are the first in the order of |d|, d = wᵀ t, of d itself (which depends on the sign of the
+!! shapes, here with their largest component positive), or of the frequency. Shapes of equal frequencies, which equal shafts have,
+!! are arbitrary combinations; they are chosen so that as few of them as possible move the meshes.
+module razy_rotor_reduction_second_level
+   use razy_core_error, only: error_t, raise
+   use razy_core_kinds, only: wp
+   use razy_core_number, only: to_text
+   use razy_linalg_dense, only: product_of
+   use razy_linalg_eigen, only: symmetric_eigen
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found, orient
+   use razy_rotor_reduction_reduced, only: reduced_t, transformed
+   implicit none(type, external)
+   private
+
+   public :: second_level, select_modes, sort_absolute, sort_signed, sort_frequency
+
+   !> Orders of the second level: |d| falling, d falling, frequency rising.
+   integer, parameter :: sort_absolute = 1, sort_signed = 2, sort_frequency = 3
+   !> Values of d below this share of the largest are zero but for rounding; such modes go by frequency.
+   real(wp), parameter :: least_d = 1.0e-9_wp
+   !> Eigenvalues omega² apart by less than this share of their size, or by the second share of the largest, are equal.
+   real(wp), parameter :: equal = 1.0e-7_wp, rounding = 1.0e-14_wp
+
+contains
+
+   !> The second level: of the modes of `old`, with meshes closed or open, the first `kept` in the order `sorting`.
+   subroutine second_level(reduced, old, kept, meshed, sorting, error)
+      type(reduced_t), intent(out) :: reduced
+      type(reduced_t), intent(in) :: old
+      integer, intent(in) :: kept
+      logical, intent(in) :: meshed
+      integer, intent(in) :: sorting
+      type(error_t), allocatable, intent(out) :: error
+
+      type(eigenpairs_t) :: pairs
+
+      if (kept < 1 .or. kept > size(old%load)) then
+         call raise(error, to_text(kept)//" modes on the second level: 1 to the "//to_text(size(old%load))//" of the first")
+         return
+      end if
+      if (meshed) then
+         pairs = dense_modes(old%closed_stiffness(), old%mass)
+      else
+         pairs = dense_modes(old%stiffness, old%mass)
+      end if
+      if (pairs%status /= modes_found) then
+         call raise(error, "the modes of the reduced model were not found")
+         return
+      end if
+      call gather_deformation(pairs, old%mesh_direction)
+      reduced = select_modes(old, pairs%vector, kept, sorting)
+   end subroutine second_level
+
+   !> Turn shapes of equal eigenvalues into each other so that the first of them has most of the meshes' deformation, the second
+   !> most of the rest, and so on: the eigenvectors of sum d dᵀ.
+   subroutine gather_deformation(pairs, direction)
+      type(eigenpairs_t), intent(inout) :: pairs
+      real(wp), intent(in) :: direction(:, :)
+
+      real(wp), allocatable :: d(:, :), form(:, :), turned(:, :), value(:)
+      integer :: first, info, last
+
+      first = 1
+      do while (first <= size(pairs%value))
+         last = first
+         do while (last < size(pairs%value))
+            if (pairs%value(last + 1) - pairs%value(last) > equal*abs(pairs%value(last + 1)) &
+                + rounding*maxval(abs(pairs%value))) exit
+            last = last + 1
+         end do
+         if (last > first) then
+            d = matmul(transpose(pairs%vector(:, first:last)), direction)
+            form = -matmul(d, transpose(d))
+            value = form(1, :)
+            call symmetric_eigen(form, value, info)
+            if (info == 0) then
+               turned = product_of(pairs%vector(:, first:last), form)
+               pairs%vector(:, first:last) = turned
+            end if
+         end if
+         first = last + 1
+      end do
+      call orient(pairs%vector)
+   end subroutine gather_deformation
+
+   !> The first `kept` columns of `shapes` (p, m) in the order `sorting` as a model. With several meshes d is the largest
+   !> of the meshes' (in the sense of the order).
+   function select_modes(old, shapes, kept, sorting) result(reduced)
+      type(reduced_t), intent(in) :: old
+      real(wp), intent(in) :: shapes(:, :)
+      integer, intent(in) :: kept, sorting
+      type(reduced_t) :: reduced
+
+      real(wp) :: d(size(old%mesh_direction, 2)), key(size(shapes, 2))
+      integer :: chosen(size(shapes, 2)), i, j, moved
+
+      do i = 1, size(shapes, 2)
+         chosen(i) = i
+         d = matmul(shapes(:, i), old%mesh_direction)
+         key(i) = 0.0_wp
+         if (sorting == sort_absolute) key(i) = maxval(abs(d))
+         if (sorting == sort_signed) key(i) = maxval(d)
+         if (sorting == sort_frequency .or. size(d) == 0) key(i) = -i
+      end do
+      if (sorting /= sort_frequency .and. size(d) > 0) where (abs(key) < least_d*maxval(abs(key))) key = 0.0_wp
+      do i = 2, size(chosen)
+         moved = chosen(i)
+         j = i - 1
+         do while (j >= 1)
+            if (key(chosen(j)) >= key(moved)) exit
+            chosen(j + 1) = chosen(j)
+            j = j - 1
+         end do
+         chosen(j + 1) = moved
+      end do
+      reduced = transformed(old, shapes(:, chosen(:kept)))
+   end function select_modes
+
+end module razy_rotor_reduction_second_level

@@ -1,0 +1,152 @@
+!! Modal synthesis of rotor models (source thesis, 4.2.2), and the static correction of any reduction.
+!!
+!! - Modal synthesis: undamped modes of each shaft alone, without bearings and meshes, the lowest kept (4.36), (4.47)-(4.49).
+!! - Static correction: for each mesh and shaft the part of K⁻¹ w outside the basis, so that the static compliance of the
+!!   mesh is exact. Where rigid motion is free, K - shift M takes the place of K, with the shift of `reference_shift`.
+module razy_rotor_reduction_synthesis
+   use razy_core_error, only: error_t, raise
+   use razy_core_kinds, only: wp
+   use razy_core_number, only: to_text
+   use razy_linalg_banded, only: band_factor_t
+   use razy_linalg_dense, only: product_of
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
+   use razy_linalg_sparse, only: add_matrices
+   use razy_rotor_model, only: rotor_model_t
+   use razy_rotor_whirl_modes, only: reference_shift
+   use razy_rotor_reduction_part_modes, only: append, modes_of
+   use razy_rotor_reduction_reduced, only: new_reduced, reduced_t
+   implicit none(type, external)
+   private
+
+   public :: add_static_correction, full_basis, modal_synthesis
+
+   !> A correction whose part outside the basis is smaller than this share of it is left out.
+   real(wp), parameter :: least_part = 1.0e-8_wp
+
+contains
+
+   !> The `count(s)` lowest modes of each shaft s, but none above `limit`, rad/s, if that is positive.
+   subroutine modal_synthesis(reduced, model, count, limit, error)
+      type(reduced_t), intent(out) :: reduced
+      type(rotor_model_t), intent(in) :: model
+      integer, intent(in) :: count(:)
+      real(wp), intent(in) :: limit
+      type(error_t), allocatable, intent(out) :: error
+
+      type(eigenpairs_t) :: pairs
+      real(wp), allocatable :: basis(:, :)
+      integer, allocatable :: own(:)
+      integer :: i, kept, s
+
+      allocate (basis(model%mass%rows, 0))
+      do s = 1, size(count)
+         own = [(i, i=model%numbering%first(s), model%numbering%first(s + 1) - 1)]
+         if (count(s) < 1 .or. count(s) > size(own)) then
+            call raise(error, to_text(count(s))//" modes of shaft "//to_text(s)//": 1 to its "//to_text(size(own))//" coordinates")
+            return
+         end if
+         pairs = modes_of(model, model%shaft_stiffness%extract(own), model%mass%extract(own), count(s))
+         if (pairs%status /= modes_found) then
+            call raise(error, "modes of shaft "//to_text(s)//" were not found")
+            return
+         end if
+         kept = size(pairs%value)
+         if (limit > 0.0_wp) then
+            do while (kept > 0)
+               if (pairs%value(kept) <= limit**2) exit
+               kept = kept - 1
+            end do
+         end if
+         call append(basis, own, pairs%vector(:, :kept))
+      end do
+      if (size(basis, 2) == 0) then
+         call raise(error, "no mode is below the limit of frequency")
+         return
+      end if
+      reduced = new_reduced(model, basis)
+   end subroutine modal_synthesis
+
+   !> The unreduced model as a reduced one with all coordinates, which are its undamped modes without meshes.
+   subroutine full_basis(reduced, model, error)
+      type(reduced_t), intent(out) :: reduced
+      type(rotor_model_t), intent(in) :: model
+      type(error_t), allocatable, intent(out) :: error
+
+      type(eigenpairs_t) :: pairs
+
+      pairs = dense_modes(model%stiffness%dense(), model%mass%dense())
+      if (pairs%status /= modes_found) then
+         call raise(error, "the modes of the unreduced model were not found")
+         return
+      end if
+      reduced = new_reduced(model, pairs%vector)
+   end subroutine full_basis
+
+   !> Add the static shapes of mesh forces to the basis of a reduced model, one for each gear.
+   subroutine add_static_correction(reduced, model, error)
+      type(reduced_t), intent(inout) :: reduced
+      type(rotor_model_t), intent(in) :: model
+      type(error_t), allocatable, intent(out) :: error
+
+      type(band_factor_t) :: factor
+      real(wp), allocatable :: basis(:, :), shape(:, :)
+      real(wp) :: size_all, size_part
+      integer :: i, info, j, s
+
+      call factor%factor(model%stiffness, info)
+      if (info /= 0) call factor%factor(add_matrices(1.0_wp, model%stiffness, reference_shift(model), model%mass), info)
+      if (info /= 0) then
+         call raise(error, "the static correction was not found: the stiffness is not positive semidefinite")
+         return
+      end if
+      basis = reduced%basis
+      do j = 1, size(model%mesh_direction, 2)
+         do s = 1, size(model%rotor%shaft)
+            allocate (shape(model%mass%rows, 1), source=0.0_wp)
+            associate (first => model%numbering%first(s), last => model%numbering%first(s + 1) - 1)
+               shape(first:last, 1) = model%mesh_direction(first:last, j)
+            end associate
+            if (any(abs(shape) > 0.0_wp)) then
+               shape(:, 1) = factor%solve(shape(:, 1))
+               size_all = norm_of(model, shape(:, 1))
+               call remove_span(shape(:, 1), model, basis)
+               size_part = norm_of(model, shape(:, 1))
+               if (size_part > least_part*size_all) call append(basis, [(i, i=1, size(basis, 1))], shape/size_part)
+            end if
+            deallocate (shape)
+         end do
+      end do
+      reduced = new_reduced(model, basis)
+   end subroutine add_static_correction
+
+   !> sqrt(xᵀ M x).
+   function norm_of(model, x) result(norm)
+      type(rotor_model_t), intent(in) :: model
+      real(wp), intent(in) :: x(:)
+      real(wp) :: norm
+
+      norm = sqrt(dot_product(x, model%mass%times(x)))
+   end function norm_of
+
+   !> Make `x` M-orthogonal to the columns of `basis`, which need not be orthogonal to each other.
+   subroutine remove_span(x, model, basis)
+      real(wp), intent(inout) :: x(:)
+      type(rotor_model_t), intent(in) :: model
+      real(wp), intent(in) :: basis(:, :)
+
+      type(eigenpairs_t) :: frame
+      real(wp), allocatable :: orthonormal(:, :), momentum(:)
+      integer :: j, pass
+
+      ! Eigenvectors with respect to the projected mass make the basis orthonormal.
+      frame = dense_modes(model%stiffness%congruence(basis), model%mass%congruence(basis))
+      orthonormal = product_of(basis, frame%vector)
+      do pass = 1, 2
+         do j = 1, size(orthonormal, 2)
+            momentum = model%mass%times(x)
+            x = x - dot_product(orthonormal(:, j), momentum)*orthonormal(:, j)
+         end do
+      end do
+   end subroutine remove_span
+
+end module razy_rotor_reduction_synthesis

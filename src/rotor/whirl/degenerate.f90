@@ -1,0 +1,132 @@
+!! Shapes of equal natural frequencies, made unique.
+!!
+!! Equal shafts, and the two planes of a shaft on isotropic bearings, have equal frequencies; any combination of their shapes is a
+!! shape, and which of them an eigensolver gives is an accident of rounding. Here the space of such shapes gets the basis that
+!! makes the quadratic forms
+!!
+!!     1. sum over shafts s of s times the kinetic energy on shaft s,
+!!     2. sum over motions k (axial, torsion, bending in xy, bending in xz) of k times the kinetic energy in k,
+!!     3. sum over nodes of the place of the node in its shaft times the kinetic energy of the node
+!!
+!! diagonal one after the other, each in the spaces that the ones before leave together, in ascending order: shapes on single shafts
+!! and in single planes first, where the space has such. Frequencies apart by less than `equal` count as equal.
+module razy_rotor_whirl_degenerate
+   use razy_core_kinds, only: wp
+   use razy_linalg_dense, only: product_of
+   use razy_linalg_generalised, only: eigenpairs_t, orient
+   use razy_linalg_eigen, only: symmetric_eigen
+   use razy_rotor_model, only: rotor_model_t
+   use razy_rotor_whirl_modes, only: motion_of
+   implicit none(type, external)
+   private
+
+   public :: separate_twins, shaft_shares
+
+   !> Eigenvalues omega² apart by less than this share of their size, or by the second share of the largest, are equal.
+   real(wp), parameter :: equal = 1.0e-7_wp, rounding = 1.0e-12_wp
+   !> Values of a form, which lie between 1 and the number of shafts, motions or nodes, apart by less are equal.
+   real(wp), parameter :: equal_form = 1.0e-5_wp
+   integer, parameter :: forms = 3
+
+contains
+
+   !> Make the shapes of `pairs`, in coordinates of the model, unique.
+   subroutine separate_twins(pairs, model)
+      type(eigenpairs_t), intent(inout) :: pairs
+      type(rotor_model_t), intent(in) :: model
+
+      real(wp) :: apart
+      integer :: first, last
+
+      first = 1
+      do while (first <= size(pairs%value))
+         last = first
+         do while (last < size(pairs%value))
+            apart = pairs%value(last + 1) - pairs%value(last)
+            if (apart > equal*abs(pairs%value(last + 1)) + rounding*maxval(abs(pairs%value))) exit
+            last = last + 1
+         end do
+         if (last > first) call separate(pairs%vector, model, first, last, 1)
+         first = last + 1
+      end do
+      call orient(pairs%vector)
+   end subroutine separate_twins
+
+   !> Columns `first` to `last` by the forms from number `form` on.
+   recursive subroutine separate(vector, model, first, last, form)
+      real(wp), contiguous, intent(inout) :: vector(:, :)
+      type(rotor_model_t), intent(in) :: model
+      integer, intent(in) :: first, last, form
+
+      real(wp), allocatable :: matrix(:, :), rotated(:, :), value(:)
+      integer :: i, info, m, start
+
+      m = last - first + 1
+      matrix = form_of(vector(:, first:last), model, form)
+      allocate (value(m))
+      call symmetric_eigen(matrix, value, info)
+      if (info /= 0) return
+      rotated = product_of(vector(:, first:last), matrix)
+      vector(:, first:last) = rotated
+      if (form == forms) return
+      start = 1
+      do i = 1, m
+         if (i < m) then
+            if (value(i + 1) - value(i) <= equal_form) cycle
+         end if
+         if (i > start) call separate(vector, model, first + start - 1, first + i - 1, form + 1)
+         start = i + 1
+      end do
+   end subroutine separate
+
+   !> The form (m, m) in the space of the columns (n, m). The mass matrix does not couple what the forms take apart, except
+   !> neighbouring nodes in the third, whose terms are halved between them.
+   function form_of(vector, model, form) result(matrix)
+      real(wp), contiguous, intent(in) :: vector(:, :)
+      type(rotor_model_t), intent(in) :: model
+      integer, intent(in) :: form
+      real(wp), allocatable :: matrix(:, :)
+
+      real(wp), allocatable :: momentum(:), weighted(:, :), weight(:)
+      integer :: i, j, m
+
+      m = size(vector, 2)
+      allocate (matrix(m, m), weight(size(vector, 1)))
+      associate (numbering => model%numbering)
+         if (form == 1) weight = real(numbering%shaft, wp)
+         if (form == 2) weight = [(real(motion_of(numbering%kind(i)), wp), i=1, numbering%n)]
+         if (form == 3) weight = real(numbering%node, wp)
+      end associate
+      weighted = vector
+      do j = 1, m
+         weighted(:, j) = weight*vector(:, j)
+      end do
+      do j = 1, m
+         momentum = model%mass%times(vector(:, j))
+         do i = 1, m
+            matrix(i, j) = dot_product(weighted(:, i), momentum)
+         end do
+      end do
+      matrix = 0.5_wp*(matrix + transpose(matrix))
+   end function form_of
+
+   !> Shares (shafts) of the kinetic energy of a shape `q` (n).
+   function shaft_shares(model, q) result(share)
+      type(rotor_model_t), intent(in) :: model
+      real(wp), intent(in) :: q(:)
+      real(wp), allocatable :: share(:)
+
+      real(wp), allocatable :: momentum(:)
+      integer :: i
+
+      momentum = model%mass%times(q)
+      allocate (share(size(model%rotor%shaft)), source=0.0_wp)
+      do i = 1, size(q)
+         associate (s => model%numbering%shaft(i))
+            share(s) = share(s) + q(i)*momentum(i)
+         end associate
+      end do
+      share = share/sum(share)
+   end function shaft_shares
+
+end module razy_rotor_whirl_degenerate

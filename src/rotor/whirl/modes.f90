@@ -1,0 +1,188 @@
+!! Natural frequencies and shapes of a rotor system at rest, undamped, and what the shapes are.
+!!
+!! Small systems go to LAPACK, large ones to ARPACK. Bending stiffness of n elements spans n⁴, so that the factor of a fine mesh
+!! carries rounding of that size. So the pairs found are improved, x + (K - shift M)⁻¹ (lambda M x - K x) with the
+!! residual from the deformations of the elements, and taken anew as the eigenpairs in the space of these vectors
+!! (Rayleigh and Ritz), again from deformations.
+module razy_rotor_whirl_modes
+   use razy_core_kinds, only: pi, wp
+   use razy_linalg_banded, only: band_factor_t
+   use razy_linalg_dense, only: product_of
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, keep_first, lowest_modes, modes_found, modes_not_definite, orient
+   use razy_linalg_sparse, only: add_matrices, csr_t
+   use razy_rotor_deformation, only: deformations, projected_stiffness, restoring_force
+   use razy_rotor_model, only: rotor_model_t
+   implicit none(type, external)
+   private
+
+   public :: energy_shares, motion_of, natural_modes, reference_shift, strain_shares
+
+   !> Systems of at most this size, or of which more than a third of all modes is wanted, go to LAPACK.
+   integer, parameter :: most_dense = 300
+   !> A shift that does not make the matrix positive definite is raised by this factor, so often.
+   real(wp), parameter :: raise_shift = 1.0e3_wp
+   integer, parameter :: most_shifts = 4
+   !> Corrections go on until no value changes by more than this share; errors of the values then are smaller by far.
+   real(wp), parameter :: settled = 1.0e-8_wp
+   integer, parameter :: most_corrections = 5
+
+contains
+
+   !> The `count` lowest modes (fewer if there are not so many), eigenvalues omega², (rad/s)². With `meshed`, all meshes are
+   !> closed and linear.
+   function natural_modes(model, count, meshed) result(pairs)
+      type(rotor_model_t), intent(in) :: model
+      integer, intent(in) :: count
+      logical, intent(in) :: meshed
+      type(eigenpairs_t) :: pairs
+
+      type(csr_t) :: stiffness
+      real(wp) :: shift
+      integer :: attempt, kept, n
+
+      n = model%mass%rows
+      kept = min(count, n)
+      stiffness = model%stiffness
+      if (meshed) stiffness = model%closed_stiffness()
+      if (n <= most_dense .or. 3*kept > n) then
+         pairs = dense_modes(stiffness%dense(), model%mass%dense())
+         if (pairs%status /= modes_found .or. kept == n) return
+         call keep_first(pairs, kept)
+         return
+      end if
+      shift = -reference_shift(model)
+      do attempt = 1, most_shifts
+         pairs = lowest_modes(stiffness, model%mass, kept, shift)
+         if (pairs%status /= modes_not_definite) exit
+         shift = raise_shift*shift
+      end do
+      if (pairs%status == modes_found) call improve(pairs, model, stiffness, shift, meshed)
+   end function natural_modes
+
+   !> Inverse iteration in the form of corrections, and the Ritz pairs of the vectors, until the values stay.
+   subroutine improve(pairs, model, stiffness, shift, meshed)
+      type(eigenpairs_t), intent(inout) :: pairs
+      type(rotor_model_t), intent(in) :: model
+      type(csr_t), intent(in) :: stiffness
+      real(wp), intent(in) :: shift
+      logical, intent(in) :: meshed
+
+      type(band_factor_t) :: factor
+      real(wp), allocatable :: force(:), old(:), residual(:)
+      integer :: info, j, step
+
+      call factor%factor(add_matrices(1.0_wp, stiffness, -shift, model%mass), info)
+      if (info /= 0) pairs%status = modes_not_definite
+      do step = 1, most_corrections
+         if (pairs%status /= modes_found) return
+         old = pairs%value
+         do j = 1, size(pairs%value)
+            residual = model%mass%times(pairs%vector(:, j))
+            force = restoring_force(model, pairs%vector(:, j), meshed)
+            residual = pairs%value(j)*residual - force
+            force = factor%solve(residual)
+            pairs%vector(:, j) = pairs%vector(:, j) + force
+         end do
+         pairs%solutions = pairs%solutions + size(pairs%value)
+         call take_ritz_pairs(pairs, model, meshed)
+         if (maxval(abs(pairs%value - old)/(abs(pairs%value) - shift)) <= settled) exit
+      end do
+   end subroutine improve
+
+   !> The eigenpairs in the space of the vectors.
+   subroutine take_ritz_pairs(pairs, model, meshed)
+      type(eigenpairs_t), intent(inout) :: pairs
+      type(rotor_model_t), intent(in) :: model
+      logical, intent(in) :: meshed
+
+      type(eigenpairs_t) :: ritz
+      real(wp), allocatable :: vector(:, :)
+
+      ritz = dense_modes(projected_stiffness(model, pairs%vector, meshed), model%mass%congruence(pairs%vector))
+      pairs%status = ritz%status
+      pairs%value = ritz%value
+      ! A separate array: the compiler would take the stack for the product otherwise.
+      vector = product_of(pairs%vector, ritz%vector)
+      call move_alloc(vector, pairs%vector)
+      call orient(pairs%vector)
+   end subroutine take_ritz_pairs
+
+   !> A number of the size of the lowest omega² that is not zero: bending of the longest shaft, pinned at its ends.
+   pure function reference_shift(model) result(shift)
+      type(rotor_model_t), intent(in) :: model
+      real(wp) :: shift
+
+      integer :: i, s
+      real(wp) :: length
+
+      shift = huge(1.0_wp)
+      do s = 1, size(model%rotor%shaft)
+         associate (section => model%rotor%shaft(s)%section)
+            length = sum(section%length)
+            do i = 1, size(section)
+               shift = min(shift, (pi/length)**4*section(i)%material%young*section(i)%second_moment() &
+                           /(section(i)%material%density*section(i)%area()))
+            end do
+         end associate
+      end do
+   end function reference_shift
+
+   !> Which motion a coordinate of a node (1 to 6) belongs to: 1 axial, 2 torsion, 3 bending in the plane xy, 4 in xz.
+   elemental integer function motion_of(kind)
+      integer, intent(in) :: kind
+
+      integer, parameter :: motion(6) = [1, 3, 4, 2, 4, 3]
+
+      motion_of = motion(kind)
+   end function motion_of
+
+   !> Shares of the kinetic energy of a shape `q` (n) in axial motion, torsion, bending in the plane xy and in xz; they add
+   !> up to 1.
+   function energy_shares(model, q) result(share)
+      type(rotor_model_t), intent(in) :: model
+      real(wp), intent(in) :: q(:)
+      real(wp) :: share(4)
+
+      real(wp), allocatable :: momentum(:)
+      integer :: i
+
+      momentum = model%mass%times(q)
+      share = 0.0_wp
+      do i = 1, size(q)
+         associate (kind => motion_of(model%numbering%kind(i)))
+            share(kind) = share(kind) + q(i)*momentum(i)
+         end associate
+      end do
+      share = share/sum(share)
+   end function energy_shares
+
+   !> Shares of the strain energy of a shape `q` (n) in the shafts, the bearings and the meshes, which are closed if `meshed`; they
+   !> add up to 1. Zero for rigid-body motion, which has no strain energy.
+   function strain_shares(model, q, meshed) result(share)
+      type(rotor_model_t), intent(in) :: model
+      real(wp), intent(in) :: q(:)
+      logical, intent(in) :: meshed
+      real(wp) :: share(3)
+
+      real(wp) :: moved(6)
+      integer :: at(6), j, k
+
+      share(1) = sum(deformations(model, q)**2)
+      share(2:) = 0.0_wp
+      do j = 1, size(model%rotor%bearing)
+         at = model%numbering%of(model%rotor%bearing(j)%shaft, model%rotor%bearing(j)%node)
+         do k = 1, 6
+            moved(k) = 0.0_wp
+            if (at(k) > 0) moved(k) = q(at(k))
+         end do
+         share(2) = share(2) + dot_product(moved, matmul(model%rotor%bearing(j)%stiffness, moved))
+      end do
+      if (meshed) then
+         do j = 1, size(model%mesh_stiffness)
+            share(3) = share(3) + model%mesh_stiffness(j)*dot_product(model%mesh_direction(:, j), q)**2
+         end do
+      end if
+      if (sum(share) > tiny(1.0_wp)) share = share/sum(share)
+   end function strain_shares
+
+end module razy_rotor_whirl_modes

@@ -1,0 +1,283 @@
+!! Radau IIA of order 5 with three stages: one step, by a simplified Newton iteration.
+!!
+!! The collocation polynomial through c = ((4-√6)/10, (4+√6)/10, 1); the increments Z_i of the stages solve Z = h (A ⊗ I) f(z
+!! + Z). A^-1 has one real eigenvalue and a conjugate pair, so that with T^-1 A^-1 T = Λ an iteration solves one real and one
+!! complex system with the matrices λ/h - J (razy_runge_kutta_methods_radau5_system). Error estimate, starting values and
+!! iteration control are those of E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed. (1996), IV.8.
+!!
+!! Why this one: L-stable, so that a stiff contact is damped out instead of ringing at the step's frequency; stiffly accurate, so
+!! that the end of a step satisfies the stiff equation as well as the stages do; and of the highest order with both at
+!! one real and one complex factorisation.
+module razy_runge_kutta_methods_radau5
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use razy_core_kinds, only: wp
+   use razy_hybrid_field, only: field_t
+   use razy_hybrid_mode, only: treat_by_events
+   use razy_runge_kutta_methods_radau5_system, only: factorise, lambda, lambda_im, lambda_re, make_room, newton_correction, &
+                                                     radau_inverse_transform, radau_system_t, radau_transform, solve_real, transform
+   implicit none(type, external)
+   private
+
+   public :: radau5_t
+   public :: lambda, lambda_im, lambda_re, radau_inverse_transform, radau_node, radau_transform
+
+   !> Workspace and memory of the method for n = 2m components.
+   type, extends(radau_system_t) :: radau5_t
+      !> Tolerances of the estimate, which is of lower order than the result.
+      real(wp) :: relative = 0.0_wp, absolute = 0.0_wp
+      !> Newton iterations of the last attempt, and their rate of convergence; memory of the iteration's contraction.
+      integer :: iterations = 0
+      real(wp) :: contraction = 0.0_wp, faded = 1.0_wp
+      !> Factor by which the step should shrink after a failure.
+      real(wp) :: shrink = 0.5_wp
+      !> Step of the collocation polynomial at hand (0: there is none).
+      real(wp) :: h_polynomial = 0.0_wp
+      !> Increments of the stages; divided differences of the polynomial (n, 3).
+      real(wp), allocatable :: z(:, :), difference(:, :)
+      !> Error estimate, its first part, and a stage (n).
+      real(wp), allocatable :: error(:), raw(:), stage(:)
+   contains
+      procedure :: prepare
+      procedure :: restart
+      procedure :: solve_stages
+      procedure :: estimate_error
+      procedure :: keep_polynomial
+      procedure :: refuse
+      procedure :: dense_coefficients
+      procedure :: safety
+   end type radau5_t
+
+   real(wp), parameter :: root = sqrt(6.0_wp)
+   real(wp), parameter :: radau_node(3) = [(4 - root)/10, (4 + root)/10, 1.0_wp]
+   !> -h p'(0) of the collocation polynomial in terms of the Z.
+   real(wp), parameter :: slope_at_start(3) = [-(13 + 7*root)/3, (-13 + 7*root)/3, -1.0_wp/3]
+
+   integer, parameter :: most_iterations = 7
+   !> Rate of convergence below which the Jacobian matrix is kept, and above which the iteration is given up.
+   real(wp), parameter :: good_contraction = 1.0e-3_wp, bad_contraction = 0.99_wp
+
+contains
+
+   !> Make room for n = 2m components and take the tolerances.
+   !>
+   !> The estimate is of order 4 in h and the error after many steps of order 5, so a tolerance `relative`^(4/5) of the
+   !> estimate makes the error proportional to `relative`.
+   subroutine prepare(self, n, relative, absolute)
+      class(radau5_t), intent(inout) :: self
+      integer, intent(in) :: n
+      real(wp), intent(in) :: relative, absolute
+
+      integer :: m
+
+      m = n/2
+      self%relative = relative**0.8_wp
+      self%absolute = absolute*(self%relative/relative)
+      self%factorisations = 0
+      if (self%m /= m .or. .not. allocated(self%z)) then
+         if (allocated(self%z)) then
+            deallocate (self%z, self%difference, self%error, self%raw, self%stage)
+         end if
+         allocate (self%z(n, 3), self%difference(n, 3), self%error(n), self%raw(n), self%stage(n))
+         call make_room(self%radau_system_t, m)
+      end if
+      call self%restart()
+   end subroutine prepare
+
+   !> Forget what is known from the steps before.
+   pure subroutine restart(self)
+      class(radau5_t), intent(inout) :: self
+
+      self%has_jacobian = .false.
+      self%is_fresh = .false.
+      self%h_polynomial = 0.0_wp
+      self%h_factored = 0.0_wp
+      self%faded = 1.0_wp
+      self%contraction = 0.0_wp
+   end subroutine restart
+
+   !> The increments Z of the stages of a step h from (tau, z). `failed`: they were not found; `shrink` h and try again.
+   subroutine solve_stages(self, field, tau, z, h, failed)
+      class(radau5_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau, z(:), h
+      logical, intent(out) :: failed
+
+      real(wp) :: change, last_change, ratio, last_ratio, target
+      integer :: i, j, k, n
+
+      n = 2*self%m
+      self%shrink = 0.5_wp
+      call factorise(self%radau_system_t, field, tau, z, h, failed)
+      if (failed) return
+      call start_values(self, h)
+      target = max(10*epsilon(1.0_wp)/self%relative, min(0.03_wp, sqrt(self%relative)))
+      self%faded = max(self%faded, epsilon(1.0_wp))**0.8_wp
+      self%contraction = good_contraction
+      last_change = 0.0_wp
+      last_ratio = 1.0_wp
+      failed = .true.
+      do i = 1, most_iterations
+         self%iterations = i
+         do j = 1, 3
+            self%stage = z + self%z(:, j)
+            call field%derivative(tau + radau_node(j)*h, self%stage, self%f(:, j))
+         end do
+         call newton_correction(self%radau_system_t, h)
+         change = 0.0_wp
+         do k = 1, 3
+            do j = 1, n
+               if (.not. ieee_is_finite(self%f(j, k))) return
+               change = max(change, abs(self%f(j, k))/(self%absolute + self%relative*abs(z(j))))
+            end do
+         end do
+         if (i > 1) then
+            ratio = change/last_change
+            self%contraction = merge(ratio, sqrt(ratio*last_ratio), i == 2)
+            last_ratio = ratio
+            if (self%contraction >= bad_contraction) return
+            self%faded = self%contraction/(1.0_wp - self%contraction)
+            ratio = self%faded*change*self%contraction**(most_iterations - 1 - i)/target
+            if (ratio >= 1.0_wp) then
+               self%shrink = 0.8_wp*min(max(ratio, 1.0e-4_wp), 20.0_wp)**(-1.0_wp/(3 + most_iterations - i))
+               return
+            end if
+         end if
+         last_change = max(change, epsilon(1.0_wp))
+         self%w = self%w + self%f
+         call transform(radau_transform, self%w, self%z)
+         if (self%faded*change <= target) then
+            failed = .false.
+            return
+         end if
+      end do
+   end subroutine solve_stages
+
+   !> Increments to start from: the last polynomial extrapolated, or zero.
+   pure subroutine start_values(self, h)
+      type(radau5_t), intent(inout) :: self
+      real(wp), intent(in) :: h
+
+      real(wp) :: s
+      integer :: j
+
+      self%z = 0.0_wp
+      self%w = 0.0_wp
+      if (.not. self%h_polynomial > 0.0_wp) return
+      do j = 1, 3
+         s = radau_node(j)*h/self%h_polynomial
+         self%z(:, j) = s*(self%difference(:, 1) + (s - (radau_node(2) - 1)) &
+                           *(self%difference(:, 2) + (s - (radau_node(1) - 1))*self%difference(:, 3)))
+      end do
+      call transform(radau_inverse_transform, self%z, self%w)
+   end subroutine start_values
+
+   !> Error estimate (λ/h - J)^-1 (f_0 - p'(0)) and its largest component in units of the tolerance. With `again` the estimate
+   !> is filtered a second time where it is above 1 (first and rejected steps, but not first ones with events), which forgives a
+   !> stiff transient.
+   subroutine estimate_error(self, field, tau, z, dz, h, again, scaled)
+      class(radau5_t), intent(inout) :: self
+      type(field_t), intent(inout) :: field
+      real(wp), intent(in) :: tau, z(:), dz(:), h
+      logical, intent(in) :: again
+      real(wp), intent(out) :: scaled
+
+      integer :: i
+
+      do i = 1, 2*self%m
+         self%raw(i) = (slope_at_start(1)*self%z(i, 1) + slope_at_start(2)*self%z(i, 2) + slope_at_start(3)*self%z(i, 3))/h
+         self%error(i) = self%raw(i) + dz(i)
+      end do
+      call solve_real(self%radau_system_t, lambda/h, self%error)
+      scaled = scaled_error(self, z)
+      if (.not. ieee_is_finite(scaled)) return
+      ! Where branches are followed by events every start is smooth, and what looks like a stiff transient there is motion.
+      if (field%treatment == treat_by_events .and. .not. self%h_polynomial > 0.0_wp) return
+      if (scaled <= 1.0_wp .or. .not. again) return
+      self%stage = z + self%error
+      call field%derivative(tau, self%stage, self%error)
+      self%error = self%error + self%raw
+      call solve_real(self%radau_system_t, lambda/h, self%error)
+      scaled = scaled_error(self, z)
+   end subroutine estimate_error
+
+   pure function scaled_error(self, z) result(scaled)
+      type(radau5_t), intent(in) :: self
+      real(wp), intent(in) :: z(:)
+      real(wp) :: scaled
+
+      real(wp) :: part
+      integer :: i
+
+      scaled = 0.0_wp
+      do i = 1, 2*self%m
+         part = abs(self%error(i))/(self%absolute + self%relative*max(abs(z(i)), abs(z(i) + self%z(i, 3))))
+         if (.not. ieee_is_finite(part)) then
+            scaled = part
+            return
+         end if
+         scaled = max(scaled, part)
+      end do
+   end function scaled_error
+
+   !> After an accepted step h: keep its polynomial, and its Jacobian matrix if the iteration converged well with it.
+   pure subroutine keep_polynomial(self, h)
+      class(radau5_t), intent(inout) :: self
+      real(wp), intent(in) :: h
+
+      real(wp) :: chord, second
+      integer :: i
+
+      do i = 1, 2*self%m
+         self%difference(i, 1) = (self%z(i, 2) - self%z(i, 3))/(radau_node(2) - 1)
+         chord = (self%z(i, 1) - self%z(i, 2))/(radau_node(1) - radau_node(2))
+         second = (chord - self%z(i, 1)/radau_node(1))/radau_node(2)
+         self%difference(i, 2) = (chord - self%difference(i, 1))/(radau_node(1) - 1)
+         self%difference(i, 3) = self%difference(i, 2) - second
+      end do
+      self%h_polynomial = h
+      self%has_jacobian = self%contraction <= good_contraction
+      self%is_fresh = .false.
+   end subroutine keep_polynomial
+
+   !> After an attempt that was not accepted: the next one takes the Jacobian matrix at its start.
+   pure subroutine refuse(self)
+      class(radau5_t), intent(inout) :: self
+
+      self%has_jacobian = self%is_fresh
+   end subroutine refuse
+
+   !> Coefficients r_1…r_4 (n, 4) of the dense output (razy_runge_kutta_methods_tableaux): the collocation polynomial p of
+   !> degree 3, corrected to degree 4 by the error estimate.
+   !>
+   !> p + D Q(θ), Q' = (1 - θ)(θ - c_1)(θ - c_2)/(c_1 c_2), passes through both ends (Q(1) = 0, for Q' is orthogonal to 1)
+   !> and has the slopes of p at the nodes, and with D = h f_0 - p'(0) that of the motion at the start: its error is of order
+   !> 5 in h, where that of p is of order 4. D is λ times the estimate, which is filtered, so that it stays
+   !> bounded in stiff components.
+   pure subroutine dense_coefficients(self, r)
+      class(radau5_t), intent(in) :: self
+      real(wp), intent(inout) :: r(:, :)
+
+      real(wp) :: at_end, at_start, correction
+      integer :: i
+
+      do i = 1, 2*self%m
+         correction = lambda*self%error(i)
+         at_start = correction - (slope_at_start(1)*self%z(i, 1) + slope_at_start(2)*self%z(i, 2) + slope_at_start(3)*self%z(i, 3))
+         at_end = self%difference(i, 1) - (radau_node(2) - 1)*(self%difference(i, 2) - (radau_node(1) - 1)*self%difference(i, 3))
+         r(i, 1) = self%z(i, 3)
+         r(i, 2) = at_start - r(i, 1)
+         r(i, 3) = r(i, 1) - at_end - r(i, 2)
+         r(i, 4) = -correction/(4*radau_node(1)*radau_node(2))
+      end do
+   end subroutine dense_coefficients
+
+   !> Safety factor of step control after so much of Newton's work.
+   pure function safety(self, usual) result(value)
+      class(radau5_t), intent(in) :: self
+      real(wp), intent(in) :: usual
+      real(wp) :: value
+
+      value = min(usual, usual*(1 + 2*most_iterations)/(self%iterations + 2*most_iterations))
+   end function safety
+
+end module razy_runge_kutta_methods_radau5

@@ -1,0 +1,114 @@
+!! Step control: from the scaled error of a step (1: just allowed) to the factor of the next step.
+!!
+!! Proportional-integral control, h_new = h safety error^(-1/q + 0.75 beta) previous_error^beta, with q the order of the
+!! estimate in h (K. Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533-554; constants of Hairer, Nørsett and Wanner I,
+!! II.4, and of Hairer and Wanner II, IV.2).
+!! With `predictive` the steps and errors of the last two accepted steps predict the error of the next
+!! (Gustafsson, ACM Trans. Math. Softw. 20 (1994) 496-517), which suits stiff problems.
+module razy_runge_kutta_methods_step_control
+   use razy_core_kinds, only: wp
+   implicit none(type, external)
+   private
+
+   public :: step_control_t
+
+   !> Safety factor of all methods.
+   real(wp), parameter :: cautious = 0.9_wp
+
+   type :: step_control_t
+      !> q, and the weight of the integral part.
+      integer :: order = 5
+      real(wp) :: beta = 0.0_wp
+      real(wp) :: safety = cautious
+      !> Bounds of the factor from step to step.
+      real(wp) :: least = 0.2_wp, most = 10.0_wp
+      logical :: predictive = .false.
+      !> Logarithm of the safety factor.
+      real(wp) :: log_safety = log(cautious)
+      !> Memory: error, its logarithm, and length of the last accepted step (0: none), and whether the last attempt was rejected.
+      real(wp) :: last_error = 0.0_wp, last_log = 0.0_wp, last_h = 0.0_wp
+      logical :: rejected = .false.
+   contains
+      procedure :: forget
+      procedure :: accepted
+      procedure :: refused
+      procedure :: accepted_on_ladder
+   end type step_control_t
+
+   !> Errors below this are taken for it: an error of nothing predicts no step.
+   real(wp), parameter :: least_error = 1.0e-4_wp, tiny_error = 1.0e-30_wp
+   !> Factor after a step that gave no number, or whose equations could not be solved.
+   real(wp), parameter, public :: factor_of_failure = 0.25_wp
+
+contains
+
+   !> `accepted` for proportional-integral control, but that a factor within exp(∓width) of 1 is 1.
+   pure subroutine accepted_on_ladder(self, h, error, width, factor)
+      class(step_control_t), intent(inout) :: self
+      real(wp), intent(in) :: h, error, width
+      real(wp), intent(out) :: factor
+
+      real(wp) :: log_error, power
+
+      log_error = log(max(error, tiny_error))
+      power = (0.75_wp*self%beta - 1.0_wp/self%order)*log_error + self%log_safety
+      if (self%last_h > 0.0_wp) power = power + self%beta*self%last_log
+      factor = 1.0_wp
+      if (abs(power) > width) then
+         factor = min(max(exp(power), self%least), self%most)
+         if (self%rejected) factor = min(factor, 1.0_wp)
+      end if
+      self%last_error = max(error, least_error)
+      self%last_log = log_error
+      if (error < least_error) self%last_log = log(least_error)
+      self%last_h = h
+      self%rejected = .false.
+   end subroutine accepted_on_ladder
+
+   !> Forget the steps before.
+   pure subroutine forget(self)
+      class(step_control_t), intent(inout) :: self
+
+      self%last_error = 0.0_wp
+      self%last_h = 0.0_wp
+      self%rejected = .false.
+   end subroutine forget
+
+   !> Factor after an accepted step `h` with `error` <= 1; `safety` replaces the controller's own (Newton's work).
+   pure subroutine accepted(self, h, error, safety, factor)
+      class(step_control_t), intent(inout) :: self
+      real(wp), intent(in) :: h, error, safety
+      real(wp), intent(out) :: factor
+
+      real(wp) :: power, seen
+
+      seen = max(error, tiny_error)
+      if (self%predictive) then
+         factor = safety*seen**(-1.0_wp/self%order)
+         if (self%last_h > 0.0_wp) then
+            factor = min(factor, safety*(h/self%last_h)*(self%last_error/seen**2)**(1.0_wp/self%order))
+         end if
+      else
+         power = (0.75_wp*self%beta - 1.0_wp/self%order)*log(seen)
+         if (self%last_h > 0.0_wp) power = power + self%beta*self%last_log
+         factor = safety*exp(power)
+      end if
+      factor = min(max(factor, self%least), self%most)
+      if (self%rejected) factor = min(factor, 1.0_wp)
+      self%last_error = max(error, merge(1.0e-2_wp, least_error, self%predictive))
+      self%last_log = log(self%last_error)
+      self%last_h = h
+      self%rejected = .false.
+   end subroutine accepted
+
+   !> Factor after a rejected step with `error` > 1.
+   pure subroutine refused(self, error, safety, factor)
+      class(step_control_t), intent(inout) :: self
+      real(wp), intent(in) :: error, safety
+      real(wp), intent(out) :: factor
+
+      factor = min(max(safety*error**(-1.0_wp/self%order), self%least), self%safety)
+      self%rejected = .true.
+   end subroutine refused
+
+end module razy_runge_kutta_methods_step_control

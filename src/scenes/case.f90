@@ -1,0 +1,168 @@
+!! A study: an input file, checked, as the machine it describes and what is to be done with it.
+module razy_scenes_case
+   use razy_core_drawing, only: drawing_t
+   use razy_core_error, only: error_t
+   use razy_input_input, only: input_t, peek, read_input_text
+   use razy_core_kinds, only: i8, wp
+   use razy_input_schema, only: group_spec_t, key_string
+   use razy_core_text, only: lower, string_t
+   use razy_machine_machine, only: machine_t
+   use razy_motion_method, only: check_method, method_t
+   use razy_scenes_factory, only: draw_scene, new_scene, scene_kinds
+   use razy_scenes_records, only: read_records, record_t
+   use razy_scenes_scene, only: scene_t
+   use razy_scenes_start, only: set_start
+   implicit none(type, external)
+   private
+
+   public :: motion_t, new_drawing, new_machine, new_structure, read_study, study_schema
+
+   !> What &motion says.
+   type :: motion_t
+      real(wp) :: t_end = 0.0_wp
+      integer(i8) :: most_events = 0
+      type(method_t) :: method
+   end type motion_t
+
+contains
+
+   !> The schema of a kind of scene.
+   function study_schema(kind) result(schema)
+      character(*), intent(in) :: kind
+      type(group_spec_t), allocatable :: schema(:)
+
+      class(scene_t), allocatable :: scene
+
+      call new_scene(scene, kind)
+      if (allocated(scene)) then
+         schema = scene%schema()
+      else
+         allocate (schema(0))
+      end if
+   end function study_schema
+
+   !> Check the text of an input file against the schema of its kind of scene, `--set` overrides included.
+   subroutine read_study(input, text, file, overrides, error)
+      type(input_t), intent(out) :: input
+      character(*), intent(in) :: text, file
+      type(string_t), intent(in) :: overrides(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: kind
+
+      call peek(text, file, "scene", key_string("kind", "kind of machine", choices=scene_kinds, required=.true.), overrides, &
+                kind, error)
+      if (allocated(error)) return
+      call read_input_text(input, text, file, study_schema(kind), overrides, error)
+   end subroutine read_study
+
+   !> The machine that an input describes, with observables and start, and what is to be done with it. `kept`: the scene of the
+   !> machine before, with the same kind; what this machine has in common with that one is not made again.
+   subroutine new_machine(machine, motion, records, input, error, kept)
+      type(machine_t), intent(out) :: machine
+      type(motion_t), intent(out) :: motion
+      type(record_t), allocatable, intent(out) :: records(:)
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+      class(scene_t), allocatable, intent(inout), optional :: kept
+
+      class(scene_t), allocatable :: scene
+      character(:), allocatable :: kind
+
+      call input%get("scene", 1, "kind", kind)
+      if (present(kept)) then
+         if (.not. allocated(kept)) call new_scene(kept, kind)
+         call from_scene(machine, motion, records, kept, input, error)
+      else
+         call new_scene(scene, kind)
+         call from_scene(machine, motion, records, scene, input, error)
+      end if
+   end subroutine new_machine
+
+   subroutine from_scene(machine, motion, records, scene, input, error)
+      type(machine_t), intent(out) :: machine
+      type(motion_t), intent(out) :: motion
+      type(record_t), allocatable, intent(out) :: records(:)
+      class(scene_t), intent(inout) :: scene
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: i, most_events
+
+      call scene%build(machine, input, error)
+      if (allocated(error)) return
+      call read_records(machine, records, scene, input, error)
+      if (allocated(error)) return
+      if (input%count("motion") == 0) then
+         call input%complain(error, "motion", 1, "t_end", "required: the end of the motion in s")
+         return
+      end if
+      call input%get("motion", 1, "t_end", motion%t_end)
+      call input%get("motion", 1, "max_events", most_events)
+      call read_method(motion%method, machine, input, error)
+      if (allocated(error)) return
+      motion%most_events = most_events
+      do i = 1, size(records)
+         if (records(i)%from < motion%t_end) cycle
+         call input%complain(error, "record", i, "from", "less than the end of the motion, &motion t_end")
+         return
+      end do
+      call set_start(machine, scene, input, error)
+   end subroutine from_scene
+
+   !> The machine that an input describes without observables and start: its matrices, contacts and loads.
+   subroutine new_structure(machine, input, error)
+      type(machine_t), intent(out) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      class(scene_t), allocatable :: scene
+      character(:), allocatable :: kind
+
+      call input%get("scene", 1, "kind", kind)
+      call new_scene(scene, kind)
+      call scene%build(machine, input, error)
+   end subroutine new_structure
+
+   !> The method that &motion names, checked against the machine's laws.
+   subroutine read_method(method, machine, input, error)
+      type(method_t), intent(out) :: method
+      type(machine_t), intent(in) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: allowed, key, text
+      integer :: most_steps
+
+      call input%get("motion", 1, "integrator", text)
+      method%integrator = lower(text)
+      call input%get("motion", 1, "treatment", text)
+      method%treatment = lower(text)
+      call input%get("motion", 1, "relative_tolerance", method%relative_tolerance)
+      call input%get("motion", 1, "absolute_tolerance", method%absolute_tolerance)
+      call input%get("motion", 1, "step", method%step)
+      call input%get("motion", 1, "sharpness", method%sharpness)
+      call input%get("motion", 1, "band", method%band)
+      call input%get("motion", 1, "max_steps", most_steps)
+      method%most_steps = most_steps
+      call check_method(method, machine, key, allowed)
+      if (len(key) > 0) call input%complain(error, "motion", 1, key, allowed)
+   end subroutine read_method
+
+   !> The geometry of the machine, for pictures; not allocated where the kind of scene has none.
+   subroutine new_drawing(drawing, input, error)
+      type(drawing_t), allocatable, intent(out) :: drawing
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      type(machine_t) :: machine
+      class(scene_t), allocatable :: scene
+      character(:), allocatable :: kind
+
+      call input%get("scene", 1, "kind", kind)
+      call new_scene(scene, kind)
+      call scene%build(machine, input, error)
+      if (.not. allocated(error)) call draw_scene(scene, drawing, input, error)
+   end subroutine new_drawing
+
+end module razy_scenes_case

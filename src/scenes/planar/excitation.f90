@@ -1,0 +1,163 @@
+!! What drives a planar machine: loads, weight, and counter-rotating eccentrics (source thesis, 4.86-4.88).
+!!
+!! An exciter has two rotors on axes at p - l t and p + l t from the centre of mass, t across the direction n of the
+!! resultant (t is to the right where n is up). With ω = 2πf, phases θ1 = ωt + φ and θ2 = θ1 + φ0 and U = unbalance
+!!
+!!     F1 = U ω² (sin θ1 n + cos θ1 t),   F2 = U ω² (sin θ2 n - cos θ2 t),
+!!
+!! so that for φ0 = 0 the resultant is 2 U ω² sin θ1 n through p. The eccentrics are part of the body; that their axes
+!! move is left out, as in the source.
+module razy_scenes_planar_excitation
+   use razy_core_error, only: error_t
+   use razy_input_input, only: input_t
+   use razy_core_kinds, only: qp, wp
+   use razy_scenes_harmonics, only: add_harmonic, harmonics_t, read_load
+   use razy_scenes_planar_bodies, only: add_motion, bodies_t, find_coordinate, find_point, point_t, unit_direction
+   implicit none(type, external)
+   private
+
+   public :: add_exciters, add_gravity, add_loads, exciter_axes
+
+contains
+
+   subroutine add_loads(load, bodies, input, harmonics, error)
+      !> Constant loads (coordinates), N or N m.
+      real(wp), intent(inout) :: load(:)
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      type(harmonics_t), intent(inout) :: harmonics
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: row(:)
+      real(wp) :: cosine, sine, value
+      real(qp) :: hertz
+      logical :: turns
+      integer :: coordinate, i
+
+      do i = 1, input%count("load")
+         call find_coordinate(bodies, input, "load", i, "on", row, turns, coordinate, error)
+         if (.not. allocated(error)) call read_load(input, i, value, cosine, sine, hertz, error)
+         if (allocated(error)) return
+         load(:) = load + value*row
+         call add_vector(harmonics, hertz, cosine*row, sine*row)
+      end do
+   end subroutine add_loads
+
+   subroutine add_gravity(load, bodies, input, error)
+      real(wp), intent(inout) :: load(:)
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: acceleration, direction(2)
+      integer :: b
+
+      if (input%count("gravity") == 0) return
+      call input%get("gravity", 1, "acceleration", acceleration)
+      call unit_direction(input, "gravity", 1, direction, error)
+      if (allocated(error)) return
+      do b = 1, bodies%count
+         load(3*b - 2:3*b - 1) = load(3*b - 2:3*b - 1) + bodies%mass(b)*acceleration*direction
+      end do
+   end subroutine add_gravity
+
+   subroutine add_exciters(bodies, input, harmonics, error)
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      type(harmonics_t), intent(inout) :: harmonics
+      type(error_t), allocatable, intent(out) :: error
+
+      type(point_t) :: axis(2)
+      real(wp) :: across(2), along(2), angle, force, frequency, phase, phase_error
+      real(wp), allocatable :: x(:), y(:)
+      integer :: i, k
+
+      do i = 1, input%count("exciter")
+         call exciter_axes(bodies, input, i, axis, along, error)
+         if (.not. allocated(error)) call rotor_force(input, i, force, error)
+         if (allocated(error)) return
+         call input%get("exciter", i, "frequency", frequency)
+         call input%get("exciter", i, "phase", phase)
+         call input%get("exciter", i, "phase_error", phase_error)
+         do k = 1, 2
+            across = merge(1, -1, k == 1)*[along(2), -along(1)]
+            angle = (phase + merge(phase_error, 0.0_wp, k == 2))*acos(-1.0_wp)/180
+            allocate (x(3*bodies%count), y(3*bodies%count), source=0.0_wp)
+            call add_motion(x, axis(k), force*along)
+            call add_motion(y, axis(k), force*across)
+            call add_vector(harmonics, real(frequency, qp), sin(angle)*x + cos(angle)*y, cos(angle)*x - sin(angle)*y)
+            deallocate (x, y)
+         end do
+      end do
+   end subroutine add_exciters
+
+   !> The axes of both rotors of exciter i, and the direction of the resultant.
+   subroutine exciter_axes(bodies, input, i, axis, along, error)
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(point_t), intent(out) :: axis(2)
+      real(wp), intent(out) :: along(2)
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: position(:)
+      real(wp) :: arm, across(2)
+      integer :: k
+
+      along = 0.0_wp
+      call find_point(bodies, input, "exciter", i, "on", 1, axis(1), error)
+      if (allocated(error)) return
+      if (axis(1)%body == 0) then
+         call input%complain(error, "exciter", i, "on", "the name of a body or of a point of a body")
+         return
+      end if
+      call unit_direction(input, "exciter", i, along, error)
+      if (allocated(error)) return
+      axis(2) = axis(1)
+      call input%get("exciter", i, "position", position)
+      call input%get("exciter", i, "arm", arm)
+      do k = 1, 2
+         across = merge(-arm, arm, k == 1)*[along(2), -along(1)]
+         axis(k)%arm = axis(k)%arm + position + across
+         axis(k)%place = axis(k)%place + position + across
+      end do
+   end subroutine exciter_axes
+
+   !> Centrifugal force U ω² of each rotor of exciter i, N, from the unbalance, or from the resultant at another frequency.
+   subroutine rotor_force(input, i, force, error)
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      real(wp), intent(out) :: force
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: frequency, at
+
+      force = 0.0_wp
+      call input%get("exciter", i, "frequency", frequency)
+      if (input%given("exciter", i, "unbalance") .eqv. input%given("exciter", i, "force")) then
+         call input%complain(error, "exciter", i, "unbalance", "one of unbalance and force has to be given")
+      else if (input%given("exciter", i, "force") .neqv. input%given("exciter", i, "force_frequency")) then
+         call input%complain(error, "exciter", i, "force_frequency", "goes with force, which it is the frequency of")
+      else if (input%given("exciter", i, "force")) then
+         call input%get("exciter", i, "force", force)
+         call input%get("exciter", i, "force_frequency", at)
+         force = force/2*(frequency/at)**2
+      else
+         call input%get("exciter", i, "unbalance", force)
+         force = force*(2*acos(-1.0_wp)*frequency)**2
+      end if
+   end subroutine rotor_force
+
+   subroutine add_vector(harmonics, hertz, cosine, sine)
+      type(harmonics_t), intent(inout) :: harmonics
+      real(qp), intent(in) :: hertz
+      real(wp), intent(in) :: cosine(:), sine(:)
+
+      integer :: k
+
+      do k = 1, size(cosine)
+         call add_harmonic(harmonics, k, hertz, cosine(k), sine(k))
+      end do
+   end subroutine add_vector
+
+end module razy_scenes_planar_excitation

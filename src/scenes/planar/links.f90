@@ -1,0 +1,142 @@
+!! What stands between two points of a planar scene: which points, in which direction, and the row w with which the
+!! displacement of the first point against the second one, s = wᵀq, follows from the coordinates.
+module razy_scenes_planar_links
+   use razy_core_error, only: error_t
+   use razy_input_input, only: input_t
+   use razy_core_kinds, only: wp
+   use razy_scenes_planar_bodies, only: add_motion, bodies_t, find_point, point_t, unit_direction
+   implicit none(type, external)
+   private
+
+   public :: link_t, new_link, new_sliding_link, pair_count
+
+   !> First and second end, direction of length 1, row (coordinates).
+   type :: link_t
+      type(point_t) :: first, second
+      real(wp) :: direction(2) = 0.0_wp
+      real(wp), allocatable :: w(:)
+   end type link_t
+
+   !> Points are on a line if they miss it by less than this part of their distance from the origin.
+   real(wp), parameter :: in_line = 1.0e-6_wp
+
+contains
+
+   !> Number of pairs that a group joins.
+   subroutine pair_count(input, group, index, pairs, error)
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: index
+      integer, intent(out) :: pairs
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: ends
+
+      ends = input%length(group, index, "between")
+      pairs = ends/2
+      if (2*pairs /= ends) call input%complain(error, group, index, "between", "an even number of names, two for each pair")
+   end subroutine pair_count
+
+   !> Pair number `pair` of a group.
+   subroutine new_link(link, bodies, input, group, index, pair, error)
+      type(link_t), intent(out) :: link
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: index, pair
+      type(error_t), allocatable, intent(out) :: error
+
+      call find_points(link, bodies, input, group, index, pair, error)
+      if (.not. allocated(error)) call find_direction(link, input, group, index, error)
+      if (.not. allocated(error)) call find_row(link, bodies)
+   end subroutine new_link
+
+   !> The two ends of `&friction` number `index`, which rubs on `&stop` number `stop` (0: none). Both ends are taken at the place of
+   !> the first point, because that is where surfaces touch: forces across the line through the points would be a moment.
+   subroutine new_sliding_link(link, bodies, input, index, stop, error)
+      type(link_t), intent(out) :: link
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: index, stop
+      type(error_t), allocatable, intent(out) :: error
+
+      type(link_t) :: pressing
+      real(wp) :: across(2)
+
+      call find_points(link, bodies, input, "friction", index, 1, error)
+      if (allocated(error)) return
+      if (input%given("friction", index, "direction")) then
+         call unit_direction(input, "friction", index, link%direction, error)
+      else if (stop > 0) then
+         call new_link(pressing, bodies, input, "stop", stop, 1, error)
+         if (.not. allocated(error)) link%direction = [pressing%direction(2), -pressing%direction(1)]
+      else
+         call find_direction(link, input, "friction", index, error)
+      end if
+      if (allocated(error)) return
+      if (link%first%located .and. link%second%located) then
+         across = link%first%place - link%second%place
+         across = across - dot_product(across, link%direction)*link%direction
+         link%second%arm = link%second%arm + across
+         link%second%place = link%second%place + across
+      end if
+      call find_row(link, bodies)
+   end subroutine new_sliding_link
+
+   subroutine find_points(link, bodies, input, group, index, pair, error)
+      type(link_t), intent(inout) :: link
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: index, pair
+      type(error_t), allocatable, intent(out) :: error
+
+      call find_point(bodies, input, group, index, "between", 2*pair - 1, link%first, error)
+      if (.not. allocated(error)) call find_point(bodies, input, group, index, "between", 2*pair, link%second, error)
+      if (allocated(error)) return
+      if (link%first%body == link%second%body) then
+         call input%complain(error, group, index, "between", "points of two different bodies, or of a body and the frame")
+      end if
+   end subroutine find_points
+
+   pure subroutine find_row(link, bodies)
+      type(link_t), intent(inout) :: link
+      type(bodies_t), intent(in) :: bodies
+
+      allocate (link%w(3*bodies%count), source=0.0_wp)
+      call add_motion(link%w, link%first, link%direction)
+      call add_motion(link%w, link%second, -link%direction)
+   end subroutine find_row
+
+   !> The direction that is given, or that of the line through both points. Two forces along parallel lines would be a
+   !> moment that nothing balances, so the points have to lie on one line in that direction.
+   subroutine find_direction(link, input, group, index, error)
+      type(link_t), intent(inout) :: link
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: index
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: line(2), miss
+      logical :: both
+
+      both = link%first%located .and. link%second%located
+      line = 0.0_wp
+      if (both) line = link%first%place - link%second%place
+      if (input%given(group, index, "direction")) then
+         call unit_direction(input, group, index, link%direction, error)
+         if (allocated(error) .or. .not. both) return
+         miss = abs(line(1)*link%direction(2) - line(2)*link%direction(1))
+         if (miss > in_line*max(norm2(link%first%place), norm2(link%second%place))) then
+            call input%complain(error, group, index, "direction", "that of the line through the two points; beside it, the two "// &
+                                "forces would turn the machine")
+         end if
+      else if (norm2(line) > 0.0_wp) then
+         link%direction = line/norm2(line)
+      else
+         call input%complain(error, group, index, "direction", "required, such as 0.0, 1.0 for upwards, where the two points "// &
+                             "lie on one another or one is 'frame' without a place")
+      end if
+   end subroutine find_direction
+
+end module razy_scenes_planar_links

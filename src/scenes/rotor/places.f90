@@ -1,0 +1,131 @@
+!! Names of a rotor scene: shafts, nodes and coordinates.
+module razy_scenes_rotor_places
+   use razy_core_error, only: error_t
+   use razy_input_input, only: input_t
+   use razy_core_number, only: to_text
+   use razy_core_text, only: did_you_mean, lower, string_t
+   use razy_rotor_numbering, only: coordinate_names
+   use razy_rotor_rotor, only: rotor_t
+   implicit none(type, external)
+   private
+
+   public :: find_coordinate, find_node, find_place, find_shaft
+
+contains
+
+   !> The shaft that `name`, a value of `key`, means.
+   subroutine find_shaft(rotor, input, group, i, key, name, shaft, error)
+      type(rotor_t), intent(in) :: rotor
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group, key, name
+      integer, intent(in) :: i
+      integer, intent(out) :: shaft
+      type(error_t), allocatable, intent(out) :: error
+
+      do shaft = 1, size(rotor%shaft)
+         if (lower(rotor%shaft(shaft)%name) == lower(name)) return
+      end do
+      call input%complain(error, group, i, key, "no shaft is named "//name//"; "// &
+                          did_you_mean(name, shaft_names(rotor), "shafts"))
+   end subroutine find_shaft
+
+   !> Shaft and node of a part with the keys `shaft` and `node`.
+   subroutine find_node(rotor, input, group, i, shaft, node, error)
+      type(rotor_t), intent(in) :: rotor
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i
+      integer, intent(out) :: shaft, node
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: name
+
+      node = 0
+      call input%get(group, i, "shaft", name)
+      call find_shaft(rotor, input, group, i, "shaft", name, shaft, error)
+      if (allocated(error)) return
+      call input%get(group, i, "node", node)
+      if (node > rotor%shaft(shaft)%nodes()) then
+         call input%complain(error, group, i, "node", "1 to "//to_text(rotor%shaft(shaft)%nodes())//", the nodes of "//name)
+      end if
+   end subroutine find_node
+
+   !> Shaft, node and which of the six coordinates a value such as 'input.8.phi' of `key` means.
+   subroutine find_coordinate(rotor, input, group, i, key, shaft, node, which, error)
+      type(rotor_t), intent(in) :: rotor
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: i
+      integer, intent(out) :: shaft, node, which
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: name
+      integer :: dot
+
+      shaft = 0
+      node = 0
+      call input%get(group, i, key, name)
+      dot = index(name, ".", back=.true.)
+      which = findloc(coordinate_names, lower(name(dot + 1:)), dim=1)
+      if (which == 0 .or. split_place(name(:max(0, dot - 1))) == 0) then
+         call input%complain(error, group, i, key, "shaft, node and one of u, v, w, phi, theta, psi, such as '"// &
+                             trim(rotor%shaft(1)%name)//".1.phi'")
+         return
+      end if
+      call find_place(rotor, input, group, i, key, name(:dot - 1), shaft, node, error)
+   end subroutine find_coordinate
+
+   !> Shaft and node that a text such as 'input.8', a value of `key`, means.
+   subroutine find_place(rotor, input, group, i, key, text, shaft, node, error)
+      type(rotor_t), intent(in) :: rotor
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group, key, text
+      integer, intent(in) :: i
+      integer, intent(out) :: shaft, node
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: dot, status
+
+      shaft = 0
+      node = 0
+      dot = split_place(text)
+      if (dot == 0) then
+         call input%complain(error, group, i, key, "shaft and node, such as '"//trim(rotor%shaft(1)%name)//".1'")
+         return
+      end if
+      read (text(dot + 1:), *, iostat=status) node
+      if (status /= 0) node = 0
+      call find_shaft(rotor, input, group, i, key, text(:dot - 1), shaft, error)
+      if (allocated(error)) return
+      if (node < 1 .or. node > rotor%shaft(shaft)%nodes()) then
+         call input%complain(error, group, i, key, "a node from 1 to "//to_text(rotor%shaft(shaft)%nodes())//", the nodes of "// &
+                             trim(rotor%shaft(shaft)%name))
+      end if
+   end subroutine find_place
+
+   !> Where the dot stands in a text such as 'input.8': a name, and a number of at most 8 digits; 0 in any other text.
+   pure function split_place(text) result(dot)
+      character(*), intent(in) :: text
+      integer :: dot
+
+      integer :: digits
+
+      dot = index(text, ".", back=.true.)
+      digits = len(text) - dot
+      if (dot < 2 .or. digits < 1 .or. digits > 8) dot = 0
+      if (verify(text(dot + 1:), "0123456789") > 0) dot = 0
+   end function split_place
+
+   function shaft_names(rotor) result(names)
+      type(rotor_t), intent(in) :: rotor
+      type(string_t), allocatable :: names(:)
+
+      integer :: i
+
+      allocate (names(size(rotor%shaft)))
+      do i = 1, size(names)
+         names(i)%text = trim(rotor%shaft(i)%name)
+      end do
+   end function shaft_names
+
+end module razy_scenes_rotor_places

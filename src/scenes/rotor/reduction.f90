@@ -1,0 +1,168 @@
+!! The reduction that a rotor scene asks for, and the other ones that it can be compared with.
+module razy_scenes_rotor_reduction
+   use razy_core_error, only: error_t
+   use razy_input_input, only: input_t
+   use razy_core_kinds, only: pi, wp
+   use razy_core_number, only: to_text
+   use razy_core_text, only: lower
+   use razy_rotor_reduction_craig_bampton, only: craig_bampton
+   use razy_rotor_model, only: rotor_model_t
+   use razy_rotor_reduction_reduced, only: new_reduced, reduced_t
+   use razy_rotor_reduction_second_level, only: second_level
+   use razy_rotor_reduction_synthesis, only: add_static_correction, modal_synthesis
+   use razy_scenes_rotor_schema, only: method_craig_bampton, method_none, sortings
+   implicit none(type, external)
+   private
+
+   public :: chosen, is_reduced, reduce, reduce_by, reduction_t
+
+   !> Dense matrices of more coordinates than this are refused.
+   integer, parameter :: most_dense = 3000
+
+   !> A kind of reduction.
+   type :: reduction_t
+      character(15) :: method = "modal_synthesis"
+      character(4) :: level = "none"
+      character(9) :: sorting = "absolute"
+      logical :: correction = .false.
+      !> Modes of each shaft; those of the input if not allocated.
+      integer, allocatable :: modes(:)
+   end type reduction_t
+
+contains
+
+   !> Whether the input has a reduction.
+   function is_reduced(input)
+      type(input_t), intent(in) :: input
+      logical :: is_reduced
+
+      character(:), allocatable :: method
+
+      is_reduced = .false.
+      if (input%count("reduction") == 0) return
+      call input%get("reduction", 1, "method", method)
+      is_reduced = lower(method) /= method_none
+   end function is_reduced
+
+   !> The model in the coordinates of `&reduction`; without it in its own.
+   subroutine reduce(reduced, model, input, error)
+      type(reduced_t), intent(out) :: reduced
+      type(rotor_model_t), intent(in) :: model
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: identity(:, :)
+      integer :: i, n
+
+      n = model%numbering%n
+      if (.not. is_reduced(input)) then
+         if (n > most_dense) then
+            call input%complain(error, "reduction", 1, "method", "'modal_synthesis' or 'craig_bampton': the model has "// &
+                                to_text(n)//" coordinates, and more than "//to_text(most_dense)//" are not taken unreduced")
+            return
+         end if
+         allocate (identity(n, n), source=0.0_wp)
+         do i = 1, n
+            identity(i, i) = 1.0_wp
+         end do
+         reduced = new_reduced(model, identity)
+         return
+      end if
+      call reduce_by(reduced, model, input, chosen(input), error)
+   end subroutine reduce
+
+   !> The kind of reduction in the input.
+   function chosen(input) result(kind)
+      type(input_t), intent(in) :: input
+      type(reduction_t) :: kind
+
+      character(:), allocatable :: text
+
+      call input%get("reduction", 1, "method", text)
+      kind%method = lower(text)
+      call input%get("reduction", 1, "level", text)
+      kind%level = lower(text)
+      call input%get("reduction", 1, "sorting", text)
+      kind%sorting = lower(text)
+      call input%get("reduction", 1, "static_correction", kind%correction)
+   end function chosen
+
+   !> The model reduced in this way, with the numbers of modes of the input. The static correction comes last, so that the
+   !> second level does not drop it.
+   subroutine reduce_by(reduced, model, input, kind, error)
+      type(reduced_t), intent(out) :: reduced
+      type(rotor_model_t), intent(in) :: model
+      type(input_t), intent(in) :: input
+      type(reduction_t), intent(in) :: kind
+      type(error_t), allocatable, intent(out) :: error
+
+      call first_level(reduced, model, input, kind, error)
+      if (.not. allocated(error)) call take_second_level(reduced, input, kind, error)
+      if (.not. allocated(error) .and. kind%correction) call add_static_correction(reduced, model, error)
+   end subroutine reduce_by
+
+   !> Modes of each shaft.
+   subroutine first_level(reduced, model, input, kind, error)
+      type(reduced_t), intent(out) :: reduced
+      type(rotor_model_t), intent(in) :: model
+      type(input_t), intent(in) :: input
+      type(reduction_t), intent(in) :: kind
+      type(error_t), allocatable, intent(out) :: error
+
+      type(error_t), allocatable :: problem
+      integer, allocatable :: modes(:)
+      real(wp) :: limit
+      logical :: standard
+      integer :: s, shafts
+
+      shafts = size(model%rotor%shaft)
+      standard = kind%method == method_craig_bampton
+      limit = 0.0_wp
+      call input%get("reduction", 1, "frequency_limit", limit)
+      if (allocated(kind%modes)) then
+         modes = kind%modes
+      else if (input%given("reduction", 1, "modes")) then
+         call input%get("reduction", 1, "modes", modes)
+         if (size(modes) == 1) modes = spread(modes(1), 1, shafts)
+         if (size(modes) /= shafts .or. (standard .and. any(modes /= modes(1)))) then
+            call input%complain(error, "reduction", 1, "modes", "one number for all shafts, or with 'modal_synthesis' one "// &
+                                "for each of "//to_text(shafts))
+         end if
+      else if (limit > 0.0_wp .and. .not. standard) then
+         modes = [(model%numbering%first(s + 1) - model%numbering%first(s), s=1, shafts)]
+      else
+         call input%complain(error, "reduction", 1, "modes", "required: the number of modes of each shaft"// &
+                             merge("                    ", ", or frequency_limit", standard))
+      end if
+      if (allocated(error)) return
+      if (standard) then
+         call craig_bampton(reduced, model, modes(1), problem)
+      else
+         call modal_synthesis(reduced, model, modes, 2*pi*limit, problem)
+      end if
+      if (allocated(problem)) call input%complain(error, "reduction", 1, "modes", problem%message)
+   end subroutine first_level
+
+   !> Modes of the reduced model, if asked for.
+   subroutine take_second_level(reduced, input, kind, error)
+      type(reduced_t), intent(inout) :: reduced
+      type(input_t), intent(in) :: input
+      type(reduction_t), intent(in) :: kind
+      type(error_t), allocatable, intent(out) :: error
+
+      type(error_t), allocatable :: problem
+      type(reduced_t) :: old
+      integer :: kept
+
+      if (kind%level == "none") return
+      if (.not. input%given("reduction", 1, "kept")) then
+         call input%complain(error, "reduction", 1, "kept", "required: the number of modes kept on the second level")
+         return
+      end if
+      call input%get("reduction", 1, "kept", kept)
+      old = reduced
+      call second_level(reduced, old, kept, kind%level == "b", findloc(sortings, kind%sorting, dim=1), problem)
+      if (allocated(problem)) call input%complain(error, "reduction", 1, "kept", problem%message)
+   end subroutine take_second_level
+
+end module razy_scenes_rotor_reduction
