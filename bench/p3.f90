@@ -7,16 +7,16 @@ program p3
    use, intrinsic :: iso_fortran_env, only: output_unit
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
+   use razy_core_table, only: table_t
    use razy_core_text, only: string_t
    use razy_core_text_file, only: read_text_file
    use razy_input_input, only: input_t
    use razy_scenes_case, only: read_study
-   use razy_sweep_task, only: point_result_t
-   use sweep_case, only: new_sweep, sweep_task_t
+   use razy_study_sweep_task, only: new_sweep, sweep_task_t
    implicit none(type, external)
 
    type(sweep_task_t) :: task
-   type(point_result_t) :: result
+   type(table_t) :: row
    type(input_t) :: input
    type(error_t), allocatable :: error
    character(:), allocatable :: text, file, output
@@ -36,9 +36,9 @@ program p3
    do sweep = 0, repeats
       call cpu_time(start)
       do point = 1, task%grid%n_points()
-         call result%clear()
-         call task%run(point, result)
-         if (result%integers(1) /= 0) error stop "a point of the sweep has failed"
+         call row%rewind()
+         call task%run(point, row)
+         if (number_of("/point/status") /= 0) error stop "a point of the sweep has failed"
          if (sweep == 0) call write_point()
       end do
       call cpu_time(finish)
@@ -47,15 +47,21 @@ program p3
 
 contains
 
-   !> Status, events and steps are the first integers of a result; values and times the reals.
+   !> A whole number of the point.
+   integer(i8) function number_of(name)
+      character(*), intent(in) :: name
+
+      number_of = row%column(row%place_of(name))%integers(1)
+   end function number_of
+
    subroutine write_point()
       real(wp) :: speed
       integer :: i
 
       speed = task%grid%axes(1)%value(point)
-      write (output_unit, "(a, f0.6, 2(1x, i0))") "point ", speed, result%integers(2:3)
+      write (output_unit, "(a, f0.6, 2(1x, i0))") "point ", speed, number_of("/point/events"), number_of("/point/steps")
       if (output == "-") return
-      associate (extrema => task%extrema(1))
+      associate (extrema => task%watch%extrema(1))
          do i = 1, extrema%count
             write (unit, "(a, f0.6, 2(1x, es24.16), 1x, i0)") "x ", speed, extrema%time(i), extrema%value(i), extrema%kind(i)
          end do

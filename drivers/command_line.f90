@@ -9,7 +9,7 @@ module command_line
    implicit none(type, external)
    private
 
-   public :: command_t, decimal, finish, is_terminal, print_help, print_version, read_command, say
+   public :: command_t, finish, is_terminal, print_help, print_version, read_command, say
    public :: exit_failure, exit_interrupted, exit_ok, exit_usage
 
    integer, parameter :: exit_ok = 0, exit_failure = 1, exit_usage = 2, exit_interrupted = 3
@@ -250,20 +250,6 @@ contains
 
       write (error_unit, "(a)") line
    end subroutine say
-
-   !> A number with a digit before the point and so many behind it.
-   pure function decimal(value, places) result(text)
-      real(wp), intent(in) :: value
-      integer, intent(in) :: places
-      character(:), allocatable :: text
-
-      character(40) :: wide
-      character(12) :: form
-
-      write (form, "(a, i0, a)") "(f40.", places, ")"
-      write (wide, form) value
-      text = trim(adjustl(wide))
-   end function decimal
 
    !> Whether messages go to a terminal.
    function is_terminal() result(yes)

@@ -5,7 +5,7 @@ module program_frame
    use razy_core_error, only: error_t
    use razy_input_input, only: input_t
    use razy_core_text_file, only: read_text_file
-   use razy_io_output, only: output_is_free
+   use razy_io_posix, only: output_is_free
    use razy_scenes_case, only: read_study
    implicit none(type, external)
    private

@@ -1,8 +1,9 @@
 !! How far a sweep is: a line that renews itself at a terminal, a line now and then elsewhere.
 module progress
    use, intrinsic :: iso_fortran_env, only: error_unit
-   use command_line, only: decimal, is_terminal
+   use command_line, only: is_terminal
    use razy_core_kinds, only: i8, wp
+   use razy_core_number, only: decimal
    implicit none(type, external)
    private
 

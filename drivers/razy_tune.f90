@@ -3,20 +3,18 @@ program razy_tune
    use command_line, only: command_t, exit_failure, exit_usage, say
    use program_frame, only: begin_program, end_checks, fail
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t
+   use razy_core_table, only: table_t
    use razy_core_text, only: string_t
-   use razy_io_header, only: result_header_t
-   use razy_io_tune_file, only: tune_content_t, write_tune_file
-   use tune_case, only: new_tune, solve_tune, tune_content, tune_t
-   use tune_words, only: words_of
+   use razy_input_input, only: input_t
+   use razy_io_result_file, only: new_header, write_result
+   use razy_study_tune, only: new_tune, solve_tune, tune_t
    implicit none(type, external)
 
    type(command_t) :: command
    type(error_t), allocatable :: error
    type(input_t) :: input
    type(tune_t) :: task
-   type(tune_content_t) :: content
-   type(result_header_t) :: header
+   type(table_t) :: table
    type(string_t), allocatable :: lines(:)
    integer :: i
 
@@ -25,14 +23,11 @@ program razy_tune
    call end_checks(command, input, error)
    call solve_tune(task, error)
    if (allocated(error)) call fail(error%message, exit_usage)
-   call tune_content(task, content, error)
+   call task%columns(table)
+   call write_result(command%output, new_header("razy-tune", task%machine%title, "", "", input%effective()), table, &
+                     command%force, error)
    if (allocated(error)) call fail(error%message, exit_failure)
-   header%program = "razy-tune"
-   header%title = task%machine%title
-   header%input = input%effective()
-   call write_tune_file(command%output, header, content, command%force, error)
-   if (allocated(error)) call fail(error%message, exit_failure)
-   lines = words_of(task)
+   lines = task%words()
    do i = 1, size(lines)
       call say(lines(i)%text)
    end do

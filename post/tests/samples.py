@@ -63,6 +63,14 @@ def write_sweep(
             dataset(group, "kind", np.concatenate(kinds).astype(np.int8))
             dimension_only(group, "boundary", parameter.size + 1)
             dimension_only(group, "extremum", sum(counts))
+            for column, scale in (
+                ("offset", "boundary"),
+                *((column, "extremum") for column in ("value", "time", "kind")),
+            ):
+                group[column].dims[0].attach_scale(group[scale])
+        for column in (name, "status", "events"):
+            file[f"point/{column}"].dims[0].attach_scale(file["point/point"])
+        file[f"axis/{name}"].make_scale(name)
     return path
 
 

@@ -1,6 +1,7 @@
 !! The geometry of a machine in its reference position, as a scene knows it and as a result file holds it for pictures.
 module razy_core_drawing
    use razy_core_kinds, only: wp
+   use razy_core_table, only: table_t
    implicit none(type, external)
    private
 
@@ -29,6 +30,7 @@ module razy_core_drawing
       real(wp), allocatable :: first(:, :), second(:, :), direction(:, :)
    contains
       procedure :: add
+      procedure :: columns
    end type drawing_t
 
 contains
@@ -64,5 +66,32 @@ contains
          self%direction = reshape([self%direction, direction], [2, n + 1])
       end if
    end subroutine add
+
+   !> Hand over the group `/scene`.
+   pure subroutine columns(self, table)
+      class(drawing_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
+
+      character(*), parameter :: axis = "/scene/axis", body = "/scene/body", point = "/scene/point", element = "/scene/element"
+      character(*), parameter :: bodies(2) = [character(14) :: axis, body], points(2) = [character(14) :: axis, point], &
+                                                                                      elements(2) = [character(14) :: axis, element]
+
+      call table%add(axis, ["x", "y"], "1", "axis of the plane", axis)
+      call table%add(body, self%body, "1", "body", body)
+      call table%add("/scene/centre", self%centre, "m", "centre of mass", bodies)
+      call table%add("/scene/size", self%extent, "m", "width and height", bodies)
+      call table%add(point, self%point, "1", "point", point)
+      call table%add("/scene/point_body", self%point_body, "1", "body, from 1; 0 = frame", point)
+      call table%add("/scene/position", self%position, "m", "position", points)
+      if (.not. allocated(self%kind)) return
+      call table%add(element, self%element, "1", "element", element)
+      call table%add("/scene/kind", self%kind, "1", "kind of element", element)
+      call table%note("meanings", element_kinds)
+      call table%add("/scene/first_body", self%first_body, "1", "body at the first end", element)
+      call table%add("/scene/second_body", self%second_body, "1", "body at the second end", element)
+      call table%add("/scene/first", self%first, "m", "first end", elements)
+      call table%add("/scene/second", self%second, "m", "second end", elements)
+      call table%add("/scene/direction", self%direction, "1", "direction, length 1", elements)
+   end subroutine columns
 
 end module razy_core_drawing

@@ -9,7 +9,7 @@ module razy_core_number
    implicit none(type, external)
    private
 
-   public :: to_text, parse_real, parse_integer, parse_logical
+   public :: decimal, to_text, parse_real, parse_integer, parse_logical
    public :: number_ok, number_malformed, number_not_finite
 
    !> Outcomes of `parse_real` and `parse_integer`; an integer is "not finite" when the default kind cannot hold it.
@@ -27,6 +27,20 @@ module razy_core_number
    end interface to_text
 
 contains
+
+   !> A number with a digit before the point and so many behind it.
+   pure function decimal(value, places) result(text)
+      real(wp), intent(in) :: value
+      integer, intent(in) :: places
+      character(:), allocatable :: text
+
+      character(40) :: wide
+      character(12) :: form
+
+      write (form, "(a, i0, a)") "(f40.", places, ")"
+      write (wide, form) value
+      text = trim(adjustl(wide))
+   end function decimal
 
    pure function integer_text(value) result(text)
       integer, intent(in) :: value

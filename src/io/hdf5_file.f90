@@ -1,6 +1,6 @@
 !! An HDF5 file under construction: it has a temporary name until it is complete.
 !!
-!! `create`, then write_dataset, write_attribute and add_dimension of the modules beside this one, then `commit`; after any error
+!! `create`, then what razy_io_hdf5_column offers, then `commit`; after any error
 !! `discard`. A file object that is neither committed nor discarded leaves its partial file behind.
 module razy_io_hdf5_file
    use hdf5, only: h5f_acc_trunc_f, h5f_close_strong_f, h5f_libver_latest_f, h5f_libver_v18_f, h5f_scope_global_f, h5fclose_f, &
@@ -10,8 +10,7 @@ module razy_io_hdf5_file
                    h5pset_link_creation_order_f, hid_t
    use razy_core_error, only: error_t, raise
    use razy_io_hdf5_library, only: check_hdf5, start_hdf5
-   use razy_io_output, only: check_directory
-   use razy_io_posix, only: claim, delete_file, parent_directory, path_exists, publish, synchronise
+   use razy_io_posix, only: check_directory, claim, delete_file, parent_directory, path_exists, publish, synchronise
    implicit none(type, external)
    private
 

@@ -7,8 +7,7 @@ module razy_io_locked_file
                                                                              c_size_t
    use, intrinsic :: iso_fortran_env, only: int64, int8
    use razy_core_error, only: error_t, raise
-   use razy_io_posix, only: delete_file, synchronise
-   use razy_io_posix_calls, only: c_fclose, c_fileno, c_fopen
+   use razy_io_posix, only: c_fclose, c_fileno, c_fopen, delete_file, synchronise
    implicit none(type, external)
    private
 

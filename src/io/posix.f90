@@ -1,18 +1,40 @@
-!! The few file operations of POSIX that Fortran lacks: what a path is, and publishing a finished file atomically.
+!! The few file operations of POSIX that Fortran lacks: what a path is, whether a result can be written there (asked before
+!! anything is computed), and publishing a finished file atomically.
 module razy_io_posix
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr
    use razy_core_error, only: error_t, raise
-   use razy_io_posix_calls, only: c_fclose, c_fileno, c_fopen
    implicit none(type, external)
    private
 
-   public :: path_exists, is_directory, is_writable, parent_directory, delete_file, claim, synchronise, publish
+   public :: c_fclose, c_fileno, c_fopen
+   public :: check_directory, claim, delete_file, output_is_free, parent_directory, path_exists, publish, synchronise
 
    integer(c_int), parameter :: mode_exists = 0_c_int
    integer(c_int), parameter :: mode_write_and_search = 3_c_int
 
    ! allow(assumed-size)
    interface
+      function c_fopen(path, mode) result(stream) bind(C, name="fopen")
+         import :: c_char, c_ptr
+         implicit none(type, external)
+         character(kind=c_char), intent(in) :: path(*), mode(*)
+         type(c_ptr) :: stream
+      end function c_fopen
+
+      function c_fclose(stream) result(status) bind(C, name="fclose")
+         import :: c_int, c_ptr
+         implicit none(type, external)
+         type(c_ptr), value, intent(in) :: stream
+         integer(c_int) :: status
+      end function c_fclose
+
+      function c_fileno(stream) result(descriptor) bind(C, name="fileno")
+         import :: c_int, c_ptr
+         implicit none(type, external)
+         type(c_ptr), value, intent(in) :: stream
+         integer(c_int) :: descriptor
+      end function c_fileno
+
       function c_access(path, mode) result(status) bind(C, name="access")
          import :: c_char, c_int
          implicit none(type, external)
@@ -51,6 +73,39 @@ module razy_io_posix
    end interface
 
 contains
+
+   !> Refuse a path that cannot become a result file: empty, in no writable directory, or taken and not to be overwritten.
+   subroutine output_is_free(path, overwrite, error)
+      character(*), intent(in) :: path
+      logical, intent(in) :: overwrite
+      type(error_t), allocatable, intent(out) :: error
+
+      call check_directory(path, error)
+      if (allocated(error)) return
+      if (path_exists(trim(path)) .and. .not. overwrite) call raise(error, trim(path)//": exists already; --force overwrites it")
+   end subroutine output_is_free
+
+   !> Refuse a path that is no file name in a directory that can be written to.
+   subroutine check_directory(path, error)
+      character(*), intent(in) :: path
+      type(error_t), allocatable, intent(out) :: error
+      character(:), allocatable :: directory
+
+      if (len_trim(path) == 0) then
+         call raise(error, "the name of the output file is empty")
+         return
+      end if
+      directory = parent_directory(trim(path))
+      if (.not. path_exists(directory)) then
+         call raise(error, trim(path)//": the directory "//directory//" does not exist")
+      else if (.not. is_directory(directory)) then
+         call raise(error, trim(path)//": "//directory//" is not a directory")
+      else if (is_directory(trim(path))) then
+         call raise(error, trim(path)//": is a directory, not a file")
+      else if (.not. is_writable(directory)) then
+         call raise(error, trim(path)//": the directory "//directory//" is not writable")
+      end if
+   end subroutine check_directory
 
    !> Whether the path names anything at all: a file, a directory, a device.
    function path_exists(path) result(exists)

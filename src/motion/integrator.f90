@@ -6,6 +6,7 @@
 module razy_motion_integrator
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
+   use razy_core_table, only: table_t
    use razy_machine_machine, only: machine_t
    implicit none(type, external)
    private
@@ -36,6 +37,8 @@ module razy_motion_integrator
       real(wp) :: doubt_time = 0.0_wp
       !> Contact states known at the end (exact).
       integer :: states = 0
+   contains
+      procedure :: columns
    end type outcome_t
 
    !> An observable at a moment, for those who look for its extrema.
@@ -211,6 +214,33 @@ contains
          known = .false.
       end associate
    end subroutine contact_sums
+
+   !> Hand over status and counters as single values of `group`, such as `/outcome/`; `brief`: only those that a sweep stores of
+   !> each point.
+   subroutine columns(self, table, group, brief)
+      class(outcome_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
+      character(*), intent(in) :: group
+      logical, intent(in) :: brief
+
+      integer :: i
+
+      call table%add(group//"status", self%status, "1", "how the motion ended")
+      if (brief) call table%note_meanings([(i, i=0, ubound(status_meanings, 1))], status_meanings)
+      if (.not. brief) call table%note("meanings", status_meanings)
+      call table%add(group//"events", self%events, "1", "changes of branch of contacts")
+      call table%add(group//"steps", self%steps, "1", "steps of the integrator")
+      call table%add(group//"doubts", self%doubts, "1", "events in doubt")
+      if (brief) return
+      call table%add(group//"doubt_time", self%doubt_time, "s", "start of the step with the first event in doubt")
+      call table%add(group//"time", self%time, "s", "time reached")
+      call table%add(group//"rejected", self%rejected, "1", "steps rejected")
+      call table%add(group//"rhs_evaluations", self%evaluations, "1", "right-hand sides")
+      call table%add(group//"jacobians", self%jacobians, "1", "Jacobian matrices")
+      call table%add(group//"factorisations", self%factorisations, "1", "factorisations of matrices")
+      call table%add(group//"impacts", self%impacts, "1", "jumps of the velocity")
+      call table%add(group//"accumulations", self%accumulations, "1", "accumulations of impacts carried to their end")
+   end subroutine columns
 
    !> Show a piece to all observers.
    subroutine show_piece(observers, piece)

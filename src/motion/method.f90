@@ -69,7 +69,7 @@ contains
          end if
          method%treatment = "event"
       case ("moreau_jean")
-         if (method%treatment /= "automatic") then
+         if (method%treatment /= "automatic" .and. method%treatment /= "time stepping") then
             key = "treatment"
             allowed = "'moreau_jean' has none; leave it out"
          else if (.not. method%step > 0.0_wp) then

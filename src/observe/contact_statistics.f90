@@ -7,10 +7,12 @@
 !! jump of s' at a rigid contact; a time-stepping method spreads a jump over a step, where its impulse is a force.
 module razy_observe_contact_statistics
    use razy_core_kinds, only: wp
+   use razy_core_table, only: table_t
    use razy_observe_contact_tally, only: contact_tally_t, is_closed
    use razy_observe_gauss, only: abscissa, peak_of, points, weight
    use razy_observe_rigid_impacts, only: rigid_impacts_t
    use razy_motion_integrator, only: observer_t, piece_t
+   use razy_machine_excitation, only: period_of_loads
    use razy_machine_machine, only: machine_t
    implicit none(type, external)
    private
@@ -20,12 +22,17 @@ module razy_observe_contact_statistics
    type, extends(observer_t) :: contact_statistics_t
       !> Start of recording, and what has been recorded, s.
       real(wp) :: from = 0.0_wp, time = 0.0_wp
+      !> Period of the excitation, s.
+      real(wp), private :: period = 0.0_wp
       type(contact_tally_t), allocatable :: tally(:)
       type(rigid_impacts_t), private :: rigid
-      logical, private :: begun = .false.
+      !> Recording has begun; a machine was taken and not forgotten.
+      logical, private :: begun = .false., attached = .false.
    contains
       procedure :: attach
       procedure :: piece
+      procedure :: forget
+      procedure :: columns
       procedure, private :: begin_piece
       procedure, private :: impacts
       procedure, private :: integrate
@@ -54,9 +61,30 @@ contains
          self%tally(i)%contact = machine%contact(numbers(i))
       end do
       call self%rigid%attach(machine)
+      self%period = period_of_loads(machine)
       self%time = 0.0_wp
       self%begun = .false.
+      self%attached = .true.
    end subroutine attach
+
+   !> Nothing is seen of the contacts, until `attach`.
+   subroutine forget(self)
+      class(contact_statistics_t), intent(inout) :: self
+
+      self%attached = .false.
+   end subroutine forget
+
+   !> Hand over the statistics; NaN where there was no machine.
+   subroutine columns(self, table)
+      class(contact_statistics_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
+
+      integer :: i
+
+      do i = 1, size(self%tally)
+         call self%tally(i)%columns(table, self%time, self%period, self%attached)
+      end do
+   end subroutine columns
 
    !> Add a piece, as far as it lies in the time of recording.
    subroutine piece(self, part)

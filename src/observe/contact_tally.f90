@@ -13,28 +13,13 @@ module razy_observe_contact_tally
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_contact_contact_law, only: branch_lower, branch_lower_parting, branch_open, branch_upper, branch_upper_parting
    use razy_core_kinds, only: wp
+   use razy_core_table, only: table_t
    use razy_observe_gauss, only: abscissa, points, weight
    use razy_machine_machine, only: contact_t
    implicit none(type, external)
    private
 
-   public :: contact_tally_t, is_closed, quantities, quantity_meaning, quantity_name, quantity_unit
-
-   !> What a contact's statistics consist of.
-   integer, parameter :: quantities = 10
-   character(*), parameter :: quantity_name(quantities) = [character(31) :: &
-                                                           "largest_force", "impulse", "impacts", "impact_speed", &
-                                                           "mean_impact_speed", "closed_share", "dissipated_energy", &
-                                                           "impulse_per_period", "impacts_per_period", &
-                                                           "dissipated_energy_per_period"]
-   character(*), parameter :: quantity_meaning(quantities) = [character(56) :: &
-                                                              "largest magnitude of the force", "integral of the force", &
-                                                              "times that the contact closed", "largest speed of closing", &
-                                                              "mean speed of closing", "share of time closed", &
-                                                              "energy dissipated in the contact", &
-                                                              "integral of the force per period of excitation", &
-                                                              "times that the contact closed per period of excitation", &
-                                                              "energy dissipated per period of excitation"]
+   public :: contact_tally_t, is_closed
 
    !> The sums of one contact, number `number` of the machine.
    type :: contact_tally_t
@@ -48,7 +33,7 @@ module razy_observe_contact_tally
    contains
       procedure :: impact
       procedure :: elastic
-      procedure :: values
+      procedure :: columns
    end type contact_tally_t
 
 contains
@@ -93,41 +78,48 @@ contains
       end associate
    end function elastic
 
-   !> The statistics (quantities) of a recorded time, s; those per period are NaN without one (0).
-   pure function values(self, time, period)
+   !> Hand over the statistics of a recorded time, s, with a period of excitation, s, as single values of `/contact/<name>`; those
+   !> per period are NaN where there is none (0), and all are where nothing was seen.
+   subroutine columns(self, table, time, period, seen)
       class(contact_tally_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
       real(wp), intent(in) :: time, period
-      real(wp) :: values(quantities)
+      logical, intent(in) :: seen
 
-      real(wp) :: dissipated, share
+      real(wp) :: closed, dissipated, mean_speed, nan, share
 
+      nan = ieee_value(nan, ieee_quiet_nan)
       dissipated = self%work - (self%stored - self%stored_first) + self%lost
-      share = ieee_value(share, ieee_quiet_nan)
+      mean_speed = 0.0_wp
+      if (self%impacts > 0) mean_speed = self%speeds/self%impacts
+      closed = 0.0_wp
+      if (time > 0.0_wp) closed = self%time_closed/time
+      share = nan
       if (period > 0.0_wp .and. time > 0.0_wp) share = period/time
-      values = [self%largest, self%impulse, real(self%impacts, wp), self%speed, 0.0_wp, 0.0_wp, dissipated, &
-                share*self%impulse, share*self%impacts, share*dissipated]
-      if (self%impacts > 0) values(5) = self%speeds/self%impacts
-      if (time > 0.0_wp) values(6) = self%time_closed/time
-   end function values
+      associate (contact => self%contact)
+         call put("largest_force", self%largest, contact%force_unit, "largest magnitude of the force")
+         call put("impulse", self%impulse, contact%force_unit//" s", "integral of the force")
+         call put("impacts", real(self%impacts, wp), "1", "times that the contact closed")
+         call put("impact_speed", self%speed, contact%unit//"/s", "largest speed of closing")
+         call put("mean_impact_speed", mean_speed, contact%unit//"/s", "mean speed of closing")
+         call put("closed_share", closed, "1", "share of time closed")
+         call put("dissipated_energy", dissipated, "J", "energy dissipated in the contact")
+         call put("impulse_per_period", share*self%impulse, contact%force_unit//" s", &
+                  "integral of the force per period of excitation")
+         call put("impacts_per_period", share*self%impacts, "1", "times that the contact closed per period of excitation")
+         call put("dissipated_energy_per_period", share*dissipated, "J", "energy dissipated per period of excitation")
+      end associate
 
-   !> Unit of quantity k of a contact.
-   pure function quantity_unit(contact, k) result(unit)
-      type(contact_t), intent(in) :: contact
-      integer, intent(in) :: k
-      character(:), allocatable :: unit
+   contains
 
-      select case (trim(quantity_name(k)))
-      case ("largest_force")
-         unit = contact%force_unit
-      case ("impulse", "impulse_per_period")
-         unit = contact%force_unit//" s"
-      case ("impact_speed", "mean_impact_speed")
-         unit = contact%unit//"/s"
-      case ("dissipated_energy", "dissipated_energy_per_period")
-         unit = "J"
-      case default
-         unit = "1"
-      end select
-   end function quantity_unit
+      subroutine put(name, value, unit, meaning)
+         character(*), intent(in) :: name, unit, meaning
+         real(wp), intent(in) :: value
+
+         call table%add("/contact/"//self%contact%name//"/"//name, merge(value, nan, seen), unit, &
+                        self%contact%name//": "//meaning)
+      end subroutine put
+
+   end subroutine columns
 
 end module razy_observe_contact_tally

@@ -5,7 +5,10 @@
 !! itself is the extremum. A jump counts as a motion in no time; a plateau is an extremum at its beginning if the motion
 !! goes on in the opposite direction.
 module razy_observe_extrema
-   use razy_core_kinds, only: wp
+   use, intrinsic :: iso_fortran_env, only: int8
+   use razy_core_kinds, only: i8, wp
+   use razy_core_resize, only: resize
+   use razy_core_table, only: table_t
    use razy_motion_integrator, only: glimpse_t, observer_t, piece_t
    implicit none(type, external)
    private
@@ -17,6 +20,8 @@ module razy_observe_extrema
       integer :: form = 1
       !> Start of recording, s.
       real(wp) :: from = 0.0_wp
+      !> What the observable is called in results.
+      character(:), allocatable :: name, unit, long_name
       !> Extrema found (count): value, time in s, +1 for a maximum and -1 for a minimum.
       integer :: count = 0
       real(wp), allocatable :: value(:), time(:)
@@ -30,6 +35,7 @@ module razy_observe_extrema
    contains
       procedure :: reset
       procedure :: piece
+      procedure :: columns
       procedure, private :: record
       procedure, private :: turn
    end type extrema_t
@@ -120,28 +126,32 @@ contains
       real(wp), intent(in) :: time, value
       integer, intent(in) :: kind
 
-      if (self%count == size(self%value)) call resize(self, 2*self%count)
+      if (self%count == size(self%value)) then
+         call resize(self%value, 2_i8*self%count)
+         call resize(self%time, 2_i8*self%count)
+         call resize(self%kind, 2_i8*self%count)
+      end if
       self%count = self%count + 1
       self%value(self%count) = value
       self%time(self%count) = time
       self%kind(self%count) = kind
    end subroutine record
 
-   !> Room for so many extrema.
-   subroutine resize(self, room)
-      class(extrema_t), intent(inout) :: self
-      integer, intent(in) :: room
+   !> Hand over the extrema, as lists of `/extrema/<name>`.
+   subroutine columns(self, table)
+      class(extrema_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
 
-      real(wp), allocatable :: time(:), value(:)
-      integer, allocatable :: kind(:)
+      character(:), allocatable :: along, group
 
-      allocate (value(room), time(room), kind(room))
-      value(:self%count) = self%value(:self%count)
-      time(:self%count) = self%time(:self%count)
-      kind(:self%count) = self%kind(:self%count)
-      call move_alloc(value, self%value)
-      call move_alloc(time, self%time)
-      call move_alloc(kind, self%kind)
-   end subroutine resize
+      group = "/extrema/"//self%name//"/"
+      along = group//"extremum"
+      associate (n => self%count)
+         call table%add(group//"value", self%value(:n), self%unit, "extrema of "//self%long_name, along)
+         call table%add(group//"time", self%time(:n), "s", "time of the extremum", along)
+         call table%add(group//"kind", int(self%kind(:n), int8), "1", "kind of extremum", along)
+      end associate
+      call table%note_meanings([1, -1], ["maximum", "minimum"])
+   end subroutine columns
 
 end module razy_observe_extrema

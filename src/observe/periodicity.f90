@@ -8,6 +8,7 @@
 module razy_observe_periodicity
    use, intrinsic :: iso_fortran_env, only: int64
    use razy_core_kinds, only: pi, wp
+   use razy_core_table, only: table_t
    use razy_observe_contact_tally, only: is_closed
    use razy_motion_integrator, only: observer_t, piece_t
    use razy_machine_excitation, only: period_of_loads
@@ -29,6 +30,8 @@ module razy_observe_periodicity
       real(wp) :: tolerance = 1.0e-6_wp, from = 0.0_wp
       !> A bit for each contact that was closed, the first is bit 0.
       integer(int64) :: touched = 0_int64
+      !> Names of the contacts, for the bits.
+      character(64), allocatable, private :: name(:)
       real(wp), private :: t_end = 0.0_wp, period = 0.0_wp
       integer, private :: contacts = 0, sections = 0, next = -1
       !> Linear observables that are the state where there are no contacts; first contact of the same unit as each.
@@ -39,6 +42,8 @@ module razy_observe_periodicity
       procedure :: attach
       procedure :: piece
       procedure :: found
+      procedure :: forget
+      procedure :: columns
       procedure, private :: touch
       procedure, private :: look
    end type periodicity_t
@@ -63,8 +68,11 @@ contains
       if (self%sections > 0) self%next = 4*self%sections
       self%form = [integer ::]
       self%group = [integer ::]
+      if (allocated(self%name)) deallocate (self%name)
+      allocate (self%name(self%contacts))
       if (self%contacts == 0) self%form = pack([(i, i=1, size(machine%observable))], machine%observable%kind == observe_linear)
       do j = 1, self%contacts
+         self%name(j) = machine%contact(j)%name
          do i = 1, j
             if (machine%contact(i)%unit == machine%contact(j)%unit) exit
          end do
@@ -152,5 +160,24 @@ contains
       end do
       multiple = not_periodic
    end function found
+
+   !> Nothing is seen, until `attach`.
+   subroutine forget(self)
+      class(periodicity_t), intent(inout) :: self
+
+      self%sections = 0
+      self%touched = 0_int64
+   end subroutine forget
+
+   !> Hand over period and contacts touched, as single values of `/point`.
+   subroutine columns(self, table)
+      class(periodicity_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
+
+      call table%add("/point/period", self%found(), "1", "period of the motion in periods of the excitation")
+      call table%note("meanings", "0 = not periodic within 32, -1 = not determined")
+      call table%add("/point/touched", self%touched, "1", "contacts touched, bit by bit")
+      call table%note("names", self%name)
+   end subroutine columns
 
 end module razy_observe_periodicity

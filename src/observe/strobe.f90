@@ -1,6 +1,7 @@
 !! The state of a motion at given times: what a stroboscope shows.
 module razy_observe_strobe
    use razy_core_kinds, only: wp
+   use razy_core_table, only: table_t
    use razy_motion_integrator, only: observer_t, piece_t
    implicit none(type, external)
    private
@@ -17,6 +18,7 @@ module razy_observe_strobe
    contains
       procedure :: begin
       procedure :: piece
+      procedure :: columns
    end type strobe_t
 
 contains
@@ -53,5 +55,18 @@ contains
          call part%by%state(tau, self%state(:n, self%count), self%state(n + 1:, self%count))
       end do
    end subroutine piece
+
+   !> Hand over the states, one after the other, for the checkpoint of a sweep.
+   subroutine columns(self, table)
+      class(strobe_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
+
+      if (self%count > 0) then
+         call table%add("strobe/states", reshape(self%state(:, :self%count), [size(self%state, 1)*self%count]), "1", "states", &
+                        "strobe/value")
+      else
+         call table%add("strobe/states", [real(wp) ::], "1", "states", "strobe/value")
+      end if
+   end subroutine columns
 
 end module razy_observe_strobe

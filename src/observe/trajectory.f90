@@ -4,6 +4,9 @@
 !! interval that the integrator names.
 module razy_observe_trajectory
    use razy_core_kinds, only: i8, wp
+   use razy_core_resize, only: resize
+   use razy_core_table, only: common_unit, table_t
+   use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: observer_t, piece_t
    implicit none(type, external)
    private
@@ -17,7 +20,8 @@ module razy_observe_trajectory
       real(wp) :: from = 0.0_wp, interval = 0.0_wp
       !> Number of coordinates n of the machine if the state is recorded, which needs all of them followed; else 0.
       integer :: coordinates = 0
-      !> Number of points; times in s (count), values (form, count), displacements and velocities (n, count).
+      !> Number of points; times in s (count), values (form, count), displacements and velocities (n, count): the first `count`
+      !> are valid.
       integer :: count = 0
       !> Number of the next of the given times.
       integer(i8), private :: next = 0
@@ -25,7 +29,7 @@ module razy_observe_trajectory
    contains
       procedure :: reset
       procedure :: piece
-      procedure :: finish
+      procedure :: columns
       procedure, private :: record
    end type trajectory_t
 
@@ -37,15 +41,8 @@ contains
 
       self%count = 0
       self%next = 0
-      call resize(self, 1024)
+      call make_room(self, 1024_i8)
    end subroutine reset
-
-   !> Give the arrays their final size.
-   subroutine finish(self)
-      class(trajectory_t), intent(inout) :: self
-
-      call resize(self, self%count)
-   end subroutine finish
 
    !> Record the points of a piece; its end belongs to the next piece, but for the last.
    subroutine piece(self, part)
@@ -83,7 +80,7 @@ contains
 
       integer :: i
 
-      if (self%count == size(self%time)) call resize(self, 2*self%count)
+      if (self%count == size(self%time)) call make_room(self, 2_i8*self%count)
       self%count = self%count + 1
       self%time(self%count) = time
       do i = 1, size(self%form)
@@ -93,31 +90,46 @@ contains
       call part%by%state(tau, self%displacement(:, self%count), self%velocity(:, self%count))
    end subroutine record
 
-   subroutine resize(self, points)
+   subroutine make_room(self, points)
       class(trajectory_t), intent(inout) :: self
-      integer, intent(in) :: points
+      integer(i8), intent(in) :: points
 
-      real(wp), allocatable :: time(:)
-      allocate (time(points))
-      if (self%count > 0) time(:self%count) = self%time(:self%count)
-      call move_alloc(time, self%time)
-      call widen(self%value, size(self%form))
-      call widen(self%displacement, self%coordinates)
-      call widen(self%velocity, self%coordinates)
+      call resize(self%time, points)
+      call resize(self%value, size(self%form), points)
+      call resize(self%displacement, self%coordinates, points)
+      call resize(self%velocity, self%coordinates, points)
+   end subroutine make_room
 
-   contains
+   !> Hand over the motion of a machine: `/time`, the groups `/state` and `/observable`.
+   subroutine columns(self, table, machine)
+      class(trajectory_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
+      type(machine_t), intent(in) :: machine
 
-      subroutine widen(array, rows)
-         real(wp), allocatable, intent(inout) :: array(:, :)
-         integer, intent(in) :: rows
+      character(*), parameter :: state(2) = [character(17) :: "/state/coordinate", "/state/time"]
+      character(*), parameter :: observable = "/observable/time"
+      integer :: i
 
-         real(wp), allocatable :: wider(:, :)
-
-         allocate (wider(rows, points))
-         if (self%count > 0) wider(:, :self%count) = array(:, :self%count)
-         call move_alloc(wider, array)
-      end subroutine widen
-
-   end subroutine resize
+      associate (n => self%count)
+         ! Were /time a coordinate of the root, xarray would let it hide the times of events and extrema in the groups below.
+         call table%add("/time", self%time(:n), "s", "time", "/sample")
+         if (self%coordinates > 0) then
+            call table%add(trim(state(1)), machine%coordinate, "1", "coordinate", trim(state(1)))
+            call table%add(trim(state(2)), self%time(:n), "s", "time", trim(state(2)))
+            call table%add("/state/displacement", self%displacement(:, :n), common_unit(machine%unit), "displacement", state)
+            call table%note("names", machine%coordinate)
+            call table%note("coordinate_units", machine%unit)
+            call table%add("/state/velocity", self%velocity(:, :n), common_unit(machine%rate_unit), "velocity", state)
+            call table%note("names", machine%coordinate)
+            call table%note("coordinate_units", machine%rate_unit)
+         end if
+         if (size(self%form) > 0) call table%add(observable, self%time(:n), "s", "time", observable)
+         do i = 1, size(self%form)
+            associate (seen => machine%observable(self%form(i)))
+               call table%add("/observable/"//seen%name, self%value(i, :n), seen%unit, seen%long_name, observable)
+            end associate
+         end do
+      end associate
+   end subroutine columns
 
 end module razy_observe_trajectory

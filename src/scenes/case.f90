@@ -1,6 +1,5 @@
 !! A study: an input file, checked, as the machine it describes and what is to be done with it.
 module razy_scenes_case
-   use razy_core_drawing, only: drawing_t
    use razy_core_error, only: error_t
    use razy_input_input, only: input_t, peek, read_input_text
    use razy_core_kinds, only: i8, wp
@@ -8,14 +7,14 @@ module razy_scenes_case
    use razy_core_text, only: lower, string_t
    use razy_machine_machine, only: machine_t
    use razy_motion_method, only: check_method, method_t
-   use razy_scenes_factory, only: draw_scene, new_scene, scene_kinds
+   use razy_scenes_factory, only: new_scene, scene_kinds
    use razy_scenes_records, only: read_records, record_t
    use razy_scenes_scene, only: scene_t
    use razy_scenes_start, only: set_start
    implicit none(type, external)
    private
 
-   public :: motion_t, new_drawing, new_machine, new_structure, read_study, study_schema
+   public :: motion_t, new_machine, new_structure, read_study, study_schema
 
    !> What &motion says.
    type :: motion_t
@@ -148,21 +147,5 @@ contains
       call check_method(method, machine, key, allowed)
       if (len(key) > 0) call input%complain(error, "motion", 1, key, allowed)
    end subroutine read_method
-
-   !> The geometry of the machine, for pictures; not allocated where the kind of scene has none.
-   subroutine new_drawing(drawing, input, error)
-      type(drawing_t), allocatable, intent(out) :: drawing
-      type(input_t), intent(in) :: input
-      type(error_t), allocatable, intent(out) :: error
-
-      type(machine_t) :: machine
-      class(scene_t), allocatable :: scene
-      character(:), allocatable :: kind
-
-      call input%get("scene", 1, "kind", kind)
-      call new_scene(scene, kind)
-      call scene%build(machine, input, error)
-      if (.not. allocated(error)) call draw_scene(scene, drawing, input, error)
-   end subroutine new_drawing
 
 end module razy_scenes_case

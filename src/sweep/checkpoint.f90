@@ -1,50 +1,57 @@
-!! Results of a sweep on disk while it is being computed: they leave memory at once, survive a kill, and are read back in any order.
+!! Rows of a sweep on disk while it is being computed: they leave memory at once, survive a kill, and are read back in any order.
 !!
 !! The journal (razy_io_journal) lies beside the result file under its name and `.checkpoint`, locked by the run that is at work.
 !! Its identity is version and commit of the program, and the effective input: a sweep is taken up again only by the same program
-!! with the same input. A record is a packet (razy_sweep_packet) of one result, with the point's number in the sweep.
+!! with the same input. A record is the number of a point and its row (razy_sweep_packet).
 module razy_sweep_checkpoint
    use razy_input_difference, only: first_difference
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_core_scanner, only: newline
+   use razy_core_table, only: table_t
    use razy_core_version, only: razy_git_commit, razy_version
    use razy_io_journal, only: journal_t
    use razy_io_posix, only: path_exists
    use razy_sweep_clock, only: seconds
-   use razy_sweep_packet, only: packet_t
-   use razy_sweep_plan, only: plan_t
-   use razy_sweep_task, only: point_result_t
+   use razy_sweep_packet, only: unpack_row
+   use razy_sweep_task, only: collector_t
+   use razy_sweep_units, only: units_t
    implicit none(type, external)
    private
 
    public :: checkpoint_t, checkpoint_path
 
    !> Lives on rank 0 only.
-   type :: checkpoint_t
-      !> Results are on the disk itself after this time [s] at the latest.
+   type, extends(collector_t) :: checkpoint_t
+      !> Rows are on the disk itself after this time [s] at the latest.
       real(wp) :: interval = 60.0_wp
-      !> Results after which they are on the disk itself before that; 0: however many.
-      integer(i8) :: most_results = 0
-      type(journal_t) :: journal
-      !> Where the result of each point begins (points); -1: nowhere yet.
-      integer(i8), allocatable :: place(:)
-      !> Integers of a result.
-      integer(i8) :: n_integers = 0
-      !> When results were last on the disk, and how many have come since.
+      !> Rows after which they are on the disk itself before that; 0: however many.
+      integer(i8) :: most_rows = 0
+      !> Points that are here, and for each column of a row the length of its lists in all, or the rows in which it is not 0.
+      integer(i8) :: n_done = 0
+      integer(i8), allocatable :: tally(:)
+      !> The columns of a row, with the values of the one that was seen last.
+      type(table_t) :: row
+      type(journal_t), private :: journal
+      !> Where the record of each point begins (points); -1: nowhere yet.
+      integer(i8), allocatable, private :: place(:)
+      !> When rows were last on the disk, and how many have come since.
       real(wp), private :: secured = 0.0_wp
       integer(i8), private :: fresh = 0
-      type(packet_t), private :: packet
+      integer(i8), allocatable, private :: words(:)
    contains
       procedure :: open => open_checkpoint
       procedure :: discard_old
-      procedure :: put
+      procedure :: has
+      procedure :: dropped
+      procedure :: tally_of
+      procedure :: collect
+      procedure :: settle => settle_rows
+      procedure :: secure
       procedure :: get
-      procedure :: settle
       procedure :: close => close_checkpoint
       procedure :: remove
-      procedure, private :: check_identity
-      procedure, private :: recall
+      procedure, private :: check_identity, count_row, recall, recall_chains, refuse
    end type checkpoint_t
 
 contains
@@ -57,14 +64,15 @@ contains
       path = output//".checkpoint"
    end function checkpoint_path
 
-   !> Open the checkpoint of a result file, a new one or that of a run that was interrupted, whose points are marked in `plan`.
+   !> Open the checkpoint of a result file, a new one or that of a run that was interrupted, and find out what of `units` is
+   !> to be done; `row` has the columns.
    !>
    !> Errors: another run is at work on it; it is of another input or program, or damaged.
-   subroutine open_checkpoint(self, output, input, n_integers, plan, error)
+   subroutine open_checkpoint(self, output, input, row, units, error)
       class(checkpoint_t), intent(inout) :: self
       character(*), intent(in) :: output, input
-      integer(i8), intent(in) :: n_integers
-      type(plan_t), intent(inout) :: plan
+      type(table_t), intent(in) :: row
+      type(units_t), intent(inout) :: units
       type(error_t), allocatable, intent(out) :: error
 
       character(:), allocatable :: identity, found
@@ -72,17 +80,19 @@ contains
 
       call self%journal%open(checkpoint_path(output), error)
       if (allocated(error)) return
-      self%n_integers = n_integers
+      self%row = row
       self%secured = seconds()
-      allocate (self%place(plan%points), source=-1_i8)
+      allocate (self%place(units%plan%points), source=-1_i8)
+      allocate (self%tally(row%count), source=0_i8)
       identity = "razy-sweep "//razy_version//" "//razy_git_commit//newline//input
       if (self%journal%is_new()) then
          call self%journal%begin(identity, error)
       else
          call self%journal%take_up(found, start, error)
          if (.not. allocated(error)) call self%check_identity(identity, found, error)
-         if (.not. allocated(error)) call self%recall(start, plan, error)
+         if (.not. allocated(error)) call self%recall(start, units, error)
       end if
+      if (.not. allocated(error)) call self%recall_chains(units, error)
       if (allocated(error)) call self%journal%file%close()
    end subroutine open_checkpoint
 
@@ -121,82 +131,170 @@ contains
    end subroutine check_identity
 
    !> Find the records of a run that was interrupted.
-   subroutine recall(self, start, plan, error)
+   subroutine recall(self, start, units, error)
       class(checkpoint_t), intent(inout) :: self
       integer(i8), intent(in) :: start
-      type(plan_t), intent(inout) :: plan
+      type(units_t), intent(inout) :: units
       type(error_t), allocatable, intent(out) :: error
 
-      integer(i8), allocatable :: words(:)
       integer(i8) :: at, n, place
       logical :: found, ours
 
       place = start
       do
-         call self%journal%next(place, at, words, n, found, error)
+         call self%journal%next(place, at, self%words, n, found, error)
          if (allocated(error)) return
          if (.not. found) exit
-         ours = n >= 4
-         if (ours) ours = words(3) == self%n_integers .and. n == 4 + words(3) + words(4)
-         if (ours) call plan%mark_done(words(1), ours)
-         if (.not. ours) then
-            call raise(error, self%journal%file%path//": does not belong to this sweep; delete it to begin anew")
-            return
-         end if
-         self%place(words(1)) = at
+         ours = n >= 1
+         if (ours) call units%plan%mark_done(self%words(1), ours)
+         if (ours) call self%count_row(self%words(2:n), ours)
+         if (.not. ours) call self%refuse(error)
+         if (.not. ours) return
+         self%place(self%words(1)) = at
       end do
       call self%journal%end_of_records(place, error)
    end subroutine recall
 
-   !> Keep the result of a point; it is safe after the next `settle`.
-   subroutine put(self, point, result)
-      class(checkpoint_t), intent(inout) :: self
-      integer(i8), intent(in) :: point
-      type(point_result_t), intent(in) :: result
-
-      call self%packet%clear()
-      call self%packet%put(point, result)
-      call self%journal%put(self%packet%words(:self%packet%length), self%place(point))
-      self%fresh = self%fresh + 1
-   end subroutine put
-
-   !> The result of a point that was kept.
-   subroutine get(self, point, result, error)
-      class(checkpoint_t), intent(inout) :: self
-      integer(i8), intent(in) :: point
-      type(point_result_t), intent(inout) :: result
+   subroutine refuse(self, error)
+      class(checkpoint_t), intent(in) :: self
       type(error_t), allocatable, intent(out) :: error
 
-      integer(i8) :: n, same
+      call raise(error, self%journal%file%path//": does not belong to this sweep; delete it to begin anew")
+   end subroutine refuse
 
-      call self%packet%clear()
-      call self%journal%get(self%place(point), self%packet%words, n, error)
+   !> Close the plan, and read the rows after which chains go on.
+   subroutine recall_chains(self, units, error)
+      class(checkpoint_t), intent(inout) :: self
+      type(units_t), intent(inout) :: units
+      type(error_t), allocatable, intent(out) :: error
+
+      integer(i8) :: n, unit
+      logical :: whole
+
+      call units%plan%close(whole)
+      if (.not. whole) call self%refuse(error)
+      if (allocated(error) .or. .not. units%plan%has_chains()) return
+      allocate (units%words_before(units%plan%units() + 1), source=0_i8)
+      allocate (units%last_rows(0))
+      do unit = 1, units%plan%units()
+         if (units%plan%reached(unit) > 0) then
+            associate (last => units%plan%point_of_link(units%plan%chain(unit), units%plan%reached(unit)))
+               call self%journal%get(self%place(last), self%words, n, error)
+            end associate
+            if (allocated(error)) return
+            units%last_rows = [units%last_rows, self%words(2:n)]
+         end if
+         units%words_before(unit + 1) = size(units%last_rows, kind=i8)
+      end do
+   end subroutine recall_chains
+
+   !> Count a row that has come; `fits` is false if it has other columns.
+   pure subroutine count_row(self, words, fits)
+      class(checkpoint_t), intent(inout) :: self
+      integer(i8), intent(in) :: words(:)
+      logical, intent(out) :: fits
+
+      integer :: i
+
+      call unpack_row(words, self%row, fits)
+      if (.not. fits) return
+      self%n_done = self%n_done + 1
+      do i = 1, self%row%count
+         associate (column => self%row%column(i))
+            if (column%is_ragged()) then
+               self%tally(i) = self%tally(i) + column%extent(1)
+            else if (allocated(column%integers)) then
+               self%tally(i) = self%tally(i) + merge(1, 0, any(column%integers /= 0))
+            end if
+         end associate
+      end do
+   end subroutine count_row
+
+   !> The row of a point is here.
+   pure logical function has(self, point)
+      class(checkpoint_t), intent(in) :: self
+      integer(i8), intent(in) :: point
+
+      has = self%place(point) >= 0
+   end function has
+
+   !> The end of an interrupted write was dropped.
+   pure logical function dropped(self)
+      class(checkpoint_t), intent(in) :: self
+
+      dropped = self%journal%dropped > 0
+   end function dropped
+
+   !> `tally` of the column with this name; 0 if there is none.
+   pure integer(i8) function tally_of(self, name)
+      class(checkpoint_t), intent(in) :: self
+      character(*), intent(in) :: name
+
+      integer :: i
+
+      i = self%row%place_of(name)
+      tally_of = 0
+      if (i > 0) tally_of = self%tally(i)
+   end function tally_of
+
+   !> Keep the row of a point; it is safe after the next `settle`.
+   subroutine collect(self, point, words, error)
+      class(checkpoint_t), intent(inout) :: self
+      integer(i8), intent(in) :: point, words(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      logical :: fresh
+
+      fresh = point >= 1 .and. point <= size(self%place, kind=i8)
+      if (fresh) fresh = .not. self%has(point)
+      if (fresh) call self%count_row(words, fresh)
+      if (.not. fresh) then
+         call raise(error, "a point has sent a row of another sweep, or twice")
+         return
+      end if
+      call self%journal%put([point, words], self%place(point))
+      self%fresh = self%fresh + 1
+   end subroutine collect
+
+   !> Fill a row with that of a point which is here.
+   subroutine get(self, point, row, error)
+      class(checkpoint_t), intent(inout) :: self
+      integer(i8), intent(in) :: point
+      type(table_t), intent(inout) :: row
+      type(error_t), allocatable, intent(out) :: error
+
+      integer(i8) :: n
+      logical :: fits
+
+      call self%journal%get(self%place(point), self%words, n, error)
       if (allocated(error)) return
-      self%packet%length = n
-      call self%packet%get(same, result)
-      if (same /= point) call raise(error, self%journal%file%path//": a record is that of another point")
+      call unpack_row(self%words(2:n), row, fits)
+      if (.not. fits .or. self%words(1) /= point) then
+         call raise(error, self%journal%file%path//": a record is that of another point")
+      end if
    end subroutine get
 
-   !> Hand what was put to the operating system, and from time to time, after many results, or `now`, to the disk.
-   subroutine settle(self, error, now)
+   !> Hand what was collected to the operating system, and from time to time, or after many rows, to the disk.
+   subroutine settle_rows(self, error)
       class(checkpoint_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
-      logical, intent(in), optional :: now
 
-      logical :: due
-
-      due = .false.
-      if (present(now)) due = now
-      if (.not. due .and. self%most_results > 0) due = self%fresh >= self%most_results
-      if (.not. due) due = seconds() - self%secured >= self%interval
-      if (due) then
-         call self%journal%secure(error)
-         self%secured = seconds()
-         self%fresh = 0
+      if (seconds() - self%secured >= self%interval .or. (self%most_rows > 0 .and. self%fresh >= self%most_rows)) then
+         call self%secure(error)
       else
          call self%journal%settle(error)
       end if
-   end subroutine settle
+   end subroutine settle_rows
+
+   !> Have all rows on the disk itself.
+   subroutine secure(self, error)
+      class(checkpoint_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+
+      call self%journal%secure(error)
+      self%secured = seconds()
+      self%fresh = 0
+   end subroutine secure
 
    !> Leave the checkpoint to a later run.
    subroutine close_checkpoint(self)

@@ -1,6 +1,6 @@
 !! The part of a sweep on rank 0: it hands out chunks, collects results and, between messages, computes points itself.
 !!
-!! Rank 0 takes one point at a time and looks for messages after each. Its memory does not grow with the sweep: it receives a few
+!! Rank 0 takes one row at a time and looks for messages after each. Its memory does not grow with the sweep: it receives a few
 !! packets at a time, and their senders keep the others.
 !!
 !! When the sweep is to stop, after an interruption or a failure, it tells all ranks, hands out nothing more, and collects what
@@ -18,7 +18,9 @@ module razy_sweep_manager
    use razy_sweep_message, only: incoming_t, outgoing_t
    use razy_sweep_protocol, only: ask_interrupt, chunk_size, sweep_options_t, tag_chunk, tag_request, tag_results, tag_stop, &
       & tag_tally, tally_t, unpack_tally
-   use razy_sweep_task, only: point_result_t, point_task
+   use razy_sweep_packet, only: packet_t
+   use razy_sweep_task, only: collector_t, point_task
+   use razy_sweep_units, only: units_t
    implicit none(type, external)
    private
 
@@ -31,9 +33,8 @@ module razy_sweep_manager
    type :: manager_t
       type(communicator_t) :: communicator
       type(sweep_options_t) :: options
-      !> Points of the sweep, the next one to hand out, those of which all was collected, results collected; the point that rank
-      !> 0 is at, or 0.
-      integer(i8) :: n_points = 0, next = 1, collected = 0, results = 0, own = 0
+      !> Units of the sweep, the next one to hand out, the one that rank 0 is at, or 0; rows in all, and collected.
+      integer(i8) :: n_units = 0, next = 1, own = 0, rows = 0, collected = 0
       !> Ranks that may still send.
       integer :: active = 0
       !> No more points are computed; ranks that have been told that it is over.
@@ -41,14 +42,15 @@ module razy_sweep_manager
       logical, allocatable :: told(:)
       !> What ended the sweep early.
       type(error_t), allocatable :: failure
-      type(point_result_t) :: result
+      !> The row that was computed here.
+      type(packet_t) :: packet
       type(incoming_t) :: incoming(n_incoming)
       type(outgoing_t), allocatable :: replies(:), orders(:)
       type(tally_t), allocatable :: tallies(:)
    end type manager_t
 
    abstract interface
-      !> Tells how far the sweep is: results collected, results in all, time since its start [s].
+      !> Tells how far the sweep is: rows collected, rows in all, time since its start [s].
       subroutine report_progress(done, total, elapsed)
          import :: i8, wp
          implicit none(type, external)
@@ -63,10 +65,11 @@ contains
    !>
    !> `tallies` (0:ranks-1) is what each rank did, `stopped` tells whether an interruption ended the sweep early, `failure` is an
    !> error of `collect` or `settle`, which does the same, `error` a failure of MPI.
-   subroutine manage(communicator, task, n_points, options, progress, interrupted, tallies, stopped, failure, error)
+   subroutine manage(communicator, task, units, collector, options, progress, interrupted, tallies, stopped, failure, error)
       type(communicator_t), intent(in) :: communicator
       class(point_task), intent(inout) :: task
-      integer(i8), intent(in) :: n_points
+      type(units_t), intent(inout) :: units
+      class(collector_t), intent(inout) :: collector
       type(sweep_options_t), intent(in) :: options
       procedure(report_progress), optional :: progress
       procedure(ask_interrupt), optional :: interrupted
@@ -76,33 +79,32 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(manager_t), asynchronous :: manager
       type(patience_t) :: patience
-      integer(i8) :: total
       real(wp) :: start, now, reported
       logical :: works, served
       integer :: rank
 
       manager%communicator = communicator
       manager%options = options
-      manager%n_points = n_points
+      manager%n_units = units%plan%units()
+      manager%rows = units%plan%points - units%plan%n_done
       manager%active = communicator%size - 1
       allocate (manager%replies(communicator%size - 1), manager%orders(communicator%size - 1), &
          & manager%tallies(0:communicator%size - 1))
       allocate (manager%told(communicator%size - 1), source=.false.)
       works = communicator%size <= max(1, options%largest_working_manager)
-      total = merge(options%results, n_points, options%results > 0)
       start = seconds()
       reported = start
       do
-         call serve(manager, task, served, error)
+         call serve(manager, collector, served, error)
          if (allocated(error)) return
-         if (.not. allocated(manager%failure)) call task%settle(manager%failure)
+         if (.not. allocated(manager%failure)) call collector%settle(manager%failure)
          if (.not. manager%stopping .and. present(interrupted)) manager%stopping = interrupted()
          if (manager%stopping .or. allocated(manager%failure)) call stop_all(manager, error)
          if (allocated(error)) return
-         if (works .and. (manager%own > 0 .or. manager%next <= manager%n_points)) then
-            call compute_point(manager, task)
+         if (works .and. (manager%own > 0 .or. manager%next <= manager%n_units)) then
+            call compute_row(manager, task, units, collector)
             call patience%reset()
-         else if (manager%next > manager%n_points .and. .not. expects_messages(manager)) then
+         else if (manager%next > manager%n_units .and. .not. expects_messages(manager)) then
             exit
          else if (served) then
             call patience%reset()
@@ -111,8 +113,8 @@ contains
          end if
          if (present(progress)) then
             now = seconds()
-            if (now - reported >= options%progress_interval .and. manager%results < total) then
-               call progress(manager%results, total, now - start)
+            if (now - reported >= options%progress_interval .and. manager%collected < manager%rows) then
+               call progress(manager%collected, manager%rows, now - start)
                reported = now
             end if
          end if
@@ -122,12 +124,12 @@ contains
          if (.not. allocated(error)) call manager%orders(rank)%wait(error)
          if (allocated(error)) return
       end do
-      stopped = manager%stopping .and. manager%collected < n_points
-      if (.not. allocated(manager%failure) .and. .not. manager%stopping .and. manager%collected /= n_points) then
+      stopped = manager%stopping .and. manager%collected < manager%rows
+      if (.not. allocated(manager%failure) .and. .not. manager%stopping .and. manager%collected /= manager%rows) then
          call raise(manager%failure, "results of the sweep were lost on their way")
       end if
       if (present(progress) .and. .not. allocated(manager%failure) .and. .not. stopped) then
-         call progress(manager%results, total, seconds() - start)
+         call progress(manager%collected, manager%rows, seconds() - start)
       end if
       call move_alloc(manager%tallies, tallies)
       call move_alloc(manager%failure, failure)
@@ -141,9 +143,9 @@ contains
    end function expects_messages
 
    !> Answer and take over all that has arrived; `served` tells whether there was anything.
-   subroutine serve(manager, task, served, error)
+   subroutine serve(manager, collector, served, error)
       type(manager_t), intent(inout), asynchronous :: manager
-      class(point_task), intent(inout) :: task
+      class(collector_t), intent(inout) :: collector
       logical, intent(out) :: served
       type(error_t), allocatable, intent(out) :: error
       logical :: again, complete
@@ -160,7 +162,7 @@ contains
                if (allocated(error)) return
                if (.not. complete) cycle
             end associate
-            call answer(manager, task, slot, error)
+            call answer(manager, collector, slot, error)
             if (allocated(error)) return
             call manager%incoming(slot)%release()
             again = .true.
@@ -170,12 +172,11 @@ contains
    end subroutine serve
 
    !> Do what the message in `slot` asks for.
-   subroutine answer(manager, task, slot, error)
+   subroutine answer(manager, collector, slot, error)
       type(manager_t), intent(inout), asynchronous :: manager
-      class(point_task), intent(inout) :: task
+      class(collector_t), intent(inout) :: collector
       integer, intent(in) :: slot
       type(error_t), allocatable, intent(out) :: error
-      integer(i8) :: point
 
       associate (incoming => manager%incoming(slot))
          select case (incoming%tag)
@@ -186,10 +187,7 @@ contains
             end if
             if (.not. allocated(error)) call send_chunk(manager, incoming%source, error)
          case (tag_results)
-            do while (.not. incoming%packet%at_end())
-               call incoming%packet%get(point, manager%result)
-               call collect(manager, task, point)
-            end do
+            call collect(manager, collector, incoming%packet)
          case (tag_tally)
             manager%tallies(incoming%source) = unpack_tally(incoming%packet%words(:3))
             manager%active = manager%active - 1
@@ -209,7 +207,7 @@ contains
 
       call manager%replies(rank)%wait(error)
       if (allocated(error)) return
-      count = chunk_size(manager%n_points - manager%next + 1, manager%communicator%size, manager%options)
+      count = chunk_size(manager%n_units - manager%next + 1, manager%communicator%size, manager%options)
       call manager%replies(rank)%packet%set([manager%next, count])
       manager%next = manager%next + count
       call manager%replies(rank)%post(manager%communicator, rank, tag_chunk, error)
@@ -222,7 +220,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       integer :: rank
 
-      manager%next = manager%n_points + 1
+      manager%next = manager%n_units + 1
       manager%own = 0
       do rank = 1, size(manager%orders)
          call tell(manager, rank, error)
@@ -243,38 +241,41 @@ contains
       manager%tallies(0)%messages = manager%tallies(0)%messages + 1
    end subroutine tell
 
-   !> Compute the next point here, or the next part of the one that was begun.
-   subroutine compute_point(manager, task)
+   !> Compute the next unit here, or the next row of the one that was begun.
+   subroutine compute_row(manager, task, units, collector)
       type(manager_t), intent(inout) :: manager
       class(point_task), intent(inout) :: task
-      integer(i8) :: point
+      type(units_t), intent(inout) :: units
+      class(collector_t), intent(inout) :: collector
       real(wp) :: begun
+      logical :: more
 
       if (manager%own == 0) then
          manager%own = manager%next
          manager%next = manager%next + 1
       end if
-      point = manager%own
-      call manager%result%clear()
+      call manager%packet%clear()
       begun = seconds()
-      call task%run(point, manager%result)
+      call units%run(task, manager%own, manager%packet, more)
       manager%tallies(0)%busy = manager%tallies(0)%busy + (seconds() - begun)
       manager%tallies(0)%points = manager%tallies(0)%points + 1
-      if (.not. manager%result%continues) manager%own = 0
-      call collect(manager, task, point)
-   end subroutine compute_point
+      if (.not. more) manager%own = 0
+      call collect(manager, collector, manager%packet)
+   end subroutine compute_row
 
-   !> Give a result to the task; after a failure results are dropped.
-   subroutine collect(manager, task, point)
+   !> Give the rows of a packet to the collector; after a failure they are dropped.
+   subroutine collect(manager, collector, packet)
       type(manager_t), intent(inout) :: manager
-      class(point_task), intent(inout) :: task
-      integer(i8), intent(in) :: point
+      class(collector_t), intent(inout) :: collector
+      type(packet_t), intent(inout) :: packet
+      integer(i8) :: first, last, point
 
-      if (allocated(manager%failure)) return
-      call task%collect(point, manager%result, manager%failure)
-      if (allocated(manager%failure)) return
-      manager%results = manager%results + 1
-      if (.not. manager%result%continues) manager%collected = manager%collected + 1
+      do
+         call packet%next(point, first, last)
+         if (point == 0 .or. allocated(manager%failure)) return
+         call collector%collect(point, packet%words(first:last), manager%failure)
+         if (.not. allocated(manager%failure)) manager%collected = manager%collected + 1
+      end do
    end subroutine collect
 
 end module razy_sweep_manager

@@ -53,7 +53,7 @@ contains
       integer :: code
 
       if (self%packet%length > huge(1)) then
-         call raise(error, "the result of a point is too long for one message")
+         call raise(error, "the row of a point is too long for one message")
          return
       end if
       call mpi_issend(self%packet%words, int(self%packet%length), mpi_integer8, destination, tag, communicator%handle, &
@@ -109,7 +109,7 @@ contains
       call check_mpi(code, "MPI_Get_count", error)
       if (allocated(error)) return
       call self%packet%clear()
-      call self%packet%resize(int(count, i8))
+      call self%packet%set_length(int(count, i8))
       call mpi_imrecv(self%packet%words, count, mpi_integer8, message, self%request, code)
       call check_mpi(code, "MPI_Imrecv", error)
    end subroutine look

@@ -1,16 +1,19 @@
-!! Results of several points in one array of 64-bit words, as they travel from a rank to rank 0.
+!! Rows of points as 64-bit words: as they travel from a rank to rank 0, and as they stand in the checkpoint.
 !!
-!! Layout, for each result: number of its point, 1 if the point has more to yield, number of integers, number of reals, the
-!! integers, the bits of the reals.
+!! A row is, column by column: of a ragged list its length; then the values, integers of 8 bits eight to a word. A packet is, for
+!! each of its points: number of the point, number of words of its row, these.
 module razy_sweep_packet
+   use, intrinsic :: iso_fortran_env, only: int8
    use razy_core_kinds, only: i8, wp
-   use razy_sweep_task, only: point_result_t
+   use razy_core_resize, only: resize
+   use razy_core_table, only: column_t, table_t
    implicit none(type, external)
    private
 
-   public :: packet_t
+   public :: packet_t, unpack_row
 
-   integer(i8), parameter :: n_head = 4
+   integer(i8), parameter :: n_head = 2
+   integer, parameter :: bytes = 8
 
    !> A buffer that is used again: only its first `length` words are valid. Reading goes on at `cursor`.
    type :: packet_t
@@ -19,11 +22,10 @@ module razy_sweep_packet
       integer(i8), private :: cursor = 0
    contains
       procedure :: clear
-      procedure :: resize
+      procedure :: set_length
       procedure :: set
       procedure :: put
-      procedure :: get
-      procedure :: at_end
+      procedure :: next
    end type packet_t
 
 contains
@@ -37,83 +39,153 @@ contains
    end subroutine clear
 
    !> Give the packet `length` words, of which those that were valid are kept, and start reading at the first.
-   pure subroutine resize(self, length)
+   pure subroutine set_length(self, length)
       class(packet_t), intent(inout) :: self
       integer(i8), intent(in) :: length
-      integer(i8), allocatable :: more(:)
-      integer(i8) :: kept
 
-      if (.not. allocated(self%words)) allocate (self%words(0))
-      if (length > size(self%words, kind=i8)) then
-         kept = self%length
-         allocate (more(max(length, 2*kept, 64_i8)))
-         more(:kept) = self%words(:kept)
-         call move_alloc(more, self%words)
-      end if
+      if (.not. allocated(self%words)) allocate (self%words(64))
+      if (length > size(self%words, kind=i8)) call resize(self%words, max(length, 2*self%length))
       self%length = length
       self%cursor = 0
-   end subroutine resize
+   end subroutine set_length
 
    !> Make the packet consist of these words.
    pure subroutine set(self, words)
       class(packet_t), intent(inout) :: self
       integer(i8), intent(in) :: words(:)
 
-      call self%clear()
-      call self%resize(size(words, kind=i8))
+      call self%set_length(size(words, kind=i8))
       self%words(:size(words)) = words
    end subroutine set
 
-   !> Append the result of a point.
-   pure subroutine put(self, point, result)
+   !> Append the row of a point.
+   pure subroutine put(self, point, row)
       class(packet_t), intent(inout) :: self
       integer(i8), intent(in) :: point
-      type(point_result_t), intent(in) :: result
-      integer(i8) :: i, start
+      type(table_t), intent(in) :: row
 
-      start = self%length
-      call self%resize(start + n_head + result%n_integers + result%n_reals)
-      self%words(start + 1:start + n_head) = [point, merge(1_i8, 0_i8, result%continues), result%n_integers, result%n_reals]
-      start = start + n_head
-      do i = 1, result%n_integers
-         self%words(start + i) = result%integers(i)
+      integer(i8) :: n, start
+      integer :: i
+
+      n = 0
+      do i = 1, row%count
+         n = n + words_of(row%column(i))
       end do
-      start = start + result%n_integers
-      do i = 1, result%n_reals
-         self%words(start + i) = transfer(result%reals(i), 0_i8)
+      start = self%length
+      call self%set_length(start + n_head + n)
+      self%words(start + 1:start + n_head) = [point, n]
+      start = start + n_head
+      do i = 1, row%count
+         n = words_of(row%column(i))
+         call pack_column(row%column(i), self%words(start + 1:start + n))
+         start = start + n
       end do
    end subroutine put
 
-   !> Take out the result of the next point; not to be called `at_end`.
-   pure subroutine get(self, point, result)
+   !> The next point and where its row stands: words first … last; `point` is 0 at the end.
+   pure subroutine next(self, point, first, last)
       class(packet_t), intent(inout) :: self
-      integer(i8), intent(out) :: point
-      type(point_result_t), intent(inout) :: result
-      integer(i8) :: i, start
+      integer(i8), intent(out) :: point, first, last
 
-      start = self%cursor
-      point = self%words(start + 1)
-      call result%clear()
-      result%continues = self%words(start + 2) == 1
-      call result%reserve(self%words(start + 3), self%words(start + 4))
-      result%n_integers = self%words(start + 3)
-      result%n_reals = self%words(start + 4)
-      start = start + n_head
-      do i = 1, result%n_integers
-         result%integers(i) = self%words(start + i)
+      point = 0
+      first = 1
+      last = 0
+      if (self%cursor >= self%length) return
+      point = self%words(self%cursor + 1)
+      first = self%cursor + n_head + 1
+      last = self%cursor + n_head + self%words(self%cursor + n_head)
+      self%cursor = last
+   end subroutine next
+
+   !> Words of `n` values of a column.
+   elemental integer(i8) function words_for(column, n)
+      type(column_t), intent(in) :: column
+      integer(i8), intent(in) :: n
+
+      words_for = n
+      if (column%bits == bytes) words_for = (n + bytes - 1)/bytes
+   end function words_for
+
+   !> Words of a column in a row.
+   pure integer(i8) function words_of(column)
+      type(column_t), intent(in) :: column
+
+      words_of = words_for(column, product(column%extent)) + merge(1_i8, 0_i8, column%is_ragged())
+   end function words_of
+
+   pure subroutine pack_column(column, words)
+      type(column_t), intent(in) :: column
+      integer(i8), intent(inout) :: words(:)
+
+      integer(int8) :: small(bytes)
+      integer(i8) :: i, k, n, start
+
+      n = product(column%extent)
+      start = 0
+      if (column%is_ragged()) then
+         words(1) = n
+         start = 1
+      end if
+      if (allocated(column%reals)) then
+         do i = 1, n
+            words(start + i) = transfer(column%reals(i), 0_i8)
+         end do
+      else if (column%bits == bytes) then
+         do i = 1, n, bytes
+            small = 0_int8
+            k = min(n - i, bytes - 1_i8)
+            small(:k + 1) = int(column%integers(i:i + k), int8)
+            words(start + 1 + (i - 1)/bytes) = transfer(small, 0_i8)
+         end do
+      else
+         words(start + 1:start + n) = column%integers
+      end if
+   end subroutine pack_column
+
+   !> Fill a row, whose columns are there, from words; `fits` is false if they are not those of such a row.
+   pure subroutine unpack_row(words, row, fits)
+      integer(i8), intent(in) :: words(:)
+      type(table_t), intent(inout) :: row
+      logical, intent(out) :: fits
+
+      integer(i8) :: n, start
+      integer :: i
+
+      start = 0
+      fits = .false.
+      do i = 1, row%count
+         associate (column => row%column(i))
+            if (column%is_ragged()) then
+               if (start >= size(words, kind=i8)) return
+               start = start + 1
+               if (words(start) < 0 .or. words(start) > bytes*size(words, kind=i8)) return
+               column%extent = words(start:start)
+            end if
+            n = words_for(column, product(column%extent))
+            if (start + n > size(words, kind=i8)) return
+            call unpack_column(column, words(start + 1:start + n))
+            start = start + n
+         end associate
       end do
-      start = start + result%n_integers
-      do i = 1, result%n_reals
-         result%reals(i) = transfer(self%words(start + i), 0.0_wp)
-      end do
-      self%cursor = start + result%n_reals
-   end subroutine get
+      fits = start == size(words, kind=i8)
+   end subroutine unpack_row
 
-   !> All points have been taken out.
-   elemental logical function at_end(self)
-      class(packet_t), intent(in) :: self
+   pure subroutine unpack_column(column, words)
+      type(column_t), intent(inout) :: column
+      integer(i8), intent(in) :: words(:)
 
-      at_end = self%cursor >= self%length
-   end function at_end
+      integer(i8) :: n
+      integer :: i
+
+      n = product(column%extent)
+      if (allocated(column%reals)) then
+         column%reals = transfer(words, 0.0_wp, n)
+      else if (column%bits == bytes) then
+         column%integers = int([(transfer(words(i), 0_int8, bytes), i=1, size(words))], i8)
+         column%integers = column%integers(:n)
+      else
+         column%integers = words
+      end if
+   end subroutine unpack_column
 
 end module razy_sweep_packet

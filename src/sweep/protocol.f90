@@ -1,9 +1,10 @@
 !! What rank 0 and the other ranks of a sweep say to each other, and how much work is handed out at a time.
 !!
-!! To rank 0: a request for the next chunk (one word: 1 if this rank was asked to stop); results of points (razy_sweep_packet);
+!! To rank 0: a request for the next chunk (one word: 1 if this rank was asked to stop); rows of points (razy_sweep_packet);
 !! when all is done, a tally.
-!! From rank 0: a chunk, that is first point and number of points, where no points means that none are left; once, the word that
-!! it is over (no contents): in answer to the tally, or before, and then chunks that have come or come later are not computed.
+!! From rank 0: a chunk, that is first unit and number of units (razy_sweep_units), where no units means that none are left; once,
+!! the word that it is over (no contents): in answer to the tally, or before, and then chunks that have come or come later are not
+!! computed.
 module razy_sweep_protocol
    use razy_core_kinds, only: i8, wp
    implicit none(type, external)
@@ -27,13 +28,11 @@ module razy_sweep_protocol
       real(wp) :: send_interval = 0.1_wp
       !> Least time between two calls of `progress` [s].
       real(wp) :: progress_interval = 0.1_wp
-      !> Results in all, where points yield more than one; 0: one each.
-      integer(i8) :: results = 0
    end type sweep_options_t
 
    !> What a rank did.
    type :: tally_t
-      !> Results computed, messages sent.
+      !> Rows computed, messages sent.
       integer(i8) :: points = 0, messages = 0
       !> Time spent in computing points [s].
       real(wp) :: busy = 0.0_wp

@@ -1,22 +1,22 @@
 !! Dynamic distribution of the points of a sweep over the ranks of a communicator.
 !!
-!! Rank 0 manages and, with not too many ranks, computes too (razy_sweep_manager); the others compute (razy_sweep_worker). A result
+!! Rank 0 manages and, with not too many ranks, computes too (razy_sweep_manager); the others compute (razy_sweep_worker). A row
 !! carries the number of its point and is collected in whatever order it comes, so what is collected does not depend on the
-!! number of ranks, bit for bit, as long as a point depends on its number alone. With one rank there are no messages.
+!! number of ranks, bit for bit, as long as a point depends on its number and its chain alone. With one rank there are no messages.
 !!
 !! A point that fails is data and never ends a sweep. An error of `collect` or `settle` ends it on all ranks with that error. When
-!! any rank is interrupted, each finishes the result it is at, all of them reach rank 0, and the sweep ends as `stopped`.
+!! any rank is interrupted, each finishes the row it is at, all of them reach rank 0, and the sweep ends as `stopped`.
 !!
-!! A sweep that goes on from a checkpoint hands out only what is missing: its task maps 1 … n to those points. A chain is one
-!! point of the sweep; several results of it fit in one result.
+!! What is handed out are units: points that are missing, or the rest of chains (razy_sweep_units).
 module razy_sweep_scheduler
-   use razy_core_error, only: error_t, raise
+   use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_sweep_clock, only: seconds
    use razy_sweep_communicator, only: communicator_t
    use razy_sweep_manager, only: manage, report_progress
    use razy_sweep_protocol, only: ask_interrupt, sweep_options_t, tally_t
-   use razy_sweep_task, only: point_task
+   use razy_sweep_task, only: collector_t, point_task
+   use razy_sweep_units, only: units_t
    use razy_sweep_worker, only: work
    implicit none(type, external)
    private
@@ -29,7 +29,7 @@ module razy_sweep_scheduler
       real(wp) :: elapsed = 0.0_wp
       !> The sweep was interrupted before its end.
       logical :: stopped = .false.
-      !> What each rank did (ranks): results computed, messages sent, time spent in computing points [s].
+      !> What each rank did (ranks): rows computed, messages sent, time spent in computing points [s].
       integer(i8), allocatable :: points(:), messages(:)
       real(wp), allocatable :: busy(:)
    contains
@@ -38,15 +38,15 @@ module razy_sweep_scheduler
 
 contains
 
-   !> Compute points 1 … n_points. Collective: `n_points` and `options` are the same on all ranks, which return together.
+   !> Compute what the units have missing. Collective: units and `options` are the same on all ranks, which return together.
    !>
-   !> `progress` is called on rank 0, between points, and once at the end; `interrupted` on every rank between results.
-   !> Errors, the same on all ranks: n_points below zero; that of `collect` or `settle`. A failure of MPI comes back where it is
-   !> noticed.
-   subroutine run_sweep(communicator, task, n_points, options, progress, outcome, error, interrupted)
+   !> `progress` is called on rank 0, between points, and once at the end; `interrupted` on every rank between rows.
+   !> Errors, the same on all ranks: that of `collect` or `settle`. A failure of MPI comes back where it is noticed.
+   subroutine run_sweep(communicator, task, units, collector, options, progress, outcome, error, interrupted)
       type(communicator_t), intent(in) :: communicator
       class(point_task), intent(inout) :: task
-      integer(i8), intent(in) :: n_points
+      type(units_t), intent(inout) :: units
+      class(collector_t), intent(inout) :: collector
       type(sweep_options_t), intent(in) :: options
       procedure(report_progress), optional :: progress
       type(sweep_outcome_t), intent(out) :: outcome
@@ -56,19 +56,17 @@ contains
       type(error_t), allocatable :: failure
       real(wp) :: start
 
-      if (n_points < 0) then
-         call raise(error, "a sweep cannot have fewer than no points")
-         return
-      end if
       start = seconds()
+      call units%begin(task)
       if (communicator%is_root()) then
-         call manage(communicator, task, n_points, options, progress, interrupted, tallies, outcome%stopped, failure, error)
+         call manage(communicator, task, units, collector, options, progress, interrupted, tallies, outcome%stopped, failure, &
+                     error)
          if (allocated(error)) return
          outcome%points = tallies%points
          outcome%messages = tallies%messages
          outcome%busy = tallies%busy
       else
-         call work(communicator, task, options, interrupted, error)
+         call work(communicator, task, units, options, interrupted, error)
          if (allocated(error)) return
       end if
       call communicator%agree(failure)

@@ -4,7 +4,7 @@
 !! unless points are few and long, and it would keep the next one from others.
 !! Results gather in one buffer while another is under way; only when both are full does the worker wait.
 !!
-!! When rank 0 orders it, or this rank is interrupted itself, the worker finishes the result it is at and gives back the rest.
+!! When rank 0 orders it, or this rank is interrupted itself, the worker finishes the row it is at and gives back the rest.
 module razy_sweep_worker
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
@@ -13,7 +13,8 @@ module razy_sweep_worker
    use razy_sweep_message, only: incoming_t, outgoing_t
    use razy_sweep_protocol, only: ask_interrupt, pack_tally, sweep_options_t, tag_chunk, tag_request, tag_results, tag_stop, &
       & tag_tally, tally_t
-   use razy_sweep_task, only: point_result_t, point_task
+   use razy_sweep_task, only: point_task
+   use razy_sweep_units, only: units_t
    implicit none(type, external)
    private
 
@@ -35,20 +36,20 @@ module razy_sweep_worker
       logical :: stopping = .false., told = .false.
       real(wp) :: last_sent = 0.0_wp
       type(tally_t) :: tally
-      type(point_result_t) :: result
    end type worker_t
 
 contains
 
    !> Ask rank 0 for chunks and compute them until there are none left. Errors are failures of MPI.
-   subroutine work(communicator, task, options, interrupted, error)
+   subroutine work(communicator, task, units, options, interrupted, error)
       type(communicator_t), intent(in) :: communicator
       class(point_task), intent(inout) :: task
+      type(units_t), intent(inout) :: units
       type(sweep_options_t), intent(in) :: options
       procedure(ask_interrupt), optional :: interrupted
       type(error_t), allocatable, intent(out) :: error
       type(worker_t), asynchronous :: worker
-      integer(i8) :: first, count, point
+      integer(i8) :: first, count, unit
 
       worker%last_sent = seconds()
       call ask(worker, communicator, error)
@@ -58,9 +59,9 @@ contains
          if (count == 0) exit
          if (options%ask_ahead) call ask(worker, communicator, error)
          if (allocated(error)) return
-         do point = first, first + count - 1
+         do unit = first, first + count - 1
             if (worker%stopping) exit
-            call compute_point(worker, communicator, task, options, interrupted, point, error)
+            call compute_unit(worker, communicator, task, units, options, interrupted, unit, error)
             if (allocated(error)) return
          end do
          if (.not. options%ask_ahead) call ask(worker, communicator, error)
@@ -68,34 +69,34 @@ contains
       if (.not. allocated(error)) call finish(worker, communicator, error)
    end subroutine work
 
-   !> Compute a point, all its results, unless the worker is to stop between them.
-   subroutine compute_point(worker, communicator, task, options, interrupted, point, error)
+   !> Compute a unit, all its rows, unless the worker is to stop between them.
+   subroutine compute_unit(worker, communicator, task, units, options, interrupted, unit, error)
       type(worker_t), intent(inout), asynchronous :: worker
       type(communicator_t), intent(in) :: communicator
       class(point_task), intent(inout) :: task
+      type(units_t), intent(inout) :: units
       type(sweep_options_t), intent(in) :: options
       procedure(ask_interrupt), optional :: interrupted
-      integer(i8), intent(in) :: point
+      integer(i8), intent(in) :: unit
       type(error_t), allocatable, intent(out) :: error
       real(wp) :: begun, ended
+      logical :: more
 
       do
          begun = seconds()
-         call worker%result%clear()
-         call task%run(point, worker%result)
+         call units%run(task, unit, worker%results(worker%filling)%packet, more)
          ended = seconds()
          worker%tally%busy = worker%tally%busy + (ended - begun)
          worker%tally%points = worker%tally%points + 1
-         call worker%results(worker%filling)%packet%put(point, worker%result)
          call send_if_due(worker, communicator, options, ended, error)
          if (.not. allocated(error)) call listen(worker, communicator, error)
          if (allocated(error)) return
          if (present(interrupted)) then
             if (interrupted()) worker%stopping = .true.
          end if
-         if (worker%stopping .or. .not. worker%result%continues) return
+         if (worker%stopping .or. .not. more) return
       end do
-   end subroutine compute_point
+   end subroutine compute_unit
 
    !> Ask for the next chunk. The answer to the request before has come, so its message is over or nearly so.
    subroutine ask(worker, communicator, error)

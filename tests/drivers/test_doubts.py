@@ -93,7 +93,7 @@ def test_checkpoint_of_a_layout_without_doubts_is_refused_and_kept(case):
     sweep = Sweep(case)
     interrupted(sweep, 20000)
     with_doubts = Path(CHECKPOINT).read_bytes()
-    Path(CHECKPOINT).write_bytes(without_sixth_integer(with_doubts))
+    Path(CHECKPOINT).write_bytes(without_fourth_column(with_doubts))
     before = Path(CHECKPOINT).read_bytes()
     done = sweep.start()
     assert done.returncode == 2
@@ -104,8 +104,8 @@ def test_checkpoint_of_a_layout_without_doubts_is_refused_and_kept(case):
     sweep.expect_whole()
 
 
-def without_sixth_integer(checkpoint):
-    """Return a checkpoint (docs/file_format.md) with records as they were before results had doubts, without marks."""
+def without_fourth_column(checkpoint):
+    """Return a checkpoint (docs/file_format.md) with rows as they were before results had doubts, without marks."""
     words = list(struct.unpack(f"<{len(checkpoint) // 8}q", checkpoint[: len(checkpoint) // 8 * 8]))
     place = 4 + words[2] + 1
     kept = words[:place]
@@ -115,9 +115,8 @@ def without_sixth_integer(checkpoint):
         if n < 0:
             place += 3
             continue
-        point, continues, integers, reals, *numbers = words[place + 1 : place + 1 + n]
-        assert n == 4 + integers + reals
-        record = [n - 1, point, continues, integers - 1, reals, *numbers[:5], *numbers[6:]]
+        point, status, events, steps, _, *others = words[place + 1 : place + 1 + n]
+        record = [n - 1, point, status, events, steps, *others]
         kept += [*record, signed(checksum(record))]
         place += n + 2
     return struct.pack(f"<{len(kept)}q", *kept)

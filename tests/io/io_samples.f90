@@ -1,19 +1,18 @@
 !! Sample results for the tests of result files, and what those tests need of the system and of HDF5's reading side.
 module io_samples
    use, intrinsic :: iso_c_binding, only: c_funptr, c_int, c_intptr_t, c_long, c_loc, c_null_funptr, c_ptr
-   use, intrinsic :: iso_fortran_env, only: int8, int32, int64
+   use, intrinsic :: iso_fortran_env, only: int8
    use hdf5, only: h5_integer_kind, h5_real_kind, h5dclose_f, h5dget_space_f, h5dopen_f, h5dread_f, h5f_acc_rdonly_f, h5fclose_f, &
                    h5fopen_f, h5kind_to_type, h5sclose_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, hid_t, hsize_t
-   use razy_core_kinds, only: wp
-   use razy_io_extrema, only: extrema_t
-   use razy_io_header, only: result_header_t
-   use razy_io_run_file, only: history_t, run_content_t
-   use razy_io_sweep_content, only: axis_t, sweep_content_t
-   use razy_io_tune_file, only: tune_content_t
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: i8, wp
+   use razy_core_table, only: table_t
+   use razy_io_result_file, only: result_header_t
+   use razy_io_rows_file, only: rows_file_t
    implicit none(type, external)
    private
 
-   public :: sample_header, sample_sweep, sample_two_axes, sample_run, sample_empty_run, sample_tune
+   public :: sample_axes, sample_extrema, sample_header, sample_point, sample_run, sample_tune, write_sample_sweep
    public :: read_reals, read_integers, read_table, delete_if_present, limit_file_size, file_has_text
 
    integer, parameter, public :: long_input_length = 300000
@@ -70,94 +69,133 @@ contains
       end do
    end function sample_header
 
-   !> Three speeds with two, no and one extremum.
-   function sample_sweep() result(content)
-      type(sweep_content_t) :: content
-
-      allocate (content%axes(1), content%extrema(1))
-      content%axes(1) = axis_t("rotation%speed_rpm", "rpm", "speed of rotation", [1000.0_wp, 1004.0_wp, 1008.0_wp])
-      content%status = [0_int32, 2_int32, 0_int32]
-      content%status_meanings = [character(20) :: "ok", "chatter", "too many events"]
-      content%events = [12_int64, 0_int64, 5000000000_int64]
-      content%steps = [100_int64, 3_int64, 77_int64]
-      content%doubts = [0_int64, 2_int64, 1_int64]
-      content%extrema(1) = extrema_t("mesh_deformation", "m", "deformation of the mesh", [0_int64, 2_int64, 2_int64, 3_int64], &
-                                     [1.5e-4_wp, -0.5e-4_wp, 2.5e-4_wp], [0.26_wp, 0.27_wp, 0.28_wp], &
-                                     [1_int8, -1_int8, 1_int8])
-   end function sample_sweep
-
-   !> Two speeds by three loads, without any extrema.
-   function sample_two_axes() result(content)
-      type(sweep_content_t) :: content
+   !> What point number `point` of a sweep yields: counters, a list of as many extrema as there are `values`, a list of three
+   !> numbers, and a number that is for the checkpoint alone.
+   subroutine sample_point(row, point, values)
+      type(table_t), intent(inout) :: row
+      integer, intent(in) :: point
+      real(wp), intent(in) :: values(:)
       integer :: i
 
-      allocate (content%axes(2), content%extrema(1))
-      content%axes(1) = axis_t("rotation%speed_rpm", "rpm", "speed of rotation", [1000.0_wp, 1004.0_wp])
-      content%axes(2) = axis_t("load(1)%value", "N m", "load", [50.0_wp, 100.0_wp, 200.0_wp])
-      content%status = [(0_int32, i=1, 6)]
-      content%status_meanings = [character(20) :: "ok", "chatter"]
-      content%events = [(int(i, int64), i=1, 6)]
-      content%steps = [(int(10*i, int64), i=1, 6)]
-      content%doubts = [(int(i - 1, int64), i=1, 6)]
-      content%extrema(1) = extrema_t("mesh_deformation", "m", "deformation of the mesh", [(0_int64, i=1, 7)])
-      allocate (content%extrema(1)%value(0), content%extrema(1)%time(0), content%extrema(1)%kind(0))
-   end function sample_two_axes
+      call row%rewind()
+      call row%add("/point/status", merge(2, 0, point == 2), "1", "what became of the point")
+      call row%note_meanings([0, 1, 2], [character(20) :: "ok", "too many events", "chatter"])
+      call row%add("/point/events", 5000000000_i8*merge(1, 0, point == 3) + point, "1", "contact events")
+      call row%add("/contact/left/impulse", 0.5_wp*point, "N s", "impulse")
+      call sample_extrema(row, values)
+      call row%add("/point/multiplier", [(real(10*point + i, wp), i=1, 3)], "1", "three at each point", "/point/number", &
+                   fixed=.true.)
+      call row%add("seconds", 0.25_wp*point, "s", "time that it took")
+      call row%note_group("/point/", "coordinates", "rotation.speed_rpm")
+   end subroutine sample_point
 
-   !> Four times, two coordinates of different units, two events, three extrema.
-   function sample_run() result(content)
-      type(run_content_t) :: content
+   !> The extrema of an observable.
+   subroutine sample_extrema(table, values)
+      type(table_t), intent(inout) :: table
+      real(wp), intent(in) :: values(:)
+      character(*), parameter :: group = "/extrema/mesh_deformation/"
+      integer :: i
 
-      allocate (content%observables(1), content%extrema(1))
-      content%time = [0.0_wp, 0.1_wp, 0.2_wp, 0.3_wp]
-      content%coordinate_names = [character(6) :: "slider", "rotor"]
-      content%coordinate_units = [character(3) :: "m", "rad"]
-      content%displacement = reshape([1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 5.0_wp, 6.0_wp, 7.0_wp, 8.0_wp], [2, 4])
-      content%velocity = -content%displacement
-      content%observables(1) = history_t("gap", "m", "gap of the stop", [0.4_wp, 0.3_wp, 0.2_wp, 0.1_wp])
-      content%event_time = [0.11_wp, 0.22_wp]
-      content%event_contact = [2_int32, 1_int32]
-      content%event_state = [1_int32, 0_int32]
-      content%contact_names = [character(5) :: "left", "right"]
-      content%event_meanings = "0 = open, 1 = closed"
-      content%extrema(1) = extrema_t("gap", "m", "gap of the stop", value=[0.3_wp, 0.1_wp, 0.2_wp], &
-                                     time=[0.05_wp, 0.15_wp, 0.25_wp], kind=[1_int8, -1_int8, 1_int8])
+      call table%add(group//"value", values, "m", "extrema of deformation of the mesh", group//"extremum")
+      call table%add(group//"time", [(0.25_wp + 0.01_wp*i, i=1, size(values))], "s", "time of the extremum", group//"extremum")
+      call table%add(group//"kind", [(merge(1_int8, -1_int8, mod(i, 2) == 1), i=1, size(values))], "1", "kind of extremum", &
+                     group//"extremum")
+      call table%note_meanings([1, -1], ["maximum", "minimum"])
+   end subroutine sample_extrema
+
+   !> The axis of three speeds.
+   subroutine sample_axes(table)
+      type(table_t), intent(inout) :: table
+      character(*), parameter :: axis = "/axis/rotation.speed_rpm"
+      real(wp), parameter :: speed(3) = [1000.0_wp, 1004.0_wp, 1008.0_wp]
+
+      call table%add(axis, speed, "rpm", "speed of rotation", axis)
+      call table%add("/point/rotation.speed_rpm", speed, "rpm", "speed of rotation", "/point/point")
+   end subroutine sample_axes
+
+   !> A file of three speeds with two, no and one extremum.
+   subroutine write_sample_sweep(path, overwrite, error)
+      character(*), intent(in) :: path
+      logical, intent(in) :: overwrite
+      type(error_t), allocatable, intent(out) :: error
+      type(rows_file_t) :: file
+      type(table_t) :: axes, row
+
+      call sample_axes(axes)
+      call sample_point(row, 1, [1.5e-4_wp, -0.5e-4_wp])
+      call file%begin(path, sample_header("razy-sweep"), axes, row, 3_i8, [0_i8, 0_i8, 0_i8, 3_i8, 3_i8, 3_i8, 0_i8, 0_i8], error)
+      if (.not. allocated(error)) call file%append(row, error)
+      call sample_point(row, 2, [real(wp) ::])
+      if (.not. allocated(error)) call file%append(row, error)
+      call sample_point(row, 3, [2.5e-4_wp])
+      if (.not. allocated(error)) call file%append(row, error)
+      if (allocated(error)) then
+         call file%discard()
+      else
+         call file%commit(overwrite, error)
+      end if
+   end subroutine write_sample_sweep
+
+   !> The first `times` of four times, two coordinates of different units, as many of two events and three extrema.
+   function sample_run(times) result(table)
+      integer, intent(in) :: times
+      type(table_t) :: table
+      character(*), parameter :: names(2) = [character(6) :: "slider", "rotor"], units(2) = [character(3) :: "m", "rad"]
+      character(*), parameter :: state(2) = [character(17) :: "/state/coordinate", "/state/time"]
+      real(wp), parameter :: time(4) = [0.0_wp, 0.1_wp, 0.2_wp, 0.3_wp]
+      real(wp), parameter :: displacement(2, 4) = reshape([1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 5.0_wp, 6.0_wp, 7.0_wp, 8.0_wp], [2, 4])
+
+      call table%add("/time", time(:times), "s", "time", "/sample")
+      call table%add("/state/coordinate", names, "1", "coordinate", "/state/coordinate")
+      call table%add("/state/time", time(:times), "s", "time", "/state/time")
+      call table%add("/state/displacement", displacement(:, :times), "mixed", "displacement", state)
+      call table%note("names", names)
+      call table%note("coordinate_units", units)
+      call table%add("/state/velocity", -displacement(:, :times), "mixed", "velocity", state)
+      call table%note("coordinate_units", [character(5) :: "m/s", "rad/s"])
+      call table%add("/observable/time", time(:times), "s", "time", "/observable/time")
+      call table%add("/observable/gap", 0.4_wp - time(:times), "m", "gap of the stop", "/observable/time")
+      associate (events => min(times, 2))
+         call table%add("/event/time", [0.11_wp, 0.22_wp], "s", "time", "/event/event")
+         call table%add("/event/contact", [2, 1], "1", "number of the contact", "/event/event")
+         call table%note("names", [character(5) :: "left", "right"])
+         call table%add("/event/state", [1, 0], "1", "branch", "/event/event")
+         call table%note("meanings", "0 = open, 1 = closed")
+         if (events == 0) call cut(table, "/event/")
+      end associate
+      call sample_extrema(table, [0.3_wp, 0.1_wp, 0.2_wp])
+      if (times == 0) call cut(table, "/extrema/")
    end function sample_run
 
-   !> Every array there, every length zero but that of the coordinates.
-   function sample_empty_run() result(content)
-      type(run_content_t) :: content
+   !> Let the lists of a group be empty.
+   subroutine cut(table, group)
+      type(table_t), intent(inout) :: table
+      character(*), intent(in) :: group
+      integer :: i
 
-      content = sample_run()
-      content%time = [real(wp) ::]
-      content%displacement = reshape([real(wp) ::], [2, 0])
-      content%velocity = content%displacement
-      content%observables(1)%values = [real(wp) ::]
-      content%event_time = [real(wp) ::]
-      content%event_contact = [integer(int32) ::]
-      content%event_state = [integer(int32) ::]
-      content%extrema(1)%value = [real(wp) ::]
-      content%extrema(1)%time = [real(wp) ::]
-      content%extrema(1)%kind = [integer(int8) ::]
-   end function sample_empty_run
+      do i = 1, table%count
+         associate (column => table%column(i))
+            if (index(column%name, group) /= 1) cycle
+            column%extent = [0_i8]
+            if (allocated(column%reals)) column%reals = [real(wp) ::]
+            if (allocated(column%integers)) column%integers = [integer(i8) ::]
+         end associate
+      end do
+   end subroutine cut
 
-   !> Three values of the parameter, two modes of three.
-   function sample_tune() result(content)
-      type(tune_content_t) :: content
+   !> Three values of a parameter, two modes, single numbers.
+   function sample_tune() result(table)
+      type(table_t) :: table
 
-      content%name = "spring(1)%stiffness"
-      content%units = "N/m"
-      content%mode = "the mode that is mostly table"
-      content%parameter = [1.0_wp, 2.0_wp, 3.0_wp]
-      content%objective = [0.25_wp, 0.0_wp, 0.25_wp]
-      content%tuned = [1.0_wp, 2.0_wp, 3.0_wp]
-      content%place = [1_int32, 1_int32, 2_int32]
-      content%frequency = reshape([1.0_wp, 2.5_wp, 2.0_wp, 2.5_wp, 3.0_wp, 2.5_wp], [2, 3])
-      content%frequency_before = [1.0_wp, 2.5_wp, 9.0_wp]
-      content%frequency_after = [2.0_wp, 2.5_wp, 9.5_wp]
-      content%goal = 2.0_wp
-      content%reference = 1.0_wp
-      content%optimum = 2.0_wp
-      content%share = 0.75_wp
+      call table%add("/parameter", [1.0_wp, 2.0_wp, 3.0_wp], "N/m", "spring(1)%stiffness", "/parameter")
+      call table%add("/mode", [1, 2], "1", "number of the mode", "/mode")
+      call table%add("/frequency", reshape([1.0_wp, 2.5_wp, 2.0_wp, 2.5_wp, 3.0_wp, 2.5_wp], [2, 3]), "Hz", "frequency", &
+                     [character(10) :: "/mode", "/parameter"])
+      call table%add("/eigenvalue", reshape([1.0_wp, 2.5_wp, 2.0_wp, 2.5_wp], [2, 2, 1]), "1/s", "eigenvalue", &
+                     [character(8) :: "/complex", "/mode", "/single"])
+      call table%add("/frequency_after", [2.0_wp, 2.5_wp, 9.5_wp], "Hz", "frequency", "/order")
+      call table%add("/optimum", 2.0_wp, "N/m", "spring(1)%stiffness, tuned")
+      call table%note("mode", "the mode that is mostly table")
    end function sample_tune
 
    !> The real dataset of rank 1, read back; not allocated if it cannot be read.

@@ -15,7 +15,7 @@ import pytest
 import xarray
 
 FOLDER = Path(os.environ["RAZY_SAMPLES"])
-SWEEPS = ["sample_sweep.h5", "sample_two_axes.h5"]
+SWEEPS = ["sample_sweep.h5"]
 RUNS = ["sample_run.h5", "sample_empty_run.h5", "sample_extrema_only.h5"]
 TUNES = ["sample_tune.h5"]
 ENGINES = ["h5netcdf", "netcdf4"]
@@ -108,10 +108,11 @@ def test_sweep_through_xarray(engine):
         assert "rotation.speed_rpm" in point.coords
         np.testing.assert_array_equal(point["rotation.speed_rpm"], [1000, 1004, 1008])
         np.testing.assert_array_equal(point["status"], [0, 2, 0])
-        np.testing.assert_array_equal(point["events"], [12, 0, 5_000_000_000])
+        np.testing.assert_array_equal(point["events"], [1, 2, 5_000_000_003])
+        assert point["multiplier"].dims == ("point", "number") and point["multiplier"].shape == (3, 3)
         assert point["events"].dtype == "int64" and point["status"].dtype == "int32"
-        assert point["status"].attrs["meanings"] == "0 = ok, 1 = chatter, 2 = too many events"
-        assert point["status"].attrs["flag_meanings"] == "ok chatter too_many_events"
+        assert point["status"].attrs["meanings"] == "0 = ok, 1 = too many events, 2 = chatter"
+        assert point["status"].attrs["flag_meanings"] == "ok too_many_events chatter"
         np.testing.assert_array_equal(point["status"].attrs["flag_values"], [0, 1, 2])
         np.testing.assert_array_equal(tree["axis"]["rotation.speed_rpm"], [1000, 1004, 1008])
         assert tree["axis"]["rotation.speed_rpm"].attrs["units"] == "rpm"
@@ -121,15 +122,6 @@ def test_sweep_through_xarray(engine):
         assert extrema["kind"].dtype == "int8"
         np.testing.assert_array_equal(extrema["kind"], [1, -1, 1])
         assert extrema["value"].attrs["units"] == "m" and extrema["time"].attrs["units"] == "s"
-
-
-def test_two_axes_reshape():
-    with h5py.File(FOLDER / "sample_two_axes.h5") as file:
-        speed, load = file["axis/rotation.speed_rpm"][:], file["axis/load(1).value"][:]
-        events = file["point/events"][:].reshape(len(speed), len(load))
-        np.testing.assert_array_equal(events, [[1, 2, 3], [4, 5, 6]])
-        np.testing.assert_array_equal(file["point/load(1).value"][:].reshape(2, 3), [load, load])
-        np.testing.assert_array_equal(file["extrema/mesh_deformation/offset"], np.zeros(7))
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -143,13 +135,13 @@ def test_run_through_xarray(engine):
         assert state["displacement"].attrs["units"] == "mixed"
         assert list(state["displacement"].attrs["coordinate_units"]) == ["m", "rad"]
         assert list(state["velocity"].attrs["coordinate_units"]) == ["m/s", "rad/s"]
-        assert float(tree["observable/gap"].sel(time=0.3)) == 0.1
+        assert float(tree["observable/gap"].sel(time=0.3)) == pytest.approx(0.1)
         np.testing.assert_array_equal(tree["time"], [0.0, 0.1, 0.2, 0.3])
         event = tree["event"]
         assert [event["contact"].attrs["names"][i - 1] for i in event["contact"].values] == ["right", "left"]
         assert event["state"].attrs["meanings"] == "0 = open, 1 = closed"
         np.testing.assert_array_equal(event["time"], [0.11, 0.22])
-        np.testing.assert_array_equal(tree["extrema/gap/time"], [0.05, 0.15, 0.25])
+        np.testing.assert_array_equal(tree["extrema/mesh_deformation/time"], [0.26, 0.27, 0.28])
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -157,11 +149,10 @@ def test_tune_through_xarray(engine):
     with xarray.open_dataset(FOLDER / "sample_tune.h5", engine=engine) as data:
         assert data["frequency"].dims == ("parameter", "mode")
         assert float(data["frequency"].sel(parameter=3.0, mode=1)) == 3.0
-        assert data["objective"].dims == ("parameter",) and data["frequency_before"].dims == ("order",)
+        assert data["eigenvalue"].dims == ("single", "mode", "complex") and data["frequency_after"].dims == ("order",)
         assert data["optimum"].dims == () and float(data["optimum"]) == 2.0
         assert data["optimum"].attrs["units"] == data["parameter"].attrs["units"] == "N/m"
         assert data["optimum"].attrs["mode"] == "the mode that is mostly table"
-        np.testing.assert_array_equal(data["tuned_place"], [1, 1, 2])
 
 
 def test_members_come_in_the_order_of_writing():

@@ -1,30 +1,26 @@
 !! Writes sample result files into the current folder, for the tests that read them from Python.
 program write_samples
-   use io_samples, only: sample_empty_run, sample_header, sample_run, sample_sweep, sample_tune, sample_two_axes
+   use io_samples, only: sample_extrema, sample_header, sample_run, sample_tune, write_sample_sweep
    use razy_core_error, only: error_t
-   use razy_io_header, only: result_header_t
-   use razy_io_run_file, only: run_content_t, write_run_file
-   use razy_io_sweep_file, only: write_sweep_file
-   use razy_io_tune_file, only: write_tune_file
+   use razy_core_kinds, only: wp
+   use razy_core_table, only: table_t
+   use razy_io_result_file, only: result_header_t, write_result
    implicit none(type, external)
 
-   type(run_content_t) :: extrema_only, run
    type(result_header_t) :: bare_header
+   type(table_t) :: extrema
    type(error_t), allocatable :: error
 
-   call write_sweep_file("sample_sweep.h5", sample_header("razy-sweep"), sample_sweep(), .true., error)
+   call write_sample_sweep("sample_sweep.h5", .true., error)
    call finish(error)
-   call write_sweep_file("sample_two_axes.h5", sample_header("razy-sweep"), sample_two_axes(), .true., error)
+   call write_result("sample_run.h5", sample_header("razy-run"), sample_run(4), .true., error)
    call finish(error)
-   call write_run_file("sample_run.h5", sample_header("razy-run"), sample_run(), .true., error)
+   call write_result("sample_empty_run.h5", sample_header("razy-run"), sample_run(0), .true., error)
    call finish(error)
-   call write_run_file("sample_empty_run.h5", sample_header("razy-run"), sample_empty_run(), .true., error)
+   call write_result("sample_tune.h5", sample_header("razy-tune"), sample_tune(), .true., error)
    call finish(error)
-   call write_tune_file("sample_tune.h5", sample_header("razy-tune"), sample_tune(), .true., error)
-   call finish(error)
-   extrema_only = sample_run()
-   run = run_content_t(extrema=extrema_only%extrema)
-   call write_run_file("sample_extrema_only.h5", bare_header, run, .true., error)
+   call sample_extrema(extrema, [0.3_wp, 0.1_wp, 0.2_wp])
+   call write_result("sample_extrema_only.h5", bare_header, extrema, .true., error)
    call finish(error)
 
 contains

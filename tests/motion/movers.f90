@@ -2,10 +2,10 @@
 module movers
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
-   use razy_study_integrators, only: new_integrator
+   use razy_study_motion, only: run_motion
    use razy_motion_integrator, only: integrator_t, observer_slot_t, observer_t, outcome_t
    use razy_machine_machine, only: machine_t
-   use razy_motion_method, only: check_method, method_t
+   use razy_motion_method, only: method_t
    use watchers, only: event_log_t, sampler_t
    implicit none(type, external)
    private
@@ -39,8 +39,6 @@ contains
 
       class(integrator_t), allocatable :: integrator
       type(error_t), allocatable :: error
-      type(method_t) :: checked
-      character(:), allocatable :: allowed, key
       type(observer_slot_t) :: slot(2)
       real(wp) :: displacement(size(machine%load)), velocity(size(machine%load))
       integer(i8) :: limit
@@ -54,13 +52,8 @@ contains
       call tell(slot(:n), machine)
       limit = 1000000_i8
       if (present(most_events)) limit = most_events
-      checked = method
-      call check_method(checked, machine, key, allowed)
-      if (len(key) > 0) error stop "the method was refused"
-      call new_integrator(integrator, checked, error)
-      if (.not. allocated(error)) call integrator%prepare(machine, .true., error)
-      if (allocated(error)) error stop "the machine was refused"
-      call integrator%run(t_end, limit, slot(:n), outcome)
+      call run_motion(machine, method, t_end, slot(:n), outcome, error, limit, .true., integrator)
+      if (allocated(error)) error stop "the method or the machine was refused"
       call integrator%final_state(displacement, velocity)
       if (present(x)) x = displacement
       if (present(v)) v = velocity

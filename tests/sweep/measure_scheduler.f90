@@ -9,25 +9,34 @@ module measured_task
    use, intrinsic :: iso_fortran_env, only: int64, real64
    use razy_core_error, only: error_t, raise
    use razy_sweep_clock, only: seconds
-   use razy_sweep_task, only: point_result_t, point_task
+   use razy_core_table, only: table_t
+   use razy_sweep_packet, only: unpack_row
+   use razy_sweep_task, only: collector_t, point_task
    implicit none(type, external)
    private
 
-   public :: calibrate, measured_task_t
+   public :: calibrate, counter_t, measured_task_t
 
    !> Points that take known numbers of operations.
    type, extends(point_task) :: measured_task_t
-      integer(int64) :: n_points = 0, collected = 0
+      integer(int64) :: n_points = 0
       !> Operations of a point of cost 1.
       real(real64) :: operations = 0
       logical :: clustered = .false.
-      real(real64) :: sum = 0
    contains
+      procedure :: describe
       procedure :: run
-      procedure :: collect
-      procedure :: settle
       procedure :: cost
    end type measured_task_t
+
+   !> Counts rows.
+   type, extends(collector_t) :: counter_t
+      integer(int64) :: n_points = 0, collected = 0
+      type(table_t) :: row
+   contains
+      procedure :: collect
+      procedure :: settle
+   end type counter_t
 
 contains
 
@@ -46,32 +55,42 @@ contains
       end if
    end function cost
 
-   subroutine run(self, point, result)
+   subroutine describe(self, row)
+      class(measured_task_t), intent(inout) :: self
+      type(table_t), intent(inout) :: row
+
+      call row%add("point", self%n_points, "1", "point")
+      call row%add("labour", 0.0_real64, "1", "outcome of the labour")
+   end subroutine describe
+
+   subroutine run(self, point, row, before)
       class(measured_task_t), intent(inout) :: self
       integer(int64), intent(in) :: point
-      type(point_result_t), intent(inout) :: result
+      type(table_t), intent(inout) :: row
+      type(table_t), intent(in), optional :: before
 
-      call result%append(point)
-      call result%append(labour(nint(self%operations*self%cost(point), int64)))
+      if (present(before)) error stop "there are no chains here"
+      call row%add("point", point, "1", "point")
+      call row%add("labour", labour(nint(self%operations*self%cost(point), int64)), "1", "outcome of the labour")
    end subroutine run
 
-   subroutine collect(self, point, result, error)
-      class(measured_task_t), intent(inout) :: self
-      integer(int64), intent(in) :: point
-      type(point_result_t), intent(in) :: result
+   subroutine collect(self, point, words, error)
+      class(counter_t), intent(inout) :: self
+      integer(int64), intent(in) :: point, words(:)
       type(error_t), allocatable, intent(out) :: error
+      logical :: fits
 
-      if (result%integers(1) /= point) call raise(error, "a result belongs to another point")
+      call unpack_row(words, self%row, fits)
+      if (.not. fits .or. self%row%column(1)%integers(1) /= point) call raise(error, "a row belongs to another point")
       self%collected = self%collected + 1
-      self%sum = self%sum + result%reals(1)
    end subroutine collect
 
    !> There is nothing to write down.
    subroutine settle(self, error)
-      class(measured_task_t), intent(inout) :: self
+      class(counter_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
 
-      if (self%collected > self%n_points) call raise(error, "more results than points")
+      if (self%collected > self%n_points) call raise(error, "more rows than points")
    end subroutine settle
 
    !> A chain of operations that no compiler shortens.
@@ -105,21 +124,26 @@ end module measured_task
 
 program measure_scheduler
    use, intrinsic :: iso_fortran_env, only: int64, real64
-   use measured_task, only: calibrate, measured_task_t
+   use measured_task, only: calibrate, counter_t, measured_task_t
    use mpi_f08, only: mpi_comm_world
    use razy_core_error, only: error_t
    use razy_sweep_communicator, only: communicator_t, new_communicator
    use razy_sweep_mpi, only: finish_mpi, start_mpi
+   use razy_sweep_plan, only: new_plan
    use razy_sweep_scheduler, only: run_sweep, sweep_options_t, sweep_outcome_t
+   use razy_sweep_units, only: units_t
    implicit none(type, external)
 
    type(communicator_t) :: communicator
    type(measured_task_t) :: task
+   type(counter_t) :: counter
+   type(units_t) :: units
    type(sweep_options_t) :: options
    type(sweep_outcome_t) :: outcome
    type(error_t), allocatable :: error
    real(real64) :: microseconds
    integer :: repetition, repetitions
+   logical :: whole
    character(32) :: argument
 
    call start_mpi(error)
@@ -138,11 +162,15 @@ program measure_scheduler
    if (communicator%is_root()) task%operations = microseconds*calibrate()
    call communicator%broadcast(task%operations, error)
    call check(error)
+   counter%n_points = task%n_points
+   call task%describe(counter%row)
+   call new_plan(units%plan, task%n_points, 1_int64, [integer ::])
+   call units%plan%close(whole)
    do repetition = 1, repetitions
-      task%collected = 0
+      counter%collected = 0
       call communicator%barrier(error)
       call check(error)
-      call run_sweep(communicator, task, task%n_points, options, outcome=outcome, error=error)
+      call run_sweep(communicator, task, units, counter, options, outcome=outcome, error=error)
       call check(error)
       if (communicator%is_root()) print '(i0, " ranks, ", es9.3, " points/s, ", f6.2, " % busy, ", i0, " messages, ", i0, a)', &
          & communicator%size, task%n_points/outcome%elapsed, 100*outcome%efficiency(), sum(outcome%messages), outcome%points(1), &

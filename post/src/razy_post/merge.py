@@ -210,6 +210,8 @@ def _write(file: h5py.File, plan: Plan) -> int:
     for name, model in first.file["point"].items():
         if name == "point":
             _dimension(file, model, points)
+        elif model.is_scale:
+            first.file.copy(model, file["point"], name)
         else:
             _copy(file, model, _rows(spans, model.name))
     if "contact" in first.file:
@@ -225,7 +227,7 @@ def _write(file: h5py.File, plan: Plan) -> int:
         _write_attractors(file, plan)
     if "scene" in first.file:
         first.file.copy("scene", file)
-    _attach_scales(file)
+    _attach_scales(file, first.file)
     return points
 
 
@@ -297,22 +299,16 @@ def _dimension(file: h5py.File, model: h5py.Dataset, length: int) -> None:
     item.make_scale(f"This is a netCDF dimension but not a netCDF variable. {length:9d}")
 
 
-def _attach_scales(file: h5py.File) -> None:
-    """Give every dataset the dimension scale of its group."""
-    for item in file["axis"].values():
-        item.make_scale(item.name.rsplit("/", 1)[1])
-    groups = [("point", "point"), *((f"extrema/{name}", "extremum") for name in file.get("extrema", ()))]
-    if "attractor" in file:
-        file["attractor/coordinate"].make_scale("coordinate")
-        groups.append(("attractor", "row"))
-    for group, scale in groups:
-        for name, item in file[group].items():
-            if name == OFFSET:
-                item.dims[0].attach_scale(file[group]["boundary"])
-            elif name not in (scale, "boundary", "coordinate"):
-                item.dims[0].attach_scale(file[group][scale])
-                if item.ndim == 2:
-                    item.dims[1].attach_scale(file[group]["coordinate"])
-    for group in file.get("contact", {}).values():
-        for item in group.values() if isinstance(group, h5py.Group) else ():
-            item.dims[0].attach_scale(file["contact/point"])
+def _attach_scales(file: h5py.File, model: h5py.File) -> None:
+    """Give every dataset the dimension scales that it has in a file."""
+    items: list[h5py.Dataset] = []
+    file.visititems(lambda _, item: items.append(item) if isinstance(item, h5py.Dataset) else None)
+    for item in items:
+        if model[item.name].is_scale and not item.is_scale:
+            item.make_scale(item.name.rsplit("/", 1)[1])
+    for item in items:
+        if item.name.startswith("/scene/"):
+            continue
+        for mine, theirs in zip(item.dims, model[item.name].dims, strict=True):
+            for scale in theirs.values() if not item.is_scale else ():
+                mine.attach_scale(file[scale.name])

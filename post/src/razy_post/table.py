@@ -8,8 +8,6 @@ import numpy as np
 from razy_post.errors import ResultError
 from razy_post.read import SweepResult
 
-POINT_COLUMNS = ("direction", "start", "status", "events", "steps", "doubts", "attractor")
-
 
 def write_extrema(result: SweepResult, observable: str, target: Path) -> int:
     """Write point, parameters, value and kind of each extremum of an observable; return the number of lines."""
@@ -29,14 +27,14 @@ def write_extrema(result: SweepResult, observable: str, target: Path) -> int:
 
 
 def write_points(result: SweepResult, target: Path) -> int:
-    """Write parameters, status and counters of each point; return the number of lines."""
+    """Write parameters, start and all single numbers of each point; return the number of lines."""
     names = [f"{quantity.name} [{quantity.units}]" for quantity in map(result.parameter, result.parameters)]
     columns = [np.arange(result.n_points), *(result.grid(name) for name in result.parameters)]
-    group = result.file.get("point", {})
-    for name in group:
-        if name in POINT_COLUMNS or name.startswith("start."):
+    wanted = {*result.columns, "direction", "start"}
+    for name, item in result.file.get("point", {}).items():
+        if name in wanted or name.startswith("start."):
             names.append(name)
-            columns.append(group[name][()])
+            columns.append(item[()])
     with _opened(target) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["point", *names])

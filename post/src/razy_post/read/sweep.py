@@ -170,6 +170,18 @@ class SweepResult(ResultFile):
         return self._counter("doubts")
 
     @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the single numbers of a point, such as ``events``: what ``/point`` has beside coordinates."""
+        coordinates = {*self.parameters, "direction", "start", *(f"start.{name}" for name in self.start_quantities)}
+        names, shape = self._members("point", h5py.Dataset), (self.n_points,)
+        return tuple(name for name in names if name not in coordinates and self.file["point"][name].shape == shape)
+
+    def column(self, name: str) -> NDArray:
+        """Read one of `columns`, shape (points,)."""
+        choose(name, self.columns, "column", self.path)
+        return np.asarray(self._vector(f"point/{name}", self.n_points)[()])
+
+    @property
     def period(self) -> NDArray[np.int64] | None:
         """Period of each motion in periods of the excitation, shape (points,); None if the file has none.
 
@@ -260,13 +272,11 @@ class SweepResult(ResultFile):
         if direction is not None:
             coordinates["direction"] = ("point", direction, {})
         variables: dict[str, tuple] = {"status": ("point", self.status)}
-        for name in ("events", "steps", "doubts", "period", "touched"):
-            counter = self._counter(name)
-            if counter is not None:
-                variables[name] = ("point", counter)
+        for name in self.columns:
+            described = quantity_of(self._dataset(f"point/{name}"), name).attributes()
+            variables[name] = ("point", self.column(name), described)
         if self._find("point/start") is not None:
             coordinates["start"] = ("point", self._vector("point/start", self.n_points)[()], {})
-            variables["attractor"] = ("point", self._vector("point/attractor", self.n_points)[()])
             for name in self.start_quantities:
                 item = self._vector(f"point/start.{name}", self.n_points)
                 coordinates[f"start.{name}"] = ("point", item[()], self.start_quantity(name).attributes())

@@ -1,0 +1,90 @@
+!! Result files: which program of which version made them from which input, and tables of named columns (razy_core_table).
+module razy_io_result_file
+   use razy_core_error, only: error_t, raise
+   use razy_core_table, only: table_t
+   use razy_core_version, only: razy_git_commit, razy_version
+   use razy_io_hdf5_column, only: write_attribute, write_table
+   use razy_io_hdf5_file, only: hdf5_file_t
+   implicit none(type, external)
+   private
+
+   public :: begin_result, check_name, new_header, result_header_t, write_result
+
+   !> What the root group says; a component that is not allocated is written as an empty string.
+   type :: result_header_t
+      !> Name of the program, such as `razy-sweep`; title of the scene; the effective input, of any length.
+      character(:), allocatable :: program, title, input
+      !> Method of integration, and what it does about jumps and kinks of contact laws.
+      character(:), allocatable :: integrator, treatment
+   end type result_header_t
+
+contains
+
+   pure function new_header(program, title, integrator, treatment, input) result(header)
+      character(*), intent(in) :: program, title, integrator, treatment, input
+      type(result_header_t) :: header
+
+      header%program = program
+      header%title = title
+      header%integrator = trim(integrator)
+      header%treatment = trim(treatment)
+      header%input = input
+   end function new_header
+
+   !> Write a whole file under a temporary name, then give it its own.
+   subroutine write_result(path, header, table, overwrite, error)
+      character(*), intent(in) :: path
+      type(result_header_t), intent(in) :: header
+      type(table_t), intent(in) :: table
+      logical, intent(in) :: overwrite
+      type(error_t), allocatable, intent(out) :: error
+
+      type(hdf5_file_t) :: file
+
+      call begin_result(file, path, header, table, error)
+      if (.not. allocated(error)) call file%commit(overwrite, error)
+   end subroutine write_result
+
+   !> Begin a file with its header and a table.
+   subroutine begin_result(file, path, header, table, error)
+      type(hdf5_file_t), intent(inout) :: file
+      character(*), intent(in) :: path
+      type(result_header_t), intent(in) :: header
+      type(table_t), intent(in) :: table
+      type(error_t), allocatable, intent(out) :: error
+
+      call file%create(path, error)
+      if (allocated(error)) return
+      call write_attribute(file, "/", "razy_version", razy_version, error)
+      if (.not. allocated(error)) call write_attribute(file, "/", "git_commit", razy_git_commit, error)
+      if (.not. allocated(error)) call write_attribute(file, "/", "program", text(header%program), error)
+      if (.not. allocated(error)) call write_attribute(file, "/", "title", text(header%title), error)
+      if (.not. allocated(error)) call write_attribute(file, "/", "integrator", text(header%integrator), error)
+      if (.not. allocated(error)) call write_attribute(file, "/", "treatment", text(header%treatment), error)
+      if (.not. allocated(error)) call write_attribute(file, "/", "input", text(header%input), error)
+      if (.not. allocated(error)) call write_table(file, table, error)
+      if (allocated(error)) call file%discard()
+   end subroutine begin_result
+
+   !> The string, empty if it is not allocated.
+   pure function text(string)
+      character(:), allocatable, intent(in) :: string
+      character(:), allocatable :: text
+
+      text = ""
+      if (allocated(string)) text = string
+   end function text
+
+   !> Refuse a name that cannot be a link in an HDF5 file.
+   pure subroutine check_name(name, error)
+      character(*), intent(in) :: name
+      type(error_t), allocatable, intent(out) :: error
+
+      if (len_trim(name) == 0) then
+         call raise(error, "a name in the result file is empty")
+      else if (index(name, "/") > 0 .or. name == ".") then
+         call raise(error, name//": cannot be a name in the result file, which allows neither / nor a lone point")
+      end if
+   end subroutine check_name
+
+end module razy_io_result_file

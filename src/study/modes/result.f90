@@ -1,0 +1,268 @@
+!! What razy-modes finds: natural frequencies and shapes, for rotors eigenvalues over the speed, reduced models beside the unreduced
+!! one; as a table and in words.
+module razy_study_modes_result
+   use razy_core_kinds, only: pi, wp
+   use razy_core_number, only: decimal, to_text
+   use razy_core_table, only: table_t
+   use razy_core_text, only: append_text, string_t
+   implicit none(type, external)
+   private
+
+   public :: modes_result_t, reduction_result_t
+
+   !> The comparison of several kinds of reduction; NaN where a model has no such number.
+   type :: reduction_result_t
+      !> What each kind is called, and its number of coordinates (kinds).
+      character(64), allocatable :: name(:)
+      integer, allocatable :: coordinates(:)
+      !> Static compliance of each mesh, m/N (meshes, kinds), and of the unreduced model (meshes).
+      real(wp), allocatable :: compliance(:, :), true_compliance(:)
+      !> Natural frequencies of the unreduced model with meshes closed, Hz (modes); whether these modes move a mesh (1 or 0); the
+      !> nearest frequency that each kind has (modes, kinds).
+      real(wp), allocatable :: frequency(:, :), true_frequency(:)
+      integer, allocatable :: moves(:)
+      !> Frequencies, Hz; real and imaginary part of the transfer function at each mesh (2, frequencies, meshes, kinds), m/N, and
+      !> of the unreduced model.
+      real(wp), allocatable :: hertz(:), response(:, :, :, :), true_response(:, :, :)
+      !> Largest errors (3, kinds) of compliance and frequency, relative, and of the transfer function over its largest modulus.
+      real(wp), allocatable :: error(:, :)
+   end type reduction_result_t
+
+   !> The results; what is not allocated is not written.
+   type :: modes_result_t
+      !> Names of the coordinates (coordinates), undamped shapes at rest (coordinates, modes), their frequencies, Hz (modes).
+      character(64), allocatable :: coordinate(:)
+      real(wp), allocatable :: shape(:, :), natural(:)
+      !> Parts and their shares of the kinetic energy (parts, modes), of the strain energy likewise.
+      character(64), allocatable :: part(:), strain_part(:)
+      real(wp), allocatable :: share(:, :), strain_share(:, :)
+      !> Names of shafts and their shares of the kinetic energy (shafts, modes).
+      character(64), allocatable :: shaft(:)
+      real(wp), allocatable :: shaft_share(:, :)
+      !> Reduced models beside the unreduced one.
+      type(reduction_result_t), allocatable :: reduction
+      !> Names of gear meshes and their deformation in the shapes (meshes, modes).
+      character(64), allocatable :: mesh(:)
+      real(wp), allocatable :: deformation(:, :)
+      !> Speeds, rad/s; frequencies, Hz (modes, speeds).
+      real(wp), allocatable :: speed(:), frequency(:, :)
+      !> Real and imaginary parts (2, eigenvalues, speeds), 1/s and rad/s. As many eigenvalues as modes with `branch`.
+      real(wp), allocatable :: eigenvalue(:, :, :)
+      !> Number of the branch, direction of whirl (modes, speeds).
+      real(wp), allocatable :: branch(:, :), direction(:, :)
+      !> Critical speeds, rad/s, their excitation orders, frequencies, Hz, directions of whirl, branches (criticals).
+      real(wp), allocatable :: critical(:), critical_order(:), critical_frequency(:), critical_direction(:), critical_branch(:)
+      !> Crossings that were seen but not located.
+      integer :: lost = 0
+      !> The stability limit, rad/s, NaN if there is none; what it is, in words.
+      real(wp), allocatable :: limit
+      character(:), allocatable :: limit_words
+   contains
+      procedure :: columns
+      procedure :: words
+   end type modes_result_t
+
+   character(*), parameter :: mode = "/mode", speed = "/speed"
+   !> More of a kind than this are counted, not listed.
+   integer, parameter :: most_lines = 20
+   !> Shares below this are not named; nor is whirl.
+   real(wp), parameter :: named = 0.1_wp
+   !> Directions of whirl above this are called forward, below its negative backward.
+   real(wp), parameter :: round = 0.5_wp
+
+contains
+
+   !> Hand over what was found.
+   subroutine columns(self, table)
+      class(modes_result_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
+
+      character(*), parameter :: coordinate = "/coordinate", part = "/part", strain_part = "/strain_part", mesh = "/mesh", &
+                                 shaft = "/shaft"
+      integer :: i
+
+      call table%add(mode, [(i, i=1, size(self%natural))], "1", "number of the mode", mode)
+      call table%add(coordinate, self%coordinate, "1", "name of the coordinate", coordinate)
+      call table%add("/natural_frequency", self%natural, "Hz", "undamped natural frequency at rest", mode)
+      call table%add("/shape", self%shape, "1", "undamped mode at rest, mass-normalised", [character(11) :: coordinate, mode])
+      call table%add(part, self%part, "1", "what a share belongs to", part)
+      call table%add("/energy_share", self%share, "1", "share of the kinetic energy of an undamped mode at rest", [part, mode])
+      if (allocated(self%strain_share)) then
+         call table%add(strain_part, self%strain_part, "1", "what a share of strain energy belongs to", strain_part)
+         call table%add("/strain_share", self%strain_share, "1", "share of the strain energy of an undamped mode at rest", &
+                        [character(12) :: strain_part, mode])
+         call table%add(mesh, self%mesh, "1", "name of the gear mesh", mesh)
+         call table%add("/mesh_deformation", self%deformation, "1", "deformation of a mesh in an undamped mode at rest", &
+                        [mesh, mode])
+         call table%add(shaft, self%shaft, "1", "name of the shaft", shaft)
+         call table%add("/shaft_share", self%shaft_share, "1", &
+                        "share of a shaft in the kinetic energy of an undamped mode at rest", [character(6) :: shaft, mode])
+      end if
+      call speed_columns(self, table)
+      if (allocated(self%reduction)) call reduction_columns(self%reduction, table)
+      if (allocated(self%critical)) call critical_columns(self, table)
+   end subroutine columns
+
+   !> What depends on the speed.
+   subroutine speed_columns(self, table)
+      class(modes_result_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
+
+      character(*), parameter :: along(2) = [character(6) :: mode, speed]
+
+      call table%add(speed, self%speed, "rad/s", "angular speed of the shaft of &rotation", speed)
+      call table%add("/frequency", self%frequency, "Hz", "frequency in ascending order", along)
+      if (.not. allocated(self%eigenvalue)) return
+      call table%add("/eigenvalue", self%eigenvalue, "1/s", "eigenvalue, imaginary part ascending", &
+                     [character(8) :: "/complex", merge(mode, "/root", allocated(self%branch)), speed])
+      if (.not. allocated(self%branch)) return
+      call table%add("/branch", self%branch, "1", "number of the branch of an eigenvalue", along)
+      call table%add("/direction", self%direction, "1", "direction of whirl: +1 forward, -1 backward", along)
+   end subroutine speed_columns
+
+   subroutine critical_columns(self, table)
+      class(modes_result_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
+
+      character(*), parameter :: along = "/critical"
+
+      call table%add("/critical_speed", self%critical, "rad/s", "critical speed", along)
+      call table%note("not_located", [self%lost])
+      call table%add("/critical_order", self%critical_order, "1", "excitation frequency over that of rotation", along)
+      call table%add("/critical_frequency", self%critical_frequency, "Hz", "frequency at the critical speed", along)
+      call table%add("/critical_direction", self%critical_direction, "1", "direction of whirl: +1 forward, -1 backward", along)
+      call table%add("/critical_branch", self%critical_branch, "1", "branch at the critical speed", along)
+      call table%add("/stability_limit", self%limit, "rad/s", "speed above which motion grows")
+      call table%note("meaning", self%limit_words)
+   end subroutine critical_columns
+
+   !> Meshes follow each other along one dimension of their own, the frequencies inside.
+   subroutine reduction_columns(reduction, table)
+      type(reduction_result_t), intent(in) :: reduction
+      type(table_t), intent(inout) :: table
+
+      character(*), parameter :: group = "/reduction/", kind = group//"kind", quantity = group//"quantity", mode = group//"mode", &
+                                 hertz = group//"frequency_of_excitation", row = group//"mesh_and_frequency"
+      character(*), parameter :: quantities(3) = [character(32) :: "static compliance", "frequencies of mesh modes", &
+                                                                                                               "transfer function"]
+      integer :: i, rows
+
+      rows = size(reduction%true_response, 2)*size(reduction%true_response, 3)
+      call table%add(kind, reduction%name, "1", "kind of reduction", kind)
+      call table%add(group//"coordinates", reduction%coordinates, "1", "coordinates of the reduced model", kind)
+      call table%add(quantity, quantities, "1", "what is compared", quantity)
+      call table%add(group//"error", reduction%error, "1", &
+                     "largest error, relative; of the transfer function over its largest modulus", &
+                     [character(24) :: quantity, kind])
+      call table%add(group//"compliance", reduction%compliance, "m/N", "static compliance at the open mesh", &
+                     [character(16) :: "/mesh", kind])
+      call table%add(group//"unreduced_compliance", reduction%true_compliance, "m/N", "the same of the unreduced model", "/mesh")
+      call table%add(mode, [(i, i=1, size(reduction%true_frequency))], "1", "number of the mode", mode)
+      call table%add(group//"frequency", reduction%frequency, "Hz", &
+                     "natural frequency with meshes closed, the nearest to the unreduced one", [mode, kind])
+      call table%add(group//"unreduced_frequency", reduction%true_frequency, "Hz", &
+                     "natural frequency of the unreduced model with meshes closed", mode)
+      call table%add(group//"moves_mesh", reduction%moves, "1", "1 for a mode of the unreduced model that moves a mesh", mode)
+      call table%add(hertz, reduction%hertz, "Hz", "frequency of a force in the mesh", hertz)
+      call table%add(group//"response", reshape(reduction%response, [2, rows, size(reduction%name)]), "m/N", &
+                     "transfer function at the closed mesh, real and imaginary part", [character(32) :: "/complex", row, kind])
+      call table%add(group//"unreduced_response", reshape(reduction%true_response, [2, rows]), "m/N", &
+                     "the same of the unreduced model", [character(32) :: "/complex", row])
+   end subroutine reduction_columns
+
+   !> The answer in lines.
+   function words(content) result(lines)
+      class(modes_result_t), intent(in) :: content
+      type(string_t), allocatable :: lines(:)
+
+      integer :: i
+
+      allocate (lines(0))
+      do i = 1, min(most_lines, size(content%natural))
+         call append_text(lines, "mode "//to_text(i)//": "//decimal(content%natural(i), 3)//" Hz, "//nature(content, i))
+      end do
+      if (size(content%natural) > most_lines) call append_text(lines, "and "//to_text(size(content%natural) - most_lines)// &
+                                                               " more modes")
+      if (allocated(content%reduction)) call append_reduction(lines, content%reduction)
+      if (.not. allocated(content%critical)) return
+      do i = 1, min(most_lines, size(content%critical))
+         call append_text(lines, "critical speed of order "//to_text(content%critical_order(i))//": "// &
+                          decimal(content%critical(i), 3)//" rad/s = "//decimal(content%critical(i)*30/pi, 2)//" rpm, "// &
+                          decimal(content%critical_frequency(i), 3)//" Hz, "//turning(content%critical_direction(i)))
+      end do
+      if (size(content%critical) > most_lines) call append_text(lines, "and "//to_text(size(content%critical) - most_lines)// &
+                                                                " more critical speeds")
+      if (content%lost > 0) call append_text(lines, to_text(content%lost)// &
+                                             " critical speeds were not located: take more points")
+      if (content%limit_words == "found") then
+         call append_text(lines, "stability limit: "//decimal(content%limit, 3)//" rad/s = "// &
+                          decimal(content%limit*30/pi, 2)//" rpm")
+      else
+         call append_text(lines, "stability limit: "//content%limit_words)
+      end if
+   end function words
+
+   !> The parts with a share in a mode, largest first, and the mesh.
+   function nature(content, mode) result(text)
+      type(modes_result_t), intent(in) :: content
+      integer, intent(in) :: mode
+      character(:), allocatable :: text
+
+      real(wp) :: share(size(content%part))
+      integer :: k, place
+
+      share = content%share(:, mode)
+      text = ""
+      do k = 1, size(share)
+         place = maxloc(share, dim=1)
+         if (share(place) < named) exit
+         if (len(text) > 0) text = text//", "
+         text = text//trim(content%part(place))//" "//to_text(nint(100*share(place)))//" %"
+         share(place) = 0.0_wp
+      end do
+      if (.not. allocated(content%strain_share)) return
+      do k = 1, size(content%shaft)
+         if (size(content%shaft) == 1 .or. content%shaft_share(k, mode) < named) cycle
+         text = text//"; "//trim(content%shaft(k))//" "//to_text(nint(100*content%shaft_share(k, mode)))//" %"
+      end do
+      associate (mesh => content%strain_share(3, mode))
+         if (mesh >= named) text = text//"; "//to_text(nint(100*mesh))//" % of the strain energy in the mesh"
+      end associate
+   end function nature
+
+   !> The largest errors of reduced models.
+   subroutine append_reduction(lines, reduction)
+      type(string_t), allocatable, intent(inout) :: lines(:)
+      type(reduction_result_t), intent(in) :: reduction
+
+      integer :: i
+
+      do i = 1, size(reduction%name)
+         call append_text(lines, trim(reduction%name(i))//", "//to_text(reduction%coordinates(i))// &
+                          " coordinates, errors against the unreduced model: static mesh compliance "//percent(1)//", "// &
+                          to_text(count(reduction%moves == 1))//" frequencies of modes that move the mesh "//percent(2)// &
+                          ", transfer function at the mesh up to "//decimal(maxval(reduction%hertz), 0)//" Hz "//percent(3))
+      end do
+
+   contains
+
+      function percent(k)
+         integer, intent(in) :: k
+         character(:), allocatable :: percent
+
+         percent = decimal(100*reduction%error(k, i), 4)//" %"
+      end function percent
+
+   end subroutine append_reduction
+
+   pure function turning(direction) result(word)
+      real(wp), intent(in) :: direction
+      character(:), allocatable :: word
+
+      word = "mixed whirl"
+      if (abs(direction) < named) word = "no whirl"
+      if (direction > round) word = "forward"
+      if (direction < -round) word = "backward"
+   end function turning
+
+end module razy_study_modes_result

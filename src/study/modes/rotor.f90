@@ -1,0 +1,210 @@
+!! What razy-modes finds for a rotor: undamped modes at rest, and over the speed the Campbell diagram, critical speeds and the
+!! stability limit.
+module razy_study_modes_rotor
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use razy_study_modes_machine, only: parts_of
+   use razy_core_error, only: error_t, raise
+   use razy_input_input, only: input_t
+   use razy_core_kinds, only: pi, wp
+   use razy_study_modes_result, only: modes_result_t
+   use razy_linalg_dense, only: product_of
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, keep_first, modes_found
+   use razy_rotor_whirl_campbell, only: campbell_t, new_campbell
+   use razy_rotor_model, only: rotor_model_t
+   use razy_rotor_whirl_modes, only: rotor_shares => energy_shares, rotor_modes => natural_modes, strain_shares
+   use razy_rotor_whirl_stability, only: known_limit, limit_below, limit_failed, limit_found, limit_t, stability_limit
+   use razy_rotor_whirl_degenerate, only: separate_twins, shaft_shares
+   use razy_rotor_whirl_whirl, only: new_whirl, whirl_found, whirl_problem_t
+   use razy_scenes_rotor_scene, only: rotor_scene_t
+   use razy_scenes_rotor_reduction, only: is_reduced
+   implicit none(type, external)
+   private
+
+   public :: find_campbell, find_rotor_modes, mesh_names
+
+   !> Relative error of the stability limit.
+   real(wp), parameter :: limit_tolerance = 1.0e-9_wp
+   character(*), parameter :: motions(4) = [character(64) :: "axial", "torsion", "bending in xy", "bending in xz"]
+   character(*), parameter :: strained(3) = [character(64) :: "shafts", "bearings", "meshes"]
+
+contains
+
+   !> Undamped modes at rest.
+   subroutine find_rotor_modes(content, rotor, input, count, closed, error)
+      type(modes_result_t), intent(inout) :: content
+      type(rotor_scene_t), intent(in) :: rotor
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: count
+      logical, intent(in) :: closed
+      type(error_t), allocatable, intent(out) :: error
+
+      type(eigenpairs_t) :: pairs
+      integer :: i, m, s
+
+      associate (model => rotor%model, reduced => rotor%reduced)
+         if (is_reduced(input)) then
+            if (closed) then
+               pairs = dense_modes(reduced%closed_stiffness(), reduced%mass)
+            else
+               pairs = dense_modes(reduced%stiffness, reduced%mass)
+            end if
+            if (pairs%status == modes_found) then
+               call keep_first(pairs, min(count, size(pairs%value)))
+               pairs%vector = product_of(reduced%basis, pairs%vector)
+            end if
+         else
+            pairs = rotor_modes(model, count, closed)
+         end if
+         if (pairs%status /= modes_found) then
+            call raise(error, "the eigenproblem could not be solved")
+            return
+         end if
+         call separate_twins(pairs, model)
+         m = size(pairs%value)
+         content%coordinate = names_of(model)
+         content%part = motions
+         content%strain_part = strained
+         content%natural = sqrt(max(pairs%value, 0.0_wp))/(2*pi)
+         content%shape = pairs%vector
+         content%mesh = mesh_names(input)
+         content%deformation = matmul(transpose(model%mesh_direction), pairs%vector)
+         allocate (content%shaft(size(model%rotor%shaft)))
+         do s = 1, size(content%shaft)
+            content%shaft(s) = model%rotor%shaft(s)%name
+         end do
+         allocate (content%share(4, m), content%strain_share(3, m), content%shaft_share(size(content%shaft), m))
+         do i = 1, m
+            content%shaft_share(:, i) = shaft_shares(model, pairs%vector(:, i))
+            content%share(:, i) = rotor_shares(model, pairs%vector(:, i))
+            content%strain_share(:, i) = strain_shares(model, pairs%vector(:, i), closed)
+         end do
+      end associate
+      content%speed = [0.0_wp]
+      content%frequency = reshape(content%natural, [m, 1])
+   end subroutine find_rotor_modes
+
+   function mesh_names(input) result(names)
+      type(input_t), intent(in) :: input
+      character(64), allocatable :: names(:)
+
+      character(:), allocatable :: name
+      integer :: i
+
+      allocate (names(input%count("gear_mesh")))
+      do i = 1, size(names)
+         call input%get("gear_mesh", i, "name", name)
+         names(i) = name
+      end do
+   end function mesh_names
+
+   pure function names_of(model) result(names)
+      type(rotor_model_t), intent(in) :: model
+      character(64), allocatable :: names(:)
+
+      integer :: i
+
+      allocate (names(model%numbering%n))
+      do i = 1, size(names)
+         names(i) = model%numbering%name(model%rotor, i)
+      end do
+   end function names_of
+
+   !> Eigenvalues over the speed, critical speeds, stability limit.
+   subroutine find_campbell(content, rotor, input, count, closed, error)
+      type(modes_result_t), intent(inout) :: content
+      type(rotor_scene_t), intent(in) :: rotor
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: count
+      logical, intent(in) :: closed
+      type(error_t), allocatable, intent(out) :: error
+
+      type(whirl_problem_t) :: damped, problem
+      type(campbell_t) :: diagram
+      type(limit_t) :: limit
+      real(wp), allocatable :: order(:)
+      real(wp) :: first, last
+      logical :: circulatory, gyroscopic, with_damping
+      integer :: i, modes, points
+
+      call input%get("campbell", 1, "first_rpm", first)
+      call input%get("campbell", 1, "last_rpm", last)
+      call input%get("campbell", 1, "points", points)
+      call input%get("campbell", 1, "orders", order)
+      call input%get("campbell", 1, "damped", with_damping)
+      call input%get("rotation", 1, "gyroscopic", gyroscopic)
+      call input%get("rotation", 1, "circulatory", circulatory)
+      damped = new_whirl(rotor%reduced, closed)
+      if (.not. gyroscopic) damped%modal%gyroscopic = 0.0_wp
+      problem = damped
+      if (.not. with_damping) then
+         problem%damping = 0.0_wp
+         problem%cross_stiffness = 0.0_wp
+      end if
+      modes = min(count, size(damped%squared))
+      content%speed = [((first + (last - first)*(real(i, wp)/(points - 1)))*pi/30, i=0, points - 1)]
+      diagram = new_campbell(problem, rotor%model, content%speed, modes, order, circulatory .and. with_damping)
+      if (diagram%status /= whirl_found) then
+         call raise(error, "an eigenproblem could not be solved")
+         return
+      end if
+      content%frequency = aimag(diagram%value)/(2*pi)
+      content%eigenvalue = parts_of(diagram%value)
+      content%branch = real(diagram%branch, wp)
+      content%direction = diagram%direction
+      call mark_missing(content, diagram%branch)
+      associate (critical => diagram%critical)
+         content%critical = critical%speed
+         content%lost = diagram%lost
+         content%critical_order = critical%order
+         content%critical_frequency = critical%frequency/(2*pi)
+         content%critical_direction = critical%direction
+         content%critical_branch = real(critical%branch, wp)
+      end associate
+      if (with_damping) then
+         limit = known_limit(damped, content%speed, diagram%growth, circulatory, limit_tolerance)
+      else
+         limit = stability_limit(damped, content%speed(1), content%speed(points), points - 1, circulatory, limit_tolerance)
+      end if
+      call put_limit(content, limit)
+   end subroutine find_campbell
+
+   !> NaN for modes that a speed does not have.
+   subroutine mark_missing(content, branch)
+      type(modes_result_t), intent(inout) :: content
+      integer, intent(in) :: branch(:, :)
+
+      real(wp) :: nan
+      integer :: i, k
+
+      nan = ieee_value(nan, ieee_quiet_nan)
+      do k = 1, size(branch, 2)
+         do i = 1, size(branch, 1)
+            if (branch(i, k) > 0) cycle
+            content%frequency(i, k) = nan
+            content%eigenvalue(:, i, k) = nan
+            content%branch(i, k) = nan
+            content%direction(i, k) = nan
+         end do
+      end do
+   end subroutine mark_missing
+
+   !> The stability limit between the first and the last speed, and what is known of it.
+   subroutine put_limit(content, limit)
+      type(modes_result_t), intent(inout) :: content
+      type(limit_t), intent(in) :: limit
+
+      content%limit = limit%speed
+      select case (limit%status)
+      case (limit_found)
+         content%limit_words = "found"
+      case (limit_below)
+         content%limit_words = "unstable at the first speed already"
+      case (limit_failed)
+         content%limit_words = "an eigenproblem was not solved"
+      case default
+         content%limit_words = "none up to the last speed"
+      end select
+      if (limit%status /= limit_found) content%limit = ieee_value(content%limit, ieee_quiet_nan)
+   end subroutine put_limit
+
+end module razy_study_modes_rotor

@@ -1,0 +1,113 @@
+!! One motion: this machine, by this method, seen by these observers.
+module razy_study_motion
+   use razy_core_error, only: error_t, raise
+   use razy_core_kinds, only: i8, wp
+   use razy_exact_exact, only: exact_t
+   use razy_machine_machine, only: machine_t
+   use razy_motion_integrator, only: integrator_t, observer_slot_t, outcome_t
+   use razy_moreau_moreau, only: moreau_t
+   use razy_runge_kutta_runge_kutta, only: new_runge_kutta, runge_kutta_t
+   use razy_motion_method, only: check_method, method_t
+   implicit none(type, external)
+   private
+
+   public :: new_integrator, run_motion
+
+   !> Events of contacts after which a motion is given up, unless a caller says otherwise.
+   integer(i8), parameter :: usual_events = 10000000_i8
+
+contains
+
+   !> Run a machine from 0 to `t_end`, s, by a method and show the motion to the observers; how it ended is in `outcome`.
+   !>
+   !> `keep_all` follows every coordinate, which observers of the whole state and `integrator%final_state` need. An `integrator`
+   !> of the same method is taken up with what it knows of the machine before; that changes no bit of a motion.
+   !> Errors: a method that the machine's laws do not allow, a machine that the integrator refuses.
+   subroutine run_motion(machine, method, t_end, observers, outcome, error, most_events, keep_all, integrator)
+      type(machine_t), intent(in) :: machine
+      type(method_t), intent(in) :: method
+      real(wp), intent(in) :: t_end
+      type(observer_slot_t), intent(in) :: observers(:)
+      type(outcome_t), intent(out) :: outcome
+      type(error_t), allocatable, intent(out) :: error
+      integer(i8), intent(in), optional :: most_events
+      logical, intent(in), optional :: keep_all
+      class(integrator_t), allocatable, intent(inout), target, optional :: integrator
+
+      class(integrator_t), allocatable, target :: own
+
+      if (present(integrator)) then
+         call run_by(integrator)
+      else
+         call run_by(own)
+      end if
+
+   contains
+
+      subroutine run_by(by)
+         class(integrator_t), allocatable, intent(inout), target :: by
+
+         type(method_t) :: checked
+         character(:), allocatable :: allowed, key
+         integer(i8) :: limit
+         logical :: all
+
+         checked = method
+         call check_method(checked, machine, key, allowed)
+         if (len(key) > 0) then
+            call raise(error, key//": "//allowed)
+            return
+         end if
+         all = .false.
+         if (present(keep_all)) all = keep_all
+         limit = usual_events
+         if (present(most_events)) limit = most_events
+         call new_integrator(by, checked, error)
+         if (.not. allocated(error)) call by%prepare(machine, all, error)
+         if (.not. allocated(error)) call by%run(t_end, limit, observers, outcome)
+      end subroutine run_by
+
+   end subroutine run_motion
+
+   !> Make the integrator of a method that razy_motion_method has checked; one of the same kind is kept with what it knows.
+   subroutine new_integrator(integrator, method, error)
+      class(integrator_t), allocatable, intent(inout) :: integrator
+      type(method_t), intent(in) :: method
+      type(error_t), allocatable, intent(out) :: error
+
+      select case (method%integrator)
+      case ("exact")
+         if (allocated(integrator)) then
+            select type (integrator)
+            type is (exact_t)
+               integrator%most_steps = method%most_steps
+               return
+            end select
+            deallocate (integrator)
+         end if
+         allocate (exact_t :: integrator)
+         select type (integrator)
+         type is (exact_t)
+            integrator%most_steps = method%most_steps
+         end select
+      case ("rk4", "bogacki_shampine", "dormand_prince", "dop853", "radau5")
+         if (allocated(integrator)) deallocate (integrator)
+         allocate (runge_kutta_t :: integrator)
+         select type (integrator)
+         type is (runge_kutta_t)
+            call new_runge_kutta(integrator, method)
+         end select
+      case ("moreau_jean")
+         if (allocated(integrator)) deallocate (integrator)
+         allocate (moreau_t :: integrator)
+         select type (integrator)
+         type is (moreau_t)
+            integrator%step = method%step
+            integrator%most_steps = method%most_steps
+         end select
+      case default
+         call raise(error, "there is no integrator '"//trim(method%integrator)//"'")
+      end select
+   end subroutine new_integrator
+
+end module razy_study_motion

@@ -1,0 +1,108 @@
+!! One motion of an input, with what &record asks for, as the table of its result file.
+module razy_study_run
+   use razy_core_drawing, only: drawing_t
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: i8
+   use razy_core_number, only: to_text
+   use razy_core_table, only: table_t
+   use razy_core_text, only: append_text, string_t
+   use razy_input_input, only: input_t
+   use razy_machine_machine, only: machine_t
+   use razy_motion_integrator, only: outcome_t, status_meanings, status_ok
+   use razy_scenes_case, only: motion_t, new_machine
+   use razy_scenes_factory, only: draw_scene
+   use razy_scenes_records, only: record_t
+   use razy_scenes_scene, only: scene_t
+   use razy_scenes_start, only: check_start
+   use razy_study_sweep_starts, only: new_starts, starts_t
+   use razy_study_watch, only: watch_t
+   implicit none(type, external)
+   private
+
+   public :: new_run, run_t
+
+   !> A motion that an input describes.
+   type :: run_t
+      type(machine_t) :: machine
+      type(motion_t) :: motion
+      type(watch_t) :: watch
+      type(outcome_t) :: outcome
+      type(drawing_t), allocatable, private :: drawing
+   contains
+      procedure :: compute
+      procedure :: columns
+      procedure :: words
+   end type run_t
+
+contains
+
+   !> Make the machine of an input, and what watches it.
+   subroutine new_run(self, input, error)
+      type(run_t), intent(out) :: self
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      class(scene_t), allocatable :: scene
+      type(record_t), allocatable :: records(:)
+
+      call new_machine(self%machine, self%motion, records, input, error, scene)
+      if (.not. allocated(error)) call apply_single_start(self%machine, input, error)
+      if (.not. allocated(error)) call draw_scene(scene, self%drawing, input, error)
+      if (allocated(error)) return
+      self%watch%in_full = .true.
+      call self%watch%ask(records, self%machine, error)
+   end subroutine new_run
+
+   !> Begin from the start of &starts if that is one alone, as razy-sweep names it for a point; several are for razy-sweep.
+   subroutine apply_single_start(machine, input, error)
+      type(machine_t), intent(inout) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      type(starts_t) :: starts
+
+      call new_starts(starts, machine, input, error)
+      if (allocated(error)) return
+      if (.not. starts%wanted) return
+      if (starts%method /= "list" .or. starts%count /= 1) return
+      call starts%apply(machine, 1_i8, 1_i8)
+      call check_start(machine, input, error)
+   end subroutine apply_single_start
+
+   !> Compute the motion; how it ended is in `outcome`.
+   subroutine compute(self, error)
+      class(run_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+
+      call self%watch%run(self%machine, self%motion, self%outcome, error)
+   end subroutine compute
+
+   !> What was computed, up to where the motion ended.
+   subroutine columns(self, table)
+      class(run_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
+
+      type(table_t) :: outcome
+
+      call self%outcome%columns(outcome, "/outcome/", brief=.false.)
+      call table%stack(outcome, "/outcome/single")
+      call self%watch%columns(table, self%machine)
+      if (allocated(self%drawing)) call self%drawing%columns(table)
+   end subroutine columns
+
+   !> What a user has to know of the motion, in lines; none if it came to its end and nothing is in doubt.
+   function words(self) result(lines)
+      class(run_t), intent(in) :: self
+      type(string_t), allocatable :: lines(:)
+
+      allocate (lines(0))
+      associate (outcome => self%outcome)
+         if (outcome%doubts > 0) call append_text(lines, to_text(outcome%doubts)//" events in doubt, the first after "// &
+                                                  to_text(outcome%doubt_time)//" s: closer than the method resolves, so "// &
+                                                  "they may be missed or none (docs/hard_cases.md)")
+         if (outcome%status /= status_ok) call append_text(lines, "the motion ended at "//to_text(outcome%time)//" s: "// &
+                                                           trim(status_meanings(outcome%status)))
+      end associate
+   end function words
+
+end module razy_study_run

@@ -1,0 +1,259 @@
+!! The axes of a sweep: for each &sweep the values, and the places of the input that they go to.
+!!
+!! An axis may vary several values of the input together: each is the axis' value times a factor.
+module razy_study_sweep_axes
+   use razy_core_error, only: error_t
+   use razy_input_input, only: input_t
+   use razy_core_kinds, only: i8, wp
+   use razy_input_slot, only: slot_t
+   use razy_core_text, only: string_t
+   use razy_sweep_grid, only: axis_t, grid_t, new_axis, new_grid
+   implicit none(type, external)
+   private
+
+   public :: new_axes, put_point, put_value, varied_t
+
+   !> What one &sweep varies: places of the input (places) and factors (places); name of the first, and its unit, of which the
+   !> values of the axis are.
+   type :: varied_t
+      type(slot_t), allocatable :: slot(:)
+      real(wp), allocatable :: factor(:)
+      character(:), allocatable :: parameter, unit
+   contains
+      procedure :: dotted
+   end type varied_t
+
+contains
+
+   !> Read all &sweep groups: what each varies, and the grid of their values. The last runs fastest.
+   subroutine new_axes(varied, grid, input, error)
+      type(varied_t), allocatable, intent(out) :: varied(:)
+      type(grid_t), intent(out) :: grid
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      type(error_t), allocatable :: problem
+      type(axis_t), allocatable :: axes(:)
+      integer :: i, n
+
+      n = input%count("sweep")
+      if (n == 0) then
+         call input%complain(error, "sweep", 1, "parameter", "required: the group%key that razy-sweep varies")
+      else if (n > 2) then
+         call input%complain(error, "sweep", 3, "parameter", "at most two &sweep groups, one for each axis of the grid")
+      end if
+      if (allocated(error)) return
+      allocate (varied(n), axes(n))
+      do i = 1, n
+         call read_places(varied(i), input, i, error)
+         if (.not. allocated(error)) call read_axis(axes(i), input, i, error)
+         if (.not. allocated(error)) call check_whole(varied(i), input, i, error)
+         if (.not. allocated(error) .and. i == 2) call check_second(varied, input, error)
+         if (allocated(error)) return
+      end do
+      call new_grid(grid, axes, problem)
+      if (allocated(problem)) call input%complain(error, "sweep", n, "points", "fewer points: "//problem%message)
+   end subroutine new_axes
+
+   !> Where the values of &sweep number i go.
+   subroutine read_places(varied, input, i, error)
+      type(varied_t), intent(out) :: varied
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      type(error_t), allocatable :: problem
+      type(string_t), allocatable :: paths(:)
+      integer :: k
+
+      call input%get("sweep", i, "parameter", paths)
+      allocate (varied%slot(size(paths)))
+      do k = 1, size(paths)
+         call input%locate(paths(k)%text, varied%slot(k), problem)
+         if (allocated(problem)) then
+            call input%complain(error, "sweep", i, "parameter", problem%message)
+         else if (index(varied%slot(k)%path, "sweep%") == 1 .or. index(varied%slot(k)%path, "sweep(") == 1) then
+            call input%complain(error, "sweep", i, "parameter", "a value of another group than &sweep")
+         else if (any(varied%slot(:k - 1)%instance == varied%slot(k)%instance .and. varied%slot(:k - 1)%key == varied%slot(k)%key &
+                      .and. varied%slot(:k - 1)%element == varied%slot(k)%element)) then
+            call input%complain(error, "sweep", i, "parameter", "each value once")
+         end if
+         if (allocated(error)) return
+      end do
+      varied%factor = spread(1.0_wp, 1, size(paths))
+      if (input%given("sweep", i, "factor")) call input%get("sweep", i, "factor", varied%factor)
+      if (size(varied%factor) /= size(paths)) then
+         call input%complain(error, "sweep", i, "factor", "one factor for each parameter")
+      else if (abs(varied%factor(1) - 1.0_wp) > 0.0_wp) then
+         call input%complain(error, "sweep", i, "factor", "1 for the first parameter, whose values are those of the axis")
+      end if
+      if (allocated(error)) return
+      varied%parameter = varied%slot(1)%path
+      varied%unit = input%unit_of(varied%slot(1))
+   end subroutine read_places
+
+   !> Refuse a second axis that varies what the first one does, or says what is said for the whole sweep.
+   subroutine check_second(varied, input, error)
+      type(varied_t), intent(in) :: varied(:)
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      character(*), parameter :: common(*) = [character(16) :: "direction", "kind_of_motion", "period_tolerance"]
+      integer :: k
+
+      do k = 1, size(varied(2)%slot)
+         associate (one => varied(2)%slot(k), others => varied(1)%slot)
+            if (.not. any(others%instance == one%instance .and. others%key == one%key .and. others%element == one%element)) cycle
+            call input%complain(error, "sweep", 2, "parameter", "a value that the first &sweep does not vary")
+            return
+         end associate
+      end do
+      do k = 1, size(common)
+         if (.not. differs(trim(common(k)))) cycle
+         call input%complain(error, "sweep", 2, trim(common(k)), "given in the first &sweep only, for the whole sweep")
+         return
+      end do
+
+   contains
+
+      !> Whether the second group says something else than the default; an effective input says defaults too.
+      logical function differs(key)
+         character(*), intent(in) :: key
+
+         character(:), allocatable :: direction
+         real(wp) :: tolerance
+         logical :: asked
+
+         select case (key)
+         case ("direction")
+            call input%get("sweep", 2, key, direction)
+            differs = direction /= "independent"
+         case ("kind_of_motion")
+            call input%get("sweep", 2, key, asked)
+            differs = .not. asked
+         case default
+            call input%get("sweep", 2, key, tolerance)
+            differs = abs(tolerance - 1.0e-6_wp) > epsilon(tolerance)*tolerance
+         end select
+      end function differs
+
+   end subroutine check_second
+
+   !> The values of axis i, from first, last, and step or points.
+   subroutine read_axis(axis, input, i, error)
+      type(axis_t), intent(out) :: axis
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      type(error_t), allocatable :: problem
+      real(wp) :: first, last, step
+      integer :: points
+
+      call input%get("sweep", i, "first", first)
+      call input%get("sweep", i, "last", last)
+      step = 0.0_wp
+      if (input%given("sweep", i, "step")) call input%get("sweep", i, "step", step)
+      if (abs(step) > 0.0_wp .eqv. input%given("sweep", i, "points")) then
+         call input%complain(error, "sweep", i, "step", "one of step and points has to be given")
+         return
+      end if
+      if (abs(step) > 0.0_wp) then
+         call new_axis(axis, first, last, step, problem)
+         if (allocated(problem)) call input%complain(error, "sweep", i, "step", after_colon(problem%message))
+      else
+         call input%get("sweep", i, "points", points)
+         call new_axis(axis, first, last, points, problem)
+         if (allocated(problem)) call input%complain(error, "sweep", i, "points", after_colon(problem%message))
+      end if
+   end subroutine read_axis
+
+   !> Refuse values of an integer that are none: between both ends, which are tried as any other value.
+   subroutine check_whole(varied, input, i, error)
+      type(varied_t), intent(in) :: varied
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: first, last, step
+      integer :: points
+
+      if (.not. any(varied%slot%whole)) return
+      call input%get("sweep", i, "first", first)
+      if (input%given("sweep", i, "points")) then
+         call input%get("sweep", i, "last", last)
+         call input%get("sweep", i, "points", points)
+         step = 0.0_wp
+         if (points > 1) step = (last - first)/(points - 1)
+         if (broken()) call input%complain(error, "sweep", i, "points", "a number that makes all values of "//varied%parameter// &
+                                           " whole numbers")
+      else
+         call input%get("sweep", i, "step", step)
+         if (broken()) call input%complain(error, "sweep", i, "step", "a whole number, as "//varied%parameter//" is")
+      end if
+
+   contains
+
+      !> Whether a step takes an integer to what is none.
+      logical function broken()
+
+         broken = any(varied%slot%whole .and. abs(varied%factor*step - anint(varied%factor*step)) > 0.0_wp)
+      end function broken
+
+   end subroutine check_whole
+
+   !> A message without the key and value that it begins with, which `complain` says already.
+   pure function after_colon(message) result(rest)
+      character(*), intent(in) :: message
+      character(:), allocatable :: rest
+
+      rest = message(index(message, ": ") + merge(2, 1, index(message, ": ") > 0):)
+   end function after_colon
+
+   !> Set the values of an axis in the input; an error if a key does not allow one.
+   pure subroutine put_value(varied, input, value, error)
+      type(varied_t), intent(in) :: varied
+      type(input_t), intent(inout) :: input
+      real(wp), intent(in) :: value
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: k
+
+      do k = 1, size(varied%slot)
+         call input%put(varied%slot(k), varied%factor(k)*value, error)
+         if (allocated(error)) return
+      end do
+   end subroutine put_value
+
+   !> Set the values of point number `point` of the grid.
+   pure subroutine put_point(varied, grid, input, point, error)
+      type(varied_t), intent(in) :: varied(:)
+      type(grid_t), intent(in) :: grid
+      type(input_t), intent(inout) :: input
+      integer(i8), intent(in) :: point
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: values(size(varied))
+      integer :: i
+
+      values = grid%values(point)
+      do i = 1, size(varied)
+         call put_value(varied(i), input, values(i), error)
+         if (allocated(error)) return
+      end do
+   end subroutine put_point
+
+   !> The parameter as it is called in result files, with `.` for `%`.
+   pure function dotted(self) result(name)
+      class(varied_t), intent(in) :: self
+      character(:), allocatable :: name
+
+      integer :: i
+
+      name = self%parameter
+      do i = 1, len(name)
+         if (name(i:i) == "%") name(i:i) = "."
+      end do
+   end function dotted
+
+end module razy_study_sweep_axes

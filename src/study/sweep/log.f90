@@ -1,0 +1,204 @@
+!! The log of a sweep: when it began and with what, how fast it was, which points were the slowest, and which failed, with the
+!! command that computes such a point alone.
+module razy_study_sweep_log
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: i8, wp
+   use razy_core_number, only: decimal, to_text
+   use razy_core_table, only: table_t
+   use razy_core_text, only: string_t
+   use razy_motion_integrator, only: status_meanings
+   use razy_study_sweep_task, only: sweep_task_t
+   use razy_sweep_checkpoint, only: checkpoint_path, checkpoint_t
+   use razy_sweep_scheduler, only: sweep_outcome_t
+   implicit none(type, external)
+   private
+
+   public :: end_line, log_failures, log_slowest, points_done, start_line, what_was_written
+
+   !> Slowest points that are told.
+   integer, parameter :: slowest = 10
+
+contains
+
+   !> The line with which a log begins.
+   function start_line(task, checkpoint, from, to, ranks) result(line)
+      class(sweep_task_t), intent(in) :: task
+      type(checkpoint_t), intent(in) :: checkpoint
+      !> Names of input and output.
+      character(*), intent(in) :: from, to
+      integer, intent(in) :: ranks
+      character(:), allocatable :: line
+
+      line = moment()//" start: "//from//" to "//to//", "//to_text(ranks)//" ranks, "//to_text(task%plan%points)//" points, "// &
+             to_text(checkpoint%n_done)//" done before"
+   end function start_line
+
+   !> The line after the last point that was computed.
+   function end_line(outcome) result(line)
+      type(sweep_outcome_t), intent(in) :: outcome
+      character(:), allocatable :: line
+
+      real(wp) :: rate
+
+      rate = 0.0_wp
+      if (outcome%elapsed > 0.0_wp) rate = real(sum(outcome%points), wp)/outcome%elapsed
+      line = moment()//" "//trim(merge("stopped:", "end:    ", outcome%stopped))//" "//to_text(sum(outcome%points))// &
+             " points in "//decimal(outcome%elapsed, 3)//" s, "//decimal(rate, 1)//" points/s, ranks busy "// &
+             decimal(100*outcome%efficiency(), 1)//" %"
+   end function end_line
+
+   !> Write a line for each point that failed into a file, for the first `most` of them.
+   subroutine log_failures(unit, task, checkpoint, from, overrides, most, error)
+      integer, intent(in) :: unit
+      class(sweep_task_t), intent(in) :: task
+      type(checkpoint_t), intent(inout) :: checkpoint
+      character(*), intent(in) :: from
+      type(string_t), intent(in) :: overrides(:)
+      integer(i8), intent(in) :: most
+      type(error_t), allocatable, intent(out) :: error
+
+      type(table_t) :: row
+      integer(i8) :: failed, point
+      integer :: status
+
+      failed = 0
+      row = checkpoint%row
+      do point = 1, task%plan%points
+         if (failed >= min(most, checkpoint%tally_of("/point/status"))) return
+         if (.not. checkpoint%has(point)) cycle
+         call checkpoint%get(point, row, error)
+         if (allocated(error)) return
+         status = int(row%column(row%place_of("/point/status"))%integers(1))
+         if (status == 0) cycle
+         failed = failed + 1
+         write (unit, "(a)") "failed point "//to_text(point - 1)//": "//trim(status_meanings(status))//": "// &
+            repeat_command(task, from, overrides, point)
+      end do
+   end subroutine log_failures
+
+   !> Write a line for each of the slowest points into a file, the slowest first.
+   subroutine log_slowest(unit, task, checkpoint, from, overrides, error)
+      integer, intent(in) :: unit
+      class(sweep_task_t), intent(in) :: task
+      type(checkpoint_t), intent(inout) :: checkpoint
+      character(*), intent(in) :: from
+      type(string_t), intent(in) :: overrides(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      type(table_t) :: row
+      integer(i8) :: point, slow_point(slowest)
+      real(wp) :: slow_time(slowest), took
+      integer :: i
+
+      slow_time = -1.0_wp
+      slow_point = 0
+      row = checkpoint%row
+      do point = 1, task%plan%points
+         if (.not. checkpoint%has(point)) cycle
+         call checkpoint%get(point, row, error)
+         if (allocated(error)) return
+         took = row%column(row%place_of("seconds"))%reals(1)
+         if (took <= slow_time(slowest)) cycle
+         i = count(slow_time >= took) + 1
+         slow_time(i:) = [took, slow_time(i:slowest - 1)]
+         slow_point(i:) = [point, slow_point(i:slowest - 1)]
+      end do
+      do i = 1, slowest
+         if (slow_point(i) > 0) write (unit, "(a)") "slow point "//to_text(slow_point(i) - 1)//": "// &
+            decimal(1000*slow_time(i), 3)//" ms: "//repeat_command(task, from, overrides, slow_point(i))
+      end do
+   end subroutine log_slowest
+
+   !> The command that computes a point alone; of a chain the motion from the start of the input.
+   function repeat_command(task, from, overrides, point) result(line)
+      class(sweep_task_t), intent(in) :: task
+      character(*), intent(in) :: from
+      type(string_t), intent(in) :: overrides(:)
+      integer(i8), intent(in) :: point
+      character(:), allocatable :: line
+
+      real(wp) :: values(size(task%varied))
+      integer :: i, k
+
+      line = "razy-run "//in_quotes(from)
+      do i = 1, size(overrides)
+         line = line//" --set "//in_quotes(overrides(i)%text)
+      end do
+      values = task%grid%values(task%plan%grid_point(point))
+      do i = 1, size(values)
+         associate (varied => task%varied(i))
+            do k = 1, size(varied%slot)
+               line = line//" --set "//in_quotes(varied%slot(k)%path//"="//to_text(varied%factor(k)*values(i)))
+            end do
+         end associate
+      end do
+      if (task%starts%wanted) then
+         line = line//" --set "//in_quotes("starts%method='list'")
+         do i = 1, size(task%starts%range)
+            line = line//" --set "//in_quotes("start_range("//to_text(i)//")%values="// &
+                                              to_text(task%starts%value(i, task%plan%grid_point(point), task%plan%start_of(point))))
+         end do
+      end if
+      line = line//" --output point_"//to_text(point - 1)//".h5"
+      if (task%plan%has_chains()) line = line//" (in the sweep it began where another ended)"
+   end function repeat_command
+
+   !> A word for the shell, in quotes if it needs them.
+   pure function in_quotes(word) result(quoted)
+      character(*), intent(in) :: word
+      character(:), allocatable :: quoted
+
+      integer :: i
+
+      quoted = word
+      if (verify(word, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_%=+-./,:") == 0) return
+      quoted = "'"
+      do i = 1, len(word)
+         if (word(i:i) == "'") then
+            quoted = quoted//"'\''"
+         else
+            quoted = quoted//word(i:i)
+         end if
+      end do
+      quoted = quoted//"'"
+   end function in_quotes
+
+   !> Date and time with the difference from UTC.
+   function moment() result(text)
+      character(:), allocatable :: text
+
+      character(8) :: date
+      character(10) :: time
+      character(5) :: zone
+
+      call date_and_time(date, time, zone)
+      text = date(:4)//"-"//date(5:6)//"-"//date(7:8)//"T"//time(:2)//":"//time(3:4)//":"//time(5:6)//zone
+   end function moment
+
+   !> How many points are in the checkpoint of a result file.
+   function points_done(task, checkpoint, output) result(line)
+      class(sweep_task_t), intent(in) :: task
+      type(checkpoint_t), intent(in) :: checkpoint
+      character(*), intent(in) :: output
+      character(:), allocatable :: line
+
+      line = to_text(checkpoint%n_done)//" of "//to_text(task%plan%points)//" points are done, in "//checkpoint_path(output)
+   end function points_done
+
+   !> The line of a complete sweep: failures, and points with events in doubt if there are any.
+   function what_was_written(task, checkpoint, outcome, output) result(line)
+      class(sweep_task_t), intent(in) :: task
+      type(checkpoint_t), intent(in) :: checkpoint
+      type(sweep_outcome_t), intent(in) :: outcome
+      character(*), intent(in) :: output
+      character(:), allocatable :: line
+
+      integer(i8) :: doubtful
+
+      line = "wrote "//output//": "//to_text(task%plan%points)//" points, "//to_text(checkpoint%tally_of("/point/status"))// &
+             " failed, "//decimal(outcome%elapsed, 3)//" s, ranks busy "//decimal(100*outcome%efficiency(), 1)//" %"
+      doubtful = checkpoint%tally_of("/point/doubts")
+      if (doubtful > 0) line = line//", events in doubt at "//to_text(doubtful)//trim(merge(" points", " point ", doubtful > 1))
+   end function what_was_written
+
+end module razy_study_sweep_log

@@ -1,0 +1,229 @@
+!! A sweep as the input describes it: its axes and directions, and one motion at each of its points.
+!!
+!! The propagator keeps modes from point to point as long as only excitation, clearances or start differ; that changes no bit of a
+!! result. In a chain each motion starts where the one before ended (razy_study_sweep_continuation_state).
+!!
+!! A number more of each point is a column more in `run`, in an observer or in the outcome: packets, checkpoint and file go
+!! through the columns of a row, whatever they are.
+module razy_study_sweep_task
+   use razy_core_drawing, only: drawing_t
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: i8, wp
+   use razy_core_table, only: table_t
+   use razy_core_text, only: lower
+   use razy_input_input, only: input_t
+   use razy_io_result_file, only: check_name, new_header, result_header_t
+   use razy_machine_machine, only: machine_t
+   use razy_motion_integrator, only: integrator_t, outcome_t, status_no_machine, status_ok
+   use razy_scenes_case, only: motion_t, new_machine
+   use razy_scenes_factory, only: draw_scene
+   use razy_scenes_records, only: record_t
+   use razy_scenes_scene, only: scene_t
+   use razy_scenes_start, only: check_start
+   use razy_study_sweep_axes, only: new_axes, put_point, put_value, varied_t
+   use razy_study_sweep_continuation_state, only: carried_t
+   use razy_study_sweep_starts, only: new_starts, starts_t
+   use razy_study_watch, only: watch_t
+   use razy_sweep_clock, only: seconds
+   use razy_sweep_grid, only: grid_t
+   use razy_sweep_plan, only: new_plan, plan_t
+   use razy_sweep_task, only: point_task
+   implicit none(type, external)
+   private
+
+   public :: new_sweep, sweep_task_t
+
+   !> The task of a sweep over one or two values of an input; `plan` numbers its points, all of which are missing in it.
+   type, extends(point_task) :: sweep_task_t
+      type(input_t) :: input
+      type(varied_t), allocatable :: varied(:)
+      type(grid_t) :: grid
+      type(starts_t) :: starts
+      type(plan_t) :: plan
+      !> What the result file says of the whole sweep; the picture of the machine at the first values.
+      type(result_header_t) :: header
+      type(drawing_t), allocatable :: drawing
+      !> What was made of a point last.
+      type(machine_t) :: machine
+      type(motion_t) :: motion
+      type(watch_t) :: watch
+      class(scene_t), allocatable, private :: scene
+      class(integrator_t), allocatable, private :: integrator
+   contains
+      procedure :: describe
+      procedure :: run => run_point
+      procedure :: machine_at
+      procedure, private :: check_ends
+      procedure, private :: plan_points
+   end type sweep_task_t
+
+contains
+
+   !> Make the task of an input, on every rank; `starts` is what `read_start_file` found.
+   subroutine new_sweep(self, input, starts, error)
+      type(sweep_task_t), intent(out) :: self
+      type(input_t), intent(in) :: input
+      real(wp), intent(in) :: starts(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      type(record_t), allocatable :: records(:)
+      integer :: i
+
+      self%input = input
+      call new_axes(self%varied, self%grid, input, error)
+      if (allocated(error)) return
+      call new_machine(self%machine, self%motion, records, self%input, error, self%scene)
+      if (.not. allocated(error)) call new_starts(self%starts, self%machine, input, error, starts)
+      if (allocated(error)) return
+      if (self%starts%wanted) self%watch%strobe_periods = 2*self%starts%longest_period
+      call self%plan_points()
+      call self%check_ends(records, error)
+      if (allocated(error)) return
+      if (.not. any(records%extrema .or. records%statistics)) then
+         call input%complain(error, "record", 1, "what", "'extrema' or 'statistics' of at least one observable, for a sweep")
+         return
+      end if
+      call input%get("sweep", 1, "kind_of_motion", self%watch%asks_kind)
+      call input%get("sweep", 1, "period_tolerance", self%watch%period_tolerance)
+      self%watch%keep_all = self%plan%has_chains()
+      call self%watch%ask(records, self%machine, error)
+      do i = 1, size(self%varied)
+         if (.not. allocated(error)) call check_name(self%varied(i)%parameter, error)
+      end do
+      do i = 1, size(self%starts%range)
+         if (.not. allocated(error)) call check_name(self%starts%range(i)%name, error)
+      end do
+      if (allocated(error)) return
+      self%header = new_header("razy-sweep", self%machine%title, self%motion%method%integrator, self%motion%method%treatment, &
+                               input%effective())
+      call draw_scene(self%scene, self%drawing, self%input, error)
+   end subroutine new_sweep
+
+   !> All points, alone or as chains.
+   subroutine plan_points(self)
+      class(sweep_task_t), intent(inout) :: self
+
+      character(:), allocatable :: direction
+      integer, allocatable :: directions(:)
+      integer(i8) :: first
+      logical :: whole
+
+      call self%input%get("sweep", 1, "direction", direction)
+      select case (lower(direction))
+      case ("up")
+         directions = [1]
+      case ("down")
+         directions = [-1]
+      case ("both")
+         directions = [1, -1]
+      case default
+         directions = [integer ::]
+      end select
+      first = self%grid%axes(1)%n_values()
+      call new_plan(self%plan, first, self%grid%n_points()/first, directions, self%starts%count)
+      call self%plan%close(whole)
+   end subroutine plan_points
+
+   !> Refuse a sweep whose ends are out of the key's range or no machine; what fails between them becomes a status.
+   subroutine check_ends(self, records, error)
+      class(sweep_task_t), intent(inout) :: self
+      type(record_t), allocatable, intent(inout) :: records(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      type(error_t), allocatable :: problem
+      integer :: i, k
+
+      do k = 2**size(self%varied) - 1, 0, -1
+         do i = 1, size(self%varied)
+            associate (axis => self%grid%axes(i), at_first => btest(k, i - 1))
+               call put_value(self%varied(i), self%input, axis%value(merge(1_i8, axis%n_values(), at_first)), problem)
+               if (allocated(problem)) call self%input%complain(error, "sweep", i, trim(merge("first", "last ", at_first)), &
+                                                                problem%message)
+            end associate
+            if (allocated(error)) return
+         end do
+         call new_machine(self%machine, self%motion, records, self%input, error, self%scene)
+         if (self%starts%wanted .and. .not. allocated(error)) then
+            call self%starts%strobe_period(self%machine, self%motion%t_end, self%input, self%watch%strobe_period, error)
+         end if
+         if (allocated(error)) return
+      end do
+   end subroutine check_ends
+
+   !> Make the machine of a point, and take over what is asked of it.
+   subroutine machine_at(self, point, error)
+      class(sweep_task_t), intent(inout) :: self
+      integer(i8), intent(in) :: point
+      type(error_t), allocatable, intent(out) :: error
+
+      type(record_t), allocatable :: records(:)
+
+      call put_point(self%varied, self%grid, self%input, self%plan%grid_point(point), error)
+      if (allocated(error)) return
+      call new_machine(self%machine, self%motion, records, self%input, error, self%scene)
+      if (allocated(error)) return
+      call self%watch%ask(records, self%machine, error)
+      if (allocated(error) .or. .not. self%starts%wanted) return
+      call self%starts%apply(self%machine, self%plan%grid_point(point), self%plan%start_of(point))
+      call check_start(self%machine, self%input, error)
+      if (allocated(error)) return
+      call self%starts%strobe_period(self%machine, self%motion%t_end, self%input, self%watch%strobe_period, error)
+   end subroutine machine_at
+
+   !> The columns of a row.
+   subroutine describe(self, row)
+      class(sweep_task_t), intent(inout) :: self
+      type(table_t), intent(inout) :: row
+
+      type(carried_t) :: carried
+
+      call self%watch%attach(self%machine, self%motion%t_end)
+      call self%watch%forget()
+      call carried%take_from()
+      call fill(self, row, outcome_t(), 0.0_wp, carried)
+   end subroutine describe
+
+   subroutine fill(self, row, outcome, took, carried)
+      class(sweep_task_t), intent(in) :: self
+      type(table_t), intent(inout) :: row
+      type(outcome_t), intent(in) :: outcome
+      real(wp), intent(in) :: took
+      type(carried_t), intent(in) :: carried
+
+      call outcome%columns(row, "/point/", brief=.true.)
+      call self%watch%columns(row, self%machine)
+      call row%add("seconds", took, "s", "time that the point took")
+      if (self%plan%has_chains()) call carried%columns(row)
+   end subroutine fill
+
+   !> Compute one motion; in a chain its row has what is carried on, too.
+   subroutine run_point(self, point, row, before)
+      class(sweep_task_t), intent(inout) :: self
+      integer(i8), intent(in) :: point
+      type(table_t), intent(inout) :: row
+      type(table_t), intent(in), optional :: before
+
+      type(error_t), allocatable :: error
+      type(outcome_t) :: outcome
+      type(carried_t) :: carried
+      real(wp), allocatable :: displacement(:), velocity(:)
+      real(wp) :: begun
+
+      begun = seconds()
+      call self%watch%forget()
+      call carried%take_from(before)
+      call self%machine_at(point, error)
+      if (self%plan%has_chains() .and. .not. allocated(error)) call carried%begin(self%machine)
+      if (.not. allocated(error)) call self%watch%run(self%machine, self%motion, outcome, error, self%integrator)
+      if (allocated(error)) outcome%status = status_no_machine
+      if (self%plan%has_chains() .and. outcome%status == status_ok) then
+         allocate (displacement(size(self%machine%displacement)), velocity(size(self%machine%velocity)))
+         call self%integrator%final_state(displacement, velocity)
+         call carried%finish(self%machine, self%motion%t_end, displacement, velocity)
+      else
+         call carried%take_from()
+      end if
+      call fill(self, row, outcome, seconds() - begun, carried)
+   end subroutine run_point
+
+end module razy_study_sweep_task

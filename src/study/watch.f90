@@ -1,0 +1,213 @@
+!! What is asked of a motion, who sees it, and what they hand over: what &record says, the kind of motion, and the states by which
+!! attractors are told apart.
+module razy_study_watch
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: wp
+   use razy_core_table, only: table_t
+   use razy_io_result_file, only: check_name
+   use razy_machine_machine, only: machine_t
+   use razy_motion_integrator, only: integrator_t, observer_slot_t, observer_t, outcome_t, status_ok
+   use razy_observe_contact_statistics, only: contact_statistics_t
+   use razy_observe_event_log, only: event_log_t
+   use razy_observe_extrema, only: extrema_t
+   use razy_observe_periodicity, only: periodicity_t
+   use razy_observe_strobe, only: strobe_t
+   use razy_observe_trajectory, only: trajectory_t
+   use razy_scenes_case, only: motion_t
+   use razy_scenes_records, only: contacts_asked, record_t
+   use razy_study_motion, only: run_motion
+   use razy_study_sweep_attractors, only: state_norm
+   implicit none(type, external)
+   private
+
+   public :: watch_t
+
+   !> The observers of a motion; `ask`, then `run` and `columns` for each motion.
+   type :: watch_t
+      !> Extrema of observables are recorded, statistics of contacts, by number.
+      type(extrema_t), allocatable :: extrema(:)
+      integer, allocatable :: contacts(:)
+      !> The list of events and trajectories are recorded, too.
+      logical :: in_full = .false.
+      !> The kind of the motion is asked for, and to this tolerance.
+      logical :: asks_kind = .false.
+      real(wp) :: period_tolerance = 1.0e-6_wp
+      !> Every coordinate is followed, whoever sees it.
+      logical :: keep_all = .false.
+      !> Periods of the excitation before the end of the motion at which its state is stored, 0: no state is; the period, s.
+      integer :: strobe_periods = 0
+      real(wp) :: strobe_period = 0.0_wp
+      type(contact_statistics_t), private :: statistics
+      type(periodicity_t), private :: periodicity
+      type(trajectory_t), allocatable, private :: trajectory
+      type(event_log_t), private :: log
+      type(strobe_t), private :: strobe
+      !> Largest norm of the start and the states that were stored.
+      real(wp), private :: norm = 0.0_wp
+   contains
+      procedure :: ask
+      procedure :: attach
+      procedure :: forget
+      procedure :: run
+      procedure :: columns
+      procedure, private :: ask_trajectory
+   end type watch_t
+
+contains
+
+   !> Take over what is recorded of the observables and contacts of a machine.
+   !>
+   !> Errors: a name that cannot stand in a result file.
+   subroutine ask(self, records, machine, error)
+      class(watch_t), intent(inout) :: self
+      type(record_t), intent(in) :: records(:)
+      type(machine_t), intent(in) :: machine
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: i, k
+
+      do i = 1, size(machine%observable)
+         call check_name(machine%observable(i)%name, error)
+         if (allocated(error)) return
+      end do
+      do i = 1, size(machine%contact)
+         if (any(records%statistics)) call check_name(machine%contact(i)%name, error)
+         if (allocated(error)) return
+      end do
+
+      if (.not. allocated(self%extrema)) allocate (self%extrema(count(records%extrema)))
+      k = 0
+      do i = 1, size(records)
+         if (.not. records(i)%extrema) cycle
+         k = k + 1
+         associate (extrema => self%extrema(k), observable => machine%observable(records(i)%observable))
+            extrema%form = records(i)%observable
+            extrema%from = records(i)%from
+            extrema%name = observable%name
+            extrema%unit = observable%unit
+            extrema%long_name = observable%long_name
+         end associate
+      end do
+      self%contacts = contacts_asked(records, size(machine%contact))
+      if (size(self%contacts) > 0) self%statistics%from = records(findloc(records%statistics, .true., dim=1))%from
+      self%periodicity%from = minval(records%from, mask=records%extrema .or. records%statistics)
+      if (self%in_full .and. any(records%trajectory)) call self%ask_trajectory(records, size(machine%mass, 1))
+   end subroutine ask
+
+   !> All trajectories share their times; one without an observable is that of all `n` coordinates.
+   subroutine ask_trajectory(self, records, n)
+      class(watch_t), intent(inout) :: self
+      type(record_t), intent(in) :: records(:)
+      integer, intent(in) :: n
+
+      allocate (self%trajectory)
+      associate (first => records(findloc(records%trajectory, .true., dim=1)))
+         self%trajectory%from = first%from
+         self%trajectory%interval = first%interval
+      end associate
+      self%trajectory%form = pack(records%observable, records%trajectory .and. records%observable > 0)
+      if (any(records%trajectory .and. records%observable == 0)) self%trajectory%coordinates = n
+      self%keep_all = self%keep_all .or. self%trajectory%coordinates > 0
+   end subroutine ask_trajectory
+
+   !> Be ready for a motion of a machine until `t_end`, s.
+   subroutine attach(self, machine, t_end)
+      class(watch_t), intent(inout) :: self
+      type(machine_t), intent(in) :: machine
+      real(wp), intent(in) :: t_end
+
+      call self%forget()
+      call self%statistics%attach(machine, self%contacts)
+      self%periodicity%tolerance = self%period_tolerance
+      if (self%asks_kind) call self%periodicity%attach(machine, t_end)
+      if (self%strobe_periods == 0) return
+      call self%strobe%begin(size(machine%mass, 1), t_end, self%strobe_period, self%strobe_periods)
+      self%norm = norm_of(self, machine, [machine%displacement, machine%velocity])
+   end subroutine attach
+
+   !> Nothing was seen.
+   subroutine forget(self)
+      class(watch_t), intent(inout) :: self
+
+      integer :: i
+
+      do i = 1, size(self%extrema)
+         call self%extrema(i)%reset()
+      end do
+      call self%statistics%forget()
+      call self%periodicity%forget()
+      call self%log%reset()
+      if (allocated(self%trajectory)) call self%trajectory%reset()
+      self%strobe%count = 0
+   end subroutine forget
+
+   !> Run a machine as `motion` says, and watch; see `run_motion` for `integrator` and errors.
+   subroutine run(self, machine, motion, outcome, error, integrator)
+      class(watch_t), intent(inout), target :: self
+      type(machine_t), intent(in) :: machine
+      type(motion_t), intent(in) :: motion
+      type(outcome_t), intent(out) :: outcome
+      type(error_t), allocatable, intent(out) :: error
+      class(integrator_t), allocatable, intent(inout), target, optional :: integrator
+
+      type(observer_slot_t) :: slots(size(self%extrema) + 5)
+      integer :: i, n
+
+      call self%attach(machine, motion%t_end)
+      n = 0
+      do i = 1, size(self%extrema)
+         call show(self%extrema(i))
+      end do
+      if (self%in_full) call show(self%log)
+      if (size(self%contacts) > 0) call show(self%statistics)
+      if (self%asks_kind) call show(self%periodicity)
+      if (allocated(self%trajectory)) call show(self%trajectory)
+      if (self%strobe_periods > 0) call show(self%strobe)
+      call run_motion(machine, motion%method, motion%t_end, slots(:n), outcome, error, motion%most_events, &
+                      self%keep_all .or. self%strobe_periods > 0, integrator)
+      if (allocated(error)) call self%forget()
+      if (outcome%status /= status_ok) self%strobe%count = 0
+      do i = 1, self%strobe%count
+         self%norm = max(self%norm, norm_of(self, machine, self%strobe%state(:, i)))
+      end do
+
+   contains
+
+      subroutine show(observer)
+         class(observer_t), intent(inout), target :: observer
+
+         n = n + 1
+         slots(n)%observer => observer
+      end subroutine show
+
+   end subroutine run
+
+   !> Hand over what was seen of a motion of a machine.
+   subroutine columns(self, table, machine)
+      class(watch_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
+      type(machine_t), intent(in) :: machine
+
+      integer :: i
+
+      if (allocated(self%trajectory)) call self%trajectory%columns(table, machine)
+      if (self%in_full .and. size(machine%contact) > 0) call self%log%columns(table, machine%contact)
+      do i = 1, size(self%extrema)
+         call self%extrema(i)%columns(table)
+      end do
+      if (self%asks_kind) call self%periodicity%columns(table)
+      if (size(self%contacts) > 0) call self%statistics%columns(table)
+      if (self%strobe_periods == 0) return
+      call table%add("strobe/norm", self%norm, "1", "largest norm of the states")
+      call self%strobe%columns(table)
+   end subroutine columns
+
+   pure real(wp) function norm_of(self, machine, state)
+      class(watch_t), intent(in) :: self
+      type(machine_t), intent(in) :: machine
+      real(wp), intent(in) :: state(:)
+
+      norm_of = state_norm(machine%mass, 2*acos(-1.0_wp)/self%strobe_period, state)
+   end function norm_of
+
+end module razy_study_watch
