@@ -4,7 +4,7 @@ module command_line
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
-   use razy_core_text, only: did_you_mean, string_t
+   use razy_core_text, only: append_text, did_you_mean, string_t
    use razy_core_version, only: razy_git_commit, razy_version
    implicit none(type, external)
    private
@@ -28,6 +28,12 @@ module command_line
       character(:), allocatable :: log
    end type command_t
 
+   !> Options without and with a value, of all programs and of a sweep alone.
+   character(*), parameter :: plain(*) = [character(9) :: "--force", "--check", "--help", "-h", "--version"]
+   character(*), parameter :: valued(*) = [character(8) :: "--output", "--set"]
+   character(*), parameter :: plain_of_sweep(*) = [character(9) :: "--anew", "--dry-run"]
+   character(*), parameter :: valued_of_sweep(*) = [character(19) :: "--checkpoint", "--checkpoint-points", "--log"]
+
    interface
       !> isatty of POSIX: 1 if the descriptor is a terminal.
       function c_isatty(descriptor) result(answer) bind(c, name="isatty")
@@ -46,41 +52,36 @@ contains
       logical, intent(in) :: sweep
       type(error_t), allocatable, intent(out) :: error
 
-      character(:), allocatable :: word
-      integer :: i
+      character(:), allocatable :: option, value
+      integer :: equals, i
 
       allocate (command%overrides(0))
       i = 0
-      do while (i < command_argument_count())
+      do while (i < command_argument_count() .and. .not. allocated(error))
          i = i + 1
-         word = argument(i)
-         select case (word)
-         case ("--help", "-h")
-            command%help = .true.
-         case ("--version")
-            command%version = .true.
-         case ("--force")
-            command%force = .true.
-         case ("--check")
-            command%check = .true.
-         case ("--output", "--set")
-            i = i + 1
-            call take(command, word, i, error)
-         case default
-            if (sweep .and. word == "--anew") then
-               command%anew = .true.
-            else if (sweep .and. word == "--dry-run") then
-               command%dry_run = .true.
-            else if (sweep .and. (word == "--checkpoint" .or. word == "--checkpoint-points" .or. word == "--log")) then
-               i = i + 1
-               call take(command, word, i, error)
+         option = argument(i)
+         equals = index(option, "=")
+         if (any(plain == option) .or. (sweep .and. any(plain_of_sweep == option))) then
+            call set_plain(command, option)
+         else if (takes_value(option(:merge(equals - 1, len(option), equals > 0)), sweep)) then
+            if (equals > 0) then
+               value = option(equals + 1:)
+               option = option(:equals - 1)
             else
-               call take_word(command, word, sweep, error)
+               i = i + 1
+               value = argument(i)
             end if
-         end select
-         if (allocated(error)) return
+            if (i > command_argument_count()) call raise(error, option//" needs a value; see --help")
+            if (.not. allocated(error)) call set_value(command, option, value, error)
+         else if (index(option, "-") == 1 .and. len(option) > 1) then
+            call raise(error, option//": no such option; "//did_you_mean(option, known_options(sweep), "options"))
+         else if (allocated(command%input)) then
+            call raise(error, option//": one input file only, and "//command%input//" is given already")
+         else
+            command%input = option
+         end if
       end do
-      if (command%help .or. command%version) return
+      if (allocated(error) .or. command%help .or. command%version) return
       if (.not. allocated(command%input)) then
          call raise(error, "no input file is given; see --help")
       else if (.not. allocated(command%output)) then
@@ -88,101 +89,74 @@ contains
       end if
    end subroutine read_command
 
-   !> Take the value of an option that stands in argument number i.
-   subroutine take(command, option, i, error)
-      type(command_t), intent(inout) :: command
+   pure logical function takes_value(option, sweep)
       character(*), intent(in) :: option
-      integer, intent(in) :: i
-      type(error_t), allocatable, intent(out) :: error
-
-      if (i > command_argument_count()) then
-         call raise(error, option//" needs a value; see --help")
-      else if (option == "--set") then
-         call append(command%overrides, argument(i))
-      else if (option == "--checkpoint") then
-         call read_seconds(command%checkpoint, argument(i), error)
-      else if (option == "--checkpoint-points") then
-         call read_points(command%checkpoint_points, argument(i), error)
-      else if (option == "--log") then
-         command%log = argument(i)
-      else
-         command%output = argument(i)
-      end if
-   end subroutine take
-
-   !> The time between two writings to disk, which may be 0.
-   subroutine read_seconds(seconds, text, error)
-      real(wp), intent(inout) :: seconds
-      character(*), intent(in) :: text
-      type(error_t), allocatable, intent(out) :: error
-
-      integer :: status
-
-      read (text, *, iostat=status) seconds
-      if (status == 0) then
-         if (seconds >= 0.0_wp .and. verify(text, "0123456789.eE+-") == 0) return
-      end if
-      call raise(error, "--checkpoint "//text//": a time in s, 0 or more")
-   end subroutine read_seconds
-
-   !> The number of results between two writings to disk.
-   subroutine read_points(points, text, error)
-      integer(i8), intent(inout) :: points
-      character(*), intent(in) :: text
-      type(error_t), allocatable, intent(out) :: error
-
-      integer :: status
-
-      read (text, *, iostat=status) points
-      if (status == 0) then
-         if (points >= 1 .and. verify(text, "0123456789") == 0) return
-      end if
-      call raise(error, "--checkpoint-points "//text//": a number of points, 1 or more")
-   end subroutine read_points
-
-   !> Take `--option=value`, or the input file.
-   subroutine take_word(command, word, sweep, error)
-      type(command_t), intent(inout) :: command
-      character(*), intent(in) :: word
       logical, intent(in) :: sweep
-      type(error_t), allocatable, intent(out) :: error
 
+      takes_value = any(valued == option) .or. (sweep .and. any(valued_of_sweep == option))
+   end function takes_value
+
+   pure function known_options(sweep) result(known)
+      logical, intent(in) :: sweep
       type(string_t), allocatable :: known(:)
 
-      if (index(word, "--output=") == 1) then
-         command%output = word(len("--output=") + 1:)
-      else if (index(word, "--set=") == 1) then
-         call append(command%overrides, word(len("--set=") + 1:))
-      else if (sweep .and. index(word, "--log=") == 1) then
-         command%log = word(len("--log=") + 1:)
-      else if (sweep .and. index(word, "--checkpoint=") == 1) then
-         call read_seconds(command%checkpoint, word(len("--checkpoint=") + 1:), error)
-      else if (sweep .and. index(word, "--checkpoint-points=") == 1) then
-         call read_points(command%checkpoint_points, word(len("--checkpoint-points=") + 1:), error)
-      else if (index(word, "-") == 1 .and. len(word) > 1) then
-         known = [string_t("--output"), string_t("--force"), string_t("--set"), string_t("--check"), string_t("--help"), &
-                  string_t("--version")]
-         if (sweep) known = [known, string_t("--anew"), string_t("--checkpoint"), string_t("--checkpoint-points"), &
-                             string_t("--dry-run"), string_t("--log")]
-         call raise(error, word//": no such option; "//did_you_mean(word, known, "options"))
-      else if (allocated(command%input)) then
-         call raise(error, word//": one input file only, and "//command%input//" is given already")
-      else
-         command%input = word
-      end if
-   end subroutine take_word
+      character(20), allocatable :: names(:)
+      integer :: i
 
-   subroutine append(list, text)
-      type(string_t), allocatable, intent(inout) :: list(:)
-      character(*), intent(in) :: text
+      names = [character(20) :: plain, valued]
+      if (sweep) names = [character(20) :: names, plain_of_sweep, valued_of_sweep]
+      allocate (known(size(names)))
+      do i = 1, size(names)
+         known(i)%text = trim(names(i))
+      end do
+   end function known_options
 
-      type(string_t), allocatable :: longer(:)
+   subroutine set_plain(command, option)
+      type(command_t), intent(inout) :: command
+      character(*), intent(in) :: option
 
-      allocate (longer(size(list) + 1))
-      longer(:size(list)) = list
-      longer(size(longer))%text = text
-      call move_alloc(longer, list)
-   end subroutine append
+      select case (option)
+      case ("--help", "-h")
+         command%help = .true.
+      case ("--version")
+         command%version = .true.
+      case ("--force")
+         command%force = .true.
+      case ("--check")
+         command%check = .true.
+      case ("--anew")
+         command%anew = .true.
+      case ("--dry-run")
+         command%dry_run = .true.
+      end select
+   end subroutine set_plain
+
+   subroutine set_value(command, option, value, error)
+      type(command_t), intent(inout) :: command
+      character(*), intent(in) :: option, value
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: status
+
+      select case (option)
+      case ("--output")
+         command%output = value
+      case ("--set")
+         call append_text(command%overrides, value)
+      case ("--log")
+         command%log = value
+      case ("--checkpoint")
+         read (value, *, iostat=status) command%checkpoint
+         if (status /= 0 .or. command%checkpoint < 0.0_wp .or. verify(value, "0123456789.eE+-") > 0) then
+            call raise(error, option//" "//value//": a time in s, 0 or more")
+         end if
+      case ("--checkpoint-points")
+         read (value, *, iostat=status) command%checkpoint_points
+         if (status /= 0 .or. command%checkpoint_points < 1 .or. verify(value, "0123456789") > 0) then
+            call raise(error, option//" "//value//": a number of points, 1 or more")
+         end if
+      end select
+   end subroutine set_value
 
    function argument(i) result(text)
       integer, intent(in) :: i

@@ -5,9 +5,8 @@ program razy_sweep
                            read_command, say
    use mpi_f08, only: mpi_comm_world
    use progress, only: show_progress
-   use razy_core_error, only: error_t, raise
-   use razy_core_kinds, only: i8, wp
-   use razy_core_number, only: to_text
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: wp
    use razy_core_table, only: table_t
    use razy_core_text, only: string_t
    use razy_core_text_file, only: read_text_file
@@ -15,7 +14,7 @@ program razy_sweep
    use razy_io_posix, only: output_is_free
    use razy_scenes_case, only: read_study
    use razy_study_sweep_forecast, only: forecast
-   use razy_study_sweep_log, only: end_line, log_failures, log_slowest, points_done, start_line, what_was_written
+   use razy_study_sweep_log, only: log_end, log_start, open_log, points_done, what_was_written
    use razy_study_sweep_result, only: write_sweep
    use razy_study_sweep_starts, only: identity_of, read_start_file
    use razy_study_sweep_task, only: new_sweep, sweep_task_t
@@ -26,9 +25,6 @@ program razy_sweep
    use razy_sweep_units, only: units_t
    use signals, only: hold_signals, time_is_up
    implicit none(type, external)
-
-   !> Failures that are told where there is no log.
-   integer(i8), parameter :: most_on_screen = 3
 
    type(communicator_t) :: ranks
    type(command_t) :: command
@@ -111,11 +107,7 @@ contains
       call leave_if(exit_failure)
       options%ask_ahead = .not. task%plan%has_chains()
       call run_sweep(ranks, task, units, checkpoint, options, show_progress, outcome, error, time_is_up)
-      if (ranks%is_root()) call secure(error)
-      call leave_if(exit_failure)
-      if (ranks%is_root()) call end_log(error)
-      call leave_if(exit_failure)
-      if (ranks%is_root()) call tell_result(error)
+      if (ranks%is_root()) call end_sweep(error)
       call leave_if(exit_failure)
    end subroutine compute
 
@@ -135,92 +127,41 @@ contains
       if (checkpoint%dropped()) call say(checkpoint_path(command%output)//": its last record was not complete, and is dropped")
       if (checkpoint%n_done > 0) call say("going on: "//points_done(task, checkpoint, command%output))
       if (.not. allocated(command%log)) return
-      call open_log(unit, error)
+      call open_log(command%log, error_unit, unit, error)
       if (allocated(error)) return
-      write (unit, "(a)") start_line(task, checkpoint, command%input, command%output, ranks%size)
-      call close_log(unit)
+      call log_start(unit, task, checkpoint, command%input, command%output, ranks%size)
+      if (unit /= error_unit) close (unit)
    end subroutine open_checkpoint
 
-   !> Have all rows on disk before the ranks part or the file is written; a full disk is told with what is safe.
-   subroutine secure(error)
+   !> Have all rows on disk before the ranks part, end the log, and write the file of a complete sweep.
+   subroutine end_sweep(error)
       type(error_t), allocatable, intent(inout) :: error
 
-      type(error_t), allocatable :: failure
-
-      if (.not. allocated(error)) call checkpoint%secure(failure)
-      if (allocated(failure)) call move_alloc(failure, error)
-      if (allocated(error)) call tell_safe(error)
-   end subroutine secure
-
-   !> Add to a failure what is safe in spite of it.
-   subroutine tell_safe(error)
-      type(error_t), allocatable, intent(inout) :: error
-
-      character(:), allocatable :: message
-
-      call checkpoint%close()
-      message = error%message//"; what was computed is safe in "//checkpoint_path(command%output)// &
-                ", and the same command goes on from there"
-      call raise(error, message)
-   end subroutine tell_safe
-
-   !> End the log; without one, tell the first failures.
-   subroutine end_log(error)
-      type(error_t), allocatable, intent(out) :: error
-
-      integer(i8) :: more
       integer :: unit
 
-      if (allocated(command%log)) then
-         call open_log(unit, error)
-         if (allocated(error)) return
-         write (unit, "(a)") end_line(outcome)
-         call log_failures(unit, task, checkpoint, command%input, command%overrides, huge(1_i8), error)
-         if (.not. allocated(error)) call log_slowest(unit, task, checkpoint, command%input, command%overrides, error)
-         call close_log(unit)
-      else
-         call log_failures(error_unit, task, checkpoint, command%input, command%overrides, most_on_screen, error)
-         more = checkpoint%tally_of("/point/status") - most_on_screen
-         if (more > 0) call say(to_text(more)//" more points failed; --log FILE tells all")
+      if (.not. allocated(error)) call checkpoint%secure(error)
+      if (allocated(error)) then
+         call checkpoint%give_up(error)
+         return
       end if
-   end subroutine end_log
-
-   !> Write the file of a complete sweep, and say so.
-   subroutine tell_result(error)
-      type(error_t), allocatable, intent(out) :: error
-
+      unit = error_unit
+      if (allocated(command%log)) call open_log(command%log, error_unit, unit, error)
+      if (.not. allocated(error)) call log_end(unit, allocated(command%log), task, checkpoint, outcome, command%input, &
+                                               command%overrides, error)
+      if (unit /= error_unit) close (unit)
+      if (allocated(error)) return
       if (outcome%stopped) then
          call say("stopped: "//points_done(task, checkpoint, command%output))
          return
       end if
       call write_sweep(task, checkpoint, command%output, command%force, error)
       if (allocated(error)) then
-         call tell_safe(error)
+         call checkpoint%give_up(error)
          return
       end if
       call checkpoint%remove(error)
       if (.not. allocated(error)) call say(what_was_written(task, checkpoint, outcome, command%output))
-   end subroutine tell_result
-
-   !> Open the log, to which is appended; `-` is the error channel.
-   subroutine open_log(unit, error)
-      integer, intent(out) :: unit
-      type(error_t), allocatable, intent(out) :: error
-
-      character(200) :: reason
-      integer :: status
-
-      unit = error_unit
-      if (command%log == "-") return
-      open (newunit=unit, file=command%log, position="append", action="write", iostat=status, iomsg=reason)
-      if (status /= 0) call raise(error, command%log//": the log cannot be written: "//trim(reason))
-   end subroutine open_log
-
-   subroutine close_log(unit)
-      integer, intent(in) :: unit
-
-      if (unit /= error_unit) close (unit)
-   end subroutine close_log
+   end subroutine end_sweep
 
    !> Leave together with one message if any rank has an error.
    subroutine leave_if(code)

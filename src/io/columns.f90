@@ -45,7 +45,7 @@ contains
          call read_hdf5(file, names, values, error)
       end if
       if (allocated(error)) return
-      if (size(values, 1) == 0) call raise(error, complaint(file, "", "", "", "has no rows of numbers"))
+      if (size(values, 1) == 0) call refuse(error, file, "has no rows of numbers")
    end subroutine read_columns
 
    !> The columns of a text.
@@ -75,8 +75,8 @@ contains
             call move_alloc(words, header)
             call find_columns(file, line, header, names, column, error)
          else if (size(words) /= size(header)) then
-            call raise(error, complaint(at(file, line), "", "", "", to_text(size(words))//" values, but the first line names "// &
-                                        to_text(size(header))//" columns"))
+            call refuse(error, at(file, line), to_text(size(words))//" values, but the first line names "// &
+                        to_text(size(header))//" columns")
          else
             row = row + 1
             call read_row(file, line, words, header, column, values(row, :), error)
@@ -133,13 +133,13 @@ contains
       do k = 1, size(names)
          do i = 1, size(header)
             if (lower(header(i)%text) /= lower(names(k)%text)) cycle
-            if (column(k) > 0) call raise(error, complaint(at(file, line), "", "", "", "two columns '"//header(i)%text//"'"))
+            if (column(k) > 0) call refuse(error, at(file, line), "two columns '"//header(i)%text//"'")
             if (allocated(error)) return
             column(k) = i
          end do
          if (column(k) > 0) cycle
-         call raise(error, complaint(at(file, line), "", "", "", "no column '"//names(k)%text//"'; "// &
-                                     did_you_mean(names(k)%text, header, "columns")))
+         call refuse(error, at(file, line), "no column '"//names(k)%text//"'; "// &
+                     did_you_mean(names(k)%text, header, "columns"))
          return
       end do
    end subroutine find_columns
@@ -172,8 +172,8 @@ contains
          associate (word => words(column(k)))
             call parse_real(word%text, row(k), status)
             if (status == number_ok) cycle
-            call raise(error, complaint(at(file, line), "", "", "", "column '"//header(column(k))%text//"' has '"//word%text// &
-                                        "', which is no finite real number"))
+            call refuse(error, at(file, line), "column '"//header(column(k))%text//"' has '"//word%text// &
+                        "', which is no finite real number")
          end associate
          return
       end do
@@ -193,7 +193,7 @@ contains
 
       inquire (file=file, exist=exists)
       if (.not. exists) then
-         call raise(error, complaint(file, "", "", "", "there is no such file"))
+         call refuse(error, file, "there is no such file")
          return
       end if
       call start_hdf5(error)
@@ -206,7 +206,7 @@ contains
          if (allocated(error)) exit
          if (k == 1) allocate (values(size(column), size(names)))
          if (size(column) /= size(values, 1)) then
-            call raise(error, complaint(file, "", "", "", "'"//names(k)%text//"' and '"//names(1)%text//"' have unequal lengths"))
+            call refuse(error, file, "'"//names(k)%text//"' and '"//names(1)%text//"' have unequal lengths")
             exit
          end if
          values(:, k) = column
@@ -226,9 +226,11 @@ contains
       type(c_ptr) :: buffer
       integer :: dimensions, status
       integer(i8) :: i
+      logical :: there
 
-      if (.not. path_is_there(id, name)) then
-         call raise(error, complaint(file, "", "", "", "has no dataset '"//name//"'"))
+      call h5lexists_f(id, name, there, status)
+      if (status < 0 .or. .not. there) then
+         call refuse(error, file, "has no dataset '"//name//"'")
          return
       end if
       call h5dopen_f(id, name, set, status)
@@ -243,35 +245,25 @@ contains
          call h5dread_f(set, h5t_native_double, buffer, status)
          call check_hdf5(status, file//": '"//name//"' cannot be read as real numbers", error)
       else
-         call raise(error, complaint(file, "", "", "", "'"//name//"' has not one dimension"))
+         call refuse(error, file, "'"//name//"' has not one dimension")
       end if
       call h5sclose_f(space, status)
       call h5dclose_f(set, status)
       if (allocated(error)) return
       do i = 1, size(column, kind=i8)
          if (ieee_is_finite(column(i))) cycle
-         call raise(error, complaint(file, "", "", "", "'"//name//"' has a value that is not finite at place "//to_text(i - 1)// &
-                                     ", from 0"))
+         call refuse(error, file, "'"//name//"' has a value that is not finite at place "//to_text(i - 1)// &
+                     ", from 0")
          return
       end do
    end subroutine read_dataset
 
-   !> Whether all links of a path exist.
-   logical function path_is_there(id, path) result(there)
-      integer(hid_t), intent(in) :: id
-      character(*), intent(in) :: path
+   !> Refuse a file with one line.
+   pure subroutine refuse(error, file, what)
+      type(error_t), allocatable, intent(out) :: error
+      character(*), intent(in) :: file, what
 
-      integer :: next, slash, status
-
-      there = len(path) > 0
-      slash = 0
-      do while (there)
-         next = index(path(slash + 1:), "/")
-         if (next == 0) next = len(path) + 1 - slash
-         slash = slash + next
-         if (slash > 1) call h5lexists_f(id, path(:slash - 1), there, status)
-         if (slash > len(path)) exit
-      end do
-   end function path_is_there
+      call raise(error, complaint(file, "", "", "", what))
+   end subroutine refuse
 
 end module razy_io_columns

@@ -13,7 +13,7 @@ module razy_machine_machine
    implicit none(type, external)
    private
 
-   public :: contact_t, machine_t, observable_t, same_structure
+   public :: add_contact, add_observable, contact_t, machine_t, observable_t, plain_machine, same_structure
    public :: observe_linear, observe_contact_force
 
    !> One contact: direction `w` (n), constant `offset` and excitation `error` (tones) of its variable s, and its law.
@@ -69,6 +69,71 @@ module razy_machine_machine
    end type machine_t
 
 contains
+
+   !> A machine of n coordinates in m, q1 to qn, with these matrices (n, n); nothing acts on it, and it rests at 0.
+   pure function plain_machine(mass, damping, stiffness) result(machine)
+      real(wp), intent(in) :: mass(:, :), damping(:, :), stiffness(:, :)
+      type(machine_t) :: machine
+
+      integer :: i, n
+
+      n = size(mass, 1)
+      machine%title = ""
+      allocate (machine%coordinate(n), machine%unit(n), machine%rate_unit(n))
+      do i = 1, n
+         write (machine%coordinate(i), "(a, i0)") "q", i
+      end do
+      machine%unit = "m"
+      machine%rate_unit = "m/s"
+      machine%mass = mass
+      machine%damping = damping
+      machine%stiffness = stiffness
+      allocate (machine%load(n), machine%displacement(n), machine%velocity(n), source=0.0_wp)
+      allocate (machine%tone(0), machine%harmonic_load(n, 0), machine%contact(0), machine%observable(0))
+   end function plain_machine
+
+   !> Add a contact on wᵀq, m, with this law.
+   pure subroutine add_contact(machine, name, w, law)
+      type(machine_t), intent(inout) :: machine
+      character(*), intent(in) :: name
+      real(wp), intent(in) :: w(:)
+      class(contact_law_t), intent(in) :: law
+
+      type(contact_t), allocatable :: all(:)
+      integer :: j, n
+
+      n = size(machine%contact)
+      allocate (all(n + 1))
+      do j = 1, n
+         all(j) = machine%contact(j)
+      end do
+      associate (contact => all(n + 1))
+         contact%name = name
+         contact%unit = "m"
+         contact%force_unit = "N"
+         contact%w = w
+         contact%law = law
+         allocate (contact%error(size(machine%tone)), source=(0.0_wp, 0.0_wp))
+      end associate
+      call move_alloc(all, machine%contact)
+   end subroutine add_contact
+
+   !> Observe aᵀq + bᵀq'.
+   pure subroutine add_observable(machine, name, unit, a, b)
+      type(machine_t), intent(inout) :: machine
+      character(*), intent(in) :: name, unit
+      real(wp), intent(in) :: a(:), b(:)
+
+      type(observable_t) :: observable
+
+      observable%name = name
+      observable%unit = unit
+      observable%long_name = name
+      observable%on_displacement = a
+      observable%on_velocity = b
+      allocate (observable%error(size(machine%tone)), source=(0.0_wp, 0.0_wp))
+      machine%observable = [machine%observable, observable]
+   end subroutine add_observable
 
    !> Whether two machines differ in excitation, clearances and start only, so that the same modes serve both.
    pure function same_structure(a, b) result(same)

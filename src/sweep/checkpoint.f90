@@ -49,7 +49,7 @@ module razy_sweep_checkpoint
       procedure :: settle => settle_rows
       procedure :: secure
       procedure :: get
-      procedure :: close => close_checkpoint
+      procedure :: give_up
       procedure :: remove
       procedure, private :: check_identity, count_row, recall, recall_chains, refuse
    end type checkpoint_t
@@ -296,12 +296,18 @@ contains
       self%fresh = 0
    end subroutine secure
 
-   !> Leave the checkpoint to a later run.
-   subroutine close_checkpoint(self)
+   !> Leave the checkpoint to a later run after an error, which is told with what is safe.
+   subroutine give_up(self, error)
       class(checkpoint_t), intent(inout) :: self
+      type(error_t), allocatable, intent(inout) :: error
+
+      character(:), allocatable :: message
 
       call self%journal%file%close()
-   end subroutine close_checkpoint
+      message = error%message//"; what was computed is safe in "//self%journal%file%path// &
+                ", and the same command goes on from there"
+      call raise(error, message)
+   end subroutine give_up
 
    !> Delete the checkpoint: the sweep is complete.
    subroutine remove(self, error)

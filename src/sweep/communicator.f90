@@ -5,9 +5,8 @@
 !! How input is read: rank 0 reads, then all ranks call `agree(error)`, leave together if it is allocated (the driver prints the
 !! message on rank 0), and only then broadcast values.
 module razy_sweep_communicator
-   use mpi_f08, only: mpi_character, mpi_comm, mpi_comm_dup, mpi_comm_free, mpi_comm_rank, mpi_comm_set_errhandler, mpi_comm_size, &
-      & mpi_double_precision, mpi_errors_return, mpi_iallreduce, mpi_ibarrier, mpi_ibcast, mpi_integer, mpi_integer8, mpi_min, &
-      & mpi_request
+   use mpi_f08, only: mpi_comm, mpi_comm_dup, mpi_comm_free, mpi_comm_rank, mpi_comm_set_errhandler, mpi_comm_size, &
+      & mpi_errors_return, mpi_iallreduce, mpi_ibcast, mpi_integer8, mpi_min, mpi_request
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_sweep_mpi, only: check_mpi, complete
@@ -25,14 +24,13 @@ module razy_sweep_communicator
    contains
       procedure :: is_root
       procedure :: agree
-      procedure :: barrier
       procedure :: free
-      procedure, private :: broadcast_integer, broadcast_i8, broadcast_real, broadcast_logical, broadcast_text
-      procedure, private :: broadcast_i8_vector, broadcast_real_vector
-      !> Give the value on rank 0 to all ranks: integer, integer(i8), real(wp), logical; allocatable text, integer(i8) and real(wp)
-      !> vectors, which may be unallocated.
-      generic :: broadcast => broadcast_integer, broadcast_i8, broadcast_real, broadcast_logical, broadcast_text, &
-         & broadcast_i8_vector, broadcast_real_vector
+      procedure, private :: broadcast_integer, broadcast_real, broadcast_logical, broadcast_text, broadcast_integers, &
+         & broadcast_reals
+      !> Give the value on rank 0 to all ranks: integer(i8), real(wp), logical; allocatable text and vectors, which may be
+      !> unallocated.
+      generic :: broadcast => broadcast_integer, broadcast_real, broadcast_logical, broadcast_text, broadcast_integers, &
+         & broadcast_reals
    end type communicator_t
 
 contains
@@ -74,19 +72,6 @@ contains
       is_root = self%rank == 0
    end function is_root
 
-   !> Wait until all ranks are here.
-   subroutine barrier(self, error)
-      class(communicator_t), intent(in) :: self
-      type(error_t), allocatable, intent(out) :: error
-      type(mpi_request) :: request
-      integer :: code
-
-      if (self%size == 1) return
-      call mpi_ibarrier(self%handle, request, code)
-      call check_mpi(code, "MPI_Ibarrier", error)
-      if (.not. allocated(error)) call complete(request, error)
-   end subroutine barrier
-
    !> Give all ranks the error of the lowest rank that has one; unallocated everywhere if none has. Collective.
    subroutine agree(self, error)
       class(communicator_t), intent(in) :: self
@@ -94,18 +79,18 @@ contains
       type(error_t), allocatable :: failure
       character(:), allocatable :: message
       type(mpi_request) :: request
-      integer, asynchronous :: mine, lowest
+      integer(i8), asynchronous :: mine(1), lowest(1)
       integer :: code
 
       if (self%size == 1) return
       mine = merge(self%rank, self%size, allocated(error))
-      call mpi_iallreduce(mine, lowest, 1, mpi_integer, mpi_min, self%handle, request, code)
+      call mpi_iallreduce(mine, lowest, 1, mpi_integer8, mpi_min, self%handle, request, code)
       call check_mpi(code, "MPI_Iallreduce", failure)
       if (.not. allocated(failure)) call complete(request, failure)
       if (.not. allocated(failure)) then
-         if (lowest == self%size) return
-         if (lowest == self%rank) message = error%message
-         call share_text(self, message, lowest, failure)
+         if (lowest(1) == self%size) return
+         if (lowest(1) == self%rank) message = error%message
+         call share_text(self, message, int(lowest(1)), failure)
       end if
       if (allocated(failure)) then
          call move_alloc(failure, error)
@@ -114,57 +99,39 @@ contains
       end if
    end subroutine agree
 
-   !> Broadcast an integer.
    subroutine broadcast_integer(self, value, error)
-      class(communicator_t), intent(in) :: self
-      integer, intent(inout), asynchronous :: value
-      type(error_t), allocatable, intent(out) :: error
-      type(mpi_request) :: request
-      integer :: code
-
-      if (self%size == 1) return
-      call mpi_ibcast(value, 1, mpi_integer, 0, self%handle, request, code)
-      call check_mpi(code, "MPI_Ibcast", error)
-      if (.not. allocated(error)) call complete(request, error)
-   end subroutine broadcast_integer
-
-   !> Broadcast a long integer.
-   subroutine broadcast_i8(self, value, error)
       class(communicator_t), intent(in) :: self
       integer(i8), intent(inout) :: value
       type(error_t), allocatable, intent(out) :: error
-      integer(i8) :: vector(1)
+      integer(i8), allocatable :: words(:)
 
-      vector = value
-      call share_i8(self, vector, error)
-      value = vector(1)
-   end subroutine broadcast_i8
+      words = [value]
+      call share(self, words, 0, error)
+      value = words(1)
+   end subroutine broadcast_integer
 
-   !> Broadcast a real.
    subroutine broadcast_real(self, value, error)
       class(communicator_t), intent(in) :: self
       real(wp), intent(inout) :: value
       type(error_t), allocatable, intent(out) :: error
-      real(wp) :: vector(1)
+      integer(i8) :: word
 
-      vector = value
-      call share_real(self, vector, error)
-      value = vector(1)
+      word = transfer(value, word)
+      call self%broadcast_integer(word, error)
+      value = transfer(word, value)
    end subroutine broadcast_real
 
-   !> Broadcast a logical.
    subroutine broadcast_logical(self, value, error)
       class(communicator_t), intent(in) :: self
       logical, intent(inout) :: value
       type(error_t), allocatable, intent(out) :: error
-      integer :: as_integer
+      integer(i8) :: word
 
-      as_integer = merge(1, 0, value)
-      call self%broadcast_integer(as_integer, error)
-      value = as_integer == 1
+      word = merge(1, 0, value)
+      call self%broadcast_integer(word, error)
+      value = word == 1
    end subroutine broadcast_logical
 
-   !> Broadcast text; its length comes from rank 0.
    subroutine broadcast_text(self, value, error)
       class(communicator_t), intent(in) :: self
       character(:), allocatable, intent(inout) :: value
@@ -173,95 +140,78 @@ contains
       call share_text(self, value, 0, error)
    end subroutine broadcast_text
 
-   !> Broadcast a vector of long integers; its size comes from rank 0.
-   subroutine broadcast_i8_vector(self, values, error)
+   subroutine broadcast_integers(self, values, error)
       class(communicator_t), intent(in) :: self
       integer(i8), allocatable, intent(inout) :: values(:)
       type(error_t), allocatable, intent(out) :: error
-      integer :: n
 
-      n = -1
-      if (allocated(values)) n = size(values)
-      call self%broadcast_integer(n, error)
-      if (allocated(error)) return
-      if (.not. self%is_root()) then
-         if (allocated(values)) deallocate (values)
-         if (n >= 0) allocate (values(n))
-      end if
-      if (n > 0) call share_i8(self, values, error)
-   end subroutine broadcast_i8_vector
+      call share(self, values, 0, error)
+   end subroutine broadcast_integers
 
-   !> Broadcast a vector of reals; its size comes from rank 0.
-   subroutine broadcast_real_vector(self, values, error)
+   subroutine broadcast_reals(self, values, error)
       class(communicator_t), intent(in) :: self
       real(wp), allocatable, intent(inout) :: values(:)
       type(error_t), allocatable, intent(out) :: error
-      integer :: n
+      integer(i8), allocatable :: words(:)
 
-      n = -1
-      if (allocated(values)) n = size(values)
-      call self%broadcast_integer(n, error)
-      if (allocated(error)) return
-      if (.not. self%is_root()) then
-         if (allocated(values)) deallocate (values)
-         if (n >= 0) allocate (values(n))
-      end if
-      if (n > 0) call share_real(self, values, error)
-   end subroutine broadcast_real_vector
-
-   !> Broadcast long integers whose number all ranks know.
-   subroutine share_i8(communicator, values, error)
-      type(communicator_t), intent(in) :: communicator
-      integer(i8), contiguous, intent(inout), asynchronous :: values(:)
-      type(error_t), allocatable, intent(out) :: error
-      type(mpi_request) :: request
-      integer :: code
-
-      if (communicator%size == 1) return
-      call mpi_ibcast(values, size(values), mpi_integer8, 0, communicator%handle, request, code)
-      call check_mpi(code, "MPI_Ibcast", error)
-      if (.not. allocated(error)) call complete(request, error)
-   end subroutine share_i8
-
-   !> Broadcast reals whose number all ranks know.
-   subroutine share_real(communicator, values, error)
-      type(communicator_t), intent(in) :: communicator
-      real(wp), contiguous, intent(inout), asynchronous :: values(:)
-      type(error_t), allocatable, intent(out) :: error
-      type(mpi_request) :: request
-      integer :: code
-
-      if (communicator%size == 1) return
-      call mpi_ibcast(values, size(values), mpi_double_precision, 0, communicator%handle, request, code)
-      call check_mpi(code, "MPI_Ibcast", error)
-      if (.not. allocated(error)) call complete(request, error)
-   end subroutine share_real
+      if (allocated(values)) words = transfer(values, words, size(values))
+      call share(self, words, 0, error)
+      if (allocated(values)) deallocate (values)
+      if (allocated(words)) values = transfer(words, values, size(words))
+   end subroutine broadcast_reals
 
    !> Broadcast text, which may be unallocated, from rank `root`.
    subroutine share_text(communicator, value, root, error)
       type(communicator_t), intent(in) :: communicator
-      character(:), allocatable, intent(inout), asynchronous :: value
+      character(:), allocatable, intent(inout) :: value
       integer, intent(in) :: root
       type(error_t), allocatable, intent(out) :: error
-      type(mpi_request) :: request
-      integer, asynchronous :: length
-      integer :: code
+      integer(i8), allocatable :: words(:)
+      integer :: i
+
+      if (communicator%size == 1) return
+      if (allocated(value)) words = [(int(ichar(value(i:i)), i8), i=1, len(value))]
+      call share(communicator, words, root, error)
+      if (allocated(value)) deallocate (value)
+      if (allocated(error) .or. .not. allocated(words)) return
+      allocate (character(size(words)) :: value)
+      do i = 1, len(value)
+         value(i:i) = char(words(i))
+      end do
+   end subroutine share_text
+
+   !> Broadcast words, which may be unallocated, from rank `root`.
+   subroutine share(communicator, words, root, error)
+      type(communicator_t), intent(in) :: communicator
+      integer(i8), allocatable, intent(inout), asynchronous :: words(:)
+      integer, intent(in) :: root
+      type(error_t), allocatable, intent(out) :: error
+      integer(i8), asynchronous :: length(1)
 
       if (communicator%size == 1) return
       length = -1
-      if (allocated(value)) length = len(value)
-      call mpi_ibcast(length, 1, mpi_integer, root, communicator%handle, request, code)
-      call check_mpi(code, "MPI_Ibcast", error)
-      if (.not. allocated(error)) call complete(request, error)
+      if (allocated(words)) length = size(words, kind=i8)
+      call send(length, 1)
       if (allocated(error)) return
       if (communicator%rank /= root) then
-         if (allocated(value)) deallocate (value)
-         if (length >= 0) allocate (character(length) :: value)
+         if (allocated(words)) deallocate (words)
+         if (length(1) >= 0) allocate (words(length(1)))
       end if
-      if (length <= 0) return
-      call mpi_ibcast(value, length, mpi_character, root, communicator%handle, request, code)
-      call check_mpi(code, "MPI_Ibcast", error)
-      if (.not. allocated(error)) call complete(request, error)
-   end subroutine share_text
+      if (length(1) > 0) call send(words, int(length(1)))
+
+   contains
+
+      subroutine send(values, n)
+         integer(i8), intent(inout), asynchronous :: values(*)
+         integer, intent(in) :: n
+         type(mpi_request) :: request
+         integer :: code
+
+         call mpi_ibcast(values, n, mpi_integer8, root, communicator%handle, request, code)
+         call check_mpi(code, "MPI_Ibcast", error)
+         if (.not. allocated(error)) call complete(request, error)
+      end subroutine send
+
+   end subroutine share
 
 end module razy_sweep_communicator

@@ -6,6 +6,7 @@ module razy_sweep_grid
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
+   use razy_core_number, only: to_text
    implicit none(type, external)
    private
 
@@ -65,11 +66,11 @@ contains
       if (step == 0.0_wp) then
          call raise(error, "step = 0: must not be zero")
       else if (range /= 0.0_wp .and. (range > 0.0_wp .neqv. step > 0.0_wp)) then
-         call raise(error, "step = "//text(step)//": must have the sign of last - first = "//text(range))
+         call raise(error, "step = "//to_text(step)//": must have the sign of last - first = "//to_text(range))
       else if (abs(range)/most_points >= abs(step)) then
-         call raise(error, "step = "//text(step)//": makes more than "//text_i8(most_points)//" points")
+         call raise(error, "step = "//to_text(step)//": makes more than "//to_text(most_points)//" points")
       else if (abs(step) <= 4*spacing(max(abs(first), abs(last)))) then
-         call raise(error, "step = "//text(step)//": is lost in the rounding of first and last")
+         call raise(error, "step = "//to_text(step)//": is lost in the rounding of first and last")
       end if
       if (allocated(error)) return
 
@@ -101,12 +102,12 @@ contains
       if (.not. allocated(error)) call check_value("last", last, error)
       if (allocated(error)) return
       if (points < 1 .or. points > most_points) then
-         call raise(error, "points = "//text_i8(int(points, i8))//": must be 1 to "//text_i8(most_points))
+         call raise(error, "points = "//to_text(points)//": must be 1 to "//to_text(most_points))
       else if (points == 1 .and. first /= last) then
          call raise(error, "points = 1: must be at least 2 as first and last differ")
       else if (points > 1) then
          if (abs(last - first)/(points - 1) <= 4*spacing(max(abs(first), abs(last)))) then
-            call raise(error, "points = "//text_i8(int(points, i8))//": the values from first to last would coincide")
+            call raise(error, "points = "//to_text(points)//": the values from first to last would coincide")
          end if
       end if
       if (allocated(error)) return
@@ -126,11 +127,11 @@ contains
       integer(i8) :: i
 
       if (size(values, kind=i8) < 1 .or. size(values, kind=i8) > most_points) then
-         call raise(error, "values: must be 1 to "//text_i8(most_points)//" numbers")
+         call raise(error, "values: must be 1 to "//to_text(most_points)//" numbers")
          return
       end if
       do i = 1, size(values, kind=i8)
-         call check_value("values("//text_i8(i)//")", values(i), error)
+         call check_value("values("//to_text(i)//")", values(i), error)
          if (allocated(error)) return
       end do
       self%list = values
@@ -181,11 +182,11 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       if (size(axes) < 1 .or. size(axes) > 2) then
-         call raise(error, "a sweep has one or two parameters, not "//text_i8(size(axes, kind=i8)))
+         call raise(error, "a sweep has one or two parameters, not "//to_text(size(axes, kind=i8)))
       else if (any(axes%n < 1)) then
          call raise(error, "an axis of the sweep has no values")
       else if (product(axes%n) > most_points) then
-         call raise(error, "the sweep has "//text_i8(product(axes%n))//" points: at most "//text_i8(most_points)//" are possible")
+         call raise(error, "the sweep has "//to_text(product(axes%n))//" points: at most "//to_text(most_points)//" are possible")
       else
          self%axes = axes
       end if
@@ -234,30 +235,10 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       if (.not. ieee_is_finite(value)) then
-         call raise(error, key//" = "//text(value)//": must be finite")
+         call raise(error, key//" = "//to_text(value)//": must be finite")
       else if (abs(value) > largest_value) then
-         call raise(error, key//" = "//text(value)//": must be within "//text(largest_value))
+         call raise(error, key//" = "//to_text(value)//": must be within "//to_text(largest_value))
       end if
    end subroutine check_value
-
-   !> A real number as short text.
-   pure function text(value)
-      real(wp), intent(in) :: value
-      character(:), allocatable :: text
-      character(32) :: buffer
-
-      write (buffer, "(g0.9)") value
-      text = trim(adjustl(buffer))
-   end function text
-
-   !> An integer as text.
-   pure function text_i8(value) result(text)
-      integer(i8), intent(in) :: value
-      character(:), allocatable :: text
-      character(32) :: buffer
-
-      write (buffer, "(i0)") value
-      text = trim(buffer)
-   end function text_i8
 
 end module razy_sweep_grid

@@ -4,7 +4,20 @@ import os
 import subprocess
 from pathlib import Path
 
-from programs import BUILD, GEAR_PAIR, PATIENCE
+import h5py
+from programs import BUILD, GEAR_PAIR, PATIENCE, SOURCE, datasets
+
+# What docs/examples/machine_in_code.f90 builds.
+SAME_MACHINE = """
+&scene  kind='lumped' /
+&mass   name='block', value=2.0 /
+&spring between='block','frame', stiffness=2.0e4, damping=8.0 /
+&stop   name='bumper', between='block','frame', clearance=1.0e-3, stiffness=1.0e6, damping=50.0 /
+&load   on='block', value=30.0 /
+&motion t_end=0.2, start='zero', integrator='exact' /
+&record observable='displacement', what='extrema' /
+"""
+EXAMPLES = SOURCE / "docs" / "examples"
 
 
 def run(*words):
@@ -24,7 +37,18 @@ def test_install_and_use(folder):
     assert not [path for path in prefix.rglob("*") if path.suffix == ".mod" and not path.name.startswith("razy_")]
     run(
         cmake, "-S", Path(__file__).parent / "consumer", "-B", consumer, f"-DCMAKE_PREFIX_PATH={prefix}",
-        f"-DCMAKE_Fortran_COMPILER={os.environ['RAZY_FORTRAN']}",
+        f"-DCMAKE_Fortran_COMPILER={os.environ['RAZY_FORTRAN']}", f"-DRAZY_EXAMPLES={EXAMPLES}",
     )  # fmt: skip
     run(cmake, "--build", consumer)
-    assert run(consumer / "consumer", GEAR_PAIR) == "coordinates: 4\n"
+    lines = run(consumer / "machine_in_code").splitlines()
+    (folder / "same.nml").write_text(SAME_MACHINE)
+    run(prefix / "bin" / "razy-run", folder / "same.nml", "--output", "same.h5")
+    with h5py.File("same.h5") as file:
+        extrema = file["extrema/displacement"]
+        expected = [f"{t:9.6f} s {1e3 * x:9.6f} mm" for t, x in zip(extrema["time"], extrema["value"], strict=True)]
+        assert lines == [f"{file['outcome/events'][0]} events until .200 s", *expected]
+    printed = run(consumer / "case_from_file", GEAR_PAIR)
+    run(prefix / "bin" / "razy-run", GEAR_PAIR, "--output", "by_program.h5")
+    mine, theirs = datasets("case_from_file.h5"), datasets("by_program.h5")
+    assert mine == theirs
+    assert printed == f"ok: {int.from_bytes(theirs['outcome/events'][2], 'little')} events until .300 s\n"

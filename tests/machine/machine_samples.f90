@@ -4,7 +4,7 @@ module machine_samples
    use razy_contact_contact_law, only: contact_law_t
    use razy_core_kinds, only: qp, wp
    use razy_core_tone, only: tone_from_hertz
-   use razy_machine_machine, only: contact_t, machine_t, observable_t, observe_contact_force
+   use razy_machine_machine, only: add_named_contact => add_contact, add_observable, machine_t, observe_contact_force, plain_machine
    implicit none(type, external)
    private
 
@@ -18,20 +18,16 @@ contains
       real(wp), intent(in) :: mass(:)
       type(machine_t) :: machine
 
-      integer :: i, n
+      real(wp) :: none(size(mass), size(mass)), on_diagonal(size(mass), size(mass))
+      integer :: i
 
-      n = size(mass)
-      machine%title = "sample"
-      allocate (machine%coordinate(n), machine%unit(n), machine%rate_unit(n))
-      machine%coordinate = "q"
-      machine%unit = "m"
-      machine%rate_unit = "m/s"
-      allocate (machine%mass(n, n), machine%damping(n, n), machine%stiffness(n, n), source=0.0_wp)
-      allocate (machine%load(n), machine%displacement(n), machine%velocity(n), source=0.0_wp)
-      allocate (machine%tone(0), machine%harmonic_load(n, 0), machine%contact(0), machine%observable(0))
-      do i = 1, n
-         machine%mass(i, i) = mass(i)
+      none = 0.0_wp
+      on_diagonal = 0.0_wp
+      do i = 1, size(mass)
+         on_diagonal(i, i) = mass(i)
       end do
+      machine = plain_machine(on_diagonal, none, none)
+      machine%title = "sample"
    end function bare_machine
 
    !> Add `value` between coordinates i and j (0: the frame) of a stiffness or damping matrix.
@@ -78,24 +74,11 @@ contains
       real(wp), intent(in), optional :: offset
       complex(wp), intent(in), optional :: error(:)
 
-      type(contact_t) :: contact
-      type(contact_t), allocatable :: all(:)
-      integer :: j
-
-      contact%name = "contact"
-      contact%unit = "m"
-      contact%force_unit = "N"
-      contact%w = w
-      contact%law = law
-      if (present(offset)) contact%offset = offset
-      allocate (contact%error(size(machine%tone)), source=(0.0_wp, 0.0_wp))
-      if (present(error)) contact%error = error
-      allocate (all(size(machine%contact) + 1))
-      do j = 1, size(machine%contact)
-         all(j) = machine%contact(j)
-      end do
-      all(size(all)) = contact
-      call move_alloc(all, machine%contact)
+      call add_named_contact(machine, "contact", w, law)
+      associate (contact => machine%contact(size(machine%contact)))
+         if (present(offset)) contact%offset = offset
+         if (present(error)) contact%error = error
+      end associate
    end subroutine add_contact
 
    !> The observable aᵀq + bᵀq'.
@@ -103,15 +86,7 @@ contains
       type(machine_t), intent(inout) :: machine
       real(wp), intent(in) :: a(:), b(:)
 
-      type(observable_t) :: observable
-
-      observable%name = "form"
-      observable%unit = "m"
-      observable%long_name = "form"
-      observable%on_displacement = a
-      observable%on_velocity = b
-      allocate (observable%error(size(machine%tone)), source=(0.0_wp, 0.0_wp))
-      machine%observable = [machine%observable, observable]
+      call add_observable(machine, "form", "m", a, b)
    end subroutine observe
 
    !> The variable of contact j as an observable.

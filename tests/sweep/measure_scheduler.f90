@@ -168,7 +168,7 @@ program measure_scheduler
    call units%plan%close(whole)
    do repetition = 1, repetitions
       counter%collected = 0
-      call communicator%barrier(error)
+      call communicator%broadcast(task%operations, error)
       call check(error)
       call run_sweep(communicator, task, units, counter, options, outcome=outcome, error=error)
       call check(error)

@@ -1,7 +1,7 @@
 !! The log of a sweep: when it began and with what, how fast it was, which points were the slowest, and which failed, with the
 !! command that computes such a point alone.
 module razy_study_sweep_log
-   use razy_core_error, only: error_t
+   use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: decimal, to_text
    use razy_core_table, only: table_t
@@ -13,28 +13,101 @@ module razy_study_sweep_log
    implicit none(type, external)
    private
 
-   public :: end_line, log_failures, log_slowest, points_done, start_line, what_was_written
+   public :: log_end, log_start, open_log, points_done, what_was_written
 
    !> Slowest points that are told.
    integer, parameter :: slowest = 10
 
 contains
 
+   !> Open a log, to which is appended; `-` is the unit of the error channel.
+   subroutine open_log(path, error_channel, unit, error)
+      character(*), intent(in) :: path
+      integer, intent(in) :: error_channel
+      integer, intent(out) :: unit
+      type(error_t), allocatable, intent(out) :: error
+
+      character(200) :: reason
+      integer :: status
+
+      unit = error_channel
+      if (path == "-") return
+      open (newunit=unit, file=path, position="append", action="write", iostat=status, iomsg=reason)
+      if (status /= 0) call raise(error, path//": the log cannot be written: "//trim(reason))
+   end subroutine open_log
+
    !> The line with which a log begins.
-   function start_line(task, checkpoint, from, to, ranks) result(line)
+   subroutine log_start(unit, task, checkpoint, from, to, ranks)
+      integer, intent(in) :: unit, ranks
       class(sweep_task_t), intent(in) :: task
       type(checkpoint_t), intent(in) :: checkpoint
       !> Names of input and output.
       character(*), intent(in) :: from, to
-      integer, intent(in) :: ranks
-      character(:), allocatable :: line
 
-      line = moment()//" start: "//from//" to "//to//", "//to_text(ranks)//" ranks, "//to_text(task%plan%points)//" points, "// &
-             to_text(checkpoint%n_done)//" done before"
-   end function start_line
+      write (unit, "(a)") moment()//" start: "//from//" to "//to//", "//to_text(ranks)//" ranks, "//to_text(task%plan%points)// &
+         " points, "//to_text(checkpoint%n_done)//" done before"
+   end subroutine log_start
 
-   !> The line after the last point that was computed.
-   function end_line(outcome) result(line)
+   !> What was computed, the points that failed, and the slowest; not `in_full` only the first failures.
+   subroutine log_end(unit, in_full, task, checkpoint, outcome, from, overrides, error)
+      integer, intent(in) :: unit
+      logical, intent(in) :: in_full
+      class(sweep_task_t), intent(in) :: task
+      type(checkpoint_t), intent(inout) :: checkpoint
+      type(sweep_outcome_t), intent(in) :: outcome
+      character(*), intent(in) :: from
+      type(string_t), intent(in) :: overrides(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      !> Failures that are told where there is no log.
+      integer(i8), parameter :: most_on_screen = 3
+      type(table_t) :: row
+      integer(i8) :: failed, failures, point, slow_point(slowest)
+      integer :: i, status
+      real(wp) :: slow_time(slowest)
+
+      if (in_full) write (unit, "(a)") computed(outcome)
+      failures = checkpoint%tally_of("/point/status")
+      if (failures == 0 .and. .not. in_full) return
+      slow_time = -1.0_wp
+      slow_point = 0
+      failed = 0
+      row = checkpoint%row
+      do point = 1, task%plan%points
+         if (.not. checkpoint%has(point)) cycle
+         if (failed >= min(most_on_screen, failures) .and. .not. in_full) exit
+         call checkpoint%get(point, row, error)
+         if (allocated(error)) return
+         call enter(slow_time, slow_point, row%column(row%place_of("seconds"))%reals(1), point)
+         status = int(row%column(row%place_of("/point/status"))%integers(1))
+         if (status == 0) cycle
+         failed = failed + 1
+         write (unit, "(a)") "failed point "//to_text(point - 1)//": "//trim(status_meanings(status))//": "// &
+            repeat_command(task, from, overrides, point)
+      end do
+      do i = 1, merge(slowest, 0, in_full)
+         if (slow_point(i) > 0) write (unit, "(a)") "slow point "//to_text(slow_point(i) - 1)//": "// &
+            decimal(1000*slow_time(i), 3)//" ms: "//repeat_command(task, from, overrides, slow_point(i))
+      end do
+      if (failures > failed) write (unit, "(a)") to_text(failures - failed)//" more points failed; --log FILE tells all"
+   end subroutine log_end
+
+   !> Enter a point into the list of the slowest, the slowest first.
+   pure subroutine enter(times, points, time, point)
+      real(wp), intent(inout) :: times(:)
+      integer(i8), intent(inout) :: points(:)
+      real(wp), intent(in) :: time
+      integer(i8), intent(in) :: point
+
+      integer :: i
+
+      i = count(times >= time) + 1
+      times(i:) = [time, times(i:size(times) - 1)]
+      points(i:) = [point, points(i:size(points) - 1)]
+   end subroutine enter
+
+   !> How much was computed, and how fast.
+   function computed(outcome) result(line)
       type(sweep_outcome_t), intent(in) :: outcome
       character(:), allocatable :: line
 
@@ -45,69 +118,7 @@ contains
       line = moment()//" "//trim(merge("stopped:", "end:    ", outcome%stopped))//" "//to_text(sum(outcome%points))// &
              " points in "//decimal(outcome%elapsed, 3)//" s, "//decimal(rate, 1)//" points/s, ranks busy "// &
              decimal(100*outcome%efficiency(), 1)//" %"
-   end function end_line
-
-   !> Write a line for each point that failed into a file, for the first `most` of them.
-   subroutine log_failures(unit, task, checkpoint, from, overrides, most, error)
-      integer, intent(in) :: unit
-      class(sweep_task_t), intent(in) :: task
-      type(checkpoint_t), intent(inout) :: checkpoint
-      character(*), intent(in) :: from
-      type(string_t), intent(in) :: overrides(:)
-      integer(i8), intent(in) :: most
-      type(error_t), allocatable, intent(out) :: error
-
-      type(table_t) :: row
-      integer(i8) :: failed, point
-      integer :: status
-
-      failed = 0
-      row = checkpoint%row
-      do point = 1, task%plan%points
-         if (failed >= min(most, checkpoint%tally_of("/point/status"))) return
-         if (.not. checkpoint%has(point)) cycle
-         call checkpoint%get(point, row, error)
-         if (allocated(error)) return
-         status = int(row%column(row%place_of("/point/status"))%integers(1))
-         if (status == 0) cycle
-         failed = failed + 1
-         write (unit, "(a)") "failed point "//to_text(point - 1)//": "//trim(status_meanings(status))//": "// &
-            repeat_command(task, from, overrides, point)
-      end do
-   end subroutine log_failures
-
-   !> Write a line for each of the slowest points into a file, the slowest first.
-   subroutine log_slowest(unit, task, checkpoint, from, overrides, error)
-      integer, intent(in) :: unit
-      class(sweep_task_t), intent(in) :: task
-      type(checkpoint_t), intent(inout) :: checkpoint
-      character(*), intent(in) :: from
-      type(string_t), intent(in) :: overrides(:)
-      type(error_t), allocatable, intent(out) :: error
-
-      type(table_t) :: row
-      integer(i8) :: point, slow_point(slowest)
-      real(wp) :: slow_time(slowest), took
-      integer :: i
-
-      slow_time = -1.0_wp
-      slow_point = 0
-      row = checkpoint%row
-      do point = 1, task%plan%points
-         if (.not. checkpoint%has(point)) cycle
-         call checkpoint%get(point, row, error)
-         if (allocated(error)) return
-         took = row%column(row%place_of("seconds"))%reals(1)
-         if (took <= slow_time(slowest)) cycle
-         i = count(slow_time >= took) + 1
-         slow_time(i:) = [took, slow_time(i:slowest - 1)]
-         slow_point(i:) = [point, slow_point(i:slowest - 1)]
-      end do
-      do i = 1, slowest
-         if (slow_point(i) > 0) write (unit, "(a)") "slow point "//to_text(slow_point(i) - 1)//": "// &
-            decimal(1000*slow_time(i), 3)//" ms: "//repeat_command(task, from, overrides, slow_point(i))
-      end do
-   end subroutine log_slowest
+   end function computed
 
    !> The command that computes a point alone; of a chain the motion from the start of the input.
    function repeat_command(task, from, overrides, point) result(line)
