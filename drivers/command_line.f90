@@ -126,7 +126,7 @@ contains
          command%check = .true.
       case ("--anew")
          command%anew = .true.
-      case ("--dry-run")
+      case default
          command%dry_run = .true.
       end select
    end subroutine set_plain
@@ -150,7 +150,7 @@ contains
          if (status /= 0 .or. command%checkpoint < 0.0_wp .or. verify(value, "0123456789.eE+-") > 0) then
             call raise(error, option//" "//value//": a time in s, 0 or more")
          end if
-      case ("--checkpoint-points")
+      case default
          read (value, *, iostat=status) command%checkpoint_points
          if (status /= 0 .or. command%checkpoint_points < 1 .or. verify(value, "0123456789") > 0) then
             call raise(error, option//" "//value//": a number of points, 1 or more")

@@ -1,16 +1,19 @@
 !! What programs that run alone do before they compute, and how they give up.
 module program_frame
    use, intrinsic :: iso_fortran_env, only: output_unit
-   use command_line, only: command_t, exit_usage, finish, print_help, print_version, read_command, say
+   use command_line, only: command_t, exit_failure, exit_usage, finish, print_help, print_version, read_command, say
    use razy_core_error, only: error_t
    use razy_input_input, only: input_t
    use razy_core_text_file, only: read_text_file
+   use razy_core_table, only: table_t
+   use razy_core_text, only: string_t
    use razy_io_posix, only: output_is_free
+   use razy_io_result_file, only: result_header_t, write_result
    use razy_scenes_case, only: read_study
    implicit none(type, external)
    private
 
-   public :: begin_program, end_checks, fail
+   public :: begin_program, end_checks, end_program, fail
 
 contains
 
@@ -46,6 +49,24 @@ contains
       write (output_unit, "(a)", advance="no") input%effective()
       stop
    end subroutine end_checks
+
+   !> Write the result file, and say what the user is to know: lines, and that it was written.
+   subroutine end_program(command, header, table, lines)
+      type(command_t), intent(in) :: command
+      type(result_header_t), intent(in) :: header
+      type(table_t), intent(in) :: table
+      type(string_t), intent(in) :: lines(:)
+
+      type(error_t), allocatable :: error
+      integer :: i
+
+      call write_result(command%output, header, table, command%force, error)
+      if (allocated(error)) call fail(error%message, exit_failure)
+      do i = 1, size(lines)
+         call say(lines(i)%text)
+      end do
+      call say("wrote "//command%output)
+   end subroutine end_program
 
    !> End the program with a message and an exit code.
    subroutine fail(line, code)

@@ -1,13 +1,13 @@
 !! razy-duel: one motion by several integrators, error against cost.
 program razy_duel
    use, intrinsic :: iso_fortran_env, only: output_unit
-   use command_line, only: command_t, exit_failure, say
-   use program_frame, only: begin_program, end_checks, fail
+   use command_line, only: command_t, exit_failure
+   use program_frame, only: begin_program, end_checks, end_program, fail
    use razy_core_error, only: error_t
    use razy_core_table, only: table_t
    use razy_core_text, only: string_t
    use razy_input_input, only: input_t
-   use razy_io_result_file, only: new_header, write_result
+   use razy_io_result_file, only: new_header
    use razy_machine_machine, only: machine_t
    use razy_scenes_case, only: motion_t, new_machine
    use razy_scenes_records, only: record_t
@@ -33,13 +33,8 @@ program razy_duel
    call compute_duel(duel, machine, motion, entries, error)
    if (allocated(error)) call fail(error%message, exit_failure)
    call duel%columns(table)
-   call write_result(command%output, new_header("razy-duel", machine%title, "several", "several", input%effective()), table, &
-                     command%force, error)
-   if (allocated(error)) call fail(error%message, exit_failure)
    lines = duel%words()
-   do i = 1, size(lines)
-      write (output_unit, "(a)") lines(i)%text
-   end do
-   call say("wrote "//command%output)
+   write (output_unit, "(a)") (lines(i)%text, i=1, size(lines))
+   call end_program(command, new_header("razy-duel", machine%title, "several", "several", input%effective()), table, lines(:0))
 
 end program razy_duel

@@ -1,12 +1,11 @@
 !! razy-modes: natural frequencies and shapes; for rotors the Campbell diagram, critical speeds and stability limit.
 program razy_modes
-   use command_line, only: command_t, exit_failure, exit_usage, say
-   use program_frame, only: begin_program, end_checks, fail
+   use command_line, only: command_t, exit_usage
+   use program_frame, only: begin_program, end_checks, end_program, fail
    use razy_core_error, only: error_t
    use razy_core_table, only: table_t
-   use razy_core_text, only: string_t
    use razy_input_input, only: input_t
-   use razy_io_result_file, only: new_header, write_result
+   use razy_io_result_file, only: new_header
    use razy_study_modes_modes, only: find_modes, modes_task_t, new_modes
    use razy_study_modes_result, only: modes_result_t
    implicit none(type, external)
@@ -17,8 +16,6 @@ program razy_modes
    type(modes_task_t) :: task
    type(modes_result_t) :: result
    type(table_t) :: table
-   type(string_t), allocatable :: lines(:)
-   integer :: i
 
    call begin_program("razy-modes", "natural frequencies and shapes, Campbell diagram, critical speeds, stability", command, input)
    call new_modes(task, input, error)
@@ -26,13 +23,6 @@ program razy_modes
    call find_modes(task, result, error)
    if (allocated(error)) call fail(error%message, exit_usage)
    call result%columns(table)
-   call write_result(command%output, new_header("razy-modes", task%title, "", "", input%effective()), table, &
-                     command%force, error)
-   if (allocated(error)) call fail(error%message, exit_failure)
-   lines = result%words()
-   do i = 1, size(lines)
-      call say(lines(i)%text)
-   end do
-   call say("wrote "//command%output)
+   call end_program(command, new_header("razy-modes", task%title, "", "", input%effective()), table, result%words())
 
 end program razy_modes

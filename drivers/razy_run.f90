@@ -1,12 +1,11 @@
 !! razy-run: one motion, with what &record asks for.
 program razy_run
-   use command_line, only: command_t, exit_failure, finish, say
-   use program_frame, only: begin_program, end_checks, fail
+   use command_line, only: command_t, exit_failure, finish
+   use program_frame, only: begin_program, end_checks, end_program, fail
    use razy_core_error, only: error_t
    use razy_core_table, only: table_t
-   use razy_core_text, only: string_t
    use razy_input_input, only: input_t
-   use razy_io_result_file, only: new_header, write_result
+   use razy_io_result_file, only: new_header
    use razy_motion_integrator, only: status_ok
    use razy_study_run, only: new_run, run_t
    implicit none(type, external)
@@ -16,8 +15,6 @@ program razy_run
    type(input_t) :: input
    type(run_t) :: run
    type(table_t) :: table
-   type(string_t), allocatable :: lines(:)
-   integer :: i
 
    call begin_program("razy-run", "compute one motion: trajectory, events, extrema, as &record asks", command, input)
    call new_run(run, input, error)
@@ -25,14 +22,8 @@ program razy_run
    call run%compute(error)
    if (allocated(error)) call fail(error%message, exit_failure)
    call run%columns(table)
-   call write_result(command%output, new_header("razy-run", run%machine%title, run%motion%method%integrator, &
-                                                run%motion%method%treatment, input%effective()), table, command%force, error)
-   if (allocated(error)) call fail(error%message, exit_failure)
-   call say("wrote "//command%output)
-   lines = run%words()
-   do i = 1, size(lines)
-      call say(lines(i)%text)
-   end do
+   call end_program(command, new_header("razy-run", run%machine%title, run%motion%method%integrator, &
+                                        run%motion%method%treatment, input%effective()), table, run%words())
    if (run%outcome%status /= status_ok) call finish(exit_failure)
 
 end program razy_run

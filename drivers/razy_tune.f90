@@ -1,12 +1,11 @@
 !! razy-tune: the parameter with which a natural frequency has the value that &tune asks for.
 program razy_tune
-   use command_line, only: command_t, exit_failure, exit_usage, say
-   use program_frame, only: begin_program, end_checks, fail
+   use command_line, only: command_t, exit_usage
+   use program_frame, only: begin_program, end_checks, end_program, fail
    use razy_core_error, only: error_t
    use razy_core_table, only: table_t
-   use razy_core_text, only: string_t
    use razy_input_input, only: input_t
-   use razy_io_result_file, only: new_header, write_result
+   use razy_io_result_file, only: new_header
    use razy_study_tune, only: new_tune, solve_tune, tune_t
    implicit none(type, external)
 
@@ -15,8 +14,6 @@ program razy_tune
    type(input_t) :: input
    type(tune_t) :: task
    type(table_t) :: table
-   type(string_t), allocatable :: lines(:)
-   integer :: i
 
    call begin_program("razy-tune", "find the parameter with which a natural frequency has a given value", command, input)
    call new_tune(task, input, error)
@@ -24,13 +21,6 @@ program razy_tune
    call solve_tune(task, error)
    if (allocated(error)) call fail(error%message, exit_usage)
    call task%columns(table)
-   call write_result(command%output, new_header("razy-tune", task%machine%title, "", "", input%effective()), table, &
-                     command%force, error)
-   if (allocated(error)) call fail(error%message, exit_failure)
-   lines = task%words()
-   do i = 1, size(lines)
-      call say(lines(i)%text)
-   end do
-   call say("wrote "//command%output)
+   call end_program(command, new_header("razy-tune", task%machine%title, "", "", input%effective()), table, task%words())
 
 end program razy_tune

@@ -10,6 +10,7 @@ module razy_io_journal
    use, intrinsic :: iso_fortran_env, only: int64
    use razy_core_error, only: error_t, raise
    use razy_io_locked_file, only: locked_file_t
+   use razy_io_posix, only: synchronise
    implicit none(type, external)
    private
 
@@ -30,7 +31,6 @@ module razy_io_journal
       integer(int64), private :: on_disk = 0
    contains
       procedure :: open => open_journal
-      procedure :: is_new
       procedure :: begin
       procedure :: take_up
       procedure :: next
@@ -43,7 +43,7 @@ module razy_io_journal
 
    !> "razychkp" as an integer, which a file of other byte order does not begin with; a mark, which is no length.
    integer(int64), parameter :: magic = 8100683131205083506_int64, mark = -7070701_int64
-   integer(int64), parameter :: format_version = 1, n_head = 4, n_mark = 3, block = 8192
+   integer(int64), parameter :: format_version = 2, n_head = 4, n_mark = 3, block = 8192
 
 contains
 
@@ -60,13 +60,6 @@ contains
       self%dropped = 0
       if (.not. allocated(self%waiting)) allocate (self%waiting(block), self%cache(block))
    end subroutine open_journal
-
-   !> The file is empty.
-   logical function is_new(self)
-      class(journal_t), intent(in) :: self
-
-      is_new = self%file%is_empty()
-   end function is_new
 
    !> Begin the journal of what `identity` describes.
    subroutine begin(self, identity, error)
@@ -222,7 +215,7 @@ contains
 
       call self%settle(error)
       if (allocated(error) .or. self%on_disk == self%file%length) return
-      call self%file%flush_to_disk(error)
+      call synchronise(self%file%path, error)
       if (.not. allocated(error)) call self%file%append(mark_at(self%file%length), error)
       self%on_disk = self%file%length
    end subroutine secure

@@ -7,7 +7,7 @@ module razy_io_locked_file
                                                                              c_size_t
    use, intrinsic :: iso_fortran_env, only: int64, int8
    use razy_core_error, only: error_t, raise
-   use razy_io_posix, only: c_fclose, c_fileno, c_fopen, delete_file, synchronise
+   use razy_io_posix, only: c_fclose, c_fileno, c_fopen, delete_file
    implicit none(type, external)
    private
 
@@ -27,7 +27,6 @@ module razy_io_locked_file
       procedure :: append
       procedure :: fetch
       procedure :: cut
-      procedure :: flush_to_disk
       procedure :: close => close_file
       procedure :: remove
    end type locked_file_t
@@ -203,14 +202,6 @@ contains
       end if
       self%length = length
    end subroutine cut
-
-   !> Wait until all words are on the disk itself.
-   subroutine flush_to_disk(self, error)
-      class(locked_file_t), intent(in) :: self
-      type(error_t), allocatable, intent(out) :: error
-
-      call synchronise(self%path, error)
-   end subroutine flush_to_disk
 
    !> Close the file, which keeps its first `length` words, and give up the lock; nothing if it is not open.
    subroutine close_file(self)

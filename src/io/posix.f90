@@ -102,7 +102,7 @@ contains
          call raise(error, trim(path)//": "//directory//" is not a directory")
       else if (is_directory(trim(path))) then
          call raise(error, trim(path)//": is a directory, not a file")
-      else if (.not. is_writable(directory)) then
+      else if (c_access(directory//c_null_char, mode_write_and_search) /= 0_c_int) then
          call raise(error, trim(path)//": the directory "//directory//" is not writable")
       end if
    end subroutine check_directory
@@ -122,14 +122,6 @@ contains
 
       directory = path_exists(path//"/")
    end function is_directory
-
-   !> Whether files can be created in this directory.
-   function is_writable(directory) result(writable)
-      character(*), intent(in) :: directory
-      logical :: writable
-
-      writable = c_access(directory//c_null_char, mode_write_and_search) == 0_c_int
-   end function is_writable
 
    !> The directory that holds the path; `.` where the path has none.
    pure function parent_directory(path) result(directory)

@@ -13,7 +13,7 @@ module razy_sweep_checkpoint
    use razy_io_journal, only: journal_t
    use razy_io_posix, only: path_exists
    use razy_sweep_clock, only: seconds
-   use razy_sweep_packet, only: unpack_row
+   use razy_sweep_packet, only: count_row, unpack_row
    use razy_sweep_task, only: collector_t
    use razy_sweep_units, only: units_t
    implicit none(type, external)
@@ -30,7 +30,7 @@ module razy_sweep_checkpoint
       !> Points that are here, and for each column of a row the length of its lists in all, or the rows in which it is not 0.
       integer(i8) :: n_done = 0
       integer(i8), allocatable :: tally(:)
-      !> The columns of a row, with the values of the one that was seen last.
+      !> The columns of a row; its values mean nothing.
       type(table_t) :: row
       type(journal_t), private :: journal
       !> Where the record of each point begins (points); -1: nowhere yet.
@@ -51,7 +51,7 @@ module razy_sweep_checkpoint
       procedure :: get
       procedure :: give_up
       procedure :: remove
-      procedure, private :: check_identity, count_row, recall, recall_chains, refuse
+      procedure, private :: check_identity, recall, recall_chains, refuse
    end type checkpoint_t
 
 contains
@@ -85,7 +85,7 @@ contains
       allocate (self%place(units%plan%points), source=-1_i8)
       allocate (self%tally(row%count), source=0_i8)
       identity = "razy-sweep "//razy_version//" "//razy_git_commit//newline//input
-      if (self%journal%is_new()) then
+      if (self%journal%file%is_empty()) then
          call self%journal%begin(identity, error)
       else
          call self%journal%take_up(found, start, error)
@@ -147,10 +147,11 @@ contains
          if (.not. found) exit
          ours = n >= 1
          if (ours) call units%plan%mark_done(self%words(1), ours)
-         if (ours) call self%count_row(self%words(2:n), ours)
+         if (ours) call count_row(self%words(2:n), self%row, self%tally, ours)
          if (.not. ours) call self%refuse(error)
          if (.not. ours) return
          self%place(self%words(1)) = at
+         self%n_done = self%n_done + 1
       end do
       call self%journal%end_of_records(place, error)
    end subroutine recall
@@ -187,28 +188,6 @@ contains
          units%words_before(unit + 1) = size(units%last_rows, kind=i8)
       end do
    end subroutine recall_chains
-
-   !> Count a row that has come; `fits` is false if it has other columns.
-   pure subroutine count_row(self, words, fits)
-      class(checkpoint_t), intent(inout) :: self
-      integer(i8), intent(in) :: words(:)
-      logical, intent(out) :: fits
-
-      integer :: i
-
-      call unpack_row(words, self%row, fits)
-      if (.not. fits) return
-      self%n_done = self%n_done + 1
-      do i = 1, self%row%count
-         associate (column => self%row%column(i))
-            if (column%is_ragged()) then
-               self%tally(i) = self%tally(i) + column%extent(1)
-            else if (allocated(column%integers)) then
-               self%tally(i) = self%tally(i) + merge(1, 0, any(column%integers /= 0))
-            end if
-         end associate
-      end do
-   end subroutine count_row
 
    !> The row of a point is here.
    pure logical function has(self, point)
@@ -247,12 +226,13 @@ contains
 
       fresh = point >= 1 .and. point <= size(self%place, kind=i8)
       if (fresh) fresh = .not. self%has(point)
-      if (fresh) call self%count_row(words, fresh)
+      if (fresh) call count_row(words, self%row, self%tally, fresh)
       if (.not. fresh) then
          call raise(error, "a point has sent a row of another sweep, or twice")
          return
       end if
       call self%journal%put([point, words], self%place(point))
+      self%n_done = self%n_done + 1
       self%fresh = self%fresh + 1
    end subroutine collect
 

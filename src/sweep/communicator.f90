@@ -154,10 +154,10 @@ contains
       type(error_t), allocatable, intent(out) :: error
       integer(i8), allocatable :: words(:)
 
-      if (allocated(values)) words = transfer(values, words, size(values))
+      if (allocated(values)) words = transfer(values, [0_i8], size(values))
       call share(self, words, 0, error)
       if (allocated(values)) deallocate (values)
-      if (allocated(words)) values = transfer(words, values, size(words))
+      if (allocated(words)) values = transfer(words, [0.0_wp], size(words))
    end subroutine broadcast_reals
 
    !> Broadcast text, which may be unallocated, from rank `root`.
@@ -202,8 +202,8 @@ contains
    contains
 
       subroutine send(values, n)
-         integer(i8), intent(inout), asynchronous :: values(*)
          integer, intent(in) :: n
+         integer(i8), intent(inout), asynchronous :: values(n)
          type(mpi_request) :: request
          integer :: code
 

@@ -10,7 +10,7 @@ module razy_sweep_packet
    implicit none(type, external)
    private
 
-   public :: packet_t, unpack_row
+   public :: count_row, packet_t, unpack_row
 
    integer(i8), parameter :: n_head = 2
    integer, parameter :: bytes = 8
@@ -142,33 +142,75 @@ contains
       end if
    end subroutine pack_column
 
+   !> Find the next column in the words of a row: the extent of its list, and words first … last with its values; `fits` is false if
+   !> there are not as many.
+   pure subroutine find_column(words, column, extent, first, last, fits)
+      integer(i8), intent(in) :: words(:)
+      type(column_t), intent(in) :: column
+      integer(i8), intent(out) :: extent, first
+      integer(i8), intent(inout) :: last
+      logical, intent(out) :: fits
+
+      extent = product(column%extent)
+      first = last + 1
+      if (column%is_ragged()) then
+         fits = first <= size(words, kind=i8)
+         if (fits) fits = words(first) >= 0 .and. words(first) <= bytes*size(words, kind=i8)
+         if (.not. fits) return
+         extent = words(first)
+         first = first + 1
+      end if
+      last = first - 1 + words_for(column, extent)
+      fits = last <= size(words, kind=i8)
+   end subroutine find_column
+
    !> Fill a row, whose columns are there, from words; `fits` is false if they are not those of such a row.
    pure subroutine unpack_row(words, row, fits)
       integer(i8), intent(in) :: words(:)
       type(table_t), intent(inout) :: row
       logical, intent(out) :: fits
 
-      integer(i8) :: n, start
+      integer(i8) :: extent, first, last
       integer :: i
 
-      start = 0
-      fits = .false.
+      last = 0
+      fits = .true.
       do i = 1, row%count
          associate (column => row%column(i))
-            if (column%is_ragged()) then
-               if (start >= size(words, kind=i8)) return
-               start = start + 1
-               if (words(start) < 0 .or. words(start) > bytes*size(words, kind=i8)) return
-               column%extent = words(start:start)
-            end if
-            n = words_for(column, product(column%extent))
-            if (start + n > size(words, kind=i8)) return
-            call unpack_column(column, words(start + 1:start + n))
-            start = start + n
+            call find_column(words, column, extent, first, last, fits)
+            if (.not. fits) return
+            if (column%is_ragged()) column%extent = [extent]
+            call unpack_column(column, words(first:last))
          end associate
       end do
-      fits = start == size(words, kind=i8)
+      fits = last == size(words, kind=i8)
    end subroutine unpack_row
+
+   !> Add to the tally of each column the length of its list, or 1 if its integer is not 0; `fits` as for `unpack_row`.
+   pure subroutine count_row(words, row, tally, fits)
+      integer(i8), intent(in) :: words(:)
+      type(table_t), intent(in) :: row
+      integer(i8), intent(inout) :: tally(:)
+      logical, intent(out) :: fits
+
+      integer(i8) :: extent, first, last
+      integer :: i
+
+      last = 0
+      fits = .true.
+      do i = 1, row%count
+         associate (column => row%column(i))
+            call find_column(words, column, extent, first, last, fits)
+            if (.not. fits) return
+            if (column%is_ragged()) then
+               tally(i) = tally(i) + extent
+            else if (allocated(column%integers)) then
+               tally(i) = tally(i) + merge(1, 0, any(words(first:last) /= 0))
+            end if
+         end associate
+      end do
+      fits = last == size(words, kind=i8)
+   end subroutine count_row
 
    pure subroutine unpack_column(column, words)
       type(column_t), intent(inout) :: column
