@@ -7,7 +7,7 @@ module modes_case
    use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
    use razy_core_text, only: lower
-   use razy_eigen_linearised, only: contact_choices, contacts_closed, contacts_equilibrium
+   use razy_machine_linearised, only: contact_choices, contacts_closed, contacts_equilibrium
    use razy_io_modes_file, only: modes_content_t
    use razy_machine_machine, only: machine_t
    use razy_scenes_rotor_scene, only: rotor_scene_t

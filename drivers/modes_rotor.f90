@@ -9,12 +9,13 @@ module modes_rotor
    use razy_core_kinds, only: pi, wp
    use razy_io_modes_file, only: modes_content_t
    use razy_linalg_dense, only: product_of
-   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, keep_first, modes_found
+   use razy_linalg_generalised, only: eigenpairs_t, keep_first, modes_found
    use razy_rotor_whirl_campbell, only: campbell_t, new_campbell
    use razy_rotor_model, only: rotor_model_t
-   use razy_rotor_whirl_modes, only: rotor_shares => energy_shares, rotor_modes => natural_modes, strain_shares
+   use razy_rotor_whirl_modes, only: rotor_shares => energy_shares, rotor_modes => natural_modes, shaft_shares, &
+                                     strain_shares
    use razy_rotor_whirl_stability, only: known_limit, limit_below, limit_failed, limit_found, limit_t, stability_limit
-   use razy_rotor_whirl_degenerate, only: separate_twins, shaft_shares
+   use razy_rotor_whirl_degenerate, only: separate_degenerate
    use razy_rotor_whirl_whirl, only: new_whirl, whirl_found, whirl_problem_t
    use razy_scenes_rotor_scene, only: rotor_scene_t
    use razy_scenes_rotor_reduction, only: is_reduced
@@ -44,11 +45,7 @@ contains
 
       associate (model => rotor%model, reduced => rotor%reduced)
          if (is_reduced(input)) then
-            if (closed) then
-               pairs = dense_modes(reduced%closed_stiffness(), reduced%mass)
-            else
-               pairs = dense_modes(reduced%stiffness, reduced%mass)
-            end if
+            pairs = reduced%modes(closed)
             if (pairs%status == modes_found) then
                call keep_first(pairs, min(count, size(pairs%value)))
                pairs%vector = product_of(reduced%basis, pairs%vector)
@@ -60,7 +57,7 @@ contains
             call raise(error, "the eigenproblem could not be solved")
             return
          end if
-         call separate_twins(pairs, model)
+         call separate_degenerate(pairs, model)
          m = size(pairs%value)
          content%coordinate = names_of(model)
          content%part = motions

@@ -9,7 +9,7 @@ module sweep_starts
    use razy_core_text, only: did_you_mean, lower, string_t
    use razy_core_uniform, only: uniform
    use razy_machine_machine, only: machine_t
-   use razy_machine_period, only: excitation_period
+   use razy_machine_excitation, only: excitation_period
    use razy_sweep_grid, only: axis_t, most_points, new_axis
    implicit none(type, external)
    private

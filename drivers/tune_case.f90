@@ -8,11 +8,11 @@ module tune_case
    use razy_core_number, only: to_text
    use razy_input_slot, only: slot_t
    use razy_core_text, only: append_text, did_you_mean, lower, string_t
-   use razy_eigen_linearised, only: contact_choices, linear_curved, linear_no_equilibrium, linear_rigid, linearise
-   use razy_eigen_mode_branches, only: branches_t
-   use razy_eigen_modes, only: hertz, modes_t, natural_modes
-   use razy_eigen_tuning, only: attainable, objective, tune, tuning_t
+   use razy_machine_linearised, only: contact_choices, linear_curved, linear_no_equilibrium, linear_rigid, linearise
+   use razy_eigen_mode_branches, only: branches_t, hertz, machines_t
+   use razy_eigen_tuning, only: attainable, frequencies, objective, tune, tuning_t
    use razy_io_tune_file, only: tune_content_t
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t
    use razy_machine_machine, only: machine_t
    use razy_scenes_case, only: new_structure
    implicit none(type, external)
@@ -21,10 +21,12 @@ module tune_case
    public :: new_tune, solve_tune, tune_content, tune_t
 
    !> The input as a family of machines over one of its values.
-   type :: family_t
+   type, extends(machines_t) :: family_t
       type(input_t) :: input
       type(slot_t) :: slot
       integer :: contacts = 0
+   contains
+      procedure :: matrices
    end type family_t
 
    !> What &tune asks for, and the answer.
@@ -134,15 +136,15 @@ contains
       do k = 1, 2
          key = merge("first", "last ", k == 1)
          call self%family%input%get("tune", 1, trim(key), value)
-         call family_at(self%family, value, mass, stiffness, problem)
+         call self%family%matrices(value, mass, stiffness, problem)
          if (allocated(problem)) call self%family%input%complain(error, "tune", 1, trim(key), problem%message)
          if (allocated(error)) return
       end do
    end subroutine check_ends
 
-   !> M and K with a value of the parameter; `context` is a `family_t`.
-   subroutine family_at(context, parameter, mass, stiffness, error)
-      class(*), intent(inout) :: context
+   !> M and K with a value of the parameter.
+   subroutine matrices(self, parameter, mass, stiffness, error)
+      class(family_t), intent(inout) :: self
       real(wp), intent(in) :: parameter
       real(wp), allocatable, intent(out) :: mass(:, :), stiffness(:, :)
       type(error_t), allocatable, intent(out) :: error
@@ -151,24 +153,19 @@ contains
       real(wp), allocatable :: damping(:, :)
       integer :: culprit, status
 
-      select type (context)
-      type is (family_t)
-         call context%input%put(context%slot, parameter, error)
-         if (.not. allocated(error)) call new_structure(machine, context%input, error)
-         if (allocated(error)) return
-         mass = machine%mass
-         call linearise(machine, context%contacts, stiffness, damping, status, culprit)
-         if (status == linear_no_equilibrium) then
-            call raise(error, "the constant loads are in no equilibrium: balance them, or take contacts='closed' or 'open'")
-         else if (status == linear_rigid) then
-            call raise(error, "the contact "//machine%contact(culprit)%name//" is rigid and has no stiffness: contacts='open'")
-         else if (status == linear_curved) then
-            call raise(error, "the contact "//machine%contact(culprit)%name//" is not piecewise linear: contacts='open'")
-         end if
-      class default
-         call raise(error, "no family of machines")
-      end select
-   end subroutine family_at
+      call self%input%put(self%slot, parameter, error)
+      if (.not. allocated(error)) call new_structure(machine, self%input, error)
+      if (allocated(error)) return
+      mass = machine%mass
+      call linearise(machine, self%contacts, stiffness, damping, status, culprit)
+      if (status == linear_no_equilibrium) then
+         call raise(error, "the constant loads are in no equilibrium: balance them, or take contacts='closed' or 'open'")
+      else if (status == linear_rigid) then
+         call raise(error, "the contact "//machine%contact(culprit)%name//" is rigid and has no stiffness: contacts='open'")
+      else if (status == linear_curved) then
+         call raise(error, "the contact "//machine%contact(culprit)%name//" is not piecewise linear: contacts='open'")
+      end if
+   end subroutine matrices
 
    !> Look for the parameter. Values without a machine and a goal out of reach are errors of the input.
    subroutine solve_tune(self, error)
@@ -179,7 +176,7 @@ contains
       character(:), allocatable :: has, problem
       integer :: k
 
-      call tune(self%answer, self%branches, family_at, self%family, self%reference, self%grid, self%coordinate, self%mode, &
+      call tune(self%answer, self%branches, self%family, self%reference, self%grid, self%coordinate, self%mode, &
                 self%frequency, error)
       if (self%answer%found) return
       if (allocated(error)) then
@@ -204,20 +201,21 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       integer, allocatable :: kept(:)
-      real(wp), allocatable :: psi(:)
+      real(wp), allocatable :: psi(:), tuned(:)
       integer :: i
 
       associate (branches => self%branches)
-         kept = pack([(i, i=1, branches%points)], branches%asked)
+         kept = pack([(i, i=1, size(branches%point))], branches%point%asked)
          psi = objective(branches, self%frequency)
+         tuned = frequencies(branches)
          content%name = self%name
          content%units = self%unit
          if (len_trim(self%unit) == 0) content%units = "1"
          content%mode = self%mode_words
-         content%parameter = branches%parameter(kept)
+         content%parameter = branches%point(kept)%parameter
          content%objective = psi(kept)
-         content%place = int(branches%place(kept), int32)
-         content%tuned = [(hertz(branches%value(branches%branch(kept(i)), kept(i))), i=1, size(kept))]
+         content%place = int(branches%point(kept)%place, int32)
+         content%tuned = tuned(kept)
          content%frequency = hertz(branches%value(:self%stored, kept))
       end associate
       content%goal = self%frequency
@@ -236,13 +234,12 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: mass(:, :), stiffness(:, :)
-      type(modes_t) :: modes
-      integer :: status
+      type(eigenpairs_t) :: modes
 
-      call family_at(self%family, parameter, mass, stiffness, error)
+      call self%family%matrices(parameter, mass, stiffness, error)
       if (allocated(error)) return
-      call natural_modes(modes, mass, stiffness, status)
-      if (status /= 0) call raise(error, "the eigenproblem could not be solved at the value "//to_text(parameter))
+      modes = dense_modes(stiffness, mass)
+      if (modes%status /= 0) call raise(error, "the eigenproblem could not be solved at the value "//to_text(parameter))
       frequency = hertz(modes%value)
    end subroutine frequencies_at
 

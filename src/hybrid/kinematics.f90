@@ -7,7 +7,7 @@
 module razy_hybrid_kinematics
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
-   use razy_linalg_profile, only: find_profile
+   use razy_linalg_pattern, only: find_profile
    use razy_machine_coupled, only: coupled_t, new_coupled
    use razy_machine_machine, only: machine_t, observe_contact_force
    implicit none(type, external)

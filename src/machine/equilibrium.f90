@@ -1,14 +1,17 @@
 !! Static equilibrium under the constant loads, contacts included.
 !!
 !! The potential energy ½ qᵀKq + Σ U_j(s_j) - f0ᵀq of a machine whose contacts push harder the deeper they are is convex. It
-!! is minimised by Newton's method in the contact state at hand with an exact line search. With piecewise-linear laws that is
-!! piecewise quadratic, its line search goes over the points where contacts open or close, and all ends after finitely
-!! many steps; else the search brackets the sign change of the slope. Rigid-body displacements are left out: of all
-!! equilibria the one that is orthogonal (in M) to the modes of zero stiffness is taken. Excitation does not count.
+!! is minimised by Newton's method in the contact state at hand with an exact line search, the sign change of the slope along the
+!! direction. With piecewise-linear laws the energy is piecewise quadratic, and all ends after finitely many steps. Rigid-body
+!! displacements are left out: of all equilibria the one that is orthogonal (in M) to the modes of zero stiffness is taken.
+!! Excitation does not count.
 !! Constraints (rigid stops, friction) have no energy; machines with such are not for this module. Nor is there an
 !! equilibrium where a body would have to rest on the edge of a law whose force jumps there.
 module razy_machine_equilibrium
+   use razy_contact_contact_law, only: branch_open
    use razy_core_kinds, only: wp
+   use razy_linalg_bracketed_root, only: bracketed_root_t
+   use razy_linalg_dense, only: add_outer
    use razy_linalg_eigen, only: symmetric_eigen
    use razy_machine_machine, only: machine_t
    implicit none(type, external)
@@ -46,13 +49,13 @@ contains
             found = .true.
             return
          end if
-         call line_search(machine, linear, q, direction, step)
+         call line_search(machine, q, direction, step)
          if (step > 0.1_wp*huge(1.0_wp)) return
          q = q + step*direction
-         ! Without the last full step of the linear case, one more than is needed.
-         found = near .and. .not. linear
+         ! Without a full step of the linear case, one more than is needed.
+         found = near .or. (linear .and. abs(step - 1.0_wp) <= 1.0e-9_wp)
          near = settled(machine, q, inverse_root)
-         found = near .and. (found .or. (linear .and. abs(step - 1.0_wp) <= 1.0e-9_wp))
+         found = found .and. near
          if (found) return
       end do
    end subroutine find_equilibrium
@@ -104,16 +107,14 @@ contains
       real(wp), intent(out) :: direction(:)
 
       real(wp) :: k(size(q), size(q)), values(size(q)), part(size(q)), drive(size(q)), damping, s, stiffness
-      integer :: i, info, j
+      integer :: info, j
 
       k = machine%stiffness
       do j = 1, size(machine%contact)
          associate (contact => machine%contact(j))
             s = dot_product(contact%w, q) + contact%offset
             call contact%law%slopes(contact%law%initial_branch(s, 0.0_wp), s, 0.0_wp, contact%normal, stiffness, damping)
-            do i = 1, size(q)
-               k(:, i) = k(:, i) + stiffness*contact%w*contact%w(i)
-            end do
+            call add_outer(k, stiffness, contact%w)
          end associate
       end do
       k = matmul(inverse_root, matmul(k, inverse_root))
@@ -141,126 +142,43 @@ contains
       direction = matmul(inverse_root, matmul(k, part))
    end subroutine newton_direction
 
-   !> The step along `direction` at which the energy is least; huge if it falls without end.
-   subroutine line_search(machine, linear, q, direction, step)
+   !> The step along `direction` at which the energy is least, where its slope changes its sign; huge if it falls without end.
+   !> From one edge of a contact to the next, then by wide steps, until the slope is positive; if it does not grow any more it
+   !> never will be.
+   subroutine line_search(machine, q, direction, step)
       type(machine_t), intent(in) :: machine
-      logical, intent(in) :: linear
       real(wp), intent(in) :: q(:), direction(:)
       real(wp), intent(out) :: step
 
-      real(wp) :: edges(2*size(machine%contact)), s, rate, low, high, slope_low, slope_high
-      integer :: j, n
+      type(bracketed_root_t) :: root
+      real(wp) :: edge(2, size(machine%contact)), high, low, slope_high, slope_low, terms
+      logical :: beyond
 
-      n = 0
-      do j = 1, size(machine%contact)
-         associate (contact => machine%contact(j))
-            s = dot_product(contact%w, q) + contact%offset
-            rate = dot_product(contact%w, direction)
-            associate (open => contact%law%guard(1, 1))
-               if (open%above /= 0) call add(open%upper)
-               if (open%below /= 0) call add(open%lower)
-            end associate
-         end associate
-      end do
+      edge = edges(machine, q, direction)
+      step = 0.0_wp
       low = 0.0_wp
       slope_low = slope(low)
-      if (.not. linear) then
-         call search(slope_low, step)
-         return
-      end if
-      do
-         high = huge(1.0_wp)
-         if (any(edges(:n) > low)) high = minval(edges(:n), edges(:n) > low)
-         if (high > 0.5_wp*huge(1.0_wp)) exit
+      do while (slope_low < 0.0_wp)
+         step = huge(1.0_wp)
+         beyond = .not. any(edge > low)
+         high = minval(edge, mask=edge > low)
+         if (beyond) high = max(1.0_wp, 4*low)
+         if (high > farthest) return
          slope_high = slope(high)
-         if (slope_high >= 0.0_wp) then
-            step = low
-            if (slope_low < 0.0_wp) step = low - slope_low*(high - low)/(slope_high - slope_low)
-            return
-         end if
+         if (slope_high >= 0.0_wp) exit
+         terms = dot_product(abs(direction), restoring(machine, q + high*direction, .true.) + abs(machine%load))
+         if (beyond .and. slope_high <= slope_low + negligible*terms) return
          low = high
          slope_low = slope_high
       end do
-      ! Beyond the last edge the slope is linear, so one more point tells where it vanishes.
-      high = low + max(1.0_wp, low)
-      slope_high = slope(high)
-      step = huge(1.0_wp)
-      if (slope_high > slope_low + negligible*abs(slope_low)) step = low - slope_low*(high - low)/(slope_high - slope_low)
+      if (slope_low >= 0.0_wp) return
+      call root%start(low, slope_low, high, slope_high)
+      do while (.not. root%done())
+         call root%take(slope(root%trial))
+      end do
+      step = root%best
 
    contains
-
-      subroutine add(edge)
-         real(wp), intent(in) :: edge
-
-         if (.not. abs(rate) > 0.0_wp) return
-         n = n + 1
-         edges(n) = (edge - s)/rate
-      end subroutine add
-
-      !> Wide steps until the slope is positive; none is found where, beyond all edges, it no longer grows.
-      subroutine search(first, root)
-         real(wp), intent(in) :: first
-         real(wp), intent(out) :: root
-
-         real(wp) :: a, b, slope_a, slope_b
-
-         root = 0.0_wp
-         if (first >= 0.0_wp) return
-         root = huge(1.0_wp)
-         a = 0.0_wp
-         b = 1.0_wp
-         slope_a = first
-         do while (b < farthest)
-            slope_b = slope(b)
-            if (slope_b >= 0.0_wp) then
-               call find_root(a, slope_a, b, slope_b, root)
-               return
-            end if
-            if (slope_b <= slope_a + negligible*abs(slope_a) .and. .not. any(edges(:n) > b)) return
-            a = b
-            slope_a = slope_b
-            b = 4*b
-         end do
-      end subroutine search
-
-      !> The sign change of the slope between `first`, where it is negative, and `last`: false position (Illinois), each
-      !> third time halving.
-      subroutine find_root(first, slope_first, last, slope_last, root)
-         real(wp), intent(in) :: first, slope_first, last, slope_last
-         real(wp), intent(out) :: root
-
-         real(wp) :: a, b, f, slope_a, slope_b
-         integer :: i, side
-
-         a = first
-         b = last
-         slope_a = slope_first
-         slope_b = slope_last
-         side = 0
-         do i = 1, 2*most_iterations
-            if (modulo(i, 3) == 0) then
-               root = 0.5_wp*(a + b)
-            else if (slope_b > -slope_a) then
-               root = a - slope_a*(b - a)/(slope_b - slope_a)
-            else
-               root = b - slope_b*(b - a)/(slope_b - slope_a)
-            end if
-            if (.not. (root > a .and. root < b)) exit
-            f = slope(root)
-            if (f < 0.0_wp) then
-               a = root
-               slope_a = f
-               if (side < 0) slope_b = 0.5_wp*slope_b
-               side = -1
-            else
-               b = root
-               slope_b = f
-               if (side > 0) slope_a = 0.5_wp*slope_a
-               side = 1
-            end if
-         end do
-         root = merge(a, b, -slope_a < slope_b)
-      end subroutine find_root
 
       pure function slope(t)
          real(wp), intent(in) :: t
@@ -270,6 +188,28 @@ contains
       end function slope
 
    end subroutine line_search
+
+   !> The steps along `direction` at which contacts open or close, at their upper and lower edges; negative for edges that are
+   !> not met.
+   pure function edges(machine, q, direction) result(edge)
+      type(machine_t), intent(in) :: machine
+      real(wp), intent(in) :: q(:), direction(:)
+      real(wp) :: edge(2, size(machine%contact))
+
+      real(wp) :: rate, s
+      integer :: j
+
+      edge = -1.0_wp
+      do j = 1, size(machine%contact)
+         associate (contact => machine%contact(j), open => machine%contact(j)%law%guard(1, branch_open))
+            s = dot_product(contact%w, q) + contact%offset
+            rate = dot_product(contact%w, direction)
+            if (.not. abs(rate) > 0.0_wp) cycle
+            if (open%above /= 0) edge(1, j) = (open%upper - s)/rate
+            if (open%below /= 0) edge(2, j) = (open%lower - s)/rate
+         end associate
+      end do
+   end function edges
 
    !> Symmetric root of the inverse of a positive definite matrix.
    subroutine inverse_square_root(matrix, root)

@@ -6,7 +6,7 @@
 module razy_study_continuation_state
    use razy_core_kinds, only: i8, wp
    use razy_machine_machine, only: machine_t
-   use razy_machine_phase, only: turn_tones
+   use razy_machine_excitation, only: turn_tones
    use razy_sweep_task, only: point_result_t
    implicit none(type, external)
    private

@@ -12,9 +12,8 @@
 module razy_exact_modal_basis
    use razy_core_kinds, only: qp, wp
    use razy_exact_modal_parts, only: append, dense_modes_t, modal_basis_t
-   use razy_linalg_connected, only: connected_sets, linked
-   use razy_linalg_eigen, only: general_eigen, symmetric_eigen
-   use razy_linalg_refined_eigen, only: refine_eigen
+   use razy_linalg_pattern, only: connected_sets, linked
+   use razy_linalg_eigen, only: general_eigen, refine_eigen, symmetric_eigen
    implicit none(type, external)
    private
 

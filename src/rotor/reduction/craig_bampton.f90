@@ -5,11 +5,11 @@ module razy_rotor_reduction_craig_bampton
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
    use razy_linalg_banded, only: band_factor_t
-   use razy_linalg_generalised, only: eigenpairs_t, modes_found
+   use razy_linalg_generalised, only: eigenpairs_t, first_modes, modes_found
    use razy_linalg_sparse, only: csr_t
    use razy_rotor_model, only: rotor_model_t
-   use razy_rotor_reduction_part_modes, only: append, modes_of
-   use razy_rotor_reduction_reduced, only: new_reduced, reduced_t
+   use razy_rotor_reduction_reduced, only: append, new_reduced, reduced_t
+   use razy_rotor_whirl_modes, only: reference_shift
    implicit none(type, external)
    private
 
@@ -69,7 +69,7 @@ contains
             deallocate (shape)
          end do
          if (count == 0) cycle
-         pairs = modes_of(model, inner_stiffness, model%mass%extract(inner), count)
+         pairs = first_modes(inner_stiffness, model%mass%extract(inner), count, -reference_shift(model))
          if (pairs%status /= modes_found) then
             call raise(error, "modes of shaft "//to_text(s)//" were not found")
             return

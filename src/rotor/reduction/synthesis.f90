@@ -9,12 +9,11 @@ module razy_rotor_reduction_synthesis
    use razy_core_number, only: to_text
    use razy_linalg_banded, only: band_factor_t
    use razy_linalg_dense, only: product_of
-   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, first_modes, modes_found
    use razy_linalg_sparse, only: add_matrices
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_whirl_modes, only: reference_shift
-   use razy_rotor_reduction_part_modes, only: append, modes_of
-   use razy_rotor_reduction_reduced, only: new_reduced, reduced_t
+   use razy_rotor_reduction_reduced, only: append, new_reduced, reduced_t
    implicit none(type, external)
    private
 
@@ -45,7 +44,7 @@ contains
             call raise(error, to_text(count(s))//" modes of shaft "//to_text(s)//": 1 to its "//to_text(size(own))//" coordinates")
             return
          end if
-         pairs = modes_of(model, model%shaft_stiffness%extract(own), model%mass%extract(own), count(s))
+         pairs = first_modes(model%shaft_stiffness%extract(own), model%mass%extract(own), count(s), -reference_shift(model))
          if (pairs%status /= modes_found) then
             call raise(error, "modes of shaft "//to_text(s)//" were not found")
             return

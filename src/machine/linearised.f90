@@ -2,9 +2,10 @@
 !!
 !! A closed contact with the slopes k = dF/ds, b = dF/ds' of its law is a two-way spring and damper: it adds k w wᵀ to K and
 !! b w wᵀ to B. A friction element has no gap to close and adds nothing where all contacts are open or all closed.
-module razy_eigen_linearised
+module razy_machine_linearised
    use razy_contact_contact_law, only: branch_open
    use razy_core_kinds, only: wp
+   use razy_linalg_dense, only: add_outer
    use razy_machine_equilibrium, only: find_equilibrium
    use razy_machine_machine, only: contact_t, machine_t
    implicit none(type, external)
@@ -32,18 +33,14 @@ contains
 
       real(wp) :: q(size(machine%mass, 1)), k, b
       logical :: found
-      integer :: i
 
       stiffness = machine%stiffness
       damping = machine%damping
       status = linear_ok
-      culprit = 0
       q = 0.0_wp
-      found = .true.
       if (contacts == contacts_equilibrium) then
          ! Equilibrium is known for these laws only.
-         do while (culprit < size(machine%contact))
-            culprit = culprit + 1
+         do culprit = 1, size(machine%contact)
             associate (law => machine%contact(culprit)%law)
                if (any(law%constraint) .or. .not. law%piecewise_linear) status = linear_curved
             end associate
@@ -51,16 +48,15 @@ contains
          end do
          culprit = 0
          call find_equilibrium(machine, q, found)
+         if (.not. found) status = linear_no_equilibrium
+         if (.not. found) return
       end if
-      if (.not. found) status = linear_no_equilibrium
-      do while (status == linear_ok .and. culprit < size(machine%contact))
-         culprit = culprit + 1
+      do culprit = 1, size(machine%contact)
          associate (w => machine%contact(culprit)%w)
             call contact_slopes(machine%contact(culprit), contacts, q, k, b, status)
-            do i = 1, size(q)
-               stiffness(:, i) = stiffness(:, i) + k*w*w(i)
-               damping(:, i) = damping(:, i) + b*w*w(i)
-            end do
+            if (status /= linear_ok) return
+            call add_outer(stiffness, k, w)
+            call add_outer(damping, b, w)
          end associate
       end do
    end subroutine linearise
@@ -99,4 +95,4 @@ contains
       end associate
    end subroutine contact_slopes
 
-end module razy_eigen_linearised
+end module razy_machine_linearised

@@ -7,7 +7,7 @@
 !!     do while (.not. root%done())
 !!        call root%take(f(root%trial))
 !!     end do
-module razy_eigen_bracketed_root
+module razy_linalg_bracketed_root
    use razy_core_kinds, only: wp
    implicit none(type, external)
    private
@@ -22,7 +22,9 @@ module razy_eigen_bracketed_root
       !> The point with the least |f| so far, and f there.
       real(wp) :: best = 0.0_wp, value = 0.0_wp
       integer :: trials = 0
+      !> The ends of the bracket, the last trial first, and the end before it; f there.
       real(wp), private :: x(3) = 0.0_wp, f(3) = 0.0_wp
+      real(wp), private :: tolerance = 0.0_wp
    contains
       procedure :: start
       procedure :: take
@@ -31,25 +33,29 @@ module razy_eigen_bracketed_root
 
 contains
 
-   !> Begin with f1 = f(x1) and f2 = f(x2) of opposite signs, or one of them zero.
-   pure subroutine start(self, x1, f1, x2, f2)
+   !> Begin with f1 = f(x1) and f2 = f(x2) of opposite signs, or one of them zero. `tolerance` is the length of the bracket,
+   !> relative to the root, at which the search ends; rounding if not given.
+   pure subroutine start(self, x1, f1, x2, f2, tolerance)
       class(bracketed_root_t), intent(inout) :: self
       real(wp), intent(in) :: x1, f1, x2, f2
+      real(wp), intent(in), optional :: tolerance
 
       self%trials = 0
       self%x = [x1, x2, x2]
       self%f = [f1, f2, f2]
+      self%tolerance = 4*epsilon(1.0_wp)
+      if (present(tolerance)) self%tolerance = max(tolerance, self%tolerance)
       call keep_best(self)
       self%trial = x1 + 0.5_wp*(x2 - x1)
    end subroutine start
 
-   !> Whether the root is found to rounding: f is zero, or no number is left between the ends worth a trial.
+   !> Whether the root is found: f is zero, or the bracket is short enough.
    pure function done(self)
       class(bracketed_root_t), intent(in) :: self
       logical :: done
 
       done = .not. abs(self%value) > 0.0_wp .or. self%trials >= most_trials &
-             .or. abs(self%x(2) - self%x(1)) <= 4*epsilon(1.0_wp)*abs(self%best)
+             .or. abs(self%x(2) - self%x(1)) <= self%tolerance*abs(self%best)
    end function done
 
    !> Take f(trial), and say where it is wanted next.
@@ -64,17 +70,15 @@ contains
          self%x(3) = self%x(1)
          self%f(3) = self%f(1)
       else
-         self%x(3) = self%x(2)
-         self%f(3) = self%f(2)
-         self%x(2) = self%x(1)
-         self%f(2) = self%f(1)
+         self%x(2:3) = self%x(:2)
+         self%f(2:3) = self%f(:2)
       end if
       self%x(1) = self%trial
       self%f(1) = f
       call keep_best(self)
       if (self%done()) return
       associate (x => self%x, y => self%f)
-         least = min(0.5_wp, 2*epsilon(1.0_wp)*abs(self%best)/abs(x(2) - x(1)))
+         least = min(0.5_wp, 0.5_wp*self%tolerance*abs(self%best)/abs(x(2) - x(1)))
          t = 0.5_wp
          if (abs(y(3) - y(2)) > 0.0_wp .and. abs(y(3) - y(1)) > 0.0_wp) then
             xi = (x(1) - x(2))/(x(3) - x(2))
@@ -97,4 +101,4 @@ contains
       self%value = self%f(i)
    end subroutine keep_best
 
-end module razy_eigen_bracketed_root
+end module razy_linalg_bracketed_root
