@@ -3,12 +3,13 @@ module razy_scenes_observables
    use razy_core_error, only: error_t
    use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
-   use razy_core_text, only: did_you_mean, lower, string_t
+   use razy_core_text, only: did_you_mean, lower, position_of, string_t
    use razy_machine_machine, only: machine_t, observable_t, observe_contact_force, observe_linear
+   use razy_scenes_scene, only: coordinate_t, scene_t
    implicit none(type, external)
    private
 
-   public :: begin_observable, name_observable, observe_contact, observe_contacts, observe_coordinate, pick
+   public :: begin_observable, new_observable, observe_contact
 
 contains
 
@@ -29,26 +30,22 @@ contains
       allocate (observable%error(size(machine%tone)), source=(0.0_wp, 0.0_wp))
    end subroutine begin_observable
 
-   !> The full name: with what it belongs to, where the record says that.
-   subroutine name_observable(observable, input, i)
-      type(observable_t), intent(inout) :: observable
+   !> The observable of `&record` number i, which is not `observable = 'state'`.
+   subroutine new_observable(observable, machine, scene, input, i, error)
+      type(observable_t), intent(out) :: observable
+      type(machine_t), intent(in) :: machine
+      class(scene_t), intent(in) :: scene
       type(input_t), intent(in) :: input
       integer, intent(in) :: i
-
-      if (input%given("record", i, "of")) observable%name = observable%name//"."//name_of(input, i)
-   end subroutine name_observable
-
-   !> Make it what it is called, if that is a quantity of a contact (`taken`). The contacts of the machine are `meshes` gear meshes,
-   !> then `stops` stops, then friction elements.
-   subroutine observe_contacts(observable, machine, input, i, meshes, stops, taken, error)
-      type(observable_t), intent(inout) :: observable
-      type(machine_t), intent(in) :: machine
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i, meshes, stops
-      logical, intent(out) :: taken
       type(error_t), allocatable, intent(out) :: error
 
-      taken = .true.
+      type(coordinate_t) :: of
+      integer :: meshes, stops
+
+      call begin_observable(observable, machine, input, i)
+      ! The contacts of a machine are its gear meshes, its stops, and its friction elements.
+      meshes = input%count("gear_mesh")
+      stops = input%count("stop")
       select case (observable%name)
       case ("mesh_deformation")
          call observe_contact(observable, machine, input, i, 1, meshes, error)
@@ -59,24 +56,17 @@ contains
       case ("contact_force")
          call observe_contact(observable, machine, input, i, 1, size(machine%contact), error)
       case default
-         taken = .false.
+         call scene%find_coordinate(of, input, "record", i, "of", .false., error)
+         if (allocated(error)) return
+         if (observable%name == "displacement") observable%on_displacement = of%row
+         if (observable%name == "velocity") observable%on_velocity = of%row
+         observable%unit = trim(merge("rad", "m  ", of%turns))
+         if (observable%name == "velocity") observable%unit = observable%unit//"/s"
+         observable%long_name = observable%name//" of "//of%name
       end select
-   end subroutine observe_contacts
-
-   !> Make it the displacement or velocity row·q, an angle if it `turns`, of what the record names.
-   subroutine observe_coordinate(observable, row, turns, input, i)
-      type(observable_t), intent(inout) :: observable
-      real(wp), intent(in) :: row(:)
-      logical, intent(in) :: turns
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-
-      if (observable%name == "displacement") observable%on_displacement = row
-      if (observable%name == "velocity") observable%on_velocity = row
-      observable%unit = trim(merge("rad", "m  ", turns))
-      if (observable%name == "velocity") observable%unit = observable%unit//"/s"
-      observable%long_name = observable%name//" of "//name_of(input, i)
-   end subroutine observe_coordinate
+      if (allocated(error)) return
+      if (input%given("record", i, "of")) observable%name = observable%name//"."//name_of(input, i)
+   end subroutine new_observable
 
    !> Make it the force, the variable s or the rate s' of the contact that the record names, one of `first` to `last`.
    subroutine observe_contact(observable, machine, input, i, first, last, error)
@@ -97,7 +87,7 @@ contains
          call input%complain(error, "record", i, "observable", "this needs a contact, and the scene has none of its kind")
          return
       end if
-      call pick(input, i, known, "contacts", contact, error)
+      call pick(input, i, known, contact, error)
       if (allocated(error)) return
       observable%contact = first - 1 + contact
       associate (chosen => machine%contact(observable%contact))
@@ -135,11 +125,10 @@ contains
    end function long_name
 
    !> The place in `known` of the name in `of`; without a name the only one there is.
-   subroutine pick(input, i, known, things, place, error)
+   subroutine pick(input, i, known, place, error)
       type(input_t), intent(in) :: input
       integer, intent(in) :: i
       type(string_t), intent(in) :: known(:)
-      character(*), intent(in) :: things
       integer, intent(out) :: place
       type(error_t), allocatable, intent(out) :: error
 
@@ -148,14 +137,12 @@ contains
       place = 1
       if (.not. input%given("record", i, "of")) then
          if (size(known) > 1) call input%complain(error, "record", i, "of", &
-                                                  "required where there are several; "//did_you_mean("", known, things))
+                                                  "required where there are several; "//did_you_mean("", known, "contacts"))
          return
       end if
       name = name_of(input, i)
-      do place = 1, size(known)
-         if (lower(known(place)%text) == lower(name)) return
-      end do
-      call input%complain(error, "record", i, "of", did_you_mean(name, known, things))
+      place = position_of(name, known)
+      if (place == 0) call input%complain(error, "record", i, "of", did_you_mean(name, known, "contacts"))
    end subroutine pick
 
    function name_of(input, i) result(name)

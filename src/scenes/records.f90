@@ -5,7 +5,7 @@ module razy_scenes_records
    use razy_core_kinds, only: wp
    use razy_core_text, only: lower, string_t
    use razy_machine_machine, only: machine_t, observable_t
-   use razy_scenes_observables, only: begin_observable, observe_contact
+   use razy_scenes_observables, only: begin_observable, new_observable, observe_contact
    use razy_scenes_scene, only: scene_t
    implicit none(type, external)
    private
@@ -55,7 +55,7 @@ contains
             if (allocated(error)) return
             cycle
          end if
-         call scene%new_observable(observable, machine, input, i, error)
+         call new_observable(observable, machine, scene, input, i, error)
          if (allocated(error)) return
          do k = 1, size(machine%observable)
             if (machine%observable(k)%name /= observable%name) cycle

@@ -1,19 +1,19 @@
 !! The contacts of a lumped scene: gear meshes, stops and friction elements (source thesis, chapters 2 to 4).
 !!
-!! A gear mesh between wheels 1 and 2 has d = r1 q1 - r2 q2 + Δ(t) and acts with -r1 F(d) and +r2 F(d) (source thesis, with the
-!! continuous back flank k (d + backlash)); a stop has s = q1 - q2 - z(t), z a given motion of its second end, and a friction
-!! element slides with s' = q1' - q2' - belt speed; both act with -F and +F.
+!! A gear mesh between wheels 1 and 2 has d = r1 q1 - r2 q2 + Δ(t) and acts with -r1 F(d) and +r2 F(d); a stop has
+!! s = q1 - q2 - z(t), z a given motion of its second end, and a friction element slides with s' = q1' - q2' - belt speed; both act
+!! with -F and +F.
 module razy_scenes_lumped_contacts
-   use razy_contact_clearance_law, only: clearance_side_t, new_clearance_law
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t
    use razy_core_kinds, only: pi, qp, wp
    use razy_core_text, only: lower
+   use razy_input_input, only: input_t
    use razy_machine_machine, only: contact_t
    use razy_scenes_friction, only: read_friction
    use razy_scenes_gap_laws, only: read_gap_law
-   use razy_scenes_lumped_bodies, only: bodies_t, find_ends
+   use razy_scenes_gears, only: read_gear_mesh
    use razy_scenes_harmonics, only: add_harmonic, harmonics_t, read_frequency
+   use razy_scenes_lumped_bodies, only: bodies_t, find_ends, find_row
    implicit none(type, external)
    private
 
@@ -21,7 +21,7 @@ module razy_scenes_lumped_contacts
 
 contains
 
-   !> Gear mesh i; its error goes to row `row` of the harmonics.
+   !> Gear mesh i; its error goes to row `row` of the harmonics. `ratio` (bodies) are mean speeds over that of `&rotation`.
    subroutine new_mesh(contact, bodies, input, i, ratio, harmonics, row, error)
       type(contact_t), intent(out) :: contact
       type(bodies_t), intent(in) :: bodies
@@ -31,11 +31,9 @@ contains
       type(harmonics_t), intent(inout) :: harmonics
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: radius(:), sine(:), cosine(:)
-      integer, allocatable :: teeth(:)
-      real(wp) :: stiffness, damping, backlash, speed
-      character(:), allocatable :: separation
-      integer :: ends(2), k
+      real(wp), allocatable :: radius(:)
+      real(wp) :: w(bodies%count)
+      integer :: ends(2)
 
       call find_ends(bodies, input, "gear_mesh", i, ends, error)
       if (allocated(error)) return
@@ -45,35 +43,10 @@ contains
          call input%complain(error, "gear_mesh", i, "between", "two inertias, not masses")
       end if
       if (allocated(error)) return
-      call input%get("gear_mesh", i, "name", contact%name)
       call input%get("gear_mesh", i, "radius", radius)
-      call input%get("gear_mesh", i, "teeth", teeth)
-      call input%get("gear_mesh", i, "stiffness", stiffness)
-      call input%get("gear_mesh", i, "damping", damping)
-      call input%get("gear_mesh", i, "backlash", backlash)
-      call input%get("gear_mesh", i, "separation", separation)
-      allocate (contact%w(bodies%count), source=0.0_wp)
-      contact%w(ends) = [radius(1), -radius(2)]
-      contact%unit = "m"
-      contact%force_unit = "N"
-      contact%law = new_clearance_law(clearance_side_t(.true., -backlash, stiffness, damping), &
-                                      clearance_side_t(.true., 0.0_wp, stiffness, damping), &
-                                      lower(separation) == "zero_force")
-      call input%get("gear_mesh", i, "error_sine", sine)
-      call input%get("gear_mesh", i, "error_cosine", cosine)
-      if (size(sine) + size(cosine) == 0) return
-      if (.not. abs(ratio(ends(1))) > 0.0_qp) then
-         call input%complain(error, "gear_mesh", i, merge("error_sine  ", "error_cosine", size(sine) > 0), &
-                             "an error needs &rotation of a body that springs and meshes join to this one")
-         return
-      end if
-      call input%get("rotation", 1, "speed_rpm", speed)
-      do k = 1, size(sine)
-         call add_harmonic(harmonics, row, k*teeth(1)*ratio(ends(1))*speed/60.0_qp, 0.0_wp, sine(k))
-      end do
-      do k = 1, size(cosine)
-         call add_harmonic(harmonics, row, k*teeth(1)*ratio(ends(1))*speed/60.0_qp, cosine(k), 0.0_wp)
-      end do
+      w = 0.0_wp
+      w(ends) = [radius(1), -radius(2)]
+      call read_gear_mesh(contact, input, i, w, ratio(ends(1)), "a body that springs and meshes", harmonics, row, error)
    end subroutine new_mesh
 
    !> Stop i; the motion of its second end goes to row `row` of the harmonics.
@@ -88,9 +61,8 @@ contains
       character(:), allocatable :: side
       real(wp) :: amplitude, clearance, phase
       real(qp) :: hertz
-      integer :: ends(2)
 
-      call begin_contact(contact, bodies, input, "stop", i, ends, error)
+      call begin_contact(contact, bodies, input, "stop", i, error)
       if (allocated(error)) return
       call input%get("stop", i, "side", side)
       call input%get("stop", i, "clearance", clearance)
@@ -101,7 +73,7 @@ contains
       end if
       if (side == "lower") contact%force_sign = -1.0_wp
       call read_gap_law(contact%law, input, "stop", i, [side /= "upper", side /= "lower"], [-clearance, clearance], &
-                        bodies%turns(maxval(ends)), error)
+                        contact%unit == "rad", error)
       if (allocated(error)) return
       call input%get("stop", i, "motion_amplitude", amplitude)
       call input%get("stop", i, "motion_phase", phase)
@@ -121,30 +93,26 @@ contains
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
-      integer :: ends(2)
-
-      call begin_contact(contact, bodies, input, "friction", i, ends, error)
+      call begin_contact(contact, bodies, input, "friction", i, error)
       if (.not. allocated(error)) call read_friction(contact, stops, first, input, i, error)
    end subroutine new_friction
 
    !> What stops and friction elements have in common: name, direction, units.
-   subroutine begin_contact(contact, bodies, input, group, i, ends, error)
+   subroutine begin_contact(contact, bodies, input, group, i, error)
       type(contact_t), intent(inout) :: contact
       type(bodies_t), intent(in) :: bodies
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group
       integer, intent(in) :: i
-      integer, intent(out) :: ends(2)
       type(error_t), allocatable, intent(out) :: error
 
-      call find_ends(bodies, input, group, i, ends, error)
+      logical :: turns
+
+      call find_row(bodies, input, group, i, contact%w, turns, error)
       if (allocated(error)) return
       call input%get(group, i, "name", contact%name)
-      allocate (contact%w(bodies%count), source=0.0_wp)
-      if (ends(1) > 0) contact%w(ends(1)) = 1.0_wp
-      if (ends(2) > 0) contact%w(ends(2)) = -1.0_wp
-      contact%unit = bodies%unit(maxval(ends), "m", "rad")
-      contact%force_unit = bodies%unit(maxval(ends), "N", "N m")
+      contact%unit = trim(merge("rad", "m  ", turns))
+      contact%force_unit = trim(merge("N m", "N  ", turns))
    end subroutine begin_contact
 
 end module razy_scenes_lumped_contacts

@@ -7,6 +7,7 @@ module razy_scenes_planar_bodies
    use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
    use razy_core_text, only: did_you_mean, lower, position_of, string_t
+   use razy_scenes_scene, only: coordinate_t
    implicit none(type, external)
    private
 
@@ -147,45 +148,50 @@ contains
       if (known) point%place = self%centre(:, point%body)
    end function known_point
 
-   !> The coordinate, or component of the motion of a point, that a key names: `row` (coordinates) gives it as rowᵀq.
-   !> `turns` says whether it is an angle; `coordinate` is its number, 0 for a point.
-   subroutine find_coordinate(self, input, group, index, key, row, turns, coordinate, error)
+   !> The coordinate, or with `own` = .false. also the component of the motion of a point, that a key names.
+   subroutine find_coordinate(self, coordinate, input, group, index, key, own, error)
       type(bodies_t), intent(in) :: self
+      type(coordinate_t), intent(out) :: coordinate
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group, key
       integer, intent(in) :: index
-      real(wp), allocatable, intent(out) :: row(:)
-      logical, intent(out) :: turns
-      integer, intent(out) :: coordinate
+      logical, intent(in) :: own
       type(error_t), allocatable, intent(out) :: error
 
       type(point_t) :: point
       type(string_t), allocatable :: known(:)
-      character(:), allocatable :: name
       logical :: right
       integer :: component, dot
 
-      call input%get(group, index, key, name)
-      allocate (row(3*self%count), source=0.0_wp)
-      dot = scan(name, ".", back=.true.)
-      turns = .false.
-      coordinate = 0
-      component = findloc(components == lower(name(dot + 1:)), .true., dim=1)
-      right = dot > 1 .and. component > 0
-      if (right) right = known_point(self, name(:dot - 1), point)
-      if (right) right = point%body > 0 .and. (component < 3 .or. position_of(name(:dot - 1), self%name) > 0)
-      if (.not. right) then
-         known = coordinate_names(self)
-         call input%complain(error, group, index, key, "a coordinate, or a point of a body with .x or .y; "// &
-                             did_you_mean(name, known, "coordinates"))
+      known = coordinate_names(self)
+      if (.not. input%given(group, index, key)) then
+         call input%complain(error, group, index, key, "required: a coordinate such as '"//known(1)%text// &
+                             "', or a point of a body with .x or .y")
          return
       end if
-      turns = component == 3
-      if (position_of(name(:dot - 1), self%name) > 0) coordinate = 3*(point%body - 1) + component
-      if (turns) then
-         row(coordinate) = 1.0_wp
+      call input%get(group, index, key, coordinate%name)
+      associate (name => coordinate%name)
+         dot = scan(name, ".", back=.true.)
+         component = findloc(components == lower(name(dot + 1:)), .true., dim=1)
+         right = dot > 1 .and. component > 0
+         if (right) right = known_point(self, name(:dot - 1), point)
+         if (right) right = point%body > 0 .and. (component < 3 .or. position_of(name(:dot - 1), self%name) > 0)
+         if (.not. right) then
+            call input%complain(error, group, index, key, "a coordinate, or a point of a body with .x or .y; "// &
+                                did_you_mean(name, known, "coordinates"))
+            return
+         end if
+         coordinate%turns = component == 3
+         if (position_of(name(:dot - 1), self%name) > 0) coordinate%number = 3*(point%body - 1) + component
+      end associate
+      allocate (coordinate%row(3*self%count), source=0.0_wp)
+      if (coordinate%turns) then
+         coordinate%row(coordinate%number) = 1.0_wp
       else
-         call add_motion(row, point, merge([1.0_wp, 0.0_wp], [0.0_wp, 1.0_wp], component == 1))
+         call add_motion(coordinate%row, point, merge([1.0_wp, 0.0_wp], [0.0_wp, 1.0_wp], component == 1))
+      end if
+      if (own .and. coordinate%number == 0) then
+         call input%complain(error, group, index, key, "a coordinate such as '"//known(1)%text//"', not a point")
       end if
    end subroutine find_coordinate
 

@@ -35,27 +35,24 @@ contains
    !> The groups `stop` and `friction`.
    function rotor_stop_groups() result(schema)
       type(group_spec_t), allocatable :: schema(:)
-      type(key_spec_t), allocatable :: keys(:)
 
-      allocate (schema(2))
-      keys = [ &
-             key_name(), ends(), &
-             key_real("direction", "direction x, y, z in which the closed stop pushes the first node, of any length", count=3, &
-                      required=.true.), &
-             key_real("clearance", "gap in the reference position; a negative one is preload", unit="m", default="0.0"), &
-             gap_law_keys()]
-      schema(1) = group("stop", "A one-way contact of a node with the frame or with a node of another shaft", repeatable=.true., &
-                        keys=keys)
-      keys = [ &
-             key_name(), ends(), &
-             key_real("direction", "direction x, y, z of sliding, of any length; if left out, that in which the stop of "// &
-                      "normal_contact, or else of only_with, pushes, turned about +x by 90 degrees", count=3), &
-             key_real("radius", "radii of the rubbing surfaces about their axes, which bring in the turning of the shafts; one "// &
-                      "value: of the first", unit="m", least=1, most=2), &
-             friction_keys()]
-      schema(2) = group("friction", "Dry friction of a node with the frame or with a node of another shaft, with the "// &
-                        "velocity of sliding v = direction*(u1' - u2') - radius1*omega1 - radius2*omega2 - belt_speed", &
-                        repeatable=.true., keys=keys)
+      schema = [ &
+               group("stop", "A one-way contact of a node with the frame or with a node of another shaft", &
+                     repeatable=.true., keys=[ &
+                     key_name(), ends(), &
+                     key_real("direction", "direction x, y, z in which the closed stop pushes the first node, of any length", &
+                              count=3, required=.true.), &
+                     key_real("clearance", "gap in the reference position; a negative one is preload", unit="m", default="0.0"), &
+                     gap_law_keys()]), &
+               group("friction", "Dry friction of a node with the frame or with a node of another shaft, with the velocity "// &
+                     "of sliding v = direction*(u1' - u2') - radius1*omega1 - radius2*omega2 - belt_speed", &
+                     repeatable=.true., keys=[ &
+                     key_name(), ends(), &
+                     key_real("direction", "direction x, y, z of sliding, of any length; if left out, that in which the stop "// &
+                              "of normal_contact, or else of only_with, pushes, turned about +x by 90 degrees", count=3), &
+                     key_real("radius", "radii of the rubbing surfaces about their axes, which bring in the turning of the "// &
+                              "shafts; one value: of the first", unit="m", least=1, most=2), &
+                     friction_keys()])]
    end function rotor_stop_groups
 
    function ends()
