@@ -12,7 +12,7 @@ module razy_machine_equilibrium
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_linalg_dense, only: add_outer
-   use razy_linalg_eigen, only: symmetric_eigen
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
    use razy_machine_machine, only: machine_t
    implicit none(type, external)
    private
@@ -33,44 +33,44 @@ contains
       real(wp), intent(out) :: q(:)
       logical, intent(out) :: found
 
-      real(wp) :: inverse_root(size(q), size(q)), residual(size(q)), direction(size(q)), step
+      type(eigenpairs_t) :: modes
+      real(wp) :: direction(size(q)), step
       integer :: i
       logical :: linear, near
 
-      call inverse_square_root(machine%mass, inverse_root)
       q = 0.0_wp
       found = .false.
       near = .false.
       linear = all([(machine%contact(i)%law%piecewise_linear, i=1, size(machine%contact))])
       do i = 1, most_iterations
-         residual = restoring(machine, q) - machine%load
-         call newton_direction(machine, inverse_root, q, residual, direction)
-         if (norm2(direction) <= 0.0_wp) then
-            found = .true.
-            return
-         end if
+         modes = dense_modes(tangent_stiffness(machine, q), machine%mass)
+         if (modes%status /= modes_found) return
+         direction = newton_direction(machine, modes, q)
+         found = norm2(direction) <= 0.0_wp
+         if (found) return
          call line_search(machine, q, direction, step)
+         ! A direction that is but rounding may seem to have no end.
+         found = near
          if (step > 0.1_wp*huge(1.0_wp)) return
          q = q + step*direction
          ! Without a full step of the linear case, one more than is needed.
          found = near .or. (linear .and. abs(step - 1.0_wp) <= 1.0e-9_wp)
-         near = settled(machine, q, inverse_root)
+         near = settled(machine, modes, q)
          found = found .and. near
          if (found) return
       end do
    end subroutine find_equilibrium
 
-   !> Whether what is left of the residual is rounding.
-   pure function settled(machine, q, inverse_root)
+   !> Whether what is left of the residual is rounding, in the norm sqrt(rᵀ M⁻¹ r).
+   pure function settled(machine, modes, q)
       type(machine_t), intent(in) :: machine
-      real(wp), intent(in) :: q(:), inverse_root(:, :)
+      type(eigenpairs_t), intent(in) :: modes
+      real(wp), intent(in) :: q(:)
       logical :: settled
 
-      real(wp) :: rest(size(q))
-
-      rest = matmul(inverse_root, restoring(machine, q) - machine%load)
-      settled = norm2(rest) <= negligible*(norm2(matmul(inverse_root, machine%load)) &
-                                           + norm2(matmul(abs(inverse_root), restoring(machine, q, .true.))))
+      settled = norm2(matmul(restoring(machine, q) - machine%load, modes%vector)) &
+                <= negligible*(norm2(matmul(machine%load, modes%vector)) &
+                               + norm2(matmul(restoring(machine, q, .true.), abs(modes%vector))))
    end function settled
 
    !> K q + Σ w F(s), N (N m); with `moduli` the sum of the moduli of all terms.
@@ -100,14 +100,14 @@ contains
       end do
    end function restoring
 
-   !> Newton's direction in the present contact state; along modes without stiffness down the residual, if there is any.
-   subroutine newton_direction(machine, inverse_root, q, residual, direction)
+   !> K with the contacts as they are at `q` (n, n).
+   pure function tangent_stiffness(machine, q) result(k)
       type(machine_t), intent(in) :: machine
-      real(wp), intent(in) :: inverse_root(:, :), q(:), residual(:)
-      real(wp), intent(out) :: direction(:)
+      real(wp), intent(in) :: q(:)
+      real(wp), allocatable :: k(:, :)
 
-      real(wp) :: k(size(q), size(q)), values(size(q)), part(size(q)), drive(size(q)), damping, s, stiffness
-      integer :: info, j
+      real(wp) :: damping, s, stiffness
+      integer :: j
 
       k = machine%stiffness
       do j = 1, size(machine%contact)
@@ -117,30 +117,32 @@ contains
             call add_outer(k, stiffness, contact%w)
          end associate
       end do
-      k = matmul(inverse_root, matmul(k, inverse_root))
-      call symmetric_eigen(k, values, info)
-      direction = 0.0_wp
-      if (info /= 0) return
-      drive = matmul(inverse_root, residual)
-      part = matmul(transpose(k), drive)
-      associate (free => abs(values) <= negligible*maxval(abs(values)))
-         where (abs(part) <= negligible*(norm2(matmul(inverse_root, machine%load)) + tiny(1.0_wp))) part = 0.0_wp
+   end function tangent_stiffness
+
+   !> Newton's direction at `q` with the modes there; along those without stiffness down the residual, if there is any.
+   pure function newton_direction(machine, modes, q) result(direction)
+      type(machine_t), intent(in) :: machine
+      type(eigenpairs_t), intent(in) :: modes
+      real(wp), intent(in) :: q(:)
+      real(wp) :: direction(size(q))
+
+      real(wp) :: part(size(q))
+
+      part = matmul(restoring(machine, q) - machine%load, modes%vector)
+      where (abs(part) <= negligible*(norm2(matmul(machine%load, modes%vector)) + tiny(1.0_wp))) part = 0.0_wp
+      associate (value => modes%value, free => abs(modes%value) <= negligible*maxval(abs(modes%value)))
          if (any(free .and. abs(part) > 0.0_wp)) then
-            where (free)
-               part = -part
-            else where
-               part = 0.0_wp
-            end where
+            part = merge(-part, 0.0_wp, free)
          else
-            where (.not. free)
-               part = -part/values
-            else where
+            where (free)
                part = 0.0_wp
+            else where
+               part = -part/value
             end where
          end if
       end associate
-      direction = matmul(inverse_root, matmul(k, part))
-   end subroutine newton_direction
+      direction = matmul(modes%vector, part)
+   end function newton_direction
 
    !> The step along `direction` at which the energy is least, where its slope changes its sign; huge if it falls without end.
    !> From one edge of a contact to the next, then by wide steps, until the slope is positive; if it does not grow any more it
@@ -210,21 +212,5 @@ contains
          end associate
       end do
    end function edges
-
-   !> Symmetric root of the inverse of a positive definite matrix.
-   subroutine inverse_square_root(matrix, root)
-      real(wp), intent(in) :: matrix(:, :)
-      real(wp), intent(out) :: root(:, :)
-
-      real(wp) :: vectors(size(matrix, 1), size(matrix, 1)), values(size(matrix, 1))
-      integer :: i, info
-
-      vectors = matrix
-      call symmetric_eigen(vectors, values, info)
-      do i = 1, size(values)
-         root(:, i) = vectors(:, i)/sqrt(max(values(i), tiny(1.0_wp)))
-      end do
-      root = matmul(root, transpose(vectors))
-   end subroutine inverse_square_root
 
 end module razy_machine_equilibrium

@@ -5,12 +5,12 @@ module razy_scenes_friction
    use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
    use razy_input_schema, only: key_real, key_spec_t, key_string, nonnegative
-   use razy_core_text, only: did_you_mean, lower
+   use razy_core_text, only: did_you_mean, position_of, string_t
    use razy_machine_machine, only: contact_t
    implicit none(type, external)
    private
 
-   public :: friction_keys, read_friction, stop_of
+   public :: friction_keys, read_friction
 
 contains
 
@@ -30,18 +30,20 @@ contains
               key_real("belt_speed", "velocity of the second surface beside that of its body", unit="m/s or rad/s", default="0.0")]
    end function friction_keys
 
-   !> Law, normal force and belt of `&friction` number i. `stops` are the contacts that may give a normal force, the first of
-   !> which is number `first` of the machine.
-   subroutine read_friction(contact, stops, first, input, i, error)
+   !> Law, normal force and belt of `&friction` number i. `stops` are the contacts that may give a normal force; `normal_of` and
+   !> `only_with` count from the first of these. `stop` is the one that the element rubs on: it gives the normal force, or else says
+   !> when there is friction; 0: none.
+   subroutine read_friction(contact, stops, input, i, stop, error)
       type(contact_t), intent(inout) :: contact
       type(contact_t), intent(in) :: stops(:)
-      integer, intent(in) :: first
       type(input_t), intent(in) :: input
       integer, intent(in) :: i
+      integer, intent(out) :: stop
       type(error_t), allocatable, intent(out) :: error
 
       real(wp) :: decay, kinetic, speed, static
 
+      stop = 0
       call input%get("friction", i, "static_coefficient", static)
       kinetic = static
       call input%get("friction", i, "kinetic_coefficient", kinetic)
@@ -59,18 +61,19 @@ contains
       if (allocated(error)) return
       call input%get("friction", i, "normal_load", contact%normal)
       call find_stop("normal_contact", contact%normal_of)
-      if (allocated(error)) return
-      call find_stop("only_with", contact%only_with)
+      if (.not. allocated(error)) call find_stop("only_with", contact%only_with)
       if (allocated(error)) return
       contact%law = new_friction_law(static, kinetic, decay)
+      stop = merge(contact%normal_of, contact%only_with, contact%normal_of > 0)
 
    contains
 
-      !> The contact that `key` names; 0 if it is not given.
+      !> The stop that `key` names; 0 if it is not given.
       subroutine find_stop(key, place)
          character(*), intent(in) :: key
          integer, intent(out) :: place
 
+         type(string_t) :: known(size(stops))
          character(:), allocatable :: name
          integer :: k
 
@@ -78,25 +81,12 @@ contains
          if (.not. input%given("friction", i, key)) return
          call input%get("friction", i, key, name)
          do k = 1, size(stops)
-            if (lower(stops(k)%name) /= lower(name)) cycle
-            place = first - 1 + k
-            return
+            known(k)%text = stops(k)%name
          end do
-         call input%complain(error, "friction", i, key, "the name of a stop; "//did_you_mean(name, input%names("stop"), "stops"))
+         place = position_of(name, known)
+         if (place == 0) call input%complain(error, "friction", i, key, "the name of a stop; "//did_you_mean(name, known, "stops"))
       end subroutine find_stop
 
    end subroutine read_friction
-
-   !> Number among the stops, the first of which is contact `first`, of the one that the element rubs on: it gives the normal force,
-   !> or else says when there is friction; 0: none.
-   pure function stop_of(contact, first) result(stop)
-      type(contact_t), intent(in) :: contact
-      integer, intent(in) :: first
-      integer :: stop
-
-      stop = contact%normal_of
-      if (stop == 0) stop = contact%only_with
-      if (stop > 0) stop = stop - first + 1
-   end function stop_of
 
 end module razy_scenes_friction

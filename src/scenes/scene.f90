@@ -12,7 +12,7 @@ module razy_scenes_scene
    implicit none(type, external)
    private
 
-   public :: coordinate_t, scene_t
+   public :: coordinate_t, scene_t, site_t
 
    !> A coordinate, or the motion of a point, that an input names.
    type :: coordinate_t
@@ -24,11 +24,23 @@ module razy_scenes_scene
       integer :: number = 0
    end type coordinate_t
 
+   !> Where a contact acts.
+   type :: site_t
+      !> Its direction: s = wᵀq; an angle if it `turns`.
+      real(wp), allocatable :: w(:)
+      logical :: turns = .false.
+      !> Which sides of a stop there are: where s is small, where it is large.
+      logical :: sides(2) = [.true., .false.]
+      !> Constant part of s' beside that of a belt, m/s (rad/s).
+      real(wp) :: drive = 0.0_wp
+   end type site_t
+
    type, abstract :: scene_t
    contains
       procedure(schema), deferred, nopass :: schema
       procedure(build), deferred :: build
       procedure(find_coordinate), deferred :: find_coordinate
+      procedure(find_site), deferred :: find_site
    end type scene_t
 
    abstract interface
@@ -61,6 +73,19 @@ module razy_scenes_scene
          logical, intent(in) :: own
          type(error_t), allocatable, intent(out) :: error
       end subroutine find_coordinate
+
+      !> Where number i of `group`, which is `stop` or `friction`, acts; an element of friction rubs on &stop number `stop`,
+      !> 0: none.
+      subroutine find_site(self, site, input, group, i, stop, error)
+         import :: error_t, input_t, scene_t, site_t
+         implicit none(type, external)
+         class(scene_t), intent(in) :: self
+         type(site_t), intent(out) :: site
+         type(input_t), intent(in) :: input
+         character(*), intent(in) :: group
+         integer, intent(in) :: i, stop
+         type(error_t), allocatable, intent(out) :: error
+      end subroutine find_site
    end interface
 
 end module razy_scenes_scene

@@ -41,7 +41,7 @@ contains
 
       n = model%mass%rows
       held = interface_coordinates(model)
-      allocate (basis(n, 0), column(n))
+      allocate (basis(n, 0), shape(n, 1))
       do s = 1, size(model%rotor%shaft)
          associate (first => model%numbering%first(s), last => model%numbering%first(s + 1) - 1)
             inner = pack([(i, i=first, last)],.not. held(first:last))
@@ -59,14 +59,11 @@ contains
             return
          end if
          do j = 1, size(rim)
-            column = 0.0_wp
-            column(rim(j)) = 1.0_wp
-            column = model%shaft_stiffness%times(column)
-            allocate (shape(n, 1), source=0.0_wp)
+            shape(:, 1) = 0.0_wp
             shape(rim(j), 1) = 1.0_wp
+            column = model%shaft_stiffness%times(shape(:, 1))
             shape(inner, 1) = -factor%solve(column(inner))
             call append(basis, [(i, i=1, n)], shape)
-            deallocate (shape)
          end do
          if (count == 0) cycle
          pairs = first_modes(inner_stiffness, model%mass%extract(inner), count, -reference_shift(model))
@@ -84,24 +81,19 @@ contains
       type(rotor_model_t), intent(in) :: model
       logical, allocatable :: held(:)
 
-      integer :: at(6), gear, i, k
+      integer :: at(6), gear, i
 
-      allocate (held(0:model%mass%rows), source=.false.)
+      allocate (held(model%mass%rows), source=.false.)
       do i = 1, size(model%rotor%bearing)
          at = model%numbering%of(model%rotor%bearing(i)%shaft, model%rotor%bearing(i)%node)
-         do k = 1, 6
-            held(at(k)) = .true.
-         end do
+         held(pack(at, at > 0)) = .true.
       end do
       do i = 1, size(model%rotor%mesh)
          do gear = 1, 2
             at = model%numbering%of(model%rotor%mesh(i)%shaft(gear), model%rotor%mesh(i)%node(gear))
-            do k = 1, 6
-               held(at(k)) = .true.
-            end do
+            held(pack(at, at > 0)) = .true.
          end do
       end do
-      held = held(1:)
    end function interface_coordinates
 
 end module razy_rotor_reduction_craig_bampton

@@ -8,7 +8,7 @@ module razy_rotor_reduction_reduction_error
    use razy_linalg_sparse, only: add_matrices, csr_t
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_reduction_reduced, only: reduced_t
-   use razy_rotor_whirl_modes, only: natural_modes, reference_shift
+   use razy_rotor_whirl_modes, only: natural_modes, static_factor
    implicit none(type, external)
    private
 
@@ -83,11 +83,7 @@ contains
 
       associate (w => model%mesh_direction, meshes => size(model%mesh_stiffness))
          allocate (difference%compliance(meshes), difference%response(meshes, size(omega)))
-         call factor%factor(model%stiffness, info)
-         if (info /= 0) then
-            difference%shift = reference_shift(model)
-            call factor%factor(add_matrices(1.0_wp, model%stiffness, difference%shift, model%mass), info)
-         end if
+         call static_factor(model, factor, difference%shift, info)
          difference%complete = info == 0
          do j = 1, meshes
             difference%compliance(j) = dot_product(w(:, j), factor%solve(w(:, j)))

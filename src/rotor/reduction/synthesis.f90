@@ -10,9 +10,8 @@ module razy_rotor_reduction_synthesis
    use razy_linalg_banded, only: band_factor_t
    use razy_linalg_dense, only: product_of
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, first_modes, modes_found
-   use razy_linalg_sparse, only: add_matrices
    use razy_rotor_model, only: rotor_model_t
-   use razy_rotor_whirl_modes, only: reference_shift
+   use razy_rotor_whirl_modes, only: reference_shift, static_factor
    use razy_rotor_reduction_reduced, only: append, new_reduced, reduced_t
    implicit none(type, external)
    private
@@ -88,31 +87,27 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(band_factor_t) :: factor
-      real(wp), allocatable :: basis(:, :), shape(:, :)
-      real(wp) :: size_all, size_part
+      real(wp), allocatable :: basis(:, :), shape(:)
+      real(wp) :: shift, size_all, size_part
+      integer, allocatable :: all(:)
       integer :: i, info, j, s
 
-      call factor%factor(model%stiffness, info)
-      if (info /= 0) call factor%factor(add_matrices(1.0_wp, model%stiffness, reference_shift(model), model%mass), info)
+      call static_factor(model, factor, shift, info)
       if (info /= 0) then
          call raise(error, "the static correction was not found: the stiffness is not positive semidefinite")
          return
       end if
       basis = reduced%basis
+      all = [(i, i=1, size(basis, 1))]
       do j = 1, size(model%mesh_direction, 2)
          do s = 1, size(model%rotor%shaft)
-            allocate (shape(model%mass%rows, 1), source=0.0_wp)
-            associate (first => model%numbering%first(s), last => model%numbering%first(s + 1) - 1)
-               shape(first:last, 1) = model%mesh_direction(first:last, j)
-            end associate
-            if (any(abs(shape) > 0.0_wp)) then
-               shape(:, 1) = factor%solve(shape(:, 1))
-               size_all = norm_of(model, shape(:, 1))
-               call remove_span(shape(:, 1), model, basis)
-               size_part = norm_of(model, shape(:, 1))
-               if (size_part > least_part*size_all) call append(basis, [(i, i=1, size(basis, 1))], shape/size_part)
-            end if
-            deallocate (shape)
+            shape = merge(model%mesh_direction(:, j), 0.0_wp, model%numbering%shaft == s)
+            if (.not. any(abs(shape) > 0.0_wp)) cycle
+            shape = factor%solve(shape)
+            size_all = norm_of(model, shape)
+            call remove_span(shape, model, basis)
+            size_part = norm_of(model, shape)
+            if (size_part > least_part*size_all) call append(basis, all, reshape(shape/size_part, [size(shape), 1]))
          end do
       end do
       reduced = new_reduced(model, basis)
@@ -134,17 +129,14 @@ contains
       real(wp), intent(in) :: basis(:, :)
 
       type(eigenpairs_t) :: frame
-      real(wp), allocatable :: orthonormal(:, :), momentum(:)
-      integer :: j, pass
+      real(wp), allocatable :: orthonormal(:, :)
+      integer :: pass
 
       ! Eigenvectors with respect to the projected mass make the basis orthonormal.
       frame = dense_modes(model%stiffness%congruence(basis), model%mass%congruence(basis))
       orthonormal = product_of(basis, frame%vector)
       do pass = 1, 2
-         do j = 1, size(orthonormal, 2)
-            momentum = model%mass%times(x)
-            x = x - dot_product(orthonormal(:, j), momentum)*orthonormal(:, j)
-         end do
+         x = x - matmul(orthonormal, matmul(model%mass%times(x), orthonormal))
       end do
    end subroutine remove_span
 

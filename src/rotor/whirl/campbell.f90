@@ -81,7 +81,7 @@ contains
       if (.not. allocated(error)) search%branches = size(front%value)
       do k = 1, size(speed)
          if (k > 1) then
-            search%interval = speed(k) - speed(k - 1)
+            search%interval = speed(k) - front%parameter
             call follow(search, family, front, speed(k), error)
          end if
          if (allocated(error)) exit

@@ -12,10 +12,12 @@ module razy_rotor_whirl_modes
    use razy_linalg_sparse, only: add_matrices, csr_t
    use razy_rotor_deformation, only: deformations, projected_stiffness, restoring_force
    use razy_rotor_model, only: rotor_model_t
+   use razy_rotor_numbering, only: values_at
    implicit none(type, external)
    private
 
-   public :: energy_shares, motion_of, natural_modes, reference_shift, shaft_shares, strain_shares
+   public :: energy_shares, motion_of, natural_modes, reference_shift, shaft_shares, static_factor, &
+             strain_shares
 
    !> A shift that does not make the matrix positive definite is raised by this factor, so often.
    real(wp), parameter :: raise_shift = 1.0e3_wp
@@ -97,6 +99,21 @@ contains
       call orient(pairs%vector)
    end subroutine take_ritz_pairs
 
+   !> The factor of K with open meshes, `shift` = 0, or where rigid motion is free that of K + s M with s = `shift` of
+   !> `reference_shift`. `info` is 0 if the matrix is positive definite.
+   subroutine static_factor(model, factor, shift, info)
+      type(rotor_model_t), intent(in) :: model
+      type(band_factor_t), intent(out) :: factor
+      real(wp), intent(out) :: shift
+      integer, intent(out) :: info
+
+      shift = 0.0_wp
+      call factor%factor(model%stiffness, info)
+      if (info == 0) return
+      shift = reference_shift(model)
+      call factor%factor(add_matrices(1.0_wp, model%stiffness, shift, model%mass), info)
+   end subroutine static_factor
+
    !> A number of the size of the lowest omega² that is not zero: bending of the longest shaft, pinned at its ends.
    pure function reference_shift(model) result(shift)
       type(rotor_model_t), intent(in) :: model
@@ -169,16 +186,12 @@ contains
       real(wp) :: share(3)
 
       real(wp) :: moved(6)
-      integer :: at(6), j, k
+      integer :: j
 
       share(1) = sum(deformations(model, q)**2)
       share(2:) = 0.0_wp
       do j = 1, size(model%rotor%bearing)
-         at = model%numbering%of(model%rotor%bearing(j)%shaft, model%rotor%bearing(j)%node)
-         do k = 1, 6
-            moved(k) = 0.0_wp
-            if (at(k) > 0) moved(k) = q(at(k))
-         end do
+         moved = values_at(q, model%numbering%of(model%rotor%bearing(j)%shaft, model%rotor%bearing(j)%node))
          share(2) = share(2) + dot_product(moved, matmul(model%rotor%bearing(j)%stiffness, moved))
       end do
       if (meshed) then

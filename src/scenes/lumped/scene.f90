@@ -1,18 +1,23 @@
 !! The scene `lumped`: masses and inertias with one coordinate each become a machine (source thesis, chapters 2 to 4).
+!!
+!! A gear mesh between wheels 1 and 2 has d = r1 q1 - r2 q2 + Δ(t) and acts with -r1 F(d) and +r2 F(d); a stop has
+!! s = q1 - q2 - z(t), z a given motion of its second end, and a friction element slides with s' = q1' - q2' - belt speed; both act
+!! with -F and +F.
 module razy_scenes_lumped_scene
    use razy_core_error, only: error_t
    use razy_core_kinds, only: qp, wp
-   use razy_core_text, only: did_you_mean
+   use razy_core_text, only: did_you_mean, lower
    use razy_input_input, only: input_t
    use razy_input_schema, only: group_spec_t
    use razy_linalg_dense, only: add_outer
-   use razy_machine_machine, only: machine_t
+   use razy_machine_machine, only: contact_t, machine_t
+   use razy_scenes_contacts, only: read_contacts
+   use razy_scenes_gears, only: read_gear_mesh
    use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
    use razy_scenes_loads, only: add_loads
-   use razy_scenes_lumped_bodies, only: bodies_t, find_body, find_row, find_speeds, new_bodies
-   use razy_scenes_lumped_contacts, only: new_friction, new_mesh, new_stop
+   use razy_scenes_lumped_bodies, only: bodies_t, find_body, find_ends, find_row, find_speeds, new_bodies
    use razy_scenes_lumped_schema, only: lumped_schema
-   use razy_scenes_scene, only: coordinate_t, scene_t
+   use razy_scenes_scene, only: coordinate_t, scene_t, site_t
    implicit none(type, external)
    private
 
@@ -25,6 +30,7 @@ module razy_scenes_lumped_scene
       procedure, nopass :: schema => lumped_schema
       procedure :: build
       procedure :: find_coordinate
+      procedure :: find_site
    end type lumped_t
 
 contains
@@ -38,7 +44,7 @@ contains
 
       type(harmonics_t) :: harmonics
       real(qp), allocatable :: ratio(:)
-      integer :: i, meshes, n, stops
+      integer :: i, meshes, n
 
       call new_bodies(self%bodies, input, error)
       if (allocated(error)) return
@@ -55,23 +61,44 @@ contains
       if (.not. allocated(error)) call find_speeds(self%bodies, input, ratio, error)
       if (allocated(error)) return
       meshes = input%count("gear_mesh")
-      stops = input%count("stop")
-      allocate (machine%contact(meshes + stops + input%count("friction")))
+      allocate (machine%contact(meshes + input%count("stop") + input%count("friction")))
       call new_harmonics(harmonics, n + size(machine%contact))
-      do i = 1, size(machine%contact)
-         if (i <= meshes) then
-            call new_mesh(machine%contact(i), self%bodies, input, i, ratio, harmonics, n + i, error)
-         else if (i <= meshes + stops) then
-            call new_stop(machine%contact(i), self%bodies, input, i - meshes, harmonics, n + i, error)
-         else
-            call new_friction(machine%contact(i), machine%contact(meshes + 1:meshes + stops), meshes + 1, self%bodies, input, &
-                              i - meshes - stops, error)
-         end if
+      do i = 1, meshes
+         call new_mesh(machine%contact(i), self%bodies, input, i, ratio, harmonics, n + i, error)
          if (allocated(error)) return
       end do
-      call add_loads(machine, self, input, harmonics, error)
+      call read_contacts(machine, self, meshes, input, harmonics, error)
+      if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)
       if (.not. allocated(error)) call take_harmonics(machine, harmonics)
    end subroutine build
+
+   !> Gear mesh i; its error goes to row `row` of the harmonics. `ratio` (bodies) are mean speeds over that of `&rotation`.
+   subroutine new_mesh(contact, bodies, input, i, ratio, harmonics, row, error)
+      type(contact_t), intent(out) :: contact
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i, row
+      real(qp), intent(in) :: ratio(:)
+      type(harmonics_t), intent(inout) :: harmonics
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: radius(:)
+      real(wp) :: w(bodies%count)
+      integer :: ends(2)
+
+      call find_ends(bodies, input, "gear_mesh", i, ends, error)
+      if (allocated(error)) return
+      if (any(ends == 0)) then
+         call input%complain(error, "gear_mesh", i, "between", "two inertias, not the frame")
+      else if (.not. all(bodies%turns(ends))) then
+         call input%complain(error, "gear_mesh", i, "between", "two inertias, not masses")
+      end if
+      if (allocated(error)) return
+      call input%get("gear_mesh", i, "radius", radius)
+      w = 0.0_wp
+      w(ends) = [radius(1), -radius(2)]
+      call read_gear_mesh(contact, input, i, w, ratio(ends(1)), "a body that springs and meshes", harmonics, row, error)
+   end subroutine new_mesh
 
    !> Springs and dampers into K and B.
    subroutine add_connections(machine, bodies, input, error)
@@ -126,5 +153,23 @@ contains
          coordinate%row(coordinate%number) = 1.0_wp
       end associate
    end subroutine find_coordinate
+
+   subroutine find_site(self, site, input, group, i, stop, error)
+      class(lumped_t), intent(in) :: self
+      type(site_t), intent(out) :: site
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i, stop
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: side
+
+      associate (unused => stop)
+         call find_row(self%bodies, input, group, i, site%w, site%turns, error)
+      end associate
+      if (allocated(error) .or. group /= "stop") return
+      call input%get(group, i, "side", side)
+      site%sides = lower(side) /= ["upper", "lower"]
+   end subroutine find_site
 
 end module razy_scenes_lumped_scene

@@ -11,9 +11,8 @@ module razy_scenes_planar_scene
    use razy_core_text, only: lower
    use razy_input_input, only: input_t
    use razy_linalg_dense, only: add_outer
-   use razy_machine_machine, only: contact_t, machine_t
-   use razy_scenes_friction, only: read_friction, stop_of
-   use razy_scenes_gap_laws, only: read_gap_law
+   use razy_machine_machine, only: machine_t
+   use razy_scenes_contacts, only: read_contacts
    use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
    use razy_scenes_loads, only: add_loads
    use razy_scenes_planar_bodies, only: bodies_t, coordinate_names, find_coordinate, new_bodies
@@ -21,7 +20,7 @@ module razy_scenes_planar_scene
    use razy_scenes_planar_excitation, only: add_exciters, add_gravity
    use razy_scenes_planar_links, only: link_t, new_sliding_link, read_links
    use razy_scenes_planar_schema, only: matrix_all, matrix_untuned, planar_schema
-   use razy_scenes_scene, only: coordinate_t, scene_t
+   use razy_scenes_scene, only: coordinate_t, scene_t, site_t
    implicit none(type, external)
    private
 
@@ -37,6 +36,7 @@ module razy_scenes_planar_scene
       procedure, nopass :: schema => planar_schema
       procedure :: build
       procedure :: find_coordinate => coordinate_named
+      procedure :: find_site
       procedure, public :: draw
    end type planar_t
 
@@ -49,29 +49,17 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(harmonics_t) :: harmonics
-      integer :: i
-
       call new_bodies(self%bodies, input, error)
       if (allocated(error)) return
       call begin_machine(machine, self%bodies, input)
       call read_links(self%link, self%bodies, input, ["spring", "damper"], error)
       if (.not. allocated(error)) call read_links(self%stop, self%bodies, input, ["stop"], error)
       if (allocated(error)) return
-      associate (stops => size(self%stop))
-         allocate (machine%contact(stops + input%count("friction")))
-         do i = 1, size(machine%contact)
-            if (i <= stops) then
-               call new_stop(machine%contact(i), self%stop(i), input, i, error)
-            else
-               call new_friction(machine%contact(i), machine%contact(:stops), self%bodies, self%stop, input, i - stops, error)
-            end if
-            if (allocated(error)) return
-         end do
-      end associate
-      call add_connections(machine, self%link, self%stop, input, error)
-      if (allocated(error)) return
+      allocate (machine%contact(size(self%stop) + input%count("friction")))
       call new_harmonics(harmonics, size(machine%load) + size(machine%contact))
-      call add_loads(machine, self, input, harmonics, error)
+      call read_contacts(machine, self, 0, input, harmonics, error)
+      if (.not. allocated(error)) call add_connections(machine, self%link, self%stop, input, error)
+      if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)
       if (.not. allocated(error)) call add_gravity(machine%load, self%bodies, input, error)
       if (.not. allocated(error)) call add_exciters(self%bodies, input, harmonics, error)
       if (.not. allocated(error)) call take_harmonics(machine, harmonics)
@@ -102,53 +90,6 @@ contains
          machine%mass(3*b, 3*b) = bodies%inertia(b)
       end do
    end subroutine begin_machine
-
-   subroutine new_stop(contact, link, input, i, error)
-      type(contact_t), intent(out) :: contact
-      type(link_t), intent(in) :: link
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-      type(error_t), allocatable, intent(out) :: error
-
-      real(wp) :: clearance, factor
-
-      call begin_contact(contact, input, "stop", i, link%w)
-      call input%get("stop", i, "clearance", clearance)
-      factor = 0.0_wp
-      call input%get("stop", i, "damping_factor", factor)
-      contact%force_sign = -1.0_wp
-      call read_gap_law(contact%law, input, "stop", i, [.true., .false.], [-clearance, clearance], .false., error, factor)
-   end subroutine new_stop
-
-   !> Friction element i; `stops` are the stops, which are the first contacts of the machine, and `links` where they are.
-   subroutine new_friction(contact, stops, bodies, links, input, i, error)
-      type(contact_t), intent(out) :: contact
-      type(contact_t), intent(in) :: stops(:)
-      type(bodies_t), intent(in) :: bodies
-      type(link_t), intent(in) :: links(:)
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-      type(error_t), allocatable, intent(out) :: error
-
-      type(link_t) :: link
-
-      call read_friction(contact, stops, 1, input, i, error)
-      if (.not. allocated(error)) call new_sliding_link(link, bodies, links, input, i, stop_of(contact, 1), error)
-      if (.not. allocated(error)) call begin_contact(contact, input, "friction", i, link%w)
-   end subroutine new_friction
-
-   subroutine begin_contact(contact, input, group, i, w)
-      type(contact_t), intent(inout) :: contact
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: group
-      integer, intent(in) :: i
-      real(wp), intent(in) :: w(:)
-
-      call input%get(group, i, "name", contact%name)
-      contact%w = w
-      contact%unit = "m"
-      contact%force_unit = "N"
-   end subroutine begin_contact
 
    !> Springs, dampers and proportional damping into K and B; all pairs of a group share its stiffness and damping.
    subroutine add_connections(machine, links, stops, input, error)
@@ -201,6 +142,24 @@ contains
 
       call find_coordinate(self%bodies, coordinate, input, group, i, key, own, error)
    end subroutine coordinate_named
+
+   subroutine find_site(self, site, input, group, i, stop, error)
+      class(planar_t), intent(in) :: self
+      type(site_t), intent(out) :: site
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i, stop
+      type(error_t), allocatable, intent(out) :: error
+
+      type(link_t) :: link
+
+      if (group == "stop") then
+         site%w = self%stop(i)%w
+      else
+         call new_sliding_link(link, self%bodies, self%stop, input, i, stop, error)
+         if (.not. allocated(error)) site%w = link%w
+      end if
+   end subroutine find_site
 
    subroutine draw(self, drawing, input, error)
       class(planar_t), intent(in) :: self

@@ -5,6 +5,7 @@ module razy_scenes_rotor_reduction
    use razy_core_kinds, only: pi, wp
    use razy_core_number, only: to_text
    use razy_core_text, only: lower
+   use razy_linalg_dense, only: identity
    use razy_rotor_reduction_craig_bampton, only: craig_bampton
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_reduction_reduced, only: new_reduced, reduced_t
@@ -51,24 +52,16 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: identity(:, :)
-      integer :: i, n
-
-      n = model%numbering%n
-      if (.not. is_reduced(input)) then
-         if (n > most_dense) then
+      associate (n => model%numbering%n)
+         if (is_reduced(input)) then
+            call reduce_by(reduced, model, input, chosen(input), error)
+         else if (n > most_dense) then
             call input%complain(error, "reduction", 1, "method", "'modal_synthesis' or 'craig_bampton': the model has "// &
                                 to_text(n)//" coordinates, and more than "//to_text(most_dense)//" are not taken unreduced")
-            return
+         else
+            reduced = new_reduced(model, identity(n))
          end if
-         allocate (identity(n, n), source=0.0_wp)
-         do i = 1, n
-            identity(i, i) = 1.0_wp
-         end do
-         reduced = new_reduced(model, identity)
-         return
-      end if
-      call reduce_by(reduced, model, input, chosen(input), error)
+      end associate
    end subroutine reduce
 
    !> The kind of reduction in the input.

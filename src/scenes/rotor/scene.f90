@@ -12,6 +12,7 @@ module razy_scenes_rotor_scene
    use razy_rotor_model, only: new_rotor_model, rotor_model_t
    use razy_rotor_reduction_reduced, only: reduced_t
    use razy_rotor_rotor, only: rotor_t
+   use razy_scenes_contacts, only: read_contacts
    use razy_scenes_gears, only: read_gear_mesh
    use razy_scenes_harmonics, only: add_harmonics, harmonics_t, new_harmonics, take_harmonics
    use razy_scenes_loads, only: add_loads
@@ -21,8 +22,8 @@ module razy_scenes_rotor_scene
    use razy_scenes_rotor_reduction, only: is_reduced, reduce
    use razy_scenes_rotor_schema, only: rotor_schema
    use razy_scenes_rotor_signature, only: signature
-   use razy_scenes_rotor_stops, only: new_rotor_friction, new_rotor_stop
-   use razy_scenes_scene, only: coordinate_t, scene_t
+   use razy_scenes_rotor_stops, only: find_rotor_site
+   use razy_scenes_scene, only: coordinate_t, scene_t, site_t
    implicit none(type, external)
    private
 
@@ -42,6 +43,7 @@ module razy_scenes_rotor_scene
       procedure :: build_reduced
       procedure :: build
       procedure :: find_coordinate
+      procedure :: find_site
    end type rotor_scene_t
 
 contains
@@ -78,7 +80,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(harmonics_t) :: harmonics
-      integer :: i, meshes, n, stops
+      integer :: i, meshes, n
 
       call renew_model(self, input, error)
       if (allocated(error)) return
@@ -87,22 +89,15 @@ contains
       call input%get("scene", 1, "title", machine%title)
       call take_matrices(machine, self%reduced, input)
       meshes = size(self%model%rotor%mesh)
-      stops = input%count("stop")
-      allocate (machine%contact(meshes + stops + input%count("friction")))
+      allocate (machine%contact(meshes + input%count("stop") + input%count("friction")))
       call new_harmonics(harmonics, n + size(machine%contact))
-      do i = 1, size(machine%contact)
-         if (i <= meshes) then
-            call read_gear_mesh(machine%contact(i), input, i, self%reduced%mesh_direction(:, i), &
-                                self%ratio(self%model%rotor%mesh(i)%shaft(1)), "a shaft that meshes", harmonics, n + i, error)
-         else if (i <= meshes + stops) then
-            call new_rotor_stop(machine%contact(i), self%model, self%reduced%basis, input, i - meshes, error)
-         else
-            call new_rotor_friction(machine%contact(i), machine%contact(meshes + 1:meshes + stops), meshes + 1, self%model, &
-                                    self%reduced%basis, self%ratio, input, i - meshes - stops, error)
-         end if
+      do i = 1, meshes
+         call read_gear_mesh(machine%contact(i), input, i, self%reduced%mesh_direction(:, i), &
+                             self%ratio(self%model%rotor%mesh(i)%shaft(1)), "a shaft that meshes", harmonics, n + i, error)
          if (allocated(error)) return
       end do
-      call add_loads(machine, self, input, harmonics, error)
+      call read_contacts(machine, self, meshes, input, harmonics, error)
+      if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)
       if (.not. allocated(error)) call add_unbalance(self%model, self%reduced, self%ratio, input, harmonics, error)
       if (allocated(error)) return
       call take_harmonics(machine, harmonics)
@@ -205,6 +200,17 @@ contains
          end if
       end associate
    end subroutine find_coordinate
+
+   subroutine find_site(self, site, input, group, i, stop, error)
+      class(rotor_scene_t), intent(in) :: self
+      type(site_t), intent(out) :: site
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i, stop
+      type(error_t), allocatable, intent(out) :: error
+
+      call find_rotor_site(site, self%model, self%reduced%basis, self%ratio, input, group, i, stop, error)
+   end subroutine find_site
 
    !> Unbalance of shaft s at its angular speed omega: Re(U omega² e^(i omega t)).
    subroutine add_unbalance(model, reduced, ratio, input, harmonics, error)
