@@ -1,19 +1,37 @@
-!! Stops and friction elements of any scene, which says where they act.
+!! Stops and friction elements of any scene, which says where they act: keys of friction, laws, where a normal force comes from.
 module razy_scenes_contacts
+   use razy_contact_friction_law, only: new_friction_law
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, qp, wp
+   use razy_core_text, only: did_you_mean, position_of, string_t
    use razy_input_input, only: input_t
+   use razy_input_schema, only: key_real, key_spec_t, key_string, nonnegative
    use razy_machine_machine, only: contact_t, machine_t
-   use razy_scenes_friction, only: read_friction
    use razy_scenes_gap_laws, only: read_gap_law
    use razy_scenes_harmonics, only: add_harmonic, harmonics_t, read_frequency
    use razy_scenes_scene, only: scene_t, site_t
    implicit none(type, external)
    private
 
-   public :: read_contacts
+   public :: friction_keys, read_contacts
 
 contains
+
+   !> The keys of the law and of the normal force, for the schema of `&friction`.
+   function friction_keys() result(specs)
+      type(key_spec_t), allocatable :: specs(:)
+
+      specs = [ &
+              key_real("static_coefficient", "coefficient of friction while sticking", rule=nonnegative, required=.true.), &
+              key_real("kinetic_coefficient", "coefficient while sliding, or what it falls to; the static one if not given", &
+                       rule=nonnegative), &
+              key_real("decay", "how fast the coefficient falls with the speed v of sliding: kinetic + (static - kinetic)/"// &
+                       "(1 + decay*v); 0: kinetic while sliding", unit="s/m or s/rad", rule=nonnegative, default="0.0"), &
+              key_real("normal_load", "constant normal force", unit="N or N m", rule=nonnegative), &
+              key_string("normal_contact", "name of a stop whose force is the normal force, beside normal_load"), &
+              key_string("only_with", "name of a stop; there is friction only while it is closed"), &
+              key_real("belt_speed", "velocity of the second surface beside that of its body", unit="m/s or rad/s", default="0.0")]
+   end function friction_keys
 
    !> Stops, then friction elements, which follow the `meshes` gear meshes of the machine.
    subroutine read_contacts(machine, scene, meshes, input, harmonics, error)
@@ -83,5 +101,64 @@ contains
       phase = phase*pi/180
       call add_harmonic(harmonics, row, hertz, -amplitude*sin(phase), -amplitude*cos(phase))
    end subroutine read_stop
+
+   !> Law, normal force and belt of `&friction` number i. `stops` are the contacts that may give a normal force; `normal_of` and
+   !> `only_with` count from the first of these. `stop` is the one that the element rubs on: it gives the normal force, or else says
+   !> when there is friction; 0: none.
+   subroutine read_friction(contact, stops, input, i, stop, error)
+      type(contact_t), intent(inout) :: contact
+      type(contact_t), intent(in) :: stops(:)
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      integer, intent(out) :: stop
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: decay, kinetic, speed, static
+
+      stop = 0
+      call input%get("friction", i, "static_coefficient", static)
+      kinetic = static
+      call input%get("friction", i, "kinetic_coefficient", kinetic)
+      call input%get("friction", i, "decay", decay)
+      call input%get("friction", i, "belt_speed", speed)
+      contact%drive = -speed
+      if (kinetic > static) then
+         call input%complain(error, "friction", i, "kinetic_coefficient", "at most the static coefficient")
+      else if (decay > 0.0_wp .and. .not. input%given("friction", i, "kinetic_coefficient")) then
+         call input%complain(error, "friction", i, "kinetic_coefficient", "required with a decay: what the coefficient falls to")
+      else if (.not. (input%given("friction", i, "normal_load") .or. input%given("friction", i, "normal_contact"))) then
+         call input%complain(error, "friction", i, "normal_load", &
+                             "required: the normal force in N or N m, or a stop that gives it as normal_contact")
+      end if
+      if (allocated(error)) return
+      call input%get("friction", i, "normal_load", contact%normal)
+      call find_stop("normal_contact", contact%normal_of)
+      if (.not. allocated(error)) call find_stop("only_with", contact%only_with)
+      if (allocated(error)) return
+      contact%law = new_friction_law(static, kinetic, decay)
+      stop = merge(contact%normal_of, contact%only_with, contact%normal_of > 0)
+
+   contains
+
+      !> The stop that `key` names; 0 if it is not given.
+      subroutine find_stop(key, place)
+         character(*), intent(in) :: key
+         integer, intent(out) :: place
+
+         type(string_t) :: known(size(stops))
+         character(:), allocatable :: name
+         integer :: k
+
+         place = 0
+         if (.not. input%given("friction", i, key)) return
+         call input%get("friction", i, key, name)
+         do k = 1, size(stops)
+            known(k)%text = stops(k)%name
+         end do
+         place = position_of(name, known)
+         if (place == 0) call input%complain(error, "friction", i, key, "the name of a stop; "//did_you_mean(name, known, "stops"))
+      end subroutine find_stop
+
+   end subroutine read_friction
 
 end module razy_scenes_contacts

@@ -16,7 +16,7 @@ module razy_rotor_reduction_synthesis
    implicit none(type, external)
    private
 
-   public :: add_static_correction, full_basis, modal_synthesis
+   public :: add_static_correction, modal_synthesis
 
    !> A correction whose part outside the basis is smaller than this share of it is left out.
    real(wp), parameter :: least_part = 1.0e-8_wp
@@ -63,22 +63,6 @@ contains
       end if
       reduced = new_reduced(model, basis)
    end subroutine modal_synthesis
-
-   !> The unreduced model as a reduced one with all coordinates, which are its undamped modes without meshes.
-   subroutine full_basis(reduced, model, error)
-      type(reduced_t), intent(out) :: reduced
-      type(rotor_model_t), intent(in) :: model
-      type(error_t), allocatable, intent(out) :: error
-
-      type(eigenpairs_t) :: pairs
-
-      pairs = dense_modes(model%stiffness%dense(), model%mass%dense())
-      if (pairs%status /= modes_found) then
-         call raise(error, "the modes of the unreduced model were not found")
-         return
-      end if
-      reduced = new_reduced(model, pairs%vector)
-   end subroutine full_basis
 
    !> Add the static shapes of mesh forces to the basis of a reduced model, one for each gear.
    subroutine add_static_correction(reduced, model, error)

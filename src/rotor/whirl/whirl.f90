@@ -57,7 +57,7 @@ module razy_rotor_whirl_whirl
 
 contains
 
-   !> The problem of a reduced model, or of `full_basis`; with `meshed` all meshes are closed and linear.
+   !> The problem of a reduced model; with `meshed` all meshes are closed and linear.
    function new_whirl(reduced, meshed) result(problem)
       type(reduced_t), intent(in) :: reduced
       logical, intent(in) :: meshed

@@ -2,7 +2,7 @@
 module razy_scenes_lumped_schema
    use razy_input_schema, only: group, group_spec_t, key_integer, key_name, key_real, key_spec_t, key_string, nonnegative, positive
    use razy_scenes_common_schema, only: common_schema
-   use razy_scenes_friction, only: friction_keys
+   use razy_scenes_contacts, only: friction_keys
    use razy_scenes_gap_laws, only: gap_law_keys
    use razy_scenes_gears, only: gear_keys
    use razy_scenes_harmonics, only: frequency_keys

@@ -7,11 +7,11 @@ module razy_scenes_planar_bodies
    use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
    use razy_core_text, only: did_you_mean, lower, position_of, string_t
-   use razy_scenes_scene, only: coordinate_t
    implicit none(type, external)
    private
 
-   public :: add_motion, bodies_t, coordinate_names, find_coordinate, find_point, known_point, new_bodies, point_t, unit_direction
+   public :: add_motion, bodies_t, components, coordinate_names, find_point, known_point, new_bodies, point_t, &
+             unit_direction
 
    !> A point of body `body` (0: the frame) at `arm` from its centre of mass, at `place` in the reference position, m.
    !> `located` is false for 'frame' without a point.
@@ -33,6 +33,7 @@ module razy_scenes_planar_bodies
       type(point_t), allocatable :: point(:)
    end type bodies_t
 
+   !> Coordinates of a body, the first two also of a point.
    character(3), parameter :: components(3) = ["x  ", "y  ", "phi"]
 
 contains
@@ -147,53 +148,6 @@ contains
       known = point%body > 0
       if (known) point%place = self%centre(:, point%body)
    end function known_point
-
-   !> The coordinate, or with `own` = .false. also the component of the motion of a point, that a key names.
-   subroutine find_coordinate(self, coordinate, input, group, index, key, own, error)
-      type(bodies_t), intent(in) :: self
-      type(coordinate_t), intent(out) :: coordinate
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: group, key
-      integer, intent(in) :: index
-      logical, intent(in) :: own
-      type(error_t), allocatable, intent(out) :: error
-
-      type(point_t) :: point
-      type(string_t), allocatable :: known(:)
-      logical :: right
-      integer :: component, dot
-
-      known = coordinate_names(self)
-      if (.not. input%given(group, index, key)) then
-         call input%complain(error, group, index, key, "required: a coordinate such as '"//known(1)%text// &
-                             "', or a point of a body with .x or .y")
-         return
-      end if
-      call input%get(group, index, key, coordinate%name)
-      associate (name => coordinate%name)
-         dot = scan(name, ".", back=.true.)
-         component = findloc(components == lower(name(dot + 1:)), .true., dim=1)
-         right = dot > 1 .and. component > 0
-         if (right) right = known_point(self, name(:dot - 1), point)
-         if (right) right = point%body > 0 .and. (component < 3 .or. position_of(name(:dot - 1), self%name) > 0)
-         if (.not. right) then
-            call input%complain(error, group, index, key, "a coordinate, or a point of a body with .x or .y; "// &
-                                did_you_mean(name, known, "coordinates"))
-            return
-         end if
-         coordinate%turns = component == 3
-         if (position_of(name(:dot - 1), self%name) > 0) coordinate%number = 3*(point%body - 1) + component
-      end associate
-      allocate (coordinate%row(3*self%count), source=0.0_wp)
-      if (coordinate%turns) then
-         coordinate%row(coordinate%number) = 1.0_wp
-      else
-         call add_motion(coordinate%row, point, merge([1.0_wp, 0.0_wp], [0.0_wp, 1.0_wp], component == 1))
-      end if
-      if (own .and. coordinate%number == 0) then
-         call input%complain(error, group, index, key, "a coordinate such as '"//known(1)%text//"', not a point")
-      end if
-   end subroutine find_coordinate
 
    !> Names of all coordinates, such as table.y.
    function coordinate_names(self) result(names)

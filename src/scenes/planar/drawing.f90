@@ -1,33 +1,29 @@
 !! The geometry of a planar scene, for pictures.
 module razy_scenes_planar_drawing
-   use razy_core_drawing, only: drawing_t, element_damper, element_exciter, element_load, element_spring, element_stop
+   use razy_core_drawing, only: drawing_t, element_damper, element_exciter, element_spring, element_stop
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
    use razy_input_input, only: input_t
-   use razy_scenes_planar_bodies, only: bodies_t, find_coordinate, known_point, point_t
+   use razy_scenes_planar_bodies, only: bodies_t, point_t
    use razy_scenes_planar_excitation, only: exciter_axes
    use razy_scenes_planar_links, only: link_t
-   use razy_scenes_scene, only: coordinate_t
    implicit none(type, external)
    private
 
-   public :: draw_planar
+   public :: draw_exciters, draw_links
 
 contains
 
-   !> Bodies, points, springs, dampers, stops, exciters and loads.
-   subroutine draw_planar(drawing, bodies, links, input, error)
+   !> Bodies, points, springs, dampers and stops.
+   subroutine draw_links(drawing, bodies, links, input)
       type(drawing_t), intent(out) :: drawing
       type(bodies_t), intent(in) :: bodies
       type(link_t), intent(in) :: links(:)
       type(input_t), intent(in) :: input
-      type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: extent(:)
-      type(coordinate_t) :: on
-      type(point_t) :: axis(2), first, point, second
-      real(wp) :: along(2)
+      type(point_t) :: first, second
       integer :: i
 
       allocate (drawing%body(bodies%count), drawing%extent(2, bodies%count))
@@ -51,20 +47,24 @@ contains
          call drawing%add(name_of(input, links(i)%group, links(i)%number), kind_of(links(i)%group), [first%body, second%body], &
                           first%place, second%place, links(i)%direction)
       end do
-      do i = 1, input%count("load")
-         call find_coordinate(bodies, on, input, "load", i, "on", .false., error)
-         if (allocated(error)) return
-         ! Forces as arrows; a moment has no direction.
-         if (.not. known_point(bodies, on%name(:scan(on%name, ".", back=.true.) - 1), point)) cycle
-         call drawing%add("load "//to_text(i), element_load, [point%body, 0], point%place, point%place, &
-                          on%row(3*point%body - 2:3*point%body - 1))
-      end do
+   end subroutine draw_links
+
+   subroutine draw_exciters(drawing, bodies, input, error)
+      type(drawing_t), intent(inout) :: drawing
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      type(point_t) :: axis(2)
+      real(wp) :: along(2)
+      integer :: i
+
       do i = 1, input%count("exciter")
          call exciter_axes(bodies, input, i, axis, along, error)
          if (allocated(error)) return
          call drawing%add(name_of(input, "exciter", i), element_exciter, axis%body, axis(1)%place, axis(2)%place, along)
       end do
-   end subroutine draw_planar
+   end subroutine draw_exciters
 
    pure integer function kind_of(group) result(kind)
       character(*), intent(in) :: group

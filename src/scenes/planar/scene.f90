@@ -5,18 +5,19 @@
 !! displacement of the first point against the second. Friction in direction t acts against s' = t·(u1' - u2') - belt speed; both of
 !! its forces act at the place of the first point.
 module razy_scenes_planar_scene
-   use razy_core_drawing, only: drawing_t
+   use razy_core_drawing, only: drawing_t, element_load
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
-   use razy_core_text, only: lower
+   use razy_core_number, only: to_text
+   use razy_core_text, only: did_you_mean, lower, position_of, string_t
    use razy_input_input, only: input_t
    use razy_linalg_dense, only: add_outer
    use razy_machine_machine, only: machine_t
    use razy_scenes_contacts, only: read_contacts
    use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
    use razy_scenes_loads, only: add_loads
-   use razy_scenes_planar_bodies, only: bodies_t, coordinate_names, find_coordinate, new_bodies
-   use razy_scenes_planar_drawing, only: draw_planar
+   use razy_scenes_planar_bodies, only: add_motion, bodies_t, components, coordinate_names, known_point, new_bodies, point_t
+   use razy_scenes_planar_drawing, only: draw_exciters, draw_links
    use razy_scenes_planar_excitation, only: add_exciters, add_gravity
    use razy_scenes_planar_links, only: link_t, new_sliding_link, read_links
    use razy_scenes_planar_schema, only: matrix_all, matrix_untuned, planar_schema
@@ -35,7 +36,7 @@ module razy_scenes_planar_scene
    contains
       procedure, nopass :: schema => planar_schema
       procedure :: build
-      procedure :: find_coordinate => coordinate_named
+      procedure :: find_coordinate
       procedure :: find_site
       procedure, public :: draw
    end type planar_t
@@ -131,7 +132,8 @@ contains
       machine%damping = machine%damping + factor*proportional
    end subroutine add_connections
 
-   subroutine coordinate_named(self, coordinate, input, group, i, key, own, error)
+   !> The coordinate, or with `own` = .false. also the component of the motion of a point, that a key names.
+   subroutine find_coordinate(self, coordinate, input, group, i, key, own, error)
       class(planar_t), intent(in) :: self
       type(coordinate_t), intent(out) :: coordinate
       type(input_t), intent(in) :: input
@@ -140,8 +142,42 @@ contains
       logical, intent(in) :: own
       type(error_t), allocatable, intent(out) :: error
 
-      call find_coordinate(self%bodies, coordinate, input, group, i, key, own, error)
-   end subroutine coordinate_named
+      type(point_t) :: point
+      type(string_t), allocatable :: known(:)
+      logical :: right
+      integer :: component, dot
+
+      known = coordinate_names(self%bodies)
+      if (.not. input%given(group, i, key)) then
+         call input%complain(error, group, i, key, "required: a coordinate such as '"//known(1)%text// &
+                             "', or a point of a body with .x or .y")
+         return
+      end if
+      call input%get(group, i, key, coordinate%name)
+      associate (name => coordinate%name)
+         dot = scan(name, ".", back=.true.)
+         component = findloc(components == lower(name(dot + 1:)), .true., dim=1)
+         right = dot > 1 .and. component > 0
+         if (right) right = known_point(self%bodies, name(:dot - 1), point)
+         if (right) right = point%body > 0 .and. (component < 3 .or. position_of(name(:dot - 1), self%bodies%name) > 0)
+         if (.not. right) then
+            call input%complain(error, group, i, key, "a coordinate, or a point of a body with .x or .y; "// &
+                                did_you_mean(name, known, "coordinates"))
+            return
+         end if
+         coordinate%turns = component == 3
+         if (position_of(name(:dot - 1), self%bodies%name) > 0) coordinate%number = 3*(point%body - 1) + component
+      end associate
+      allocate (coordinate%row(3*self%bodies%count), source=0.0_wp)
+      if (coordinate%turns) then
+         coordinate%row(coordinate%number) = 1.0_wp
+      else
+         call add_motion(coordinate%row, point, merge([1.0_wp, 0.0_wp], [0.0_wp, 1.0_wp], component == 1))
+      end if
+      if (own .and. coordinate%number == 0) then
+         call input%complain(error, group, i, key, "a coordinate such as '"//known(1)%text//"', not a point")
+      end if
+   end subroutine find_coordinate
 
    subroutine find_site(self, site, input, group, i, stop, error)
       class(planar_t), intent(in) :: self
@@ -167,7 +203,20 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      call draw_planar(drawing, self%bodies, [self%link, self%stop], input, error)
+      type(coordinate_t) :: on
+      type(point_t) :: point
+      integer :: i
+
+      call draw_links(drawing, self%bodies, [self%link, self%stop], input)
+      do i = 1, input%count("load")
+         call self%find_coordinate(on, input, "load", i, "on", .false., error)
+         if (allocated(error)) return
+         ! Forces as arrows; a moment has no direction.
+         if (.not. known_point(self%bodies, on%name(:scan(on%name, ".", back=.true.) - 1), point)) cycle
+         call drawing%add("load "//to_text(i), element_load, [point%body, 0], point%place, point%place, &
+                          on%row(3*point%body - 2:3*point%body - 1))
+      end do
+      call draw_exciters(drawing, self%bodies, input, error)
    end subroutine draw
 
 end module razy_scenes_planar_scene

@@ -16,12 +16,10 @@ module razy_scenes_rotor_scene
    use razy_scenes_gears, only: read_gear_mesh
    use razy_scenes_harmonics, only: add_harmonics, harmonics_t, new_harmonics, take_harmonics
    use razy_scenes_loads, only: add_loads
-   use razy_scenes_rotor_meshes, only: find_ratios, read_meshes
    use razy_scenes_rotor_parts, only: read_parts
    use razy_scenes_rotor_places, only: find_named
    use razy_scenes_rotor_reduction, only: is_reduced, reduce
    use razy_scenes_rotor_schema, only: rotor_schema
-   use razy_scenes_rotor_signature, only: signature
    use razy_scenes_rotor_stops, only: find_rotor_site
    use razy_scenes_scene, only: coordinate_t, scene_t, site_t
    implicit none(type, external)
@@ -46,6 +44,11 @@ module razy_scenes_rotor_scene
       procedure :: find_site
    end type rotor_scene_t
 
+   !> Groups that say what is done with a machine, or load it.
+   character(*), parameter :: left_out(*) = [character(9) :: "motion", "record", "sweep", "initial", "load", "stop", "friction", &
+                                                                                                       "starts", "duel"]
+   character(*), parameter :: nl = new_line("a")
+
 contains
 
    !> Assemble the unreduced model.
@@ -56,9 +59,7 @@ contains
 
       type(rotor_t) :: rotor
 
-      call read_parts(rotor, input, error)
-      if (.not. allocated(error)) call read_meshes(rotor, input, error)
-      if (.not. allocated(error)) call find_ratios(self%ratio, rotor, input, error)
+      call read_parts(rotor, self%ratio, input, error)
       if (.not. allocated(error)) call new_rotor_model(self%model, rotor, error)
       if (allocated(error)) return
       if (self%model%numbering%n == 0) call input%complain(error, "support", 1, "held", "not all coordinates there are")
@@ -120,6 +121,36 @@ contains
       if (.not. allocated(error)) call self%build_reduced(input, error)
       if (.not. allocated(error)) self%made_of = wanted
    end subroutine renew_model
+
+   !> What of an input model and reduction are made of: the effective input without the groups that do not enter the model,
+   !> and without the speed. Two inputs with the same one have the same model.
+   pure function signature(input) result(text)
+      type(input_t), intent(in) :: input
+      character(:), allocatable :: text
+
+      character(:), allocatable :: all
+      integer :: first, last, used
+      logical :: kept
+
+      all = input%effective()
+      text = all
+      used = 0
+      kept = .true.
+      first = 1
+      do while (first <= len(all))
+         last = index(all(first:), nl)
+         last = merge(len(all), first + last - 1, last == 0)
+         associate (line => all(first:last))
+            if (line(1:1) == "&") kept = .not. any(left_out == line(2:verify(line//nl, "&"//nl, back=.true.)))
+            if (kept .and. index(line, " speed_rpm = ") == 0) then
+               text(used + 1:used + len(line)) = line
+               used = used + len(line)
+            end if
+         end associate
+         first = last + 1
+      end do
+      text = text(:used)
+   end function signature
 
    subroutine name_coordinates(machine, model, n, reduced)
       type(machine_t), intent(inout) :: machine

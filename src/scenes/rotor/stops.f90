@@ -14,7 +14,7 @@ module razy_scenes_rotor_stops
    use razy_input_schema, only: group, group_spec_t, key_name, key_real, key_spec_t, key_string
    use razy_core_text, only: lower, string_t
    use razy_rotor_model, only: rotor_model_t
-   use razy_scenes_friction, only: friction_keys
+   use razy_scenes_contacts, only: friction_keys
    use razy_scenes_gap_laws, only: gap_law_keys
    use razy_scenes_rotor_places, only: find_place
    use razy_scenes_scene, only: site_t
