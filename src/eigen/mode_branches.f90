@@ -57,12 +57,15 @@ module razy_eigen_mode_branches
       real(wp) :: goal = 0.0_wp
    end type watch_t
 
-   !> All modes at one value by their branches: λ, place in ascending order, of those that coincide the first (branches), shares
-   !> (coordinates, branches); the mode watched and the coordinate with the greatest share in it, 0: not known.
+   !> All modes at one value by their branches: λ, place in ascending order, of those that coincide the first, share of the
+   !> coordinate looked for (of the strongest, where a mode is looked for), whether it is what is looked for: of all modes the
+   !> one with most of the coordinate, or the branch of the mode. The mode watched, and the coordinate with the greatest share
+   !> in it; 0: not known.
    type :: front_t
       real(wp) :: parameter = 0.0_wp
-      real(wp), allocatable :: value(:), share(:, :)
+      real(wp), allocatable :: value(:), share(:)
       integer, allocatable :: place(:)
+      logical, allocatable :: fits(:)
       integer :: branch = 0, coordinate = 0
    end type front_t
 
@@ -182,25 +185,28 @@ contains
       type(front_t), intent(in) :: before
       type(front_t) :: front
 
-      integer :: branch, coordinate
+      real(wp), allocatable :: share(:, :)
+      integer :: b, branch, coordinate
 
+      share = energy_shares(real(spectrum%shape, wp), spectrum%metric)
       front%parameter = spectrum%parameter
       front%value = real(spectrum%value, wp)
       front%place = spectrum%first
-      front%share = energy_shares(real(spectrum%shape, wp), spectrum%metric)
       front%value(spectrum%branch) = front%value
       front%place(spectrum%branch) = front%place
-      front%share(:, spectrum%branch) = front%share
+      share(:, spectrum%branch) = share
       branch = merge(before%branch, watch%mode, before%branch > 0)
       if (watch%coordinate > 0) then
-         branch = maxloc(front%share(watch%coordinate, :), dim=1)
-         if (before%branch > 0) then
-            if (front%share(watch%coordinate, branch) - front%share(watch%coordinate, before%branch) <= tie) branch = before%branch
-         end if
+         front%share = share(watch%coordinate, :)
+         front%fits = front%share >= maxval(front%share) - tie
+         if (before%branch == 0 .or. .not. front%fits(max(1, before%branch))) branch = maxloc(front%share, dim=1)
+      else
+         front%share = maxval(share, dim=1)
+         front%fits = [(b == watch%mode, b=1, size(front%value))]
       end if
-      coordinate = maxloc(front%share(:, branch), dim=1)
+      coordinate = maxloc(share(:, branch), dim=1)
       if (before%coordinate > 0) then
-         if (front%share(coordinate, branch) - front%share(before%coordinate, branch) <= tie) coordinate = before%coordinate
+         if (share(coordinate, branch) - share(before%coordinate, branch) <= tie) coordinate = before%coordinate
       end if
       front%branch = branch
       front%coordinate = coordinate
@@ -271,8 +277,7 @@ contains
       type(front_t), intent(in) :: at
       integer, intent(in) :: branch
 
-      self%root = [self%root, root_t(at%parameter, at%value(branch), share_of(at, self%watch, branch), branch, &
-                                     is_watched(at, self%watch, branch))]
+      self%root = [self%root, root_t(at%parameter, at%value(branch), at%share(branch), branch, at%fits(branch))]
    end subroutine add_root
 
    !> Append a point.
@@ -291,34 +296,9 @@ contains
       end if
       self%value(:, n + 1) = front%value
       associate (b => front%branch)
-         self%point = [self%point, point_t(front%parameter, b, front%place(b), front%coordinate, share_of(front, self%watch, b))]
+         self%point = [self%point, point_t(front%parameter, b, front%place(b), front%coordinate, front%share(b))]
       end associate
    end subroutine record
-
-   !> Whether a mode is what is looked for: of all modes the one with most of the coordinate, or the branch of the mode.
-   pure function is_watched(front, watch, branch)
-      type(front_t), intent(in) :: front
-      type(watch_t), intent(in) :: watch
-      integer, intent(in) :: branch
-      logical :: is_watched
-
-      is_watched = branch == watch%mode
-      if (watch%coordinate > 0) is_watched = share_of(front, watch, branch) >= maxval(front%share(watch%coordinate, :)) - tie
-   end function is_watched
-
-   !> The share in a mode of the coordinate looked for, or of its strongest.
-   pure function share_of(front, watch, branch) result(share)
-      type(front_t), intent(in) :: front
-      type(watch_t), intent(in) :: watch
-      integer, intent(in) :: branch
-      real(wp) :: share
-
-      if (watch%coordinate > 0) then
-         share = front%share(watch%coordinate, branch)
-      else
-         share = maxval(front%share(:, branch))
-      end if
-   end function share_of
 
    !> Shares (coordinate, mode) of the coordinates in modes (n, modes) with φᵀ M φ = 1.
    pure function energy_shares(shape, mass) result(share)

@@ -9,7 +9,7 @@ module razy_rotor_whirl_campbell
    use razy_eigen_spectrum, only: spectrum_t
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_whirl_critical, only: critical_t, find_critical, in_order, likely
-   use razy_rotor_whirl_whirl, only: whirl_direction, whirl_failed, whirl_family_t, whirl_found, whirl_problem_t
+   use razy_rotor_whirl_whirl, only: whirl_direction, whirl_failed, whirl_found, whirl_problem_t
    implicit none(type, external)
    private
 
@@ -63,11 +63,11 @@ contains
 
       type(spectrum_t) :: front
       type(search_t) :: search
-      type(whirl_family_t) :: family
+      type(whirl_problem_t) :: family
       type(error_t), allocatable :: error
       integer :: i, k
 
-      family%problem = problem
+      family = problem
       family%circulatory = circulatory
       search%model = model
       search%order = order
@@ -139,7 +139,7 @@ contains
                                  - count(after%value%im > self%order(k)*after%parameter))
       end do
       select type (family)
-      type is (whirl_family_t)
+      type is (whirl_problem_t)
          do j = 1, size(likeness)
             if (likeness(j) < likely) then
                self%branches = self%branches + 1
@@ -153,7 +153,7 @@ contains
                if (.not. crossed) cycle
                missing = missing - 1
                if (found) then
-                  critical%direction = whirl_direction(self%model, family%problem%shape_of(shape))
+                  critical%direction = whirl_direction(self%model, family%shape_of(shape))
                   self%critical = [self%critical, critical]
                else
                   self%lost = self%lost + 1

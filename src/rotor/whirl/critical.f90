@@ -14,7 +14,7 @@ module razy_rotor_whirl_critical
    use razy_eigen_spectrum, only: spectrum_t
    use razy_linalg_dense, only: rising_order
    use razy_linalg_lapack, only: zgesv
-   use razy_rotor_whirl_whirl, only: whirl_family_t
+   use razy_rotor_whirl_whirl, only: whirl_problem_t
    implicit none(type, external)
    private
 
@@ -42,7 +42,7 @@ contains
       type(critical_t), intent(out) :: critical
       complex(wp), allocatable, intent(out) :: shape(:)
       logical, intent(out) :: crossed, found
-      type(whirl_family_t), intent(inout) :: family
+      type(whirl_problem_t), intent(inout) :: family
       real(wp), intent(in) :: order
       type(spectrum_t), intent(in) :: before, after
       integer, intent(in) :: i, j
@@ -75,7 +75,7 @@ contains
       type(critical_t), intent(out) :: critical
       complex(wp), allocatable, intent(out) :: shape(:)
       logical, intent(out) :: found
-      type(whirl_family_t), intent(in) :: family
+      type(whirl_problem_t), intent(in) :: family
       real(wp), intent(in) :: order, share
       type(spectrum_t), intent(in) :: before, after
       integer, intent(in) :: i, j
@@ -93,7 +93,7 @@ contains
       associate (left => before%shape(:, before%equals_of(i)), right => after%shape(:, after%equals_of(j)))
          u = after%shape(:, j)
          if (size(left, 2) < size(right, 2) .or. (size(left, 2) == size(right, 2) .and. share < 0.5_wp)) u = before%shape(:, i)
-         u = u/family%problem%scaling
+         u = u/family%scaling
          step = huge(1.0_wp)
          do k = 1, most_newton
             u = u/norm2(abs(u))
@@ -104,7 +104,7 @@ contains
             if (found) exit
          end do
          if (.not. found) return
-         shape = family%problem%scaling*u
+         shape = family%scaling*u
          shape = shape/norm2(abs(shape))
          found = max(sum(abs(matmul(conjg(shape), left))**2), sum(abs(matmul(conjg(shape), right))**2)) >= likely &
                  .and. abs(speed - middle) <= (0.5_wp + rounding)*width
@@ -114,7 +114,7 @@ contains
 
    !> One step; `step` is the change of the speed, rad/s.
    subroutine newton_step(family, order, speed, growth, u, step, solved)
-      type(whirl_family_t), intent(in) :: family
+      type(whirl_problem_t), intent(in) :: family
       real(wp), intent(in) :: order
       real(wp), intent(inout) :: speed, growth
       complex(wp), intent(inout) :: u(:)
@@ -127,12 +127,12 @@ contains
 
       p = size(u)
       lambda = cmplx(growth, order*speed, wp)
-      associate (problem => family%problem)
+      associate (problem => family)
          matrix = problem%damping_at(speed)
          right(:, 1) = matmul(matrix, u) + 2*lambda*u
          right(:, 2) = lambda*matmul(problem%modal%gyroscopic, u)
          if (family%circulatory) right(:, 2) = right(:, 2) + matmul(problem%modal%circulatory, u)
-         matrix = lambda*matrix + problem%cross_at(speed, family%circulatory)
+         matrix = lambda*matrix + problem%cross_at(speed)
          do i = 1, p
             matrix(i, i) = matrix(i, i) + problem%squared(i) + lambda**2
          end do

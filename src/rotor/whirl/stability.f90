@@ -4,7 +4,7 @@ module razy_rotor_whirl_stability
    use razy_core_kinds, only: wp
    use razy_eigen_branches, only: find_crossing, line_t
    use razy_eigen_spectrum, only: continue_branches, spectrum_t
-   use razy_rotor_whirl_whirl, only: whirl_family_t, whirl_found, whirl_problem_t
+   use razy_rotor_whirl_whirl, only: whirl_found, whirl_problem_t
    implicit none(type, external)
    private
 
@@ -33,12 +33,15 @@ contains
       real(wp), intent(in) :: tolerance
       type(limit_t) :: limit
 
+      type(whirl_problem_t) :: family
       real(wp) :: growth(0:parts), speed(0:parts)
       integer :: i, status
 
+      family = problem
+      family%circulatory = circulatory
       do i = 0, parts
          speed(i) = low + (high - low)*i/parts
-         call problem%growth(speed(i), circulatory, growth(i), status)
+         call family%growth(speed(i), growth(i), status)
          if (status /= whirl_found) then
             limit%status = limit_failed
             return
@@ -55,7 +58,7 @@ contains
       logical, intent(in) :: circulatory
       type(limit_t) :: limit
 
-      type(whirl_family_t) :: family
+      type(whirl_problem_t) :: family
       type(spectrum_t) :: at, high, low
       type(error_t), allocatable :: error
       type(line_t) :: stable
@@ -66,7 +69,7 @@ contains
       i = findloc(growth + stable%constant > 0.0_wp, .true., dim=1)
       if (i == 0) return
       limit%status = limit_failed
-      family%problem = problem
+      family = problem
       family%circulatory = circulatory
       call family%solve(speed(i), high, error)
       if (allocated(error)) return

@@ -12,7 +12,7 @@ module razy_rotor_whirl_whirl
    implicit none(type, external)
    private
 
-   public :: new_whirl, whirl_direction, whirl_family_t, whirl_problem_t, whirl_t
+   public :: new_whirl, whirl_direction, whirl_problem_t
    public :: whirl_found, whirl_failed
 
    integer, parameter :: whirl_found = 0, whirl_failed = 1
@@ -21,9 +21,12 @@ module razy_rotor_whirl_whirl
    !> Eigenvalues apart by less than this share of their size are degenerate.
    real(wp), parameter :: equal = 1.0e-7_wp
 
-   !> What does not depend on the speed.
-   type :: whirl_problem_t
+   !> The problem over the speed, rad/s, and what of it does not depend on that. Shapes of its spectra (p, values) are in
+   !> modes at rest times their frequencies; `shape_of` turns them into shapes of the model.
+   type, extends(family_t) :: whirl_problem_t
       integer :: status = whirl_found
+      !> Whether the circulatory matrix acts.
+      logical :: circulatory = .false.
       !> The model in its modes, M = 1 and K = diag(omega²), meshes in it if they are closed.
       type(reduced_t) :: modal
       !> omega², (rad/s)², and the scaling S of razy_eigen_damped, rad/s (p each).
@@ -37,23 +40,6 @@ module razy_rotor_whirl_whirl
       procedure :: damping_at
       procedure :: cross_at
    end type whirl_problem_t
-
-   !> Eigenvalues with imaginary part >= 0 at one speed, 1/s and rad/s, in the order of their imaginary parts.
-   type :: whirl_t
-      integer :: status = whirl_found
-      complex(wp), allocatable :: value(:)
-      !> Shapes (p, values) in modes at rest times their frequencies, of unit length; `shape_of` turns them into shapes of the
-      !> model.
-      complex(wp), allocatable :: modal(:, :)
-   end type whirl_t
-
-   !> The problem over the speed, rad/s.
-   type, extends(family_t) :: whirl_family_t
-      type(whirl_problem_t) :: problem
-      logical :: circulatory = .false.
-   contains
-      procedure :: solve => spectrum_at
-   end type whirl_family_t
 
 contains
 
@@ -86,39 +72,42 @@ contains
    end function damping_at
 
    !> Kx, or Kx + Omega C if C acts (p, p).
-   pure function cross_at(self, speed, circulatory) result(cross)
+   pure function cross_at(self, speed) result(cross)
       class(whirl_problem_t), intent(in) :: self
       real(wp), intent(in) :: speed
-      logical, intent(in) :: circulatory
       real(wp), allocatable :: cross(:, :)
 
       cross = self%cross_stiffness
-      if (circulatory) cross = cross + speed*self%modal%circulatory
+      if (self%circulatory) cross = cross + speed*self%modal%circulatory
    end function cross_at
 
-   !> Eigenvalues and shapes at the angular speed `speed` of the system, rad/s, with or without the circulatory matrix.
-   function solve(self, speed, circulatory) result(whirl)
-      class(whirl_problem_t), intent(in) :: self
-      real(wp), intent(in) :: speed
-      logical, intent(in) :: circulatory
-      type(whirl_t) :: whirl
+   !> Eigenvalues with imaginary part >= 0, 1/s and rad/s, in the order of their imaginary parts, and shapes at the angular speed
+   !> `parameter` of the system, rad/s.
+   subroutine solve(self, parameter, spectrum, error)
+      class(whirl_problem_t), intent(inout) :: self
+      real(wp), intent(in) :: parameter
+      type(spectrum_t), intent(out) :: spectrum
+      type(error_t), allocatable, intent(out) :: error
 
+      complex(wp), allocatable :: shape(:, :), value(:)
       integer :: info
 
-      whirl%status = self%status
-      if (whirl%status == whirl_found) then
-         call damped_eigen(self%squared, self%damping_at(speed), whirl%value, info, self%cross_at(speed, circulatory), whirl%modal)
-         if (info /= 0) whirl%status = whirl_failed
-      else
-         allocate (whirl%value(0), whirl%modal(size(self%squared), 0))
+      self%solved = self%solved + 1
+      info = 0
+      if (self%status == whirl_found) then
+         call damped_eigen(self%squared, self%damping_at(parameter), value, info, self%cross_at(parameter), shape)
       end if
-   end function solve
+      if (info /= 0 .or. self%status /= whirl_found) then
+         call raise(error, "an eigenproblem could not be solved")
+      else
+         spectrum = new_spectrum(parameter, value, shape, equal, 0.0_wp)
+      end if
+   end subroutine solve
 
-   !> The largest real part of an eigenvalue at a speed, 1/s; `status` as in `whirl_t`.
-   subroutine growth(self, speed, circulatory, value, status)
+   !> The largest real part of an eigenvalue at a speed, 1/s; `status` is `whirl_found` or `whirl_failed`.
+   subroutine growth(self, speed, value, status)
       class(whirl_problem_t), intent(in) :: self
       real(wp), intent(in) :: speed
-      logical, intent(in) :: circulatory
       real(wp), intent(out) :: value
       integer, intent(out) :: status
 
@@ -128,25 +117,10 @@ contains
       value = 0.0_wp
       status = self%status
       if (status /= whirl_found .or. size(self%squared) == 0) return
-      call damped_eigen(self%squared, self%damping_at(speed), values, info, self%cross_at(speed, circulatory))
+      call damped_eigen(self%squared, self%damping_at(speed), values, info, self%cross_at(speed))
       if (info /= 0) status = whirl_failed
       if (info == 0) value = maxval(values%re)
    end subroutine growth
-
-   !> Eigenvalues and shapes at a speed as those of a family.
-   subroutine spectrum_at(self, parameter, spectrum, error)
-      class(whirl_family_t), intent(inout) :: self
-      real(wp), intent(in) :: parameter
-      type(spectrum_t), intent(out) :: spectrum
-      type(error_t), allocatable, intent(out) :: error
-
-      type(whirl_t) :: whirl
-
-      self%solved = self%solved + 1
-      whirl = self%problem%solve(parameter, self%circulatory)
-      if (whirl%status /= whirl_found) call raise(error, "an eigenproblem could not be solved")
-      spectrum = new_spectrum(parameter, whirl%value, whirl%modal, equal, 0.0_wp)
-   end subroutine spectrum_at
 
    !> A shape (n) in the coordinates of the unreduced model from one in modes at rest (p).
    pure function shape_of(self, modal) result(shape)
