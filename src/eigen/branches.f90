@@ -87,6 +87,7 @@ contains
       type(spectrum_t) :: ahead(most_halvings + 1)
       real(wp), allocatable :: likeness(:)
       integer :: n
+      logical :: fine
 
       call family%solve(target, ahead(1), error)
       n = 1
@@ -94,7 +95,9 @@ contains
          if (allocated(likeness)) deallocate (likeness)
          allocate (likeness(size(ahead(n)%value)))
          call continue_branches(front, ahead(n), likeness)
-         if (n <= most_halvings .and. .not. walk%is_fine(front, ahead(n), likeness)) then
+         fine = n > most_halvings
+         if (.not. fine) fine = walk%is_fine(front, ahead(n), likeness)
+         if (.not. fine) then
             n = n + 1
             call family%solve(front%parameter + 0.5_wp*(ahead(n - 1)%parameter - front%parameter), ahead(n), error)
          else

@@ -27,6 +27,7 @@ contains
       real(wp), allocatable :: scaling(:)
 
       scaling = sqrt(max(squared, floor_share**2*maxval([0.0_wp, abs(squared)])))
+      if (.not. any(scaling > 0.0_wp)) scaling = 1.0_wp
    end function modal_scaling
 
    !> Eigenvalues with imaginary part >= 0, 1/s and rad/s, in the order of their imaginary parts, equal ones by the real part;

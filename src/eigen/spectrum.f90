@@ -71,9 +71,8 @@ contains
 
       integer :: i
 
-      do i = 1, size(value)
-         first(i) = i
-         if (i == 1) cycle
+      first = [(i, i=1, size(value))]
+      do i = 2, size(value)
          if (abs(value(i) - value(i - 1)) <= relative*abs(value(i)) + absolute) first(i) = first(i - 1)
       end do
    end function first_of_equal

@@ -5,8 +5,7 @@
 !! A Lanczos method can miss copies of a multiple eigenvalue. So the number of eigenvalues below the last one is counted
 !! by Sylvester's law of inertia, and what is missing is looked for again, orthogonal to what was found.
 module razy_linalg_generalised
-   use razy_core_kinds, only: i8, wp
-   use razy_core_uniform, only: uniform
+   use razy_core_kinds, only: wp
    use razy_linalg_banded, only: band_factor_t, negative_eigenvalues
    use razy_linalg_dense, only: rising_order
    use razy_linalg_lapack, only: dgemv, dsaupd, dseupd, dsygvd
@@ -167,13 +166,13 @@ contains
       real(wp), allocatable :: basis(:, :), residual(:), workd(:, :), workl(:)
       logical, allocatable :: select(:)
       real(wp) :: tolerance
-      integer :: i, ido, info, iparam(11), ipntr(11), n, width
+      integer :: ido, info, iparam(11), ipntr(11), n, width
 
       n = operator%mass%rows
       width = min(n, max(2*wanted + 1, 20))
-      allocate (basis(n, width), workd(n, 3), workl(width*(width + 8)), select(width))
+      allocate (basis(n, width), residual(n), workd(n, 3), workl(width*(width + 8)), select(width))
       allocate (pairs%value(wanted))
-      residual = [(2*uniform([1_i8, 0_i8], [int(i, i8), 0_i8]) - 1, i=1, n)]
+      call start_vector(residual)
       call remove_known(operator, residual)
       iparam = 0
       iparam([1, 3, 7]) = [1, most_restarts, 3]
@@ -233,6 +232,21 @@ contains
          call dgemv("N", n, m, -1.0_wp, operator%known, n, share, 1, 1.0_wp, x, 1)
       end do
    end subroutine remove_known
+
+   !> Numbers in [-1, 1] without pattern, the same in every call: a linear congruential generator (Park and Miller, 1988).
+   pure subroutine start_vector(x)
+      real(wp), intent(out) :: x(:)
+
+      integer, parameter :: modulus = 2147483647, factor = 16807, quotient = 127773, remainder = 2836
+      integer :: i, state
+
+      state = 20261
+      do i = 1, size(x)
+         state = factor*mod(state, quotient) - remainder*(state/quotient)
+         if (state <= 0) state = state + modulus
+         x(i) = 2*real(state, wp)/modulus - 1
+      end do
+   end subroutine start_vector
 
    !> Both sets of pairs in ascending order.
    subroutine merge_pairs(pairs, more)
