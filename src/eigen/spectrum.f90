@@ -3,7 +3,7 @@
 !!
 !! The measure is the modal assurance criterion in the metric of the later spectrum, |xᴴMy|²/((xᴴMx)(yᴴMy)). Degenerate eigenmodes,
 !! whose eigenvalues differ by no more than rounding, have no shapes of their own, only a common space: they are matched by their
-!! spaces, and take the basis of it that is nearest to the shapes that they continue.
+!! spaces, and their shapes are made of those that they continue, projected on it.
 module razy_eigen_spectrum
    use razy_core_kinds, only: wp
    implicit none(type, external)
