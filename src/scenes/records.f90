@@ -20,6 +20,12 @@ module razy_scenes_records
       real(wp) :: from = 0.0_wp, interval = 0.0_wp
    end type record_t
 
+   !> Quantities of contacts, and what they are called in results.
+   character(*), parameter :: quantities(4) = [character(21) :: "mesh_deformation", "contact_force", "sliding_velocity", &
+                                               "relative_displacement"]
+   character(*), parameter :: in_words(4) = [character(21) :: "deformation", "contact force", "sliding velocity", &
+                                             "relative displacement"]
+
 contains
 
    !> All &record of an input; the machine gets its observables.
@@ -228,25 +234,9 @@ contains
             observable%error = chosen%error*cmplx(0.0_wp, machine%tone%omega, wp)
             observable%unit = chosen%unit//"/s"
          end if
-         observable%long_name = chosen%name//long_name(observable%name)
+         observable%long_name = chosen%name//" "//trim(in_words(findloc(quantities, observable%name, dim=1)))
       end associate
    end subroutine observe_contact
-
-   pure function long_name(name)
-      character(*), intent(in) :: name
-      character(:), allocatable :: long_name
-
-      select case (name)
-      case ("mesh_deformation")
-         long_name = " deformation"
-      case ("contact_force")
-         long_name = " contact force"
-      case ("sliding_velocity")
-         long_name = " sliding velocity"
-      case default
-         long_name = " relative displacement"
-      end select
-   end function long_name
 
    !> The place in `known` of the name in `of`; without a name the only one there is.
    subroutine pick(input, i, known, place, error)

@@ -49,12 +49,7 @@ contains
             return
          end if
          kept = size(pairs%value)
-         if (limit > 0.0_wp) then
-            do while (kept > 0)
-               if (pairs%value(kept) <= limit**2) exit
-               kept = kept - 1
-            end do
-         end if
+         if (limit > 0.0_wp) kept = size(pack(pairs%value, pairs%value <= limit**2))
          call append(basis, own, pairs%vector(:, :kept))
       end do
       if (size(basis, 2) == 0) then

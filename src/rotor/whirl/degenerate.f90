@@ -80,7 +80,7 @@ contains
       integer, intent(in) :: form
       real(wp), allocatable :: matrix(:, :)
 
-      real(wp), allocatable :: momentum(:), weighted(:, :), weight(:)
+      real(wp), allocatable :: momentum(:), weight(:)
       integer :: i, j, m
 
       m = size(vector, 2)
@@ -90,14 +90,10 @@ contains
          if (form == 2) weight = [(real(motion_of(numbering%kind(i)), wp), i=1, numbering%n)]
          if (form == 3) weight = real(numbering%node, wp)
       end associate
-      weighted = vector
       do j = 1, m
-         weighted(:, j) = weight*vector(:, j)
-      end do
-      do j = 1, m
-         momentum = model%mass%times(vector(:, j))
+         momentum = weight*model%mass%times(vector(:, j))
          do i = 1, m
-            matrix(i, j) = dot_product(weighted(:, i), momentum)
+            matrix(i, j) = dot_product(vector(:, i), momentum)
          end do
       end do
       matrix = symmetric_part(matrix)

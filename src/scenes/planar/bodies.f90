@@ -45,7 +45,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: pair(:)
-      character(:), allocatable :: name
+      character(:), allocatable :: body, name
       integer :: i
 
       self%count = input%count("body")
@@ -55,59 +55,47 @@ contains
       end if
       allocate (self%name(self%count), self%mass(self%count), self%inertia(self%count), self%centre(2, self%count))
       do i = 1, self%count
-         call input%get("body", i, "name", name)
+         call read_name("body")
+         if (allocated(error)) return
          self%name(i)%text = name
          call input%get("body", i, "mass", self%mass(i))
          call input%get("body", i, "inertia", self%inertia(i))
          call input%get("body", i, "centre", pair)
          self%centre(:, i) = pair
-         call refuse_frame(input, "body", i, name, error)
-         if (allocated(error)) return
       end do
       allocate (self%point_name(input%count("point")), self%point(input%count("point")))
       do i = 1, size(self%point)
-         call input%get("point", i, "name", name)
-         self%point_name(i)%text = name
-         call refuse_frame(input, "point", i, name, error)
-         if (.not. allocated(error)) call place_point(self, self%point(i), input, i, error)
+         call read_name("point")
          if (allocated(error)) return
+         self%point_name(i)%text = name
+         call input%get("point", i, "body", body)
+         call input%get("point", i, "position", pair)
+         associate (point => self%point(i))
+            point%arm = pair
+            point%place = pair
+            if (lower(body) == "frame") cycle
+            point%body = position_of(body, self%name)
+            if (point%body == 0) then
+               call input%complain(error, "point", i, "body", "no body is named "//body//"; "// &
+                                   did_you_mean(body, [self%name, string_t("frame")], "bodies"))
+               return
+            end if
+            point%place = pair + self%centre(:, point%body)
+         end associate
       end do
+
+   contains
+
+      subroutine read_name(group)
+         character(*), intent(in) :: group
+
+         call input%get(group, i, "name", name)
+         if (lower(name) == "frame") then
+            call input%complain(error, group, i, "name", "any name but frame, which is what does not move")
+         end if
+      end subroutine read_name
+
    end subroutine new_bodies
-
-   pure subroutine refuse_frame(input, group, i, name, error)
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: group, name
-      integer, intent(in) :: i
-      type(error_t), allocatable, intent(out) :: error
-
-      if (lower(name) == "frame") call input%complain(error, group, i, "name", &
-                                                      "any name but frame, which is what does not move")
-   end subroutine refuse_frame
-
-   !> Point i on its body.
-   subroutine place_point(self, point, input, i, error)
-      type(bodies_t), intent(in) :: self
-      type(point_t), intent(out) :: point
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-      type(error_t), allocatable, intent(out) :: error
-
-      real(wp), allocatable :: position(:)
-      character(:), allocatable :: body
-
-      call input%get("point", i, "body", body)
-      call input%get("point", i, "position", position)
-      point%arm = position
-      point%place = position
-      if (lower(body) == "frame") return
-      point%body = position_of(body, self%name)
-      if (point%body == 0) then
-         call input%complain(error, "point", i, "body", "no body is named "//body//"; "// &
-                             did_you_mean(body, [self%name, string_t("frame")], "bodies"))
-         return
-      end if
-      point%place = position + self%centre(:, point%body)
-   end subroutine place_point
 
    !> The point that a key names in its element `element`: a point, a body for its centre of mass, or the frame.
    subroutine find_point(self, input, group, index, key, element, point, error)

@@ -89,8 +89,22 @@ contains
       type(reduction_t), intent(in) :: kind
       type(error_t), allocatable, intent(out) :: error
 
+      type(error_t), allocatable :: problem
+      type(reduced_t) :: first
+      integer :: kept
+
       call first_level(reduced, model, input, kind, error)
-      if (.not. allocated(error)) call take_second_level(reduced, input, kind, error)
+      if (allocated(error)) return
+      if (kind%level /= "none") then
+         if (.not. input%given("reduction", 1, "kept")) then
+            call input%complain(error, "reduction", 1, "kept", "required: the number of modes kept on the second level")
+            return
+         end if
+         call input%get("reduction", 1, "kept", kept)
+         first = reduced
+         call second_level(reduced, first, kept, kind%level == "b", findloc(sortings, kind%sorting, dim=1), problem)
+         if (allocated(problem)) call input%complain(error, "reduction", 1, "kept", problem%message)
+      end if
       if (.not. allocated(error) .and. kind%correction) call add_static_correction(reduced, model, error)
    end subroutine reduce_by
 
@@ -135,27 +149,5 @@ contains
       end if
       if (allocated(problem)) call input%complain(error, "reduction", 1, "modes", problem%message)
    end subroutine first_level
-
-   !> Modes of the reduced model, if asked for.
-   subroutine take_second_level(reduced, input, kind, error)
-      type(reduced_t), intent(inout) :: reduced
-      type(input_t), intent(in) :: input
-      type(reduction_t), intent(in) :: kind
-      type(error_t), allocatable, intent(out) :: error
-
-      type(error_t), allocatable :: problem
-      type(reduced_t) :: old
-      integer :: kept
-
-      if (kind%level == "none") return
-      if (.not. input%given("reduction", 1, "kept")) then
-         call input%complain(error, "reduction", 1, "kept", "required: the number of modes kept on the second level")
-         return
-      end if
-      call input%get("reduction", 1, "kept", kept)
-      old = reduced
-      call second_level(reduced, old, kept, kind%level == "b", findloc(sortings, kind%sorting, dim=1), problem)
-      if (allocated(problem)) call input%complain(error, "reduction", 1, "kept", problem%message)
-   end subroutine take_second_level
 
 end module razy_scenes_rotor_reduction
