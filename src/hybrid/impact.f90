@@ -6,7 +6,7 @@
 module razy_hybrid_impact
    use razy_contact_contact_law, only: branch_forward, branch_sticking
    use razy_core_kinds, only: wp
-   use razy_hybrid_touching_sides, only: side_t
+   use razy_hybrid_active_sides, only: side_t
    use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept, solve_impact
    use razy_linalg_complementarity_impact, only: impact_problem_t
    use razy_machine_machine, only: contact_t
