@@ -6,7 +6,7 @@ module razy_runge_kutta_right_hand_side
    use razy_contact_contact_law, only: branch_sticking
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_dynamics, only: dynamics_t
-   use razy_hybrid_mode, only: constrained, idle
+   use razy_hybrid_mode, only: affine, constrained, idle
    use razy_hybrid_system, only: system_t
    implicit none(type, external)
    private
@@ -23,13 +23,43 @@ module razy_runge_kutta_right_hand_side
       real(wp) :: band = 0.0_wp
       !> Right-hand sides and Jacobian matrices formed so far.
       integer(i8) :: evaluations = 0, jacobians = 0
+      !> Whether all forces of the mode are affine and in its matrices, y'' = f - (K B) z: (K B) (m, 2m), constant part of f (m), its
+      !> phasors (m, tones).
+      logical, private :: linear = .false.
+      real(wp), allocatable, private :: matrix(:, :), load(:)
+      complex(wp), allocatable, private :: harmonic(:, :)
    contains
+      procedure :: enter
       procedure :: derivative
       procedure :: accelerate
       procedure :: jacobian
    end type right_hand_side_t
 
+   !> The most coordinates for which a full matrix is cheaper than its parts.
+   integer, parameter :: most_dense = 8
+
 contains
+
+   !> Make ready for the branches of the mode.
+   subroutine enter(self, system)
+      class(right_hand_side_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+
+      associate (mode => self%dynamics%mode, m => system%m)
+         call mode%enter(system)
+         self%linear = self%treatment == treat_by_events .and. m <= most_dense .and. mode%constraints%count == 0 &
+                       .and. all(mode%does(mode%acting(:mode%acts)) == affine)
+         if (.not. self%linear) return
+         if (allocated(self%matrix)) deallocate (self%matrix)
+         allocate (self%matrix(m, 2*m))
+         self%matrix(:, :m) = system%coupled%stiffness
+         self%matrix(:, m + 1:) = system%coupled%damping
+         self%load = system%load
+         self%harmonic = system%harmonic
+         call mode%add_contacts(system, self%matrix(:, :m), self%matrix(:, m + 1:))
+         call mode%add_loads(system, self%load, self%harmonic)
+      end associate
+   end subroutine enter
 
    !> z' (2m) at `tau` of the piece and z.
    subroutine derivative(self, system, tau, z, dz)
@@ -38,14 +68,33 @@ contains
       real(wp), intent(in) :: tau, z(:)
       real(wp), intent(out) :: dz(:)
 
-      integer :: i, m
+      integer :: i, j, m
 
       m = system%m
       do i = 1, m
          dz(i) = z(m + i)
       end do
-      call self%accelerate(system, tau, z, dz(m + 1:))
       self%evaluations = self%evaluations + 1
+      if (.not. self%linear) then
+         call self%accelerate(system, tau, z, dz(m + 1:))
+         return
+      end if
+      call self%dynamics%excitation%look(system%omega, tau)
+      associate (phasor => self%dynamics%excitation%phasor)
+         do i = 1, m
+            dz(m + i) = self%load(i)
+         end do
+         do j = 1, size(phasor)
+            do i = 1, m
+               dz(m + i) = dz(m + i) + (self%harmonic(i, j)%re*phasor(j)%re - self%harmonic(i, j)%im*phasor(j)%im)
+            end do
+         end do
+      end associate
+      do j = 1, 2*m
+         do i = 1, m
+            dz(m + i) = dz(m + i) - self%matrix(i, j)*z(j)
+         end do
+      end do
    end subroutine derivative
 
    !> y'' (m) there; leaves the forces of all contacts. Not counted as a right-hand side.

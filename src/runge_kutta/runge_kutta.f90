@@ -120,7 +120,7 @@ contains
       rest = self%remaining(t_end)
       self%rhs%dynamics%mode%branch = self%transition%dynamics%mode%branch
       self%rhs%dynamics%mode%press = self%transition%dynamics%mode%press
-      call self%rhs%dynamics%mode%enter(self%system)
+      call self%rhs%enter(self%system)
       associate (stepper => self%stepper, guards => self%transition%guards)
          call stepper%restart()
          call recall_opening(self, h)
@@ -399,7 +399,7 @@ contains
       associate (unused => outcome)
          call self%rhs%dynamics%begin(self%system, self%time, self%time_low)
          self%rhs%dynamics%mode%branch = self%transition%dynamics%mode%branch
-         call self%rhs%dynamics%mode%enter(self%system)
+         call self%rhs%enter(self%system)
          self%seen%moment = .true.
          self%seen%duration = 0.0_wp
          self%seen%z_stop = self%z

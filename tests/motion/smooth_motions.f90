@@ -181,8 +181,8 @@ contains
          do j = 1, size(machine%contact)
             dynamics%mode%branch(j) = machine%contact(j)%law%initial_branch(dynamics%s(j), dynamics%rate(j))
          end do
-         call dynamics%mode%enter(system)
       end associate
+      call rhs%enter(system)
       method%integrator = name
       method%relative_tolerance = relative
       method%absolute_tolerance = absolute
