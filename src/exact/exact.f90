@@ -8,7 +8,7 @@
 module razy_exact_exact
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
-   use razy_exact_closed_form_amplitudes, only: amplitudes_t, copy, move_to, reserve, set_state, state_of
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t, carry_disturbance, copy, move_to, reserve, set_state, state_of
    use razy_exact_closed_form_rows, only: curvature_bound, integral_of, size_of, value_and_slope, value_of
    use razy_exact_search_refine, only: watched_t
    use razy_exact_search_search, only: exit_t, first_exit, rounding, search_t
@@ -55,6 +55,7 @@ module razy_exact_exact
       procedure :: advance
       procedure :: stand
       procedure :: tally
+      procedure :: transport
       procedure :: value
       procedure :: glimpse
       procedure :: next_turn
@@ -193,10 +194,12 @@ contains
             piece%branch = solution%entry(found%watched)%next
          end if
       end associate
-      if (self%system%constrained) then
-         call take_sizes(self)
+      if (self%system%constrained .or. allocated(self%tangent)) then
          self%hit = .false.
          if (found%watched > 0) self%hit(found%watched) = .true.
+      end if
+      if (self%system%constrained) then
+         call take_sizes(self)
       else
          call note_crossed(self, found)
       end if
@@ -341,6 +344,24 @@ contains
          end do
       end associate
    end subroutine take_sizes
+
+   !> Carry the tangents through the piece.
+   subroutine transport(self)
+      class(exact_t), intent(inout) :: self
+
+      real(wp) :: x(size(self%z))
+      integer :: c
+
+      associate (solution => self%solutions%of(self%now), m => self%system%m)
+         do c = 1, size(self%tangent, 2)
+            x = self%tangent(:, c)
+            if (solution%held%n > 0) x = [matmul(solution%held%to_x, x(:m)), matmul(solution%held%to_x, x(m + 1:))]
+            call carry_disturbance(solution%response, self%duration, x)
+            if (solution%held%n > 0) x = [matmul(solution%held%from_x, x(:m)), matmul(solution%held%from_x, x(m + 1:))]
+            self%tangent(:, c) = x
+         end do
+      end associate
+   end subroutine transport
 
    !> Counters of the search.
    subroutine tally(self, outcome)

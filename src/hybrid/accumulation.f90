@@ -12,6 +12,7 @@ module razy_hybrid_accumulation
    use razy_hybrid_constraints, only: constraints_t, new_constraints
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_guards, only: guards_t
+   use razy_hybrid_saltation, only: saltation_t
    use razy_hybrid_system, only: system_t
    implicit none(type, external)
    private
@@ -66,7 +67,7 @@ contains
 
    !> Follow the impacts, now, at `tau` of the piece and z, of the contacts `impacted`, whose gaps then open with `speed` in
    !> `direction` of s. If sequences end here, `gathered`, z is left without the speeds of their gaps.
-   subroutine follow(self, system, dynamics, guards, impacted, speed, direction, tau, z, gathered)
+   subroutine follow(self, system, dynamics, guards, impacted, speed, direction, tau, z, saltation, gathered)
       class(accumulation_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
@@ -74,6 +75,7 @@ contains
       logical, intent(in) :: impacted(:)
       real(wp), intent(in) :: speed(:), direction(:), tau
       real(wp), intent(inout) :: z(:)
+      type(saltation_t), intent(inout) :: saltation
       logical, intent(out) :: gathered
 
       real(wp) :: a(system%m), pull
@@ -97,20 +99,22 @@ contains
       gathered = size(list) > 0
       if (.not. gathered) return
       call dynamics%look_at_contacts(system, tau, z)
-      call take_out(system, dynamics, list, direction(list), z(system%m + 1:))
+      call take_out(system, dynamics, list, direction(list), z(system%m + 1:), saltation)
    end subroutine follow
 
    !> Take the speeds of the gaps of the contacts `list`, which open in `direction` of s, out of y' (m), with the friction that
-   !> slides under them.
-   subroutine take_out(system, dynamics, list, direction, speed)
+   !> slides under them. In the limit gap and speed are none, whatever they were.
+   subroutine take_out(system, dynamics, list, direction, speed, saltation)
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(in) :: dynamics
       integer, intent(in) :: list(:)
       real(wp), intent(in) :: direction(:)
       real(wp), intent(inout) :: speed(:)
+      type(saltation_t), intent(inout) :: saltation
 
       type(constraints_t) :: held
-      real(wp) :: impulse(size(list))
+      real(wp), dimension(system%m, size(list)) :: along, effect
+      real(wp) :: edge(size(list)), unit(size(list)), still(system%m)
       real(wp), allocatable :: phi(:)
       integer, allocatable :: row(:), sliding(:)
       integer :: i, j
@@ -126,15 +130,42 @@ contains
          end associate
       end do
       call new_constraints(held, system%w, list, sliding, row, -direction(row))
-      call held%solve(dynamics%rate(list), phi, impulse, found)
-      if (.not. found) then
-         call held%displace(system%w, -dynamics%rate(list), speed)
-         return
-      end if
-      speed = speed - matmul(system%w(:, list), impulse)
-      do i = 1, size(sliding)
-         speed = speed + system%w(:, sliding(i))*(phi(i)*direction(row(i))*impulse(row(i)))
+      edge = dynamics%rate(list) - matmul(speed, system%w(:, list))
+      along = 0.0_wp
+      do i = 1, size(list)
+         unit = 0.0_wp
+         unit(i) = 1.0_wp
+         call held%displace(system%w, -unit, along(:, i))
+         effect(:, i) = effect_of(unit)
       end do
+      speed = speed + matmul(effect, dynamics%rate(list))
+      if (.not. saltation%wanted) return
+      still = 0.0_wp
+      call saltation%add_impulses(effect, system%w(:, list), [(dynamics%second_rate(system, list(i), still), i=1, size(list))])
+      call saltation%add_projection(along, system%w(:, list), edge)
+
+   contains
+
+      !> What these speeds of the gaps (list) give to y' (m).
+      function effect_of(rate) result(change)
+         real(wp), intent(in) :: rate(:)
+         real(wp) :: change(system%m)
+
+         real(wp) :: impulse(size(list))
+         integer :: k
+
+         call held%solve(rate, phi, impulse, found)
+         change = 0.0_wp
+         if (.not. found) then
+            call held%displace(system%w, -rate, change)
+            return
+         end if
+         change = -matmul(system%w(:, list), impulse)
+         do k = 1, size(sliding)
+            change = change + system%w(:, sliding(k))*(phi(k)*direction(row(k))*impulse(row(k)))
+         end do
+      end function effect_of
+
    end subroutine take_out
 
    !> An impact of contact j after which the gap opens with speed u.

@@ -8,7 +8,7 @@ module razy_hybrid_dynamics
    use razy_contact_contact_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_hybrid_excitation, only: excitation_t
-   use razy_hybrid_mode, only: affine, constrained, idle, mode_t, presses
+   use razy_hybrid_mode, only: affine, constrained, idle, mode_t, press_of, presses
    use razy_hybrid_system, only: system_t
    implicit none(type, external)
    private
@@ -31,6 +31,7 @@ module razy_hybrid_dynamics
       procedure :: second_rate
       procedure :: accelerate
       procedure :: normal_of
+      procedure :: is_in_play
       procedure :: slopes_of
       procedure :: keep_constraints
    end type dynamics_t
@@ -225,22 +226,37 @@ contains
       integer, intent(in) :: j
       real(wp) :: normal
 
-      integer :: branch
-
       associate (contact => system%machine%contact(j))
          normal = contact%normal
          if (contact%normal_of > 0) then
-            if (all(self%mode%does(contact%normal_of) /= [constrained, idle])) normal = normal + abs(self%force(contact%normal_of))
+            if (all(self%mode%does(contact%normal_of) /= [constrained, idle])) then
+               associate (force => self%force(contact%normal_of))
+                  normal = normal + press_of(self%mode%press(j), force)*force
+               end associate
+            end if
          end if
-         if (contact%only_with == 0) return
-         associate (with => contact%only_with)
-            branch = self%mode%branch(with)
-            ! A smoothed law is in no branch but that of s and s'.
-            if (self%mode%smoothed) branch = system%machine%contact(with)%law%initial_branch(self%s(with), self%rate(with))
-         end associate
-         if (.not. presses(branch)) normal = 0.0_wp
+         if (.not. self%is_in_play(system, j)) normal = 0.0_wp
       end associate
    end function normal_of
+
+   !> Whether friction element j is in play: the contact that it goes with presses.
+   pure function is_in_play(self, system, j) result(is)
+      class(dynamics_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      logical :: is
+
+      integer :: branch
+
+      is = .true.
+      associate (with => system%machine%contact(j)%only_with)
+         if (with == 0) return
+         branch = self%mode%branch(with)
+         ! A smoothed law is in no branch but that of s and s'.
+         if (self%mode%smoothed) branch = system%machine%contact(with)%law%initial_branch(self%s(with), self%rate(with))
+         is = presses(branch)
+      end associate
+   end function is_in_play
 
    !> Slopes of the force of contact j at its s, s' and normal force looked at last.
    subroutine slopes_of(self, system, j, stiffness, damping)

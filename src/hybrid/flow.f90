@@ -35,6 +35,10 @@ module razy_hybrid_flow
       logical :: anew = .true., starting = .true.
       !> Guards of the mode that are left at an event.
       logical, allocatable :: hit(:)
+      !> Derivatives of z (2m, columns) that are carried along, if there are any: set them before a run, for z at the time 0.
+      !> `differentiable`: all that the motion came through has a derivative.
+      real(wp), allocatable :: tangent(:, :)
+      logical :: differentiable = .true.
    contains
       procedure, non_overridable :: take
       procedure :: run
@@ -45,6 +49,7 @@ module razy_hybrid_flow
       procedure(go_on), deferred :: advance
       procedure(at_moment), deferred :: stand
       procedure(count_up), deferred :: tally
+      procedure(carry), deferred :: transport
    end type flow_t
 
    abstract interface
@@ -76,6 +81,13 @@ module razy_hybrid_flow
          class(flow_t), intent(inout) :: self
          type(outcome_t), intent(inout) :: outcome
       end subroutine at_moment
+
+      !> Carry the tangents through the piece under way.
+      subroutine carry(self)
+         import :: flow_t
+         implicit none(type, external)
+         class(flow_t), intent(inout) :: self
+      end subroutine carry
 
       !> Add the flow's own counters to those of the run that has ended.
       subroutine count_up(self, outcome)
@@ -165,6 +177,10 @@ contains
       self%time_low = 0.0_wp
       self%anew = .true.
       self%starting = .true.
+      self%differentiable = .true.
+      self%transition%saltation%wanted = allocated(self%tangent)
+      self%transition%saltation%defined = .true.
+      if (allocated(self%tangent)) call self%transition%saltation%begin(self%system%m)
       self%z = self%system%first_state()
       delta = 1.0e-5_wp*min(t_end, 1.0_wp/max(self%system%fastest, tiny(1.0_wp)))
       call self%transition%begin(self%system, self%finds_events, delta, self%z)
@@ -183,6 +199,7 @@ contains
       type(observer_slot_t), intent(in) :: observers(:)
       type(outcome_t), intent(inout) :: outcome
 
+      if (allocated(self%tangent)) call arrive(self, ending, piece%duration)
       associate (transition => self%transition)
          call transition%accumulation%pass(piece%duration)
          self%anew = ending == ends_in_event .or. (transition%accumulation%landing &
@@ -203,12 +220,48 @@ contains
          end if
          if (piece%contact > 0) outcome%events = outcome%events + 1
       end associate
+      if (allocated(self%tangent) .and. self%anew .and. outcome%status == status_ok) call leave(self, piece%duration)
       call show_piece(observers, piece)
       call add_time(self%time, self%time_low, piece%duration)
       if (.not. piece%last) return
       self%time = t_end
       self%time_low = 0.0_wp
    end subroutine end_piece
+
+   !> Carry the tangents through a piece to its end, and into the event there.
+   subroutine arrive(self, ending, duration)
+      class(flow_t), intent(inout) :: self
+      integer, intent(in) :: ending
+      real(wp), intent(in) :: duration
+
+      logical :: none(size(self%hit))
+
+      call self%transport()
+      associate (transition => self%transition)
+         call transition%dynamics%mode%enter(self%system)
+         if (ending == ends_in_event) then
+            if (.not. self%system%constrained) call transition%guards%list(self%system, transition%dynamics%mode)
+            call transition%saltation%arrive(self%system, transition%dynamics, transition%guards, self%hit, duration, self%z, &
+                                             self%tangent)
+         else
+            none = .false.
+            call transition%saltation%arrive(self%system, transition%dynamics, transition%guards, none, duration, self%z, &
+                                             self%tangent)
+         end if
+      end associate
+   end subroutine arrive
+
+   !> Carry the tangents out of the event.
+   subroutine leave(self, tau)
+      class(flow_t), intent(inout) :: self
+      real(wp), intent(in) :: tau
+
+      associate (transition => self%transition)
+         call transition%dynamics%mode%enter(self%system)
+         call transition%saltation%leave(self%system, transition%dynamics, tau, self%z, self%tangent)
+         self%differentiable = transition%saltation%defined
+      end associate
+   end subroutine leave
 
    !> Show changes of branch from number `first` on as pieces of no duration in the mode that follows them.
    subroutine show_changes(self, first, piece, observers, outcome)

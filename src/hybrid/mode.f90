@@ -15,14 +15,15 @@ module razy_hybrid_mode
    implicit none(type, external)
    private
 
-   public :: affine, constrained, idle, lawful, mode_t, presses
+   public :: affine, constrained, idle, lawful, mode_t, presses, press_of
 
    !> What a contact does in a mode: nothing, an affine force, the law's force, a constraint force.
    integer, parameter :: idle = 0, affine = 1, lawful = 2, constrained = 3
 
    type :: mode_t
       integer, allocatable :: branch(:)
-      !> Signs of the forces of compliant contacts that press friction elements; 0: none does (contacts).
+      !> Signs of the forces of compliant contacts that press friction elements while the mode lasts; 0: none does, or of no
+      !> sign that is known (contacts).
       integer, allocatable :: press(:)
       !> What each contact does; contacts that act, friction last (the first `acts`).
       integer, allocatable :: does(:), acting(:)
@@ -123,6 +124,17 @@ contains
 
       presses = branch /= branch_open .and. branch /= branch_upper_parting .and. branch /= branch_lower_parting
    end function presses
+
+   !> Sign by which a contact's force presses: that which it has in the mode, beyond its zero too, so that the field of the mode
+   !> is smooth up to the event and behind it; where none is known, its own.
+   elemental function press_of(press, force) result(factor)
+      integer, intent(in) :: press
+      real(wp), intent(in) :: force
+      real(wp) :: factor
+
+      factor = sign(1.0_wp, force)
+      if (press /= 0) factor = real(press, wp)
+   end function press_of
 
    !> F of contact j, without constraint forces. All laws here are piecewise linear.
    pure function force_form(self, system, j) result(form)

@@ -15,7 +15,8 @@ module razy_hybrid_transition
    use razy_hybrid_active_sides, only: assume, choose, find_sides, side_t
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_guards, only: guards_t, of_force, of_press
-   use razy_hybrid_impact, only: push_apart, strike
+   use razy_hybrid_impact, only: impact_derivative_t, push_apart, strike
+   use razy_hybrid_saltation, only: saltation_t
    use razy_hybrid_system, only: system_t
    implicit none(type, external)
    private
@@ -27,6 +28,8 @@ module razy_hybrid_transition
       type(dynamics_t) :: dynamics
       type(guards_t) :: guards
       type(accumulation_t) :: accumulation
+      !> Derivatives across events, if they are wanted.
+      type(saltation_t) :: saltation
       !> Whether admissible impulses and forces were found.
       logical :: found = .true.
       !> Contacts whose branch has changed or that had an impact (the first `changes`), and the branches that follow. Branches that
@@ -204,7 +207,8 @@ contains
       logical :: gathered
 
       if (.not. self%found .or. self%impacts == 0) return
-      call self%accumulation%follow(system, self%dynamics, self%guards, self%impacted, self%speed, self%direction, tau, z, gathered)
+      call self%accumulation%follow(system, self%dynamics, self%guards, self%impacted, self%speed, self%direction, tau, z, &
+                                    self%saltation, gathered)
       if (.not. gathered) return
       contact = self%contact
       branch = self%branch
@@ -243,6 +247,7 @@ contains
             self%noise_rate(j) = guards%on_rate(j)
          end do
          self%changes = 0
+         dynamics%mode%press = 0
          if (.not. system%constrained) then
             call pass_branches(self, system)
             dynamics%mode%branch = self%next
@@ -353,10 +358,22 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(inout) :: z(:)
 
-      real(wp) :: change(system%m)
+      type(impact_derivative_t) :: derivative
+      real(wp) :: change(system%m), still(system%m)
       integer :: i
 
-      call strike(system%machine%contact, system%w, self%dynamics%rate, self%noise_rate, self%side(:self%sides), change, self%found)
+      associate (side => self%side(:self%sides))
+         if (self%saltation%wanted) then
+            call strike(system%machine%contact, system%w, self%dynamics%rate, self%noise_rate, side, change, self%found, derivative)
+            still = 0.0_wp
+            self%saltation%defined = self%saltation%defined .and. derivative%defined
+            call self%saltation%add_impulses(derivative%effect, derivative%direction, derivative%sign &
+                                             *[(self%dynamics%second_rate(system, derivative%contact(i), still), &
+                                                i=1, size(derivative%contact))])
+         else
+            call strike(system%machine%contact, system%w, self%dynamics%rate, self%noise_rate, side, change, self%found)
+         end if
+      end associate
       if (.not. self%found) return
       z(system%m + 1:) = z(system%m + 1:) + change
       do i = 1, self%sides
@@ -574,7 +591,7 @@ contains
             by = system%machine%contact(j)%normal_of
             if (by == 0) cycle
             associate (law => system%machine%contact(by)%law, branch => dynamics%mode%branch(by))
-               if (law%constraint(branch)) cycle
+               if (law%constraint(branch) .or. .not. law%piecewise_linear) cycle
                call dynamics%excitation%look(system%omega, tau)
                call dynamics%look_at_contact(system, by, z)
                force = law%force(branch, dynamics%s(by), dynamics%rate(by), 0.0_wp)

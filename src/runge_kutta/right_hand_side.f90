@@ -6,7 +6,7 @@ module razy_runge_kutta_right_hand_side
    use razy_contact_contact_law, only: branch_sticking
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_dynamics, only: dynamics_t
-   use razy_hybrid_mode, only: affine, constrained, idle
+   use razy_hybrid_mode, only: affine, constrained, idle, press_of
    use razy_hybrid_system, only: system_t
    implicit none(type, external)
    private
@@ -23,8 +23,8 @@ module razy_runge_kutta_right_hand_side
       real(wp) :: band = 0.0_wp
       !> Right-hand sides and Jacobian matrices formed so far.
       integer(i8) :: evaluations = 0, jacobians = 0
-      !> Whether all forces of the mode are affine and in its matrices, y'' = f - (K B) z: (K B) (m, 2m), constant part of f (m), its
-      !> phasors (m, tones).
+      !> Whether all forces of the mode are affine and in its matrices, y'' = f - (K B) z: (K B) (m, 2m), constant part of f
+      !> (m), its phasors (m, tones).
       logical, private :: linear = .false.
       real(wp), allocatable, private :: matrix(:, :), load(:)
       complex(wp), allocatable, private :: harmonic(:, :)
@@ -188,15 +188,19 @@ contains
       integer, intent(in) :: j
       real(wp), intent(inout) :: matrix(:, :)
 
-      real(wp) :: per_normal
+      real(wp) :: per_normal, unused_1, unused_2
 
       associate (contact => system%machine%contact(j))
          call add(j, 1.0_wp)
-         if (.not. contact%law%of_normal .or. contact%normal_of == 0 .or. .not. abs(dynamics%normal(j)) > 0.0_wp) return
-         associate (by => contact%normal_of)
-            if (any(dynamics%mode%does(by) == [constrained, idle])) return
-            per_normal = dynamics%force(j)/dynamics%normal(j)*sign(1.0_wp, dynamics%force(by))
-            call add(by, per_normal)
+         if (.not. contact%law%of_normal .or. contact%normal_of == 0) return
+         associate (by => contact%normal_of, s => dynamics%s(j), rate => dynamics%rate(j), mode => dynamics%mode)
+            if (any(mode%does(by) == [constrained, idle]) .or. .not. dynamics%is_in_play(system, j)) return
+            if (mode%smoothed) then
+               call contact%law%smoothed(s, rate, 1.0_wp, dynamics%sharpness, per_normal, unused_1, unused_2)
+            else
+               per_normal = contact%law%force(mode%branch(j), s, rate, 1.0_wp)
+            end if
+            call add(by, per_normal*press_of(mode%press(j), dynamics%force(by)))
          end associate
       end associate
 

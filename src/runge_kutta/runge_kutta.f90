@@ -50,6 +50,7 @@ module razy_runge_kutta_runge_kutta
       procedure :: advance
       procedure :: stand
       procedure :: tally
+      procedure :: transport
       procedure :: value
       procedure :: glimpse
       procedure :: next_turn
@@ -119,7 +120,7 @@ contains
       outcome%pieces = outcome%pieces + 1
       rest = self%remaining(t_end)
       self%rhs%dynamics%mode%branch = self%transition%dynamics%mode%branch
-      self%rhs%dynamics%mode%press = self%transition%dynamics%mode%press
+      if (self%finds_events) self%rhs%dynamics%mode%press = self%transition%dynamics%mode%press
       call self%rhs%enter(self%system)
       associate (stepper => self%stepper, guards => self%transition%guards)
          call stepper%restart()
@@ -405,6 +406,19 @@ contains
          self%seen%z_stop = self%z
       end associate
    end subroutine stand
+
+   !> Carry the tangents through the step, or the part of it before the event.
+   subroutine transport(self)
+      class(runge_kutta_t), intent(inout) :: self
+
+      associate (seen => self%seen)
+         if (self%stepper%implicit .and. .not. seen%dense) then
+            call self%stepper%prepare_dense(self%rhs, self%system, seen%z_start)
+            seen%dense = .true.
+         end if
+         call self%stepper%transport(self%rhs, self%system, seen%z_start, seen%duration, self%tangent)
+      end associate
+   end subroutine transport
 
    !> Counters of right-hand sides and refused steps.
    subroutine tally(self, outcome)

@@ -11,7 +11,7 @@ module razy_exact_closed_form_amplitudes
    implicit none(type, external)
    private
 
-   public :: amplitudes_t, copy, go_from, move_to, reserve, set_state, shift, state_of, step
+   public :: amplitudes_t, copy, go_from, move_to, reserve, set_state, shift, state_of, step, carry_disturbance
 
    !> Arrays may be longer than the response at hand needs.
    type :: amplitudes_t
@@ -475,5 +475,42 @@ contains
       re = factor*re
       im = factor*im
    end subroutine growth
+
+   !> Carry a disturbance z (2m) of the state through `tau`, s: the transition matrix of the mode, applied.
+   pure subroutine carry_disturbance(response, tau, z)
+      type(response_t), intent(in) :: response
+      real(wp), intent(in) :: tau
+      real(wp), intent(inout) :: z(:)
+
+      complex(wp) :: none(response%tones)
+      real(wp) :: im, re, out(size(z)), rate, rigid, x(response%nx)
+      complex(wp) :: term
+      integer :: i, m
+
+      m = response%m
+      out = 0.0_wp
+      do i = 1, response%terms
+         call growth(response%exponent(i), tau, re, im)
+         term = cmplx(re, im, wp)*cmplx(dot_product(response%to_re(:, i), z), dot_product(response%to_im(:, i), z), wp)
+         out = out + (response%from_re(:, i)*term%re + response%from_im(:, i)*term%im)
+      end do
+      do i = 1, response%rigid
+         rigid = dot_product(response%rigid_mode(:, i), z(:m))
+         rate = dot_product(response%rigid_mode(:, i), z(m + 1:))
+         out(:m) = out(:m) + response%rigid_mode(:, i)*(rigid + tau*rate)
+         out(m + 1:) = out(m + 1:) + response%rigid_mode(:, i)*rate
+      end do
+      none = (0.0_wp, 0.0_wp)
+      do i = 1, size(response%dense)
+         associate (part => response%dense(i), here => x(response%first(i):response%first(i + 1) - 1))
+            call part%start(z, none, here)
+            ! Of a disturbance there is no load.
+            here(part%states + 1:) = 0.0_wp
+            here = matmul(matrix_exponential(part%matrix, tau), here)
+            call part%add_state(here, out)
+         end associate
+      end do
+      z = out
+   end subroutine carry_disturbance
 
 end module razy_exact_closed_form_amplitudes

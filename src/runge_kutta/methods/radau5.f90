@@ -20,7 +20,8 @@ module razy_runge_kutta_methods_radau5
    implicit none(type, external)
    private
 
-   public :: lambda, lambda_im, lambda_re, radau5_t, radau_inverse_transform, radau_node, radau_transform
+   public :: lambda, lambda_im, lambda_re, radau5_t, radau_inverse_transform, radau_node, radau_transform, &
+             radau_weight
 
    real(wp), parameter :: cube_root_81 = 4.32674871092222514696492_wp, cube_root_9 = 2.08008382305190411453006_wp
    !> Eigenvalues of A^-1: `lambda`, and `lambda_re` ± i `lambda_im`.
@@ -84,6 +85,10 @@ module razy_runge_kutta_methods_radau5
 
    real(wp), parameter :: root = sqrt(6.0_wp)
    real(wp), parameter :: radau_node(3) = [(4 - root)/10, (4 + root)/10, 1.0_wp]
+   !> A of the method: stage i is z + h Σ_j a_ij f_j.
+   real(wp), parameter :: radau_weight(3, 3) = reshape([(88 - 7*root)/360, (296 + 169*root)/1800, (16 - root)/36, &
+                                                        (296 - 169*root)/1800, (88 + 7*root)/360, (16 + root)/36, &
+                                                        (-2 + 3*root)/225, (-2 - 3*root)/225, 1.0_wp/9], [3, 3])
    !> -h p'(0) of the collocation polynomial in terms of the Z.
    real(wp), parameter :: slope_at_start(3) = [-(13 + 7*root)/3, (-13 + 7*root)/3, -1.0_wp/3]
 
