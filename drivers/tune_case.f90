@@ -1,5 +1,6 @@
 !! A tuning as the input describes it: which mode, which parameter, and the answer as the content of a file and in words.
 module tune_case
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use, intrinsic :: iso_fortran_env, only: int32
    use command_line, only: decimal
    use razy_core_error, only: error_t, raise
@@ -81,7 +82,8 @@ contains
          call input%complain(error, "tune", 1, "last", "a value apart from first")
          return
       end if
-      self%reference = input%value_of(self%family%slot, first)
+      self%reference = self%family%slot%number
+      if (ieee_is_nan(self%reference)) self%reference = first
       self%grid = [(min(first, last) + abs(last - first)*(real(i - 1, wp)/(points - 1)), i=1, points)]
       self%grid(points) = max(first, last)
       call new_structure(self%machine, input, error)

@@ -4,7 +4,7 @@ module razy_core_text
    private
 
    public :: letters, name_characters, newline, string_t
-   public :: lower, quoted, append_text, join, is_name, position_of, edit_distance, nearest_name, did_you_mean
+   public :: lower, quoted, append_text, join, position_of, edit_distance, nearest_name, did_you_mean
 
    !> What a name begins with, and what may follow.
    character(*), parameter :: letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
@@ -72,13 +72,6 @@ contains
          joined = joined//list(i)%text
       end do
    end function join
-
-   !> Whether `text` is a Fortran name: a letter, then letters, digits and underscores.
-   pure logical function is_name(text)
-      character(*), intent(in) :: text
-
-      is_name = scan(text, letters) == 1 .and. verify(text, name_characters) == 0
-   end function is_name
 
    !> Place of `text` in `list` without regard to case; 0 when it is not there.
    pure integer function position_of(text, list)

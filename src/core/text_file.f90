@@ -70,34 +70,29 @@ contains
       if (iostat /= 0 .and. iostat /= iostat_end) problem = "cannot be read: "//trim(reason)
    end subroutine read_bytes
 
-   !> Text with uniform line ends and without byte-order mark; an error where there is nothing or a control character.
+   !> Text with uniform line ends and without byte-order mark; an error where there is nothing or a control character. `file` is
+   !> the name for messages.
    pure subroutine clean_text(bytes, file, text, error)
-      character(*), intent(in) :: bytes
-      !> Name for messages
-      character(*), intent(in) :: file
+      character(*), intent(in) :: bytes, file
       character(:), allocatable, intent(out) :: text
       type(error_t), allocatable, intent(out) :: error
       character(*), parameter :: byte_order_mark = char(239)//char(187)//char(191), tab = achar(9), return = achar(13)
-      character(1) :: now, previous
       integer :: count, i, line
 
       text = bytes
       count = 0
       line = 1
-      previous = ""
       do i = merge(4, 1, index(bytes, byte_order_mark) == 1), len(bytes)
-         now = bytes(i:i)
-         if (ichar(now) < ichar(" ") .and. scan(now, tab//newline//return) == 0) then
+         if (bytes(i:i) < " " .and. scan(bytes(i:i), tab//newline//return) == 0) then
             call raise(error, complaint(file//":"//to_text(line), "", "", "", &
-                                        "this is not a text file (character with code "//to_text(ichar(now))//")"))
+                                        "this is not a text file (character with code "//to_text(ichar(bytes(i:i)))//")"))
             return
          end if
-         if (.not. (now == newline .and. previous == return)) then
-            count = count + 1
-            text(count:count) = merge(newline, now, now == return)
-            if (text(count:count) == newline) line = line + 1
-         end if
-         previous = now
+         ! a line that ends with a carriage return and a line feed ends once
+         if (bytes(i:i) == newline .and. bytes(max(1, i - 1):max(1, i - 1)) == return) cycle
+         count = count + 1
+         text(count:count) = merge(newline, bytes(i:i), bytes(i:i) == return)
+         if (text(count:count) == newline) line = line + 1
       end do
       text = text(:count)
       if (len_trim(text) == 0) call raise(error, complaint(file, "", "", "", "the file is empty"))

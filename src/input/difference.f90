@@ -14,6 +14,8 @@ contains
    pure function first_difference(here, there) result(text)
       character(*), intent(in) :: here, there
       character(:), allocatable :: text
+      !> Longer values are cut
+      integer, parameter :: longest = 80
       type(entries_t) :: mine, other
       type(error_t), allocatable :: error
       character(:), allocatable :: value
@@ -31,7 +33,9 @@ contains
             ! what is there of the same key is told by its value alone
             place = index(text, " = ")
             if (place > 0 .and. index(value, text(:place + 2)) == 1) value = value(place + 3:)
-            text = cut(text)//", there: "//cut(value)
+            if (len(text) > longest) text = text(:longest)//"..."
+            if (len(value) > longest) value = value(:longest)//"..."
+            text = text//", there: "//value
             return
          end do
       end if
@@ -51,14 +55,5 @@ contains
          if (len(path%key) > 0) text = text//" "//path%key//" = "//words_text(said%list(i)%words)
       end associate
    end function statement
-
-   pure function cut(text) result(short)
-      character(*), intent(in) :: text
-      character(:), allocatable :: short
-      integer, parameter :: longest = 80
-
-      short = text
-      if (len(text) > longest) short = text(:longest)//"..."
-   end function cut
 
 end module razy_input_difference

@@ -15,7 +15,7 @@ module razy_input_input
    use razy_core_text, only: append_text, did_you_mean, lower, newline, string_t
    use razy_input_reader, only: entries_t, entry_t, indexed, path_t, read_path, words_text
    use razy_input_schema, only: group_at, group_spec_t, key_at, key_spec_t, type_integer, type_logical, type_real, type_string
-   use razy_input_value, only: allowed_text, value_t
+   use razy_input_value, only: allowed_text, allows, value_t
    implicit none(type, external)
    private
 
@@ -41,6 +41,8 @@ module razy_input_input
       integer :: instance = 0, key = 0, element = 1
       !> Whether it is an integer
       logical :: whole = .false.
+      !> What was there when it was located; not a number where there was nothing
+      real(wp) :: number = 0.0_wp
    end type slot_t
 
    !> The input; made by `check_input`, changed only by `put`.
@@ -63,7 +65,6 @@ module razy_input_input
       procedure :: complain
       procedure :: locate
       procedure :: put
-      procedure :: value_of
       procedure :: effective
    end type input_t
 
@@ -71,24 +72,47 @@ contains
 
    !> Check what an input says against a schema. The first thing that is wrong comes back as one line,
    !> `file:line: &group(2) key = value: what is allowed`.
-   pure subroutine check_input(self, said, schema, error)
+   pure subroutine check_input(self, said, schema, error, lenient)
       type(input_t), intent(out) :: self
       type(entries_t), intent(in) :: said
       type(group_spec_t), intent(in) :: schema(:)
       type(error_t), allocatable, intent(out) :: error
-      integer :: s
+      !> Present: what the schema does not have is passed over
+      logical, intent(in), optional :: lenient
+      character(:), allocatable :: problem
+      integer :: g, i, k, pass
 
-      call fill(self, said, schema, .false., error)
-      do s = 1, size(schema)
+      self%file = said%file
+      self%schema = schema
+      allocate (self%groups(0))
+      call set_defaults(self, error)
+      ! heads of groups first, because messages about keys tell how often a group is there
+      do pass = 1, 2
+         do i = 1, size(said%list)
+            if (allocated(error)) return
+            if ((pass == 1) .neqv. len(said%list(i)%path%key) == 0) cycle
+            call admit(self, said%list(i), present(lenient), error)
+         end do
+      end do
+      do g = 1, size(self%groups)
+         associate (spec => self%schema(self%groups(g)%spec), number => count(self%groups(:g)%spec == self%groups(g)%spec))
+            do k = 1, size(spec%keys)
+               if (allocated(error)) return
+               call self%groups(g)%values(k)%check(spec%keys(k), problem)
+               if (allocated(problem)) call self%complain(error, spec%name, number, spec%keys(k)%name, problem)
+            end do
+         end associate
+      end do
+      do i = 1, size(schema)
          if (allocated(error)) return
-         if (schema(s)%required .and. self%count(schema(s)%name) == 0) then
-            call self%complain(error, schema(s)%name, 1, "", "this group is required")
+         if (schema(i)%required .and. self%count(schema(i)%name) == 0) then
+            call self%complain(error, schema(i)%name, 1, "", "this group is required")
          end if
       end do
       if (.not. allocated(error)) call check_names(self, error)
    end subroutine check_input
 
-   !> Only one text, same the schema is known: the value of the only key of `spec`, checked against that alone. It is empty
+   !> Only one text, before the schema is known: the value of the only key of `spec`, checked against that alone. It is empty
    !> when the key is optional and not there.
    subroutine peek(said, spec, value, error)
       type(entries_t), intent(in) :: said
@@ -98,7 +122,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(input_t) :: part
 
-      call fill(part, said, [spec], .true., error)
+      call check_input(part, said, [spec], error, lenient=.true.)
       if (allocated(error)) return
       associate (key => spec%keys(1))
          call part%get(spec%name, 1, key%name, value)
@@ -107,46 +131,11 @@ contains
       end associate
    end subroutine peek
 
-   !> The groups and values of an input, each checked for itself. `lenient`: what the schema does not have is passed over.
-   pure subroutine fill(self, said, schema, lenient, error)
-      type(input_t), intent(out) :: self
-      type(entries_t), intent(in) :: said
-      type(group_spec_t), intent(in) :: schema(:)
-      logical, intent(in) :: lenient
-      type(error_t), allocatable, intent(out) :: error
-      character(:), allocatable :: problem
-      logical :: heads
-      integer :: g, i, k, pass
-
-      self%file = said%file
-      self%schema = schema
-      allocate (self%groups(0))
-      call set_defaults(self, error)
-      ! all heads of groups first, because messages about keys tell how often a group is there
-      do pass = 1, 2
-         do i = 1, size(said%list)
-            if (allocated(error)) return
-            heads = len(said%list(i)%path%key) == 0
-            if (heads .eqv. pass == 1) call admit(self, said%list(i), lenient, error)
-         end do
-      end do
-      if (allocated(error)) return
-      do g = 1, size(self%groups)
-         associate (keys => self%schema(self%groups(g)%spec)%keys)
-            do k = 1, size(keys)
-               call self%groups(g)%values(k)%check(keys(k), problem)
-               if (allocated(problem)) call complain_at(self, g, k, problem, error)
-               if (allocated(error)) return
-            end do
-         end associate
-      end do
-   end subroutine fill
-
    !> A group of each specification with its default values; an error is a mistake in the schema.
    pure subroutine set_defaults(self, error)
       type(input_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
-      character(:), allocatable :: problem, text
+      character(:), allocatable :: problem
       integer :: k, s
 
       allocate (self%defaults(size(self%schema)))
@@ -157,8 +146,8 @@ contains
             do k = 1, size(spec%keys)
                call default%values(k)%set_default(spec%keys(k), problem)
                if (.not. allocated(problem)) cycle
-               text = default%values(k)%as_written(spec%keys(k))
-               call raise(error, complaint("schema", spec%name, spec%keys(k)%name, text, problem))
+               call raise(error, complaint("schema", spec%name, spec%keys(k)%name, &
+                                           default%values(k)%as_written(spec%keys(k)), problem))
                return
             end do
          end associate
@@ -203,7 +192,7 @@ contains
             call choose_group(self, path, .true., g, problem)
             if (.not. allocated(problem)) then
                call self%groups(g)%values(k)%enter(self%schema(s)%keys(k), item, problem)
-               if (allocated(problem)) call complain_at(self, g, k, problem, error)
+               if (allocated(problem)) call self%complain(error, path%group, max(1, path%index), path%key, problem)
                return
             end if
          end if
@@ -273,15 +262,17 @@ contains
       allocate (names(size(self%groups)))
       do g = 1, size(names)
          names(g)%text = ""
-         k = key_at(self%schema(self%groups(g)%spec), "name")
-         if (k == 0) cycle
-         if (size(self%groups(g)%values(k)%words) == 0) cycle
-         names(g)%text = lower(self%groups(g)%values(k)%words(1)%text)
-         do other = 1, g - 1
-            if (names(other)%text /= names(g)%text) cycle
-            call complain_at(self, g, k, "the name must be unique, &"//label_of(self, other)//" has it", error)
-            return
-         end do
+         associate (spec => self%schema(self%groups(g)%spec), number => count(self%groups(:g)%spec == self%groups(g)%spec))
+            k = key_at(spec, "name")
+            if (k == 0) cycle
+            if (size(self%groups(g)%values(k)%words) == 0) cycle
+            names(g)%text = lower(self%groups(g)%values(k)%words(1)%text)
+            do other = 1, g - 1
+               if (names(other)%text /= names(g)%text) cycle
+               call self%complain(error, spec%name, number, "name", "the name must be unique, &"//label_of(self, other)//" has it")
+               return
+            end do
+         end associate
       end do
    end subroutine check_names
 
@@ -295,37 +286,24 @@ contains
       character(*), intent(in) :: key
       !> What is allowed; not a part of `error`
       character(*), intent(in) :: allowed
-      integer :: g, k, s
+      character(:), allocatable :: text
+      integer :: g, k, line, s
 
       call find(self, group, index, key, s, g, k)
-      if (g > 0) then
-         call complain_at(self, g, k, allowed, error)
-      else
+      if (g == 0) then
          call raise(error, complaint(self%file, group, key, "", allowed))
+         return
       end if
-   end subroutine complain
-
-   !> An error about key `k` of group `g`, or about the group as a whole if `k` is 0.
-   pure subroutine complain_at(self, g, k, problem, error)
-      class(input_t), intent(in) :: self
-      integer, intent(in) :: g, k
-      character(*), intent(in) :: problem
-      type(error_t), allocatable, intent(out) :: error
-      character(:), allocatable :: key, text
-      integer :: line
-
-      key = ""
       text = ""
-      associate (group => self%groups(g), spec => self%schema(self%groups(g)%spec))
-         line = group%line
-         if (k > 0) then
-            key = spec%keys(k)%name
-            text = group%values(k)%as_written(spec%keys(k))
-            if (any(group%values(k)%words%given)) line = group%values(k)%line
-         end if
-         call raise(error, complaint(origin(self, line), label_of(self, g), key, text, problem))
-      end associate
-   end subroutine complain_at
+      line = self%groups(g)%line
+      if (k > 0) then
+         associate (value => self%groups(g)%values(k))
+            text = value%as_written(self%schema(s)%keys(k))
+            if (any(value%words%given)) line = value%line
+         end associate
+      end if
+      call raise(error, complaint(origin(self, line), label_of(self, g), trim(key), text, allowed))
+   end subroutine complain
 
    !> `file:line`, or the command line's option for what has no line.
    pure function origin(self, line) result(text)
@@ -519,78 +497,72 @@ contains
       end do
    end subroutine get_texts
 
-   !> Find a number by its path, for `put`: `rotation%speed_rpm`, `load(2)%value`, `gear_mesh%radius(2)`. The message of an
-   !> error has no place same it: it says what is wrong with the path, for the key of the input that holds the path.
+   !> Find a number by its path, for `put`: `rotation%speed_rpm`, `load(2)%value`, `gear_mesh%radius(2)`; its subscript may be
+   !> left out where there is one value. The message of an error has no place before it: it says what is wrong with the path,
+   !> for the key of the input that holds the path.
    pure subroutine locate(self, text, slot, error)
       class(input_t), intent(in) :: self
       character(*), intent(in) :: text
       type(slot_t), intent(out) :: slot
       type(error_t), allocatable, intent(out) :: error
       type(path_t) :: path
-      character(:), allocatable :: problem
-      integer :: g, s
+      character(:), allocatable :: name, problem
+      integer :: count, g, most, s
       logical :: ok
 
       call read_path(text, path, ok)
-      s = 0
       if (ok) call find(self, path%group, path%index, path%key, s, g, slot%key)
       if (slot%key == 0) then
          problem = "there is no such value; "//did_you_mean(text, known_paths(self), "values")
       else
          call choose_group(self, path, .false., slot%instance, problem)
-         if (.not. allocated(problem)) call choose_element(slot, path, self%schema(s)%keys(slot%key), &
-                                                           size(self%groups(slot%instance)%values(slot%key)%words), problem)
       end if
-      if (allocated(problem)) call raise(error, problem)
+      if (allocated(problem)) then
+         call raise(error, problem)
+         return
+      end if
+      associate (key => self%schema(s)%keys(slot%key), words => self%groups(slot%instance)%values(slot%key)%words)
+         count = size(words)
+         name = indexed(path%group, path%index)//"%"//path%key
+         slot%path = indexed(name, path%element)
+         slot%unit = key%unit
+         slot%element = max(1, path%element)
+         slot%whole = key%type == type_integer
+         slot%number = ieee_value(slot%number, ieee_quiet_nan)
+         if (slot%element <= count) slot%number = words(slot%element)%number
+         ! one element more can be added, unless others before it are missing
+         most = count
+         if (count + 1 >= key%least) most = min(count + 1, key%most)
+         if (key%type == type_logical) then
+            call raise(error, name//" is a logical, only numbers can be varied")
+         else if (key%type == type_string) then
+            call raise(error, name//" is a text, only numbers can be varied")
+         else if (path%element == 0 .and. count > 1) then
+            call raise(error, name//" has "//to_text(count)//" values, give a subscript, "//name//"(1) to "//indexed(name, count))
+         else if (most == 0) then
+            call raise(error, name//" has no value, give all "//to_text(key%least)//" values first")
+         else if (slot%element > most) then
+            call raise(error, "the highest subscript of "//name//" is "//to_text(most))
+         end if
+      end associate
    end subroutine locate
-
-   !> The element that a path means, of `count`; its subscript may be left out where there is one.
-   pure subroutine choose_element(slot, path, spec, count, problem)
-      type(slot_t), intent(inout) :: slot
-      type(path_t), intent(in) :: path
-      type(key_spec_t), intent(in) :: spec
-      integer, intent(in) :: count
-      character(:), allocatable, intent(out) :: problem
-      character(:), allocatable :: name
-      integer :: most
-
-      name = indexed(path%group, path%index)//"%"//path%key
-      slot%path = indexed(name, path%element)
-      slot%unit = spec%unit
-      slot%element = max(1, path%element)
-      slot%whole = spec%type == type_integer
-      ! one element more can be added, unless others before it are missing
-      most = count
-      if (count + 1 >= spec%least) most = min(count + 1, spec%most)
-      if (spec%type == type_logical) then
-         problem = name//" is a logical, only numbers can be varied"
-      else if (spec%type == type_string) then
-         problem = name//" is a text, only numbers can be varied"
-      else if (path%element == 0 .and. count > 1) then
-         problem = name//" has "//to_text(count)//" values, give a subscript, "//name//"(1) to "//indexed(name, count)
-      else if (most == 0) then
-         problem = name//" has no value, give all "//to_text(spec%least)//" values first"
-      else if (slot%element > most) then
-         problem = "the highest subscript of "//name//" is "//to_text(most)
-      end if
-   end subroutine choose_element
 
    !> Paths of all numbers that the input has or may have.
    pure function known_paths(self) result(paths)
       class(input_t), intent(in) :: self
       type(string_t), allocatable :: paths(:)
-      integer :: element, first, g, k, last
+      integer :: count, element, g, k
+      logical :: single
 
       allocate (paths(0))
       do g = 1, size(self%groups)
          associate (group => self%groups(g), spec => self%schema(self%groups(g)%spec))
             do k = 1, size(spec%keys)
                if (spec%keys(k)%type == type_logical .or. spec%keys(k)%type == type_string) cycle
-               last = size(group%values(k)%words)
+               count = size(group%values(k)%words)
                ! of a single number the path has no subscript
-               first = merge(0, 1, last <= 1 .and. spec%keys(k)%least == 1)
-               last = merge(0, last, first == 0)
-               do element = first, last
+               single = count <= 1 .and. spec%keys(k)%least == 1
+               do element = merge(0, 1, single), merge(0, count, single)
                   call append_text(paths, label_of(self, g)//"%"//indexed(spec%keys(k)%name, element))
                end do
             end do
@@ -604,26 +576,16 @@ contains
       type(slot_t), intent(in) :: slot
       real(wp), intent(in) :: number
       type(error_t), allocatable, intent(out) :: error
-      character(:), allocatable :: problem
 
-      associate (group => self%groups(slot%instance))
+      associate (group => self%groups(slot%instance), key => self%schema(self%groups(slot%instance)%spec)%keys(slot%key))
          if (.not. any(group%values(slot%key)%words%given)) group%values(slot%key)%line = group%line
-         call group%values(slot%key)%put(self%schema(group%spec)%keys(slot%key), slot%element, number, problem)
+         if (allows(key, number)) then
+            call group%values(slot%key)%put(slot%element, number)
+         else
+            call raise(error, slot%path//" = "//to_text(number)//": must be "//allowed_text(key))
+         end if
       end associate
-      if (allocated(problem)) call raise(error, slot%path//" = "//to_text(number)//": "//problem)
    end subroutine put
-
-   !> The present number at a slot; `fallback` when the key has none.
-   pure real(wp) function value_of(self, slot, fallback)
-      class(input_t), intent(in) :: self
-      type(slot_t), intent(in) :: slot
-      real(wp), intent(in) :: fallback
-
-      value_of = fallback
-      associate (words => self%groups(slot%instance)%values(slot%key)%words)
-         if (slot%element <= size(words)) value_of = words(slot%element)%number
-      end associate
-   end function value_of
 
    !> The effective input as text: every group in the order of the input with every value, defaults included. It is valid for
    !> Fortran's own namelist reading, and reading it back gives the same bits and the same text.
@@ -637,7 +599,7 @@ contains
          associate (values => self%groups(g)%values, spec => self%schema(self%groups(g)%spec))
             text = text//"&"//spec%name//newline
             do k = 1, size(spec%keys)
-               if (size(values(k)%words) > 0) text = text//values(k)%assignment(spec%keys(k))//newline
+               if (size(values(k)%words) > 0) text = text//values(k)%as_namelist(spec%keys(k))//newline
             end do
             text = text//"/"//newline
          end associate

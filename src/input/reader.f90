@@ -15,7 +15,7 @@ module razy_input_reader
    public :: path_t, word_t, entry_t, entries_t, read_entries, read_path, read_words, words_text, indexed
    public :: word_gap, word_bare, word_string
 
-   !> Kinds of word: a gap in a list, a number or anything else without quotes, a string in quotes.
+   !> Kinds of word: a gap in a list; a number or anything else without quotes; a string in quotes.
    integer, parameter :: word_gap = 0, word_bare = 1, word_string = 2
    !> Most words of one key, and the highest subscript.
    integer, parameter :: longest_list = 10000
@@ -74,12 +74,11 @@ module razy_input_reader
 
 contains
 
-   !> Read a text of namelists, and options `GROUP%KEY=VALUE` or `GROUP(2)%KEY=VALUE`. Errors: `file:line: &group key: problem`.
+   !> Read a text of namelists, whose lines end with a line feed (see `read_text_file`), and options `GROUP%KEY=VALUE` or
+   !> `GROUP(2)%KEY=VALUE`. Errors: `file:line: &group key: problem`.
    pure subroutine read_entries(self, text, file, options, error)
       type(entries_t), intent(out) :: self
-      !> Lines end with a line feed (see `read_text_file`)
-      character(*), intent(in) :: text
-      character(*), intent(in) :: file
+      character(*), intent(in) :: text, file
       type(string_t), intent(in) :: options(:)
       type(error_t), allocatable, intent(out) :: error
       type(scanner_t) :: scanner

@@ -9,7 +9,7 @@ module razy_input_value
    implicit none(type, external)
    private
 
-   public :: value_t, allowed_text, count_text
+   public :: value_t, allows, allowed_text, count_text
 
    !> The elements of a value, none where there is neither value nor default.
    type :: value_t
@@ -22,7 +22,7 @@ module razy_input_value
       procedure :: check
       procedure :: put
       procedure :: as_written
-      procedure :: assignment
+      procedure :: as_namelist
    end type value_t
 
 contains
@@ -119,6 +119,8 @@ contains
       type(key_spec_t), intent(in) :: spec
       type(word_t), intent(inout) :: word
       character(:), allocatable, intent(out) :: reason
+      character(*), parameter :: not_in_names = '/%(),"'//"'"
+      integer, parameter :: longest_name = 63
       integer :: choice, status, whole
       logical :: ok, truth
 
@@ -144,22 +146,15 @@ contains
             choice = position_of(word%text, spec%choices)
             ok = choice > 0
             if (ok) word%text = spec%choices(choice)%text
+         else if (spec%name == "name") then
+            ok = verify(word%text, " ") == 1 .and. len_trim(word%text) == len(word%text) .and. len(word%text) <= longest_name &
+                 .and. scan(word%text, not_in_names) == 0
          else
-            ok = spec%name /= "name" .or. fit_for_name(word%text)
+            ok = .true.
          end if
       end select
       if (.not. ok .and. .not. allocated(reason)) reason = ""
    end subroutine check_word
-
-   !> Whether other groups and results can refer to a text as a name.
-   pure logical function fit_for_name(text)
-      character(*), intent(in) :: text
-      character(*), parameter :: not_in_names = '/%(),"'//"'"
-      integer, parameter :: longest_name = 63
-
-      fit_for_name = len(text) > 0 .and. len(text) <= longest_name .and. scan(text, not_in_names) == 0 &
-                     .and. verify(text, " ") == 1 .and. len_trim(text) == len(text)
-   end function fit_for_name
 
    !> Whether a number is finite, keeps the limits of its key, and is whole for an integer.
    pure logical function allows(spec, number)
@@ -173,18 +168,12 @@ contains
       if (spec%type == type_integer) allows = allows .and. abs(number) <= huge(1) .and. .not. abs(number - anint(number)) > 0.0_wp
    end function allows
 
-   !> Set element i, or add it. A `problem` is that the key does not allow the number; nothing changes then.
-   pure subroutine put(self, spec, i, number, problem)
+   !> Set element i to a number that the key allows, or add it.
+   pure subroutine put(self, i, number)
       class(value_t), intent(inout) :: self
-      type(key_spec_t), intent(in) :: spec
       integer, intent(in) :: i
       real(wp), intent(in) :: number
-      character(:), allocatable, intent(out) :: problem
 
-      if (.not. allows(spec, number)) then
-         problem = "must be "//allowed_text(spec)
-         return
-      end if
       call lengthen(self, i)
       self%words(i) = word_t(kind=word_bare, given=.true., number=number)
    end subroutine put
@@ -209,7 +198,7 @@ contains
    end function as_written
 
    !> `key = value, value`, in as many lines as it needs.
-   pure function assignment(self, spec) result(text)
+   pure function as_namelist(self, spec) result(text)
       class(value_t), intent(in) :: self
       type(key_spec_t), intent(in) :: spec
       character(:), allocatable :: text
@@ -232,7 +221,7 @@ contains
          end if
       end do
       text = text//line
-   end function assignment
+   end function as_namelist
 
    !> An element in namelist syntax, which reads back to the same bits.
    pure function element_text(word, spec) result(text)
@@ -245,20 +234,12 @@ contains
          text = quoted(word%text)
       case (type_logical)
          text = trim(merge(".true. ", ".false.", word%number > 0.0_wp))
+      case (type_integer)
+         text = to_text(nint(word%number))
       case default
-         text = number_text(word%number, spec)
+         text = to_text(word%number)
       end select
    end function element_text
-
-   !> A number as the type of the key writes it.
-   pure function number_text(number, spec) result(text)
-      real(wp), intent(in) :: number
-      type(key_spec_t), intent(in) :: spec
-      character(:), allocatable :: text
-
-      text = to_text(number)
-      if (spec%type == type_integer) text = to_text(nint(number))
-   end function number_text
 
    !> Words written outside of a file, on the command line or as a default: namelist syntax, and for a string key also
    !> bare text, with a comma between values where the key may have several. With a `problem` comes the text as one word.
@@ -294,7 +275,8 @@ contains
    pure function allowed_text(spec) result(text)
       type(key_spec_t), intent(in) :: spec
       character(:), allocatable :: text
-      logical :: single
+      character(:), allocatable :: high, low
+      logical :: above, below, single
 
       single = spec%most == 1
       select case (spec%type)
@@ -313,39 +295,31 @@ contains
             if (.not. single) text = count_text(spec)//" texts in quotes"
          end if
       case default
-         text = allowed_number(spec, single)
+         text = "real number"
+         if (spec%type == type_integer) text = "integer"
+         above = spec%low > -huge(1.0_wp)
+         below = spec%high < huge(1.0_wp)
+         if (.not. below .and. abs(spec%low) <= 0.0_wp) then
+            text = trim(merge("positive   ", "nonnegative", spec%open_below))//" "//text
+            above = .false.
+         end if
+         if (single) then
+            text = trim(merge("an", "a ", text(1:1) == "i"))//" "//text
+         else
+            text = count_text(spec)//" "//text//"s"
+         end if
+         if (above) low = element_text(word_t(number=spec%low), spec)
+         if (below) high = element_text(word_t(number=spec%high), spec)
+         if (above .and. below .and. .not. spec%open_below) then
+            text = text//" from "//low//" to "//high
+         else
+            if (above) text = text//trim(merge(" above    ", " not below", spec%open_below))//" "//low
+            if (above .and. below) text = text//" and"
+            if (below) text = text//" not above "//high
+         end if
+         if (len(spec%unit) > 0) text = text//" in "//spec%unit
       end select
    end function allowed_text
-
-   !> What a numeric key may be.
-   pure function allowed_number(spec, single) result(text)
-      type(key_spec_t), intent(in) :: spec
-      logical, intent(in) :: single
-      character(:), allocatable :: text
-      logical :: above, below
-
-      text = "real number"
-      if (spec%type == type_integer) text = "integer"
-      above = spec%low > -huge(1.0_wp)
-      below = spec%high < huge(1.0_wp)
-      if (.not. below .and. abs(spec%low) <= 0.0_wp) then
-         text = trim(merge("positive   ", "nonnegative", spec%open_below))//" "//text
-         above = .false.
-      end if
-      if (single) then
-         text = trim(merge("an", "a ", text(1:1) == "i"))//" "//text
-      else
-         text = count_text(spec)//" "//text//"s"
-      end if
-      if (above .and. below .and. .not. spec%open_below) then
-         text = text//" from "//number_text(spec%low, spec)//" to "//number_text(spec%high, spec)
-      else
-         if (above) text = text//" "//trim(merge("above    ", "not below", spec%open_below))//" "//number_text(spec%low, spec)
-         if (above .and. below) text = text//" and"
-         if (below) text = text//" not above "//number_text(spec%high, spec)
-      end if
-      if (len(spec%unit) > 0) text = text//" in "//spec%unit
-   end function allowed_number
 
    !> Number of values a key may have: `1`, `2`, `1 to 64`.
    pure function count_text(spec) result(text)

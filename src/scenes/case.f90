@@ -70,17 +70,23 @@ contains
       class(scene_t), allocatable, intent(inout), optional :: kept
 
       class(scene_t), allocatable :: scene
+
+      if (present(kept)) call move_alloc(kept, scene)
+      if (.not. allocated(scene)) call scene_of(scene, input)
+      call from_scene(machine, motion, records, scene, input, error)
+      if (present(kept)) call move_alloc(scene, kept)
+   end subroutine new_machine
+
+   !> A scene of the input's kind, which has built nothing yet.
+   subroutine scene_of(scene, input)
+      class(scene_t), allocatable, intent(out) :: scene
+      type(input_t), intent(in) :: input
+
       character(:), allocatable :: kind
 
       call input%get("scene", 1, "kind", kind)
-      if (present(kept)) then
-         if (.not. allocated(kept)) call new_scene(kept, kind)
-         call from_scene(machine, motion, records, kept, input, error)
-      else
-         call new_scene(scene, kind)
-         call from_scene(machine, motion, records, scene, input, error)
-      end if
-   end subroutine new_machine
+      call new_scene(scene, kind)
+   end subroutine scene_of
 
    subroutine from_scene(machine, motion, records, scene, input, error)
       type(machine_t), intent(out) :: machine
@@ -120,10 +126,8 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       class(scene_t), allocatable :: scene
-      character(:), allocatable :: kind
 
-      call input%get("scene", 1, "kind", kind)
-      call new_scene(scene, kind)
+      call scene_of(scene, input)
       call scene%build(machine, input, error)
    end subroutine new_structure
 
@@ -160,10 +164,8 @@ contains
 
       type(machine_t) :: machine
       class(scene_t), allocatable :: scene
-      character(:), allocatable :: kind
 
-      call input%get("scene", 1, "kind", kind)
-      call new_scene(scene, kind)
+      call scene_of(scene, input)
       call scene%build(machine, input, error)
       if (.not. allocated(error)) call draw_scene(scene, drawing, input, error)
    end subroutine new_drawing
