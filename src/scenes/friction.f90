@@ -5,7 +5,7 @@ module razy_scenes_friction
    use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
    use razy_input_schema, only: key_real, key_spec_t, key_string, nonnegative
-   use razy_core_text, only: did_you_mean, lower
+   use razy_core_text, only: append_text, did_you_mean, lower, string_t
    use razy_machine_machine, only: contact_t
    implicit none(type, external)
    private
@@ -71,18 +71,21 @@ contains
          character(*), intent(in) :: key
          integer, intent(out) :: place
 
+         type(string_t), allocatable :: known(:)
          character(:), allocatable :: name
          integer :: k
 
          place = 0
          if (.not. input%given("friction", i, key)) return
          call input%get("friction", i, key, name)
+         allocate (known(0))
          do k = 1, size(stops)
+            call append_text(known, trim(stops(k)%name))
             if (lower(stops(k)%name) /= lower(name)) cycle
             place = first - 1 + k
             return
          end do
-         call input%complain(error, "friction", i, key, "the name of a stop; "//did_you_mean(name, input%names("stop"), "stops"))
+         call input%complain(error, "friction", i, key, "the name of a stop; "//did_you_mean(name, known, "stops"))
       end subroutine find_stop
 
    end subroutine read_friction

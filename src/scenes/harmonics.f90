@@ -5,7 +5,6 @@ module razy_scenes_harmonics
    use razy_core_error, only: error_t
    use razy_input_input, only: input_t
    use razy_core_kinds, only: qp, wp
-   use razy_input_schema, only: group_at
    use razy_core_tone, only: tone_from_hertz, tone_t
    use razy_machine_machine, only: machine_t
    implicit none(type, external)
@@ -148,7 +147,7 @@ contains
       character(:), allocatable :: text
 
       text = prefix//"frequency and "//prefix//"angular_frequency"
-      if (group_at(input%schema, "rotation") > 0) text = prefix//"frequency, "//prefix//"angular_frequency and "//prefix//"order"
+      if (input%knows("rotation")) text = prefix//"frequency, "//prefix//"angular_frequency and "//prefix//"order"
    end function frequencies
 
 end module razy_scenes_harmonics

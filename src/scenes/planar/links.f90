@@ -4,6 +4,7 @@ module razy_scenes_planar_links
    use razy_core_error, only: error_t
    use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
+   use razy_core_text, only: string_t
    use razy_scenes_planar_bodies, only: add_motion, bodies_t, find_point, point_t, unit_direction
    implicit none(type, external)
    private
@@ -30,11 +31,11 @@ contains
       integer, intent(out) :: pairs
       type(error_t), allocatable, intent(out) :: error
 
-      integer :: ends
+      type(string_t), allocatable :: ends(:)
 
-      ends = input%length(group, index, "between")
-      pairs = ends/2
-      if (2*pairs /= ends) call input%complain(error, group, index, "between", "an even number of names, two for each pair")
+      call input%get(group, index, "between", ends)
+      pairs = size(ends)/2
+      if (2*pairs /= size(ends)) call input%complain(error, group, index, "between", "an even number of names, two for each pair")
    end subroutine pair_count
 
    !> Pair number `pair` of a group.
