@@ -4,8 +4,7 @@ module sweep_start_file
    use razy_input_input, only: input_t
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: to_text
-   use razy_core_scanner, only: newline
-   use razy_core_text, only: lower, string_t
+   use razy_core_text, only: lower, newline, string_t
    use razy_io_columns, only: read_columns
    use razy_io_journal, only: checksum
    implicit none(type, external)

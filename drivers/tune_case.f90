@@ -1,12 +1,12 @@
 !! A tuning as the input describes it: which mode, which parameter, and the answer as the content of a file and in words.
 module tune_case
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use, intrinsic :: iso_fortran_env, only: int32
    use command_line, only: decimal
    use razy_core_error, only: error_t, raise
-   use razy_input_input, only: input_t
+   use razy_input_input, only: input_t, slot_t
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
-   use razy_input_slot, only: slot_t
    use razy_core_text, only: append_text, did_you_mean, lower, string_t
    use razy_machine_linearised, only: contact_choices, linear_curved, linear_no_equilibrium, linear_rigid, linearise
    use razy_eigen_mode_branches, only: branches_t, hertz, machines_t
@@ -50,7 +50,8 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      character(:), allocatable :: contacts
+      type(error_t), allocatable :: problem
+      character(:), allocatable :: contacts, path
       real(wp) :: first, last
       integer :: i, points
 
@@ -59,7 +60,9 @@ contains
          call input%complain(error, "tune", 1, "parameter", "required: the group%key that razy-tune looks for")
          return
       end if
-      call input%locate_value("tune", 1, "parameter", self%family%slot, error)
+      call input%get("tune", 1, "parameter", path)
+      call input%locate(path, self%family%slot, problem)
+      if (allocated(problem)) call input%complain(error, "tune", 1, "parameter", problem%message)
       if (allocated(error)) return
       if (self%family%slot%whole) then
          call input%complain(error, "tune", 1, "parameter", "a real number: frequencies change with an integer in jumps")
@@ -70,7 +73,7 @@ contains
          return
       end if
       self%name = self%family%slot%path
-      self%unit = input%unit_of(self%family%slot)
+      self%unit = self%family%slot%unit
       call input%get("tune", 1, "frequency", self%frequency)
       call input%get("tune", 1, "points", points)
       call input%get("tune", 1, "contacts", contacts)
@@ -81,7 +84,8 @@ contains
          call input%complain(error, "tune", 1, "last", "a value apart from first")
          return
       end if
-      self%reference = input%value_of(self%family%slot, first)
+      self%reference = self%family%slot%number
+      if (ieee_is_nan(self%reference)) self%reference = first
       self%grid = [(min(first, last) + abs(last - first)*(real(i - 1, wp)/(points - 1)), i=1, points)]
       self%grid(points) = max(first, last)
       call new_structure(self%machine, input, error)

@@ -29,6 +29,7 @@ module razy_linalg_bracketed_root
       procedure :: start
       procedure :: take
       procedure :: done
+      procedure :: width
    end type bracketed_root_t
 
 contains
@@ -55,8 +56,16 @@ contains
       logical :: done
 
       done = .not. abs(self%value) > 0.0_wp .or. self%trials >= most_trials &
-             .or. abs(self%x(2) - self%x(1)) <= self%tolerance*abs(self%best)
+             .or. self%width() <= self%tolerance*abs(self%best)
    end function done
+
+   !> Length of the bracket.
+   pure function width(self)
+      class(bracketed_root_t), intent(in) :: self
+      real(wp) :: width
+
+      width = abs(self%x(2) - self%x(1))
+   end function width
 
    !> Take f(trial), and say where it is wanted next.
    pure subroutine take(self, f)

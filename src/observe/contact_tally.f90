@@ -13,8 +13,8 @@ module razy_observe_contact_tally
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_contact_contact_law, only: branch_lower, branch_lower_parting, branch_open, branch_upper, branch_upper_parting
    use razy_core_kinds, only: wp
-   use razy_observe_gauss, only: abscissa, points, weight
    use razy_machine_machine, only: contact_t
+   use razy_observe_gauss, only: abscissa, points, weight
    implicit none(type, external)
    private
 

@@ -157,7 +157,7 @@ contains
       character(:), allocatable :: text
 
       text = prefix//"frequency and "//prefix//"angular_frequency"
-      if (group_at(input%schema, "rotation") > 0) text = prefix//"frequency, "//prefix//"angular_frequency and "//prefix//"order"
+      if (input%knows("rotation")) text = prefix//"frequency, "//prefix//"angular_frequency and "//prefix//"order"
    end function frequencies
 
 end module razy_scenes_harmonics

@@ -7,7 +7,7 @@ module razy_sweep_checkpoint
    use razy_input_difference, only: first_difference
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
-   use razy_core_scanner, only: newline
+   use razy_core_text, only: newline
    use razy_core_version, only: razy_git_commit, razy_version
    use razy_io_journal, only: journal_t
    use razy_io_posix, only: path_exists
