@@ -15,12 +15,6 @@ module razy_core_number
    !> Outcomes of `parse_real` and `parse_integer`; an integer is "not finite" when the default kind cannot hold it.
    integer, parameter :: number_ok = 0, number_malformed = 1, number_not_finite = 2
 
-   !> The leading digits of the largest number of kind `wp`, 0.17976931348623157e309.
-   character(*), parameter :: huge_digits = "17976931348623157"
-   integer, parameter :: huge_exponent = 309
-   !> Below 0.1e-330 everything is zero.
-   integer, parameter :: tiny_exponent = -330
-
    !> Decimal text of a number: `40`, `0.08`, `1.0e-4`.
    interface to_text
       module procedure :: integer_text, long_text, real_text
@@ -58,12 +52,15 @@ contains
       text = trim(buffer)
    end function long_text
 
-   !> Shortest text that reads back to the same bits; `nan`, `inf` and `-inf` for what is not finite.
+   !> Shortest text that reads back to the same bits, with an exponent only where it is shorter to read; `nan`, `inf` and
+   !> `-inf` for what is not finite.
    pure function real_text(value) result(text)
       real(wp), intent(in) :: value
       character(:), allocatable :: text
+      !> Powers of ten between which a number has no exponent
+      integer, parameter :: least = -3, most = 6
       character(40) :: buffer, edit
-      character(:), allocatable :: digits
+      character(:), allocatable :: digits, tail
       real(wp) :: back
       integer :: places, exponent, mark, status
 
@@ -77,39 +74,25 @@ contains
       do places = 0, 16
          write (edit, '("(es40.", i0, "e4)")') places
          write (buffer, edit) abs(value)
-         call parse_real(trim(adjustl(buffer)), back, status)
+         buffer = adjustl(buffer)
+         call parse_real(trim(buffer), back, status)
          if (status == number_ok .and. .not. abs(value) > back .and. .not. abs(value) < back) exit
       end do
-      buffer = adjustl(buffer)
       mark = scan(buffer, "E")
       read (buffer(mark + 1:), *) exponent
       digits = buffer(1:1)//buffer(3:mark - 1)
-      do while (len(digits) > 1 .and. digits(len(digits):) == "0")
-         digits = digits(:len(digits) - 1)
-      end do
-      text = laid_out(digits, exponent)
+      digits = digits(:max(1, verify(digits, "0", back=.true.)))
+      tail = ""
+      if (exponent < least .or. exponent > most) then
+         tail = "e"//integer_text(exponent)
+         exponent = 0
+      end if
+      digits = repeat("0", max(0, -exponent))//digits
+      exponent = max(0, exponent)
+      digits = digits//repeat("0", max(0, exponent + 2 - len(digits)))
+      text = digits(:exponent + 1)//"."//digits(exponent + 2:)//tail
       if (ieee_is_negative(value)) text = "-"//text
    end function real_text
-
-   !> The number d.ddd times 10**exponent, with an exponent only where it is shorter to read.
-   pure function laid_out(digits, exponent) result(text)
-      character(*), intent(in) :: digits
-      integer, intent(in) :: exponent
-      character(:), allocatable :: text
-      integer, parameter :: least = -3, most = 6
-
-      if (exponent < least .or. exponent > most) then
-         text = digits(1:1)//"."//digits(2:)
-         if (len(digits) == 1) text = text//"0"
-         text = text//"e"//integer_text(exponent)
-      else if (exponent < 0) then
-         text = "0."//repeat("0", -exponent - 1)//digits
-      else if (len(digits) <= exponent + 1) then
-         text = digits//repeat("0", exponent + 1 - len(digits))//".0"
-      else
-         text = digits(:exponent + 1)//"."//digits(exponent + 2:)
-      end if
-   end function laid_out
 
    !> Read a real number: sign, digits with or without a point, exponent with e, d or q.
    pure subroutine parse_real(text, value, status)
@@ -117,119 +100,53 @@ contains
       !> Zero unless `status` is `number_ok`; correctly rounded
       real(wp), intent(out) :: value
       integer, intent(out) :: status
+      !> The largest number begins with these digits and is 0.17976931348623157e309; below 0.1e-330 everything is zero
+      character(*), parameter :: huge_digits = "17976931348623157"
+      integer, parameter :: huge_exponent = 309, tiny_exponent = -330
+      !> Beyond it a number is zero or not finite, however many digits stand before its point
+      integer, parameter :: widest_exponent = 1000000
       character(:), allocatable :: digits
-      integer :: at, exponent, iostat
-      logical :: negative, ok
+      integer :: exponent, mark, point, zeros
 
       value = 0.0_wp
       status = number_malformed
-      if (is_non_finite_word(text)) status = number_not_finite
-      at = 1
-      call take_sign(text, at, negative)
-      call take_mantissa(text, at, digits, exponent, ok)
-      if (ok) call take_exponent(text, at, exponent, ok)
-      if (.not. ok .or. at <= len(text)) return
+      digits = lower(unsigned(text))
+      if (digits == "inf" .or. digits == "infinity" .or. digits == "nan" .or. index(digits, "nan(") == 1) status = number_not_finite
+      mark = scan(text//"e", "eEdDqQ")
+      digits = unsigned(text(:mark - 1))
+      point = index(digits//".", ".")
+      digits = digits(:point - 1)//digits(point + 1:)
+      if (len(digits) == 0 .or. verify(digits, "0123456789") > 0) return
+      exponent = 0
+      if (mark <= len(text)) then
+         call parse_integer(text(mark + 1:), exponent, status)
+         if (status == number_malformed) return
+         if (status == number_not_finite) exponent = merge(-widest_exponent, widest_exponent, text(mark + 1:mark + 1) == "-")
+      end if
+      ! the number is 0.digits times 10**exponent, and zero has no digits
+      zeros = verify(digits//"1", "0") - 1
+      digits = digits(zeros + 1:)
+      exponent = max(-widest_exponent, min(exponent, widest_exponent)) + point - 1 - zeros
       status = number_ok
       if (len(digits) > 0 .and. exponent >= tiny_exponent) then
-         if (exponent > huge_exponent .or. (exponent == huge_exponent .and. leading(digits) > huge_digits)) then
+         if (exponent > huge_exponent .or. (exponent == huge_exponent .and. digits(:min(len(digits), len(huge_digits))) > &
+                                            huge_digits)) then
             status = number_not_finite
             return
          end if
          digits = digits//"e"//integer_text(exponent - len(digits))
-         read (digits, *, iostat=iostat) value
-         if (iostat /= 0) status = number_malformed
+         read (digits, *) value
       end if
-      if (negative) value = -value
+      if (text(1:1) == "-") value = -value
    end subroutine parse_real
 
-   !> The digits that decide against the largest number.
-   pure function leading(digits) result(head)
-      character(*), intent(in) :: digits
-      character(len(huge_digits)) :: head
-
-      head = digits
-   end function leading
-
-   !> Whether the text is one of Fortran's words for a value that is not finite.
-   pure logical function is_non_finite_word(text)
+   !> A number without the sign before it.
+   pure function unsigned(text) result(rest)
       character(*), intent(in) :: text
-      character(:), allocatable :: word
+      character(:), allocatable :: rest
 
-      word = lower(text)
-      if (scan(word, "+-") == 1) word = word(2:)
-      is_non_finite_word = word == "inf" .or. word == "infinity" .or. word == "nan"
-      if (len(word) > 4) is_non_finite_word = is_non_finite_word .or. word(:4) == "nan("
-   end function is_non_finite_word
-
-   pure subroutine take_sign(text, at, negative)
-      character(*), intent(in) :: text
-      integer, intent(inout) :: at
-      logical, intent(out) :: negative
-
-      negative = .false.
-      if (at > len(text)) return
-      negative = text(at:at) == "-"
-      if (negative .or. text(at:at) == "+") at = at + 1
-   end subroutine take_sign
-
-   !> Significant digits and the exponent for which the number is 0.digits times 10**exponent; no digits for zero.
-   pure subroutine take_mantissa(text, at, digits, exponent, ok)
-      character(*), intent(in) :: text
-      integer, intent(inout) :: at
-      character(:), allocatable, intent(out) :: digits
-      integer, intent(out) :: exponent
-      logical, intent(out) :: ok
-      integer :: before, zeros
-
-      digits = digit_run(text, at)
-      before = len(digits)
-      at = at + before
-      if (at <= len(text)) then
-         if (text(at:at) == ".") then
-            digits = digits//digit_run(text, at + 1)
-            at = at + 1 + len(digits) - before
-         end if
-      end if
-      ok = len(digits) > 0
-      zeros = verify(digits//"1", "0") - 1
-      digits = digits(zeros + 1:)
-      exponent = before - zeros
-   end subroutine take_mantissa
-
-   !> Add the exponent that stands at `at`, if there is one; beyond six digits it counts as a million.
-   pure subroutine take_exponent(text, at, exponent, ok)
-      character(*), intent(in) :: text
-      integer, intent(inout) :: at
-      integer, intent(inout) :: exponent
-      logical, intent(out) :: ok
-      character(:), allocatable :: digits
-      integer :: shift
-      logical :: negative
-
-      ok = .true.
-      if (at > len(text)) return
-      ok = scan(text(at:at), "eEdDqQ") == 1
-      if (.not. ok) return
-      at = at + 1
-      call take_sign(text, at, negative)
-      digits = digit_run(text, at)
-      at = at + len(digits)
-      ok = len(digits) > 0
-      if (.not. ok) return
-      digits = digits(min(verify(digits//"1", "0"), len(digits)):)
-      shift = 1000000
-      if (len(digits) <= 6) read (digits, *) shift
-      exponent = exponent + merge(-shift, shift, negative)
-   end subroutine take_exponent
-
-   !> The digits that stand at `at`.
-   pure function digit_run(text, at) result(digits)
-      character(*), intent(in) :: text
-      integer, intent(in) :: at
-      character(:), allocatable :: digits
-
-      digits = text(at:at + verify(text(at:)//" ", "0123456789") - 2)
-   end function digit_run
+      rest = text(1 + scan(text(:min(1, len(text))), "+-"):)
+   end function unsigned
 
    !> Read an integer of default kind; a point or an exponent makes it malformed, nothing is rounded.
    pure subroutine parse_integer(text, value, status)
@@ -239,21 +156,18 @@ contains
       integer, intent(out) :: status
       character(:), allocatable :: digits
       integer(i8) :: long
-      integer :: at
-      logical :: negative
 
       value = 0
       status = number_malformed
-      at = 1
-      call take_sign(text, at, negative)
-      digits = digit_run(text, at)
-      if (len(digits) == 0 .or. at + len(digits) <= len(text)) return
+      digits = unsigned(text)
+      if (len(digits) == 0 .or. verify(digits, "0123456789") > 0) return
       digits = digits(min(verify(digits//"1", "0"), len(digits)):)
       status = number_not_finite
       if (len(digits) > range(long)) return
       read (digits, *) long
       if (long > huge(value)) return
-      value = int(merge(-long, long, negative))
+      value = int(long)
+      if (text(1:1) == "-") value = -value
       status = number_ok
    end subroutine parse_integer
 
@@ -263,16 +177,8 @@ contains
       logical, intent(out) :: value
       logical, intent(out) :: ok
 
-      ok = .true.
-      value = .false.
-      select case (lower(text))
-      case (".true.", ".t.", "true", "t")
-         value = .true.
-      case (".false.", ".f.", "false", "f")
-         value = .false.
-      case default
-         ok = .false.
-      end select
+      value = any(lower(text) == [character(6) :: ".true.", ".t.", "true", "t"])
+      ok = value .or. any(lower(text) == [character(7) :: ".false.", ".f.", "false", "f"])
    end subroutine parse_logical
 
 end module razy_core_number

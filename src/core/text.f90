@@ -3,10 +3,13 @@ module razy_core_text
    implicit none(type, external)
    private
 
-   public :: letters, string_t, lower, quoted, append_text, join, is_name, position_of, edit_distance, nearest_name, did_you_mean
+   public :: letters, name_characters, newline, string_t
+   public :: lower, quoted, append_text, join, position_of, edit_distance, nearest_name, did_you_mean
 
-   !> What a name begins with.
+   !> What a name begins with, and what may follow.
    character(*), parameter :: letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+   character(*), parameter :: name_characters = letters//"0123456789_"
+   character(*), parameter :: newline = achar(10)
 
    !> One element of a list of texts of different lengths.
    type :: string_t
@@ -21,13 +24,9 @@ contains
       character(len(text)) :: small
       integer :: i
 
+      small = text
       do i = 1, len(text)
-         select case (text(i:i))
-         case ("A":"Z")
-            small(i:i) = achar(iachar(text(i:i)) + 32)
-         case default
-            small(i:i) = text(i:i)
-         end select
+         if (text(i:i) >= "A" .and. text(i:i) <= "Z") small(i:i) = achar(iachar(text(i:i)) + 32)
       end do
    end function lower
 
@@ -74,28 +73,15 @@ contains
       end do
    end function join
 
-   !> Whether `text` is a Fortran name: a letter, then letters, digits and underscores.
-   pure logical function is_name(text)
-      character(*), intent(in) :: text
-
-      is_name = .false.
-      if (len(text) == 0) return
-      is_name = scan(text(1:1), letters) == 1 .and. verify(text, letters//"0123456789_") == 0
-   end function is_name
-
    !> Place of `text` in `list` without regard to case; 0 when it is not there.
    pure integer function position_of(text, list)
       character(*), intent(in) :: text
       type(string_t), intent(in) :: list(:)
-      integer :: i
 
-      position_of = 0
-      do i = 1, size(list)
-         if (lower(list(i)%text) == lower(text) .and. len(list(i)%text) == len(text)) then
-            position_of = i
-            return
-         end if
+      do position_of = 1, size(list)
+         if (lower(list(position_of)%text) == lower(text) .and. len(list(position_of)%text) == len(text)) return
       end do
+      position_of = 0
    end function position_of
 
    !> Number of insertions, deletions, replacements and swaps of neighbours that lead from `a` to `b`

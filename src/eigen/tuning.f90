@@ -5,13 +5,12 @@
 module razy_eigen_tuning
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, wp
-   use razy_eigen_mode_branches, only: branches_t, follow_branches
-   use razy_eigen_mode_front, only: family_at, watch_t
-   use razy_eigen_modes, only: hertz
+   use razy_eigen_mode_branches, only: branches_t, follow_branches, hertz, machines_t, watch_t
+   use razy_linalg_dense, only: rising_order
    implicit none(type, external)
    private
 
-   public :: attainable, change_t, changes, objective, tune, tuning_t
+   public :: attainable, change_t, changes, frequencies, objective, tune, tuning_t
 
    !> The answer. Without one, `found` is false and the rest says nothing.
    type :: tuning_t
@@ -33,11 +32,10 @@ module razy_eigen_tuning
 contains
 
    !> Look for `frequency` (Hz) over the values `grid`; `coordinate` 0 means mode number `mode` with the parameter `start`.
-   subroutine tune(self, branches, family, context, start, grid, coordinate, mode, frequency, error)
+   subroutine tune(self, branches, family, start, grid, coordinate, mode, frequency, error)
       type(tuning_t), intent(out) :: self
       type(branches_t), intent(out) :: branches
-      procedure(family_at) :: family
-      class(*), intent(inout) :: context
+      class(machines_t), intent(inout) :: family
       real(wp), intent(in) :: start, grid(:), frequency
       integer, intent(in) :: coordinate, mode
       type(error_t), allocatable, intent(out) :: error
@@ -45,60 +43,70 @@ contains
       logical, allocatable :: fit(:)
       integer :: i
 
-      call follow_branches(branches, family, context, start, grid, watch_t(coordinate, mode, (2*pi*frequency)**2), error)
+      call follow_branches(branches, family, start, grid, watch_t(coordinate, mode, (2*pi*frequency)**2), error)
       if (allocated(error)) return
-      fit = branches%root_watched .and. branches%root >= minval(grid) .and. branches%root <= maxval(grid)
-      if (.not. any(fit)) return
-      i = minloc(abs(branches%root - start), dim=1, mask=fit)
-      self = tuning_t(.true., branches%root(i), hertz(branches%root_value(i)), branches%root_share(i), branches%root_branch(i), &
-                      count(fit) - 1)
+      associate (root => branches%root)
+         fit = root%watched .and. root%parameter >= minval(grid) .and. root%parameter <= maxval(grid)
+         if (.not. any(fit)) return
+         i = minloc(abs(root%parameter - start), dim=1, mask=fit)
+         self = tuning_t(.true., root(i)%parameter, hertz(root(i)%value), root(i)%share, root(i)%branch, count(fit) - 1)
+      end associate
    end subroutine tune
+
+   !> Frequency of the mode watched at each point, Hz.
+   pure function frequencies(branches) result(frequency)
+      type(branches_t), intent(in) :: branches
+      real(wp) :: frequency(size(branches%point))
+
+      integer :: i
+
+      frequency = [(hertz(branches%value(branches%point(i)%branch, i)), i=1, size(frequency))]
+   end function frequencies
 
    !> ψ = (1 - f/goal)² (4.91) of the mode watched at each point.
    pure function objective(branches, goal) result(psi)
       type(branches_t), intent(in) :: branches
       real(wp), intent(in) :: goal
-      real(wp) :: psi(branches%points)
+      real(wp) :: psi(size(branches%point))
 
-      integer :: i
-
-      psi = [((1 - hertz(branches%value(branches%branch(i), i))/goal)**2, i=1, branches%points)]
+      psi = (1 - frequencies(branches)/goal)**2
    end function objective
 
-   !> The frequencies (2, intervals) that the mode takes within the range, Hz, each from least to greatest.
+   !> The frequencies (2, intervals) that the mode takes within the range, Hz, each from least to greatest, ascending and apart.
    pure function attainable(branches, low, high) result(interval)
       type(branches_t), intent(in) :: branches
       real(wp), intent(in) :: low, high
       real(wp), allocatable :: interval(:, :)
 
-      real(wp) :: f, next(2)
-      integer :: i, k, last
+      real(wp) :: frequency(size(branches%point))
+      real(wp), allocatable :: piece(:, :)
+      integer :: i, last
 
-      allocate (interval(2, 0))
+      frequency = frequencies(branches)
+      allocate (piece(2, 0), interval(2, 0))
       last = 0
-      do i = 1, branches%points
-         if (branches%parameter(i) < low .or. branches%parameter(i) > high) cycle
-         f = hertz(branches%value(branches%branch(i), i))
-         if (branches%branch(i) /= last) interval = reshape([interval, f, f], [2, size(interval, 2) + 1])
-         last = branches%branch(i)
-         k = size(interval, 2)
-         interval(:, k) = [min(interval(1, k), f), max(interval(2, k), f)]
+      do i = 1, size(frequency)
+         associate (point => branches%point(i), k => size(piece, 2))
+            if (point%parameter < low .or. point%parameter > high) cycle
+            if (point%branch /= last) then
+               piece = reshape([piece, frequency(i), frequency(i)], [2, k + 1])
+            else
+               piece(:, k) = [min(piece(1, k), frequency(i)), max(piece(2, k), frequency(i))]
+            end if
+            last = point%branch
+         end associate
       end do
-      i = 1
-      do while (i < size(interval, 2))
-         ! Ascending, and joined where they overlap.
-         if (interval(1, i + 1) < interval(1, i)) then
-            next = interval(:, i + 1)
-            interval(:, i + 1) = interval(:, i)
-            interval(:, i) = next
-            i = max(1, i - 1)
-         else if (interval(1, i + 1) <= interval(2, i)) then
-            interval(2, i) = max(interval(2, i), interval(2, i + 1))
-            interval = reshape([interval(:, :i), interval(:, i + 2:)], [2, size(interval, 2) - 1])
-            i = max(1, i - 1)
-         else
-            i = i + 1
-         end if
+      piece = piece(:, rising_order(piece(1, :)))
+      do i = 1, size(piece, 2)
+         associate (k => size(interval, 2))
+            if (k > 0) then
+               if (piece(1, i) <= interval(2, k)) then
+                  interval(2, k) = max(interval(2, k), piece(2, i))
+                  cycle
+               end if
+            end if
+            interval = reshape([interval, piece(:, i)], [2, k + 1])
+         end associate
       end do
    end function attainable
 
@@ -108,20 +116,18 @@ contains
       real(wp), intent(in) :: low, high
       type(change_t), allocatable :: list(:)
 
-      type(change_t) :: change
-      integer :: b(2), i, k
+      real(wp) :: frequency(size(branches%point))
+      integer :: i
 
+      frequency = frequencies(branches)
       allocate (list(0))
-      do i = 1, branches%points - 1
-         if (branches%parameter(i) < low .or. branches%parameter(i + 1) > high) cycle
-         b = branches%branch(i:i + 1)
-         change%parameter = branches%parameter(i:i + 1)
-         change%place = branches%place(i:i + 1)
-         change%branch = b
-         change%coordinate = branches%coordinate(i:i + 1)
-         change%frequency = [(hertz(branches%value(b(k), i + k - 1)), k=1, 2)]
-         if (change%place(1) == change%place(2) .and. b(1) == b(2) .and. change%coordinate(1) == change%coordinate(2)) cycle
-         list = [list, change]
+      do i = 1, size(frequency) - 1
+         associate (pair => branches%point(i:i + 1))
+            if (pair(1)%parameter < low .or. pair(2)%parameter > high) cycle
+            if (pair(1)%place == pair(2)%place .and. pair(1)%branch == pair(2)%branch &
+                .and. pair(1)%coordinate == pair(2)%coordinate) cycle
+            list = [list, change_t(pair%parameter, pair%place, pair%branch, pair%coordinate, frequency(i:i + 1))]
+         end associate
       end do
    end function changes
 

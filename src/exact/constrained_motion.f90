@@ -16,14 +16,16 @@
 !! symmetric or has slow modes that ξ moves, a = b = 0 and the coupling stays in K_x and B_x, which are then not symmetric.
 module razy_exact_constrained_motion
    use razy_core_kinds, only: wp
-   use razy_hybrid_linear_form, only: linear_form_t
+   use razy_hybrid_constraints, only: constraints_t
+   use razy_hybrid_linear_form, only: linear_form_t, new_form
+   use razy_linalg_eigen, only: symmetric_eigen
    implicit none(type, external)
    private
 
-   public :: held_t
+   public :: constrained_motion_t, new_constrained_motion
 
    !> Coordinates (m) of a state with constraints (n, of rank r).
-   type :: held_t
+   type :: constrained_motion_t
       integer :: m = 0, n = 0, rank = 0
       !> Whether constraint forces exist; whether a and b are used.
       logical :: found = .true., apart = .true.
@@ -46,14 +48,168 @@ module razy_exact_constrained_motion
       procedure :: reaction
       procedure :: to_coordinates
       procedure :: to_state
-   end type held_t
+   end type constrained_motion_t
+
+   !> Modes of K_q below this part of the largest are slow.
+   real(wp), parameter :: slow = 1.0e-8_wp
+   !> A coupling below this part of its terms is rounding.
+   real(wp), parameter :: rounding = 1.0e-13_wp
 
 contains
+
+   !> The coordinates for `constraints` with the directions `w` (m, contacts) of all contacts and the coefficients `phi` of the
+   !> friction that the constraints press; `k` and `b` (m, m) are those of motion without constraints, `drive` (n) the speeds c.
+   subroutine new_constrained_motion(self, constraints, w, phi, k, b, drive)
+      type(constrained_motion_t), intent(out) :: self
+      type(constraints_t), intent(in) :: constraints
+      real(wp), intent(in) :: w(:, :), phi(:), k(:, :), b(:, :), drive(:)
+
+      real(wp) :: d(size(w, 1), constraints%count), unit(constraints%count)
+      integer :: i, m, n
+
+      m = size(w, 1)
+      n = constraints%count
+      self%m = m
+      self%n = n
+      self%rank = constraints%rank
+      self%contact = constraints%contact(:n)
+      self%sliding = constraints%sliding(:constraints%couplings)
+      self%row = constraints%row(:constraints%couplings)
+      self%share = constraints%sign(:constraints%couplings)*phi
+      d = w(:, self%contact)
+      do i = 1, constraints%couplings
+         d(:, constraints%row(i)) = d(:, constraints%row(i)) + constraints%sign(i)*phi(i)*w(:, constraints%sliding(i))
+      end do
+      allocate (self%lambda(n, n), self%from_x(m, m), self%to_x(m, m))
+      do i = 1, n
+         unit = 0.0_wp
+         unit(i) = 1.0_wp
+         call constraints%solve(unit, phi, self%lambda(:, i), self%found)
+         if (.not. self%found) return
+      end do
+      self%pull = matmul(self%lambda, transpose(w(:, self%contact)))
+      self%push = matmul(d, self%lambda)
+      call find_bases(self, constraints, w(:, self%contact))
+      self%left = transpose(self%q)
+      if (constraints%couplings > 0) self%left = self%left - matmul(matmul(self%left, self%push), transpose(w(:, self%contact)))
+      call separate(self, k, b, drive)
+      associate (free => m - self%rank)
+         self%from_x(:, :free) = self%q
+         self%from_x(:, free + 1:) = self%r + matmul(self%q, self%follow)
+         self%to_x(:free, :) = transpose(self%q) - matmul(self%follow, transpose(self%r))
+         self%to_x(free + 1:, :) = transpose(self%r)
+      end associate
+   end subroutine new_constrained_motion
+
+   !> R, Q and S; Q are the last columns of Householder's reflections that take R to the first unit vectors.
+   subroutine find_bases(self, constraints, w)
+      type(constrained_motion_t), intent(inout) :: self
+      type(constraints_t), intent(in) :: constraints
+      real(wp), intent(in) :: w(:, :)
+
+      real(wp) :: mirror(self%m, self%rank), rest(self%m, self%rank), square, twice(self%rank)
+      integer :: i, j
+
+      allocate (self%r(self%m, self%rank), self%q(self%m, self%m - self%rank), self%settle(self%rank, self%n))
+      do i = 1, self%rank
+         associate (v => constraints%range(:, i))
+            square = dot_product(v, matmul(constraints%gram, v))
+            self%r(:, i) = matmul(w, v)/sqrt(square)
+            self%settle(i, :) = v/sqrt(square)
+         end associate
+      end do
+      rest = self%r
+      mirror = 0.0_wp
+      do i = 1, self%rank
+         mirror(i:, i) = rest(i:, i)
+         mirror(i, i) = mirror(i, i) + sign(norm2(rest(i:, i)), rest(i, i))
+         ! Not normalised, so that unit vectors stay what they are.
+         twice(i) = 2/dot_product(mirror(:, i), mirror(:, i))
+         do j = i, self%rank
+            rest(:, j) = rest(:, j) - mirror(:, i)*(twice(i)*dot_product(mirror(:, i), rest(:, j)))
+         end do
+      end do
+      self%q = 0.0_wp
+      do j = 1, self%m - self%rank
+         self%q(self%rank + j, j) = 1.0_wp
+         do i = self%rank, 1, -1
+            self%q(:, j) = self%q(:, j) - mirror(:, i)*(twice(i)*dot_product(mirror(:, i), self%q(:, j)))
+         end do
+      end do
+   end subroutine find_bases
+
+   !> a, b and y0, or none of them.
+   subroutine separate(self, k, b, drive)
+      type(constrained_motion_t), intent(inout) :: self
+      real(wp), intent(in) :: k(:, :), b(:, :), drive(:)
+
+      real(wp) :: kq(self%m - self%rank, self%m - self%rank), bq(self%m - self%rank, self%m - self%rank)
+      real(wp) :: kr(self%m - self%rank, self%rank), lag(self%m - self%rank, self%rank)
+      real(wp) :: phi(self%m - self%rank, self%m - self%rank), square(self%m - self%rank)
+      logical :: firm(self%m - self%rank), possible
+      integer :: info
+
+      associate (free => self%m - self%rank)
+         allocate (self%follow(free, self%rank), self%drag(free, self%rank), source=0.0_wp)
+         allocate (self%y0(self%m), source=0.0_wp)
+         if (free == 0) return
+         kq = self%projected(k, self%q)
+         bq = self%projected(b, self%q)
+         kr = self%projected(k, self%r)
+         self%drag = self%projected(b, self%r)
+         lag = 0.0_wp
+         self%apart = all(abs(kq - transpose(kq)) <= rounding*maxval(abs(kq)))
+         if (self%apart) then
+            phi = kq
+            call symmetric_eigen(phi, square, info)
+            self%apart = info == 0
+            firm = abs(square) > slow*maxval(abs(square))
+         end if
+         if (self%apart) then
+            call divide(kr, maxval(abs(k)), self%follow, possible)
+            self%apart = possible
+            self%drag = self%drag + matmul(bq, self%follow)
+            call divide(self%drag, maxval(abs(b))*(1.0_wp + maxval(abs(self%follow))), lag, possible)
+            self%apart = self%apart .and. possible
+         end if
+         if (self%apart) then
+            self%y0 = -matmul(self%q, matmul(lag, matmul(self%settle, drive)))
+         else
+            self%follow = 0.0_wp
+            self%drag = self%projected(b, self%r)
+         end if
+      end associate
+
+   contains
+
+      !> x with K_q x = -right in firm modes; not possible if `right`, a sum of terms of `size_of`, moves others.
+      subroutine divide(right, size_of, x, possible)
+         real(wp), intent(in) :: right(:, :), size_of
+         real(wp), intent(out) :: x(:, :)
+         logical, intent(out) :: possible
+
+         real(wp) :: modal(size(right, 1), size(right, 2))
+         integer :: i
+
+         modal = matmul(transpose(phi), right)
+         possible = .true.
+         do i = 1, size(square)
+            if (firm(i)) then
+               modal(i, :) = -modal(i, :)/square(i)
+            else
+               possible = possible .and. all(abs(modal(i, :)) <= rounding*size_of)
+               modal(i, :) = 0.0_wp
+            end if
+         end do
+         x = matmul(phi, modal)
+      end subroutine divide
+
+   end subroutine separate
 
    !> Qᵀ P A V. What is rounding of its terms is nothing: the stiffness between bodies that are held together is none of the free
    !> motion, which would have a slow mode else where it has a rigid one.
    pure function projected(self, a, v) result(product)
-      class(held_t), intent(in) :: self
+      class(constrained_motion_t), intent(in) :: self
       real(wp), intent(in) :: a(:, :), v(:, :)
       real(wp) :: product(size(self%left, 1), size(v, 2))
 
@@ -63,7 +219,7 @@ contains
 
    !> K_x and B_x (m, m) from K and B.
    subroutine transform_matrices(self, k, b)
-      class(held_t), intent(in) :: self
+      class(constrained_motion_t), intent(in) :: self
       real(wp), intent(inout) :: k(:, :), b(:, :)
 
       real(wp) :: kx(self%m, self%m), bx(self%m, self%m)
@@ -86,7 +242,7 @@ contains
 
    !> The constant part of f_x (m) under the load (m).
    pure function load_of(self, load) result(in_x)
-      class(held_t), intent(in) :: self
+      class(constrained_motion_t), intent(in) :: self
       real(wp), intent(in) :: load(:)
       real(wp) :: in_x(self%m)
 
@@ -96,7 +252,7 @@ contains
 
    !> Phasors of f_x (m, tones) under the loads `harmonic` (m, tones) and the errors (n, tones) of the constraints.
    pure function harmonic_of(self, harmonic, error, omega) result(in_x)
-      class(held_t), intent(in) :: self
+      class(constrained_motion_t), intent(in) :: self
       complex(wp), intent(in) :: harmonic(:, :), error(:, :)
       real(wp), intent(in) :: omega(:)
       complex(wp) :: in_x(self%m, size(omega))
@@ -117,7 +273,7 @@ contains
 
    !> A form on y as one on x, which it is where nothing is held.
    pure function form_of(self, form) result(in_x)
-      class(held_t), intent(in) :: self
+      class(constrained_motion_t), intent(in) :: self
       type(linear_form_t), intent(in) :: form
       type(linear_form_t) :: in_x
 
@@ -125,15 +281,13 @@ contains
          in_x = form
          return
       end if
-      in_x%on_y = matmul(form%on_y, self%from_x)
-      in_x%on_v = matmul(form%on_v, self%from_x)
-      in_x%constant = form%constant + dot_product(form%on_y, self%y0)
-      in_x%error = form%error
+      in_x = new_form(matmul(form%on_y, self%from_x), matmul(form%on_v, self%from_x), &
+                      form%constant + dot_product(form%on_y, self%y0), form%error)
    end function form_of
 
    !> The force of constraint i as a form on y, from K, B, load and phasors without constraints, and the errors (n, tones).
    pure function reaction(self, i, k, b, load, harmonic, error, omega) result(form)
-      class(held_t), intent(in) :: self
+      class(constrained_motion_t), intent(in) :: self
       integer, intent(in) :: i
       real(wp), intent(in) :: k(:, :), b(:, :), load(:), omega(:)
       complex(wp), intent(in) :: harmonic(:, :), error(:, :)
@@ -141,15 +295,13 @@ contains
 
       integer :: t
 
-      form%on_y = -matmul(self%pull(i, :), k)
-      form%on_v = -matmul(self%pull(i, :), b)
-      form%constant = dot_product(self%pull(i, :), load)
-      form%error = [(sum(self%pull(i, :)*harmonic(:, t)) - omega(t)**2*sum(self%lambda(i, :)*error(:, t)), t=1, size(omega))]
+      form = new_form(-matmul(self%pull(i, :), k), -matmul(self%pull(i, :), b), dot_product(self%pull(i, :), load), &
+                      [(sum(self%pull(i, :)*harmonic(:, t)) - omega(t)**2*sum(self%lambda(i, :)*error(:, t)), t=1, size(omega))])
    end function reaction
 
    !> Coordinates x and rates (2m) of the state z = (y, y').
    pure function to_coordinates(self, z) result(x)
-      class(held_t), intent(in) :: self
+      class(constrained_motion_t), intent(in) :: self
       real(wp), intent(in) :: z(:)
       real(wp) :: x(size(z))
 
@@ -159,7 +311,7 @@ contains
 
    !> The state (y, y') of coordinates x and their rates (2m).
    pure function to_state(self, x) result(z)
-      class(held_t), intent(in) :: self
+      class(constrained_motion_t), intent(in) :: self
       real(wp), intent(in) :: x(:)
       real(wp) :: z(size(x))
 

@@ -1,42 +1,76 @@
 !! The exact propagator: motion of a piecewise-linear machine from event to event in closed form.
 !!
-!! Between two changes of the contact state nothing is integrated; the next change is found with proof that none was before
-!! it (razy_exact_search_search). The state carries over an event unchanged, but for the jumps of velocity at impacts of rigid
-!! contacts (razy_exact_jumps); the phases of excitation are formed anew from the time, which is kept in two doubles, so
-!! that errors do not grow with the number of pieces.
+!! Between two events nothing is integrated; the next event is found with proof that none was before it (razy_exact_search_search).
+!! The phases of excitation are formed anew from the time, which is kept in two doubles, so that errors do not grow with the number
+!! of pieces. Without constraints a function that has just crossed its bound is known to start there, and events at the same time
+!! follow each other in pieces of length zero; with them the transition settles all of them together and knows which guards start
+!! on their bounds.
 module razy_exact_exact
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
-   use razy_exact_exact_jumps, only: run_with_jumps
-   use razy_exact_exact_smooth, only: run_without_jumps
-   use razy_exact_piece_view, only: contact_of, direction_of, state_at, sums_of, turn_after, value_at
-   use razy_motion_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t
-   use razy_exact_jumps, only: jumps_t
-   use razy_exact_propagation, only: propagation_t
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t, carry_disturbance, copy, move_to, reserve, set_state, state_of
+   use razy_exact_closed_form_rows, only: curvature_bound, integral_of, size_of, value_and_slope, value_of
+   use razy_exact_search_refine, only: watched_t
+   use razy_exact_search_search, only: exit_t, first_exit, rounding, search_t
+   use razy_exact_solutions, only: solution_t, solutions_t
+   use razy_hybrid_flow, only: ends_in_event, ends_open, flow_t
+   use razy_hybrid_guards, only: of_force, of_press
    use razy_machine_machine, only: machine_t
+   use razy_motion_integrator, only: glimpse_t, outcome_t, piece_t, status_no_contact_forces, status_no_modes, &
+                                     status_step_limit
    implicit none(type, external)
    private
 
    public :: exact_t
 
+   !> The bound of a switching function that was crossed, and the side on which the motion had been.
+   type :: crossed_t
+      integer :: contact = 0, function = 0
+      real(wp) :: side = 0.0_wp, bound = 0.0_wp
+   end type crossed_t
+
    !> The propagator with what it keeps from run to run. A run ends with a status after `most_steps` steps of its search.
-   type, extends(integrator_t) :: exact_t
+   type, extends(flow_t) :: exact_t
       integer(i8) :: most_steps = huge(1_i8)
-      type(propagation_t) :: motion
-      type(jumps_t) :: jumps
+      type(solutions_t), private :: solutions
+      !> The search for events, whose probe holds the amplitudes at the end of the piece; that for turns of observables.
+      type(search_t), private :: search, turns
+      !> The piece under way: its solution, duration (s), and the amplitudes at its start.
+      integer, private :: now = 0
+      real(wp), private :: duration = 0.0_wp
+      type(amplitudes_t), private :: start
+      !> What observers are answered with: amplitudes at a time, and the state there once a contact has been asked for.
+      type(amplitudes_t), private :: looker
+      logical, private :: looked = .false., laid_out = .false.
+      real(wp), allocatable, private :: z_looked(:)
+      complex(wp), allocatable, private :: phasor(:)
+      !> Without constraints: the bound that was crossed last, pieces of no length since, what is rounding in the functions at this
+      !> time (function, contact), and the solution before.
+      type(crossed_t), private :: crossed
+      integer, private :: standing = 0, before = 0
+      real(wp), allocatable, private :: noise(:, :)
    contains
       procedure :: prepare
-      procedure :: run
+      procedure :: enter
+      procedure :: advance
+      procedure :: stand
+      procedure :: tally
+      procedure :: transport
       procedure :: value
       procedure :: glimpse
       procedure :: next_turn
       procedure :: state
       procedure :: contact
-      procedure :: branch_now
       procedure :: interval
-      procedure :: final_state
       procedure :: contact_sums
    end type exact_t
+
+   !> Pieces are begun anew after this angle of the fastest exponent, so that its rounding stays below 1e-13.
+   real(wp), parameter :: longest_angle = 1.0e3_wp
+   !> A growing term grows by less than the exponential of this in a piece.
+   real(wp), parameter :: longest_growth = 50.0_wp
+   !> Switching functions that a contact may have.
+   integer, parameter :: most_functions = 3
 
 contains
 
@@ -55,36 +89,311 @@ contains
                     "', whose law is not piecewise linear")
          return
       end do
-      call self%motion%attach(machine, keep_all, error)
+      call self%take(machine, keep_all, 0.0_wp, error)
       if (allocated(error)) return
-      if (self%motion%states%jumps) call self%jumps%attach(machine, keep_all, error)
+      self%one_by_one = .true.
+      call self%solutions%attach(self%system)
+      self%search%most_steps = self%most_steps
+      if (allocated(self%z_looked)) deallocate (self%z_looked, self%phasor, self%noise)
+      allocate (self%z_looked(2*self%system%m), self%phasor(size(machine%tone)))
+      allocate (self%noise(most_functions, size(machine%contact)), source=0.0_wp)
    end subroutine prepare
 
-   !> Run the prepared machine from 0 to `t_end`, s, showing every piece to the observers.
-   subroutine run(self, t_end, most_events, observers, outcome)
-      class(exact_t), intent(inout), target :: self
+   !> The solution in the mode, from time and state as they are.
+   subroutine enter(self, t_end, outcome)
+      class(exact_t), intent(inout) :: self
       real(wp), intent(in) :: t_end
-      integer(i8), intent(in) :: most_events
-      type(observer_slot_t), intent(in) :: observers(:)
-      type(outcome_t), intent(out) :: outcome
+      type(outcome_t), intent(inout) :: outcome
 
-      integer(i8) :: steps, halvings
-      class(integrator_t), pointer :: by
-
-      by => self
-      steps = self%motion%search%steps
-      halvings = self%motion%search%halvings
-      self%motion%search%most_steps = huge(1_i8)
-      if (self%most_steps < huge(1_i8) - steps) self%motion%search%most_steps = steps + self%most_steps
-      if (self%motion%states%jumps) then
-         call run_with_jumps(self%motion, self%jumps, by, t_end, most_events, observers, outcome)
-      else
-         call run_without_jumps(self%motion, by, t_end, most_events, observers, outcome)
+      if (self%starting) then
+         self%crossed = crossed_t()
+         self%standing = 0
+         self%now = 0
       end if
-      outcome%steps = self%motion%search%steps - steps
-      outcome%halvings = self%motion%search%halvings - halvings
-      outcome%states = self%motion%states%count
-   end subroutine run
+      self%before = self%now
+      if (self%search%steps >= self%search%most_steps) outcome%status = status_step_limit
+      if (outcome%status == status_step_limit) return
+      call find_solution(self, outcome)
+      if (self%now == 0) return
+      if (self%system%constrained) then
+         call self%transition%start_piece(self%system, self%time, self%time_low, delta_of(self, self%remaining(t_end)), self%z)
+      else
+         call self%transition%dynamics%begin(self%system, self%time, self%time_low)
+      end if
+      call place(self)
+      outcome%pieces = outcome%pieces + 1
+   end subroutine enter
+
+   !> The solution in the mode of the transition.
+   subroutine find_solution(self, outcome)
+      type(exact_t), intent(inout) :: self
+      type(outcome_t), intent(inout) :: outcome
+
+      call self%solutions%find(self%system, self%transition%dynamics%mode, self%now)
+      if (self%now == 0) outcome%status = merge(status_no_contact_forces, status_no_modes, self%solutions%inadmissible)
+   end subroutine find_solution
+
+   !> Time over which rates of constraint forces are taken, s, with `rest` to go.
+   pure function delta_of(self, rest) result(delta)
+      type(exact_t), intent(in) :: self
+      real(wp), intent(in) :: rest
+      real(wp) :: delta
+
+      delta = min(rest, 1.0_wp/max(self%solutions%of(self%now)%basis%fastest, tiny(1.0_wp)))
+      delta = 1.0e-5_wp*min(delta, 1.0_wp/max(self%system%fastest, tiny(1.0_wp)))
+   end function delta_of
+
+   !> A piece starts now.
+   subroutine place(self)
+      type(exact_t), intent(inout) :: self
+
+      self%looked = .false.
+      self%duration = 0.0_wp
+      associate (solution => self%solutions%of(self%now), phasor => self%transition%dynamics%excitation%start)
+         call reserve(self%start, solution%response)
+         if (solution%held%n > 0) then
+            call set_state(self%start, solution%response, solution%held%to_coordinates(self%z), phasor)
+         else
+            call set_state(self%start, solution%response, self%z, phasor)
+         end if
+      end associate
+   end subroutine place
+
+   !> The piece is this moment.
+   subroutine stand(self, outcome)
+      class(exact_t), intent(inout) :: self
+      type(outcome_t), intent(inout) :: outcome
+
+      call find_solution(self, outcome)
+      if (self%now == 0) return
+      call self%transition%dynamics%begin(self%system, self%time, self%time_low)
+      call place(self)
+   end subroutine stand
+
+   !> Follow the solution to the next event.
+   subroutine advance(self, t_end, longest, piece, ending, outcome)
+      class(exact_t), intent(inout) :: self
+      real(wp), intent(in) :: t_end, longest
+      type(piece_t), intent(inout) :: piece
+      integer, intent(out) :: ending
+      type(outcome_t), intent(inout) :: outcome
+
+      type(exit_t) :: found
+
+      if (self%system%constrained) then
+         call prepare_settled(self)
+      else
+         call prepare_crossed(self)
+      end if
+      call follow(self, longest, t_end, piece, found)
+      associate (solution => self%solutions%of(self%now), unused => outcome)
+         call end_state(solution, self%search%probe, self%z)
+         ending = merge(ends_in_event, ends_open, found%watched > 0)
+         if (found%watched > 0) then
+            piece%contact = solution%entry(found%watched)%contact
+            piece%branch = solution%entry(found%watched)%next
+         end if
+      end associate
+      if (self%system%constrained .or. allocated(self%tangent)) then
+         self%hit = .false.
+         if (found%watched > 0) self%hit(found%watched) = .true.
+      end if
+      if (self%system%constrained) then
+         call take_sizes(self)
+      else
+         call note_crossed(self, found)
+      end if
+   end subroutine advance
+
+   !> z (2m) at amplitudes of a solution.
+   subroutine end_state(solution, at, z)
+      type(solution_t), intent(in) :: solution
+      type(amplitudes_t), intent(in) :: at
+      real(wp), intent(out) :: z(:)
+
+      call state_of(at, solution%response, z)
+      if (solution%held%n > 0) z = solution%held%to_state(z)
+   end subroutine end_state
+
+   !> Follow the solution to the end of the piece, at most for `most`, s.
+   subroutine follow(self, most, t_end, piece, found)
+      type(exact_t), intent(inout) :: self
+      real(wp), intent(in) :: most, t_end
+      type(piece_t), intent(inout) :: piece
+      type(exit_t), intent(out) :: found
+
+      real(wp) :: longest, fastest
+
+      associate (solution => self%solutions%of(self%now), response => self%solutions%of(self%now)%response)
+         fastest = max(response%turning, self%system%fastest)
+         longest = self%remaining(t_end)
+         piece%last = longest*fastest <= longest_angle
+         if (.not. piece%last) longest = longest_angle/fastest
+         if (response%growing) then
+            ! Growth is looked at again before a blow-up can pass the range of the numbers.
+            longest = min(longest, longest_growth/maxval(real(response%exponent)))
+            piece%last = piece%last .and. .not. piece%time + longest < t_end
+         end if
+         piece%last = piece%last .and. longest < most
+         longest = min(longest, most)
+         self%search%level = solution%level
+         call first_exit(self%search, response, solution%switching, self%start, 0.0_wp, longest, solution%watched, found)
+         solution%level = self%search%level
+         if (found%watched == 0) call move_to(self%start, response, found%tau, self%search%probe)
+      end associate
+      piece%duration = found%tau
+      self%duration = found%tau
+      piece%last = piece%last .and. found%watched == 0 .and. .not. found%tau < longest
+   end subroutine follow
+
+   !> Without constraints: the function that has just crossed its bound starts on it, and what is rounding in the functions of the
+   !> pieces at the same time before is so still.
+   subroutine prepare_crossed(self)
+      type(exact_t), intent(inout) :: self
+
+      integer :: t
+
+      associate (crossed => self%crossed, solution => self%solutions%of(self%now))
+         do t = 1, size(solution%watched)
+            associate (watched => solution%watched(t), guard => solution%entry(t))
+               watched%floor = 0.0_wp
+               if (self%standing > 0) watched%floor = self%noise(guard%function, guard%contact)
+               watched%from_zero = guard%contact == crossed%contact .and. guard%function == crossed%function &
+                                   .and. watched%side*crossed%side < 0.0_wp .and. .not. abs(watched%bound - crossed%bound) > 0.0_wp
+            end associate
+         end do
+      end associate
+   end subroutine prepare_crossed
+
+   !> Without constraints: remember the bound that was crossed, and after a piece of no length what is rounding in the
+   !> functions of this mode and the one before. At the start of the next mode their terms may be gone in which the error was
+   !> made: of bodies that have just left their stops together, all are near them.
+   subroutine note_crossed(self, found)
+      type(exact_t), intent(inout) :: self
+      type(exit_t), intent(in) :: found
+
+      self%crossed%contact = 0
+      self%standing = merge(self%standing + 1, 0, found%watched > 0 .and. .not. found%tau > 0.0_wp)
+      if (found%watched == 0) return
+      associate (solution => self%solutions%of(self%now))
+         associate (watched => solution%watched(found%watched), guard => solution%entry(found%watched))
+            self%crossed = crossed_t(guard%contact, guard%function, watched%side, watched%bound)
+         end associate
+      end associate
+      if (self%standing == 0) return
+      if (self%standing == 1) self%noise = 0.0_wp
+      if (self%standing == 1 .and. self%before > 0) call note_noise(self%solutions%of(self%before), self%noise)
+      call note_noise(self%solutions%of(self%now), self%noise)
+   end subroutine note_crossed
+
+   pure subroutine note_noise(solution, noise)
+      type(solution_t), intent(in) :: solution
+      real(wp), intent(inout) :: noise(:, :)
+
+      integer :: t
+
+      do t = 1, size(solution%watched)
+         associate (known => noise(solution%entry(t)%function, solution%entry(t)%contact))
+            known = max(known, solution%watched(t)%noise)
+         end associate
+      end do
+   end subroutine note_noise
+
+   !> With constraints: what is rounding in the functions at z, and which of them start on their bounds: settled as the
+   !> branches are, these move inwards, or rest if they are fixed.
+   subroutine prepare_settled(self)
+      type(exact_t), intent(inout) :: self
+
+      real(wp), dimension(self%transition%guards%count) :: g, rate
+      integer :: t
+
+      associate (guards => self%transition%guards, solution => self%solutions%of(self%now))
+         call guards%look(self%system, self%transition%dynamics, 0.0_wp, self%z, g, rate)
+         do t = 1, size(solution%watched)
+            associate (watched => solution%watched(t), guard => solution%entry(t))
+               watched%from_zero = .false.
+               watched%at_rest = .false.
+               watched%floor = 0.0_wp
+               if (guard%function == of_press) cycle
+               watched%floor = guards%noise(t)
+               watched%from_zero = abs(g(t)) <= guards%noise(t)
+               watched%at_rest = watched%from_zero .and. solution%fixed(t) &
+                                 .and. (guard%function == of_force .or. abs(rate(t)) <= guards%on_rate(guard%contact))
+            end associate
+         end do
+      end associate
+   end subroutine prepare_settled
+
+   !> With constraints: take up the size of the terms that the functions are sums of, and with it what is rounding in s and s'.
+   !> Flights are followed that are higher than 16 roundings (razy_hybrid_accumulation), so those of forms may be 16 times as large.
+   subroutine take_sizes(self)
+      type(exact_t), intent(inout) :: self
+
+      integer :: t
+
+      associate (guards => self%transition%guards, solution => self%solutions%of(self%now))
+         do t = 1, size(solution%watched)
+            associate (guard => solution%entry(t), scale => solution%watched(t)%scale, j => solution%entry(t)%contact)
+               if (guard%function <= 0) cycle
+               if (.not. abs(guard%beta) > 0.0_wp) then
+                  guards%size_s(j) = max(guards%size_s(j), scale/(16*abs(guard%alpha)))
+               else if (.not. abs(guard%alpha) > 0.0_wp) then
+                  guards%size_rate(j) = max(guards%size_rate(j), scale/(16*abs(guard%beta)))
+               end if
+            end associate
+         end do
+      end associate
+   end subroutine take_sizes
+
+   !> Carry the tangents through the piece.
+   subroutine transport(self)
+      class(exact_t), intent(inout) :: self
+
+      real(wp) :: x(size(self%z))
+      integer :: c
+
+      associate (solution => self%solutions%of(self%now), m => self%system%m)
+         do c = 1, size(self%tangent, 2)
+            x = self%tangent(:, c)
+            if (solution%held%n > 0) x = [matmul(solution%held%to_x, x(:m)), matmul(solution%held%to_x, x(m + 1:))]
+            call carry_disturbance(solution%response, self%duration, x)
+            if (solution%held%n > 0) x = [matmul(solution%held%from_x, x(:m)), matmul(solution%held%from_x, x(m + 1:))]
+            self%tangent(:, c) = x
+         end do
+      end associate
+   end subroutine transport
+
+   !> Counters of the search.
+   subroutine tally(self, outcome)
+      class(exact_t), intent(inout) :: self
+      type(outcome_t), intent(inout) :: outcome
+
+      outcome%steps = self%search%steps
+      outcome%halvings = self%search%halvings
+      outcome%states = self%solutions%count
+      self%search%steps = 0
+      self%search%halvings = 0
+   end subroutine tally
+
+   !> Amplitudes at `tau` into `self%looker`.
+   subroutine look_at(self, tau)
+      type(exact_t), intent(inout) :: self
+      real(wp), intent(in) :: tau
+
+      if (self%looked .and. .not. abs(tau - self%looker%tau) > 0.0_wp) return
+      self%looked = .true.
+      self%laid_out = .false.
+      associate (response => self%solutions%of(self%now)%response)
+         call reserve(self%looker, response)
+         if (.not. abs(tau) > 0.0_wp) then
+            call copy(self%start, response, self%looker)
+         else if (.not. abs(tau - self%duration) > 0.0_wp) then
+            call copy(self%search%probe, response, self%looker)
+         else
+            call move_to(self%start, response, tau, self%looker)
+         end if
+      end associate
+   end subroutine look_at
 
    !> Value of observable `form` at `tau`.
    function value(self, form, tau)
@@ -93,7 +402,10 @@ contains
       real(wp), intent(in) :: tau
       real(wp) :: value
 
-      value = value_at(self%motion%view, self%motion%states%state(self%motion%view%now), self%motion%search%probe, form, tau)
+      call look_at(self, tau)
+      associate (solution => self%solutions%of(self%now))
+         value = value_of(solution%observed, solution%response, self%looker, form, 0)
+      end associate
    end function value
 
    !> Value, size and direction of observable `form` at `tau`, from up to four derivatives.
@@ -103,7 +415,23 @@ contains
       real(wp), intent(in) :: tau
       type(glimpse_t), intent(out) :: seen
 
-      call direction_of(self%motion%view, self%motion%states%state(self%motion%view%now), self%motion%search%probe, form, tau, seen)
+      real(wp) :: rate
+      real(wp) :: modulus(self%solutions%of(self%now)%response%amplitudes)
+      integer :: order
+
+      call look_at(self, tau)
+      associate (rows => self%solutions%of(self%now)%observed, response => self%solutions%of(self%now)%response)
+         modulus = sqrt(self%looker%re(:response%amplitudes)**2 + self%looker%im(:response%amplitudes)**2)
+         seen%value = value_of(rows, response, self%looker, form, 0)
+         seen%size = size_of(rows, response, self%looker, modulus, form, 0)
+         do order = 1, 4
+            rate = value_of(rows, response, self%looker, form, order)
+            if (abs(rate) > rounding*size_of(rows, response, self%looker, modulus, form, order)) then
+               seen%direction = nint(sign(1.0_wp, rate))
+               return
+            end if
+         end do
+      end associate
    end subroutine glimpse
 
    !> The next root of the observable's rate, found with the proof that none was before it.
@@ -115,11 +443,37 @@ contains
       logical, intent(out) :: found
       real(wp), intent(out) :: tau_found, value
 
-      associate (motion => self%motion)
-         call turn_after(motion%view, motion%states%state(motion%view%now), form, tau, tau_end, direction, turned, found, &
-                         tau_found, value)
+      type(exit_t) :: turn
+      type(watched_t) :: rate(1)
+
+      associate (solution => self%solutions%of(self%now))
+         rate(1) = watched_t(form=form, order=1, side=real(direction, wp), from_zero=turned)
+         self%turns%level = solution%level
+         call first_exit(self%turns, solution%response, solution%observed, self%start, tau, tau_end, rate, turn)
+         found = turn%watched /= 0
+         tau_found = turn%tau
+         value = 0.0_wp
+         if (found) value = value_of(solution%observed, solution%response, self%turns%probe, form, 0)
       end associate
    end subroutine next_turn
+
+   !> State z and phasors at `tau` into the workspace.
+   subroutine lay_out(self, tau)
+      type(exact_t), intent(inout) :: self
+      real(wp), intent(in) :: tau
+
+      integer :: t
+
+      call look_at(self, tau)
+      if (self%laid_out) return
+      call end_state(self%solutions%of(self%now), self%looker, self%z_looked)
+      associate (omega => self%system%omega)
+         do t = 1, size(omega)
+            self%phasor(t) = self%transition%dynamics%excitation%start(t)*cmplx(cos(omega(t)*tau), sin(omega(t)*tau), wp)
+         end do
+      end associate
+      self%laid_out = .true.
+   end subroutine lay_out
 
    !> Displacements and velocities (n each) at `tau`; needs a machine prepared with `keep_all`.
    subroutine state(self, tau, displacement, velocity)
@@ -127,30 +481,9 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: displacement(:), velocity(:)
 
-      real(wp) :: z(size(self%motion%z))
-
-      call state_at(self%motion%view, self%motion%states%state(self%motion%view%now), self%motion%search%probe, tau, z)
-      call to_coordinates(self, z, displacement, velocity)
+      call lay_out(self, tau)
+      call self%system%to_coordinates(self%z_looked, displacement, velocity)
    end subroutine state
-
-   !> Displacements and velocities (n each) that the last run ended with; needs a machine prepared with `keep_all`.
-   subroutine final_state(self, displacement, velocity)
-      class(exact_t), intent(in) :: self
-      real(wp), intent(out) :: displacement(:), velocity(:)
-
-      call to_coordinates(self, self%motion%z, displacement, velocity)
-   end subroutine final_state
-
-   pure subroutine to_coordinates(self, z, displacement, velocity)
-      class(exact_t), intent(in) :: self
-      real(wp), intent(in) :: z(:)
-      real(wp), intent(out) :: displacement(:), velocity(:)
-
-      associate (coupled => self%motion%states%coupled)
-         displacement = matmul(z(:coupled%m), coupled%project)
-         velocity = matmul(z(coupled%m + 1:), coupled%project)
-      end associate
-   end subroutine to_coordinates
 
    !> Variable s, rate s' and reported force of contact j at `tau`.
    subroutine contact(self, j, tau, s, rate, force)
@@ -159,10 +492,31 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: s, rate, force
 
-      call contact_of(self%motion%view, self%motion%states, self%motion%search%probe, j, tau, s, rate, force)
+      call lay_out(self, tau)
+      associate (touching => self%system%machine%contact(j), gap => self%system%gap(j), solution => self%solutions%of(self%now))
+         s = gap%value(self%z_looked, self%phasor)
+         rate = gap%rate(self%z_looked(self%system%m + 1:), self%phasor, self%system%omega) + touching%drive
+         if (self%system%constrained) then
+            force = value_of(solution%force, solution%response, self%looker, j, 0)
+         else
+            force = touching%law%force(solution%branch(j), s, rate, touching%normal)
+         end if
+         force = touching%force_sign*force
+      end associate
    end subroutine contact
 
-   !> Integrals of what contact j does from `tau` to the end of the piece, where they are known in closed form.
+   !> The step of the search, or less, so that a turn of the fastest term has at least 25 points.
+   pure function interval(self)
+      class(exact_t), intent(in) :: self
+      real(wp) :: interval
+
+      associate (solution => self%solutions%of(self%now))
+         interval = scale(1.0_wp, -max(solution%level, exponent(solution%response%fastest) + 2))
+      end associate
+   end function interval
+
+   !> Integrals of what contact j does from `tau` to the end of the piece, where its force is k s + offset and no part is dense:
+   !> the work is a difference of potentials then.
    subroutine contact_sums(self, j, tau, largest, impulse, work, known)
       class(exact_t), intent(inout) :: self
       integer, intent(in) :: j
@@ -170,26 +524,59 @@ contains
       real(wp), intent(inout) :: largest, impulse, work
       logical, intent(out) :: known
 
-      call sums_of(self%motion%view, self%motion%states, self%motion%search%probe, j, tau, largest, impulse, work, known)
+      real(wp) :: distance, s(2), rate(2)
+
+      associate (solution => self%solutions%of(self%now), contact => self%system%machine%contact(j), last => self%search%probe)
+         associate (law => contact%law%branch(solution%branch(j)), response => solution%response, touching => solution%touching)
+            known = response%plain .and. .not. self%system%constrained .and. .not. abs(law%damping) > 0.0_wp
+            if (.not. known .or. .not. max(abs(law%stiffness), abs(law%offset)) > 0.0_wp) return
+            call self%solutions%lay_out_contacts(self%system, self%now)
+            call look_at(self, tau)
+            call value_and_slope(touching, response, self%looker, j, 0, s(1), rate(1))
+            call value_and_slope(touching, response, last, j, 0, s(2), rate(2))
+            impulse = impulse + contact%force_sign*(law%stiffness*integral_of(touching, response, self%looker, last, j) &
+                                                    + law%offset*(last%tau - self%looker%tau))
+            work = work + (s(2) - s(1))*(law%stiffness*0.5_wp*(s(1) + s(2)) + law%offset)
+            largest = max(largest, maxval(abs(law%stiffness*s + law%offset)))
+            if (.not. abs(law%stiffness) > 0.0_wp) return
+            distance = largest/abs(law%stiffness)
+            call raise_distance(self, j, -law%offset/law%stiffness, tau, s, rate, distance)
+            largest = max(largest, abs(law%stiffness)*distance)
+         end associate
+      end associate
    end subroutine contact_sums
 
-   !> Branch of contact j.
-   pure function branch_now(self, j) result(branch)
-      class(exact_t), intent(in) :: self
+   !> Raise `distance` to the largest |s - edge| of contact j at the turns of s between `tau` and the end of the piece; s and s'
+   !> at both are known. The search is spared where the curvature does not suffice for a larger one.
+   subroutine raise_distance(self, j, edge, tau, s, rate, distance)
+      type(exact_t), intent(inout) :: self
       integer, intent(in) :: j
-      integer :: branch
+      real(wp), intent(in) :: edge, tau, s(2), rate(2)
+      real(wp), intent(inout) :: distance
 
-      branch = self%motion%branch(j)
-   end function branch_now
+      type(exit_t) :: turn
+      type(watched_t) :: watched(1)
+      real(wp) :: direction, from
 
-   !> The step of the search, or less, so that a turn of the fastest term has at least 25 points.
-   pure function interval(self)
-      class(exact_t), intent(in) :: self
-      real(wp) :: interval
-
-      associate (state => self%motion%states%state(self%motion%view%now))
-         interval = scale(1.0_wp, -max(state%level, exponent(state%response%fastest) + 2))
+      associate (solution => self%solutions%of(self%now), response => self%solutions%of(self%now)%response)
+         if (.not. response%growing) then
+            if (maxval(abs(s - edge)) + (self%duration - tau)**2/8*curvature_bound(solution%touching, response, self%looker, j) &
+                <= distance) return
+         end if
+         direction = sign(1.0_wp, rate(1))
+         from = tau
+         watched(1) = watched_t(form=j, order=1)
+         do while (from < self%duration)
+            watched(1)%side = direction
+            watched(1)%from_zero = from > tau
+            self%turns%level = solution%level
+            call first_exit(self%turns, response, solution%touching, self%start, from, self%duration, watched, turn)
+            if (turn%watched == 0) return
+            distance = max(distance, abs(value_of(solution%touching, response, self%turns%probe, j, 0) - edge))
+            from = turn%tau
+            direction = -direction
+         end do
       end associate
-   end function interval
+   end subroutine raise_distance
 
 end module razy_exact_exact

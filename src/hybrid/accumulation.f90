@@ -1,4 +1,4 @@
-!! Impacts of a rigid contact that follow each other ever faster (chatter to rest).
+!! Accumulations of impacts (Zeno): impacts of a rigid contact that follow each other ever faster until it is at rest.
 !!
 !! Between impacts of a sequence with the restitution ρ < 1 under a relative acceleration -a that hardly changes, the speed after
 !! impact n is u_n = ρ u_(n-1), the height of the flight u_n²/(2a), and all flights that are still to come take
@@ -10,180 +10,167 @@
 module razy_hybrid_accumulation
    use razy_core_kinds, only: wp
    use razy_hybrid_constraints, only: constraints_t, new_constraints
-   use razy_hybrid_field, only: field_t
+   use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_guards, only: guards_t
-   use razy_hybrid_transition, only: resolution_t
+   use razy_hybrid_saltation, only: saltation_t
+   use razy_hybrid_system, only: system_t
    implicit none(type, external)
    private
 
-   public :: bounces_t
+   public :: accumulation_t
 
-   !> The last impacts of every contact (contacts each): their number in the sequence, first and last speed, last ratio.
-   type :: bounces_t
-      integer, allocatable :: count(:)
-      real(wp), allocatable :: first(:), last(:), ratio(:)
-      !> Whether accumulations are on their way to their ends, whose, and when in the field's time; the first of these times;
-      !> how many were reported last.
+   type :: accumulation_t
+      !> Whether sequences are on their way to their ends, and when the first of these is, s from now.
       logical :: landing = .false.
-      logical, allocatable :: whose(:)
-      real(wp), allocatable :: ends(:)
-      real(wp) :: tau = 0.0_wp
-      integer :: landed = 0
-      real(wp), allocatable, private :: a(:)
+      real(wp) :: rest = 0.0_wp
+      !> Whose sequences these are (contacts), and their ends, s from now.
+      logical, allocatable, private :: whose(:)
+      real(wp), allocatable, private :: ends(:)
+      !> The last impacts of every contact (contacts): number in the sequence, first and last speed, last ratio.
+      integer, allocatable, private :: count(:)
+      real(wp), allocatable, private :: first(:), last(:), ratio(:)
    contains
-      procedure :: attach
-      procedure :: forget
-      procedure :: count_from
-      procedure :: gather
+      procedure :: begin
+      procedure :: pass
+      procedure :: follow
       procedure :: confirm
-      procedure :: report
-   end type bounces_t
+      procedure :: land
+   end type accumulation_t
 
    !> Ratios of one sequence differ by less than this part.
    real(wp), parameter :: steady = 0.01_wp
 
 contains
 
-   !> Make room for a machine.
-   subroutine attach(self, field)
-      class(bounces_t), intent(inout) :: self
-      type(field_t), intent(in) :: field
+   !> No impact yet, of so many contacts.
+   pure subroutine begin(self, contacts)
+      class(accumulation_t), intent(inout) :: self
+      integer, intent(in) :: contacts
 
-      integer :: n
-
-      n = size(field%branch)
-      if (allocated(self%count)) deallocate (self%count, self%first, self%last, self%ratio, self%whose, self%ends, self%a)
-      allocate (self%count(n), self%first(n), self%last(n), self%ratio(n), self%whose(n), self%ends(n), self%a(field%m))
-      call self%forget()
-   end subroutine attach
-
-   !> Forget all sequences.
-   pure subroutine forget(self)
-      class(bounces_t), intent(inout) :: self
-
-      self%count = 0
-      self%first = 0.0_wp
-      self%last = 0.0_wp
-      self%ratio = 0.0_wp
-      self%whose = .false.
+      if (allocated(self%count)) deallocate (self%count, self%first, self%last, self%ratio, self%whose, self%ends)
+      allocate (self%count(contacts), source=0)
+      allocate (self%first(contacts), self%last(contacts), self%ratio(contacts), self%ends(contacts), source=0.0_wp)
+      allocate (self%whose(contacts), source=.false.)
       self%landing = .false.
-      self%ends = 0.0_wp
-      self%tau = 0.0_wp
-   end subroutine forget
+      self%rest = huge(1.0_wp)
+   end subroutine begin
 
-   !> The field's time is counted from `tau` on.
-   pure subroutine count_from(self, tau)
-      class(bounces_t), intent(inout) :: self
-      real(wp), intent(in) :: tau
+   !> Time passes, s.
+   pure subroutine pass(self, duration)
+      class(accumulation_t), intent(inout) :: self
+      real(wp), intent(in) :: duration
 
-      self%ends = self%ends - tau
-      self%tau = self%tau - tau
-   end subroutine count_from
+      if (.not. self%landing) return
+      self%ends = self%ends - duration
+      self%rest = self%rest - duration
+   end subroutine pass
 
-   !> Take up the impacts of the event that `resolution` has just settled at (tau, z). Where sequences end, `gathered`, z loses the
-   !> speeds of their gaps and the branches are settled again; the changes that are noted stay those of the event.
-   subroutine gather(self, field, guards, resolution, tau, z, gathered)
-      class(bounces_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
-      type(guards_t), intent(inout) :: guards
-      type(resolution_t), intent(inout) :: resolution
-      real(wp), intent(in) :: tau
-      real(wp), intent(inout) :: z(:)
-      logical, intent(out) :: gathered
-
-      integer, dimension(size(resolution%contact)) :: branch, contact
-      integer :: changes
-      logical :: none(size(guards%entry))
-
-      gathered = .false.
-      if (resolution%impacts == 0) return
-      call follow(self, field, guards, resolution%impacted, resolution%speed, resolution%direction, tau, z, gathered)
-      if (.not. gathered) return
-      none = .false.
-      contact = resolution%contact
-      branch = resolution%branch
-      changes = resolution%changes
-      call resolution%settle(field, guards, none, tau, z)
-      resolution%contact = contact
-      resolution%branch = branch
-      resolution%changes = changes
-      call self%confirm(field)
-   end subroutine gather
-
-   !> Follow the impacts at (tau, z) of the contacts `impacted`, whose gaps then open with `speed` in `direction` of s. If
-   !> sequences end here, `gathered`, z is left without the speeds of their gaps.
-   subroutine follow(self, field, guards, impacted, speed, direction, tau, z, gathered)
-      type(bounces_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
+   !> Follow the impacts, now, at `tau` of the piece and z, of the contacts `impacted`, whose gaps then open with `speed` in
+   !> `direction` of s. If sequences end here, `gathered`, z is left without the speeds of their gaps.
+   subroutine follow(self, system, dynamics, guards, impacted, speed, direction, tau, z, saltation, gathered)
+      class(accumulation_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(dynamics_t), intent(inout) :: dynamics
       type(guards_t), intent(in) :: guards
       logical, intent(in) :: impacted(:)
       real(wp), intent(in) :: speed(:), direction(:), tau
       real(wp), intent(inout) :: z(:)
+      type(saltation_t), intent(inout) :: saltation
       logical, intent(out) :: gathered
 
-      integer :: j
+      real(wp) :: a(system%m), pull
       integer, allocatable :: list(:)
-      real(wp) :: pull
+      integer :: j
 
-      gathered = .false.
       allocate (list(0))
-      call field%accelerate(tau, z, self%a)
+      call dynamics%accelerate(system, tau, z, a)
       do j = 1, size(impacted)
          if (.not. impacted(j)) cycle
          call take_up(self, j, speed(j))
-         pull = -direction(j)*field%second_rate(j, self%a)
-         if (.not. ended(self, j, pull, guards%on_s(j), alone(self, field, j), field%machine%contact(j)%law%restitution)) cycle
+         pull = -direction(j)*dynamics%second_rate(system, j, a)
+         associate (restitution => system%machine%contact(j)%law%restitution)
+            if (.not. ended(self, j, pull, guards%on_s(j), alone(self, system, dynamics%mode%branch, j), restitution)) cycle
+         end associate
          list = [list, j]
          self%whose(j) = .true.
-         self%ends(j) = tau + 2*speed(j)/(pull*(1.0_wp - self%ratio(j)))
+         self%ends(j) = 2*speed(j)/(pull*(1.0_wp - self%ratio(j)))
          self%count(j) = 0
       end do
       gathered = size(list) > 0
       if (.not. gathered) return
-      call field%look_at_contacts(tau, z)
-      call take_out(field, list, direction(list), z(field%m + 1:))
+      call dynamics%look_at_contacts(system, tau, z)
+      call take_out(system, dynamics, list, direction(list), z(system%m + 1:), saltation)
    end subroutine follow
 
    !> Take the speeds of the gaps of the contacts `list`, which open in `direction` of s, out of y' (m), with the friction that
-   !> slides under them.
-   subroutine take_out(field, list, direction, speed)
-      type(field_t), intent(in) :: field
+   !> slides under them. In the limit gap and speed are none, whatever they were.
+   subroutine take_out(system, dynamics, list, direction, speed, saltation)
+      type(system_t), intent(in) :: system
+      type(dynamics_t), intent(in) :: dynamics
       integer, intent(in) :: list(:)
       real(wp), intent(in) :: direction(:)
       real(wp), intent(inout) :: speed(:)
+      type(saltation_t), intent(inout) :: saltation
 
       type(constraints_t) :: held
-      real(wp) :: impulse(size(list))
+      real(wp), dimension(system%m, size(list)) :: along, effect
+      real(wp) :: edge(size(list)), unit(size(list)), still(system%m)
       real(wp), allocatable :: phi(:)
       integer, allocatable :: row(:), sliding(:)
       integer :: i, j
       logical :: found
 
       allocate (sliding(0), row(0), phi(0))
-      do j = 1, size(field%branch)
-         associate (contact => field%machine%contact(j))
-            if (.not. any(list == contact%normal_of) .or. .not. contact%law%of_normal) cycle
-            if (contact%law%constraint(field%branch(j))) cycle
+      do j = 1, size(dynamics%mode%branch)
+         associate (contact => system%machine%contact(j), branch => dynamics%mode%branch(j))
+            if (.not. any(list == contact%normal_of) .or. .not. contact%law%of_normal .or. contact%law%constraint(branch)) cycle
             sliding = [sliding, j]
             row = [row, findloc(list, contact%normal_of, 1)]
-            phi = [phi, contact%law%force(field%branch(j), field%s(j), field%rate(j), 1.0_wp)]
+            phi = [phi, contact%law%force(branch, dynamics%s(j), dynamics%rate(j), 1.0_wp)]
          end associate
       end do
-      call new_constraints(held, field%w, list, sliding, row, -direction(row))
-      call held%solve(field%rate(list), phi, impulse, found)
-      if (.not. found) then
-         call held%displace(field%w, -field%rate(list), speed)
-         return
-      end if
-      speed = speed - matmul(field%w(:, list), impulse)
-      do i = 1, size(sliding)
-         speed = speed + field%w(:, sliding(i))*(phi(i)*direction(row(i))*impulse(row(i)))
+      call new_constraints(held, system%w, list, sliding, row, -direction(row))
+      edge = dynamics%rate(list) - matmul(speed, system%w(:, list))
+      along = 0.0_wp
+      do i = 1, size(list)
+         unit = 0.0_wp
+         unit(i) = 1.0_wp
+         call held%displace(system%w, -unit, along(:, i))
+         effect(:, i) = effect_of(unit)
       end do
+      speed = speed + matmul(effect, dynamics%rate(list))
+      if (.not. saltation%wanted) return
+      still = 0.0_wp
+      call saltation%add_impulses(effect, system%w(:, list), [(dynamics%second_rate(system, list(i), still), i=1, size(list))])
+      call saltation%add_projection(along, system%w(:, list), edge)
+
+   contains
+
+      !> What these speeds of the gaps (list) give to y' (m).
+      function effect_of(rate) result(change)
+         real(wp), intent(in) :: rate(:)
+         real(wp) :: change(system%m)
+
+         real(wp) :: impulse(size(list))
+         integer :: k
+
+         call held%solve(rate, phi, impulse, found)
+         change = 0.0_wp
+         if (.not. found) then
+            call held%displace(system%w, -rate, change)
+            return
+         end if
+         change = -matmul(system%w(:, list), impulse)
+         do k = 1, size(sliding)
+            change = change + system%w(:, sliding(k))*(phi(k)*direction(row(k))*impulse(row(k)))
+         end do
+      end function effect_of
+
    end subroutine take_out
 
    !> An impact of contact j after which the gap opens with speed u.
    pure subroutine take_up(self, j, u)
-      type(bounces_t), intent(inout) :: self
+      type(accumulation_t), intent(inout) :: self
       integer, intent(in) :: j
       real(wp), intent(in) :: u
 
@@ -201,26 +188,26 @@ contains
    end subroutine take_up
 
    !> Whether no other contact has an impact, or is held, between the impacts of contact j.
-   pure function alone(self, field, j)
-      type(bounces_t), intent(in) :: self
-      type(field_t), intent(in) :: field
-      integer, intent(in) :: j
+   pure function alone(self, system, branch, j)
+      type(accumulation_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: branch(:), j
       logical :: alone
 
       integer :: i
 
       alone = .true.
-      do i = 1, size(field%branch)
+      do i = 1, size(branch)
          if (i == j) cycle
          if (self%count(i) > 0 .or. self%whose(i)) alone = .false.
-         if (field%machine%contact(i)%law%constraint(field%branch(i))) alone = .false.
+         if (system%machine%contact(i)%law%constraint(branch(i))) alone = .false.
       end do
    end function alone
 
    !> Whether what is left of the sequence of contact j is below rounding; `pull` closes the gap, `noise` is the rounding of s. Of a
    !> contact that is alone, `single`, the ratio is the restitution; the last one measured has lost half of its digits.
    function ended(self, j, pull, noise, single, restitution)
-      type(bounces_t), intent(inout) :: self
+      type(accumulation_t), intent(inout) :: self
       integer, intent(in) :: j
       real(wp), intent(in) :: pull, noise, restitution
       logical, intent(in) :: single
@@ -237,38 +224,32 @@ contains
       ended = self%ratio(j) < 1.0_wp
    end function ended
 
-   !> Keep of the sequences that are ending only those whose contacts the mode of the field holds closed.
-   pure subroutine confirm(self, field)
-      class(bounces_t), intent(inout) :: self
-      type(field_t), intent(in) :: field
+   !> Keep of the sequences that are ending only those whose contacts are held closed in their branches (contacts).
+   pure subroutine confirm(self, system, branch)
+      class(accumulation_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: branch(:)
 
       integer :: j
 
-      do j = 1, size(self%whose)
-         self%whose(j) = self%whose(j) .and. field%machine%contact(j)%law%constraint(field%branch(j))
+      do j = 1, size(branch)
+         self%whose(j) = self%whose(j) .and. system%machine%contact(j)%law%constraint(branch(j))
       end do
       self%landing = any(self%whose)
-      self%tau = minval(self%ends, mask=self%whose)
+      self%rest = minval([huge(1.0_wp), self%ends], mask=[.true., self%whose])
    end subroutine confirm
 
-   !> Add the contacts whose sequences end at `tau`, closed as the field has them, to the changes.
-   subroutine report(self, field, tau, resolution)
-      class(bounces_t), intent(inout) :: self
-      type(field_t), intent(in) :: field
-      real(wp), intent(in) :: tau
-      type(resolution_t), intent(inout) :: resolution
+   !> The contacts (contacts) whose sequences end now, held closed in their branches (contacts).
+   pure subroutine land(self, system, branch, landed)
+      class(accumulation_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: branch(:)
+      logical, intent(out) :: landed(:)
 
-      integer :: j
-
-      call self%confirm(field)
-      self%landed = 0
-      do j = 1, size(self%whose)
-         if (.not. self%whose(j) .or. self%ends(j) > tau) cycle
-         self%landed = self%landed + 1
-         self%whose(j) = .false.
-         if (.not. any(resolution%contact(:resolution%changes) == j)) call resolution%note(j, field%branch(j))
-      end do
-      call self%confirm(field)
-   end subroutine report
+      call self%confirm(system, branch)
+      landed = self%whose .and. .not. self%ends > 0.0_wp
+      self%whose = self%whose .and. .not. landed
+      call self%confirm(system, branch)
+   end subroutine land
 
 end module razy_hybrid_accumulation

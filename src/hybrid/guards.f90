@@ -1,49 +1,52 @@
-!! What can end a branch of a contact, as functions that stay positive as long as it holds.
+!! What can end a mode, as functions that stay positive as long as it lasts.
 !!
-!! Every bound of a switching function alpha s + beta s' + gamma, and every bound of a constraint force, is a guard
-!! g = side (function - bound) >= 0. `look` gives g and its rate; a force's rate is a difference along the motion. `noise` is the
-!! rounding in g: what is closer to 0 than that is on the bound.
+!! Every bound of a switching function alpha s + beta s' + gamma, every bound of a constraint force, and every force of a compliant
+!! contact that presses friction and may pull, is a guard g = side (function - bound) >= 0. `look` gives g and its rate, in any
+!! mode; a constraint force's rate is a difference along the motion. Where laws are piecewise linear a guard is a linear form
+!! (`guard_forms`). `noise` is the rounding in g: what is closer to 0 than that is on the bound.
 module razy_hybrid_guards
    use razy_contact_contact_law, only: guard_t
    use razy_core_kinds, only: wp
-   use razy_hybrid_field, only: field_t
+   use razy_hybrid_dynamics, only: dynamics_t
+   use razy_hybrid_linear_form, only: linear_form_t
+   use razy_hybrid_mode, only: mode_t
+   use razy_hybrid_system, only: system_t
    implicit none(type, external)
    private
 
-   public :: guard_entry_t, guards_t
+   public :: guard_entry_t, guard_forms, guards_t, list_guards, of_force, of_press
 
-   !> One guard: contact, number of its switching function (0: constraint force), side and bound, and the branch beyond.
+   !> Numbers in the place of a switching function's: a constraint force, the force that presses friction.
+   integer, parameter :: of_force = 0, of_press = -1
+
+   !> One guard: contact, number of its switching function, and the branch beyond; side and bound of alpha s + beta s' + gamma.
    type :: guard_entry_t
       integer :: contact = 0, function = 0, next = 0
       real(wp) :: side = 0.0_wp, bound = 0.0_wp, alpha = 0.0_wp, beta = 0.0_wp, gamma = 0.0_wp
-      !> Whether the bound is one per normal force.
-      logical :: of_normal = .false.
+      !> Whether the bound is one per normal force; whether it is another bound of the function before it in the list.
+      logical :: of_normal = .false., shares = .false.
    end type guard_entry_t
 
-   !> The guards (count) of all contacts in a mode; no array is shorter than any mode needs.
+   !> The guards (the first `count`) of all contacts in a mode; no array is shorter than any mode needs.
    type :: guards_t
       integer :: count = 0
       type(guard_entry_t), allocatable :: entry(:)
       !> Rounding in g.
       real(wp), allocatable :: noise(:)
-      !> Whether a function needs s'', or a constraint force; whether there is a force among them.
+      !> Whether a function needs s'', whether there is a force of a constraint among them.
       logical :: accelerated = .false., forced = .false.
-      !> Time over which rates of forces are taken, s.
+      !> Time over which rates of constraint forces are taken, s.
       real(wp) :: delta = 0.0_wp
-      !> Size of the terms of s and s' seen in this piece (contacts).
-      real(wp), allocatable :: size_s(:), size_rate(:)
-      !> Lengths of the contact directions (contacts).
-      real(wp), allocatable :: reach(:)
       !> Largest angular frequency that the guards feel at once, whatever the motion is, rad/s: of errors of s, and of loads where
-      !> there is a force among them; of errors alone, of all tones.
+      !> there is a constraint force among them.
       real(wp) :: fastest = 0.0_wp
-      real(wp), private :: fastest_error = 0.0_wp, fastest_tone = 0.0_wp
-      !> Rounding of the field's time, s.
-      real(wp) :: of_time = 0.0_wp
-      real(wp), allocatable :: a(:), moved(:)
+      !> Size of the terms of s and s' seen in this motion (contacts), lengths of the contact directions (contacts).
+      real(wp), allocatable :: size_s(:), size_rate(:), reach(:)
+      real(wp), private :: fastest_error = 0.0_wp, fastest_tone = 0.0_wp, of_time = 0.0_wp
+      real(wp), allocatable, private :: a(:), moved(:)
    contains
-      procedure :: attach
-      procedure :: watch
+      procedure :: make_room
+      procedure :: list
       procedure :: measure
       procedure :: look
       procedure :: on_s
@@ -51,115 +54,196 @@ module razy_hybrid_guards
    end type guards_t
 
    !> Rounding of a sum in units of its largest term, and of a constraint force.
-   real(wp), parameter :: of_sum = 16*epsilon(1.0_wp), of_force = 256*epsilon(1.0_wp)
+   real(wp), parameter :: rounding = 16*epsilon(1.0_wp), rounding_of_force = 256*epsilon(1.0_wp)
 
 contains
 
-   !> Make room for a machine.
-   subroutine attach(self, field)
-      class(guards_t), intent(inout) :: self
-      type(field_t), intent(in) :: field
-
-      integer :: contacts, t
-
-      contacts = size(field%branch)
-      if (allocated(self%entry)) deallocate (self%entry, self%noise, self%size_s, self%size_rate, self%a, self%moved, &
-                                             self%reach)
-      allocate (self%entry(8*contacts), self%noise(8*contacts), self%size_s(contacts), self%size_rate(contacts))
-      allocate (self%a(field%m), self%moved(2*field%m), source=0.0_wp)
-      self%size_s = 0.0_wp
-      self%size_rate = 0.0_wp
-      self%reach = norm2(field%w, dim=1)
-      self%fastest_error = 0.0_wp
-      self%fastest_tone = 0.0_wp
-      do t = 1, size(field%omega)
-         self%fastest_tone = max(self%fastest_tone, field%omega(t))
-         if (any(abs(field%error_re(:, t)) + abs(field%error_im(:, t)) > 0.0_wp)) then
-            self%fastest_error = max(self%fastest_error, field%omega(t))
-         end if
-      end do
-   end subroutine attach
-
-   !> List the guards of the field's branches.
-   subroutine watch(self, field)
-      class(guards_t), intent(inout) :: self
-      type(field_t), intent(in) :: field
+   !> All guards of a mode: the first `count` of `entry`, whose size has to be 8 a contact.
+   subroutine list_guards(system, mode, entry, count)
+      type(system_t), intent(in) :: system
+      type(mode_t), intent(in) :: mode
+      type(guard_entry_t), intent(inout) :: entry(:)
+      integer, intent(out) :: count
 
       integer :: f, j
 
-      self%count = 0
-      self%accelerated = .false.
-      self%forced = .false.
-      do j = 1, size(field%branch)
-         associate (law => field%machine%contact(j)%law, branch => field%branch(j))
+      count = 0
+      do j = 1, size(mode%branch)
+         associate (law => system%machine%contact(j)%law, branch => mode%branch(j))
             if (law%constraint(branch)) then
-               call add(self, j, 0, law%force_guard(branch), [0.0_wp, 0.0_wp, 0.0_wp], law%of_normal)
+               call add(guard_entry_t(contact=j, function=of_force, of_normal=law%of_normal), law%force_guard(branch))
                cycle
             end if
             do f = 1, law%functions
-               call add(self, j, f, law%guard(f, branch), [law%slope(:, f), law%constant(f)], .false.)
+               call add(guard_entry_t(contact=j, function=f, alpha=law%slope(1, f), beta=law%slope(2, f), gamma=law%constant(f)), &
+                        law%guard(f, branch))
             end do
          end associate
       end do
-      self%fastest = merge(self%fastest_tone, self%fastest_error, self%forced)
-   end subroutine watch
-
-   subroutine add(self, j, f, guard, coefficients, of_normal)
-      type(guards_t), intent(inout) :: self
-      integer, intent(in) :: j, f
-      type(guard_t), intent(in) :: guard
-      real(wp), intent(in) :: coefficients(3)
-      logical, intent(in) :: of_normal
-
-      if (guard%below == 0 .and. guard%above == 0) return
-      if (guard%below /= 0) call put(guard%below, 1.0_wp, guard%lower)
-      if (guard%above /= 0) call put(guard%above, -1.0_wp, guard%upper)
-      self%forced = self%forced .or. f == 0
-      self%accelerated = self%accelerated .or. f == 0 .or. abs(coefficients(2)) > 0.0_wp
+      do j = 1, size(mode%branch)
+         if (may_pull(system, mode, j)) call add(guard_entry_t(contact=j, function=of_press), guard_t(below=mode%branch(j)))
+      end do
 
    contains
 
-      subroutine put(next, side, bound)
-         integer, intent(in) :: next
-         real(wp), intent(in) :: side, bound
+      subroutine add(guard, bounds)
+         type(guard_entry_t), intent(in) :: guard
+         type(guard_t), intent(in) :: bounds
 
-         self%count = self%count + 1
-         self%entry(self%count) = guard_entry_t(j, f, next, side, bound, coefficients(1), coefficients(2), coefficients(3), &
-                                                of_normal)
-      end subroutine put
+         if (bounds%below /= 0) then
+            count = count + 1
+            entry(count) = guard
+            entry(count)%next = bounds%below
+            entry(count)%side = 1.0_wp
+            entry(count)%bound = bounds%lower
+         end if
+         if (bounds%above /= 0) then
+            count = count + 1
+            entry(count) = guard
+            entry(count)%next = bounds%above
+            entry(count)%side = -1.0_wp
+            entry(count)%bound = bounds%upper
+            entry(count)%shares = bounds%below /= 0 .and. .not. guard%of_normal
+         end if
+      end subroutine add
 
-   end subroutine add
+   end subroutine list_guards
 
-   !> Take up the size of the terms at (tau, z), and the rounding of time there; `anew` forgets those seen before.
-   pure subroutine measure(self, field, tau, z, anew)
+   !> Whether the force that presses friction element j may change its sign: that of a damped contact which does not part there.
+   pure function may_pull(system, mode, j)
+      type(system_t), intent(in) :: system
+      type(mode_t), intent(in) :: mode
+      integer, intent(in) :: j
+      logical :: may_pull
+
+      may_pull = .false.
+      associate (by => system%machine%contact(j)%normal_of)
+         if (by == 0) return
+         associate (law => system%machine%contact(by)%law, branch => mode%branch(by))
+            may_pull = law%piecewise_linear .and. law%branch(branch)%damping > 0.0_wp .and. .not. law%constraint(branch) &
+                       .and. .not. law%parts(branch)
+         end associate
+      end associate
+   end function may_pull
+
+   !> The guards of a mode with piecewise-linear laws as linear forms less their bounds' parts that move: form `i` stays on `side`
+   !> of `entry(i)%bound`, which is 0 for bounds per normal force. `force`: the forces of all contacts, constraints included.
+   pure subroutine guard_forms(system, mode, force, entry, form)
+      type(system_t), intent(in) :: system
+      type(mode_t), intent(in) :: mode
+      type(linear_form_t), intent(in) :: force(:)
+      type(guard_entry_t), intent(inout) :: entry(:)
+      type(linear_form_t), intent(out) :: form(:)
+
+      type(linear_form_t) :: normal
+      integer :: i
+
+      do i = 1, size(entry)
+         associate (guard => entry(i))
+            select case (guard%function)
+            case (of_force)
+               form(i) = force(guard%contact)
+               if (.not. guard%of_normal) cycle
+               normal = total_normal(guard%contact)
+               call form(i)%add(-guard%bound, normal)
+               guard%bound = 0.0_wp
+            case (of_press)
+               form(i) = force(system%machine%contact(guard%contact)%normal_of)
+               guard%side = real(mode%press(guard%contact), wp)
+            case default
+               form(i) = system%contact_form(guard%contact, guard%alpha, guard%beta, guard%gamma)
+            end select
+         end associate
+      end do
+
+   contains
+
+      !> Normal force of friction element j that sticks.
+      pure function total_normal(j) result(total)
+         integer, intent(in) :: j
+         type(linear_form_t) :: total
+
+         total = mode%normal_form(system, j)
+         associate (by => system%machine%contact(j)%normal_of)
+            if (by == 0) return
+            associate (law => system%machine%contact(by)%law)
+               if (.not. law%constraint(mode%branch(by))) return
+               call total%add(merge(1.0_wp, -1.0_wp, law%force_guard(mode%branch(by))%below /= 0), force(by))
+            end associate
+         end associate
+      end function total_normal
+
+   end subroutine guard_forms
+
+   !> Make room for a system.
+   pure subroutine make_room(self, system)
       class(guards_t), intent(inout) :: self
-      type(field_t), intent(in) :: field
+      type(system_t), intent(in) :: system
+
+      integer :: contacts, j
+
+      contacts = size(system%machine%contact)
+      if (allocated(self%entry)) deallocate (self%entry, self%noise, self%size_s, self%size_rate, self%a, self%moved)
+      allocate (self%entry(8*contacts))
+      allocate (self%noise(8*contacts), self%size_s(contacts), self%size_rate(contacts), source=0.0_wp)
+      allocate (self%a(system%m), self%moved(2*system%m), source=0.0_wp)
+      self%reach = norm2(system%w, dim=1)
+      self%fastest_error = 0.0_wp
+      do j = 1, contacts
+         self%fastest_error = max(self%fastest_error, maxval([0.0_wp, system%omega], [.true., abs(system%gap(j)%error) > 0.0_wp]))
+      end do
+      self%fastest_tone = system%fastest
+      self%count = 0
+   end subroutine make_room
+
+   !> List the guards of a mode.
+   subroutine list(self, system, mode)
+      class(guards_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(mode_t), intent(in) :: mode
+
+      integer :: i
+
+      call list_guards(system, mode, self%entry, self%count)
+      self%forced = .false.
+      self%accelerated = .false.
+      do i = 1, self%count
+         associate (guard => self%entry(i))
+            self%forced = self%forced .or. guard%function == of_force
+            self%accelerated = self%accelerated .or. guard%function <= 0 .or. abs(guard%beta) > 0.0_wp
+         end associate
+      end do
+      self%fastest = merge(self%fastest_tone, self%fastest_error, self%forced)
+   end subroutine list
+
+   !> Take up the size of the terms at z, and the rounding of the time `tau` there; `anew` forgets those seen before.
+   pure subroutine measure(self, system, tau, z, anew)
+      class(guards_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
       real(wp), intent(in) :: tau, z(:)
       logical, intent(in) :: anew
 
       real(wp) :: length, rate, s, speed
-      integer :: i, j, t
+      integer :: i, j
 
       self%of_time = 4*epsilon(1.0_wp)*abs(tau)
       ! What is rounding in one coordinate reaches all others through the matrices.
-      length = norm2(z(:field%m))
-      speed = norm2(z(field%m + 1:))
-      do j = 1, size(field%branch)
-         s = abs(field%machine%contact(j)%offset) + self%reach(j)*length
-         rate = abs(field%machine%contact(j)%drive) + self%reach(j)*speed
-         do t = 1, size(field%omega)
-            s = s + (abs(field%error_re(j, t)) + abs(field%error_im(j, t)))
-            rate = rate + field%omega(t)*(abs(field%error_re(j, t)) + abs(field%error_im(j, t)))
-         end do
+      length = norm2(z(:system%m))
+      speed = norm2(z(system%m + 1:))
+      do j = 1, size(self%reach)
+         associate (gap => system%gap(j))
+            s = abs(gap%constant) + self%reach(j)*length + sum(abs(gap%error))
+            rate = abs(system%machine%contact(j)%drive) + self%reach(j)*speed + sum(system%omega*abs(gap%error))
+         end associate
          if (.not. anew) s = max(s, self%size_s(j))
          if (.not. anew) rate = max(rate, self%size_rate(j))
          self%size_s(j) = s
          self%size_rate(j) = rate
       end do
       do i = 1, self%count
-         associate (entry => self%entry(i))
-            self%noise(i) = of_sum*(abs(entry%gamma) + abs(entry%bound)) + abs(entry%alpha)*self%on_s(entry%contact) &
-                            + abs(entry%beta)*self%on_rate(entry%contact)
+         associate (guard => self%entry(i))
+            self%noise(i) = rounding*(abs(guard%gamma) + abs(guard%bound)) + abs(guard%alpha)*self%on_s(guard%contact) &
+                            + abs(guard%beta)*self%on_rate(guard%contact)
          end associate
       end do
    end subroutine measure
@@ -170,7 +254,7 @@ contains
       integer, intent(in) :: j
       real(wp) :: noise
 
-      noise = of_sum*self%size_s(j) + self%of_time*self%size_rate(j)
+      noise = rounding*self%size_s(j) + self%of_time*self%size_rate(j)
    end function on_s
 
    pure function on_rate(self, j) result(noise)
@@ -178,55 +262,90 @@ contains
       integer, intent(in) :: j
       real(wp) :: noise
 
-      noise = of_sum*self%size_rate(j)
+      noise = rounding*self%size_rate(j)
    end function on_rate
 
-   !> g and g' (count each) at (tau, z).
-   subroutine look(self, field, tau, z, g, rate)
+   !> g and g' (count each) at (tau, z) of `dynamics`, which is in the mode.
+   subroutine look(self, system, dynamics, tau, z, g, rate)
       class(guards_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
+      type(system_t), intent(in) :: system
+      type(dynamics_t), intent(inout) :: dynamics
       real(wp), intent(in) :: tau, z(:)
       real(wp), intent(out) :: g(:), rate(:)
 
       integer :: i
 
-      if (self%forced) then
-         call field%accelerate(tau, z, self%a)
-         self%moved(:field%m) = z(:field%m) + self%delta*z(field%m + 1:)
-         self%moved(field%m + 1:) = z(field%m + 1:) + self%delta*self%a
-         call field%accelerate(tau + self%delta, self%moved, self%a)
+      associate (m => system%m)
+         if (self%forced) then
+            call dynamics%accelerate(system, tau, z, self%a)
+            self%moved(:m) = z(:m) + self%delta*z(m + 1:)
+            self%moved(m + 1:) = z(m + 1:) + self%delta*self%a
+            call dynamics%accelerate(system, tau + self%delta, self%moved, self%a)
+            do i = 1, self%count
+               if (self%entry(i)%function == of_force) rate(i) = of_constraint(self%entry(i), dynamics)
+            end do
+         end if
+         if (self%accelerated) call dynamics%accelerate(system, tau, z, self%a)
+         call dynamics%look_at_contacts(system, tau, z)
          do i = 1, self%count
-            if (self%entry(i)%function == 0) rate(i) = of_constraint(self%entry(i), field)
-         end do
-      end if
-      if (self%accelerated) call field%accelerate(tau, z, self%a)
-      call field%look_at_contacts(tau, z)
-      do i = 1, self%count
-         associate (entry => self%entry(i))
-            if (entry%function == 0) then
-               g(i) = of_constraint(entry, field)
+            select case (self%entry(i)%function)
+            case (of_force)
+               g(i) = of_constraint(self%entry(i), dynamics)
                rate(i) = (rate(i) - g(i))/self%delta
-               self%noise(i) = of_force*(abs(field%force(entry%contact)) + norm2(self%a)/norm2(field%w(:, entry%contact)))
-               if (entry%of_normal) self%noise(i) = self%noise(i) + of_force*abs(entry%bound*field%normal(entry%contact))
-            else
-               g(i) = entry%side*(entry%alpha*field%s(entry%contact) + entry%beta*field%rate(entry%contact) + entry%gamma &
-                                  - entry%bound)
-               rate(i) = entry%alpha*field%rate(entry%contact)
-               if (abs(entry%beta) > 0.0_wp) rate(i) = rate(i) + entry%beta*field%second_rate(entry%contact, self%a)
-               rate(i) = entry%side*rate(i)
-            end if
+               self%noise(i) = noise_of_force(i)
+            case (of_press)
+               call look_at_press(self, system, dynamics, self%entry(i)%contact, g(i), rate(i), self%noise(i))
+            case default
+               associate (guard => self%entry(i), j => self%entry(i)%contact)
+                  g(i) = guard%side*(guard%alpha*dynamics%s(j) + guard%beta*dynamics%rate(j) + guard%gamma - guard%bound)
+                  rate(i) = guard%alpha*dynamics%rate(j)
+                  if (abs(guard%beta) > 0.0_wp) rate(i) = rate(i) + guard%beta*dynamics%second_rate(system, j, self%a)
+                  rate(i) = guard%side*rate(i)
+               end associate
+            end select
+         end do
+      end associate
+
+   contains
+
+      pure function noise_of_force(i) result(noise)
+         integer, intent(in) :: i
+         real(wp) :: noise
+
+         associate (guard => self%entry(i), j => self%entry(i)%contact)
+            noise = abs(dynamics%force(j)) + norm2(self%a)/norm2(system%w(:, j))
+            if (guard%of_normal) noise = noise + abs(guard%bound*dynamics%normal(j))
+            noise = rounding_of_force*noise
          end associate
-      end do
+      end function noise_of_force
+
    end subroutine look
 
-   pure function of_constraint(entry, field) result(g)
-      type(guard_entry_t), intent(in) :: entry
-      type(field_t), intent(in) :: field
+   pure function of_constraint(guard, dynamics) result(g)
+      type(guard_entry_t), intent(in) :: guard
+      type(dynamics_t), intent(in) :: dynamics
       real(wp) :: g
 
-      g = entry%bound
-      if (entry%of_normal) g = entry%bound*field%normal(entry%contact)
-      g = entry%side*(field%force(entry%contact) - g)
+      g = guard%bound
+      if (guard%of_normal) g = guard%bound*dynamics%normal(guard%contact)
+      g = guard%side*(dynamics%force(guard%contact) - g)
    end function of_constraint
+
+   !> The force that presses friction element j, with the sign it has in the mode, its rate and its rounding.
+   pure subroutine look_at_press(self, system, dynamics, j, g, rate, noise)
+      type(guards_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(dynamics_t), intent(in) :: dynamics
+      integer, intent(in) :: j
+      real(wp), intent(out) :: g, rate, noise
+
+      associate (by => system%machine%contact(j)%normal_of, sign => dynamics%mode%press(j))
+         associate (piece => system%machine%contact(by)%law%branch(dynamics%mode%branch(by)))
+            g = sign*(piece%stiffness*dynamics%s(by) + piece%damping*dynamics%rate(by) + piece%offset)
+            rate = sign*(piece%stiffness*dynamics%rate(by) + piece%damping*dynamics%second_rate(system, by, self%a))
+            noise = abs(piece%stiffness)*self%on_s(by) + abs(piece%damping)*self%on_rate(by) + rounding*abs(piece%offset)
+         end associate
+      end associate
+   end subroutine look_at_press
 
 end module razy_hybrid_guards

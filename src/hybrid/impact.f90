@@ -6,25 +6,40 @@
 module razy_hybrid_impact
    use razy_contact_contact_law, only: branch_forward, branch_sticking
    use razy_core_kinds, only: wp
-   use razy_hybrid_touching_sides, only: side_t
+   use razy_hybrid_active_sides, only: side_t
    use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept, solve_impact
-   use razy_linalg_complementarity_impact, only: impact_problem_t
+   use razy_linalg_complementarity_impact, only: impact_problem_t, impulse_bound
+   use razy_linalg_lapack, only: dgetrf, dgetrs
    use razy_machine_machine, only: contact_t
    implicit none(type, external)
    private
 
-   public :: push_apart, strike
+   public :: impact_derivative_t, push_apart, strike
+
+   !> How the change of y' depends on the speeds u before the impact of gaps and of the friction that takes part.
+   type :: impact_derivative_t
+      !> Contacts, signs of their s in u, and directions D (m, directions).
+      integer, allocatable :: contact(:)
+      real(wp), allocatable :: sign(:), direction(:, :)
+      !> D dλ/du (m, directions), and whether it exists.
+      real(wp), allocatable :: effect(:, :)
+      logical :: defined = .true.
+   end type impact_derivative_t
+
+   !> Friction whose impulse is closer to its bound slides.
+   real(wp), parameter :: sticking = 1.0e-9_wp
 
 contains
 
    !> Speeds `after` of the sides, and the change of y' (m), for the directions `w` (m, contacts) and s' before, `rate`
-   !> (contacts), with its rounding. Not `found`: no impulses obey the laws.
-   subroutine strike(contact, w, rate, noise_rate, side, change, found)
+   !> (contacts), with its rounding. Not `found`: no impulses obey the laws. With `derivative`, that of the change.
+   subroutine strike(contact, w, rate, noise_rate, side, change, found, derivative)
       type(contact_t), intent(in) :: contact(:)
       real(wp), intent(in) :: w(:, :), rate(:), noise_rate(:)
       type(side_t), intent(inout) :: side(:)
       real(wp), intent(out) :: change(:)
       logical, intent(out) :: found
+      type(impact_derivative_t), intent(out), optional :: derivative
 
       type(impact_problem_t) :: problem
       type(impact_effort_t) :: effort
@@ -67,7 +82,49 @@ contains
          side(i)%candidate = .not. side(i)%after > 0.0_wp
          side(i)%released = .false.
       end do
+      if (.not. present(derivative)) return
+      derivative%contact = [side%contact, friction(:m)]
+      derivative%sign = [side%direction, (1.0_wp, k=1, m)]
+      derivative%direction = d(:, :n + m)
+      call differentiate(problem, impulse(:n + m), derivative)
    end subroutine strike
+
+   !> D dλ/du with the sides that have an impulse, and the friction that sticks, as they are; the coefficients of friction do not
+   !> change. Not `defined`: impulses that are not unique.
+   subroutine differentiate(problem, impulse, derivative)
+      type(impact_problem_t), intent(in) :: problem
+      real(wp), intent(in) :: impulse(:)
+      type(impact_derivative_t), intent(inout) :: derivative
+
+      real(wp), dimension(size(impulse), size(impulse)) :: left, right
+      integer :: i, info, n, pivot(size(impulse))
+
+      n = size(problem%before)
+      left = 0.0_wp
+      right = 0.0_wp
+      do i = 1, size(impulse)
+         if (i <= n) then
+            if (impulse(i) > 0.0_wp) then
+               ! u⁺ + ε u⁻ = 0
+               left(i, :) = problem%delassus(i, :)
+               right(i, i) = -(1.0_wp + problem%restitution(i))
+            else
+               left(i, i) = 1.0_wp
+            end if
+         else if (abs(impulse(i)) < (1.0_wp - sticking)*impulse_bound(problem, i - n, impulse)) then
+            left(i, :) = problem%delassus(i, :)
+            right(i, i) = -1.0_wp
+         else
+            left(i, i) = 1.0_wp
+            left(i, :n) = left(i, :n) - sign(1.0_wp, impulse(i))*problem%coefficient(i - n, :)
+         end if
+      end do
+      call dgetrf(size(impulse), size(impulse), left, size(impulse), pivot, info)
+      derivative%defined = info == 0
+      if (info /= 0) right = 0.0_wp
+      if (info == 0) call dgetrs("N", size(impulse), size(impulse), left, size(impulse), pivot, right, size(impulse), info)
+      derivative%effect = matmul(derivative%direction, right)
+   end subroutine differentiate
 
    !> Coefficient of friction at the sliding speed it has: the static one if that is rounding.
    pure function coefficient(friction, rate, noise_rate) result(mu)

@@ -1,276 +1,222 @@
-!! What the contacts of a machine do in a mode, that is, with the branches that they are in, as right-hand sides need it.
+!! A mode of the hybrid system: the branch of every contact, what each contact does there, and the dynamics that follow.
 !!
-!! A contact does nothing, acts by an affine force, by its law, or as a constraint. If all forces of a mode are affine and the
-!! machine is small, they are taken into its matrices once, so that a right-hand side is one product:
+!! In its branch a contact does nothing, acts by an affine force F = k s + b s' + offset, by a force that its law gives, or holds a
+!! constraint. Friction that slides acts with F = μ N, where the normal force N is constant, or that of a compliant contact, with
+!! the sign that this has (`press`), or that of a rigid one, a constraint force, which comes in later (razy_hybrid_constraints).
+!! Forces of piecewise-linear laws are linear forms of the motion, and the mode has the matrices
 !!
-!!     y'' = c + Σ_t (p_t cos φ_t + q_t sin φ_t) - (K + Σ_j k_j w_j w_jᵀ) y - (B + Σ_j b_j w_j w_jᵀ) y'.
+!!     K + Σ_j w_j a_jᵀ,  B + Σ_j w_j b_jᵀ   with   F_j = a_j·y + b_j·y' + c_j + Re(Σ e_jt E_t).
 module razy_hybrid_mode
    use razy_contact_contact_law, only: branch_lower_parting, branch_open, branch_upper_parting
    use razy_core_kinds, only: wp
    use razy_hybrid_constraints, only: constraints_t, new_constraints
-   use razy_hybrid_kinematics, only: kinematics_t
+   use razy_hybrid_linear_form, only: linear_form_t, zero_form
+   use razy_hybrid_system, only: system_t
    implicit none(type, external)
    private
 
-   public :: mode_t
-   public :: affine, constrained, idle, lawful
-   public :: treat_by_events, treat_by_smoothing, treat_by_switching
-
-   integer, parameter :: treat_by_events = 1, treat_by_switching = 2, treat_by_smoothing = 3
+   public :: affine, constrained, idle, lawful, mode_t, presses, press_of
 
    !> What a contact does in a mode: nothing, an affine force, the law's force, a constraint force.
    integer, parameter :: idle = 0, affine = 1, lawful = 2, constrained = 3
 
-   !> A folded mode: what has been formed for its branches.
-   type :: fold_t
-      integer, allocatable :: branch(:), does(:), acting(:)
-      integer :: acts = 0
-      real(wp), allocatable :: matrix(:, :), constant(:), on_cosine(:, :), on_sine(:, :)
-   end type fold_t
-
-   type, extends(kinematics_t) :: mode_t
-      !> What is done about jumps.
-      integer :: treatment = treat_by_events
+   type :: mode_t
       integer, allocatable :: branch(:)
-      !> What each contact does; contacts that act, friction last.
+      !> Signs of the forces of compliant contacts that press friction elements while the mode lasts; 0: none does, or of no
+      !> sign that is known (contacts).
+      integer, allocatable :: press(:)
+      !> What each contact does; contacts that act, friction last (the first `acts`).
       integer, allocatable :: does(:), acting(:)
       integer :: acts = 0
       type(constraints_t) :: constraints
-      !> Workspace: force and normal force (contacts each).
-      real(wp), allocatable :: force(:), normal(:)
-      !> Whether the forces of the mode are in the following: K and B (m, 2m), constant (m), phasors (m, tones).
-      logical :: folded = .false.
-      real(wp), allocatable :: matrix(:, :), constant(:), on_cosine(:, :), on_sine(:, :)
-      !> Folded modes entered before, the first `kept` in use, and the one that is replaced next.
-      type(fold_t), allocatable, private :: fold(:)
-      integer, private :: kept = 0, oldest = 1
-      !> The branches entered last.
+      !> Whether laws have their smoothed forms, which know no branches.
+      logical :: smoothed = .false.
+      !> The branches entered last (contacts).
       integer, allocatable, private :: entered(:)
    contains
       procedure :: make_room
-      procedure :: enter_mode
-      procedure :: normal_of
-      procedure :: forcing
+      procedure :: enter
+      procedure :: force_form
+      procedure :: normal_form
+      procedure :: add_contacts
+      procedure :: add_loads
    end type mode_t
-
-   !> The most coordinates for which a full matrix is cheaper than its parts; folded modes that are kept.
-   integer, parameter :: most_folded = 8, most_kept = 8
 
 contains
 
-   !> Make room for the contacts of the machine that was taken.
-   subroutine make_room(self)
+   !> Make room for so many contacts.
+   pure subroutine make_room(self, contacts, smoothed)
       class(mode_t), intent(inout) :: self
+      integer, intent(in) :: contacts
+      logical, intent(in) :: smoothed
 
-      integer :: contacts, m, tones
-
-      contacts = size(self%machine%contact)
-      m = self%m
-      tones = size(self%omega)
-      if (allocated(self%branch)) deallocate (self%branch, self%force, self%normal, self%does, self%acting, self%matrix, &
-                                              self%constant, self%on_cosine, self%on_sine, self%entered)
-      self%kept = 0
-      self%oldest = 1
-      if (.not. allocated(self%fold)) allocate (self%fold(most_kept))
+      if (allocated(self%branch)) deallocate (self%branch, self%press, self%does, self%acting, self%entered)
       allocate (self%branch(contacts), source=branch_open)
-      allocate (self%entered(contacts), source=0)
+      allocate (self%press(contacts), self%entered(contacts), source=0)
       allocate (self%does(contacts), self%acting(contacts), source=idle)
-      allocate (self%force(contacts), self%normal(contacts), source=0.0_wp)
-      allocate (self%matrix(m, 2*m), self%constant(m), self%on_cosine(m, tones), self%on_sine(m, tones), source=0.0_wp)
+      self%smoothed = smoothed
    end subroutine make_room
 
    !> Make ready for the branches as they are.
-   subroutine enter_mode(self)
+   subroutine enter(self, system)
       class(mode_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
 
-      integer :: held(size(self%branch)), sliding(size(self%branch)), row(size(self%branch))
+      integer, dimension(size(self%branch)) :: held, row, sliding
       real(wp) :: sign(size(self%branch))
-      integer :: i, j, n, pass
-      logical :: changed
+      integer :: by, couplings, j, n, pass
 
-      changed = .false.
-      do j = 1, size(self%branch)
-         changed = changed .or. self%entered(j) /= self%branch(j)
-         self%entered(j) = self%branch(j)
-      end do
-      if (.not. changed) return
-      do i = 1, self%kept
-         if (any(self%fold(i)%branch /= self%branch)) cycle
-         call recall(self, self%fold(i))
-         return
-      end do
+      if (all(self%entered == self%branch)) return
+      self%entered = self%branch
       n = 0
-      self%force = 0.0_wp
       do j = 1, size(self%branch)
-         associate (law => self%machine%contact(j)%law, branch => self%branch(j))
-            self%does(j) = lawful
-            if (self%treatment == treat_by_smoothing) cycle
-            if (law%constraint(branch)) then
-               self%does(j) = constrained
-               n = n + 1
-               held(n) = j
-            else if (law%impacts .or. (branch == branch_open .and. .not. law%branch(branch_open)%stiffness > 0.0_wp)) then
-               self%does(j) = idle
-            else if (law%piecewise_linear .and. .not. law%of_normal) then
-               self%does(j) = affine
-            end if
-         end associate
+         self%does(j) = task_of(self, system, j)
+         if (self%does(j) /= constrained) cycle
+         n = n + 1
+         held(n) = j
       end do
       self%acts = 0
       do pass = 1, 2
          do j = 1, size(self%branch)
             if (self%does(j) /= affine .and. self%does(j) /= lawful) cycle
-            if (self%machine%contact(j)%law%of_normal .neqv. pass == 2) cycle
+            if (system%machine%contact(j)%law%of_normal .neqv. pass == 2) cycle
             self%acts = self%acts + 1
             self%acting(self%acts) = j
          end do
       end do
-      i = 0
+      couplings = 0
       do j = 1, size(self%branch)
-         if (self%does(j) /= lawful .or. .not. self%machine%contact(j)%law%of_normal) cycle
-         associate (by => self%machine%contact(j)%normal_of)
-            if (by == 0) cycle
-            if (self%does(by) /= constrained) cycle
-            i = i + 1
-            sliding(i) = j
-            row(i) = findloc(held(:n), by, 1)
-            sign(i) = merge(1.0_wp, -1.0_wp, self%machine%contact(by)%law%force_guard(self%branch(by))%below /= 0)
-         end associate
+         by = system%machine%contact(j)%normal_of
+         if (self%does(j) /= lawful .or. .not. system%machine%contact(j)%law%of_normal .or. by == 0) cycle
+         if (self%does(by) /= constrained) cycle
+         couplings = couplings + 1
+         sliding(couplings) = j
+         row(couplings) = findloc(held(:n), by, 1)
+         sign(couplings) = merge(1.0_wp, -1.0_wp, system%machine%contact(by)%law%force_guard(self%branch(by))%below /= 0)
       end do
-      call new_constraints(self%constraints, self%w, held(:n), sliding(:i), row(:i), sign(:i))
-      self%folded = self%treatment == treat_by_events .and. self%m <= most_folded .and. n == 0 &
-                    .and. all(self%does(self%acting(:self%acts)) == affine)
-      if (.not. self%folded) return
-      call fold(self)
-      call keep(self)
-   end subroutine enter_mode
+      call new_constraints(self%constraints, system%w, held(:n), sliding(:couplings), row(:couplings), sign(:couplings))
+   end subroutine enter
 
-   !> Keep the folded mode that was entered.
-   subroutine keep(self)
-      class(mode_t), intent(inout) :: self
+   !> What contact j does in its branch.
+   pure function task_of(self, system, j) result(does)
+      type(mode_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      integer :: does
 
-      associate (fold => self%fold(self%oldest))
-         fold%branch = self%branch
-         fold%does = self%does
-         fold%acting = self%acting
-         fold%acts = self%acts
-         fold%matrix = self%matrix
-         fold%constant = self%constant
-         fold%on_cosine = self%on_cosine
-         fold%on_sine = self%on_sine
+      does = lawful
+      if (self%smoothed) return
+      associate (law => system%machine%contact(j)%law, branch => self%branch(j))
+         if (law%constraint(branch)) then
+            does = constrained
+         else if (law%impacts .or. (branch == branch_open .and. .not. law%branch(branch_open)%stiffness > 0.0_wp)) then
+            does = idle
+         else if (law%piecewise_linear .and. .not. law%of_normal) then
+            does = affine
+         end if
       end associate
-      self%kept = max(self%kept, self%oldest)
-      self%oldest = modulo(self%oldest, most_kept) + 1
-   end subroutine keep
+   end function task_of
 
-   !> Enter a folded mode again.
-   pure subroutine recall(self, fold)
-      class(mode_t), intent(inout) :: self
-      type(fold_t), intent(in) :: fold
+   !> Whether a contact in this branch presses friction that goes with it: not while it is open or parting.
+   elemental function presses(branch)
+      integer, intent(in) :: branch
+      logical :: presses
 
-      integer :: i, j
+      presses = branch /= branch_open .and. branch /= branch_upper_parting .and. branch /= branch_lower_parting
+   end function presses
 
-      self%folded = .true.
-      self%constraints%count = 0
-      self%constraints%couplings = 0
-      self%acts = fold%acts
-      do j = 1, size(fold%branch)
-         self%force(j) = 0.0_wp
-         self%does(j) = fold%does(j)
-         self%acting(j) = fold%acting(j)
-      end do
-      do j = 1, 2*self%m
-         do i = 1, self%m
-            self%matrix(i, j) = fold%matrix(i, j)
-         end do
-      end do
-      do i = 1, self%m
-         self%constant(i) = fold%constant(i)
-      end do
-      do j = 1, size(self%omega)
-         do i = 1, self%m
-            self%on_cosine(i, j) = fold%on_cosine(i, j)
-            self%on_sine(i, j) = fold%on_sine(i, j)
-         end do
-      end do
-   end subroutine recall
+   !> Sign by which a contact's force presses: that which it has in the mode, beyond its zero too, so that the field of the mode
+   !> is smooth up to the event and behind it; where none is known, its own.
+   elemental function press_of(press, force) result(factor)
+      integer, intent(in) :: press
+      real(wp), intent(in) :: force
+      real(wp) :: factor
 
-   !> Take the affine forces of the mode into matrix, constant and phasors.
-   subroutine fold(self)
-      class(mode_t), intent(inout) :: self
+      factor = sign(1.0_wp, force)
+      if (press /= 0) factor = real(press, wp)
+   end function press_of
 
-      integer :: i, j, k, m, t
+   !> F of contact j, without constraint forces. All laws here are piecewise linear.
+   pure function force_form(self, system, j) result(form)
+      class(mode_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      type(linear_form_t) :: form
 
-      m = self%m
-      self%matrix(:, :m) = self%coupled%stiffness
-      self%matrix(:, m + 1:) = self%coupled%damping
-      self%constant = self%load
-      self%on_cosine = self%load_re
-      self%on_sine = -self%load_im
-      do k = 1, self%acts
-         j = self%acting(k)
-         associate (contact => self%machine%contact(j), w => self%w(:, j))
-            associate (branch => contact%law%branch(self%branch(j)))
-               do i = 1, m
-                  self%matrix(:, i) = self%matrix(:, i) + branch%stiffness*w(i)*w
-                  self%matrix(:, m + i) = self%matrix(:, m + i) + branch%damping*w(i)*w
-               end do
-               self%constant = self%constant - w*(branch%stiffness*contact%offset + branch%damping*contact%drive + branch%offset)
-               do t = 1, size(self%omega)
-                  self%on_cosine(:, t) = self%on_cosine(:, t) - w*(branch%stiffness*self%error_re(j, t) &
-                                                                   - branch%damping*self%omega(t)*self%error_im(j, t))
-                  self%on_sine(:, t) = self%on_sine(:, t) + w*(branch%stiffness*self%error_im(j, t) &
-                                                               + branch%damping*self%omega(t)*self%error_re(j, t))
-               end do
+      associate (law => system%machine%contact(j)%law)
+         associate (piece => law%branch(self%branch(j)))
+            if (law%constraint(self%branch(j))) then
+               form = zero_form(system%m, size(system%omega))
+            else if (law%of_normal) then
+               form = zero_form(system%m, size(system%omega))
+               call form%add(piece%offset, self%normal_form(system, j))
+            else
+               form = system%contact_form(j, piece%stiffness, piece%damping, piece%offset)
+            end if
+         end associate
+      end associate
+   end function force_form
+
+   !> Normal force of friction element j, without that of a rigid contact.
+   pure function normal_form(self, system, j) result(form)
+      class(mode_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      type(linear_form_t) :: form
+
+      form = zero_form(system%m, size(system%omega))
+      associate (with => system%machine%contact(j)%only_with)
+         if (with > 0) then
+            if (.not. presses(self%branch(with))) return
+         end if
+      end associate
+      form%constant = system%machine%contact(j)%normal
+      associate (by => system%machine%contact(j)%normal_of)
+         if (by == 0) return
+         associate (law => system%machine%contact(by)%law)
+            if (law%constraint(self%branch(by))) return
+            associate (piece => law%branch(self%branch(by)))
+               call form%add(real(self%press(j), wp), system%contact_form(by, piece%stiffness, piece%damping, piece%offset))
             end associate
          end associate
-      end do
-   end subroutine fold
+      end associate
+   end function normal_form
 
-   !> The part of y'' in a folded mode that does not depend on y and y', at the phases of the workspace (m).
-   pure subroutine forcing(self, part)
+   !> Add what the contacts do, without constraint forces, to K and B (m, m).
+   pure subroutine add_contacts(self, system, k, b)
       class(mode_t), intent(in) :: self
-      real(wp), intent(out) :: part(:)
+      type(system_t), intent(in) :: system
+      real(wp), intent(inout) :: k(:, :), b(:, :)
 
-      integer :: i, t
+      type(linear_form_t) :: force
+      integer :: i, j
 
-      do i = 1, self%m
-         part(i) = self%constant(i)
-      end do
-      do t = 1, size(self%omega)
-         do i = 1, self%m
-            part(i) = part(i) + (self%on_cosine(i, t)*self%c(t) + self%on_sine(i, t)*self%d(t))
+      do j = 1, size(self%branch)
+         force = self%force_form(system, j)
+         do i = 1, system%m
+            k(:, i) = k(:, i) + system%w(:, j)*force%on_y(i)
+            b(:, i) = b(:, i) + system%w(:, j)*force%on_v(i)
          end do
       end do
-   end subroutine forcing
+   end subroutine add_contacts
 
-   !> Normal force of friction element j without that of a rigid contact, N.
-   pure function normal_of(self, j) result(normal)
+   !> Add what does not depend on the motion to the load (m) and its phasors (m, tones).
+   pure subroutine add_loads(self, system, load, harmonic)
       class(mode_t), intent(in) :: self
-      integer, intent(in) :: j
-      real(wp) :: normal
+      type(system_t), intent(in) :: system
+      real(wp), intent(inout) :: load(:)
+      complex(wp), intent(inout) :: harmonic(:, :)
 
-      integer :: branch
+      type(linear_form_t) :: force
+      integer :: j, t
 
-      associate (contact => self%machine%contact(j))
-         normal = contact%normal
-         if (contact%normal_of > 0) then
-            if (self%does(contact%normal_of) /= constrained .and. self%does(contact%normal_of) /= idle) then
-               normal = normal + abs(self%force(contact%normal_of))
-            end if
-         end if
-         if (contact%only_with == 0) return
-         branch = self%branch(contact%only_with)
-         if (self%treatment == treat_by_smoothing) then
-            branch = self%machine%contact(contact%only_with)%law%initial_branch(self%s(contact%only_with), &
-                                                                                self%rate(contact%only_with))
-         end if
-         select case (branch)
-         case (branch_open, branch_upper_parting, branch_lower_parting)
-            normal = 0.0_wp
-         case default
-         end select
-      end associate
-   end function normal_of
+      do j = 1, size(self%branch)
+         force = self%force_form(system, j)
+         load = load - system%w(:, j)*force%constant
+         do t = 1, size(harmonic, 2)
+            harmonic(:, t) = harmonic(:, t) - system%w(:, j)*force%error(t)
+         end do
+      end do
+   end subroutine add_loads
 
 end module razy_hybrid_mode

@@ -1,156 +1,192 @@
-!! What follows an event: impacts of all contacts that touch, and then the branches that fit the accelerations.
+!! What happens at an event of the hybrid system, whatever moves it between events:
 !!
 !! 1. Rigid sides that touch with approaching speeds, together with all that touch already and the friction that they press, form
 !!    one impact (razy_hybrid_impact).
 !! 2. Sides that touch and friction elements that rest after that are candidates for constraints: accelerations say which of them
 !!    separate, slide, or stay closed and stick (razy_hybrid_active_sides).
 !! 3. A constraint whose force is on its bound and about to leave it is let go at once.
+!! 4. Impacts that accumulate are carried to the end of their sequence (razy_hybrid_accumulation).
+!!
+!! Where no contact impacts or holds a constraint, branches follow one another, and that is all.
 module razy_hybrid_transition
-   use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking, branches
+   use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking, contact_law_t
    use razy_core_kinds, only: wp
-   use razy_hybrid_field, only: field_t
-   use razy_hybrid_passed_branches, only: branch_beyond
-   use razy_hybrid_active_sides, only: assume, choose
-   use razy_hybrid_impact, only: push_apart, strike
-   use razy_hybrid_guards, only: guards_t
-   use razy_hybrid_touching_sides, only: find_sides, side_t
+   use razy_hybrid_accumulation, only: accumulation_t
+   use razy_hybrid_active_sides, only: assume, choose, find_sides, side_t
+   use razy_hybrid_dynamics, only: dynamics_t
+   use razy_hybrid_guards, only: guards_t, of_force, of_press
+   use razy_hybrid_impact, only: impact_derivative_t, push_apart, strike
+   use razy_hybrid_saltation, only: saltation_t
+   use razy_hybrid_system, only: system_t
    implicit none(type, external)
    private
 
-   public :: resolution_t
+   public :: transition_t
 
-   !> The outcome of an event and its workspace.
-   type :: resolution_t
+   type :: transition_t
+      !> The mode that follows the last event, and its guards.
+      type(dynamics_t) :: dynamics
+      type(guards_t) :: guards
+      type(accumulation_t) :: accumulation
+      !> Derivatives across events, if they are wanted.
+      type(saltation_t) :: saltation
       !> Whether admissible impulses and forces were found.
       logical :: found = .true.
-      !> Contacts whose branch has changed or that had an impact (changes), and the branches that follow. Branches that were passed
-      !> in no time come first, then all others in the order of their contacts.
+      !> Contacts whose branch has changed or that had an impact (the first `changes`), and the branches that follow. Branches that
+      !> were passed in no time come first, then all others in the order of their contacts.
       integer :: changes = 0
       integer, allocatable :: contact(:), branch(:)
-      !> Contacts that had an impact in this event, and the speeds of their gaps after it with their directions in s.
-      integer :: impacts = 0
-      logical, allocatable :: impacted(:)
-      real(wp), allocatable :: speed(:), direction(:)
+      !> Impacts, and ends of accumulations.
+      integer :: impacts = 0, landed = 0
+      !> Contacts that had an impact, and the speeds of their gaps after it with their directions in s (contacts).
+      logical, allocatable, private :: impacted(:)
+      real(wp), allocatable, private :: speed(:), direction(:)
+      !> Rigid sides that touch (the first `sides`).
       integer, private :: sides = 0
       type(side_t), allocatable, private :: side(:)
+      !> Branches that follow, and those before the event; friction elements that rest; constraints that have been let go of.
       integer, allocatable, private :: next(:), before(:)
-      !> Friction elements that rest; those that have been let go.
       logical, allocatable, private :: resting(:), let_go(:)
-      !> Edges that were left (lower and upper, contacts); rounding of s and s' (contacts each).
+      !> Edges that were left (lower and upper, contacts).
       logical, allocatable, private :: left(:, :)
+      !> Rounding of s and s' (contacts each).
       real(wp), allocatable, private :: noise_s(:), noise_rate(:)
-      !> Whether no contact impacts, is held, or sticks: branches follow one another, and that is all.
-      logical, private :: plain = .false.
+      !> Guards: none is hit.
+      logical, allocatable, private :: none(:)
    contains
-      procedure :: attach
+      procedure :: make_room
+      procedure :: begin
+      procedure :: start_piece
       procedure :: settle
-      procedure :: push_out
       procedure :: note
-   end type resolution_t
+   end type transition_t
 
    !> Branches that one contact may pass in no time, with the one that holds.
    integer, parameter :: most_passed = 9
+   !> Rounding of a constant of a switching function, and of its bound.
+   real(wp), parameter :: of_constant = 16*epsilon(1.0_wp)
 
 contains
 
-   !> Make room for a machine.
-   subroutine attach(self, field)
-      class(resolution_t), intent(inout) :: self
-      type(field_t), intent(in) :: field
+   !> Make room for a system; `sharpness` > 0: its laws are smoothed.
+   subroutine make_room(self, system, sharpness)
+      class(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: sharpness
 
-      integer :: i, j, n
+      integer :: n
 
-      n = size(field%branch)
-      if (allocated(self%contact)) deallocate (self%contact, self%branch, self%impacted, self%speed, self%side, self%next, &
-                                               self%direction, self%before, self%resting, self%let_go, self%left, self%noise_s, &
-                                               self%noise_rate)
+      n = size(system%machine%contact)
+      call self%dynamics%make_room(system, sharpness)
+      call self%guards%make_room(system)
+      if (allocated(self%contact)) then
+         deallocate (self%contact, self%branch, self%next, self%before, self%impacted, self%resting, self%let_go, self%left, &
+                     self%none, self%speed, self%direction, self%noise_s, self%noise_rate, self%side)
+      end if
       allocate (self%contact(most_passed*n), self%branch(most_passed*n), self%next(n), self%before(n), source=0)
-      allocate (self%impacted(n), self%resting(n), self%let_go(n), self%left(2, n), source=.false.)
+      allocate (self%impacted(n), self%resting(n), self%let_go(n), self%left(2, n), self%none(8*n), source=.false.)
       allocate (self%speed(n), self%direction(n), self%noise_s(n), self%noise_rate(n), source=0.0_wp)
       allocate (self%side(2*n))
-      self%plain = .true.
-      do j = 1, n
-         associate (law => field%machine%contact(j)%law)
-            self%plain = self%plain .and. .not. law%impacts .and. .not. any([(law%constraint(i), i=1, branches)])
-         end associate
-      end do
-   end subroutine attach
+   end subroutine make_room
 
-   !> Carry out the event at (tau, z) where the guards `hit` were left (all false: make branches and state consistent): jumps
-   !> of z, the new mode of the field, and the guards of that.
-   subroutine settle(self, field, guards, hit, tau, z)
-      class(resolution_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
-      type(guards_t), intent(inout) :: guards
+   !> The mode at the time 0 and z there, made consistent, if `events` do that: out of rigid stops, impacts of what approaches,
+   !> sticking or sliding. Rates of forces are differences over `delta`, s.
+   subroutine begin(self, system, events, delta, z)
+      class(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      logical, intent(in) :: events
+      real(wp), intent(in) :: delta
+      real(wp), intent(inout) :: z(:)
+
+      integer :: j
+
+      call clear(self)
+      call self%accumulation%begin(size(self%next))
+      associate (dynamics => self%dynamics)
+         call dynamics%begin(system, 0.0_wp, 0.0_wp)
+         call dynamics%look_at_contacts(system, 0.0_wp, z)
+         do j = 1, size(dynamics%mode%branch)
+            dynamics%mode%branch(j) = system%machine%contact(j)%law%initial_branch(dynamics%s(j), dynamics%rate(j))
+         end do
+         if (.not. events) return
+         call dynamics%mode%enter(system)
+         self%guards%delta = delta
+         self%guards%count = 0
+         call self%guards%measure(system, 0.0_wp, z, .true.)
+         call push_out(self, system, z)
+         if (.not. self%found) return
+         call resolve(self, system, self%none, 0.0_wp, z)
+         call follow_impacts(self, system, 0.0_wp, z)
+         call choose_press(self, system, 0.0_wp, z)
+      end associate
+   end subroutine begin
+
+   !> A piece starts at `time + time_low`, s, in the mode, with the state z, which is brought back to the constraints.
+   subroutine start_piece(self, system, time, time_low, delta, z)
+      class(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: time, time_low, delta
+      real(wp), intent(inout) :: z(:)
+
+      call self%dynamics%begin(system, time, time_low)
+      self%guards%delta = delta
+      call self%dynamics%keep_constraints(system, 0.0_wp, z)
+      call self%guards%list(system, self%dynamics%mode)
+      call self%guards%measure(system, 0.0_wp, z, .false.)
+   end subroutine start_piece
+
+   !> The event at (tau, z) of the piece that `dynamics` began, where the guards `hit` (at least as many as there are) were left:
+   !> jumps of z, the mode that follows, and what has changed.
+   subroutine settle(self, system, hit, tau, z)
+      class(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
       logical, intent(in) :: hit(:)
       real(wp), intent(in) :: tau
       real(wp), intent(inout) :: z(:)
 
-      integer :: j, round
+      logical :: landed(size(self%next)), presses_change
+      integer :: i, j
 
-      self%found = .true.
-      self%before = field%branch
-      self%next = field%branch
-      self%resting = .false.
-      self%let_go = .false.
-      self%impacted = .false.
-      self%impacts = 0
-      call guards%measure(field, tau, z, .false.)
-      call take_hits(self, field, guards, hit, tau, z)
-      if (self%plain) then
-         call follow_branches(self, field, guards)
+      call clear(self)
+      presses_change = .false.
+      do i = 1, self%guards%count
+         if (.not. hit(i) .or. self%guards%entry(i)%function /= of_press) cycle
+         presses_change = .true.
+         associate (press => self%dynamics%mode%press(self%guards%entry(i)%contact))
+            press = -press
+         end associate
+      end do
+      if (any(hit(:self%guards%count) .and. self%guards%entry(:self%guards%count)%function /= of_press)) then
+         call resolve(self, system, hit, tau, z)
+      else if (presses_change) then
          return
       end if
-      call take_sides(self, field, guards)
-      if (any(self%side(:self%sides)%before < 0.0_wp)) call take_impact(self, field, z)
       if (.not. self%found) return
-      call field%look_at_contacts(tau, z)
-      call sort_friction(self, field, guards)
-      self%changes = 0
-      do round = 1, most_passed - 1
-         if (.not. further(self, field)) exit
-      end do
-      do round = 1, 2*size(self%next) + 1
-         call take_forces(self, field, tau, z)
-         if (.not. self%found) return
-         call field%enter_mode()
-         call field%keep_constraints(tau, z)
-         call guards%watch(field)
-         call guards%measure(field, tau, z, .false.)
-         if (.not. let_go_of(self, field, guards, tau, z)) exit
-      end do
-      do j = 1, size(self%next)
-         if (field%branch(j) == self%before(j) .and. .not. self%impacted(j) .and. .not. any(self%contact(:self%changes) == j)) cycle
-         call note(self, j, field%branch(j))
-      end do
+      if (self%accumulation%landing .and. .not. self%accumulation%rest > 0.0_wp) then
+         call self%accumulation%land(system, self%dynamics%mode%branch, landed)
+         self%landed = count(landed)
+         do j = 1, size(landed)
+            if (landed(j) .and. .not. any(self%contact(:self%changes) == j)) call self%note(j, self%dynamics%mode%branch(j))
+         end do
+      end if
+      call follow_impacts(self, system, tau, z)
+      call choose_press(self, system, tau, z)
    end subroutine settle
 
-   !> The branches that follow at the s and s' that the field has just looked at, where nothing else can happen.
-   subroutine follow_branches(self, field, guards)
-      type(resolution_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
-      type(guards_t), intent(in) :: guards
+   !> Nothing has happened yet.
+   pure subroutine clear(self)
+      type(transition_t), intent(inout) :: self
 
-      integer :: j, round
-
-      do j = 1, size(self%next)
-         self%noise_s(j) = guards%on_s(j)
-         self%noise_rate(j) = guards%on_rate(j)
-      end do
+      self%found = .true.
       self%changes = 0
-      do round = 1, most_passed - 1
-         if (.not. further(self, field)) exit
-      end do
-      do j = 1, size(self%next)
-         field%branch(j) = self%next(j)
-         if (self%next(j) == self%before(j) .and. .not. any(self%contact(:self%changes) == j)) cycle
-         call note(self, j, self%next(j))
-      end do
-   end subroutine follow_branches
+      self%impacts = 0
+      self%landed = 0
+      self%impacted = .false.
+   end subroutine clear
 
    !> Add a change to the list.
    pure subroutine note(self, j, branch)
-      class(resolution_t), intent(inout) :: self
+      class(transition_t), intent(inout) :: self
       integer, intent(in) :: j, branch
 
       self%changes = self%changes + 1
@@ -158,11 +194,92 @@ contains
       self%branch(self%changes) = branch
    end subroutine note
 
-   !> Branches beyond the guards hit; friction that has come to rest does so to the last bit, and what has rested until now rested.
-   subroutine take_hits(self, field, guards, hit, tau, z)
-      type(resolution_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
-      type(guards_t), intent(in) :: guards
+   !> Take up the impacts of the event; where sequences end, z loses the speeds of their gaps and the mode is settled again. The
+   !> changes that are noted stay those of the event.
+   subroutine follow_impacts(self, system, tau, z)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: tau
+      real(wp), intent(inout) :: z(:)
+
+      integer, dimension(size(self%contact)) :: branch, contact
+      integer :: changes, impacts
+      logical :: gathered
+
+      if (.not. self%found .or. self%impacts == 0) return
+      call self%accumulation%follow(system, self%dynamics, self%guards, self%impacted, self%speed, self%direction, tau, z, &
+                                    self%saltation, gathered)
+      if (.not. gathered) return
+      contact = self%contact
+      branch = self%branch
+      changes = self%changes
+      impacts = self%impacts
+      call resolve(self, system, self%none, tau, z)
+      self%contact = contact
+      self%branch = branch
+      self%changes = changes
+      self%impacts = impacts
+      call self%accumulation%confirm(system, self%dynamics%mode%branch)
+   end subroutine follow_impacts
+
+   !> Impacts and the branches that follow at (tau, z), where the guards `hit` were left (none: make branches and state consistent).
+   subroutine resolve(self, system, hit, tau, z)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      logical, intent(in) :: hit(:)
+      real(wp), intent(in) :: tau
+      real(wp), intent(inout) :: z(:)
+
+      integer :: j, round
+
+      associate (dynamics => self%dynamics, guards => self%guards)
+         self%found = .true.
+         self%before = dynamics%mode%branch
+         self%next = dynamics%mode%branch
+         self%resting = .false.
+         self%let_go = .false.
+         self%impacted = .false.
+         self%impacts = 0
+         call guards%measure(system, tau, z, .false.)
+         call take_hits(self, system, hit, tau, z)
+         do j = 1, size(self%next)
+            self%noise_s(j) = guards%on_s(j)
+            self%noise_rate(j) = guards%on_rate(j)
+         end do
+         self%changes = 0
+         dynamics%mode%press = 0
+         if (.not. system%constrained) then
+            call pass_branches(self, system)
+            dynamics%mode%branch = self%next
+         else
+            call take_sides(self, system)
+            if (any(self%side(:self%sides)%before < 0.0_wp)) call take_impact(self, system, z)
+            if (.not. self%found) return
+            call dynamics%look_at_contacts(system, tau, z)
+            call sort_friction(self, system)
+            call pass_branches(self, system)
+            do round = 1, 2*size(self%next) + 1
+               call take_forces(self, system, tau, z)
+               if (.not. self%found) return
+               call dynamics%mode%enter(system)
+               call dynamics%keep_constraints(system, tau, z)
+               call guards%list(system, dynamics%mode)
+               call guards%measure(system, tau, z, .false.)
+               if (.not. let_go_of(self, system, tau, z)) exit
+            end do
+         end if
+         do j = 1, size(self%next)
+            if (dynamics%mode%branch(j) == self%before(j) .and. .not. self%impacted(j) &
+                .and. .not. any(self%contact(:self%changes) == j)) cycle
+            call self%note(j, dynamics%mode%branch(j))
+         end do
+      end associate
+   end subroutine resolve
+
+   !> Branches beyond the guards hit; the state is put on their bounds, and friction that has come to rest does so to the last bit.
+   subroutine take_hits(self, system, hit, tau, z)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
       logical, intent(in) :: hit(:)
       real(wp), intent(in) :: tau
       real(wp), intent(inout) :: z(:)
@@ -170,42 +287,64 @@ contains
       integer :: i, j
 
       self%left = .false.
-      if (any(hit)) call field%keep_constraints(tau, z)
-      do i = 1, guards%count
-         if (.not. hit(i)) cycle
-         j = guards%entry(i)%contact
-         associate (law => field%machine%contact(j)%law, next => guards%entry(i)%next)
-            if (guards%entry(i)%function == 0) then
-               self%next(j) = next
-               self%let_go(j) = .true.
-            else if (law%impacts) then
-               self%left(merge(1, 2, guards%entry(i)%side > 0.0_wp), j) = .true.
-            else if (law%constraint(next)) then
-               self%resting(j) = .true.
-               call field%look_at_contacts(tau, z)
-               z(field%m + 1:) = z(field%m + 1:) - field%w(:, j)*(field%rate(j)/dot_product(field%w(:, j), field%w(:, j)))
-            else
-               self%next(j) = next
-            end if
-         end associate
-      end do
-      call field%look_at_contacts(tau, z)
+      associate (guards => self%guards, dynamics => self%dynamics)
+         if (any(hit(:guards%count))) call dynamics%keep_constraints(system, tau, z)
+         do i = 1, guards%count
+            if (.not. hit(i) .or. guards%entry(i)%function == of_press) cycle
+            j = guards%entry(i)%contact
+            associate (law => system%machine%contact(j)%law, next => guards%entry(i)%next)
+               if (guards%entry(i)%function == of_force) then
+                  self%next(j) = next
+                  self%let_go(j) = .true.
+                  cycle
+               end if
+               if (system%constrained) call put_on_bound(self, system, i, tau, z)
+               if (law%impacts) then
+                  self%left(merge(1, 2, guards%entry(i)%side > 0.0_wp), j) = .true.
+               else if (law%constraint(next)) then
+                  self%resting(j) = .true.
+               else
+                  self%next(j) = next
+               end if
+            end associate
+         end do
+         call dynamics%look_at_contacts(system, tau, z)
+      end associate
    end subroutine take_hits
 
+   !> Put z on the bound of guard i, where whoever found the event has it: the state is the sum of many terms, and errs by more than
+   !> the function does.
+   subroutine put_on_bound(self, system, i, tau, z)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: i
+      real(wp), intent(in) :: tau
+      real(wp), intent(inout) :: z(:)
+
+      real(wp) :: miss
+
+      call self%dynamics%look_at_contacts(system, tau, z)
+      associate (guard => self%guards%entry(i), m => system%m, j => self%guards%entry(i)%contact)
+         miss = guard%alpha*self%dynamics%s(j) + guard%beta*self%dynamics%rate(j) + guard%gamma - guard%bound
+         associate (w => system%w(:, j))
+            if (abs(guard%alpha) > 0.0_wp) then
+               z(:m) = z(:m) - w*(miss/(guard%alpha*dot_product(w, w)))
+            else
+               z(m + 1:) = z(m + 1:) - w*(miss/(guard%beta*dot_product(w, w)))
+            end if
+         end associate
+      end associate
+   end subroutine put_on_bound
+
    !> The rigid sides that touch; those whose force has come to 0 are released.
-   subroutine take_sides(self, field, guards)
-      type(resolution_t), intent(inout) :: self
-      type(field_t), intent(in) :: field
-      type(guards_t), intent(in) :: guards
+   subroutine take_sides(self, system)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
 
-      integer :: i, j
+      integer :: i
 
-      do j = 1, size(self%next)
-         self%noise_s(j) = guards%on_s(j)
-         self%noise_rate(j) = guards%on_rate(j)
-      end do
-      call find_sides(field%machine%contact, field%s, field%rate, self%noise_s, self%noise_rate, self%before, self%left, &
-                      self%side, self%sides)
+      call find_sides(system%machine%contact, self%dynamics%s, self%dynamics%rate, self%noise_s, self%noise_rate, self%before, &
+                      self%left, self%side, self%sides)
       do i = 1, self%sides
          associate (side => self%side(i))
             side%released = self%let_go(side%contact) .and. self%before(side%contact) == side%closed
@@ -214,17 +353,29 @@ contains
    end subroutine take_sides
 
    !> The impact of all sides that touch; what it hits may be held again.
-   subroutine take_impact(self, field, z)
-      type(resolution_t), intent(inout) :: self
-      type(field_t), intent(in) :: field
+   subroutine take_impact(self, system, z)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
       real(wp), intent(inout) :: z(:)
 
-      real(wp) :: change(field%m)
+      type(impact_derivative_t) :: derivative
+      real(wp) :: change(system%m), still(system%m)
       integer :: i
 
-      call strike(field%machine%contact, field%w, field%rate, self%noise_rate, self%side(:self%sides), change, self%found)
+      associate (side => self%side(:self%sides))
+         if (self%saltation%wanted) then
+            call strike(system%machine%contact, system%w, self%dynamics%rate, self%noise_rate, side, change, self%found, derivative)
+            still = 0.0_wp
+            self%saltation%defined = self%saltation%defined .and. derivative%defined
+            call self%saltation%add_impulses(derivative%effect, derivative%direction, derivative%sign &
+                                             *[(self%dynamics%second_rate(system, derivative%contact(i), still), &
+                                                i=1, size(derivative%contact))])
+         else
+            call strike(system%machine%contact, system%w, self%dynamics%rate, self%noise_rate, side, change, self%found)
+         end if
+      end associate
       if (.not. self%found) return
-      z(field%m + 1:) = z(field%m + 1:) + change
+      z(system%m + 1:) = z(system%m + 1:) + change
       do i = 1, self%sides
          associate (side => self%side(i))
             self%let_go(side%contact) = .false.
@@ -235,152 +386,224 @@ contains
             self%impacts = self%impacts + 1
          end associate
       end do
-      self%let_go = self%let_go .and. .not. field%machine%contact%normal_of > 0
+      self%let_go = self%let_go .and. .not. system%machine%contact%normal_of > 0
    end subroutine take_impact
 
    !> Which friction elements slide and which rest.
-   subroutine sort_friction(self, field, guards)
-      type(resolution_t), intent(inout) :: self
-      type(field_t), intent(in) :: field
-      type(guards_t), intent(in) :: guards
+   subroutine sort_friction(self, system)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
 
       integer :: j
 
       do j = 1, size(self%next)
-         if (.not. field%machine%contact(j)%law%constraint(branch_sticking)) cycle
+         if (.not. system%machine%contact(j)%law%constraint(branch_sticking)) cycle
          if (self%let_go(j) .and. self%impacts == 0) cycle
-         if (abs(field%rate(j)) <= guards%on_rate(j)) then
+         if (abs(self%dynamics%rate(j)) <= self%noise_rate(j)) then
             self%resting(j) = .not. self%let_go(j)
          else
             self%resting(j) = .false.
-            self%next(j) = merge(branch_forward, branch_backward, field%rate(j) > 0.0_wp)
+            self%next(j) = merge(branch_forward, branch_backward, self%dynamics%rate(j) > 0.0_wp)
          end if
       end do
    end subroutine sort_friction
 
-   !> Whether a compliant contact has to go on to a further branch.
-   function further(self, field)
-      type(resolution_t), intent(inout) :: self
-      type(field_t), intent(in) :: field
+   !> Let compliant contacts go on to further branches, as long as s and s' are beyond those that they are in.
+   subroutine pass_branches(self, system)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+
+      integer :: branch, j, round
       logical :: further
 
-      integer :: branch, j
-
-      further = .false.
-      do j = 1, size(self%next)
-         associate (law => field%machine%contact(j)%law)
-            if (law%impacts .or. law%constraint(branch_sticking)) cycle
-            branch = branch_beyond(law, self%next(j), field%s(j), field%rate(j), self%noise_s(j), self%noise_rate(j))
-         end associate
-         if (branch == 0) cycle
-         if (self%next(j) /= self%before(j)) call note(self, j, self%next(j))
-         self%next(j) = branch
-         further = .true.
+      do round = 1, most_passed - 1
+         further = .false.
+         do j = 1, size(self%next)
+            associate (law => system%machine%contact(j)%law)
+               if (law%impacts .or. law%constraint(branch_sticking)) cycle
+               branch = branch_beyond(law, self%next(j), self%dynamics%s(j), self%dynamics%rate(j), self%noise_s(j), &
+                                      self%noise_rate(j))
+            end associate
+            if (branch == 0) cycle
+            if (self%next(j) /= self%before(j)) call self%note(j, self%next(j))
+            self%next(j) = branch
+            further = .true.
+         end do
+         if (.not. further) exit
       end do
-   end function further
+   end subroutine pass_branches
 
-   !> The field's branches from what is certain and, for candidates, from problems of accelerations: one, and one more after each
-   !> friction element that begins to slide with less than the force of sticking.
-   subroutine take_forces(self, field, tau, z)
-      type(resolution_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
+   !> The branch that follows `branch` at once at s and s' with their rounding, as a switching function is beyond a bound, or on it
+   !> and about to cross; 0 if there is none. The rate of a function of s' needs s'', so it counts as none.
+   pure function branch_beyond(law, branch, s, rate, noise_s, noise_rate) result(next)
+      class(contact_law_t), intent(in) :: law
+      integer, intent(in) :: branch
+      real(wp), intent(in) :: s, rate, noise_s, noise_rate
+      integer :: next
+
+      real(wp) :: noise, slope, value
+      integer :: f
+
+      next = 0
+      do f = 1, law%functions
+         value = law%slope(1, f)*s + law%slope(2, f)*rate + law%constant(f)
+         slope = law%slope(1, f)*rate
+         if (abs(law%slope(2, f)) > 0.0_wp .or. abs(rate) <= noise_rate) slope = 0.0_wp
+         noise = abs(law%slope(1, f))*noise_s + abs(law%slope(2, f))*noise_rate + of_constant*abs(law%constant(f))
+         associate (guard => law%guard(f, branch))
+            if (guard%below /= 0 .and. beyond(value - guard%lower, slope, noise + of_constant*abs(guard%lower))) then
+               next = guard%below
+            else if (guard%above /= 0 .and. beyond(guard%upper - value, -slope, noise + of_constant*abs(guard%upper))) then
+               next = guard%above
+            end if
+         end associate
+         if (next /= 0) return
+      end do
+   end function branch_beyond
+
+   !> Whether g is below 0, or 0 and falling.
+   pure logical function beyond(g, rate, noise)
+      real(wp), intent(in) :: g, rate, noise
+
+      beyond = (g < -noise .and. .not. rate > 0.0_wp) .or. (g <= noise .and. rate < 0.0_wp)
+   end function beyond
+
+   !> The branches from what is certain and, for candidates, from problems of accelerations: one, and one more after each friction
+   !> element that begins to slide with less than the force of sticking.
+   subroutine take_forces(self, system, tau, z)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
       real(wp), intent(in) :: tau, z(:)
 
       real(wp), dimension(size(self%next)) :: normal, per_normal, second_rate
       integer :: candidates, loose
 
-      associate (contact => field%machine%contact, side => self%side(:self%sides))
+      associate (contact => system%machine%contact, side => self%side(:self%sides))
          do
             call assume(contact, side, self%resting, self%next, candidates)
-            field%branch = self%next
+            self%dynamics%mode%branch = self%next
             if (candidates == 0) return
-            call accelerations(field, tau, z, second_rate, normal, per_normal)
-            call choose(contact, field%w, side, self%resting, second_rate, normal, per_normal, self%next, loose, self%found)
+            call accelerations(self%dynamics, system, tau, z, second_rate, normal, per_normal)
+            call choose(contact, system%w, side, self%resting, second_rate, normal, per_normal, self%next, loose, self%found)
             if (.not. self%found) return
-            field%branch = self%next
+            self%dynamics%mode%branch = self%next
             if (loose == 0) return
             self%resting(loose) = .false.
          end do
       end associate
    end subroutine take_forces
 
-   !> s'' of all contacts without the constraint forces of the field's branches, normal forces of friction without those, and the
-   !> forces of sliding friction per normal force (contacts each).
-   subroutine accelerations(field, tau, z, second_rate, normal, per_normal)
-      type(field_t), intent(inout) :: field
+   !> s'' of all contacts without the constraint forces of the mode, normal forces of friction without those, and the forces of
+   !> sliding friction per normal force (contacts each).
+   subroutine accelerations(dynamics, system, tau, z, second_rate, normal, per_normal)
+      type(dynamics_t), intent(inout) :: dynamics
+      type(system_t), intent(in) :: system
       real(wp), intent(in) :: tau, z(:)
       real(wp), intent(out) :: second_rate(:), normal(:), per_normal(:)
 
-      real(wp) :: a(field%m)
+      real(wp) :: a(system%m)
       integer :: j, k
 
-      call field%enter_mode()
-      call field%look_at_contacts(tau, z)
-      call field%free_acceleration(z, a)
+      call dynamics%mode%enter(system)
+      call dynamics%look_at_contacts(system, tau, z)
+      call dynamics%free_acceleration(system, z, a)
       per_normal = 0.0_wp
-      do k = 1, field%acts
-         j = field%acting(k)
-         associate (law => field%machine%contact(j)%law)
+      do k = 1, dynamics%mode%acts
+         j = dynamics%mode%acting(k)
+         associate (law => system%machine%contact(j)%law, branch => dynamics%mode%branch(j))
             if (law%of_normal) then
-               field%normal(j) = field%normal_of(j)
-               per_normal(j) = law%force(field%branch(j), field%s(j), field%rate(j), 1.0_wp)
+               dynamics%normal(j) = dynamics%normal_of(system, j)
+               per_normal(j) = law%force(branch, dynamics%s(j), dynamics%rate(j), 1.0_wp)
             end if
-            field%force(j) = law%force(field%branch(j), field%s(j), field%rate(j), field%normal(j))
-            a = a - field%w(:, j)*field%force(j)
+            dynamics%force(j) = law%force(branch, dynamics%s(j), dynamics%rate(j), dynamics%normal(j))
+            a = a - system%w(:, j)*dynamics%force(j)
          end associate
       end do
       do j = 1, size(second_rate)
-         second_rate(j) = field%second_rate(j, a)
-         normal(j) = field%normal_of(j)
+         second_rate(j) = dynamics%second_rate(system, j, a)
+         normal(j) = dynamics%normal_of(system, j)
       end do
    end subroutine accelerations
 
    !> Whether a constraint force of the new mode is on its bound and leaving it; then the contact is let go.
-   function let_go_of(self, field, guards, tau, z) result(any_did)
-      type(resolution_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
-      type(guards_t), intent(inout) :: guards
+   function let_go_of(self, system, tau, z) result(any_did)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
       real(wp), intent(in) :: tau, z(:)
       logical :: any_did
 
-      real(wp) :: g(guards%count), rate(guards%count)
+      real(wp) :: g(self%guards%count), rate(self%guards%count)
       integer :: i, j
 
       any_did = .false.
-      if (.not. guards%forced) return
-      call guards%look(field, tau, z, g, rate)
-      do i = 1, guards%count
-         if (guards%entry(i)%function /= 0) cycle
-         if (g(i) > guards%noise(i) .or. .not. rate(i)*guards%delta < -guards%noise(i)) cycle
-         j = guards%entry(i)%contact
-         if (self%let_go(j)) cycle
-         any_did = .true.
-         self%let_go(j) = .true.
-         self%resting(j) = .false.
-         self%next(j) = guards%entry(i)%next
-         where (self%side(:self%sides)%contact == j .and. self%side(:self%sides)%closed == field%branch(j)) &
-            self%side(:self%sides)%released = .true.
-      end do
+      associate (guards => self%guards)
+         if (.not. guards%forced) return
+         call guards%look(system, self%dynamics, tau, z, g, rate)
+         do i = 1, guards%count
+            if (guards%entry(i)%function /= of_force) cycle
+            if (g(i) > guards%noise(i) .or. .not. rate(i)*guards%delta < -guards%noise(i)) cycle
+            j = guards%entry(i)%contact
+            if (self%let_go(j)) cycle
+            any_did = .true.
+            self%let_go(j) = .true.
+            self%resting(j) = .false.
+            self%next(j) = guards%entry(i)%next
+            where (self%side(:self%sides)%contact == j .and. self%side(:self%sides)%closed == self%dynamics%mode%branch(j)) &
+               self%side(:self%sides)%released = .true.
+         end do
+      end associate
    end function let_go_of
 
-   !> Move z out of rigid stops that it starts beyond, by the shortest way; `moved` tells whether that was so.
-   subroutine push_out(self, field, guards, tau, z, moved)
-      class(resolution_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
-      type(guards_t), intent(in) :: guards
-      real(wp), intent(in) :: tau
+   !> Move z out of rigid stops that it starts beyond, by the shortest way.
+   subroutine push_out(self, system, z)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
       real(wp), intent(inout) :: z(:)
-      logical, intent(out) :: moved
 
-      real(wp) :: change(field%m)
+      real(wp) :: change(system%m)
+      integer :: j
+      logical :: moved
 
-      call field%look_at_contacts(tau, z)
+      do j = 1, size(self%next)
+         self%noise_s(j) = self%guards%on_s(j)
+         self%noise_rate(j) = self%guards%on_rate(j)
+      end do
       self%before = branch_open
       self%let_go = .false.
       self%left = .false.
-      call take_sides(self, field, guards)
-      call push_apart(field%w, field%s, self%noise_s, self%side(:self%sides), change, moved, self%found)
-      if (moved .and. self%found) z(:field%m) = z(:field%m) + change
+      call take_sides(self, system)
+      call push_apart(system%w, self%dynamics%s, self%noise_s, self%side(:self%sides), change, moved, self%found)
+      if (moved .and. self%found) z(:system%m) = z(:system%m) + change
    end subroutine push_out
+
+   !> Signs of the forces of compliant contacts that press friction.
+   subroutine choose_press(self, system, tau, z)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: tau, z(:)
+
+      real(wp) :: force
+      integer :: by, j
+
+      associate (dynamics => self%dynamics)
+         do j = 1, size(self%next)
+            dynamics%mode%press(j) = 0
+            by = system%machine%contact(j)%normal_of
+            if (by == 0) cycle
+            associate (law => system%machine%contact(by)%law, branch => dynamics%mode%branch(by))
+               if (law%constraint(branch) .or. .not. law%piecewise_linear) cycle
+               call dynamics%excitation%look(system%omega, tau)
+               call dynamics%look_at_contact(system, by, z)
+               force = law%force(branch, dynamics%s(by), dynamics%rate(by), 0.0_wp)
+               dynamics%mode%press(j) = merge(1, -1, force > 0.0_wp)
+               ! Without damping the force has the sign of its side, also where it is on its edge: +1 above, whose branch ends
+               ! below.
+               if (law%piecewise_linear .and. .not. law%branch(branch)%damping > 0.0_wp) then
+                  dynamics%mode%press(j) = merge(1, -1, law%guard(1, branch)%above == 0)
+               end if
+            end associate
+         end do
+      end associate
+   end subroutine choose_press
 
 end module razy_hybrid_transition

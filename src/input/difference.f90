@@ -1,20 +1,12 @@
-!! Where two effective inputs (razy_input_effective) differ first, in words that name group and key.
-!!
-!! Such a text has a line `&group`, lines `   key = values`, the rest of long values on lines indented further, and `/`.
+!! Where two effective inputs differ first, in words that name group and key.
 module razy_input_difference
-   use razy_core_scanner, only: newline
+   use razy_core_error, only: error_t
+   use razy_core_text, only: string_t
+   use razy_input_reader, only: entries_t, indexed, read_entries, words_text
    implicit none(type, external)
    private
 
    public :: first_difference
-
-   !> One assignment, or the end of the text: group with its number among those of its name, key, values.
-   type :: assignment_t
-      character(:), allocatable :: group, key, values
-   end type assignment_t
-
-   !> Longer values are cut.
-   integer, parameter :: longest = 60
 
 contains
 
@@ -22,118 +14,46 @@ contains
    pure function first_difference(here, there) result(text)
       character(*), intent(in) :: here, there
       character(:), allocatable :: text
-
-      type(assignment_t) :: mine, other
-      integer :: place, other_place
+      !> Longer values are cut
+      integer, parameter :: longest = 80
+      type(entries_t) :: mine, other
+      type(error_t), allocatable :: error
+      character(:), allocatable :: value
+      integer :: i, place
 
       text = ""
       if (here == there .and. len(here) == len(there)) return
-      place = 1
-      other_place = 1
-      do
-         call next_assignment(here, place, mine)
-         call next_assignment(there, other_place, other)
-         if (mine%group /= other%group) then
-            text = shown(mine, "the end of the input")//", there: "//shown(other, "the end of the input")
-         else if (mine%key /= other%key) then
-            text = shown(mine, "nothing more")//", there: "//shown(other, "nothing more")
-         else if (mine%values /= other%values) then
-            text = shown(mine, "")//", there: "//cut(other%values)
-         else if (len(mine%group) == 0) then
-            text = "the order or form of the groups"
-         end if
-         if (len(text) > 0) return
-      end do
+      call read_entries(mine, here, "here", [string_t ::], error)
+      if (.not. allocated(error)) call read_entries(other, there, "there", [string_t ::], error)
+      if (.not. allocated(error)) then
+         do i = 1, max(size(mine%list), size(other%list))
+            text = statement(mine, i)
+            value = statement(other, i)
+            if (text == value) cycle
+            ! what is there of the same key is told by its value alone
+            place = index(text, " = ")
+            if (place > 0 .and. index(value, text(:place + 2)) == 1) value = value(place + 3:)
+            if (len(text) > longest) text = text(:longest)//"..."
+            if (len(value) > longest) value = value(:longest)//"..."
+            text = text//", there: "//value
+            return
+         end do
+      end if
+      text = "the order or form of the groups"
    end function first_difference
 
-   !> The assignment that begins at or after `place`, which moves behind it; its group is empty at the end. The head of a
-   !> group counts as an assignment without key.
-   pure subroutine next_assignment(text, place, assignment)
-      character(*), intent(in) :: text
-      integer, intent(inout) :: place
-      type(assignment_t), intent(inout) :: assignment
-
-      character(:), allocatable :: line
-      integer :: equals
-
-      if (.not. allocated(assignment%group)) assignment%group = ""
-      assignment%key = ""
-      assignment%values = ""
-      do
-         if (place > len(text)) then
-            assignment%group = ""
-            return
-         end if
-         line = line_at(text, place)
-         place = place + len(line) + 1
-         if (line == "/" .or. len_trim(line) == 0) cycle
-         if (line(1:1) == "&") then
-            assignment%group = trim(line)//number_of(text, place, trim(line))
-            return
-         end if
-         equals = index(line, "=")
-         assignment%key = trim(adjustl(line(:equals - 1)))
-         assignment%values = trim(adjustl(line(equals + 1:)))
-         do while (place <= len(text))
-            line = line_at(text, place)
-            if (verify(line, " ") <= 4) exit
-            assignment%values = assignment%values//" "//trim(adjustl(line))
-            place = place + len(line) + 1
-         end do
-         return
-      end do
-   end subroutine next_assignment
-
-   !> The line that begins at `place`, without its end.
-   pure function line_at(text, place) result(line)
-      character(*), intent(in) :: text
-      integer, intent(in) :: place
-      character(:), allocatable :: line
-
-      integer :: length
-
-      length = index(text(place:), newline) - 1
-      if (length < 0) length = len(text) - place + 1
-      line = text(place:place + length - 1)
-   end function line_at
-
-   !> `(2)` if the line before `place` is the second that opens this group, and so on; empty for the first.
-   pure function number_of(text, place, opening) result(number)
-      character(*), intent(in) :: text, opening
-      integer, intent(in) :: place
-      character(:), allocatable :: number
-
-      character(12) :: digits
-      integer :: at, n
-
-      n = 0
-      at = 1
-      do while (at < place)
-         if (line_at(text, at) == opening) n = n + 1
-         at = at + len(line_at(text, at)) + 1
-      end do
-      number = ""
-      if (n < 2) return
-      write (digits, "(i0)") n
-      number = "("//trim(digits)//")"
-   end function number_of
-
-   pure function shown(assignment, nothing) result(text)
-      type(assignment_t), intent(in) :: assignment
-      character(*), intent(in) :: nothing
+   !> What entry i says: `&load(2)` or `&load(2) value = 1.0`.
+   pure function statement(said, i) result(text)
+      type(entries_t), intent(in) :: said
+      integer, intent(in) :: i
       character(:), allocatable :: text
 
-      text = assignment%group
-      if (len(text) == 0) text = nothing
-      if (len(assignment%key) > 0) text = text//" "//assignment%key//" = "//cut(assignment%values)
-   end function shown
-
-   pure function cut(values) result(text)
-      character(*), intent(in) :: values
-      character(:), allocatable :: text
-
-      text = values
-      if (len(text) > longest) text = text(:longest)//"..."
-   end function cut
+      text = "the end of the input"
+      if (i > size(said%list)) return
+      associate (path => said%list(i)%path)
+         text = "&"//indexed(path%group, merge(path%index, 0, path%index > 1))
+         if (len(path%key) > 0) text = text//" "//path%key//" = "//words_text(said%list(i)%words)
+      end associate
+   end function statement
 
 end module razy_input_difference

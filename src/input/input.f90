@@ -1,178 +1,280 @@
-!! A validated input: the groups and values of a namelist file that a schema allows. For `count`, `given` and `get` see
-!! `razy_input_document`.
+!! A checked input: the groups that a schema allows, each with the values of all its keys.
 !!
-!! Everything is checked when it is read, and numbers are stored as numbers, so that `get` costs a few comparisons of names.
+!! `read_entries` (razy_input_reader) takes a text apart, `check_input` puts what it says in the place of a schema's defaults
+!! and checks all that a schema can say.
+!!
+!! Names of groups and keys are passed in lower case. `get` leaves a scalar unchanged, and makes an array or text of length
+!! zero, when a key has neither value nor default; for a group that is absent it gives the defaults. To ask for a group or
+!! key that the schema does not have, for an index beyond `count`, or for another type, is a mistake in the program, not in
+!! the input: a real comes back as NaN, an integer as `-huge`, a logical as false, a text or array not allocated.
 module razy_input_input
-   use razy_input_document, only: document_t
-   use razy_input_effective, only: effective_text
-   use razy_core_error, only: complaint, error_t, raise
-   use razy_input_key_reader, only: read_key
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use razy_core_error, only: complaint, error_t, from_option, raise
    use razy_core_kinds, only: wp
-   use razy_input_namelist, only: append_entry, append_group, entry_t, parse_namelist, raw_document_t, raw_group_t
-   use razy_input_override, only: apply_overrides, parse_override
-   use razy_input_path, only: path_t
-   use razy_input_schema, only: group_spec_t, key_spec_t
-   use razy_input_slot, only: locate_slot, put_slot, slot_t
-   use razy_core_text, only: append_text, lower, string_t
-   use razy_core_text_file, only: clean_text, read_text_file
-   use razy_input_validation, only: validate
-   use razy_input_value, only: allowed_text, value_t
+   use razy_core_number, only: to_text
+   use razy_core_text, only: append_text, did_you_mean, lower, newline, string_t
+   use razy_input_reader, only: entries_t, entry_t, indexed, path_t, read_path, words_text
+   use razy_input_schema, only: group_at, group_spec_t, key_at, key_spec_t, type_integer, type_logical, type_real, type_string
+   use razy_input_value, only: allowed_text, allows, value_t
    implicit none(type, external)
    private
 
-   public :: input_t, read_input, read_input_text, peek
+   public :: input_t, slot_t, check_input, peek
 
-   !> The input; made by `read_input`, changed only by `put`.
-   type, extends(document_t) :: input_t
+   !> One group of the input.
+   type :: group_t
+      !> Place of its specification in the schema
+      integer :: spec = 0
+      !> Line where it begins; 0 when the command line made it
+      integer :: line = 0
+      !> In the order of the specification's keys
+      type(value_t), allocatable :: values(:)
+   end type group_t
+
+   !> Where one number of an input is, for `put`; valid for inputs of the same text and schema.
+   type :: slot_t
+      !> In lower case, with the indices that are needed
+      character(:), allocatable :: path
+      !> Of the key; empty for a pure number
+      character(:), allocatable :: unit
+      !> Which of all groups, which of its keys, which of the key's elements
+      integer :: instance = 0, key = 0, element = 1
+      !> Whether it is an integer
+      logical :: whole = .false.
+      !> What was there when it was located; not a number where there was nothing
+      real(wp) :: number = 0.0_wp
+   end type slot_t
+
+   !> The input; made by `check_input`, changed only by `put`.
+   type :: input_t
+      private
+      !> Name for messages
+      character(:), allocatable :: file
+      type(group_spec_t), allocatable :: schema(:)
+      !> In the order of the text; those that the command line made are last
+      type(group_t), allocatable :: groups(:)
+      !> A group of each specification to which nobody gave a value
+      type(group_t), allocatable :: defaults(:)
    contains
-      procedure :: find_name
-      procedure :: names
+      procedure :: knows
+      procedure :: count => group_count
+      procedure :: given
+      procedure, private :: get_real, get_reals, get_integer, get_integers, get_logical, get_text, get_texts
+      !> `call input%get(group, index, key, value)`
+      generic :: get => get_real, get_reals, get_integer, get_integers, get_logical, get_text, get_texts
       procedure :: complain
       procedure :: locate
-      procedure :: locate_value
       procedure :: put
-      procedure :: value_of
-      procedure :: unit_of
       procedure :: effective
    end type input_t
 
 contains
 
-   !> Read and check `file`. The message of an error is one line: `file:line: &group(2) key = value: what is allowed`.
-   subroutine read_input(self, file, schema, overrides, error)
+   !> Check what an input says against a schema. The first thing that is wrong comes back as one line,
+   !> `file:line: &group(2) key = value: what is allowed`.
+   pure subroutine check_input(self, said, schema, error, lenient)
       type(input_t), intent(out) :: self
-      character(*), intent(in) :: file
+      type(entries_t), intent(in) :: said
       type(group_spec_t), intent(in) :: schema(:)
-      !> `GROUP%KEY=VALUE` or `GROUP(2)%KEY=VALUE`, applied in this order before the check
-      type(string_t), intent(in) :: overrides(:)
       type(error_t), allocatable, intent(out) :: error
-      character(:), allocatable :: text
+      !> Present: what the schema does not have is passed over
+      logical, intent(in), optional :: lenient
+      character(:), allocatable :: problem
+      integer :: g, i, k, pass
 
-      call read_text_file(file, text, error)
-      if (.not. allocated(error)) call read_input_text(self, text, file, schema, overrides, error)
-   end subroutine read_input
-
-   !> As `read_input`, from text; `file` is the name for messages.
-   pure subroutine read_input_text(self, text, file, schema, overrides, error)
-      type(input_t), intent(out) :: self
-      character(*), intent(in) :: text, file
-      type(group_spec_t), intent(in) :: schema(:)
-      type(string_t), intent(in) :: overrides(:)
-      type(error_t), allocatable, intent(out) :: error
-      type(raw_document_t) :: raw
-      character(:), allocatable :: clean
-
-      call clean_text(text, file, clean, error)
-      if (.not. allocated(error)) call parse_namelist(clean, file, raw, error)
-      if (.not. allocated(error)) call apply_overrides(raw, schema, overrides, error)
-      if (.not. allocated(error)) call validate(raw, schema, self%document_t, error)
-   end subroutine read_input_text
-
-   !> Only one text of a file, before the schema is known: the value of `key` in the first `group`, checked against `key`
-   !> alone. `value` is empty when the key is optional and not there.
-   pure subroutine peek(text, file, group, key, overrides, value, error)
-      character(*), intent(in) :: text, file
-      !> Lower case
-      character(*), intent(in) :: group
-      !> A string key
-      type(key_spec_t), intent(in) :: key
-      !> Those for other keys are only checked for their form
-      type(string_t), intent(in) :: overrides(:)
-      character(:), allocatable, intent(out) :: value
-      type(error_t), allocatable, intent(out) :: error
-      type(raw_document_t) :: raw
-      type(raw_group_t) :: created
-      type(entry_t) :: item
-      type(value_t) :: found
-      type(path_t) :: path
-      character(:), allocatable :: clean
-      integer :: g, i
-
-      value = ""
-      call clean_text(text, file, clean, error)
-      if (.not. allocated(error)) call parse_namelist(clean, file, raw, error)
-      if (allocated(error)) return
-      do g = 1, size(raw%groups)
-         if (raw%groups(g)%name == group) exit
+      self%file = said%file
+      self%schema = schema
+      allocate (self%groups(0))
+      call set_defaults(self, error)
+      ! heads of groups first, because messages about keys tell how often a group is there
+      do pass = 1, 2
+         do i = 1, size(said%list)
+            if (allocated(error)) return
+            if ((pass == 1) .neqv. len(said%list(i)%path%key) == 0) cycle
+            call admit(self, said%list(i), present(lenient), error)
+         end do
       end do
-      do i = 1, size(overrides)
-         call parse_override(overrides(i)%text, path, item, error)
-         if (allocated(error)) return
-         if (path%group /= group .or. path%key /= key%name .or. path%index > 1) cycle
-         if (g > size(raw%groups)) then
-            created%name = group
-            allocate (created%entries(0))
-            call append_group(raw, created)
-         end if
-         call append_entry(raw%groups(g), item)
-      end do
-      if (g > size(raw%groups)) then
-         if (key%required) call raise(error, complaint(file, group, key%name, "", "is required, "//allowed_text(key)))
-         return
-      end if
-      call read_key(raw, g, key, found, error)
-      if (allocated(error)) return
-      if (.not. allocated(found%strings)) return
-      if (size(found%strings) > 0) value = found%strings(1)%text
-   end subroutine peek
-
-   !> The group with this name, in any case: `group` and `index` for `get`; `index` is 0 when there is none.
-   pure subroutine find_name(self, name, group, index, name_space)
-      class(input_t), intent(in) :: self
-      character(*), intent(in) :: name
-      character(:), allocatable, intent(out) :: group
-      integer, intent(out) :: index
-      integer, intent(in), optional :: name_space
-      integer :: i
-      character(:), allocatable :: own
-
-      group = ""
-      index = 0
-      do i = 1, size(self%instances)
-         associate (spec => self%schema(self%instances(i)%spec))
-            if (present(name_space)) then
-               if (spec%name_space /= name_space) cycle
-            end if
-            own = name_in(self, i)
-            if (len(own) == 0 .or. lower(own) /= lower(name)) cycle
-            group = spec%name
-            index = self%instances(i)%number
-            return
+      do g = 1, size(self%groups)
+         associate (spec => self%schema(self%groups(g)%spec), number => count(self%groups(:g)%spec == self%groups(g)%spec))
+            do k = 1, size(spec%keys)
+               if (allocated(error)) return
+               call self%groups(g)%values(k)%check(spec%keys(k), problem)
+               if (allocated(problem)) call self%complain(error, spec%name, number, spec%keys(k)%name, problem)
+            end do
          end associate
       end do
-   end subroutine find_name
-
-   !> All names of one kind of group, or of all groups when `group` is empty; for `did_you_mean`.
-   pure function names(self, group) result(list)
-      class(input_t), intent(in) :: self
-      character(*), intent(in) :: group
-      type(string_t), allocatable :: list(:)
-      character(:), allocatable :: own
-      integer :: i
-
-      allocate (list(0))
-      do i = 1, size(self%instances)
-         if (len(group) > 0 .and. self%schema(self%instances(i)%spec)%name /= group) cycle
-         own = name_in(self, i)
-         if (len(own) > 0) call append_text(list, own)
+      do i = 1, size(schema)
+         if (allocated(error)) return
+         if (schema(i)%required .and. self%count(schema(i)%name) == 0) then
+            call self%complain(error, schema(i)%name, 1, "", "this group is required")
+         end if
       end do
-   end function names
+      if (.not. allocated(error)) call check_names(self, error)
+   end subroutine check_input
 
-   !> The name of an instance; empty when it has none.
-   pure function name_in(self, i) result(name)
-      class(input_t), intent(in) :: self
-      integer, intent(in) :: i
-      character(:), allocatable :: name
-      integer :: k
+   !> Only one text, before the schema is known: the value of the only key of `spec`, checked against that alone. It is empty
+   !> when the key is optional and not there.
+   subroutine peek(said, spec, value, error)
+      type(entries_t), intent(in) :: said
+      !> A group that stands once, with one string key
+      type(group_spec_t), intent(in) :: spec
+      character(:), allocatable, intent(out) :: value
+      type(error_t), allocatable, intent(out) :: error
+      type(input_t) :: part
 
-      name = ""
-      associate (item => self%instances(i), keys => self%schema(self%instances(i)%spec)%keys)
-         do k = 1, size(keys)
-            if (.not. keys(k)%is_name) cycle
-            if (size(item%values(k)%strings) > 0) name = item%values(k)%strings(1)%text
-         end do
+      call check_input(part, said, [spec], error, lenient=.true.)
+      if (allocated(error)) return
+      associate (key => spec%keys(1))
+         call part%get(spec%name, 1, key%name, value)
+         if (.not. key%required .or. part%count(spec%name) > 0) return
+         call part%complain(error, spec%name, 1, key%name, "is required, "//allowed_text(key))
       end associate
-   end function name_in
+   end subroutine peek
+
+   !> A group of each specification with its default values; an error is a mistake in the schema.
+   pure subroutine set_defaults(self, error)
+      type(input_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+      character(:), allocatable :: problem
+      integer :: k, s
+
+      allocate (self%defaults(size(self%schema)))
+      do s = 1, size(self%schema)
+         associate (default => self%defaults(s), spec => self%schema(s))
+            default%spec = s
+            allocate (default%values(size(spec%keys)))
+            do k = 1, size(spec%keys)
+               call default%values(k)%set_default(spec%keys(k), problem)
+               if (.not. allocated(problem)) cycle
+               call raise(error, complaint("schema", spec%name, spec%keys(k)%name, &
+                                           default%values(k)%as_written(spec%keys(k)), problem))
+               return
+            end do
+         end associate
+      end do
+   end subroutine set_defaults
+
+   !> Add a group, or put what is said about a key in its place. An option makes a group that is absent and can stand only once.
+   pure subroutine admit(self, item, lenient, error)
+      type(input_t), intent(inout) :: self
+      type(entry_t), intent(in) :: item
+      logical, intent(in) :: lenient
+      type(error_t), allocatable, intent(out) :: error
+      type(string_t), allocatable :: names(:)
+      character(:), allocatable :: name, problem, text
+      integer :: g, k, s
+
+      allocate (names(0))
+      associate (path => item%path)
+         call find(self, path%group, path%index, path%key, s, g, k)
+         if (lenient .and. (s == 0 .or. (k == 0 .and. len(path%key) > 0))) return
+         if (s == 0) then
+            do s = 1, size(self%schema)
+               call append_text(names, self%schema(s)%name)
+            end do
+            problem = "there is no such group; "//did_you_mean(path%group, names, "groups")
+         else if (len(path%key) == 0) then
+            g = findloc(self%groups%spec, s, dim=1)
+            if (g == 0 .or. self%schema(s)%repeatable) then
+               call add_group(self, s, item%line)
+               return
+            end if
+            problem = "this group is allowed once, the first is in line "//to_text(self%groups(g)%line)
+         else if (k == 0) then
+            do k = 1, size(self%schema(s)%keys)
+               call append_text(names, self%schema(s)%keys(k)%name)
+            end do
+            problem = "there is no such key; "//did_you_mean(path%key, names, "keys")
+         else if (allocated(item%option) .and. path%element > self%schema(s)%keys(k)%most) then
+            problem = "the highest subscript of '"//path%key//"' is "//to_text(self%schema(s)%keys(k)%most)
+         else
+            if (self%count(path%group) == 0 .and. path%index <= 1 .and. .not. self%schema(s)%repeatable) call add_group(self, s, 0)
+            call choose_group(self, path, .true., g, problem)
+            if (.not. allocated(problem)) then
+               call self%groups(g)%values(k)%enter(self%schema(s)%keys(k), item, problem)
+               if (allocated(problem)) call self%complain(error, path%group, max(1, path%index), path%key, problem)
+               return
+            end if
+         end if
+         name = path%group
+         if (allocated(item%option) .or. self%count(path%group) > 1) name = indexed(path%group, path%index)
+         text = ""
+         if (allocated(item%option)) text = item%option
+         if (allocated(item%words)) text = words_text(item%words)
+         call raise(error, complaint(origin(self, item%line), name, path%key, text, problem))
+      end associate
+   end subroutine admit
+
+   !> Add a group with the default values of specification `s`.
+   pure subroutine add_group(self, s, line)
+      type(input_t), intent(inout) :: self
+      integer, intent(in) :: s, line
+      type(group_t), allocatable :: longer(:)
+      integer :: g, n
+
+      n = size(self%groups) + 1
+      allocate (longer(n))
+      do g = 1, n - 1
+         longer(g)%spec = self%groups(g)%spec
+         longer(g)%line = self%groups(g)%line
+         call move_alloc(self%groups(g)%values, longer(g)%values)
+      end do
+      longer(n) = self%defaults(s)
+      longer(n)%line = line
+      call move_alloc(longer, self%groups)
+   end subroutine add_group
+
+   !> The group that a path means; its index may be left out where the group is there once.
+   pure subroutine choose_group(self, path, by_option, g, problem)
+      class(input_t), intent(in) :: self
+      type(path_t), intent(in) :: path
+      !> Whether the path is that of an option, else of a value that a sweep looks for
+      logical, intent(in) :: by_option
+      integer, intent(out) :: g
+      character(:), allocatable, intent(out) :: problem
+      character(:), allocatable :: has
+      integer :: count, k, s
+
+      call find(self, path%group, max(1, path%index), path%key, s, g, k)
+      count = self%count(path%group)
+      has = "the input has &"//path%group//" "//to_text(count)//" times, "
+      if (count == 1) has = "the input has &"//path%group//" once, "
+      if (count == 0) then
+         problem = "the input has no group &"//path%group
+      else if (g == 0) then
+         problem = "the index of "//path%group//" must be 1"
+         if (by_option) problem = has//"the index must be 1"
+         if (count > 1) problem = problem//" to "//to_text(count)
+      else if (path%index == 0 .and. count > 1) then
+         problem = "give an index, "
+         if (by_option) problem = has//"give an index: "
+         problem = problem//indexed(path%group, 1)//"%"//path%key//" to "//indexed(path%group, count)//"%"//path%key
+      end if
+   end subroutine choose_group
+
+   !> Refuse a name that two groups have, in any case.
+   pure subroutine check_names(self, error)
+      type(input_t), intent(in) :: self
+      type(error_t), allocatable, intent(out) :: error
+      type(string_t), allocatable :: names(:)
+      integer :: g, k, other
+
+      allocate (names(size(self%groups)))
+      do g = 1, size(names)
+         names(g)%text = ""
+         associate (spec => self%schema(self%groups(g)%spec), number => count(self%groups(:g)%spec == self%groups(g)%spec))
+            k = key_at(spec, "name")
+            if (k == 0) cycle
+            if (size(self%groups(g)%values(k)%words) == 0) cycle
+            names(g)%text = lower(self%groups(g)%values(k)%words(1)%text)
+            do other = 1, g - 1
+               if (names(other)%text /= names(g)%text) cycle
+               call self%complain(error, spec%name, number, "name", "the name must be unique, &"//label_of(self, other)//" has it")
+               return
+            end do
+         end associate
+      end do
+   end subroutine check_names
 
    !> An error about a value, for what only the scene can check: `file:line: &group(2) key = value: allowed`.
    pure subroutine complain(self, error, group, index, key, allowed)
@@ -184,87 +286,324 @@ contains
       character(*), intent(in) :: key
       !> What is allowed; not a part of `error`
       character(*), intent(in) :: allowed
-      integer :: i, k, s
+      character(:), allocatable :: text
+      integer :: g, k, line, s
 
-      call self%find(group, index, key, s, i, k)
-      if (i > 0) then
-         call raise(error, self%message(i, k, allowed))
-      else
+      call find(self, group, index, key, s, g, k)
+      if (g == 0) then
          call raise(error, complaint(self%file, group, key, "", allowed))
+         return
       end if
+      text = ""
+      line = self%groups(g)%line
+      if (k > 0) then
+         associate (value => self%groups(g)%values(k))
+            text = value%as_written(self%schema(s)%keys(k))
+            if (any(value%words%given)) line = value%line
+         end associate
+      end if
+      call raise(error, complaint(origin(self, line), label_of(self, g), trim(key), text, allowed))
    end subroutine complain
 
-   !> Find a real value by its path, for `put`. The message of an error has no place before it: it belongs to whatever
-   !> holds the path.
-   pure subroutine locate(self, path, slot, error)
+   !> `file:line`, or the command line's option for what has no line.
+   pure function origin(self, line) result(text)
       class(input_t), intent(in) :: self
-      !> `rotation%speed_rpm`, `load(2)%value`, `gear_mesh%radius(2)`
-      character(*), intent(in) :: path
-      type(slot_t), intent(out) :: slot
-      type(error_t), allocatable, intent(out) :: error
+      integer, intent(in) :: line
+      character(:), allocatable :: text
 
-      call locate_slot(self%document_t, path, slot, error)
-   end subroutine locate
+      text = from_option
+      if (line > 0) text = self%file//":"//to_text(line)
+   end function origin
 
-   !> Find the real value whose path is the text of a key of this input; an error names that key.
-   subroutine locate_value(self, group, index, key, slot, error)
+   !> Name of group `g`, with its index where the name is repeated: `load(2)`.
+   pure function label_of(self, g) result(text)
+      class(input_t), intent(in) :: self
+      integer, intent(in) :: g
+      character(:), allocatable :: text
+
+      associate (s => self%groups(g)%spec, all => self%groups%spec)
+         text = indexed(self%schema(s)%name, merge(count(all(:g) == s), 0, count(all == s) > 1))
+      end associate
+   end function label_of
+
+   !> Where a value is. `s` (the specification) or `k` (the key) is 0 when the schema does not have it, `g` (the group) when
+   !> the input does not.
+   pure subroutine find(self, group, index, key, s, g, k)
+      class(input_t), intent(in) :: self
+      !> Lower case
+      character(*), intent(in) :: group, key
+      !> 1, 2, ... among the groups of this name
+      integer, intent(in) :: index
+      integer, intent(out) :: s, g, k
+      integer :: same
+
+      g = 0
+      k = 0
+      s = group_at(self%schema, group)
+      if (s == 0) return
+      k = key_at(self%schema(s), key)
+      same = 0
+      do g = 1, size(self%groups)
+         if (self%groups(g)%spec /= s) cycle
+         same = same + 1
+         if (same == index) return
+      end do
+      g = 0
+   end subroutine find
+
+   !> Whether the schema has a group of this name.
+   pure logical function knows(self, group)
+      class(input_t), intent(in) :: self
+      character(*), intent(in) :: group
+
+      knows = group_at(self%schema, group) > 0
+   end function knows
+
+   !> Number of groups of a name in the input; 0 also for a name that the schema does not have.
+   pure integer function group_count(self, group)
+      class(input_t), intent(in) :: self
+      character(*), intent(in) :: group
+
+      group_count = count(self%groups%spec == group_at(self%schema, group))
+   end function group_count
+
+   !> Whether the user gave a key. Reading the effective input back makes every default given, so this is to be asked only
+   !> for keys without a default.
+   pure logical function given(self, group, index, key)
       class(input_t), intent(in) :: self
       character(*), intent(in) :: group, key
       integer, intent(in) :: index
+      integer :: g, k, s
+
+      call find(self, group, index, key, s, g, k)
+      given = g > 0 .and. k > 0
+      if (given) given = any(self%groups(g)%values(k)%words%given)
+   end function given
+
+   !> The value of a key, of its default where the group is absent; not associated for a mistake of the program.
+   function value_at(self, group, index, key, type) result(value)
+      class(input_t), intent(in), target :: self
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: index
+      !> The type that is asked for
+      integer, intent(in) :: type
+      type(value_t), pointer :: value
+      integer :: g, k, s
+
+      value => null()
+      call find(self, group, index, key, s, g, k)
+      if (k == 0) return
+      if (self%schema(s)%keys(k)%type /= type) return
+      if (g > 0) then
+         value => self%groups(g)%values(k)
+      else if (index == 1) then
+         value => self%defaults(s)%values(k)
+      end if
+   end function value_at
+
+   subroutine get_real(self, group, index, key, number)
+      class(input_t), intent(in), target :: self
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: index
+      real(wp), intent(inout) :: number
+      type(value_t), pointer :: value
+
+      value => value_at(self, group, index, key, type_real)
+      if (.not. associated(value)) then
+         number = ieee_value(number, ieee_quiet_nan)
+      else if (size(value%words) > 0) then
+         number = value%words(1)%number
+      end if
+   end subroutine get_real
+
+   subroutine get_reals(self, group, index, key, list)
+      class(input_t), intent(in), target :: self
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: index
+      real(wp), allocatable, intent(out) :: list(:)
+      type(value_t), pointer :: value
+
+      value => value_at(self, group, index, key, type_real)
+      if (associated(value)) list = value%words%number
+   end subroutine get_reals
+
+   subroutine get_integer(self, group, index, key, number)
+      class(input_t), intent(in), target :: self
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: index
+      integer, intent(inout) :: number
+      type(value_t), pointer :: value
+
+      value => value_at(self, group, index, key, type_integer)
+      if (.not. associated(value)) then
+         number = -huge(number)
+      else if (size(value%words) > 0) then
+         number = nint(value%words(1)%number)
+      end if
+   end subroutine get_integer
+
+   subroutine get_integers(self, group, index, key, list)
+      class(input_t), intent(in), target :: self
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: index
+      integer, allocatable, intent(out) :: list(:)
+      type(value_t), pointer :: value
+
+      value => value_at(self, group, index, key, type_integer)
+      if (associated(value)) list = nint(value%words%number)
+   end subroutine get_integers
+
+   subroutine get_logical(self, group, index, key, truth)
+      class(input_t), intent(in), target :: self
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: index
+      logical, intent(inout) :: truth
+      type(value_t), pointer :: value
+
+      value => value_at(self, group, index, key, type_logical)
+      if (.not. associated(value)) then
+         truth = .false.
+      else if (size(value%words) > 0) then
+         truth = value%words(1)%number > 0.0_wp
+      end if
+   end subroutine get_logical
+
+   subroutine get_text(self, group, index, key, text)
+      class(input_t), intent(in), target :: self
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: index
+      character(:), allocatable, intent(out) :: text
+      type(value_t), pointer :: value
+
+      value => value_at(self, group, index, key, type_string)
+      if (.not. associated(value)) return
+      text = ""
+      if (size(value%words) > 0) text = value%words(1)%text
+   end subroutine get_text
+
+   subroutine get_texts(self, group, index, key, list)
+      class(input_t), intent(in), target :: self
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: index
+      type(string_t), allocatable, intent(out) :: list(:)
+      type(value_t), pointer :: value
+      integer :: i
+
+      value => value_at(self, group, index, key, type_string)
+      if (.not. associated(value)) return
+      allocate (list(size(value%words)))
+      do i = 1, size(list)
+         list(i)%text = value%words(i)%text
+      end do
+   end subroutine get_texts
+
+   !> Find a number by its path, for `put`: `rotation%speed_rpm`, `load(2)%value`, `gear_mesh%radius(2)`; its subscript may be
+   !> left out where there is one value. The message of an error has no place before it: it says what is wrong with the path,
+   !> for the key of the input that holds the path.
+   pure subroutine locate(self, text, slot, error)
+      class(input_t), intent(in) :: self
+      character(*), intent(in) :: text
       type(slot_t), intent(out) :: slot
       type(error_t), allocatable, intent(out) :: error
-      character(:), allocatable :: path, problem
+      type(path_t) :: path
+      character(:), allocatable :: name, problem
+      integer :: count, g, most, s
+      logical :: ok
 
-      call self%get(group, index, key, path)
-      if (.not. allocated(path)) path = ""
-      call self%locate(path, slot, error)
-      if (.not. allocated(error)) return
-      problem = error%message
-      call self%complain(error, group, index, key, problem)
-   end subroutine locate_value
-
-   !> Change a value; refused, and left as it was, when the key's limits do not allow it.
-   pure subroutine put(self, slot, value, error)
-      class(input_t), intent(inout) :: self
-      type(slot_t), intent(in) :: slot
-      !> In the unit of the key
-      real(wp), intent(in) :: value
-      type(error_t), allocatable, intent(out) :: error
-
-      call put_slot(self%document_t, slot, value, error)
-   end subroutine put
-
-   !> The present value at a slot; `fallback` when the key has none.
-   pure real(wp) function value_of(self, slot, fallback)
-      class(input_t), intent(in) :: self
-      type(slot_t), intent(in) :: slot
-      real(wp), intent(in) :: fallback
-
-      value_of = fallback
-      associate (value => self%instances(slot%instance)%values(slot%key))
-         if (slot%whole) then
-            if (slot%element <= size(value%integers)) value_of = value%integers(slot%element)
-         else
-            if (slot%element <= size(value%reals)) value_of = value%reals(slot%element)
+      call read_path(text, path, ok)
+      if (ok) call find(self, path%group, path%index, path%key, s, g, slot%key)
+      if (slot%key == 0) then
+         problem = "there is no such value; "//did_you_mean(text, known_paths(self), "values")
+      else
+         call choose_group(self, path, .false., slot%instance, problem)
+      end if
+      if (allocated(problem)) then
+         call raise(error, problem)
+         return
+      end if
+      associate (key => self%schema(s)%keys(slot%key), words => self%groups(slot%instance)%values(slot%key)%words)
+         count = size(words)
+         name = indexed(path%group, path%index)//"%"//path%key
+         slot%path = indexed(name, path%element)
+         slot%unit = key%unit
+         slot%element = max(1, path%element)
+         slot%whole = key%type == type_integer
+         slot%number = ieee_value(slot%number, ieee_quiet_nan)
+         if (slot%element <= count) slot%number = words(slot%element)%number
+         ! one element more can be added, unless others before it are missing
+         most = count
+         if (count + 1 >= key%least) most = min(count + 1, key%most)
+         if (key%type == type_logical) then
+            call raise(error, name//" is a logical, only numbers can be varied")
+         else if (key%type == type_string) then
+            call raise(error, name//" is a text, only numbers can be varied")
+         else if (path%element == 0 .and. count > 1) then
+            call raise(error, name//" has "//to_text(count)//" values, give a subscript, "//name//"(1) to "//indexed(name, count))
+         else if (most == 0) then
+            call raise(error, name//" has no value, give all "//to_text(key%least)//" values first")
+         else if (slot%element > most) then
+            call raise(error, "the highest subscript of "//name//" is "//to_text(most))
          end if
       end associate
-   end function value_of
+   end subroutine locate
 
-   !> Unit of a slot; empty for a pure number.
-   pure function unit_of(self, slot) result(unit)
+   !> Paths of all numbers that the input has or may have.
+   pure function known_paths(self) result(paths)
       class(input_t), intent(in) :: self
+      type(string_t), allocatable :: paths(:)
+      integer :: count, element, g, k
+      logical :: single
+
+      allocate (paths(0))
+      do g = 1, size(self%groups)
+         associate (group => self%groups(g), spec => self%schema(self%groups(g)%spec))
+            do k = 1, size(spec%keys)
+               if (spec%keys(k)%type == type_logical .or. spec%keys(k)%type == type_string) cycle
+               count = size(group%values(k)%words)
+               ! of a single number the path has no subscript
+               single = count <= 1 .and. spec%keys(k)%least == 1
+               do element = merge(0, 1, single), merge(0, count, single)
+                  call append_text(paths, label_of(self, g)//"%"//indexed(spec%keys(k)%name, element))
+               end do
+            end do
+         end associate
+      end do
+   end function known_paths
+
+   !> Change a number, in the unit of its key; refused, and left as it was, when the key's limits do not allow it.
+   pure subroutine put(self, slot, number, error)
+      class(input_t), intent(inout) :: self
       type(slot_t), intent(in) :: slot
-      character(:), allocatable :: unit
+      real(wp), intent(in) :: number
+      type(error_t), allocatable, intent(out) :: error
 
-      unit = self%schema(self%instances(slot%instance)%spec)%keys(slot%key)%unit
-   end function unit_of
+      associate (group => self%groups(slot%instance), key => self%schema(self%groups(slot%instance)%spec)%keys(slot%key))
+         if (.not. any(group%values(slot%key)%words%given)) group%values(slot%key)%line = group%line
+         if (allows(key, number)) then
+            call group%values(slot%key)%put(slot%element, number)
+         else
+            call raise(error, slot%path//" = "//to_text(number)//": must be "//allowed_text(key))
+         end if
+      end associate
+   end subroutine put
 
-   !> The effective input as text: every group with every value, defaults included; reading it back gives the same input.
+   !> The effective input as text: every group in the order of the input with every value, defaults included. It is valid for
+   !> Fortran's own namelist reading, and reading it back gives the same bits and the same text.
    pure function effective(self) result(text)
       class(input_t), intent(in) :: self
       character(:), allocatable :: text
+      integer :: g, k
 
-      text = effective_text(self%document_t)
+      text = ""
+      do g = 1, size(self%groups)
+         associate (values => self%groups(g)%values, spec => self%schema(self%groups(g)%spec))
+            text = text//"&"//spec%name//newline
+            do k = 1, size(spec%keys)
+               if (size(values(k)%words) > 0) text = text//values(k)%as_namelist(spec%keys(k))//newline
+            end do
+            text = text//"/"//newline
+         end associate
+      end do
    end function effective
 
 end module razy_input_input

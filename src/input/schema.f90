@@ -5,25 +5,22 @@
 !! Build a schema once for each input, not in a loop: gfortran 12 does not free what array constructors of types hold.
 module razy_input_schema
    use razy_core_kinds, only: wp
-   use razy_core_text, only: string_t
+   use razy_core_text, only: append_text, string_t
    implicit none(type, external)
    private
 
-   public :: key_spec_t, group_spec_t
+   public :: key_spec_t, group_spec_t, key_at, group_at
    public :: group, key_name, key_real, key_integer, key_logical, key_string
-   public :: group_names, key_names, key_at, group_at
-   public :: type_real, type_integer, type_logical, type_string
-   public :: positive, nonnegative
+   public :: type_real, type_integer, type_logical, type_string, positive, nonnegative
 
    integer, parameter :: type_real = 1, type_integer = 2, type_logical = 3, type_string = 4
-   !> Rules for numbers.
-   integer, parameter :: any_number = 0, positive = 1, nonnegative = 2
+   !> Rules for numbers
+   integer, parameter :: positive = 1, nonnegative = 2
 
-   !> One key of a group.
+   !> One key of a group. A key `name` is the name of its group: fit for paths, and unique in the input.
    type :: key_spec_t
-      character(:), allocatable :: name
-      !> Meaning in one line
-      character(:), allocatable :: doc
+      !> Name, and meaning in one line
+      character(:), allocatable :: name, doc
       !> One of the `type_` constants
       integer :: type = 0
       !> Least and most number of values
@@ -38,30 +35,23 @@ module razy_input_schema
       logical :: open_below = .false.
       !> What a string may be, in any case; empty when it is free
       type(string_t), allocatable :: choices(:)
-      !> Whether the string is the name of the group: not empty, at most 63 characters, fit for paths, unique
-      logical :: is_name = .false.
    end type key_spec_t
 
    !> One kind of group.
    type :: group_spec_t
-      character(:), allocatable :: name
-      !> Meaning in one line
-      character(:), allocatable :: doc
+      !> Name, and meaning in one line
+      character(:), allocatable :: name, doc
       type(key_spec_t), allocatable :: keys(:)
-      logical :: required = .false.
-      logical :: repeatable = .false.
-      !> Names are unique among all groups with the same number
-      integer :: name_space = 1
+      logical :: required = .false., repeatable = .false.
    end type group_spec_t
 
 contains
 
    !> A group; `name` and the names of the keys are lower-case Fortran names.
-   pure function group(name, doc, keys, required, repeatable, name_space) result(spec)
+   pure function group(name, doc, keys, required, repeatable) result(spec)
       character(*), intent(in) :: name, doc
       type(key_spec_t), intent(in) :: keys(:)
       logical, intent(in), optional :: required, repeatable
-      integer, intent(in), optional :: name_space
       type(group_spec_t) :: spec
 
       spec%name = name
@@ -70,7 +60,6 @@ contains
       spec%keys(:) = keys
       if (present(required)) spec%required = required
       if (present(repeatable)) spec%repeatable = repeatable
-      if (present(name_space)) spec%name_space = name_space
    end function group
 
    !> The key `name` by which other groups refer to this one; required unless told otherwise.
@@ -81,7 +70,6 @@ contains
 
       spec = new_key("name", "name by which other groups and results refer to it", type_string)
       if (present(doc)) spec%doc = doc
-      spec%is_name = .true.
       spec%required = .true.
       if (present(required)) spec%required = required
    end function key_name
@@ -89,31 +77,26 @@ contains
    !> A real key. `count` is the exact number of values; `least` and `most` bound a list of variable length.
    pure function key_real(name, doc, unit, rule, low, high, count, least, most, required, default) result(spec)
       character(*), intent(in) :: name, doc
-      character(*), intent(in), optional :: unit
-      integer, intent(in), optional :: rule
+      character(*), intent(in), optional :: unit, default
+      integer, intent(in), optional :: rule, count, least, most
       real(wp), intent(in), optional :: low, high
-      integer, intent(in), optional :: count, least, most
       logical, intent(in), optional :: required
-      character(*), intent(in), optional :: default
       type(key_spec_t) :: spec
 
-      spec = new_key(name, doc, type_real, unit, count, least, most, required, default)
-      call limit(spec, rule, low, high)
+      spec = new_key(name, doc, type_real, unit, rule, count, least, most, required, default)
+      if (present(low)) spec%low = low
+      if (present(high)) spec%high = high
    end function key_real
 
    !> An integer key; see `key_real`.
    pure function key_integer(name, doc, unit, rule, low, high, count, least, most, required, default) result(spec)
       character(*), intent(in) :: name, doc
-      character(*), intent(in), optional :: unit
-      integer, intent(in), optional :: rule
-      integer, intent(in), optional :: low, high
-      integer, intent(in), optional :: count, least, most
+      character(*), intent(in), optional :: unit, default
+      integer, intent(in), optional :: rule, low, high, count, least, most
       logical, intent(in), optional :: required
-      character(*), intent(in), optional :: default
       type(key_spec_t) :: spec
 
-      spec = new_key(name, doc, type_integer, unit, count, least, most, required, default)
-      call limit(spec, rule)
+      spec = new_key(name, doc, type_integer, unit, rule, count, least, most, required, default)
       if (present(low)) spec%low = real(low, wp)
       if (present(high)) spec%high = real(high, wp)
    end function key_integer
@@ -121,9 +104,9 @@ contains
    !> A logical key; see `key_real`.
    pure function key_logical(name, doc, count, least, most, required, default) result(spec)
       character(*), intent(in) :: name, doc
+      character(*), intent(in), optional :: default
       integer, intent(in), optional :: count, least, most
       logical, intent(in), optional :: required
-      character(*), intent(in), optional :: default
       type(key_spec_t) :: spec
 
       spec = new_key(name, doc, type_logical, count=count, least=least, most=most, required=required, default=default)
@@ -132,30 +115,26 @@ contains
    !> A string key, free or one of `choices` (trailing blanks do not count); see `key_real`.
    pure function key_string(name, doc, choices, count, least, most, required, default) result(spec)
       character(*), intent(in) :: name, doc
-      character(*), intent(in), optional :: choices(:)
+      character(*), intent(in), optional :: choices(:), default
       integer, intent(in), optional :: count, least, most
       logical, intent(in), optional :: required
-      character(*), intent(in), optional :: default
       type(key_spec_t) :: spec
       integer :: i
 
       spec = new_key(name, doc, type_string, count=count, least=least, most=most, required=required, default=default)
       if (.not. present(choices)) return
-      deallocate (spec%choices)
-      allocate (spec%choices(size(choices)))
       do i = 1, size(choices)
-         spec%choices(i)%text = trim(choices(i))
+         call append_text(spec%choices, trim(choices(i)))
       end do
    end function key_string
 
    !> What all kinds of key have in common.
-   pure function new_key(name, doc, type, unit, count, least, most, required, default) result(spec)
+   pure function new_key(name, doc, type, unit, rule, count, least, most, required, default) result(spec)
       character(*), intent(in) :: name, doc
       integer, intent(in) :: type
-      character(*), intent(in), optional :: unit
-      integer, intent(in), optional :: count, least, most
+      character(*), intent(in), optional :: unit, default
+      integer, intent(in), optional :: rule, count, least, most
       logical, intent(in), optional :: required
-      character(*), intent(in), optional :: default
       type(key_spec_t) :: spec
 
       spec%name = name
@@ -163,6 +142,10 @@ contains
       spec%type = type
       spec%unit = ""
       if (present(unit)) spec%unit = unit
+      if (present(rule)) then
+         spec%low = 0.0_wp
+         spec%open_below = rule == positive
+      end if
       if (present(count)) then
          spec%least = count
          spec%most = count
@@ -173,45 +156,6 @@ contains
       if (present(default)) spec%default = default
       allocate (spec%choices(0))
    end function new_key
-
-   !> Set the limits of a number.
-   pure subroutine limit(spec, rule, low, high)
-      type(key_spec_t), intent(inout) :: spec
-      integer, intent(in), optional :: rule
-      real(wp), intent(in), optional :: low, high
-      integer :: kind
-
-      kind = any_number
-      if (present(rule)) kind = rule
-      if (kind == positive .or. kind == nonnegative) spec%low = 0.0_wp
-      spec%open_below = kind == positive
-      if (present(low)) spec%low = low
-      if (present(high)) spec%high = high
-   end subroutine limit
-
-   !> Names of all groups of a schema.
-   pure function group_names(schema) result(names)
-      type(group_spec_t), intent(in) :: schema(:)
-      type(string_t), allocatable :: names(:)
-      integer :: i
-
-      allocate (names(size(schema)))
-      do i = 1, size(schema)
-         names(i)%text = schema(i)%name
-      end do
-   end function group_names
-
-   !> Names of all keys of a group.
-   pure function key_names(spec) result(names)
-      type(group_spec_t), intent(in) :: spec
-      type(string_t), allocatable :: names(:)
-      integer :: i
-
-      allocate (names(size(spec%keys)))
-      do i = 1, size(spec%keys)
-         names(i)%text = spec%keys(i)%name
-      end do
-   end function key_names
 
    !> Place of the group with this lower-case name; 0 when there is none.
    pure integer function group_at(schema, name)

@@ -1,187 +1,283 @@
-!! One key's values, converted once and checked against the key's specification.
+!! The value of one key: its words, what they say as numbers, and whether the key's specification allows them.
 module razy_input_value
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use razy_core_kinds, only: wp
-   use razy_core_number, only: number_not_finite, number_ok, parse_integer, parse_logical, parse_real, to_text
+   use razy_core_number, only: number_malformed, number_not_finite, number_ok, parse_integer, parse_logical, parse_real, &
+                               to_text
+   use razy_core_text, only: join, nearest_name, newline, position_of, quoted
+   use razy_input_reader, only: entry_t, indexed, read_words, word_bare, word_gap, word_string, word_t, words_text
    use razy_input_schema, only: key_spec_t, type_integer, type_logical, type_real, type_string
-   use razy_core_text, only: append_text, join, nearest_name, position_of, quoted, string_t
-   use razy_input_token, only: parse_values, token_logical, token_number, token_string, token_t, token_word
    implicit none(type, external)
    private
 
-   public :: value_t, convert, option_tokens, allowed_text, count_text, element_text, within
+   public :: value_t, allows, allowed_text, count_text
 
-   !> Values of one key; the array of the key's type is allocated, with no elements when there is no value.
+   !> The elements of a value, none where there is neither value nor default.
    type :: value_t
-      !> Whether the user gave it, in the file or by `--set`, or a sweep put it
-      logical :: given = .false.
-      !> Line in the file; 0 when it came from the command line or by default
+      type(word_t), allocatable :: words(:)
+      !> Line of the last entry that gave some of it; 0 for the command line
       integer :: line = 0
-      !> As the user wrote it; not allocated once a sweep changed it, or for a default
-      character(:), allocatable :: text
-      real(wp), allocatable :: reals(:)
-      integer, allocatable :: integers(:)
-      logical, allocatable :: logicals(:)
-      type(string_t), allocatable :: strings(:)
    contains
-      procedure :: count => value_count
+      procedure :: set_default
+      procedure :: enter
+      procedure :: check
+      procedure :: put
+      procedure :: as_written
+      procedure :: as_namelist
    end type value_t
 
 contains
 
-   !> Number of values.
-   pure integer function value_count(self)
-      class(value_t), intent(in) :: self
-
-      value_count = 0
-      if (allocated(self%reals)) value_count = size(self%reals)
-      if (allocated(self%integers)) value_count = size(self%integers)
-      if (allocated(self%logicals)) value_count = size(self%logicals)
-      if (allocated(self%strings)) value_count = size(self%strings)
-   end function value_count
-
-   !> Convert and check `tokens`; `problem` is allocated, and says what is allowed, when they do not fit `spec`.
-   !> No tokens at all make a value without elements.
-   pure subroutine convert(spec, tokens, value, problem)
+   !> Take the key's default; a `problem` is a mistake in the schema.
+   pure subroutine set_default(self, spec, problem)
+      class(value_t), intent(inout) :: self
       type(key_spec_t), intent(in) :: spec
-      type(token_t), intent(in) :: tokens(:)
-      type(value_t), intent(out) :: value
       character(:), allocatable, intent(out) :: problem
-      character(:), allocatable :: advice, reason
-      integer :: i
 
-      select case (spec%type)
-      case (type_real)
-         allocate (value%reals(size(tokens)))
-      case (type_integer)
-         allocate (value%integers(size(tokens)))
-      case (type_logical)
-         allocate (value%logicals(size(tokens)))
-      case default
-         allocate (value%strings(size(tokens)))
-      end select
-      advice = ""
-      do i = 1, size(tokens)
-         call convert_element(spec, tokens(i), i, value, reason)
-         if (.not. allocated(reason)) cycle
-         advice = nearest_name(tokens(i)%text, spec%choices)
-         if (len(advice) > 0) advice = "; did you mean '"//advice//"'?"
-         exit
-      end do
-      if (.not. allocated(reason) .and. size(tokens) > 0 .and. (size(tokens) < spec%least .or. size(tokens) > spec%most)) then
-         reason = ""
-         if (size(tokens) > 1) reason = "has "//to_text(size(tokens))//" values, "
-      end if
-      if (allocated(reason)) problem = reason//"must be "//allowed_text(spec)//advice
-   end subroutine convert
+      allocate (self%words(0))
+      if (.not. allocated(spec%default)) return
+      call option_words(spec, spec%default, self%words, problem)
+      if (.not. allocated(problem)) call self%check(spec, problem)
+   end subroutine set_default
 
-   !> Convert one value; `reason` is allocated when it does not fit, and empty when what is allowed says enough.
-   pure subroutine convert_element(spec, token, i, value, reason)
+   !> Put the words of an entry in their places. One of the command line replaces what is there; in the file nothing may be
+   !> given twice.
+   pure subroutine enter(self, spec, item, problem)
+      class(value_t), intent(inout) :: self
       type(key_spec_t), intent(in) :: spec
-      type(token_t), intent(in) :: token
-      integer, intent(in) :: i
-      type(value_t), intent(inout) :: value
+      type(entry_t), intent(in) :: item
+      character(:), allocatable, intent(out) :: problem
+      type(word_t), allocatable :: words(:)
+      character(:), allocatable :: twice
+      integer :: first
+
+      twice = "is given twice, first in line "//to_text(self%line)
+      self%line = item%line
+      if (allocated(item%option)) then
+         call option_words(spec, item%option, words, problem)
+         if (item%last > 0 .and. size(words) /= 1) problem = "one element takes one value"
+      else
+         words = item%words
+      end if
+      words%given = .true.
+      if (item%last == 0) then
+         if (any(self%words%given) .and. .not. allocated(item%option)) problem = twice
+         call move_alloc(words, self%words)
+         return
+      end if
+      first = item%path%element
+      call lengthen(self, item%last)
+      if (any(self%words(first:item%last)%given) .and. .not. allocated(item%option)) problem = twice
+      if (.not. allocated(problem)) self%words(first:item%last) = words
+   end subroutine enter
+
+   !> Make room for more elements, which are gaps.
+   pure subroutine lengthen(self, length)
+      type(value_t), intent(inout) :: self
+      integer, intent(in) :: length
+      type(word_t), allocatable :: longer(:)
+
+      if (length <= size(self%words)) return
+      allocate (longer(length))
+      longer(:size(self%words)) = self%words
+      call move_alloc(longer, self%words)
+   end subroutine lengthen
+
+   !> Find what the words say. `problem` is allocated, and says what is allowed, when that does not fit.
+   pure subroutine check(self, spec, problem)
+      class(value_t), intent(inout) :: self
+      type(key_spec_t), intent(in) :: spec
+      character(:), allocatable, intent(out) :: problem
+      character(:), allocatable :: meant
+      integer :: count, gap, i
+
+      count = size(self%words)
+      gap = findloc(self%words%kind, word_gap, dim=1)
+      if (gap > 0) then
+         problem = indexed(spec%name, gap)//" is missing"
+      else if (count == 0) then
+         if (spec%required) problem = "is required, "//allowed_text(spec)
+      else
+         do i = 1, count
+            call check_word(spec, self%words(i), problem)
+            if (allocated(problem)) exit
+         end do
+         if (.not. allocated(problem)) then
+            if (count >= spec%least .and. count <= spec%most) return
+            problem = ""
+            if (count > 1) problem = "has "//to_text(count)//" values, "
+         end if
+         problem = problem//"must be "//allowed_text(spec)
+         if (i > count) return
+         meant = nearest_name(self%words(i)%text, spec%choices)
+         if (len(meant) > 0) problem = problem//"; did you mean '"//meant//"'?"
+      end if
+   end subroutine check
+
+   !> Find what one word says; a choice is spelt as in the schema then. `reason` is allocated when it does not fit, and empty
+   !> when what is allowed says enough.
+   pure subroutine check_word(spec, word, reason)
+      type(key_spec_t), intent(in) :: spec
+      type(word_t), intent(inout) :: word
       character(:), allocatable, intent(out) :: reason
-      integer :: status
-      logical :: ok
+      character(*), parameter :: not_in_names = '/%(),"'//"'"
+      integer, parameter :: longest_name = 63
+      integer :: choice, status, whole
+      logical :: ok, truth
 
       ok = .false.
-      status = number_ok
+      status = number_malformed
       select case (spec%type)
       case (type_real)
-         if (token%kind /= token_string) call parse_real(token%text, value%reals(i), status)
-         ok = token%kind /= token_string .and. status == number_ok
+         if (word%kind == word_bare) call parse_real(word%text, word%number, status)
          if (status == number_not_finite) reason = "is not a finite number, "
-         if (ok) ok = within(spec, value%reals(i))
+         ok = status == number_ok .and. allows(spec, word%number)
       case (type_integer)
-         if (token%kind == token_number) call parse_integer(token%text, value%integers(i), status)
-         ok = token%kind == token_number .and. status == number_ok
+         if (word%kind == word_bare) call parse_integer(word%text, whole, status)
          if (status == number_not_finite) reason = "is beyond the range of integers, "
-         if (ok) ok = within(spec, real(value%integers(i), wp))
+         if (status == number_ok) word%number = whole
+         ok = status == number_ok .and. allows(spec, word%number)
       case (type_logical)
-         if (token%kind == token_logical) call parse_logical(token%text, value%logicals(i), ok)
+         if (word%kind == word_bare) call parse_logical(word%text, truth, ok)
+         if (ok) word%number = merge(1.0_wp, 0.0_wp, truth)
       case default
-         if (token%kind == token_string) then
-            call convert_string(spec, token%text, value%strings(i)%text, ok)
-         else
+         if (word%kind /= word_string) then
             reason = "text stands in quotes, "
+         else if (size(spec%choices) > 0) then
+            choice = position_of(word%text, spec%choices)
+            ok = choice > 0
+            if (ok) word%text = spec%choices(choice)%text
+         else if (spec%name == "name") then
+            ok = verify(word%text, " ") == 1 .and. len_trim(word%text) == len(word%text) .and. len(word%text) <= longest_name &
+                 .and. scan(word%text, not_in_names) == 0
+         else
+            ok = .true.
          end if
       end select
       if (.not. ok .and. .not. allocated(reason)) reason = ""
-   end subroutine convert_element
+   end subroutine check_word
 
-   !> Check a string; a choice is stored as the schema spells it.
-   pure subroutine convert_string(spec, text, stored, ok)
-      type(key_spec_t), intent(in) :: spec
-      character(*), intent(in) :: text
-      character(:), allocatable, intent(out) :: stored
-      logical, intent(out) :: ok
-      character(*), parameter :: not_in_names = '/%(),"'//"'"
-      integer, parameter :: longest_name = 63
-      integer :: choice
-
-      ok = .true.
-      stored = text
-      if (size(spec%choices) > 0) then
-         choice = position_of(text, spec%choices)
-         ok = choice > 0
-         if (ok) stored = spec%choices(choice)%text
-      else if (spec%is_name) then
-         ok = len(text) > 0 .and. len(text) <= longest_name .and. scan(text, not_in_names) == 0
-         if (ok) ok = adjustl(text) == text .and. len_trim(text) == len(text)
-      end if
-   end subroutine convert_string
-
-   !> Whether a number is finite and keeps the limits of its key.
-   pure logical function within(spec, number)
+   !> Whether a number is finite, keeps the limits of its key, and is whole for an integer.
+   pure logical function allows(spec, number)
       type(key_spec_t), intent(in) :: spec
       real(wp), intent(in) :: number
 
-      within = ieee_is_finite(number)
-      if (.not. within) return
-      within = number >= spec%low .and. number <= spec%high
-      if (spec%open_below) within = within .and. number > spec%low
-   end function within
+      allows = ieee_is_finite(number)
+      if (.not. allows) return
+      allows = number >= spec%low .and. number <= spec%high
+      if (spec%open_below) allows = allows .and. number > spec%low
+      if (spec%type == type_integer) allows = allows .and. abs(number) <= huge(1) .and. .not. abs(number - anint(number)) > 0.0_wp
+   end function allows
 
-   !> Values written outside of a file, on the command line or as a default: namelist syntax, and for a string key also
+   !> Set element i to a number that the key allows, or add it.
+   pure subroutine put(self, i, number)
+      class(value_t), intent(inout) :: self
+      integer, intent(in) :: i
+      real(wp), intent(in) :: number
+
+      call lengthen(self, i)
+      self%words(i) = word_t(kind=word_bare, given=.true., number=number)
+   end subroutine put
+
+   !> What the user gave, in one line; the default where nothing was given.
+   pure function as_written(self, spec) result(text)
+      class(value_t), intent(in) :: self
+      type(key_spec_t), intent(in) :: spec
+      character(:), allocatable :: text
+      integer :: i
+
+      text = ""
+      do i = 1, size(self%words)
+         if (any(self%words%given) .and. .not. self%words(i)%given) cycle
+         if (len(text) > 0) text = text//", "
+         if (allocated(self%words(i)%text)) then
+            text = text//words_text(self%words(i:i))
+         else
+            text = text//element_text(self%words(i), spec)
+         end if
+      end do
+   end function as_written
+
+   !> `key = value, value`, in as many lines as it needs.
+   pure function as_namelist(self, spec) result(text)
+      class(value_t), intent(in) :: self
+      type(key_spec_t), intent(in) :: spec
+      character(:), allocatable :: text
+      !> Longest line, unless a single string is longer
+      integer, parameter :: width = 132
+      character(*), parameter :: indent = "   "
+      character(:), allocatable :: element, line
+      integer :: i
+
+      text = ""
+      line = indent//spec%name//" ="
+      do i = 1, size(self%words)
+         element = element_text(self%words(i), spec)
+         if (i < size(self%words)) element = element//","
+         if (i > 1 .and. len(line) + 1 + len(element) > width) then
+            text = text//line//newline
+            line = indent//indent//element
+         else
+            line = line//" "//element
+         end if
+      end do
+      text = text//line
+   end function as_namelist
+
+   !> An element in namelist syntax, which reads back to the same bits.
+   pure function element_text(word, spec) result(text)
+      type(word_t), intent(in) :: word
+      type(key_spec_t), intent(in) :: spec
+      character(:), allocatable :: text
+
+      select case (spec%type)
+      case (type_string)
+         text = quoted(word%text)
+      case (type_logical)
+         text = trim(merge(".true. ", ".false.", word%number > 0.0_wp))
+      case (type_integer)
+         text = to_text(nint(word%number))
+      case default
+         text = to_text(word%number)
+      end select
+   end function element_text
+
+   !> Words written outside of a file, on the command line or as a default: namelist syntax, and for a string key also
    !> bare text, with a comma between values where the key may have several. With a `problem` comes the text as one word.
-   pure subroutine option_tokens(spec, text, tokens, problem)
+   pure subroutine option_words(spec, text, words, problem)
       type(key_spec_t), intent(in) :: spec
       character(*), intent(in) :: text
-      type(token_t), allocatable, intent(out) :: tokens(:)
+      type(word_t), allocatable, intent(out) :: words(:)
       character(:), allocatable, intent(out) :: problem
-      type(string_t), allocatable :: parts(:)
       character(:), allocatable :: rest
       integer :: comma, i
 
       rest = trim(adjustl(text))
-      allocate (parts(0))
       if (spec%type /= type_string .or. scan(rest, '"'//"'") == 1) then
-         call parse_values(rest, tokens, problem)
+         call read_words(rest, words, problem)
          if (.not. allocated(problem)) return
-         deallocate (tokens)
-      else
-         do
-            comma = index(rest, ",")
-            if (comma == 0 .or. spec%most == 1) exit
-            call append_text(parts, trim(rest(:comma - 1)))
-            rest = adjustl(rest(comma + 1:))
-         end do
+         deallocate (words)
+         allocate (words(1))
+         words(1)%kind = word_bare
+         words(1)%text = rest
+         return
       end if
-      call append_text(parts, trim(rest))
-      allocate (tokens(size(parts)))
-      do i = 1, size(parts)
-         tokens(i)%kind = token_string
-         if (allocated(problem)) tokens(i)%kind = token_word
-         call move_alloc(parts(i)%text, tokens(i)%text)
+      allocate (words(merge(1, 1 + count([(rest(i:i) == ",", i=1, len(rest))]), spec%most == 1)))
+      do i = 1, size(words)
+         comma = len(rest) + 1
+         if (i < size(words)) comma = index(rest, ",")
+         words(i)%kind = word_string
+         words(i)%text = trim(rest(:comma - 1))
+         rest = adjustl(rest(comma + 1:))
       end do
-   end subroutine option_tokens
+   end subroutine option_words
 
    !> What a key may be: `a positive real number in m`, `one of 'exact', 'rk4'`.
    pure function allowed_text(spec) result(text)
       type(key_spec_t), intent(in) :: spec
       character(:), allocatable :: text
-      logical :: single
+      character(:), allocatable :: high, low
+      logical :: above, below, single
 
       single = spec%most == 1
       select case (spec%type)
@@ -190,62 +286,41 @@ contains
          if (.not. single) text = count_text(spec)//" of "//text
       case (type_string)
          if (size(spec%choices) > 0) then
-            text = choices_text(spec%choices)
-            if (single) text = "one of "//text
-            if (.not. single) text = count_text(spec)//" of "//text
-         else if (spec%is_name) then
+            text = "one"
+            if (.not. single) text = count_text(spec)
+            text = text//" of '"//join(spec%choices, "', '")//"'"
+         else if (spec%name == "name") then
             text = "a name of 1 to 63 characters without quotes / % ( ) , and without blanks at its ends"
          else
             text = "a text in quotes"
             if (.not. single) text = count_text(spec)//" texts in quotes"
          end if
       case default
-         text = number_text(spec, single)
+         text = "real number"
+         if (spec%type == type_integer) text = "integer"
+         above = spec%low > -huge(1.0_wp)
+         below = spec%high < huge(1.0_wp)
+         if (.not. below .and. abs(spec%low) <= 0.0_wp) then
+            text = trim(merge("positive   ", "nonnegative", spec%open_below))//" "//text
+            above = .false.
+         end if
+         if (single) then
+            text = trim(merge("an", "a ", text(1:1) == "i"))//" "//text
+         else
+            text = count_text(spec)//" "//text//"s"
+         end if
+         if (above) low = element_text(word_t(number=spec%low), spec)
+         if (below) high = element_text(word_t(number=spec%high), spec)
+         if (above .and. below .and. .not. spec%open_below) then
+            text = text//" from "//low//" to "//high
+         else
+            if (above) text = text//trim(merge(" above    ", " not below", spec%open_below))//" "//low
+            if (above .and. below) text = text//" and"
+            if (below) text = text//" not above "//high
+         end if
+         if (len(spec%unit) > 0) text = text//" in "//spec%unit
       end select
    end function allowed_text
-
-   !> What a numeric key may be.
-   pure function number_text(spec, single) result(text)
-      type(key_spec_t), intent(in) :: spec
-      logical, intent(in) :: single
-      character(:), allocatable :: text
-      logical :: above, below
-
-      text = "real number"
-      if (spec%type == type_integer) text = "integer"
-      if (.not. single) text = text//"s"
-      above = spec%low > -huge(1.0_wp)
-      below = spec%high < huge(1.0_wp)
-      if (above .and. spec%low >= 0.0_wp .and. spec%low <= 0.0_wp .and. .not. below) then
-         if (spec%open_below) text = "positive "//text
-         if (.not. spec%open_below) text = "nonnegative "//text
-         above = .false.
-      end if
-      if (.not. single) then
-         text = count_text(spec)//" "//text
-      else if (spec%type == type_integer .and. text(1:1) == "i") then
-         text = "an "//text
-      else
-         text = "a "//text
-      end if
-      if (above .and. spec%open_below) text = text//" above "//limit_text(spec, spec%low)
-      if (above .and. .not. spec%open_below .and. below) text = text//" from "//limit_text(spec, spec%low)
-      if (above .and. .not. spec%open_below .and. .not. below) text = text//" not below "//limit_text(spec, spec%low)
-      if (above .and. spec%open_below .and. below) text = text//" and"
-      if (below .and. (.not. above .or. spec%open_below)) text = text//" not above "//limit_text(spec, spec%high)
-      if (below .and. above .and. .not. spec%open_below) text = text//" to "//limit_text(spec, spec%high)
-      if (len(spec%unit) > 0) text = text//" in "//spec%unit
-   end function number_text
-
-   !> A limit as the type of the key writes it.
-   pure function limit_text(spec, limit) result(text)
-      type(key_spec_t), intent(in) :: spec
-      real(wp), intent(in) :: limit
-      character(:), allocatable :: text
-
-      text = to_text(limit)
-      if (spec%type == type_integer) text = to_text(nint(limit))
-   end function limit_text
 
    !> Number of values a key may have: `1`, `2`, `1 to 64`.
    pure function count_text(spec) result(text)
@@ -255,26 +330,5 @@ contains
       text = to_text(spec%least)
       if (spec%most > spec%least) text = text//" to "//to_text(spec%most)
    end function count_text
-
-   !> The choices in quotes with commas between them.
-   pure function choices_text(choices) result(text)
-      type(string_t), intent(in) :: choices(:)
-      character(:), allocatable :: text
-
-      text = "'"//join(choices, "', '")//"'"
-   end function choices_text
-
-   !> One of the values in namelist syntax.
-   pure function element_text(value, i) result(text)
-      type(value_t), intent(in) :: value
-      integer, intent(in) :: i
-      character(:), allocatable :: text
-
-      text = ""
-      if (allocated(value%reals)) text = to_text(value%reals(i))
-      if (allocated(value%integers)) text = to_text(value%integers(i))
-      if (allocated(value%logicals)) text = trim(merge(".true. ", ".false.", value%logicals(i)))
-      if (allocated(value%strings)) text = quoted(value%strings(i)%text)
-   end function element_text
 
 end module razy_input_value

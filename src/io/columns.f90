@@ -11,8 +11,7 @@ module razy_io_columns
    use razy_core_error, only: complaint, error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: number_ok, parse_real, to_text
-   use razy_core_scanner, only: newline
-   use razy_core_text, only: append_text, did_you_mean, lower, string_t
+   use razy_core_text, only: append_text, did_you_mean, lower, newline, string_t
    use razy_core_text_file, only: read_text_file
    use razy_io_hdf5_library, only: check_hdf5, start_hdf5
    implicit none(type, external)

@@ -1,17 +1,21 @@
-!! Symmetric banded matrices in a narrow order: Cholesky factor, solutions, number of negative eigenvalues.
+!! Sparse symmetric matrices as banded ones: a narrow order, the Cholesky factor with its solutions, the number of negative
+!! eigenvalues, and the solution of a complex system.
+!!
+!! The order is Cuthill and McKee's (George and Liu, Computer Solution of Large Sparse Positive Definite Systems, 1981):
+!! breadth-first from a vertex at the rim, neighbours by degree. The reversed order has the same bandwidth.
 module razy_linalg_banded
    use razy_core_kinds, only: wp
-   use razy_linalg_band_lapack, only: dpbtrf, dpbtrs
-   use razy_linalg_ordering, only: bandwidth, narrow_order
-   use razy_linalg_sparse, only: csr_t
+   use razy_linalg_dense, only: rising_order
+   use razy_linalg_lapack, only: dpbtrf, dpbtrs, zgbsv
+   use razy_linalg_sparse, only: add_matrices, csr_t
    implicit none(type, external)
    private
 
-   public :: band_factor_t, negative_eigenvalues
+   public :: band_factor_t, bandwidth, narrow_order, negative_eigenvalues, solve_complex
 
    !> Cholesky factor L Lᵀ of a sparse symmetric positive definite matrix, rows and columns reordered.
    type :: band_factor_t
-      integer :: n = 0, width = 0
+      private
       !> `order(new)` is the old index.
       integer, allocatable :: order(:)
       !> `band(1 + i - j, j)` is entry (i, j), i >= j.
@@ -29,10 +33,11 @@ contains
       type(csr_t), intent(in) :: matrix
       integer, intent(out) :: info
 
-      call to_band(matrix, self%order, self%width, self%band)
-      self%n = matrix%rows
+      call to_band(matrix, self%order, self%band)
       info = 0
-      if (self%n > 0) call dpbtrf("L", self%n, self%width, self%band, self%width + 1, info)
+      associate (n => matrix%rows, height => size(self%band, 1))
+         if (n > 0) call dpbtrf("L", n, height - 1, self%band, height, info)
+      end associate
    end subroutine factor
 
    !> x = A⁻¹ b with `b` (n).
@@ -42,17 +47,15 @@ contains
       real(wp), allocatable :: x(:)
 
       real(wp), allocatable :: column(:, :)
-      integer :: i, info
+      integer :: info
 
-      allocate (column(self%n, 1), x(self%n))
-      do i = 1, self%n
-         column(i, 1) = b(self%order(i))
-      end do
+      allocate (x(size(b)))
+      column = reshape(b(self%order), [size(b), 1])
       ! info reports arguments that are wrong, which these are not
-      if (self%n > 0) call dpbtrs("L", self%n, self%width, 1, self%band, self%width + 1, column, self%n, info)
-      do i = 1, self%n
-         x(self%order(i)) = column(i, 1)
-      end do
+      associate (n => size(b), height => size(self%band, 1))
+         if (n > 0) call dpbtrs("L", n, height - 1, 1, self%band, height, column, n, info)
+      end associate
+      x(self%order) = column(:, 1)
    end function solve
 
    !> Number of negative eigenvalues, by the signs of D in L D Lᵀ without pivoting (Sylvester's law of inertia). A pivot
@@ -64,9 +67,9 @@ contains
       real(wp), allocatable :: band(:, :)
       real(wp) :: pivot, ratio, tiny_pivot
       integer, allocatable :: order(:)
-      integer :: i, j, last, width
+      integer :: i, j, last
 
-      call to_band(matrix, order, width, band)
+      call to_band(matrix, order, band)
       count = 0
       if (matrix%rows == 0) return
       tiny_pivot = epsilon(1.0_wp)*maxval(abs(band))
@@ -74,7 +77,7 @@ contains
          pivot = band(1, j)
          if (abs(pivot) < tiny_pivot) pivot = tiny_pivot
          if (pivot < 0.0_wp) count = count + 1
-         last = min(width, matrix%rows - j)
+         last = min(size(band, 1) - 1, matrix%rows - j)
          do i = 1, last
             ratio = band(1 + i, j)/pivot
             if (.not. abs(ratio) > 0.0_wp) cycle
@@ -84,22 +87,17 @@ contains
    end function negative_eigenvalues
 
    !> The lower band of a symmetric matrix in a narrow order.
-   subroutine to_band(matrix, order, width, band)
+   subroutine to_band(matrix, order, band)
       type(csr_t), intent(in) :: matrix
       integer, allocatable, intent(out) :: order(:)
-      integer, intent(out) :: width
       real(wp), allocatable, intent(out) :: band(:, :)
 
       integer, allocatable :: place(:)
       integer :: i, j, k, row
 
-      allocate (order(matrix%rows), place(matrix%rows))
       order = narrow_order(matrix)
-      do i = 1, matrix%rows
-         place(order(i)) = i
-      end do
-      width = bandwidth(matrix, order)
-      allocate (band(width + 1, matrix%rows), source=0.0_wp)
+      place = inverse_of(order)
+      allocate (band(bandwidth(matrix, order) + 1, matrix%rows), source=0.0_wp)
       do row = 1, matrix%rows
          i = place(row)
          do k = matrix%start(row), matrix%start(row + 1) - 1
@@ -108,5 +106,148 @@ contains
          end do
       end do
    end subroutine to_band
+
+   !> Solve (A + i omega B) X = R with matrices of one size that are symmetric in their patterns, by a banded factor in a
+   !> narrow order. `x` (n, systems) holds the right-hand sides before; `info` is LAPACK's: 0 is success.
+   subroutine solve_complex(a, b, omega, x, info)
+      type(csr_t), intent(in) :: a, b
+      real(wp), intent(in) :: omega
+      complex(wp), intent(inout) :: x(:, :)
+      integer, intent(out) :: info
+
+      type(csr_t) :: pattern
+      complex(wp), allocatable :: band(:, :), right(:, :)
+      integer, allocatable :: order(:), pivot(:), place(:)
+      integer :: n, width
+
+      n = a%rows
+      pattern = add_matrices(1.0_wp, a, 1.0_wp, b)
+      order = narrow_order(pattern)
+      place = inverse_of(order)
+      width = bandwidth(pattern, order)
+      allocate (band(3*width + 1, n), source=(0.0_wp, 0.0_wp))
+      allocate (pivot(n), right(n, size(x, 2)))
+      call enter(a, (1.0_wp, 0.0_wp))
+      call enter(b, cmplx(0.0_wp, omega, wp))
+      right(place, :) = x
+      call zgbsv(n, width, width, size(x, 2), band, 3*width + 1, pivot, right, n, info)
+      x(order, :) = right
+
+   contains
+
+      subroutine enter(matrix, factor)
+         type(csr_t), intent(in) :: matrix
+         complex(wp), intent(in) :: factor
+
+         integer :: i, j, k, row
+
+         do row = 1, n
+            i = place(row)
+            do k = matrix%start(row), matrix%start(row + 1) - 1
+               j = place(matrix%column(k))
+               associate (entry => band(2*width + 1 + i - j, j))
+                  entry = entry + factor*matrix%value(k)
+               end associate
+            end do
+         end do
+      end subroutine enter
+
+   end subroutine solve_complex
+
+   !> An order (n) of the rows and columns: `order(new)` is the old index. `matrix` is symmetric in its pattern.
+   pure function narrow_order(matrix) result(order)
+      type(csr_t), intent(in) :: matrix
+      integer, allocatable :: order(:)
+
+      logical, allocatable :: numbered(:)
+      integer :: count, levels, first, found, k, last, old_levels, root, seed
+
+      allocate (order(matrix%rows))
+      allocate (numbered(matrix%rows), source=.false.)
+      count = 0
+      do seed = 1, matrix%rows
+         if (numbered(seed)) cycle
+         root = seed
+         old_levels = -1
+         do
+            call number_component(matrix, root, numbered, order(count + 1:), found, levels)
+            if (levels <= old_levels) exit
+            ! The last vertex found is far from the root: try it as the root, while that makes the levels more.
+            old_levels = levels
+            first = count + 1
+            last = count + found
+            do k = first, last
+               numbered(order(k)) = .false.
+            end do
+            root = order(last)
+         end do
+         count = count + found
+      end do
+   end function narrow_order
+
+   !> Number the component of `root`; `found` vertices in `levels` levels go to the head of `order`.
+   pure subroutine number_component(matrix, root, numbered, order, found, levels)
+      type(csr_t), intent(in) :: matrix
+      integer, intent(in) :: root
+      logical, intent(inout) :: numbered(:)
+      integer, intent(inout) :: order(:)
+      integer, intent(out) :: found, levels
+
+      integer, allocatable :: near(:)
+      integer :: first, j, k, level_end, vertex
+
+      order(1) = root
+      numbered(root) = .true.
+      found = 1
+      levels = 0
+      level_end = 1
+      j = 1
+      do while (j <= found)
+         vertex = order(j)
+         first = found + 1
+         do k = matrix%start(vertex), matrix%start(vertex + 1) - 1
+            if (numbered(matrix%column(k))) cycle
+            found = found + 1
+            order(found) = matrix%column(k)
+            numbered(matrix%column(k)) = .true.
+         end do
+         near = order(first:found)
+         order(first:found) = near(rising_order(real(matrix%start(near + 1) - matrix%start(near), wp)))
+         if (j == level_end) then
+            levels = levels + 1
+            level_end = found
+         end if
+         j = j + 1
+      end do
+   end subroutine number_component
+
+   !> Largest distance of an entry from the diagonal in this order.
+   pure function bandwidth(matrix, order) result(width)
+      type(csr_t), intent(in) :: matrix
+      integer, intent(in) :: order(:)
+      integer :: width
+
+      integer, allocatable :: place(:)
+      integer :: i, k
+
+      place = inverse_of(order)
+      width = 0
+      do i = 1, matrix%rows
+         do k = matrix%start(i), matrix%start(i + 1) - 1
+            width = max(width, abs(place(i) - place(matrix%column(k))))
+         end do
+      end do
+   end function bandwidth
+
+   !> Where each old index is in an order.
+   pure function inverse_of(order) result(place)
+      integer, intent(in) :: order(:)
+      integer, allocatable :: place(:)
+
+      integer :: i
+
+      allocate (place(size(order)))
+      place(order) = [(i, i=1, size(order))]
+   end function inverse_of
 
 end module razy_linalg_banded

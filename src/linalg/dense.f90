@@ -1,11 +1,11 @@
-!! Products of dense matrices by BLAS, whatever their size: no temporary arrays on the stack.
+!! Dense matrices and vectors: products by BLAS, whatever their size (no temporary arrays on the stack), and small helpers.
 module razy_linalg_dense
    use razy_core_kinds, only: wp
-   use razy_linalg_band_lapack, only: dgemm
+   use razy_linalg_lapack, only: dgemm
    implicit none(type, external)
    private
 
-   public :: congruence_of, product_of
+   public :: add_outer, congruence_of, identity, product_of, rising_order, symmetric_part
 
 contains
 
@@ -36,5 +36,55 @@ contains
       end if
       call dgemm("N", "N", size(a, 1), size(b, 2), size(a, 2), 1.0_wp, a, size(a, 1), b, size(b, 1), 0.0_wp, c, size(c, 1))
    end function product_of
+
+   !> A + k w wᵀ in place of A (n, n), with w (n): what a spring k along w adds to a stiffness matrix.
+   pure subroutine add_outer(matrix, k, w)
+      real(wp), intent(inout) :: matrix(:, :)
+      real(wp), intent(in) :: k, w(:)
+
+      integer :: i
+
+      do i = 1, size(w)
+         matrix(:, i) = matrix(:, i) + k*w*w(i)
+      end do
+   end subroutine add_outer
+
+   pure function identity(n) result(matrix)
+      integer, intent(in) :: n
+      real(wp), allocatable :: matrix(:, :)
+
+      integer :: i
+
+      allocate (matrix(n, n), source=0.0_wp)
+      do i = 1, n
+         matrix(i, i) = 1.0_wp
+      end do
+   end function identity
+
+   !> (A + Aᵀ)/2, symmetric to the last bit.
+   pure function symmetric_part(matrix) result(symmetric)
+      real(wp), intent(in) :: matrix(:, :)
+      real(wp), allocatable :: symmetric(:, :)
+
+      symmetric = 0.5_wp*(matrix + transpose(matrix))
+   end function symmetric_part
+
+   !> The places of the keys in rising order; equal keys stay as they come. Insertion, for lists that are short or nearly sorted.
+   pure function rising_order(key) result(order)
+      real(wp), intent(in) :: key(:)
+      integer :: order(size(key))
+
+      integer :: i, j
+
+      do i = 1, size(key)
+         j = i - 1
+         do while (j >= 1)
+            if (key(order(j)) <= key(i)) exit
+            order(j + 1) = order(j)
+            j = j - 1
+         end do
+         order(j + 1) = i
+      end do
+   end function rising_order
 
 end module razy_linalg_dense

@@ -6,19 +6,21 @@
 !! by Sylvester's law of inertia, and what is missing is looked for again, orthogonal to what was found.
 module razy_linalg_generalised
    use razy_core_kinds, only: wp
-   use razy_linalg_arpack, only: dsaupd, dseupd
-   use razy_linalg_band_lapack, only: dgemv, dsygvd
    use razy_linalg_banded, only: band_factor_t, negative_eigenvalues
+   use razy_linalg_dense, only: rising_order
+   use razy_linalg_lapack, only: dgemv, dsaupd, dseupd, dsygvd
    use razy_linalg_sparse, only: add_matrices, csr_t
    implicit none(type, external)
    private
 
-   public :: dense_modes, eigenpairs_t, keep_first, lowest_modes, orient
+   public :: dense_modes, eigenpairs_t, first_modes, keep_first, lowest_modes, orient
    public :: modes_found, modes_failed, modes_not_definite, modes_not_converged, modes_missing
 
    !> Outcomes: found; LAPACK or ARPACK failed; K - shift M or M is not positive definite; no convergence; fewer than the
    !> count by inertia.
    integer, parameter :: modes_found = 0, modes_failed = 1, modes_not_definite = 2, modes_not_converged = 3, modes_missing = 4
+   !> Problems of at most this size, or of which more than a third of all pairs is wanted, go to LAPACK.
+   integer, parameter :: most_dense = 300
    !> Restarts of the Lanczos method, and searches for what was missed.
    integer, parameter :: most_restarts = 300, most_searches = 10
    !> Eigenvalues that differ less, relatively, are copies when a gap for the count is looked for.
@@ -66,7 +68,23 @@ contains
       call orient(pairs%vector)
    end function dense_modes
 
-   !> The `count` lowest eigenpairs of sparse K and M. `shift` < 0, or 0 where K is positive definite; it should be of the
+   !> The `count` lowest eigenpairs, or all if there are fewer, of sparse K and M: by LAPACK if these are small or much of them is
+   !> wanted, else as `lowest_modes`.
+   function first_modes(stiffness, mass, count, shift) result(pairs)
+      type(csr_t), intent(in) :: stiffness, mass
+      integer, intent(in) :: count
+      real(wp), intent(in) :: shift
+      type(eigenpairs_t) :: pairs
+
+      if (mass%rows > most_dense .and. 3*count <= mass%rows) then
+         pairs = lowest_modes(stiffness, mass, count, shift)
+      else
+         pairs = dense_modes(stiffness%dense(), mass%dense())
+         if (pairs%status == modes_found .and. count < mass%rows) call keep_first(pairs, count)
+      end if
+   end function first_modes
+
+   !> The `count` lowest eigenpairs of sparse K and M by ARPACK. `shift` < 0, or 0 where K is positive definite; it should be of the
    !> size of the lowest eigenvalues that are not zero. `count` is less than n.
    function lowest_modes(stiffness, mass, count, shift) result(pairs)
       type(csr_t), intent(in) :: stiffness, mass
@@ -236,35 +254,22 @@ contains
       type(eigenpairs_t), intent(in) :: more
 
       real(wp), allocatable :: value(:), vector(:, :)
-      integer :: i, j, k
+      integer :: j
+      integer, allocatable :: order(:)
 
       pairs%status = more%status
       pairs%solutions = pairs%solutions + more%solutions
       pairs%searches = pairs%searches + 1
-      allocate (value(size(pairs%value) + size(more%value)))
+      value = [pairs%value, more%value]
+      order = rising_order(value)
       allocate (vector(size(pairs%vector, 1), size(value)))
-      i = 1
-      j = 1
-      do k = 1, size(value)
-         if (j > size(more%value)) then
-            value(k) = pairs%value(i)
-            vector(:, k) = pairs%vector(:, i)
-            i = i + 1
-            cycle
-         end if
-         if (i <= size(pairs%value)) then
-            if (pairs%value(i) <= more%value(j)) then
-               value(k) = pairs%value(i)
-               vector(:, k) = pairs%vector(:, i)
-               i = i + 1
-               cycle
-            end if
-         end if
-         value(k) = more%value(j)
-         vector(:, k) = more%vector(:, j)
-         j = j + 1
-      end do
-      call move_alloc(value, pairs%value)
+      associate (known => size(pairs%value))
+         do j = 1, size(order)
+            if (order(j) <= known) vector(:, j) = pairs%vector(:, order(j))
+            if (order(j) > known) vector(:, j) = more%vector(:, order(j) - known)
+         end do
+      end associate
+      pairs%value = value(order)
       call move_alloc(vector, pairs%vector)
    end subroutine merge_pairs
 
@@ -276,6 +281,7 @@ contains
       real(wp), allocatable :: vector(:, :)
 
       pairs%value = pairs%value(:count)
+      ! A separate array: the compiler would take the stack for a copy.
       allocate (vector(size(pairs%vector, 1), count))
       vector(:, :) = pairs%vector(:, :count)
       call move_alloc(vector, pairs%vector)

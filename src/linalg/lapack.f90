@@ -1,10 +1,12 @@
-!! Explicit interfaces of the LAPACK procedures in use (netlib.org/lapack), double precision.
+!! Explicit interfaces of the procedures of LAPACK, BLAS (netlib.org/lapack) and ARPACK (Lehoucq, Sorensen and Yang, ARPACK Users'
+!! Guide, 1998) in use, double precision.
 module razy_linalg_lapack
    use razy_core_kinds, only: wp
    implicit none(type, external)
    private
 
-   public :: dgeev, dgetrf, dgetrs, dposv, dpotrf, dpotrs, dsyev, dtrsm, zgesv, zgetrf, zgetrs
+   public :: dgeev, dgemm, dgemv, dgetrf, dgetrs, dpbtrf, dpbtrs, dposv, dpotrf, dpotrs, dsaupd, dseupd, dsyev, dsygvd, dtrsm, &
+             zgbsv, zgesv, zgetrf, zgetrs
 
    interface
       !> Eigenvalues and eigenvectors of a real symmetric matrix.
@@ -118,6 +120,94 @@ module razy_linalg_lapack
          real(wp), intent(in) :: alpha, a(lda, *)
          real(wp), intent(inout) :: b(ldb, *)
       end subroutine dtrsm
+
+      !> y = alpha op(A) x + beta y.
+      subroutine dgemv(trans, m, n, alpha, a, lda, x, incx, beta, y, incy)
+         import :: wp
+         implicit none(type, external)
+         character, intent(in) :: trans
+         integer, intent(in) :: m, n, lda, incx, incy
+         real(wp), intent(in) :: alpha, a(lda, *), x(*), beta
+         real(wp), intent(inout) :: y(*)
+      end subroutine dgemv
+
+      !> C = alpha op(A) op(B) + beta C.
+      subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
+         import :: wp
+         implicit none(type, external)
+         character, intent(in) :: transa, transb
+         integer, intent(in) :: m, n, k, lda, ldb, ldc
+         real(wp), intent(in) :: alpha, a(lda, *), b(ldb, *), beta
+         real(wp), intent(inout) :: c(ldc, *)
+      end subroutine dgemm
+
+      !> Cholesky factor of a symmetric positive definite banded matrix.
+      subroutine dpbtrf(uplo, n, kd, ab, ldab, info)
+         import :: wp
+         implicit none(type, external)
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, kd, ldab
+         real(wp), intent(inout) :: ab(ldab, *)
+         integer, intent(out) :: info
+      end subroutine dpbtrf
+
+      !> Solution with the factor of dpbtrf.
+      subroutine dpbtrs(uplo, n, kd, nrhs, ab, ldab, b, ldb, info)
+         import :: wp
+         implicit none(type, external)
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, kd, nrhs, ldab, ldb
+         real(wp), intent(in) :: ab(ldab, *)
+         real(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dpbtrs
+
+      !> All eigenvalues and eigenvectors of A x = lambda B x, A symmetric, B symmetric positive definite.
+      subroutine dsygvd(itype, jobz, uplo, n, a, lda, b, ldb, w, work, lwork, iwork, liwork, info)
+         import :: wp
+         implicit none(type, external)
+         integer, intent(in) :: itype, n, lda, ldb, lwork, liwork
+         character, intent(in) :: jobz, uplo
+         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
+         real(wp), intent(out) :: w(*), work(*)
+         integer, intent(out) :: iwork(*), info
+      end subroutine dsygvd
+
+      !> Solution of a complex banded linear system.
+      subroutine zgbsv(n, kl, ku, nrhs, ab, ldab, ipiv, b, ldb, info)
+         import :: wp
+         implicit none(type, external)
+         integer, intent(in) :: n, kl, ku, nrhs, ldab, ldb
+         complex(wp), intent(inout) :: ab(ldab, *), b(ldb, *)
+         integer, intent(out) :: ipiv(*), info
+      end subroutine zgbsv
+
+      !> One step of the implicitly restarted Lanczos method, by reverse communication. A tolerance 0 becomes the rounding.
+      subroutine dsaupd(ido, bmat, n, which, nev, tol, resid, ncv, v, ldv, iparam, ipntr, workd, workl, lworkl, info)
+         import :: wp
+         implicit none(type, external)
+         integer, intent(inout) :: ido, iparam(11), ipntr(11), info
+         character, intent(in) :: bmat
+         character(2), intent(in) :: which
+         integer, intent(in) :: n, nev, ncv, ldv, lworkl
+         real(wp), intent(inout) :: tol, resid(*), v(ldv, *), workd(*), workl(*)
+      end subroutine dsaupd
+
+      !> Eigenvalues and vectors after dsaupd has converged.
+      subroutine dseupd(rvec, howmny, select, d, z, ldz, sigma, bmat, n, which, nev, tol, resid, ncv, v, ldv, iparam, &
+                        ipntr, workd, workl, lworkl, info)
+         import :: wp
+         implicit none(type, external)
+         logical, intent(in) :: rvec
+         character, intent(in) :: howmny, bmat
+         character(2), intent(in) :: which
+         integer, intent(in) :: ldz, n, nev, ncv, ldv, lworkl
+         logical, intent(inout) :: select(*)
+         real(wp), intent(in) :: sigma
+         real(wp), intent(inout) :: tol, d(*), z(ldz, *), resid(*), v(ldv, *), workd(*), workl(*)
+         integer, intent(inout) :: iparam(11), ipntr(11)
+         integer, intent(inout) :: info
+      end subroutine dseupd
    end interface
 
 end module razy_linalg_lapack

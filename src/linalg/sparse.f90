@@ -1,7 +1,8 @@
 !! Sparse matrices in compressed rows, and lists of entries to build them from.
 module razy_linalg_sparse
    use razy_core_kinds, only: wp
-   use razy_linalg_band_lapack, only: dgemm
+   use razy_linalg_dense, only: rising_order
+   use razy_linalg_lapack, only: dgemm
    implicit none(type, external)
    private
 
@@ -104,7 +105,7 @@ contains
       integer, intent(in) :: rows, columns
       type(csr_t) :: matrix
 
-      integer, allocatable :: next(:), place(:)
+      integer, allocatable :: next(:), place(:), row(:)
       integer :: first, i, k, last, used
 
       matrix%rows = rows
@@ -128,7 +129,8 @@ contains
       do i = 1, rows
          first = matrix%start(i)
          last = next(i) - 1
-         call sort_by_column(place(first:last), entries%column)
+         row = place(first:last)
+         place(first:last) = row(rising_order(real(entries%column(row), wp)))
          matrix%start(i) = used + 1
          do k = first, last
             associate (column => entries%column(place(k)), value => entries%value(place(k)))
@@ -146,25 +148,6 @@ contains
       end do
       call trim_room(matrix, used)
    end function new_csr
-
-   !> Stable insertion sort of a row, which is short.
-   pure subroutine sort_by_column(place, column)
-      integer, intent(inout) :: place(:)
-      integer, intent(in) :: column(:)
-
-      integer :: i, j, moved
-
-      do i = 2, size(place)
-         moved = place(i)
-         j = i - 1
-         do while (j >= 1)
-            if (column(place(j)) <= column(moved)) exit
-            place(j + 1) = place(j)
-            j = j - 1
-         end do
-         place(j + 1) = moved
-      end do
-   end subroutine sort_by_column
 
    !> a*A + b*B of two matrices of the same shape.
    pure function add_matrices(a, matrix_a, b, matrix_b) result(total)

@@ -10,8 +10,9 @@
 module razy_machine_coupled
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
-   use razy_linalg_connected, only: connected_sets, linked
+   use razy_linalg_dense, only: identity
    use razy_linalg_lapack, only: dpotrf, dtrsm
+   use razy_linalg_pattern, only: connected_sets, linked
    use razy_machine_machine, only: machine_t, observe_linear
    implicit none(type, external)
    private
@@ -163,17 +164,5 @@ contains
       m = m + 1
       q(:, m) = rest/norm2(rest)
    end subroutine extend
-
-   pure function identity(n) result(matrix)
-      integer, intent(in) :: n
-      real(wp) :: matrix(n, n)
-
-      integer :: i
-
-      matrix = 0.0_wp
-      do i = 1, n
-         matrix(i, i) = 1.0_wp
-      end do
-   end function identity
 
 end module razy_machine_coupled

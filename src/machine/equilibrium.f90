@@ -1,15 +1,18 @@
 !! Static equilibrium under the constant loads, contacts included.
 !!
 !! The potential energy ½ qᵀKq + Σ U_j(s_j) - f0ᵀq of a machine whose contacts push harder the deeper they are is convex. It
-!! is minimised by Newton's method in the contact state at hand with an exact line search. With piecewise-linear laws that is
-!! piecewise quadratic, its line search goes over the points where contacts open or close, and all ends after finitely
-!! many steps; else the search brackets the sign change of the slope. Rigid-body displacements are left out: of all
-!! equilibria the one that is orthogonal (in M) to the modes of zero stiffness is taken. Excitation does not count.
+!! is minimised by Newton's method in the contact state at hand with an exact line search, the sign change of the slope along the
+!! direction. With piecewise-linear laws the energy is piecewise quadratic, and all ends after finitely many steps. Rigid-body
+!! displacements are left out: of all equilibria the one that is orthogonal (in M) to the modes of zero stiffness is taken.
+!! Excitation does not count.
 !! Constraints (rigid stops, friction) have no energy; machines with such are not for this module. Nor is there an
 !! equilibrium where a body would have to rest on the edge of a law whose force jumps there.
 module razy_machine_equilibrium
+   use razy_contact_contact_law, only: branch_open
    use razy_core_kinds, only: wp
-   use razy_linalg_eigen, only: symmetric_eigen
+   use razy_linalg_bracketed_root, only: bracketed_root_t
+   use razy_linalg_dense, only: add_outer
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
    use razy_machine_machine, only: machine_t
    implicit none(type, external)
    private
@@ -30,44 +33,44 @@ contains
       real(wp), intent(out) :: q(:)
       logical, intent(out) :: found
 
-      real(wp) :: inverse_root(size(q), size(q)), residual(size(q)), direction(size(q)), step
+      type(eigenpairs_t) :: modes
+      real(wp) :: direction(size(q)), step
       integer :: i
       logical :: linear, near
 
-      call inverse_square_root(machine%mass, inverse_root)
       q = 0.0_wp
       found = .false.
       near = .false.
       linear = all([(machine%contact(i)%law%piecewise_linear, i=1, size(machine%contact))])
       do i = 1, most_iterations
-         residual = restoring(machine, q) - machine%load
-         call newton_direction(machine, inverse_root, q, residual, direction)
-         if (norm2(direction) <= 0.0_wp) then
-            found = .true.
-            return
-         end if
-         call line_search(machine, linear, q, direction, step)
+         modes = dense_modes(tangent_stiffness(machine, q), machine%mass)
+         if (modes%status /= modes_found) return
+         direction = newton_direction(machine, modes, q)
+         found = norm2(direction) <= 0.0_wp
+         if (found) return
+         call line_search(machine, q, direction, step)
+         ! A direction that is but rounding may seem to have no end.
+         found = near
          if (step > 0.1_wp*huge(1.0_wp)) return
          q = q + step*direction
-         ! Without the last full step of the linear case, one more than is needed.
-         found = near .and. .not. linear
-         near = settled(machine, q, inverse_root)
-         found = near .and. (found .or. (linear .and. abs(step - 1.0_wp) <= 1.0e-9_wp))
+         ! Without a full step of the linear case, one more than is needed.
+         found = near .or. (linear .and. abs(step - 1.0_wp) <= 1.0e-9_wp)
+         near = settled(machine, modes, q)
+         found = found .and. near
          if (found) return
       end do
    end subroutine find_equilibrium
 
-   !> Whether what is left of the residual is rounding.
-   pure function settled(machine, q, inverse_root)
+   !> Whether what is left of the residual is rounding, in the norm sqrt(rᵀ M⁻¹ r).
+   pure function settled(machine, modes, q)
       type(machine_t), intent(in) :: machine
-      real(wp), intent(in) :: q(:), inverse_root(:, :)
+      type(eigenpairs_t), intent(in) :: modes
+      real(wp), intent(in) :: q(:)
       logical :: settled
 
-      real(wp) :: rest(size(q))
-
-      rest = matmul(inverse_root, restoring(machine, q) - machine%load)
-      settled = norm2(rest) <= negligible*(norm2(matmul(inverse_root, machine%load)) &
-                                           + norm2(matmul(abs(inverse_root), restoring(machine, q, .true.))))
+      settled = norm2(matmul(restoring(machine, q) - machine%load, modes%vector)) &
+                <= negligible*(norm2(matmul(machine%load, modes%vector)) &
+                               + norm2(matmul(restoring(machine, q, .true.), abs(modes%vector))))
    end function settled
 
    !> K q + Σ w F(s), N (N m); with `moduli` the sum of the moduli of all terms.
@@ -97,170 +100,87 @@ contains
       end do
    end function restoring
 
-   !> Newton's direction in the present contact state; along modes without stiffness down the residual, if there is any.
-   subroutine newton_direction(machine, inverse_root, q, residual, direction)
+   !> K with the contacts as they are at `q` (n, n).
+   pure function tangent_stiffness(machine, q) result(k)
       type(machine_t), intent(in) :: machine
-      real(wp), intent(in) :: inverse_root(:, :), q(:), residual(:)
-      real(wp), intent(out) :: direction(:)
+      real(wp), intent(in) :: q(:)
+      real(wp), allocatable :: k(:, :)
 
-      real(wp) :: k(size(q), size(q)), values(size(q)), part(size(q)), drive(size(q)), damping, s, stiffness
-      integer :: i, info, j
+      real(wp) :: damping, s, stiffness
+      integer :: j
 
       k = machine%stiffness
       do j = 1, size(machine%contact)
          associate (contact => machine%contact(j))
             s = dot_product(contact%w, q) + contact%offset
             call contact%law%slopes(contact%law%initial_branch(s, 0.0_wp), s, 0.0_wp, contact%normal, stiffness, damping)
-            do i = 1, size(q)
-               k(:, i) = k(:, i) + stiffness*contact%w*contact%w(i)
-            end do
+            call add_outer(k, stiffness, contact%w)
          end associate
       end do
-      k = matmul(inverse_root, matmul(k, inverse_root))
-      call symmetric_eigen(k, values, info)
-      direction = 0.0_wp
-      if (info /= 0) return
-      drive = matmul(inverse_root, residual)
-      part = matmul(transpose(k), drive)
-      associate (free => abs(values) <= negligible*maxval(abs(values)))
-         where (abs(part) <= negligible*(norm2(matmul(inverse_root, machine%load)) + tiny(1.0_wp))) part = 0.0_wp
+   end function tangent_stiffness
+
+   !> Newton's direction at `q` with the modes there; along those without stiffness down the residual, if there is any.
+   pure function newton_direction(machine, modes, q) result(direction)
+      type(machine_t), intent(in) :: machine
+      type(eigenpairs_t), intent(in) :: modes
+      real(wp), intent(in) :: q(:)
+      real(wp) :: direction(size(q))
+
+      real(wp) :: part(size(q))
+
+      part = matmul(restoring(machine, q) - machine%load, modes%vector)
+      where (abs(part) <= negligible*(norm2(matmul(machine%load, modes%vector)) + tiny(1.0_wp))) part = 0.0_wp
+      associate (value => modes%value, free => abs(modes%value) <= negligible*maxval(abs(modes%value)))
          if (any(free .and. abs(part) > 0.0_wp)) then
-            where (free)
-               part = -part
-            else where
-               part = 0.0_wp
-            end where
+            part = merge(-part, 0.0_wp, free)
          else
-            where (.not. free)
-               part = -part/values
-            else where
+            where (free)
                part = 0.0_wp
+            else where
+               part = -part/value
             end where
          end if
       end associate
-      direction = matmul(inverse_root, matmul(k, part))
-   end subroutine newton_direction
+      direction = matmul(modes%vector, part)
+   end function newton_direction
 
-   !> The step along `direction` at which the energy is least; huge if it falls without end.
-   subroutine line_search(machine, linear, q, direction, step)
+   !> The step along `direction` at which the energy is least, where its slope changes its sign; huge if it falls without end.
+   !> From one edge of a contact to the next, then by wide steps, until the slope is positive; if it does not grow any more it
+   !> never will be.
+   subroutine line_search(machine, q, direction, step)
       type(machine_t), intent(in) :: machine
-      logical, intent(in) :: linear
       real(wp), intent(in) :: q(:), direction(:)
       real(wp), intent(out) :: step
 
-      real(wp) :: edges(2*size(machine%contact)), s, rate, low, high, slope_low, slope_high
-      integer :: j, n
+      type(bracketed_root_t) :: root
+      real(wp) :: edge(2, size(machine%contact)), high, low, slope_high, slope_low, terms
+      logical :: beyond
 
-      n = 0
-      do j = 1, size(machine%contact)
-         associate (contact => machine%contact(j))
-            s = dot_product(contact%w, q) + contact%offset
-            rate = dot_product(contact%w, direction)
-            associate (open => contact%law%guard(1, 1))
-               if (open%above /= 0) call add(open%upper)
-               if (open%below /= 0) call add(open%lower)
-            end associate
-         end associate
-      end do
+      edge = edges(machine, q, direction)
+      step = 0.0_wp
       low = 0.0_wp
       slope_low = slope(low)
-      if (.not. linear) then
-         call search(slope_low, step)
-         return
-      end if
-      do
-         high = huge(1.0_wp)
-         if (any(edges(:n) > low)) high = minval(edges(:n), edges(:n) > low)
-         if (high > 0.5_wp*huge(1.0_wp)) exit
+      do while (slope_low < 0.0_wp)
+         step = huge(1.0_wp)
+         beyond = .not. any(edge > low)
+         high = minval(edge, mask=edge > low)
+         if (beyond) high = max(1.0_wp, 4*low)
+         if (high > farthest) return
          slope_high = slope(high)
-         if (slope_high >= 0.0_wp) then
-            step = low
-            if (slope_low < 0.0_wp) step = low - slope_low*(high - low)/(slope_high - slope_low)
-            return
-         end if
+         if (slope_high >= 0.0_wp) exit
+         terms = dot_product(abs(direction), restoring(machine, q + high*direction, .true.) + abs(machine%load))
+         if (beyond .and. slope_high <= slope_low + negligible*terms) return
          low = high
          slope_low = slope_high
       end do
-      ! Beyond the last edge the slope is linear, so one more point tells where it vanishes.
-      high = low + max(1.0_wp, low)
-      slope_high = slope(high)
-      step = huge(1.0_wp)
-      if (slope_high > slope_low + negligible*abs(slope_low)) step = low - slope_low*(high - low)/(slope_high - slope_low)
+      if (slope_low >= 0.0_wp) return
+      call root%start(low, slope_low, high, slope_high)
+      do while (.not. root%done())
+         call root%take(slope(root%trial))
+      end do
+      step = root%best
 
    contains
-
-      subroutine add(edge)
-         real(wp), intent(in) :: edge
-
-         if (.not. abs(rate) > 0.0_wp) return
-         n = n + 1
-         edges(n) = (edge - s)/rate
-      end subroutine add
-
-      !> Wide steps until the slope is positive; none is found where, beyond all edges, it no longer grows.
-      subroutine search(first, root)
-         real(wp), intent(in) :: first
-         real(wp), intent(out) :: root
-
-         real(wp) :: a, b, slope_a, slope_b
-
-         root = 0.0_wp
-         if (first >= 0.0_wp) return
-         root = huge(1.0_wp)
-         a = 0.0_wp
-         b = 1.0_wp
-         slope_a = first
-         do while (b < farthest)
-            slope_b = slope(b)
-            if (slope_b >= 0.0_wp) then
-               call find_root(a, slope_a, b, slope_b, root)
-               return
-            end if
-            if (slope_b <= slope_a + negligible*abs(slope_a) .and. .not. any(edges(:n) > b)) return
-            a = b
-            slope_a = slope_b
-            b = 4*b
-         end do
-      end subroutine search
-
-      !> The sign change of the slope between `first`, where it is negative, and `last`: false position (Illinois), each
-      !> third time halving.
-      subroutine find_root(first, slope_first, last, slope_last, root)
-         real(wp), intent(in) :: first, slope_first, last, slope_last
-         real(wp), intent(out) :: root
-
-         real(wp) :: a, b, f, slope_a, slope_b
-         integer :: i, side
-
-         a = first
-         b = last
-         slope_a = slope_first
-         slope_b = slope_last
-         side = 0
-         do i = 1, 2*most_iterations
-            if (modulo(i, 3) == 0) then
-               root = 0.5_wp*(a + b)
-            else if (slope_b > -slope_a) then
-               root = a - slope_a*(b - a)/(slope_b - slope_a)
-            else
-               root = b - slope_b*(b - a)/(slope_b - slope_a)
-            end if
-            if (.not. (root > a .and. root < b)) exit
-            f = slope(root)
-            if (f < 0.0_wp) then
-               a = root
-               slope_a = f
-               if (side < 0) slope_b = 0.5_wp*slope_b
-               side = -1
-            else
-               b = root
-               slope_b = f
-               if (side > 0) slope_a = 0.5_wp*slope_a
-               side = 1
-            end if
-         end do
-         root = merge(a, b, -slope_a < slope_b)
-      end subroutine find_root
 
       pure function slope(t)
          real(wp), intent(in) :: t
@@ -271,20 +191,26 @@ contains
 
    end subroutine line_search
 
-   !> Symmetric root of the inverse of a positive definite matrix.
-   subroutine inverse_square_root(matrix, root)
-      real(wp), intent(in) :: matrix(:, :)
-      real(wp), intent(out) :: root(:, :)
+   !> The steps along `direction` at which contacts open or close, at their upper and lower edges; negative for edges that are
+   !> not met.
+   pure function edges(machine, q, direction) result(edge)
+      type(machine_t), intent(in) :: machine
+      real(wp), intent(in) :: q(:), direction(:)
+      real(wp) :: edge(2, size(machine%contact))
 
-      real(wp) :: vectors(size(matrix, 1), size(matrix, 1)), values(size(matrix, 1))
-      integer :: i, info
+      real(wp) :: rate, s
+      integer :: j
 
-      vectors = matrix
-      call symmetric_eigen(vectors, values, info)
-      do i = 1, size(values)
-         root(:, i) = vectors(:, i)/sqrt(max(values(i), tiny(1.0_wp)))
+      edge = -1.0_wp
+      do j = 1, size(machine%contact)
+         associate (contact => machine%contact(j), open => machine%contact(j)%law%guard(1, branch_open))
+            s = dot_product(contact%w, q) + contact%offset
+            rate = dot_product(contact%w, direction)
+            if (.not. abs(rate) > 0.0_wp) cycle
+            if (open%above /= 0) edge(1, j) = (open%upper - s)/rate
+            if (open%below /= 0) edge(2, j) = (open%lower - s)/rate
+         end associate
       end do
-      root = matmul(root, transpose(vectors))
-   end subroutine inverse_square_root
+   end function edges
 
 end module razy_machine_equilibrium

@@ -1,12 +1,17 @@
-!! The period of what acts on a machine.
+!! What acts on a machine with the tones of its excitation: its period, and the same excitation begun at another phase.
 module razy_machine_excitation
    use razy_core_kinds, only: wp
+   use razy_core_tone, only: tone_t
    use razy_machine_machine, only: machine_t
-   use razy_machine_period, only: excitation_period
    implicit none(type, external)
    private
 
-   public :: period_of_loads
+   public :: excitation_period, period_of_loads, turn_tones
+
+   !> The period is looked for up to so many periods of the first tone.
+   integer, parameter :: most_turns = 1000
+   !> Turns that are whole within this are whole: the rounding of a frequency over so many turns, with room.
+   real(wp), parameter :: rounding = 64*most_turns*epsilon(1.0_wp)
 
 contains
 
@@ -27,5 +32,44 @@ contains
       end do
       period = excitation_period(pack(machine%tone, acts))
    end function period_of_loads
+
+   !> The shortest time after which all tones are back in phase, s; 0 if there is no tone, or no such time.
+   pure function excitation_period(tone) result(period)
+      type(tone_t), intent(in) :: tone(:)
+      real(wp) :: period
+
+      real(wp) :: turns(size(tone))
+      integer :: k
+
+      period = 0.0_wp
+      if (size(tone) == 0) return
+      do k = 1, most_turns
+         turns = k*(tone%hertz/tone(1)%hertz)
+         if (any(abs(turns - anint(turns)) > rounding*max(1.0_wp, turns/k))) cycle
+         period = k/tone(1)%hertz
+         return
+      end do
+   end function excitation_period
+
+   !> Begin the excitation F e^{iωt} of each tone at another phase, F e^{iωt} p with p of modulus 1: loads, excitation of
+   !> contacts and of observables. `phasor` (tones).
+   pure subroutine turn_tones(machine, phasor)
+      type(machine_t), intent(inout) :: machine
+      complex(wp), intent(in) :: phasor(:)
+
+      integer :: j, t
+
+      do t = 1, size(phasor)
+         machine%harmonic_load(:, t) = machine%harmonic_load(:, t)*phasor(t)
+         do j = 1, size(machine%contact)
+            if (.not. allocated(machine%contact(j)%error)) cycle
+            machine%contact(j)%error(t) = machine%contact(j)%error(t)*phasor(t)
+         end do
+         do j = 1, size(machine%observable)
+            if (.not. allocated(machine%observable(j)%error)) cycle
+            machine%observable(j)%error(t) = machine%observable(j)%error(t)*phasor(t)
+         end do
+      end do
+   end subroutine turn_tones
 
 end module razy_machine_excitation

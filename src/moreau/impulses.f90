@@ -13,10 +13,10 @@
 module razy_moreau_impulses
    use razy_contact_contact_law, only: branch_lower, branch_upper
    use razy_core_kinds, only: wp
-   use razy_moreau_state, only: friction_coefficient, moreau_step_t
    use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept
    use razy_linalg_complementarity_impact, only: impact_problem_t, impulse_bound
    use razy_linalg_complementarity_parts, only: continue_impact
+   use razy_moreau_state, only: friction_coefficient, moreau_step_t
    implicit none(type, external)
    private
 

@@ -11,14 +11,14 @@ module razy_moreau_moreau
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, qp, wp
    use razy_core_tone, only: add_time
-   use razy_motion_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, &
-                                     status_blow_up, status_event_limit, status_no_contact_forces, status_ok, status_step_limit
-   use razy_moreau_doubts, only: moreau_doubts_t
+   use razy_linalg_lapack, only: dpotrf
+   use razy_machine_machine, only: machine_t
    use razy_moreau_state, only: moreau_step_t
    use razy_moreau_step, only: begin_steps, guess_first_forces, take_step
    use razy_moreau_view, only: contact_of, displacement_of, find_turn, moreau_view_t, observe, velocity_of, view_end, &
                                view_step
-   use razy_machine_machine, only: machine_t
+   use razy_motion_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, status_blow_up, &
+                                     status_event_limit, status_no_contact_forces, status_ok, status_step_limit
    implicit none(type, external)
    private
 
@@ -30,7 +30,6 @@ module razy_moreau_moreau
       integer(i8) :: most_steps = huge(1_i8)
       type(moreau_step_t), private :: scheme
       type(moreau_view_t), private :: view
-      type(moreau_doubts_t), private :: doubts
       integer, allocatable, private :: branch(:)
    contains
       procedure :: prepare
@@ -59,13 +58,18 @@ contains
       logical, intent(in) :: keep_all
       type(error_t), allocatable, intent(out) :: error
 
+      real(wp), allocatable :: mass(:, :)
+      integer :: info
+
       associate (unused => keep_all)
          if (.not. self%step > 0.0_wp) call raise(error, "Moreau-Jean time stepping needs a positive step")
          if (.not. (self%theta >= 0.5_wp .and. self%theta <= 1.0_wp)) then
             call raise(error, "theta of Moreau-Jean time stepping must be from 0.5 to 1")
          end if
          if (allocated(error)) return
-         call self%doubts%attach(machine, error)
+         mass = machine%mass
+         call dpotrf("L", size(mass, 1), mass, size(mass, 1), info)
+         if (info /= 0) call raise(error, "the mass matrix is not positive definite")
          if (allocated(error)) return
          self%scheme%machine = machine
          self%scheme%theta = self%theta
@@ -85,7 +89,6 @@ contains
       logical :: found
 
       call begin_steps(self%scheme)
-      call self%doubts%begin(self%scheme)
       self%branch = self%scheme%branch1
       steps = max(1_i8, ceiling(t_end/self%step - shortest, i8))
       do k = 1, steps
@@ -105,7 +108,6 @@ contains
          if (outcome%status /= status_ok) exit
          if (k == 1) call guess_first_forces(self%scheme)
          outcome%steps = k
-         call self%doubts%of_step(self%scheme, time)
          call view_step(self%view, self%scheme, time, time_low)
          call show_step(self, k == steps, t_end, observers, outcome)
          if (outcome%events >= most_events .and. k < steps) then
@@ -116,8 +118,6 @@ contains
       outcome%evaluations = self%scheme%rounds
       outcome%factorisations = self%scheme%factorisations
       outcome%impacts = self%scheme%impacts
-      outcome%doubts = self%doubts%count
-      outcome%doubt_time = self%doubts%first
    end subroutine run
 
    !> The time k h as the sum of two doubles.

@@ -1,9 +1,9 @@
 !! Newton's method for the compliant laws in a step of the Moreau–Jean scheme (razy_moreau_step).
 module razy_moreau_newton
    use razy_core_kinds, only: wp
+   use razy_linalg_lapack, only: dgetrf, dgetrs
    use razy_moreau_impulses, only: add_impulses
    use razy_moreau_state, only: moreau_step_t
-   use razy_linalg_lapack, only: dgetrf, dgetrs
    implicit none(type, external)
    private
 

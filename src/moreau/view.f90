@@ -6,8 +6,8 @@
 module razy_moreau_view
    use razy_core_kinds, only: wp
    use razy_core_tone, only: add_time
-   use razy_moreau_state, only: moreau_step_t
    use razy_machine_machine, only: machine_t, observe_contact_force
+   use razy_moreau_state, only: moreau_step_t
    implicit none(type, external)
    private
 

@@ -31,11 +31,10 @@ module razy_motion_integrator
       integer(i8) :: events = 0, steps = 0, rejected = 0, halvings = 0, pieces = 0
       !> Right-hand sides, Jacobian matrices, factorisations, impacts (jumps of the velocity), accumulations of impacts.
       integer(i8) :: evaluations = 0, jacobians = 0, factorisations = 0, impacts = 0, accumulations = 0
-      !> Events that may have been missed or may be none (razy_hybrid_cubic_doubts), and the time of the step with the
-      !> first, s.
+      !> Guards that turned away from their bounds nearer than the method knows them (Runge-Kutta with events).
       integer(i8) :: doubts = 0
       real(wp) :: doubt_time = 0.0_wp
-      !> Contact states known at the end (exact).
+      !> Modes known at the end (exact).
       integer :: states = 0
    contains
       procedure :: columns

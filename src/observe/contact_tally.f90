@@ -14,8 +14,8 @@ module razy_observe_contact_tally
    use razy_contact_contact_law, only: branch_lower, branch_lower_parting, branch_open, branch_upper, branch_upper_parting
    use razy_core_kinds, only: wp
    use razy_core_table, only: table_t
-   use razy_observe_gauss, only: abscissa, points, weight
    use razy_machine_machine, only: contact_t
+   use razy_observe_gauss, only: abscissa, points, weight
    implicit none(type, external)
    private
 

@@ -6,9 +6,9 @@ module razy_observe_rigid_impacts
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_contact_contact_law, only: branch_sticking
    use razy_core_kinds, only: wp
-   use razy_motion_integrator, only: integrator_t
    use razy_linalg_lapack, only: dpotrf, dpotrs
    use razy_machine_machine, only: machine_t
+   use razy_motion_integrator, only: integrator_t
    implicit none(type, external)
    private
 

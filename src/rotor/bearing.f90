@@ -12,6 +12,7 @@
 !! coupling (k_yz - k_zy)/2, has no potential and drives whirl; it is kept apart from the symmetric part, and so is that of damping.
 module razy_rotor_bearing
    use razy_core_kinds, only: pi, wp
+   use razy_linalg_dense, only: add_outer
    implicit none(type, external)
    private
 
@@ -68,16 +69,10 @@ contains
          angle = row%first_angle + 2*pi*(j - 1)/row%elements
          radial = [0.0_wp, cos(angle), sin(angle), 0.0_wp, -row%offset*sin(angle), row%offset*cos(angle)]
          along = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, row%axial_radius*sin(angle), -row%axial_radius*cos(angle)]
-         k = k + row%radial*outer(radial) + row%axial*outer(along)
+         call add_outer(k, row%radial, radial)
+         call add_outer(k, row%axial, along)
       end do
       bearing = given_bearing(shaft, node, k, row%damping_factor*k)
    end function rolling_bearing
-
-   pure function outer(t) result(product)
-      real(wp), intent(in) :: t(6)
-      real(wp) :: product(6, 6)
-
-      product = spread(t, 2, 6)*spread(t, 1, 6)
-   end function outer
 
 end module razy_rotor_bearing

@@ -12,8 +12,8 @@ module razy_rotor_damping
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
-   use razy_linalg_band_lapack, only: dgemm
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
+   use razy_linalg_lapack, only: dgemm
    use razy_linalg_sparse, only: csr_t, entries_t, new_csr
    use razy_rotor_numbering, only: numbering_t
    use razy_rotor_rotor, only: damping_modal, damping_nodal, rotor_t

@@ -8,14 +8,48 @@
 !!     qᵀ K q = sum over elements of  E A u²/l + G Jp phi²/l + E J b²/l + 3 E J a²/(l (1 + Phi)).
 module razy_rotor_deformation
    use razy_core_kinds, only: wp
+   use razy_linalg_dense, only: add_outer, symmetric_part
    use razy_rotor_model, only: rotor_model_t
+   use razy_rotor_numbering, only: values_at
    use razy_rotor_section, only: section_t, shear_cowper
    implicit none(type, external)
    private
 
    public :: deformations, projected_stiffness, restoring_force
 
+   !> A shaft element: coordinates of its nodes (0: held), length, m, stiffness against each deformation.
+   type :: segment_t
+      integer :: left(6) = 0, right(6) = 0
+      real(wp) :: length = 0.0_wp, stiffness(6) = 0.0_wp
+   end type segment_t
+
 contains
+
+   !> All elements of all shafts.
+   function segments_of(model) result(list)
+      type(rotor_model_t), intent(in) :: model
+      type(segment_t), allocatable :: list(:)
+
+      integer :: e, i, k, node, s
+
+      allocate (list(sum([(model%rotor%shaft(s)%nodes() - 1, s=1, size(model%rotor%shaft))])))
+      k = 0
+      do s = 1, size(model%rotor%shaft)
+         node = 0
+         do i = 1, size(model%rotor%shaft(s)%section)
+            associate (section => model%rotor%shaft(s)%section(i))
+               do e = 1, section%elements
+                  node = node + 1
+                  k = k + 1
+                  list(k)%left = model%numbering%of(s, node)
+                  list(k)%right = model%numbering%of(s, node + 1)
+                  list(k)%length = section%length/section%elements
+                  list(k)%stiffness = stiffness_of(section, model%rotor%shaft(s)%shear)
+               end do
+            end associate
+         end do
+      end do
+   end function segments_of
 
    !> Scaled deformations (6, elements) of a displacement `q` (n): half the sum of their squares is the energy of the shafts, J.
    function deformations(model, q) result(deformation)
@@ -23,26 +57,13 @@ contains
       real(wp), intent(in) :: q(:)
       real(wp), allocatable :: deformation(:, :)
 
-      real(wp) :: left(6), right(6), root(6)
-      integer :: e, element, i, node, s
+      type(segment_t), allocatable :: segment(:)
+      integer :: k
 
-      allocate (deformation(6, count_elements(model)))
-      element = 0
-      do s = 1, size(model%rotor%shaft)
-         node = 1
-         left = at_node(model, q, s, node)
-         do i = 1, size(model%rotor%shaft(s)%section)
-            associate (section => model%rotor%shaft(s)%section(i))
-               root = sqrt(stiffness_of(section, model%rotor%shaft(s)%shear))
-               do e = 1, section%elements
-                  node = node + 1
-                  element = element + 1
-                  right = at_node(model, q, s, node)
-                  deformation(:, element) = root*deformation_of(left, right, section%length/section%elements)
-                  left = right
-               end do
-            end associate
-         end do
+      segment = segments_of(model)
+      allocate (deformation(6, size(segment)))
+      do k = 1, size(segment)
+         deformation(:, k) = sqrt(segment(k)%stiffness)*deformation_of(segment(k), q)
       end do
    end function deformations
 
@@ -53,30 +74,24 @@ contains
       logical, intent(in) :: meshed
       real(wp), allocatable :: force(:)
 
-      real(wp) :: factor(6), left(6), right(6)
-      integer :: e, i, j, node, s
+      type(segment_t), allocatable :: segment(:)
+      real(wp) :: stress(6), y, z
+      integer :: i, j, k
 
       allocate (force(size(q)), source=0.0_wp)
-      do s = 1, size(model%rotor%shaft)
-         node = 1
-         left = at_node(model, q, s, node)
-         do i = 1, size(model%rotor%shaft(s)%section)
-            associate (section => model%rotor%shaft(s)%section(i))
-               factor = stiffness_of(section, model%rotor%shaft(s)%shear)
-               do e = 1, section%elements
-                  node = node + 1
-                  right = at_node(model, q, s, node)
-                  call add_force(force, model, s, node, &
-                                 factor*deformation_of(left, right, section%length/section%elements), section)
-                  left = right
-               end do
-            end associate
-         end do
+      segment = segments_of(model)
+      do k = 1, size(segment)
+         stress = segment(k)%stiffness*deformation_of(segment(k), q)
+         y = 2*stress(5)/segment(k)%length
+         z = 2*stress(6)/segment(k)%length
+         call add_at(force, segment(k)%left, [-stress(1), y, -z, -stress(2), stress(6) - stress(4), stress(5) - stress(3)])
+         call add_at(force, segment(k)%right, [stress(1), -y, z, stress(2), stress(6) + stress(4), stress(5) + stress(3)])
       end do
       do i = 1, size(model%rotor%bearing)
          associate (bearing => model%rotor%bearing(i))
-            left = matmul(bearing%stiffness, at_node(model, q, bearing%shaft, bearing%node))
-            call add_at(force, model%numbering%of(bearing%shaft, bearing%node), left)
+            associate (at => model%numbering%of(bearing%shaft, bearing%node))
+               call add_at(force, at, matmul(bearing%stiffness, values_at(q, at)))
+            end associate
          end associate
       end do
       if (.not. meshed) return
@@ -98,9 +113,12 @@ contains
       integer :: i, j, k, m
 
       m = size(basis, 2)
-      allocate (deformation(6, count_elements(model), m), projected(m, m), ends(6, m))
+      allocate (projected(m, m), ends(6, m))
       do j = 1, m
-         deformation(:, :, j) = deformations(model, basis(:, j))
+         associate (own => deformations(model, basis(:, j)))
+            if (j == 1) allocate (deformation(6, size(own, 2), m))
+            deformation(:, :, j) = own
+         end associate
       end do
       do j = 1, m
          do i = 1, j
@@ -108,65 +126,37 @@ contains
             do k = 1, size(deformation, 2)
                projected(i, j) = projected(i, j) + dot_product(deformation(:, k, i), deformation(:, k, j))
             end do
+            projected(j, i) = projected(i, j)
          end do
       end do
       do k = 1, size(model%rotor%bearing)
          associate (bearing => model%rotor%bearing(k))
             do j = 1, m
-               ends(:, j) = at_node(model, basis(:, j), bearing%shaft, bearing%node)
+               ends(:, j) = values_at(basis(:, j), model%numbering%of(bearing%shaft, bearing%node))
             end do
-            projected = projected + matmul(transpose(ends), matmul(bearing%stiffness, ends))
+            projected = projected + symmetric_part(matmul(transpose(ends), matmul(bearing%stiffness, ends)))
          end associate
       end do
-      if (meshed) then
-         do k = 1, size(model%mesh_stiffness)
-            do j = 1, m
-               ends(1, j) = dot_product(model%mesh_direction(:, k), basis(:, j))
-            end do
-            do j = 1, m
-               projected(:, j) = projected(:, j) + model%mesh_stiffness(k)*ends(1, :)*ends(1, j)
-            end do
-         end do
-      end if
-      do j = 1, m
-         projected(j, :j - 1) = projected(:j - 1, j)
+      if (.not. meshed) return
+      do k = 1, size(model%mesh_stiffness)
+         call add_outer(projected, model%mesh_stiffness(k), matmul(model%mesh_direction(:, k), basis))
       end do
    end function projected_stiffness
 
-   pure integer function count_elements(model)
-      type(rotor_model_t), intent(in) :: model
-
-      integer :: s
-
-      count_elements = 0
-      do s = 1, size(model%rotor%shaft)
-         count_elements = count_elements + model%rotor%shaft(s)%nodes() - 1
-      end do
-   end function count_elements
-
-   !> Displacements (6) of a node; those that are held are zero.
-   pure function at_node(model, q, shaft, node) result(displacement)
-      type(rotor_model_t), intent(in) :: model
+   !> Elongation, twist, bending in xy and xz, antisymmetric bending in xy and xz of an element.
+   pure function deformation_of(segment, q) result(deformation)
+      type(segment_t), intent(in) :: segment
       real(wp), intent(in) :: q(:)
-      integer, intent(in) :: shaft, node
-      real(wp) :: displacement(6)
-
-      integer :: at(6), k
-
-      at = model%numbering%of(shaft, node)
-      displacement = 0.0_wp
-      do k = 1, 6
-         if (at(k) > 0) displacement(k) = q(at(k))
-      end do
-   end function at_node
-
-   !> Elongation, twist, bending in xy and xz, antisymmetric bending in xy and xz of an element of length l.
-   pure function deformation_of(left, right, l) result(deformation)
-      real(wp), intent(in) :: left(6), right(6), l
       real(wp) :: deformation(6)
 
-      deformation = [right(1) - left(1), right(4) - left(4), right(6) - left(6), right(5) - left(5), &
-                     right(6) + left(6) - 2*(right(2) - left(2))/l, right(5) + left(5) + 2*(right(3) - left(3))/l]
+      real(wp) :: left(6), right(6)
+
+      left = values_at(q, segment%left)
+      right = values_at(q, segment%right)
+      associate (l => segment%length)
+         deformation = [right(1) - left(1), right(4) - left(4), right(6) - left(6), right(5) - left(5), &
+                        right(6) + left(6) - 2*(right(2) - left(2))/l, right(5) + left(5) + 2*(right(3) - left(3))/l]
+      end associate
    end function deformation_of
 
    !> Stiffness (6) against each deformation.
@@ -188,24 +178,6 @@ contains
          stiffness(5:6) = 3*young*second/(l*(1 + ratio))
       end associate
    end function stiffness_of
-
-   !> Add what the deformations' forces (6) do on both nodes of the element that ends at `node`.
-   subroutine add_force(force, model, shaft, node, stress, section)
-      real(wp), intent(inout) :: force(:)
-      type(rotor_model_t), intent(in) :: model
-      integer, intent(in) :: shaft, node
-      real(wp), intent(in) :: stress(6)
-      type(section_t), intent(in) :: section
-
-      real(wp) :: y, z
-
-      y = 2*stress(5)*section%elements/section%length
-      z = 2*stress(6)*section%elements/section%length
-      call add_at(force, model%numbering%of(shaft, node - 1), [-stress(1), y, -z, -stress(2), stress(6) - stress(4), &
-                                                               stress(5) - stress(3)])
-      call add_at(force, model%numbering%of(shaft, node), [stress(1), -y, z, stress(2), stress(6) + stress(4), &
-                                                           stress(5) + stress(3)])
-   end subroutine add_force
 
    pure subroutine add_at(force, at, part)
       real(wp), intent(inout) :: force(:)

@@ -11,7 +11,6 @@ module razy_rotor_element
    private
 
    public :: element_t, new_element
-   public :: axial_coordinates, twist_coordinates, y_coordinates, z_coordinates
 
    !> Coordinates of the two nodes that move along and about the axis, in the plane xy (v, psi) and in the plane xz (w, theta).
    integer, parameter :: axial_coordinates(2) = [1, 7], twist_coordinates(2) = [4, 10]

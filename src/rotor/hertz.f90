@@ -12,6 +12,7 @@
 module razy_rotor_hertz
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_core_kinds, only: pi, wp
+   use razy_linalg_bracketed_root, only: bracketed_root_t
    implicit none(type, external)
    private
 
@@ -49,28 +50,22 @@ contains
       real(wp), intent(in) :: curvature_1, curvature_2, effective
       real(wp) :: k
 
-      real(wp) :: a, b, deflection, ellipse, first, high, low, ratio, second
-      integer :: i
+      type(bracketed_root_t) :: root
+      real(wp) :: a, b, deflection, ellipse, first, second
 
       k = ieee_value(k, ieee_quiet_nan)
       a = min(curvature_1, curvature_2)
       b = max(curvature_1, curvature_2)
       if (.not. a > 0.0_wp) return
       ! The curvature ratio b/a = (k² E - F)/(F - E) grows with the axis ratio k, from 1 and at least as fast as k.
-      low = 1.0_wp
-      high = b/a + 1
-      do i = 1, 200
-         ratio = sqrt(low*high)
-         if (.not. (ratio > low .and. ratio < high)) exit
-         call elliptic_integrals(ratio, first, second, ellipse)
-         if (ellipse < b/a) then
-            low = ratio
-         else
-            high = ratio
-         end if
+      call elliptic_integrals(b/a + 1, first, second, ellipse)
+      call root%start(1.0_wp, 1 - b/a, b/a + 1, ellipse - b/a)
+      do while (.not. root%done())
+         call elliptic_integrals(root%trial, first, second, ellipse)
+         call root%take(ellipse - b/a)
       end do
-      call elliptic_integrals(ratio, first, second, ellipse)
-      deflection = 2*first/pi*(pi/(2*ratio**2*second))**(1.0_wp/3)
+      call elliptic_integrals(root%best, first, second, ellipse)
+      deflection = 2*first/pi*(pi/(2*root%best**2*second))**(1.0_wp/3)
       k = 2*(a + b)*effective/3*(2/(deflection*(a + b)))**1.5_wp
    end function point_contact
 

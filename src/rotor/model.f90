@@ -65,12 +65,8 @@ contains
          associate (at => model%numbering%of(rotor%bearing(i)%shaft, rotor%bearing(i)%node))
             call bearing_stiffness%add_block(at, rotor%bearing(i)%stiffness)
             call bearing_damping%add_block(at, rotor%bearing(i)%damping)
-            if (any(abs(rotor%bearing(i)%cross_stiffness) > 0.0_wp)) then
-               call cross_stiffness%add_block(at, rotor%bearing(i)%cross_stiffness)
-            end if
-            if (any(abs(rotor%bearing(i)%cross_damping) > 0.0_wp)) then
-               call cross_damping%add_block(at, rotor%bearing(i)%cross_damping)
-            end if
+            call cross_stiffness%add_block(at, rotor%bearing(i)%cross_stiffness)
+            call cross_damping%add_block(at, rotor%bearing(i)%cross_damping)
          end associate
       end do
       bearings = new_csr(bearing_stiffness, n, n)
@@ -198,33 +194,15 @@ contains
 
       type(entries_t) :: entries
       integer, allocatable :: at(:)
-      integer :: i, j, k
+      integer :: i, j
 
       do j = 1, size(factor)
-         at = places_of(direction(:, j))
-         do k = 1, size(at)
-            do i = 1, size(at)
-               call entries%add(at(i), at(k), factor(j)*direction(at(i), j)*direction(at(k), j))
-            end do
-         end do
+         at = pack([(i, i=1, size(direction, 1))], abs(direction(:, j)) > 0.0_wp)
+         associate (w => direction(at, j))
+            call entries%add_block(at, factor(j)*spread(w, 2, size(w))*spread(w, 1, size(w)))
+         end associate
       end do
       total = add_matrices(1.0_wp, matrix, 1.0_wp, new_csr(entries, matrix%rows, matrix%columns))
    end function plus_meshes
-
-   !> Where a vector is not zero.
-   pure function places_of(vector) result(at)
-      real(wp), intent(in) :: vector(:)
-      integer, allocatable :: at(:)
-
-      integer :: i, k
-
-      allocate (at(count(abs(vector) > 0.0_wp)))
-      k = 0
-      do i = 1, size(vector)
-         if (.not. abs(vector(i)) > 0.0_wp) cycle
-         k = k + 1
-         at(k) = i
-      end do
-   end function places_of
 
 end module razy_rotor_model

@@ -1,11 +1,12 @@
 !! Which coordinates a rotor system has, and their numbers: shaft by shaft, node by node, those that are held left out.
 module razy_rotor_numbering
+   use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
    use razy_rotor_rotor, only: longest_name, rotor_t
    implicit none(type, external)
    private
 
-   public :: numbering_t, new_numbering, coordinate_names, longest_coordinate
+   public :: numbering_t, new_numbering, coordinate_names, values_at
 
    character(5), parameter :: coordinate_names(6) = [character(5) :: "u", "v", "w", "phi", "theta", "psi"]
    integer, parameter :: longest_coordinate = longest_name + 16
@@ -32,7 +33,6 @@ contains
       type(rotor_t), intent(in) :: rotor
       type(numbering_t) :: numbering
 
-      logical :: exists(6)
       logical, allocatable :: free(:, :)
       integer :: i, k, node, s
 
@@ -41,11 +41,8 @@ contains
       do s = 1, size(rotor%shaft)
          numbering%first_node(s + 1) = numbering%first_node(s) + rotor%shaft(s)%nodes()
       end do
-      exists = [rotor%axial, rotor%bending, rotor%bending, rotor%torsion, rotor%bending, rotor%bending]
-      allocate (free(6, numbering%first_node(size(rotor%shaft) + 1) - 1))
-      do i = 1, 6
-         free(i, :) = exists(i)
-      end do
+      free = spread([rotor%axial, rotor%bending, rotor%bending, rotor%torsion, rotor%bending, rotor%bending], 2, &
+                    numbering%first_node(size(rotor%shaft) + 1) - 1)
       do i = 1, size(rotor%support)
          associate (support => rotor%support(i))
             node = numbering%first_node(support%shaft) - 1 + support%node
@@ -78,6 +75,20 @@ contains
 
       index = self%at(:, self%first_node(shaft) - 1 + node)
    end function of
+
+   !> The values of `q` (n) at the coordinates of a node; those that are held are zero.
+   pure function values_at(q, at) result(values)
+      real(wp), intent(in) :: q(:)
+      integer, intent(in) :: at(6)
+      real(wp) :: values(6)
+
+      integer :: k
+
+      values = 0.0_wp
+      do k = 1, 6
+         if (at(k) > 0) values(k) = q(at(k))
+      end do
+   end function values_at
 
    !> Name of coordinate i: shaft, node and coordinate, such as `input.8.v`; a shaft without a name has its number.
    pure function name(self, rotor, i) result(text)

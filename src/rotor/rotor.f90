@@ -112,78 +112,56 @@ contains
       integer :: i
 
       do i = 1, size(self%shaft)
-         if (size(self%shaft(i)%section) == 0) then
-            call raise(error, "shaft "//to_text(i)//" has no section")
-         else if (any(self%shaft(i)%section%elements < 1)) then
-            call raise(error, "shaft "//to_text(i)//": a section has no element")
-         else if (.not. all(self%shaft(i)%section%length > 0.0_wp)) then
-            call raise(error, "shaft "//to_text(i)//": the length of a section is not positive")
-         else if (.not. all(self%shaft(i)%section%inner >= 0.0_wp &
-                            .and. self%shaft(i)%section%outer > self%shaft(i)%section%inner)) then
-            call raise(error, "shaft "//to_text(i)//": diameters of a section are not 0 <= inner < outer")
-         else if (.not. all(self%shaft(i)%section%material%young > 0.0_wp .and. &
-                            self%shaft(i)%section%material%shear > 0.0_wp .and. &
-                            self%shaft(i)%section%material%density > 0.0_wp)) then
-            call raise(error, "shaft "//to_text(i)//": moduli and density of a section are not positive")
-         end if
-         if (allocated(error)) return
-      end do
-      do i = 1, size(self%disk)
-         call check_place(self, "disk", i, self%disk(i)%shaft, self%disk(i)%node, error)
-         if (allocated(error)) return
-      end do
-      do i = 1, size(self%bearing)
-         call check_place(self, "bearing", i, self%bearing(i)%shaft, self%bearing(i)%node, error)
-         if (allocated(error)) return
-      end do
-      do i = 1, size(self%support)
-         call check_place(self, "support", i, self%support(i)%shaft, self%support(i)%node, error)
-         if (allocated(error)) return
-      end do
-      do i = 1, size(self%load)
-         call check_place(self, "load", i, self%load(i)%shaft, self%load(i)%node, error)
-         if (allocated(error)) return
-      end do
-      do i = 1, size(self%unbalance)
-         call check_place(self, "unbalance", i, self%unbalance(i)%shaft, self%unbalance(i)%node, error)
-         if (allocated(error)) return
-      end do
-      call check_meshes(self, error)
-   end subroutine check
-
-   subroutine check_meshes(self, error)
-      class(rotor_t), intent(in) :: self
-      type(error_t), allocatable, intent(out) :: error
-
-      integer :: gear, i
-
-      do i = 1, size(self%mesh)
-         associate (mesh => self%mesh(i))
-            do gear = 1, 2
-               call check_place(self, "mesh", i, mesh%shaft(gear), mesh%node(gear), error)
-               if (allocated(error)) return
-            end do
-            if (mesh%shaft(1) == mesh%shaft(2)) then
-               call raise(error, "mesh "//to_text(i)//": both gears are on one shaft")
-            else if (.not. all(mesh%radius > 0.0_wp)) then
-               call raise(error, "mesh "//to_text(i)//": a radius is not positive")
+         associate (section => self%shaft(i)%section)
+            if (size(section) == 0) then
+               call raise(error, "shaft "//to_text(i)//" has no section")
+            else if (any(section%elements < 1)) then
+               call raise(error, "shaft "//to_text(i)//": a section has no element")
+            else if (.not. all(section%length > 0.0_wp)) then
+               call raise(error, "shaft "//to_text(i)//": the length of a section is not positive")
+            else if (.not. all(section%inner >= 0.0_wp .and. section%outer > section%inner)) then
+               call raise(error, "shaft "//to_text(i)//": diameters of a section are not 0 <= inner < outer")
+            else if (.not. all(min(section%material%young, section%material%shear, section%material%density) > 0.0_wp)) then
+               call raise(error, "shaft "//to_text(i)//": moduli and density of a section are not positive")
             end if
          end associate
          if (allocated(error)) return
       end do
-   end subroutine check_meshes
+      call check_places("disk", self%disk%shaft, self%disk%node)
+      call check_places("bearing", self%bearing%shaft, self%bearing%node)
+      call check_places("support", self%support%shaft, self%support%node)
+      call check_places("load", self%load%shaft, self%load%node)
+      call check_places("unbalance", self%unbalance%shaft, self%unbalance%node)
+      call check_places("mesh", self%mesh%shaft(1), self%mesh%node(1))
+      call check_places("mesh", self%mesh%shaft(2), self%mesh%node(2))
+      do i = 1, size(self%mesh)
+         if (allocated(error)) return
+         if (self%mesh(i)%shaft(1) == self%mesh(i)%shaft(2)) then
+            call raise(error, "mesh "//to_text(i)//": both gears are on one shaft")
+         else if (.not. all(self%mesh(i)%radius > 0.0_wp)) then
+            call raise(error, "mesh "//to_text(i)//": a radius is not positive")
+         end if
+      end do
 
-   subroutine check_place(self, part, number, shaft, node, error)
-      class(rotor_t), intent(in) :: self
-      character(*), intent(in) :: part
-      integer, intent(in) :: number, shaft, node
-      type(error_t), allocatable, intent(out) :: error
+   contains
 
-      if (shaft < 1 .or. shaft > size(self%shaft)) then
-         call raise(error, part//" "//to_text(number)//": no shaft "//to_text(shaft))
-      else if (node < 1 .or. node > self%shaft(shaft)%nodes()) then
-         call raise(error, part//" "//to_text(number)//": no node "//to_text(node)//" on shaft "//to_text(shaft))
-      end if
-   end subroutine check_place
+      !> Whether all parts of a kind are on nodes that there are.
+      subroutine check_places(part, shaft, node)
+         character(*), intent(in) :: part
+         integer, intent(in) :: shaft(:), node(:)
+
+         integer :: k
+
+         do k = 1, size(shaft)
+            if (allocated(error)) return
+            if (shaft(k) < 1 .or. shaft(k) > size(self%shaft)) then
+               call raise(error, part//" "//to_text(k)//": no shaft "//to_text(shaft(k)))
+            else if (node(k) < 1 .or. node(k) > self%shaft(shaft(k))%nodes()) then
+               call raise(error, part//" "//to_text(k)//": no node "//to_text(node(k))//" on shaft "//to_text(shaft(k)))
+            end if
+         end do
+      end subroutine check_places
+
+   end subroutine check
 
 end module razy_rotor_rotor

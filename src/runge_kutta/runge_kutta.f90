@@ -1,47 +1,73 @@
 !! Motion of any machine by a Runge-Kutta method, step by step, with one of three treatments of what is not smooth
 !! (source thesis, 3.3).
 !!
-!! `event`: the end of each branch is found on the dense output of the step (razy_runge_kutta_locate), the motion goes
-!! there, impacts and the branches that follow are settled (razy_hybrid_transition), and the method starts anew
-!! with nothing remembered but a step that served in the same mode before. Impacts that accumulate are carried to the end of
-!! their sequence (razy_hybrid_accumulation). `switching`: the branch is looked up in every right-hand side;
-!! `smoothing`: there are none. With these two, changes of branch are seen at the ends of steps only: their times are late by
-!! up to a step.
+!! `event`: the end of each mode is found on the dense output of the step (razy_runge_kutta_event_finder), the motion goes
+!! there, the transition says what follows, and the method starts anew with nothing remembered but a step that served in the
+!! same mode before. `switching`: the branch is looked up in every right-hand side; `smoothing`: there are none. With these
+!! two, changes of branch are seen at the ends of steps only: their times are late by up to a step, and what happens between
+!! is not seen.
 !!
-!! A piece that observers see is one step or some in a row, or the part of one before an event; `outcome%pieces` counts starts
-!! anew. Contact forces are those of the laws and constraints, without the impulses of impacts.
+!! A piece that observers see is one step, or the part of one before an event; `outcome%pieces` counts starts anew. Contact
+!! forces are those of the laws and constraints, without the impulses of impacts.
 module razy_runge_kutta_runge_kutta
+   use razy_contact_contact_law, only: branch_sticking
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
-   use razy_core_tone, only: add_time
-   use razy_motion_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t, piece_t, status_blow_up, &
-                                     status_event_limit, status_ok
-   use razy_runge_kutta_events, only: events_t
-   use razy_runge_kutta_glide, only: glide, largest
-   use razy_runge_kutta_march, only: march_t
-   use razy_hybrid_mode, only: treat_by_events, treat_by_smoothing, treat_by_switching
+   use razy_hybrid_flow, only: ends_in_event, ends_noted, ends_open, flow_t
    use razy_machine_machine, only: machine_t
+   use razy_motion_integrator, only: glimpse_t, outcome_t, piece_t, status_blow_up, status_ok, status_step_limit, &
+                                     status_step_underflow
    use razy_motion_method, only: method_t
+   use razy_runge_kutta_event_finder, only: event_finder_t
+   use razy_runge_kutta_methods_stepper, only: stepper_t
+   use razy_runge_kutta_observed_step, only: observed_step_t
+   use razy_runge_kutta_right_hand_side, only: right_hand_side_t, treat_by_events, treat_by_smoothing, treat_by_switching
+   use razy_runge_kutta_sticking, only: sticking_t
    implicit none(type, external)
    private
 
    public :: new_runge_kutta, runge_kutta_t
 
-   type, extends(integrator_t) :: runge_kutta_t
-      type(march_t) :: march
-      type(events_t) :: events
+   !> A step that served first in a mode.
+   type :: opening_t
+      integer, allocatable :: branch(:)
+      real(wp) :: h = 0.0_wp
+   end type opening_t
+
+   type, extends(flow_t) :: runge_kutta_t
+      type(method_t), private :: method
+      type(right_hand_side_t), private :: rhs
+      type(stepper_t), private :: stepper
+      type(event_finder_t), private :: finder
+      type(sticking_t), private :: sticking
+      type(observed_step_t), private :: seen
+      !> Modes entered last, the one to be replaced next, and that of the present mode while its first step is under way (0: none).
+      type(opening_t), private :: opening(16)
+      integer, private :: oldest = 1, opening_now = 0
    contains
       procedure :: prepare
-      procedure :: run
+      procedure :: enter
+      procedure :: advance
+      procedure :: stand
+      procedure :: tally
+      procedure :: transport
       procedure :: value
       procedure :: glimpse
       procedure :: next_turn
       procedure :: state
       procedure :: contact
-      procedure :: branch_now
       procedure :: interval
-      procedure :: final_state
    end type runge_kutta_t
+
+   real(wp), parameter :: eps = epsilon(1.0_wp)
+   !> A step below this part of the motion is an underflow.
+   real(wp), parameter :: least_step = 1.0e-6_wp*eps
+   !> Growth of the first step of a mode from visit to visit that pays.
+   real(wp), parameter :: worth_a_refusal = 1.15_wp
+   !> An event before this part of a step is looked for again in a shorter step.
+   real(wp), parameter :: least_share = 0.125_wp
+   !> Part of a step that may be made along its slope: the square is rounding.
+   real(wp), parameter :: along_slope = 1.0e-8_wp
 
 contains
 
@@ -50,7 +76,7 @@ contains
       type(runge_kutta_t), intent(inout) :: self
       type(method_t), intent(in) :: method
 
-      self%march%method = method
+      self%method = method
    end subroutine new_runge_kutta
 
    !> Take a machine.
@@ -60,89 +86,351 @@ contains
       logical, intent(in) :: keep_all
       type(error_t), allocatable, intent(out) :: error
 
-      associate (field => self%march%view%field)
-         call field%attach(machine, keep_all, error)
-         if (allocated(error)) return
-         field%treatment = treat_by_events
-         if (self%march%method%treatment == "switching") field%treatment = treat_by_switching
-         if (self%march%method%treatment == "smoothing") field%treatment = treat_by_smoothing
-         field%sharpness = self%march%method%sharpness
-         field%band = self%march%method%band
-         if (allocated(self%march%z)) deallocate (self%march%z)
-         allocate (self%march%z(2*field%m), source=0.0_wp)
-         call self%march%locator%attach(field)
-         call self%events%attach(field)
-         call self%march%bounces%attach(field)
-         call self%march%view%stepper%prepare(self%march%method, 2*field%m)
-         call self%march%sticking%attach(field, self%march%view%stepper%adaptive)
-      end associate
-      call self%march%view%attach()
+      real(wp) :: sharpness
+
+      self%rhs%treatment = treat_by_events
+      sharpness = 0.0_wp
+      if (self%method%treatment == "switching") self%rhs%treatment = treat_by_switching
+      if (self%method%treatment == "smoothing") then
+         self%rhs%treatment = treat_by_smoothing
+         sharpness = self%method%sharpness
+      end if
+      call self%take(machine, keep_all, sharpness, error)
+      if (allocated(error)) return
+      self%finds_events = self%rhs%treatment == treat_by_events
+      self%rhs%band = self%method%band
+      call self%rhs%dynamics%make_room(self%system, sharpness)
+      call self%finder%make_room(self%system, size(self%hit))
+      call self%seen%make_room(self%system)
+      call self%stepper%prepare(self%method, size(self%z))
+      call self%sticking%make_ready(self%rhs, self%system, self%stepper%adaptive)
    end subroutine prepare
 
-   !> Run the prepared machine from 0 to `t_end`, s, showing every piece to the observers.
-   subroutine run(self, t_end, most_events, observers, outcome)
-      class(runge_kutta_t), intent(inout), target :: self
-      real(wp), intent(in) :: t_end
-      integer(i8), intent(in) :: most_events
-      type(observer_slot_t), intent(in) :: observers(:)
-      type(outcome_t), intent(out) :: outcome
-
-      type(piece_t) :: piece
-
-      piece%by => self
-      self%march%t_end = t_end
-      self%march%view%field%evaluations = 0
-      self%march%view%field%jacobians = 0
-      call self%march%view%stepper%prepare(self%march%method, size(self%march%z))
-      call self%events%begin(self%march, piece, observers, outcome)
-      do while (outcome%status == status_ok .and. self%march%remaining() > 0.0_wp)
-         if (outcome%events >= most_events) outcome%status = status_event_limit
-         if (outcome%status /= status_ok) exit
-         call next_piece(self, piece, observers, outcome)
-      end do
-      outcome%time = self%march%time + (self%march%time_low + self%march%tau)
-      if (outcome%status == status_ok) outcome%time = t_end
-      outcome%evaluations = self%march%view%field%evaluations
-      outcome%jacobians = self%march%view%field%jacobians
-      outcome%rejected = self%march%view%stepper%rejected_steps
-      outcome%doubts = self%march%doubts%count
-      outcome%doubt_time = self%march%doubts%first
-   end subroutine run
-
-   !> Steps far from any event, and then one accepted step and what ends it.
-   subroutine next_piece(self, piece, observers, outcome)
+   !> If the mode is new: slope and guards there, and a step to begin with, that of the last time if there is one.
+   subroutine enter(self, t_end, outcome)
       class(runge_kutta_t), intent(inout) :: self
-      type(piece_t), intent(inout) :: piece
-      type(observer_slot_t), intent(in) :: observers(:)
+      real(wp), intent(in) :: t_end
       type(outcome_t), intent(inout) :: outcome
 
-      logical :: found, last, made
+      real(wp) :: h, rest
 
-      call self%march%begin_mode(outcome)
-      call glide(self%march, piece, observers, outcome, made)
-      if (.not. all(abs(self%march%z) <= largest)) outcome%status = status_blow_up
+      if (self%starting) call begin_run(self)
+      call self%rhs%dynamics%begin(self%system, self%time, self%time_low)
+      if (.not. self%anew) return
+      outcome%pieces = outcome%pieces + 1
+      rest = self%remaining(t_end)
+      self%rhs%dynamics%mode%branch = self%transition%dynamics%mode%branch
+      if (self%finds_events) self%rhs%dynamics%mode%press = self%transition%dynamics%mode%press
+      call self%rhs%enter(self%system)
+      associate (stepper => self%stepper, guards => self%transition%guards)
+         call stepper%restart()
+         call recall_opening(self, h)
+         if (.not. h > 0.0_wp) call stepper%first_step(self%rhs, self%system, self%z, rest, h)
+         stepper%h_next = h
+         call stepper%begin(self%rhs, self%system, self%z)
+         if (self%sticking%watching) call self%sticking%begin(self%rhs, self%system, min(h, rest), self%z)
+         if (.not. self%finds_events) return
+         guards%delta = 1.0e-5_wp*min(h, rest)
+         call guards%list(self%system, self%rhs%dynamics%mode)
+         call self%finder%start(self%system, self%rhs, guards, self%z, stepper%dz_end)
+      end associate
+   end subroutine enter
+
+   !> Nothing of a run depends on another.
+   subroutine begin_run(self)
+      type(runge_kutta_t), intent(inout) :: self
+
+      integer :: i
+
+      do i = 1, size(self%opening)
+         self%opening(i)%h = 0.0_wp
+         self%opening(i)%branch = [integer ::]
+      end do
+      self%rhs%evaluations = 0
+      self%rhs%jacobians = 0
+      self%finder%near_misses = 0
+      call self%stepper%prepare(self%method, size(self%z))
+   end subroutine begin_run
+
+   !> The first step that served in the mode before, s; 0: none did.
+   subroutine recall_opening(self, h)
+      type(runge_kutta_t), intent(inout) :: self
+      real(wp), intent(out) :: h
+
+      integer :: i
+
+      h = 0.0_wp
+      self%opening_now = 0
+      if (.not. self%stepper%adaptive) return
+      associate (branch => self%rhs%dynamics%mode%branch)
+         do i = 1, size(self%opening)
+            if (size(self%opening(i)%branch) /= size(branch)) cycle
+            if (any(self%opening(i)%branch /= branch)) cycle
+            self%opening_now = i
+            h = self%opening(i)%h
+            return
+         end do
+         self%opening_now = self%oldest
+         self%opening(self%oldest)%branch = branch
+         self%oldest = modulo(self%oldest, size(self%opening)) + 1
+      end associate
+   end subroutine recall_opening
+
+   !> Remember the first step of the mode, or the one that follows it if that is shorter or so much longer that it is worth a
+   !> refusal.
+   pure subroutine keep_opening(self)
+      type(runge_kutta_t), intent(inout) :: self
+
+      if (self%opening_now == 0) return
+      associate (h => self%stepper%h, h_next => self%stepper%h_next)
+         self%opening(self%opening_now)%h = merge(h, h_next, h_next > h .and. h_next < worth_a_refusal*h)
+      end associate
+      self%opening_now = 0
+   end subroutine keep_opening
+
+   !> Make one accepted step, and look for an event in it.
+   subroutine advance(self, t_end, longest, piece, ending, outcome)
+      class(runge_kutta_t), intent(inout) :: self
+      real(wp), intent(in) :: t_end, longest
+      type(piece_t), intent(inout) :: piece
+      integer, intent(out) :: ending
+      type(outcome_t), intent(inout) :: outcome
+
+      real(wp) :: theta
+      logical :: dense, found
+
+      ending = ends_open
+      found = .false.
+      dense = .false.
+      if (self%finds_events) call self%finder%advance(self%transition%guards)
+      call take_step(self, t_end, longest, piece%last, outcome)
       if (outcome%status /= status_ok) return
-      call self%march%advance(made, found, last, outcome)
-      if (outcome%status /= status_ok) return
-      associate (view => self%march%view)
-         piece%time = self%march%time
-         piece%time_low = self%march%time_low
-         call add_time(piece%time, piece%time_low, self%march%tau)
-         piece%duration = view%duration
-         piece%contact = 0
-         piece%last = last
-         if (view%field%treatment == treat_by_events) then
-            call self%events%end_by_event(self%march, found, piece, observers, outcome)
+      outcome%steps = outcome%steps + 1
+      associate (stepper => self%stepper, seen => self%seen)
+         if (self%finds_events) then
+            call find_event(self, found, theta, dense)
+            if (found .and. theta < least_share .and. .not. polished(stepper)) call shorten(self, t_end, found, theta, dense)
+         end if
+         call keep_opening(self)
+         piece%last = piece%last .and. .not. found .and. .not. stepper%h < self%remaining(t_end)
+         seen%z_start = self%z
+         seen%h = stepper%h
+         seen%dense = dense
+         seen%moment = .false.
+         seen%duration = stepper%h
+         if (found) then
+            ending = ends_in_event
+            seen%duration = theta*stepper%h
+            call stepper%at(theta, seen%z_stop)
+            if (polished(stepper) .and. .not. stepper%fine_at(theta)) call polish(self)
+            self%transition%dynamics%excitation = self%rhs%dynamics%excitation
          else
-            call self%events%end_by_step(self%march, piece, observers, outcome)
+            seen%z_stop = stepper%z_end
+            call self%rhs%dynamics%keep_constraints(self%system, stepper%h, seen%z_stop)
+            if (self%finds_events) call self%finder%keep_at_rest(self%system, self%transition%guards, seen%z_stop)
+            if (.not. seen%duration < longest) self%transition%dynamics%excitation = self%rhs%dynamics%excitation
+         end if
+         piece%duration = seen%duration
+         self%z = seen%z_stop
+      end associate
+      if (.not. self%finds_events) call note_changes(self, ending)
+   end subroutine advance
+
+   !> Look for an event in the step.
+   subroutine find_event(self, found, theta, dense)
+      type(runge_kutta_t), intent(inout) :: self
+      logical, intent(out) :: found, dense
+      real(wp), intent(out) :: theta
+
+      real(wp) :: allowed
+
+      ! After n steps errors are up to n times what the tolerance allows in one.
+      allowed = real(self%stepper%accepted_steps, wp)
+      call self%finder%find(self%system, self%rhs, self%transition%guards, self%stepper, self%z, &
+                            allowed*self%method%relative_tolerance, allowed*self%method%absolute_tolerance, self%hit, found, &
+                            theta, dense)
+   end subroutine find_event
+
+   !> Whether the last step to an event is made anew: it pays where a step costs little and dense output is of lower order.
+   pure logical function polished(stepper)
+      type(stepper_t), intent(in) :: stepper
+
+      polished = stepper%adaptive .and. .not. stepper%implicit .and. stepper%dense_order < stepper%order
+   end function polished
+
+   !> Try steps of at most `longest` until one is accepted; `last`: it ends with the motion.
+   subroutine take_step(self, t_end, longest, last, outcome)
+      type(runge_kutta_t), intent(inout) :: self
+      real(wp), intent(in) :: t_end, longest
+      logical, intent(out) :: last
+      type(outcome_t), intent(inout) :: outcome
+
+      real(wp) :: h, rest
+      logical :: accepted, again, failed
+
+      associate (stepper => self%stepper)
+         rest = self%remaining(t_end)
+         h = stepper%h_next
+         if (self%sticking%watching) h = min(h, self%sticking%longest)
+         do
+            last = h >= rest*(1.0_wp - 4*eps)
+            if (last) h = rest
+            if (longest <= h) then
+               h = longest
+               last = .false.
+            end if
+            if (stepper%accepted_steps + stepper%rejected_steps >= self%method%most_steps) outcome%status = status_step_limit
+            if (outcome%status /= status_ok) return
+            call stepper%attempt(self%rhs, self%system, self%z, h, accepted, failed)
+            again = .false.
+            if (accepted .and. self%sticking%watching) then
+               call self%sticking%passes_over(self%rhs, self%system, stepper%z_end, h, again)
+            end if
+            if (again) then
+               call stepper%restart()
+            else
+               if (accepted) return
+               h = stepper%h_next
+            end if
+            if (h <= least_step*t_end) outcome%status = merge(status_blow_up, status_step_underflow, failed)
+            if (outcome%status /= status_ok) return
+         end do
+      end associate
+   end subroutine take_step
+
+   !> An event early in a long step is found again in a shorter one: a polynomial over the whole step would lose digits there.
+   subroutine shorten(self, t_end, found, theta, dense)
+      type(runge_kutta_t), intent(inout) :: self
+      real(wp), intent(in) :: t_end
+      logical, intent(inout) :: found, dense
+      real(wp), intent(inout) :: theta
+
+      real(wp) :: h
+      logical :: accepted, failed
+
+      associate (stepper => self%stepper)
+         h = 2*theta*stepper%h
+         if (.not. h > least_step*t_end) return
+         call stepper%restart()
+         call stepper%attempt(self%rhs, self%system, self%z, h, accepted, failed)
+         if (.not. accepted) then
+            call stepper%restart()
+            call stepper%attempt(self%rhs, self%system, self%z, 0.5_wp*h/theta, accepted, failed)
          end if
       end associate
-      if (piece%last .and. outcome%status == status_ok) then
-         self%march%time = self%march%t_end
-         self%march%time_low = 0.0_wp
-         self%march%tau = 0.0_wp
-      end if
-   end subroutine next_piece
+      call find_event(self, found, theta, dense)
+   end subroutine shorten
+
+   !> Where the dense output is of lower order than the method: step to the event by the method itself. What is left of the way is
+   !> done along the slope there if its square is rounding, and by another step if not.
+   subroutine polish(self)
+      type(runge_kutta_t), intent(inout) :: self
+
+      real(wp), dimension(self%transition%guards%count) :: g, rate
+      real(wp) :: h, rest, whole
+      integer :: i, round
+      logical :: accepted, failed
+
+      associate (seen => self%seen, stepper => self%stepper, guards => self%transition%guards)
+         whole = seen%h
+         h = seen%duration
+         if (.not. h > 0.0_wp) return
+         i = self%finder%first
+         do round = 1, 4
+            call stepper%leap(self%rhs, self%system, self%z, h, accepted)
+            if (.not. accepted) exit
+            seen%h = h
+            seen%duration = h
+            seen%dense = .false.
+            seen%z_stop = stepper%z_end
+            call guards%look(self%system, self%rhs%dynamics, h, seen%z_stop, g, rate)
+            if (.not. abs(g(i)) < 0.1_wp*h*abs(rate(i))) return
+            rest = -g(i)/rate(i)
+            if (abs(rest) <= along_slope*h) then
+               seen%duration = h + rest
+               seen%z_stop = stepper%z_end + rest*stepper%dz_end
+               return
+            end if
+            h = h + rest
+         end do
+         if (accepted) return
+         ! The shorter step was refused: the dense output of the whole one has to do.
+         call stepper%restart()
+         call stepper%attempt(self%rhs, self%system, self%z, whole, accepted, failed)
+         seen%h = whole
+         call stepper%prepare_dense(self%rhs, self%system, self%z)
+         seen%dense = .true.
+         call stepper%at(seen%duration/whole, seen%z_stop)
+      end associate
+   end subroutine polish
+
+   !> Without events: branches that have changed since the last step, as the transition's changes.
+   subroutine note_changes(self, ending)
+      type(runge_kutta_t), intent(inout) :: self
+      integer, intent(inout) :: ending
+
+      real(wp) :: a(self%system%m)
+      integer :: branch, j
+
+      associate (dynamics => self%rhs%dynamics, transition => self%transition, tau => self%seen%duration)
+         if (self%rhs%treatment == treat_by_switching .and. self%sticking%sticks) then
+            call self%rhs%accelerate(self%system, tau, self%z, a)
+            self%rhs%evaluations = self%rhs%evaluations + 1
+         end if
+         call dynamics%look_at_contacts(self%system, tau, self%z)
+         transition%changes = 0
+         do j = 1, size(self%branch)
+            associate (law => self%system%machine%contact(j)%law)
+               branch = law%initial_branch(dynamics%s(j), dynamics%rate(j))
+               ! Sticking within the band, unless with more than friction can hold.
+               if (law%constraint(branch_sticking) .and. self%rhs%treatment == treat_by_switching) branch = dynamics%mode%branch(j)
+            end associate
+            if (branch /= transition%dynamics%mode%branch(j)) call transition%note(j, branch)
+            transition%dynamics%mode%branch(j) = branch
+         end do
+         if (transition%changes > 0) ending = ends_noted
+      end associate
+   end subroutine note_changes
+
+   !> The piece is this moment.
+   subroutine stand(self, outcome)
+      class(runge_kutta_t), intent(inout) :: self
+      type(outcome_t), intent(inout) :: outcome
+
+      associate (unused => outcome)
+         call self%rhs%dynamics%begin(self%system, self%time, self%time_low)
+         self%rhs%dynamics%mode%branch = self%transition%dynamics%mode%branch
+         call self%rhs%enter(self%system)
+         self%seen%moment = .true.
+         self%seen%duration = 0.0_wp
+         self%seen%z_stop = self%z
+      end associate
+   end subroutine stand
+
+   !> Carry the tangents through the step, or the part of it before the event.
+   subroutine transport(self)
+      class(runge_kutta_t), intent(inout) :: self
+
+      associate (seen => self%seen)
+         if (self%stepper%implicit .and. .not. seen%dense) then
+            call self%stepper%prepare_dense(self%rhs, self%system, seen%z_start)
+            seen%dense = .true.
+         end if
+         call self%stepper%transport(self%rhs, self%system, seen%z_start, seen%duration, self%tangent)
+      end associate
+   end subroutine transport
+
+   !> Counters of right-hand sides and refused steps.
+   subroutine tally(self, outcome)
+      class(runge_kutta_t), intent(inout) :: self
+      type(outcome_t), intent(inout) :: outcome
+
+      outcome%evaluations = self%rhs%evaluations
+      outcome%jacobians = self%rhs%jacobians
+      outcome%factorisations = self%stepper%radau%factorisations
+      outcome%rejected = self%stepper%rejected_steps
+      outcome%doubts = self%finder%near_misses
+   end subroutine tally
 
    !> Value of observable `form` at `tau`.
    function value(self, form, tau)
@@ -151,7 +439,7 @@ contains
       real(wp), intent(in) :: tau
       real(wp) :: value
 
-      value = self%march%view%value(form, tau)
+      value = self%seen%value(self%system, self%rhs, self%stepper, form, tau)
    end function value
 
    !> Value, size and direction of observable `form` at `tau`.
@@ -161,7 +449,7 @@ contains
       real(wp), intent(in) :: tau
       type(glimpse_t), intent(out) :: seen
 
-      call self%march%view%glimpse(form, tau, seen)
+      call self%seen%glimpse(self%system, self%rhs, self%stepper, form, tau, seen)
    end subroutine glimpse
 
    !> The next turn of an observable, by probes of the dense output.
@@ -174,7 +462,7 @@ contains
       real(wp), intent(out) :: tau_found, value
 
       associate (unused => turned)
-         call self%march%view%next_turn(form, tau, tau_end, direction, found, tau_found, value)
+         call self%seen%next_turn(self%system, self%rhs, self%stepper, form, tau, tau_end, direction, found, tau_found, value)
       end associate
    end subroutine next_turn
 
@@ -184,10 +472,10 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: displacement(:), velocity(:)
 
-      real(wp) :: time, z(size(self%march%z))
+      real(wp) :: z(size(self%z))
 
-      call self%march%view%state_at(tau, time, z)
-      call self%march%view%field%to_coordinates(z, displacement, velocity)
+      call self%seen%look(self%system, self%rhs, self%stepper, tau, z)
+      call self%system%to_coordinates(z, displacement, velocity)
    end subroutine state
 
    !> Variable s, rate s' and reported force of contact j at `tau`.
@@ -197,41 +485,24 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: s, rate, force
 
-      real(wp) :: a(self%march%view%field%m), time, z(size(self%march%z))
+      real(wp) :: a(self%system%m), z(size(self%z))
 
-      call self%march%view%state_at(tau, time, z)
-      associate (field => self%march%view%field)
-         call field%accelerate(time, z, a)
-         force = field%machine%contact(j)%force_sign*field%force(j)
-         call field%look_at_contacts(time, z)
-         s = field%s(j)
-         rate = field%rate(j)
+      call self%seen%look(self%system, self%rhs, self%stepper, tau, z)
+      call self%rhs%accelerate(self%system, tau, z, a)
+      associate (dynamics => self%rhs%dynamics)
+         force = self%system%machine%contact(j)%force_sign*dynamics%force(j)
+         call dynamics%look_at_contacts(self%system, tau, z)
+         s = dynamics%s(j)
+         rate = dynamics%rate(j)
       end associate
    end subroutine contact
-
-   !> Branch of contact j.
-   pure function branch_now(self, j) result(branch)
-      class(runge_kutta_t), intent(in) :: self
-      integer, intent(in) :: j
-      integer :: branch
-
-      branch = self%events%shown(j)
-   end function branch_now
 
    !> The step: natural times are the steps'.
    pure function interval(self)
       class(runge_kutta_t), intent(in) :: self
       real(wp) :: interval
 
-      interval = self%march%view%h
+      interval = self%seen%h
    end function interval
-
-   !> Displacements and velocities (n each) that the last run ended with; needs a machine prepared with `keep_all`.
-   subroutine final_state(self, displacement, velocity)
-      class(runge_kutta_t), intent(in) :: self
-      real(wp), intent(out) :: displacement(:), velocity(:)
-
-      call self%march%view%field%to_coordinates(self%march%z, displacement, velocity)
-   end subroutine final_state
 
 end module razy_runge_kutta_runge_kutta

@@ -8,9 +8,9 @@
 module razy_runge_kutta_sticking
    use razy_contact_contact_law, only: branch_sticking
    use razy_core_kinds, only: wp
-   use razy_hybrid_cubic_doubts, only: cubic_turn
-   use razy_hybrid_field, only: field_t
-   use razy_hybrid_mode, only: constrained, treat_by_events, treat_by_switching
+   use razy_hybrid_mode, only: constrained
+   use razy_hybrid_system, only: system_t
+   use razy_runge_kutta_right_hand_side, only: right_hand_side_t, treat_by_events, treat_by_switching
    implicit none(type, external)
    private
 
@@ -37,7 +37,7 @@ module razy_runge_kutta_sticking
       type(room_t), private :: start, finish
       real(wp), allocatable, private :: moved(:), a(:)
    contains
-      procedure :: attach
+      procedure :: make_ready
       procedure :: begin
       procedure :: passes_over
    end type sticking_t
@@ -53,31 +53,29 @@ module razy_runge_kutta_sticking
 
 contains
 
-   !> Take the machine of a field; steps of a method that is not `adaptive` are as the user wants them.
-   subroutine attach(self, field, adaptive)
+   !> Take a system; steps of a method that is not `adaptive` are as the user wants them.
+   subroutine make_ready(self, rhs, system, adaptive)
       class(sticking_t), intent(inout) :: self
-      type(field_t), intent(in) :: field
+      type(right_hand_side_t), intent(in) :: rhs
+      type(system_t), intent(in) :: system
       logical, intent(in) :: adaptive
 
-      integer :: j, n, t
+      integer :: j, n
 
-      n = size(field%branch)
-      self%sticks = any([(field%machine%contact(j)%law%constraint(branch_sticking), j=1, n)])
-      self%watching = adaptive .and. field%treatment == treat_by_switching
+      n = size(rhs%dynamics%mode%branch)
+      self%sticks = any([(system%machine%contact(j)%law%constraint(branch_sticking), j=1, n)])
+      self%watching = adaptive .and. rhs%treatment == treat_by_switching
       self%longest = huge(1.0_wp)
-      self%fastest = 0.0_wp
+      self%fastest = system%fastest
       self%fastest_error = 0.0_wp
-      do t = 1, size(field%omega)
-         self%fastest = max(self%fastest, field%omega(t))
-         if (any(abs(field%error_re(:, t)) + abs(field%error_im(:, t)) > 0.0_wp)) then
-            self%fastest_error = max(self%fastest_error, field%omega(t))
-         end if
+      do j = 1, n
+         self%fastest_error = max(self%fastest_error, maxval([0.0_wp, system%omega], [.true., abs(system%gap(j)%error) > 0.0_wp]))
       end do
       call make_room(self%start, n)
       call make_room(self%finish, n)
       if (allocated(self%moved)) deallocate (self%moved, self%a)
-      allocate (self%moved(2*field%m), self%a(field%m), source=0.0_wp)
-   end subroutine attach
+      allocate (self%moved(2*system%m), self%a(system%m), source=0.0_wp)
+   end subroutine make_ready
 
    pure subroutine make_room(room, n)
       type(room_t), intent(inout) :: room
@@ -88,22 +86,24 @@ contains
       allocate (room%value(2, n), room%rate(2, n), room%noise(n), source=0.0_wp)
    end subroutine make_room
 
-   !> The motion starts at (tau, z) and may last for `rest`, s.
-   subroutine begin(self, field, tau, rest, z)
+   !> The motion starts at z, now, and may last for `rest`, s.
+   subroutine begin(self, rhs, system, rest, z)
       class(sticking_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
-      real(wp), intent(in) :: tau, rest, z(:)
+      type(right_hand_side_t), intent(inout) :: rhs
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: rest, z(:)
 
-      if (self%sticks) call measure(self, field, tau, rest, z, self%start)
+      if (self%sticks) call measure(self, rhs, system, 0.0_wp, rest, z, self%start)
       call limit(self)
    end subroutine begin
 
-   !> Whether the accepted step h from tau to z may have passed over sliding, so that it has to be made again with the shorter
+   !> Whether the accepted step h to z may have passed over sliding, so that it has to be made again with the shorter
    !> h given back. If not, the next step starts where this one ends.
-   subroutine passes_over(self, field, tau, z, h, again)
+   subroutine passes_over(self, rhs, system, z, h, again)
       class(sticking_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
-      real(wp), intent(in) :: tau, z(:)
+      type(right_hand_side_t), intent(inout) :: rhs
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: z(:)
       real(wp), intent(inout) :: h
       logical, intent(out) :: again
 
@@ -113,7 +113,7 @@ contains
 
       again = .false.
       if (.not. self%sticks) return
-      call measure(self, field, tau + h, h, z, self%finish)
+      call measure(self, rhs, system, h, h, z, self%finish)
       first = 1.0_wp
       do j = 1, size(self%start%held)
          if (.not. (self%start%held(j) .and. self%finish%held(j))) cycle
@@ -148,39 +148,41 @@ contains
    end subroutine limit
 
    !> What sticks at (tau, z), after or before a step h, with what room.
-   subroutine measure(self, field, tau, h, z, room)
+   subroutine measure(self, rhs, system, tau, h, z, room)
       class(sticking_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
+      type(right_hand_side_t), intent(inout) :: rhs
+      type(system_t), intent(in) :: system
       real(wp), intent(in) :: tau, h, z(:)
       type(room_t), intent(inout) :: room
 
       real(wp) :: delta
       integer :: j
 
-      call field%accelerate(tau, z, self%a)
-      field%evaluations = field%evaluations + 1
+      call rhs%accelerate(system, tau, z, self%a)
+      rhs%evaluations = rhs%evaluations + 1
       do j = 1, size(room%held)
-         room%held(j) = field%does(j) == constrained .and. field%machine%contact(j)%law%of_normal
-         if (room%held(j)) room%noise(j) = of_force*(abs(field%force(j)) + abs(field%normal(j)) &
-                                                     + norm2(self%a)/norm2(field%w(:, j)))
+         room%held(j) = rhs%dynamics%mode%does(j) == constrained .and. system%machine%contact(j)%law%of_normal
+         if (room%held(j)) room%noise(j) = of_force*(abs(rhs%dynamics%force(j)) + abs(rhs%dynamics%normal(j)) &
+                                                     + norm2(self%a)/norm2(system%w(:, j)))
       end do
       if (.not. any(room%held)) return
-      call look(field, room%held, room%value)
+      call look(rhs, system, room%held, room%value)
       delta = of_step*h/max(1.0_wp, self%fastest*h)
-      self%moved(:field%m) = z(:field%m) + delta*z(field%m + 1:)
-      self%moved(field%m + 1:) = z(field%m + 1:) + delta*self%a
+      self%moved(:system%m) = z(:system%m) + delta*z(system%m + 1:)
+      self%moved(system%m + 1:) = z(system%m + 1:) + delta*self%a
       ! The same branches a little later, whether friction could hold then or not.
-      field%treatment = treat_by_events
-      call field%accelerate(tau + delta, self%moved, self%a)
-      field%treatment = treat_by_switching
-      field%evaluations = field%evaluations + 1
-      call look(field, room%held, room%rate)
+      rhs%treatment = treat_by_events
+      call rhs%accelerate(system, tau + delta, self%moved, self%a)
+      rhs%treatment = treat_by_switching
+      rhs%evaluations = rhs%evaluations + 1
+      call look(rhs, system, room%held, room%rate)
       room%rate = (room%rate - room%value)/delta
    end subroutine measure
 
-   !> Room of the forces in the field's workspace.
-   subroutine look(field, held, room)
-      type(field_t), intent(in) :: field
+   !> Room of the forces looked at last.
+   subroutine look(rhs, system, held, room)
+      type(right_hand_side_t), intent(in) :: rhs
+      type(system_t), intent(in) :: system
       logical, intent(in) :: held(:)
       real(wp), intent(inout) :: room(:, :)
 
@@ -188,11 +190,38 @@ contains
 
       do j = 1, size(held)
          if (.not. held(j)) cycle
-         associate (guard => field%machine%contact(j)%law%force_guard(branch_sticking))
-            room(1, j) = guard%upper*field%normal(j) - field%force(j)
-            room(2, j) = field%force(j) - guard%lower*field%normal(j)
+         associate (guard => system%machine%contact(j)%law%force_guard(branch_sticking))
+            room(1, j) = guard%upper*rhs%dynamics%normal(j) - rhs%dynamics%force(j)
+            room(2, j) = rhs%dynamics%force(j) - guard%lower*rhs%dynamics%normal(j)
          end associate
       end do
    end subroutine look
+
+   !> Whether the cubic with the values f and the rates at the ends of a step h turns in it, and where, in parts of the step.
+   pure subroutine cubic_turn(h, f, rate, turns, at_turn, theta)
+      real(wp), intent(in) :: h, f(2), rate(2)
+      logical, intent(out) :: turns
+      real(wp), intent(out) :: at_turn, theta
+
+      real(wp) :: a, b, c, q, unit
+
+      turns = min(rate(1), rate(2)) < 0.0_wp .and. max(rate(1), rate(2)) > 0.0_wp
+      at_turn = f(1)
+      theta = 0.0_wp
+      if (.not. turns) return
+      ! f(1) + a θ + b θ² + c θ³
+      a = h*rate(1)
+      b = 3*(f(2) - f(1)) - h*(2*rate(1) + rate(2))
+      c = h*(rate(1) + rate(2)) - 2*(f(2) - f(1))
+      ! Squares in units of the coefficients: those of a motion that has died out are none.
+      unit = max(abs(a), abs(b), abs(c), tiny(1.0_wp))
+      q = b + sign(unit*sqrt(max((b/unit)**2 - 3*(a/unit)*(c/unit), 0.0_wp)), b)
+      ! Of the roots -a/q and -q/(3c) of the slope one is in the step.
+      theta = 0.5_wp
+      if (abs(q) > 0.0_wp) theta = -a/q
+      if (.not. (theta >= 0.0_wp .and. theta <= 1.0_wp) .and. abs(c) > epsilon(c)*abs(q)) theta = -q/(3*c)
+      theta = min(max(theta, 0.0_wp), 1.0_wp)
+      at_turn = f(1) + theta*(a + theta*(b + theta*c))
+   end subroutine cubic_turn
 
 end module razy_runge_kutta_sticking

@@ -1,10 +1,11 @@
 !! A study: an input file, checked, as the machine it describes and what is to be done with it.
 module razy_scenes_case
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t, peek, read_input_text
    use razy_core_kinds, only: i8, wp
-   use razy_input_schema, only: group_spec_t, key_string
    use razy_core_text, only: lower, string_t
+   use razy_input_input, only: check_input, input_t, peek
+   use razy_input_reader, only: entries_t, read_entries
+   use razy_input_schema, only: group, group_spec_t, key_string
    use razy_machine_machine, only: machine_t
    use razy_motion_method, only: check_method, method_t
    use razy_scenes_factory, only: new_scene, scene_kinds
@@ -47,12 +48,14 @@ contains
       type(string_t), intent(in) :: overrides(:)
       type(error_t), allocatable, intent(out) :: error
 
+      type(entries_t) :: said
       character(:), allocatable :: kind
 
-      call peek(text, file, "scene", key_string("kind", "kind of machine", choices=scene_kinds, required=.true.), overrides, &
-                kind, error)
+      call read_entries(said, text, file, overrides, error)
       if (allocated(error)) return
-      call read_input_text(input, text, file, study_schema(kind), overrides, error)
+      call peek(said, group("scene", "", [key_string("kind", "", choices=scene_kinds, required=.true.)]), kind, error)
+      if (allocated(error)) return
+      call check_input(input, said, study_schema(kind), error)
    end subroutine read_study
 
    !> The machine that an input describes, with observables and start, and what is to be done with it. `kept`: the scene of the
@@ -66,17 +69,23 @@ contains
       class(scene_t), allocatable, intent(inout), optional :: kept
 
       class(scene_t), allocatable :: scene
+
+      if (present(kept)) call move_alloc(kept, scene)
+      if (.not. allocated(scene)) call scene_of(scene, input)
+      call from_scene(machine, motion, records, scene, input, error)
+      if (present(kept)) call move_alloc(scene, kept)
+   end subroutine new_machine
+
+   !> A scene of the input's kind, which has built nothing yet.
+   subroutine scene_of(scene, input)
+      class(scene_t), allocatable, intent(out) :: scene
+      type(input_t), intent(in) :: input
+
       character(:), allocatable :: kind
 
       call input%get("scene", 1, "kind", kind)
-      if (present(kept)) then
-         if (.not. allocated(kept)) call new_scene(kept, kind)
-         call from_scene(machine, motion, records, kept, input, error)
-      else
-         call new_scene(scene, kind)
-         call from_scene(machine, motion, records, scene, input, error)
-      end if
-   end subroutine new_machine
+      call new_scene(scene, kind)
+   end subroutine scene_of
 
    subroutine from_scene(machine, motion, records, scene, input, error)
       type(machine_t), intent(out) :: machine
@@ -116,10 +125,8 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       class(scene_t), allocatable :: scene
-      character(:), allocatable :: kind
 
-      call input%get("scene", 1, "kind", kind)
-      call new_scene(scene, kind)
+      call scene_of(scene, input)
       call scene%build(machine, input, error)
    end subroutine new_structure
 

@@ -17,123 +17,114 @@ contains
    function common_schema(observables) result(schema)
       character(*), intent(in) :: observables(:)
       type(group_spec_t), allocatable :: schema(:)
-      type(key_spec_t), allocatable :: keys(:)
 
-      allocate (schema(9))
-      keys = [ &
-             key_string("kind", "kind of machine", choices=scene_kinds, required=.true.), &
-             key_string("title", "title of results and pictures", default="''")]
-      schema(1) = group("scene", "What the file describes", required=.true., keys=keys)
-      keys = [ &
-             key_real("t_end", "end of the motion, which starts at 0", unit="s", rule=positive, required=.true.), &
-             key_string("start", "state at the start: equilibrium under the constant loads, all zero, or as in &initial", &
-                        choices=["static", "zero  ", "given "], default="static"), &
-             key_string("integrator", "method; automatic: exact where all laws are piecewise linear, else dop853", &
-                        choices=integrators, default="automatic"), &
-             key_string("treatment", "of jumps and kinks of the laws, by a Runge-Kutta method; automatic: event", &
-                        choices=treatments, default="automatic"), &
-             key_real("relative_tolerance", "of the error of a step", rule=positive, default="1.0e-9"), &
-             key_real("absolute_tolerance", "of the error of a step, in mass-normalised coordinates", rule=positive, &
-                      default="1.0e-12"), &
-             key_real("step", "step of rk4 and moreau_jean; first step of the others, 0: chosen", unit="s", &
-                      rule=nonnegative, default="0.0"), &
-             key_real("sharpness", "of smoothed jumps, per unit of the contact variable", rule=positive, default="1.0e6"), &
-             key_real("band", "half width of the band of sticking, for switching", unit="m/s or rad/s", rule=nonnegative, &
-                      default="1.0e-6"), &
-             key_integer("max_steps", "steps after which a motion is given up", rule=positive, default="1000000000"), &
-             key_integer("max_events", "events after which a motion is given up", rule=positive, default="10000000")]
-      schema(2) = group("motion", "The motion that is computed", keys=keys)
-      keys = [ &
-             key_string("observable", "what is recorded", choices=observables, required=.true.), &
-             key_string("of", "name of the group it belongs to; needed if there is more than one; for statistics also 'all'"), &
-             key_string("what", "extrema, the trajectory (razy-run only), or statistics of a contact_force", &
-                        choices=["extrema   ", "trajectory", "statistics"], least=1, most=3, required=.true.), &
-             key_real("from", "start of recording", unit="s", rule=nonnegative, default="0.0"), &
-             key_real("interval", "time between points of the trajectory; 0 takes the natural times, those of events and "// &
-                      "a few between them", unit="s", rule=nonnegative, default="0.0")]
-      schema(3) = group("record", "A quantity that is recorded", repeatable=.true., keys=keys)
-      keys = [ &
-             key_string("parameter", "group%key of the value that varies, as in --set; or of several that vary together", &
-                        least=1, most=16, required=.true.), &
-             key_real("factor", "each parameter is the axis' value times its factor, the first 1; all 1 if not given", &
-                      least=1, most=16), &
-             key_real("first", "first value, in the unit of the key", required=.true.), &
-             key_real("last", "last value", required=.true.), &
-             key_real("step", "step from value to value; give this or points (0: as if not given)"), &
-             key_integer("points", "number of values; give this or step", rule=positive), &
-             key_string("direction", "whether each motion starts as &motion says, or where the one before ended: in the "// &
-                        "order of the values (up), against it (down), or both", &
-                        choices=["independent", "up         ", "down       ", "both       "], default="independent"), &
-             key_logical("kind_of_motion", "whether the period of each motion and the contacts it touches are found", &
-                         default=".true."), &
-             key_real("period_tolerance", "difference from period to period up to which a motion is periodic, relative to the "// &
-                      "size of the state", rule=positive, default="1.0e-6")]
-      schema(4) = group("sweep", "A parameter that razy-sweep varies; a second group is a second axis", repeatable=.true., &
-                        keys=keys)
-      keys = [ &
-             key_string("parameter", "group%key of the value that is looked for, as in --set", required=.true.), &
-             key_real("first", "first value of the range, in the unit of the key", required=.true.), &
-             key_real("last", "last value of the range", required=.true.), &
-             key_real("frequency", "natural frequency that the mode shall have", unit="Hz", rule=positive, required=.true.), &
-             key_string("coordinate", "the mode is the one that is mostly this coordinate; give this or mode"), &
-             key_integer("mode", "the mode is the one with this number before tuning; give this or coordinate", rule=positive), &
-             key_string("contacts", "state of the contacts: open, closed as two-way springs, or as in static equilibrium", &
-                        choices=["closed     ", "open       ", "equilibrium"], default="closed"), &
-             key_integer("points", "values of the parameter for which frequencies are stored", low=2, high=100000, &
-                         default="201"), &
-             key_integer("modes", "number of frequencies that are stored; all if there are fewer", rule=positive, &
-                         default="6")]
-      schema(5) = group("tune", "A parameter that razy-tune looks for, and the natural frequency it is to give", keys=keys)
-      keys = [ &
-             key_string("integrator", "method", choices=integrators, required=.true.), &
-             key_string("treatment", "of jumps and kinks of the laws", choices=treatments, default="automatic"), &
-             key_real("tolerance", "relative tolerances, one motion each; the absolute one is in proportion as in &motion", &
-                      rule=positive, least=1, most=32), &
-             key_real("step", "steps of a method without step control, one motion each", unit="s", rule=positive, least=1, &
-                      most=32), &
-             key_real("sharpness", "of smoothed jumps: one value, or one for each motion; as in &motion if not given", &
-                      rule=positive, least=1, most=32), &
-             key_real("band", "half width of the band of sticking; as in &motion if not given", unit="m/s or rad/s", &
-                      rule=nonnegative)]
-      schema(6) = group("duel", "A method that razy-duel sets beside others", repeatable=.true., keys=keys)
-      schema(7:8) = start_groups()
-      keys = [ &
-             key_integer("count", "number of modes; all if there are fewer", low=1, high=100000, default="20"), &
-             key_string("contacts", "state of the contacts: open, closed as two-way springs, or as in static "// &
-                        "equilibrium (not in a rotor scene)", choices=["closed     ", "open       ", "equilibrium"], &
-                        default="closed")]
-      schema(9) = group("modes", "What razy-modes finds", keys=keys)
+      schema = [ &
+               group("scene", "What the file describes", required=.true., keys=[ &
+                     key_string("kind", "kind of machine", choices=scene_kinds, required=.true.), &
+                     key_string("title", "title of results and pictures", default="''")]), &
+               group("motion", "The motion that is computed", keys=[ &
+                     key_real("t_end", "end of the motion, which starts at 0", unit="s", rule=positive, required=.true.), &
+                     key_string("start", "state at the start: equilibrium under the constant loads, all zero, or as in &initial", &
+                                choices=["static", "zero  ", "given "], default="static"), &
+                     key_string("integrator", "method; automatic: exact where all laws are piecewise linear, else dop853", &
+                                choices=integrators, default="automatic"), &
+                     key_string("treatment", "of jumps and kinks of the laws, by a Runge-Kutta method; automatic: event", &
+                                choices=treatments, default="automatic"), &
+                     key_real("relative_tolerance", "of the error of a step", rule=positive, default="1.0e-9"), &
+                     key_real("absolute_tolerance", "of the error of a step, in mass-normalised coordinates", rule=positive, &
+                              default="1.0e-12"), &
+                     key_real("step", "step of rk4 and moreau_jean; first step of the others, 0: chosen", unit="s", &
+                              rule=nonnegative, default="0.0"), &
+                     key_real("sharpness", "of smoothed jumps, per unit of the contact variable", rule=positive, default="1.0e6"), &
+                     key_real("band", "half width of the band of sticking, for switching", unit="m/s or rad/s", rule=nonnegative, &
+                              default="1.0e-6"), &
+                     key_integer("max_steps", "steps after which a motion is given up", rule=positive, default="1000000000"), &
+                     key_integer("max_events", "events after which a motion is given up", rule=positive, default="10000000")]), &
+               group("record", "A quantity that is recorded", repeatable=.true., keys=[ &
+                     key_string("observable", "what is recorded", choices=observables, required=.true.), &
+                     key_string("of", "name of the group it belongs to; needed if there is more than one; for statistics also "// &
+                                "'all'"), &
+                     key_string("what", "extrema, the trajectory (razy-run only), or statistics of a contact_force", &
+                                choices=["extrema   ", "trajectory", "statistics"], least=1, most=3, required=.true.), &
+                     key_real("from", "start of recording", unit="s", rule=nonnegative, default="0.0"), &
+                     key_real("interval", "time between points of the trajectory; 0 takes the natural times, those of events "// &
+                              "and a few between them", unit="s", rule=nonnegative, default="0.0")]), &
+               group("sweep", "A parameter that razy-sweep varies; a second group is a second axis", repeatable=.true., keys=[ &
+                     key_string("parameter", "group%key of the value that varies, as in --set; or of several that vary together", &
+                                least=1, most=16, required=.true.), &
+                     key_real("factor", "each parameter is the axis' value times its factor, the first 1; all 1 if not given", &
+                              least=1, most=16), &
+                     key_real("first", "first value, in the unit of the key", required=.true.), &
+                     key_real("last", "last value", required=.true.), &
+                     key_real("step", "step from value to value; give this or points (0: as if not given)"), &
+                     key_integer("points", "number of values; give this or step", rule=positive), &
+                     key_string("direction", "whether each motion starts as &motion says, or where the one before ended: in "// &
+                                "the order of the values (up), against it (down), or both", &
+                                choices=["independent", "up         ", "down       ", "both       "], default="independent"), &
+                     key_logical("kind_of_motion", "whether the period of each motion and the contacts it touches are found", &
+                                 default=".true."), &
+                     key_real("period_tolerance", "difference from period to period up to which a motion is periodic, relative "// &
+                              "to the size of the state", rule=positive, default="1.0e-6")]), &
+               group("tune", "A parameter that razy-tune looks for, and the natural frequency it is to give", keys=[ &
+                     key_string("parameter", "group%key of the value that is looked for, as in --set", required=.true.), &
+                     key_real("first", "first value of the range, in the unit of the key", required=.true.), &
+                     key_real("last", "last value of the range", required=.true.), &
+                     key_real("frequency", "natural frequency that the mode shall have", unit="Hz", rule=positive, &
+                              required=.true.), &
+                     key_string("coordinate", "the mode is the one that is mostly this coordinate; give this or mode"), &
+                     key_integer("mode", "the mode is the one with this number before tuning; give this or coordinate", &
+                                 rule=positive), &
+                     key_string("contacts", "state of the contacts: open, closed as two-way springs, or as in static equilibrium", &
+                                choices=["closed     ", "open       ", "equilibrium"], default="closed"), &
+                     key_integer("points", "values of the parameter for which frequencies are stored", low=2, high=100000, &
+                                 default="201"), &
+                     key_integer("modes", "number of frequencies that are stored; all if there are fewer", rule=positive, &
+                                 default="6")]), &
+               group("duel", "A method that razy-duel sets beside others", repeatable=.true., keys=[ &
+                     key_string("integrator", "method", choices=integrators, required=.true.), &
+                     key_string("treatment", "of jumps and kinks of the laws", choices=treatments, default="automatic"), &
+                     key_real("tolerance", "relative tolerances, one motion each; the absolute one is in proportion as in "// &
+                              "&motion", rule=positive, least=1, most=32), &
+                     key_real("step", "steps of a method without step control, one motion each", unit="s", rule=positive, least=1, &
+                              most=32), &
+                     key_real("sharpness", "of smoothed jumps: one value, or one for each motion; as in &motion if not given", &
+                              rule=positive, least=1, most=32), &
+                     key_real("band", "half width of the band of sticking; as in &motion if not given", unit="m/s or rad/s", &
+                              rule=nonnegative)]), &
+               start_groups(), &
+               group("modes", "What razy-modes finds", keys=[ &
+                     key_integer("count", "number of modes; all if there are fewer", low=1, high=100000, default="20"), &
+                     key_string("contacts", "state of the contacts: open, closed as two-way springs, or as in static "// &
+                                "equilibrium (not in a rotor scene)", choices=["closed     ", "open       ", "equilibrium"], &
+                                default="closed")])]
    end function common_schema
 
    !> Several starts of each point of a sweep.
    function start_groups() result(schema)
       type(group_spec_t), allocatable :: schema(:)
-      type(key_spec_t), allocatable :: keys(:)
 
-      allocate (schema(2))
-      keys = [ &
-             key_string("method", "all combinations of the values of &start_range, lists taken together, samples of a box, or "// &
-                        "the rows of a file", choices=["grid", "list", "box ", "file"], required=.true.), &
-             key_string("file", "comma-separated text (.csv, .txt) or HDF5 with a column for each &start_range"), &
-             key_integer("samples", "number of starts from a box", low=1, high=1000000000), &
-             key_integer("seed", "of the samples of a box", rule=nonnegative, default="1"), &
-             key_real("period", "time between the states by which attractors are told apart; 0: period of the excitation", &
-                      unit="s", rule=nonnegative, default="0.0"), &
-             key_integer("longest_period", "longest period of a motion that is recognised, in these periods", low=1, high=10000, &
-                         default="8"), &
-             key_real("tolerance", "largest difference of states that are the same, of the largest state", rule=positive, &
-                      default="1.0e-4")]
-      schema(1) = group("starts", "Several initial states for each point of a sweep", keys=keys)
-      keys = [ &
-             key_string("coordinate", "coordinate that varies from start to start", required=.true.), &
-             key_string("quantity", "its displacement or velocity", choices=["displacement", "velocity    "], &
-                        default="displacement"), &
-             key_real("first", "first value of a grid, or one end of a box; m, rad, m/s or rad/s"), &
-             key_real("last", "last value of a grid, or the other end of a box"), &
-             key_integer("points", "number of values of a grid", rule=positive), &
-             key_real("values", "values of a list", least=1, most=10000), &
-             key_string("column", "column of &starts file; coordinate.quantity if not given")]
-      schema(2) = group("start_range", "What &starts varies", repeatable=.true., keys=keys)
+      schema = [ &
+               group("starts", "Several initial states for each point of a sweep", keys=[ &
+                     key_string("method", "all combinations of the values of &start_range, lists taken together, samples of a "// &
+                                "box, or the rows of a file", choices=["grid", "list", "box ", "file"], required=.true.), &
+                     key_string("file", "comma-separated text (.csv, .txt) or HDF5 with a column for each &start_range"), &
+                     key_integer("samples", "number of starts from a box", low=1, high=1000000000), &
+                     key_integer("seed", "of the samples of a box", rule=nonnegative, default="1"), &
+                     key_real("period", "time between the states by which attractors are told apart; 0: period of the excitation", &
+                              unit="s", rule=nonnegative, default="0.0"), &
+                     key_integer("longest_period", "longest period of a motion that is recognised, in these periods", low=1, &
+                                 high=10000, default="8"), &
+                     key_real("tolerance", "largest difference of states that are the same, of the largest state", rule=positive, &
+                              default="1.0e-4")]), &
+               group("start_range", "What &starts varies", repeatable=.true., keys=[ &
+                     key_string("coordinate", "coordinate that varies from start to start", required=.true.), &
+                     key_string("quantity", "its displacement or velocity", choices=["displacement", "velocity    "], &
+                                default="displacement"), &
+                     key_real("first", "first value of a grid, or one end of a box; m, rad, m/s or rad/s"), &
+                     key_real("last", "last value of a grid, or the other end of a box"), &
+                     key_integer("points", "number of values of a grid", rule=positive), &
+                     key_real("values", "values of a list", least=1, most=10000), &
+                     key_string("column", "column of &starts file; coordinate.quantity if not given")])]
    end function start_groups
 
 end module razy_scenes_common_schema

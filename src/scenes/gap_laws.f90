@@ -6,10 +6,10 @@ module razy_scenes_gap_laws
    use razy_contact_power_law, only: hertz_stiffness, new_power_law, power_side_t
    use razy_contact_rigid_law, only: new_rigid_law, rigid_side_t
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
-   use razy_input_schema, only: key_real, key_spec_t, key_string, nonnegative, positive
    use razy_core_text, only: lower
+   use razy_input_input, only: input_t
+   use razy_input_schema, only: key_real, key_spec_t, key_string, nonnegative, positive
    implicit none(type, external)
    private
 
@@ -50,17 +50,17 @@ contains
 
    !> The law of `group` number i, whose lower and upper side are `sides` and close at `edges`. `turns`: s is an angle.
    !> `damping_factor`, s: damping in proportion to the stiffness, only for 'kelvin_voigt'.
-   subroutine read_gap_law(law, input, group, i, sides, edges, turns, error, damping_factor)
+   subroutine read_gap_law(law, input, group, i, sides, edges, turns, damping_factor, error)
       class(contact_law_t), allocatable, intent(out) :: law
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group
       integer, intent(in) :: i
       logical, intent(in) :: sides(2), turns
-      real(wp), intent(in) :: edges(2)
+      real(wp), intent(in) :: edges(2), damping_factor
       type(error_t), allocatable, intent(out) :: error
-      real(wp), intent(in), optional :: damping_factor
 
-      character(:), allocatable :: kind
+      character(:), allocatable :: kind, separation
+      real(wp), allocatable :: modulus(:), radius(:), ratio(:)
       real(wp) :: damping, exponent, hysteresis, restitution, stiffness
       logical :: by_force
 
@@ -78,21 +78,24 @@ contains
       call input%get(group, i, "exponent", exponent)
       call input%get(group, i, "hysteresis", hysteresis)
       call input%get(group, i, "restitution", restitution)
-      if (present(damping_factor)) then
-         if (damping_factor > 0.0_wp .and. kind /= "kelvin_voigt") then
-            call input%complain(error, group, i, "damping_factor", "only with law = 'kelvin_voigt'")
-            return
-         end if
-         damping = damping + damping_factor*stiffness
+      if (damping_factor > 0.0_wp .and. kind /= "kelvin_voigt") then
+         call input%complain(error, group, i, "damping_factor", "only with law = 'kelvin_voigt'")
+         return
       end if
+      damping = damping + damping_factor*stiffness
       if (kind == "hertz" .and. input%given(group, i, "radius")) then
          if (turns) then
             call input%complain(error, group, i, "radius", "for masses only; between inertias give the stiffness in N m/rad^1.5")
             return
          end if
-         call read_hertz(stiffness, input, group, i)
+         call input%get(group, i, "radius", radius)
+         call input%get(group, i, "young_modulus", modulus)
+         call input%get(group, i, "poisson_ratio", ratio)
+         radius = [radius, flat]
+         stiffness = hertz_stiffness(radius(1), radius(2), modulus(1), ratio(1), modulus(size(modulus)), ratio(size(ratio)))
       end if
-      by_force = parts_at_zero_force(input, group, i)
+      call input%get(group, i, "separation", separation)
+      by_force = lower(separation) == "zero_force"
       select case (kind)
       case ("hunt_crossley", "hertz")
          law = new_power_law(power_side_t(sides(1), edges(1), stiffness, exponent, hysteresis), &
@@ -181,9 +184,7 @@ contains
       logical :: given(3)
       integer :: k
 
-      do k = 1, 3
-         given(k) = input%given(group, i, trim(from(k)))
-      end do
+      given = [(input%given(group, i, trim(from(k))), k=1, 3)]
       if (input%given(group, i, "stiffness")) then
          if (any(given)) call input%complain(error, group, i, "stiffness", both)
       else if (.not. any(given)) then
@@ -192,38 +193,5 @@ contains
          call input%complain(error, group, i, trim(from(findloc(given, .false., dim=1))), "required by law = 'hertz': "//both)
       end if
    end subroutine check_hertz
-
-   !> Stiffness of Hertz's law from radii and material.
-   subroutine read_hertz(stiffness, input, group, i)
-      real(wp), intent(out) :: stiffness
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: group
-      integer, intent(in) :: i
-
-      real(wp), allocatable :: modulus(:), radius(:), ratio(:)
-
-      call input%get(group, i, "radius", radius)
-      call input%get(group, i, "young_modulus", modulus)
-      call input%get(group, i, "poisson_ratio", ratio)
-      radius = [radius, flat]
-      modulus = [modulus, modulus]
-      ratio = [ratio, ratio]
-      stiffness = hertz_stiffness(radius(1), radius(2), modulus(1), ratio(1), modulus(2), ratio(2))
-   end subroutine read_hertz
-
-   !> Whether a group says that a damped contact is lost at zero force.
-   function parts_at_zero_force(input, group, i) result(parts)
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: group
-      integer, intent(in) :: i
-      logical :: parts
-
-      character(:), allocatable :: separation
-
-      parts = .false.
-      if (.not. input%given(group, i, "separation")) return
-      call input%get(group, i, "separation", separation)
-      parts = lower(separation) == "zero_force"
-   end function parts_at_zero_force
 
 end module razy_scenes_gap_laws

@@ -3,15 +3,15 @@
 !! Frequencies are formed in extended precision from values of the input and whole numbers; equal ones become one tone.
 module razy_scenes_harmonics
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t
    use razy_core_kinds, only: qp, wp
-   use razy_input_schema, only: group_at
    use razy_core_tone, only: tone_from_hertz, tone_t
+   use razy_input_input, only: input_t
+   use razy_input_schema, only: group_at, key_real, key_spec_t, positive
    use razy_machine_machine, only: machine_t
    implicit none(type, external)
    private
 
-   public :: add_harmonic, harmonics_t, new_harmonics, read_frequency, read_load, take_harmonics
+   public :: add_harmonic, add_harmonics, frequency_keys, harmonics_t, new_harmonics, read_frequency, take_harmonics
 
    !> The tones met so far, and the phasors on rows (forces or contact errors) that belong to each.
    type :: harmonics_t
@@ -65,6 +65,19 @@ contains
       self%phasor(row, t) = self%phasor(row, t) + cmplx(cosine, -sign(1.0_wp, real(hertz, wp))*sine, wp)
    end subroutine add_harmonic
 
+   !> The same on the first rows, one for each of the numbers in `cosine` and `sine`.
+   pure subroutine add_harmonics(self, hertz, cosine, sine)
+      type(harmonics_t), intent(inout) :: self
+      real(qp), intent(in) :: hertz
+      real(wp), intent(in) :: cosine(:), sine(:)
+
+      integer :: row
+
+      do row = 1, size(cosine)
+         call add_harmonic(self, row, hertz, cosine(row), sine(row))
+      end do
+   end subroutine add_harmonics
+
    !> Give a machine its tones, and what they do: the rows are those of the coordinates, then of the contacts.
    pure subroutine take_harmonics(machine, self)
       type(machine_t), intent(inout) :: machine
@@ -82,24 +95,20 @@ contains
       end do
    end subroutine take_harmonics
 
-   !> What `&load` number i says: value + cosine*cos(2πft) + sine*sin(2πft), N or N m, f in `hertz`.
-   subroutine read_load(input, i, value, cosine, sine, hertz, error)
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-      real(wp), intent(out) :: value, cosine, sine
-      real(qp), intent(out) :: hertz
-      type(error_t), allocatable, intent(out) :: error
+   !> The keys that give a frequency, of `what`; `orders`: the scene has a mean speed.
+   function frequency_keys(prefix, what, orders) result(specs)
+      character(*), intent(in) :: prefix, what
+      logical, intent(in) :: orders
+      type(key_spec_t), allocatable :: specs(:)
 
-      real(wp) :: amplitude, phase
-
-      call input%get("load", i, "value", value)
-      call input%get("load", i, "amplitude", amplitude)
-      call input%get("load", i, "phase", phase)
-      phase = phase*acos(-1.0_wp)/180
-      cosine = amplitude*sin(phase)
-      sine = amplitude*cos(phase)
-      call read_frequency(hertz, input, "load", i, "", abs(amplitude) > 0.0_wp, error)
-   end subroutine read_load
+      specs = [ &
+              key_real(prefix//"frequency", "frequency of "//what, unit="Hz", rule=positive), &
+              key_real(prefix//"angular_frequency", "frequency of "//what//", instead of "//prefix//"frequency", unit="rad/s", &
+                       rule=positive), &
+              key_real(prefix//"order", "frequency in multiples of the speed of &rotation, instead of "//prefix//"frequency", &
+                       rule=positive)]
+      if (.not. orders) specs = specs(:2)
+   end function frequency_keys
 
    !> The frequency of `group` number i, Hz, from the one of three keys (after `prefix`) that gives it.
    subroutine read_frequency(hertz, input, group, i, prefix, needed, error)
@@ -148,7 +157,7 @@ contains
       character(:), allocatable :: text
 
       text = prefix//"frequency and "//prefix//"angular_frequency"
-      if (group_at(input%schema, "rotation") > 0) text = prefix//"frequency, "//prefix//"angular_frequency and "//prefix//"order"
+      if (input%knows("rotation")) text = prefix//"frequency, "//prefix//"angular_frequency and "//prefix//"order"
    end function frequencies
 
 end module razy_scenes_harmonics

@@ -1,12 +1,11 @@
 !! What is recorded of a motion: &record.
 module razy_scenes_records
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
-   use razy_core_text, only: lower, string_t
-   use razy_machine_machine, only: machine_t, observable_t
-   use razy_scenes_observables, only: begin_observable, observe_contact
-   use razy_scenes_scene, only: scene_t
+   use razy_core_text, only: did_you_mean, lower, position_of, string_t
+   use razy_input_input, only: input_t
+   use razy_machine_machine, only: machine_t, observable_t, observe_contact_force, observe_linear
+   use razy_scenes_scene, only: coordinate_t, scene_t
    implicit none(type, external)
    private
 
@@ -21,6 +20,12 @@ module razy_scenes_records
       real(wp) :: from = 0.0_wp, interval = 0.0_wp
    end type record_t
 
+   !> Quantities of contacts, and what they are called in results.
+   character(*), parameter :: quantities(4) = [character(21) :: "mesh_deformation", "contact_force", "sliding_velocity", &
+                                               "relative_displacement"]
+   character(*), parameter :: in_words(4) = [character(21) :: "deformation", "contact force", "sliding velocity", &
+                                             "relative displacement"]
+
 contains
 
    !> All &record of an input; the machine gets its observables.
@@ -31,21 +36,20 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      type(observable_t) :: observable
+      type(observable_t), allocatable :: list(:)
       type(string_t), allocatable :: what(:)
       character(:), allocatable :: name
-      integer :: i, k
+      integer :: i, k, n
 
-      allocate (records(input%count("record")), machine%observable(0))
+      allocate (records(input%count("record")), list(input%count("record")))
+      n = 0
       do i = 1, size(records)
          call input%get("record", i, "from", records(i)%from)
          call input%get("record", i, "interval", records(i)%interval)
          call input%get("record", i, "what", what)
-         do k = 1, size(what)
-            records(i)%extrema = records(i)%extrema .or. lower(what(k)%text) == "extrema"
-            records(i)%trajectory = records(i)%trajectory .or. lower(what(k)%text) == "trajectory"
-            records(i)%statistics = records(i)%statistics .or. lower(what(k)%text) == "statistics"
-         end do
+         records(i)%extrema = position_of("extrema", what) > 0
+         records(i)%trajectory = position_of("trajectory", what) > 0
+         records(i)%statistics = position_of("statistics", what) > 0
          if (records(i)%statistics) call read_statistics(records(i), machine, input, i, error)
          if (allocated(error)) return
          if (.not. (records(i)%extrema .or. records(i)%trajectory)) cycle
@@ -55,16 +59,16 @@ contains
             if (allocated(error)) return
             cycle
          end if
-         call scene%new_observable(observable, machine, input, i, error)
+         n = n + 1
+         call new_observable(list(n), machine, scene, input, i, error)
          if (allocated(error)) return
-         do k = 1, size(machine%observable)
-            if (machine%observable(k)%name /= observable%name) cycle
+         if (any([(list(k)%name == list(n)%name, k=1, n - 1)])) then
             call input%complain(error, "record", i, "observable", "recorded once; give both extrema and trajectory in `what`")
             return
-         end do
-         machine%observable = [machine%observable, observable]
-         records(i)%observable = size(machine%observable)
+         end if
+         records(i)%observable = n
       end do
+      machine%observable = list(:n)
       call check_times(records, input, error)
    end subroutine read_records
 
@@ -138,5 +142,129 @@ contains
       numbers = pack([(j, j=1, contacts)], [(any(records%statistics .and. (records%contact == 0 .or. records%contact == j)), &
                                              j=1, contacts)])
    end function contacts_asked
+
+   !> An observable of a machine, called what `&record` number i calls it, that is zero so far.
+   subroutine begin_observable(observable, machine, input, i)
+      type(observable_t), intent(out) :: observable
+      type(machine_t), intent(in) :: machine
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+
+      character(:), allocatable :: what
+      integer :: n
+
+      call input%get("record", i, "observable", what)
+      observable%name = lower(what)
+      n = size(machine%load)
+      allocate (observable%on_displacement(n), observable%on_velocity(n), source=0.0_wp)
+      allocate (observable%error(size(machine%tone)), source=(0.0_wp, 0.0_wp))
+   end subroutine begin_observable
+
+   !> The observable of `&record` number i, which is not `observable = 'state'`.
+   subroutine new_observable(observable, machine, scene, input, i, error)
+      type(observable_t), intent(out) :: observable
+      type(machine_t), intent(in) :: machine
+      class(scene_t), intent(in) :: scene
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      type(coordinate_t) :: of
+      integer :: meshes, stops
+
+      call begin_observable(observable, machine, input, i)
+      ! The contacts of a machine are its gear meshes, its stops, and its friction elements.
+      meshes = input%count("gear_mesh")
+      stops = input%count("stop")
+      select case (observable%name)
+      case ("mesh_deformation")
+         call observe_contact(observable, machine, input, i, 1, meshes, error)
+      case ("relative_displacement")
+         call observe_contact(observable, machine, input, i, meshes + 1, meshes + stops, error)
+      case ("sliding_velocity")
+         call observe_contact(observable, machine, input, i, meshes + stops + 1, size(machine%contact), error)
+      case ("contact_force")
+         call observe_contact(observable, machine, input, i, 1, size(machine%contact), error)
+      case default
+         call scene%find_coordinate(of, input, "record", i, "of", .false., error)
+         if (allocated(error)) return
+         if (observable%name == "displacement") observable%on_displacement = of%row
+         if (observable%name == "velocity") observable%on_velocity = of%row
+         observable%unit = trim(merge("rad", "m  ", of%turns))
+         if (observable%name == "velocity") observable%unit = observable%unit//"/s"
+         observable%long_name = observable%name//" of "//of%name
+      end select
+      if (allocated(error)) return
+      if (input%given("record", i, "of")) observable%name = observable%name//"."//name_of(input, i)
+   end subroutine new_observable
+
+   !> Make it the force, the variable s or the rate s' of the contact that the record names, one of `first` to `last`.
+   subroutine observe_contact(observable, machine, input, i, first, last, error)
+      type(observable_t), intent(inout) :: observable
+      type(machine_t), intent(in) :: machine
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i, first, last
+      type(error_t), allocatable, intent(out) :: error
+
+      type(string_t), allocatable :: known(:)
+      integer :: contact
+
+      allocate (known(max(0, last - first + 1)))
+      do contact = first, last
+         known(contact - first + 1)%text = machine%contact(contact)%name
+      end do
+      if (size(known) == 0) then
+         call input%complain(error, "record", i, "observable", "this needs a contact, and the scene has none of its kind")
+         return
+      end if
+      call pick(input, i, known, contact, error)
+      if (allocated(error)) return
+      observable%contact = first - 1 + contact
+      associate (chosen => machine%contact(observable%contact))
+         observable%kind = merge(observe_contact_force, observe_linear, observable%name == "contact_force")
+         observable%on_displacement = chosen%w
+         observable%constant = chosen%offset
+         observable%error = chosen%error
+         observable%unit = chosen%unit
+         if (observable%name == "contact_force") observable%unit = chosen%force_unit
+         if (observable%name == "sliding_velocity") then
+            observable%on_displacement = 0.0_wp
+            observable%on_velocity = chosen%w
+            observable%constant = chosen%drive
+            observable%error = chosen%error*cmplx(0.0_wp, machine%tone%omega, wp)
+            observable%unit = chosen%unit//"/s"
+         end if
+         observable%long_name = chosen%name//" "//trim(in_words(findloc(quantities, observable%name, dim=1)))
+      end associate
+   end subroutine observe_contact
+
+   !> The place in `known` of the name in `of`; without a name the only one there is.
+   subroutine pick(input, i, known, place, error)
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(string_t), intent(in) :: known(:)
+      integer, intent(out) :: place
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: name
+
+      place = 1
+      if (.not. input%given("record", i, "of")) then
+         if (size(known) > 1) call input%complain(error, "record", i, "of", &
+                                                  "required where there are several; "//did_you_mean("", known, "contacts"))
+         return
+      end if
+      name = name_of(input, i)
+      place = position_of(name, known)
+      if (place == 0) call input%complain(error, "record", i, "of", did_you_mean(name, known, "contacts"))
+   end subroutine pick
+
+   function name_of(input, i) result(name)
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      character(:), allocatable :: name
+
+      call input%get("record", i, "of", name)
+   end function name_of
 
 end module razy_scenes_records

@@ -5,20 +5,42 @@
 !! `file: &group key = value: what is allowed`.
 module razy_scenes_scene
    use razy_core_error, only: error_t
+   use razy_core_kinds, only: wp
    use razy_input_input, only: input_t
    use razy_input_schema, only: group_spec_t
-   use razy_machine_machine, only: machine_t, observable_t
+   use razy_machine_machine, only: machine_t
    implicit none(type, external)
    private
 
-   public :: scene_t
+   public :: coordinate_t, scene_t, site_t
+
+   !> A coordinate, or the motion of a point, that an input names.
+   type :: coordinate_t
+      character(:), allocatable :: name
+      !> Its motion is row·q, q being the coordinates of the machine; an angle if it `turns`.
+      real(wp), allocatable :: row(:)
+      logical :: turns = .false.
+      !> Its number among the coordinates of the machine; 0 if it is none of them.
+      integer :: number = 0
+   end type coordinate_t
+
+   !> Where a contact acts.
+   type :: site_t
+      !> Its direction: s = wᵀq; an angle if it `turns`.
+      real(wp), allocatable :: w(:)
+      logical :: turns = .false.
+      !> Which sides of a stop there are: where s is small, where it is large.
+      logical :: sides(2) = [.true., .false.]
+      !> Constant part of s' beside that of a belt, m/s (rad/s).
+      real(wp) :: drive = 0.0_wp
+   end type site_t
 
    type, abstract :: scene_t
    contains
       procedure(schema), deferred, nopass :: schema
       procedure(build), deferred :: build
-      procedure(new_observable), deferred :: new_observable
-      procedure(set_initial), deferred :: set_initial
+      procedure(find_coordinate), deferred :: find_coordinate
+      procedure(find_site), deferred :: find_site
    end type scene_t
 
    abstract interface
@@ -39,27 +61,31 @@ module razy_scenes_scene
          type(error_t), allocatable, intent(out) :: error
       end subroutine build
 
-      !> The observable of `&record` number i, which is not `observable = 'state'`.
-      subroutine new_observable(self, observable, machine, input, i, error)
-         import :: error_t, input_t, machine_t, observable_t, scene_t
+      !> What `key` of `group` number i names; with `own` it has to be a coordinate of the machine itself.
+      subroutine find_coordinate(self, coordinate, input, group, i, key, own, error)
+         import :: coordinate_t, error_t, input_t, scene_t
          implicit none(type, external)
          class(scene_t), intent(in) :: self
-         type(observable_t), intent(out) :: observable
-         type(machine_t), intent(in) :: machine
+         type(coordinate_t), intent(out) :: coordinate
          type(input_t), intent(in) :: input
+         character(*), intent(in) :: group, key
          integer, intent(in) :: i
+         logical, intent(in) :: own
          type(error_t), allocatable, intent(out) :: error
-      end subroutine new_observable
+      end subroutine find_coordinate
 
-      !> Displacement and velocity at the start as the groups `&initial` say; both are zero before.
-      subroutine set_initial(self, machine, input, error)
-         import :: error_t, input_t, machine_t, scene_t
+      !> Where number i of `group`, which is `stop` or `friction`, acts; an element of friction rubs on &stop number `stop`,
+      !> 0: none.
+      subroutine find_site(self, site, input, group, i, stop, error)
+         import :: error_t, input_t, scene_t, site_t
          implicit none(type, external)
          class(scene_t), intent(in) :: self
-         type(machine_t), intent(inout) :: machine
+         type(site_t), intent(out) :: site
          type(input_t), intent(in) :: input
+         character(*), intent(in) :: group
+         integer, intent(in) :: i, stop
          type(error_t), allocatable, intent(out) :: error
-      end subroutine set_initial
+      end subroutine find_site
    end interface
 
 end module razy_scenes_scene

@@ -2,29 +2,20 @@
 module razy_scenes_start
    use razy_contact_contact_law, only: branch_open
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
    use razy_core_text, only: lower
+   use razy_input_input, only: input_t
+   use razy_input_schema, only: key_real, key_spec_t, key_string
+   use razy_linalg_dense, only: symmetric_part
    use razy_machine_equilibrium, only: find_equilibrium
    use razy_machine_machine, only: machine_t
-   use razy_scenes_scene, only: scene_t
+   use razy_scenes_scene, only: coordinate_t, scene_t
    implicit none(type, external)
    private
 
-   public :: check_start, set_start
+   public :: check_start, initial_keys, set_start
 
 contains
-
-   !> The machine without its circulatory forces, the skew part of K, which have no potential. Where K is symmetric, itself.
-   pure function at_rest(machine) result(copy)
-      type(machine_t), intent(in) :: machine
-      type(machine_t) :: copy
-
-      copy = machine
-      associate (skew => machine%stiffness - transpose(machine%stiffness))
-         if (any(abs(skew) > 1.0e-12_wp*maxval(abs(machine%stiffness)))) copy%stiffness = machine%stiffness - 0.5_wp*skew
-      end associate
-   end function at_rest
 
    !> Displacement and velocity at the time 0.
    subroutine set_start(machine, scene, input, error)
@@ -33,6 +24,7 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
+      type(machine_t) :: at_rest
       character(:), allocatable :: start
       logical :: found
       integer :: j, n
@@ -52,15 +44,49 @@ contains
                                 "' is a rigid stop or dry friction, with which an equilibrium is not one position")
             return
          end do
-         call find_equilibrium(at_rest(machine), machine%displacement, found)
+         ! Circulatory forces, the skew part of K, have no potential.
+         at_rest = machine
+         if (any(abs(machine%stiffness - transpose(machine%stiffness)) > 1.0e-12_wp*maxval(abs(machine%stiffness)))) then
+            at_rest%stiffness = symmetric_part(machine%stiffness)
+         end if
+         call find_equilibrium(at_rest, machine%displacement, found)
          if (.not. found) call input%complain(error, "motion", 1, "start", "the constant loads are in no equilibrium: balance "// &
                                               "them, or start from 'zero' or 'given'")
       case ("zero")
       case default
-         call scene%set_initial(machine, input, error)
+         call read_initial(machine, scene, input, error)
       end select
       if (.not. allocated(error)) call check_start(machine, input, error)
    end subroutine set_start
+
+   !> The keys of &initial.
+   function initial_keys(on, displacement) result(specs)
+      character(*), intent(in) :: on, displacement
+      type(key_spec_t), allocatable :: specs(:)
+
+      specs = [ &
+              key_string("on", on, required=.true.), &
+              key_real("displacement", displacement, unit="m or rad", default="0.0"), &
+              key_real("velocity", "velocity", unit="m/s or rad/s", default="0.0")]
+   end function initial_keys
+
+   !> What the groups &initial say; both are zero before.
+   subroutine read_initial(machine, scene, input, error)
+      type(machine_t), intent(inout) :: machine
+      class(scene_t), intent(in) :: scene
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      type(coordinate_t) :: on
+      integer :: i
+
+      do i = 1, input%count("initial")
+         call scene%find_coordinate(on, input, "initial", i, "on", .true., error)
+         if (allocated(error)) return
+         call input%get("initial", i, "displacement", machine%displacement(on%number))
+         call input%get("initial", i, "velocity", machine%velocity(on%number))
+      end do
+   end subroutine read_initial
 
    !> A motion cannot start beyond a rigid stop.
    subroutine check_start(machine, input, error)

@@ -11,7 +11,7 @@ module razy_study_motion
    implicit none(type, external)
    private
 
-   public :: run_motion
+   public :: new_integrator, run_motion
 
    !> Events of contacts after which a motion is given up, unless a caller says otherwise.
    integer(i8), parameter :: usual_events = 10000000_i8

@@ -1,16 +1,16 @@
 !! A tuning as the input describes it: which mode, which parameter, and the answer as a table and in words.
 module razy_study_tune
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use razy_core_error, only: error_t, raise
-   use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
    use razy_core_number, only: decimal, to_text
-   use razy_input_slot, only: slot_t
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, did_you_mean, lower, string_t
-   use razy_eigen_linearised, only: contact_choices, linear_curved, linear_no_equilibrium, linear_rigid, linearise
-   use razy_eigen_mode_branches, only: branches_t
-   use razy_eigen_modes, only: hertz, modes_t, natural_modes
-   use razy_eigen_tuning, only: attainable, change_t, changes, objective, tune, tuning_t
+   use razy_eigen_mode_branches, only: branches_t, hertz, machines_t
+   use razy_eigen_tuning, only: attainable, change_t, changes, frequencies, objective, tune, tuning_t
+   use razy_input_input, only: input_t, slot_t
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t
+   use razy_machine_linearised, only: contact_choices, linear_curved, linear_no_equilibrium, linear_rigid, linearise
    use razy_machine_machine, only: machine_t
    use razy_scenes_case, only: new_structure
    implicit none(type, external)
@@ -22,10 +22,12 @@ module razy_study_tune
    integer, parameter :: most_lines = 8
 
    !> The input as a family of machines over one of its values.
-   type :: family_t
+   type, extends(machines_t) :: family_t
       type(input_t) :: input
       type(slot_t) :: slot
       integer :: contacts = 0
+   contains
+      procedure :: matrices
    end type family_t
 
    !> What &tune asks for, and the answer.
@@ -54,7 +56,8 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      character(:), allocatable :: contacts
+      type(error_t), allocatable :: problem
+      character(:), allocatable :: contacts, path
       real(wp) :: first, last
       integer :: i, points
 
@@ -63,7 +66,9 @@ contains
          call input%complain(error, "tune", 1, "parameter", "required: the group%key that razy-tune looks for")
          return
       end if
-      call input%locate_value("tune", 1, "parameter", self%family%slot, error)
+      call input%get("tune", 1, "parameter", path)
+      call input%locate(path, self%family%slot, problem)
+      if (allocated(problem)) call input%complain(error, "tune", 1, "parameter", problem%message)
       if (allocated(error)) return
       if (self%family%slot%whole) then
          call input%complain(error, "tune", 1, "parameter", "a real number: frequencies change with an integer in jumps")
@@ -74,7 +79,7 @@ contains
          return
       end if
       self%name = self%family%slot%path
-      self%unit = input%unit_of(self%family%slot)
+      self%unit = self%family%slot%unit
       call input%get("tune", 1, "frequency", self%frequency)
       call input%get("tune", 1, "points", points)
       call input%get("tune", 1, "contacts", contacts)
@@ -85,7 +90,8 @@ contains
          call input%complain(error, "tune", 1, "last", "a value apart from first")
          return
       end if
-      self%reference = input%value_of(self%family%slot, first)
+      self%reference = self%family%slot%number
+      if (ieee_is_nan(self%reference)) self%reference = first
       self%grid = [(min(first, last) + abs(last - first)*(real(i - 1, wp)/(points - 1)), i=1, points)]
       self%grid(points) = max(first, last)
       call new_structure(self%machine, input, error)
@@ -140,15 +146,15 @@ contains
       do k = 1, 2
          key = merge("first", "last ", k == 1)
          call self%family%input%get("tune", 1, trim(key), value)
-         call family_at(self%family, value, mass, stiffness, problem)
+         call self%family%matrices(value, mass, stiffness, problem)
          if (allocated(problem)) call self%family%input%complain(error, "tune", 1, trim(key), problem%message)
          if (allocated(error)) return
       end do
    end subroutine check_ends
 
-   !> M and K with a value of the parameter; `context` is a `family_t`.
-   subroutine family_at(context, parameter, mass, stiffness, error)
-      class(*), intent(inout) :: context
+   !> M and K with a value of the parameter.
+   subroutine matrices(self, parameter, mass, stiffness, error)
+      class(family_t), intent(inout) :: self
       real(wp), intent(in) :: parameter
       real(wp), allocatable, intent(out) :: mass(:, :), stiffness(:, :)
       type(error_t), allocatable, intent(out) :: error
@@ -157,24 +163,19 @@ contains
       real(wp), allocatable :: damping(:, :)
       integer :: culprit, status
 
-      select type (context)
-      type is (family_t)
-         call context%input%put(context%slot, parameter, error)
-         if (.not. allocated(error)) call new_structure(machine, context%input, error)
-         if (allocated(error)) return
-         mass = machine%mass
-         call linearise(machine, context%contacts, stiffness, damping, status, culprit)
-         if (status == linear_no_equilibrium) then
-            call raise(error, "the constant loads are in no equilibrium: balance them, or take contacts='closed' or 'open'")
-         else if (status == linear_rigid) then
-            call raise(error, "the contact "//machine%contact(culprit)%name//" is rigid and has no stiffness: contacts='open'")
-         else if (status == linear_curved) then
-            call raise(error, "the contact "//machine%contact(culprit)%name//" is not piecewise linear: contacts='open'")
-         end if
-      class default
-         call raise(error, "no family of machines")
-      end select
-   end subroutine family_at
+      call self%input%put(self%slot, parameter, error)
+      if (.not. allocated(error)) call new_structure(machine, self%input, error)
+      if (allocated(error)) return
+      mass = machine%mass
+      call linearise(machine, self%contacts, stiffness, damping, status, culprit)
+      if (status == linear_no_equilibrium) then
+         call raise(error, "the constant loads are in no equilibrium: balance them, or take contacts='closed' or 'open'")
+      else if (status == linear_rigid) then
+         call raise(error, "the contact "//machine%contact(culprit)%name//" is rigid and has no stiffness: contacts='open'")
+      else if (status == linear_curved) then
+         call raise(error, "the contact "//machine%contact(culprit)%name//" is not piecewise linear: contacts='open'")
+      end if
+   end subroutine matrices
 
    !> Look for the parameter. Values without a machine and a goal out of reach are errors of the input.
    subroutine solve_tune(self, error)
@@ -185,7 +186,7 @@ contains
       character(:), allocatable :: has, problem
       integer :: k
 
-      call tune(self%answer, self%branches, family_at, self%family, self%reference, self%grid, self%coordinate, self%mode, &
+      call tune(self%answer, self%branches, self%family, self%reference, self%grid, self%coordinate, self%mode, &
                 self%frequency, error)
       if (self%answer%found) then
          call frequencies_at(self, self%reference, self%frequency_before, error)
@@ -213,17 +214,17 @@ contains
 
       character(*), parameter :: along = "/parameter", mode = "/mode", order = "/order"
       integer, allocatable :: kept(:)
-      real(wp), allocatable :: psi(:)
+      real(wp), allocatable :: psi(:), tuned(:)
       integer :: i
 
       associate (branches => self%branches, answer => self%answer)
-         kept = pack([(i, i=1, branches%points)], branches%asked)
+         kept = pack([(i, i=1, size(branches%point))], branches%point%asked)
          psi = objective(branches, self%frequency)
-         call table%add(along, branches%parameter(kept), self%unit, self%name, along)
+         tuned = frequencies(branches)
+         call table%add(along, branches%point(kept)%parameter, self%unit, self%name, along)
          call table%add("/objective", psi(kept), "1", "(1 - f/goal)^2 of "//self%mode_words, along)
-         call table%add("/tuned_frequency", [(hertz(branches%value(branches%branch(kept(i)), kept(i))), i=1, size(kept))], "Hz", &
-                        "natural frequency of "//self%mode_words, along)
-         call table%add("/tuned_place", branches%place(kept), "1", "place in ascending order of "//self%mode_words, along)
+         call table%add("/tuned_frequency", tuned(kept), "Hz", "natural frequency of "//self%mode_words, along)
+         call table%add("/tuned_place", branches%point(kept)%place, "1", "place in ascending order of "//self%mode_words, along)
          call table%add(mode, [(i, i=1, self%stored)], "1", "number of the mode before tuning", mode)
          call table%add("/frequency", hertz(branches%value(:self%stored, kept)), "Hz", &
                         "natural frequency, each mode followed by its shape", [character(10) :: mode, along])
@@ -245,13 +246,12 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: mass(:, :), stiffness(:, :)
-      type(modes_t) :: modes
-      integer :: status
+      type(eigenpairs_t) :: modes
 
-      call family_at(self%family, parameter, mass, stiffness, error)
+      call self%family%matrices(parameter, mass, stiffness, error)
       if (allocated(error)) return
-      call natural_modes(modes, mass, stiffness, status)
-      if (status /= 0) call raise(error, "the eigenproblem could not be solved at the value "//to_text(parameter))
+      modes = dense_modes(stiffness, mass)
+      if (modes%status /= 0) call raise(error, "the eigenproblem could not be solved at the value "//to_text(parameter))
       frequency = hertz(modes%value)
    end subroutine frequencies_at
 

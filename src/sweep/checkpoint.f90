@@ -4,12 +4,12 @@
 !! Its identity is version and commit of the program, and the effective input: a sweep is taken up again only by the same program
 !! with the same input. A record is the number of a point and its row (razy_sweep_packet).
 module razy_sweep_checkpoint
-   use razy_input_difference, only: first_difference
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
-   use razy_core_scanner, only: newline
    use razy_core_table, only: table_t
+   use razy_core_text, only: newline
    use razy_core_version, only: razy_git_commit, razy_version
+   use razy_input_difference, only: first_difference
    use razy_io_journal, only: journal_t
    use razy_io_posix, only: path_exists
    use razy_sweep_clock, only: seconds

@@ -2,35 +2,33 @@
 module families
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
+   use razy_eigen_mode_branches, only: machines_t
    implicit none(type, external)
    private
 
-   public :: linear_family_t, linear_family, press_block, symmetric_pair, veering_pair
+   public :: linear_family_t, press_block, symmetric_pair, veering_pair
 
    !> M = mass + p mass_slope, K = stiffness + p stiffness_slope. `refused` and beyond there is no machine.
-   type :: linear_family_t
+   type, extends(machines_t) :: linear_family_t
       real(wp), allocatable :: mass(:, :), mass_slope(:, :), stiffness(:, :), stiffness_slope(:, :)
       real(wp) :: refused = huge(1.0_wp)
+   contains
+      procedure :: matrices
    end type linear_family_t
 
 contains
 
-   !> The machine at a parameter, in the form that `tune` wants.
-   subroutine linear_family(context, parameter, mass, stiffness, error)
-      class(*), intent(inout) :: context
+   !> The machine at a parameter.
+   subroutine matrices(self, parameter, mass, stiffness, error)
+      class(linear_family_t), intent(inout) :: self
       real(wp), intent(in) :: parameter
       real(wp), allocatable, intent(out) :: mass(:, :), stiffness(:, :)
       type(error_t), allocatable, intent(out) :: error
 
-      select type (context)
-      type is (linear_family_t)
-         mass = context%mass + parameter*context%mass_slope
-         stiffness = context%stiffness + parameter*context%stiffness_slope
-         if (parameter >= context%refused) call raise(error, "refused")
-      class default
-         call raise(error, "no linear family")
-      end select
-   end subroutine linear_family
+      mass = self%mass + parameter*self%mass_slope
+      stiffness = self%stiffness + parameter*self%stiffness_slope
+      if (parameter >= self%refused) call raise(error, "refused")
+   end subroutine matrices
 
    !> Unit masses on springs p and `other`, with a coupling -c: values (p + other)/2 ± sqrt(((p - other)/2)² + c²).
    function veering_pair(other, c) result(family)

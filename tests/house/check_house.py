@@ -27,7 +27,8 @@ LAYERS = {
     "input": {"core"},
     "linalg": {"core"},
     "contact": {"core"},
-    "rotor": {"core", "linalg"},
+    "eigen": {"core", "linalg"},
+    "rotor": {"core", "linalg", "eigen"},
     "machine": {"core", "linalg", "contact"},
     "motion": {"core", "machine"},
     "scenes": {"core", "input", "linalg", "contact", "rotor", "machine", "motion"},
@@ -37,7 +38,6 @@ LAYERS["exact"] = LAYERS["hybrid"] | {"hybrid"}
 LAYERS["runge_kutta"] = LAYERS["hybrid"] | {"hybrid"}
 LAYERS["moreau"] = LAYERS["hybrid"] | {"hybrid"}
 LAYERS["observe"] = {"core", "linalg", "contact", "machine", "motion"}
-LAYERS["eigen"] = {"core", "linalg", "contact", "machine"}
 LAYERS["io"] = {"core", "input"}
 LAYERS["sweep"] = {"core", "input", "io"}
 LAYERS["study"] = set(LAYERS)

@@ -1,14 +1,15 @@
 !! A small schema, inputs of it, and what is read from them.
 module input_samples
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t, read_input_text
+   use razy_input_input, only: check_input, input_t
    use razy_core_kinds, only: wp
+   use razy_input_reader, only: entries_t, read_entries
    use razy_input_schema, only: group, group_spec_t, key_integer, key_logical, key_name, key_real, key_string, nonnegative, positive
    use razy_core_text, only: append_text, string_t
    implicit none(type, external)
    private
 
-   public :: lf, lines, marked, read_sample, sample_schema, scene, valid
+   public :: lf, lines, marked, read_input, read_sample, sample_schema, scene, valid
 
    character(*), parameter :: lf = achar(10)
    !> A valid input, with a caret for each line end.
@@ -70,6 +71,19 @@ contains
       end do
    end function marked
 
+   !> Read a text and check it against a schema; `options` are values for `--set`.
+   subroutine read_input(input, text, file, schema, options, error)
+      type(input_t), intent(out) :: input
+      character(*), intent(in) :: text, file
+      type(group_spec_t), intent(in) :: schema(:)
+      type(string_t), intent(in) :: options(:)
+      type(error_t), allocatable, intent(out) :: error
+      type(entries_t) :: said
+
+      call read_entries(said, text, file, options, error)
+      if (.not. allocated(error)) call check_input(input, said, schema, error)
+   end subroutine read_input
+
    !> Read a text with carets for line ends; `options` are values for `--set` with a bar between them.
    subroutine read_sample(text, options, input, message)
       character(*), intent(in) :: text, options
@@ -87,7 +101,7 @@ contains
          call append_text(overrides, rest(:bar - 1))
          rest = rest(min(bar, len(rest)) + 1:)
       end do
-      call read_input_text(input, lines(text), "f", sample_schema(), overrides, error)
+      call read_input(input, lines(text), "f", sample_schema(), overrides, error)
       message = ""
       if (allocated(error)) message = error%message
    end subroutine read_sample

@@ -5,8 +5,9 @@ module smooth_motions
    use razy_contact_contact_law, only: branch_upper, contact_law_t
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, qp, wp
-   use razy_hybrid_field, only: field_t
+   use razy_hybrid_system, only: system_t
    use razy_runge_kutta_methods_stepper, only: stepper_t
+   use razy_runge_kutta_right_hand_side, only: right_hand_side_t
    use razy_machine_machine, only: machine_t
    use razy_motion_method, only: method_t
    implicit none(type, external)
@@ -157,21 +158,31 @@ contains
       machine%velocity = [0.1_wp]
    end function pressed_ball
 
-   !> A stepper and field ready at the state of the machine at time 0, all coordinates followed.
-   subroutine make_ready(machine, name, relative, absolute, field, stepper, z)
+   !> A system, a right-hand side and a stepper ready at the state of the machine at time 0, all coordinates followed.
+   subroutine make_ready(machine, name, relative, absolute, system, rhs, stepper, z)
       type(machine_t), intent(in) :: machine
       character(*), intent(in) :: name
       real(wp), intent(in) :: relative, absolute
-      type(field_t), intent(out) :: field
+      type(system_t), intent(out) :: system
+      type(right_hand_side_t), intent(out) :: rhs
       type(stepper_t), intent(out) :: stepper
       real(wp), allocatable, intent(out) :: z(:)
 
       type(method_t) :: method
       type(error_t), allocatable :: error
+      integer :: j
 
-      call field%attach(machine, .true., error)
-      allocate (z(2*field%m))
-      call field%first_state(z)
+      call system%take(machine, .true., error)
+      call rhs%dynamics%make_room(system, 0.0_wp)
+      z = system%first_state()
+      associate (dynamics => rhs%dynamics)
+         call dynamics%begin(system, 0.0_wp, 0.0_wp)
+         call dynamics%look_at_contacts(system, 0.0_wp, z)
+         do j = 1, size(machine%contact)
+            dynamics%mode%branch(j) = machine%contact(j)%law%initial_branch(dynamics%s(j), dynamics%rate(j))
+         end do
+      end associate
+      call rhs%enter(system)
       method%integrator = name
       method%relative_tolerance = relative
       method%absolute_tolerance = absolute
@@ -186,49 +197,53 @@ contains
       integer, intent(in) :: steps
       real(wp), intent(out) :: motion(:)
 
-      type(field_t) :: field
+      type(system_t) :: system
+      type(right_hand_side_t) :: rhs
       type(stepper_t) :: stepper
       real(wp), allocatable :: z(:)
       integer :: i
       logical :: accepted, failed
 
-      call make_ready(machine, name, 1.0e-12_wp, 1.0e-15_wp, field, stepper, z)
+      call make_ready(machine, name, 1.0e-12_wp, 1.0e-15_wp, system, rhs, stepper, z)
       do i = 1, steps
-         call stepper%attempt(field, (i - 1)*(t_end/steps), z, t_end/steps, accepted, failed)
+         call rhs%dynamics%begin(system, (i - 1)*(t_end/steps), 0.0_wp)
+         call stepper%attempt(rhs, system, z, t_end/steps, accepted, failed)
          z = stepper%z_end
          if (.not. accepted) call stepper%restart()
       end do
-      call field%to_coordinates(z, motion(:field%m), motion(field%m + 1:))
+      call system%to_coordinates(z, motion(:system%m), motion(system%m + 1:))
    end subroutine fixed_steps
 
    !> The same by controlled steps from a first one that the stepper chooses; `stepper` keeps the counters.
-   subroutine controlled_steps(machine, name, relative, absolute, t_end, motion, stepper, field, ended)
+   subroutine controlled_steps(machine, name, relative, absolute, t_end, motion, stepper, rhs, ended)
       type(machine_t), intent(in) :: machine
       character(*), intent(in) :: name
       real(wp), intent(in) :: relative, absolute, t_end
       real(wp), intent(out) :: motion(:)
       type(stepper_t), intent(out) :: stepper
-      type(field_t), intent(out) :: field
+      type(right_hand_side_t), intent(out) :: rhs
       logical, intent(out) :: ended
 
+      type(system_t) :: system
       real(wp), allocatable :: z(:)
-      real(wp) :: h, tau
+      real(wp) :: h, time
       logical :: accepted, failed
 
-      call make_ready(machine, name, relative, absolute, field, stepper, z)
-      call stepper%first_step(field, 0.0_wp, z, t_end, h)
-      tau = 0.0_wp
-      do while (tau < t_end .and. h > epsilon(1.0_wp)*t_end)
-         call stepper%attempt(field, tau, z, h, accepted, failed)
+      call make_ready(machine, name, relative, absolute, system, rhs, stepper, z)
+      call stepper%first_step(rhs, system, z, t_end, h)
+      time = 0.0_wp
+      do while (time < t_end .and. h > epsilon(1.0_wp)*t_end)
+         call rhs%dynamics%begin(system, time, 0.0_wp)
+         call stepper%attempt(rhs, system, z, h, accepted, failed)
          if (accepted) then
             z = stepper%z_end
-            tau = tau + h
+            time = time + h
          end if
-         h = min(stepper%h_next, t_end - tau)
-         if (t_end - tau - h < 1.0e-9_wp*h) h = t_end - tau
+         h = min(stepper%h_next, t_end - time)
+         if (t_end - time - h < 1.0e-9_wp*h) h = t_end - time
       end do
-      ended = .not. tau < t_end*(1.0_wp - 4*epsilon(1.0_wp))
-      call field%to_coordinates(z, motion(:field%m), motion(field%m + 1:))
+      ended = .not. time < t_end*(1.0_wp - 4*epsilon(1.0_wp))
+      call system%to_coordinates(z, motion(:system%m), motion(system%m + 1:))
    end subroutine controlled_steps
 
    !> Largest errors of the dense output and of its time derivative within one step h that starts on the exact motion at time t.
@@ -238,7 +253,8 @@ contains
       real(wp), intent(out) :: error, rate_error
 
       integer, parameter :: points = 16
-      type(field_t) :: field
+      type(system_t) :: system
+      type(right_hand_side_t) :: rhs
       type(stepper_t) :: stepper
       type(machine_t) :: machine
       real(wp), allocatable :: z(:), motion(:), x(:)
@@ -250,20 +266,20 @@ contains
       m = size(motion)/2
       machine%displacement = motion(:m)
       machine%velocity = motion(m + 1:)
-      call make_ready(machine, method, 1.0e20_wp, 1.0e20_wp, field, stepper, z)
-      call field%start_piece(t, 0.0_wp)
-      call stepper%attempt(field, 0.0_wp, z, h, accepted, failed)
-      call stepper%prepare_dense(field, 0.0_wp, z)
+      call make_ready(machine, method, 1.0e20_wp, 1.0e20_wp, system, rhs, stepper, z)
+      call rhs%dynamics%begin(system, t, 0.0_wp)
+      call stepper%attempt(rhs, system, z, h, accepted, failed)
+      call stepper%prepare_dense(rhs, system, z)
       allocate (x(2*m))
       error = 0.0_wp
       rate_error = 0.0_wp
       do i = 0, points
          motion = exact_motion(name, t + h*i/points)
          call stepper%at(real(i, wp)/points, z)
-         call field%to_coordinates(z, x(:m), x(m + 1:))
+         call system%to_coordinates(z, x(:m), x(m + 1:))
          error = max(error, norm2(x - motion))
          call stepper%rate_at(real(i, wp)/points, z)
-         call field%to_coordinates(z, x(:m), x(m + 1:))
+         call system%to_coordinates(z, x(:m), x(m + 1:))
          rate_error = max(rate_error, norm2(x(:m) - motion(m + 1:)))
       end do
    end subroutine dense_errors

@@ -6,13 +6,14 @@ program measure_modes
    use, intrinsic :: iso_fortran_env, only: output_unit
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, wp
+   use razy_eigen_spectrum, only: spectrum_t
    use razy_linalg_generalised, only: eigenpairs_t, modes_found
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_whirl_modes, only: energy_shares, natural_modes
    use razy_rotor_reduction_reduced, only: reduced_t
    use razy_rotor_section, only: shear_none
    use razy_rotor_reduction_synthesis, only: modal_synthesis
-   use razy_rotor_whirl_whirl, only: new_whirl, whirl_found, whirl_problem_t, whirl_t
+   use razy_rotor_whirl_whirl, only: new_whirl, whirl_problem_t
    use rotor_samples, only: assembled, gearbox, pinned_shaft
    implicit none(type, external)
 
@@ -83,7 +84,7 @@ contains
 
       type(reduced_t) :: reduced
       type(whirl_problem_t) :: problem
-      type(whirl_t) :: whirl
+      type(spectrum_t) :: whirl
       type(error_t), allocatable :: error
       real(wp) :: begin, finish
       integer :: i
@@ -93,8 +94,9 @@ contains
       problem = new_whirl(reduced, meshed=.true.)
       call cpu_time(begin)
       do i = 1, speeds
-         whirl = problem%solve(10.0_wp*i, circulatory=.true.)
-         if (whirl%status /= whirl_found) error stop "an eigenproblem failed"
+         problem%circulatory = .true.
+         call problem%solve(10.0_wp*i, whirl, error)
+         if (allocated(error)) error stop "an eigenproblem failed"
       end do
       call cpu_time(finish)
       write (output_unit, "(a, i0)") "speeds ", speeds

@@ -5,7 +5,7 @@
 !! very slow modes, critical damping and undamped resonance lose no digits; the price is a matrix product a step.
 module razy_exact_closed_form_dense_part
    use razy_core_kinds, only: wp
-   use razy_exact_modal_parts, only: dense_modes_t
+   use razy_exact_modal_basis, only: dense_modes_t
    implicit none(type, external)
    private
 
@@ -86,9 +86,10 @@ contains
    end subroutine second_order
 
    !> x (nx) at the state z (2m) and tone phasors.
-   pure subroutine start(self, z, cosine, sine, x)
+   pure subroutine start(self, z, phasor, x)
       class(dense_part_t), intent(in) :: self
-      real(wp), intent(in) :: z(:), cosine(:), sine(:)
+      real(wp), intent(in) :: z(:)
+      complex(wp), intent(in) :: phasor(:)
       real(wp), intent(out) :: x(:)
 
       integer :: i, m, s, t
@@ -100,8 +101,8 @@ contains
       if (self%load_scale > 0.0_wp) x(self%states + 1) = self%load_scale
       do t = 1, size(self%tone)
          i = size(x) - 2*(size(self%tone) - t) - 1
-         x(i) = self%tone_scale(t)*cosine(self%tone(t))
-         x(i + 1) = self%tone_scale(t)*sine(self%tone(t))
+         x(i) = self%tone_scale(t)*phasor(self%tone(t))%re
+         x(i + 1) = self%tone_scale(t)*phasor(self%tone(t))%im
       end do
    end subroutine start
 

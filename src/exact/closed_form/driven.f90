@@ -9,7 +9,7 @@
 !! φ(x) = (e^x - 1)/x, with E_t = e^{iω_t t} at the start: no digit is lost for any s - λ. A constant force is one of ω = 0.
 module razy_exact_closed_form_driven
    use razy_core_kinds, only: wp
-   use razy_exact_modal_parts, only: modal_basis_t
+   use razy_exact_modal_basis, only: modal_basis_t
    implicit none(type, external)
    private
 

@@ -9,7 +9,7 @@ module razy_exact_closed_form_response
    use razy_core_kinds, only: wp
    use razy_exact_closed_form_dense_part, only: dense_part_t, new_dense_part
    use razy_exact_closed_form_driven, only: driven_t, find_driven, new_driven
-   use razy_exact_modal_parts, only: modal_basis_t
+   use razy_exact_modal_basis, only: modal_basis_t
    use razy_linalg_wide_sums, only: wide
    implicit none(type, external)
    private

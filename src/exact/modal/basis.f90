@@ -11,14 +11,37 @@
 !! damping, gyroscopic or circulatory matrix couple form parts with a general eigenproblem of their own.
 module razy_exact_modal_basis
    use razy_core_kinds, only: qp, wp
-   use razy_exact_modal_parts, only: append, dense_modes_t, modal_basis_t
-   use razy_linalg_connected, only: connected_sets, linked
-   use razy_linalg_eigen, only: general_eigen, symmetric_eigen
-   use razy_linalg_refined_eigen, only: refine_eigen
+   use razy_linalg_eigen, only: general_eigen, refine_eigen, symmetric_eigen
+   use razy_linalg_pattern, only: connected_sets, linked
    implicit none(type, external)
    private
 
-   public :: new_modal_basis, turning, worst_of_many
+   public :: dense_modes_t, modal_basis_t, new_modal_basis, turning, worst_of_many
+
+   !> Modes that are kept together: y = phi η, η'' + damping η' + stiffness η = phiᵀ f.
+   type :: dense_modes_t
+      real(wp), allocatable :: phi(:, :), stiffness(:, :), damping(:, :)
+      !> Eigenvalues of the largest modulus, rad/s.
+      real(wp) :: fastest = 0.0_wp
+   end type dense_modes_t
+
+   type :: modal_basis_t
+      integer :: m = 0
+      !> Eigenvalues of the exponential terms (terms), 1/s; of a pair the one with positive imaginary part.
+      complex(wp), allocatable :: lambda(:)
+      !> Amplitudes from the state (terms, 2m) and the state from amplitudes, z = Re(from_term a) (2m, terms).
+      complex(wp), allocatable :: to_term(:, :), from_term(:, :)
+      !> Rigid modes (m, rigid): y = rigid η, η = rigidᵀ y.
+      real(wp), allocatable :: rigid(:, :)
+      type(dense_modes_t), allocatable :: dense(:)
+      !> Largest modulus of an eigenvalue, rad/s.
+      real(wp) :: fastest = 0.0_wp
+      !> Whether the machine has impacts or friction, which need more digits.
+      logical :: impacts = .false.
+      !> Whether fast and slow modes of a strongly damped part are exponential terms.
+      logical :: stiff = .false.
+      integer :: info = 0
+   end type modal_basis_t
 
    !> Slower than this part of the fastest mode one of few modes is followed in a dense part.
    real(wp), parameter :: slow = 1.0e-4_wp
@@ -253,5 +276,17 @@ contains
       call move_alloc(to_term, self%to_term)
       call move_alloc(from_term, self%from_term)
    end subroutine add_terms
+
+   subroutine append(list, part)
+      type(dense_modes_t), allocatable, intent(inout) :: list(:)
+      type(dense_modes_t), intent(in) :: part
+
+      type(dense_modes_t), allocatable :: longer(:)
+
+      allocate (longer(size(list) + 1))
+      longer(:size(list)) = list
+      longer(size(longer)) = part
+      call move_alloc(longer, list)
+   end subroutine append
 
 end module razy_exact_modal_basis

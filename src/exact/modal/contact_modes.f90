@@ -10,8 +10,7 @@
 !! condition of the eigenvalues allows terms. Where a check fails, `add_contact` says so and the caller solves the eigenproblem.
 module razy_exact_modal_contact_modes
    use razy_core_kinds, only: wp
-   use razy_exact_modal_basis, only: worst_of_many
-   use razy_exact_modal_parts, only: modal_basis_t
+   use razy_exact_modal_basis, only: modal_basis_t, worst_of_many
    use razy_linalg_rank_one, only: rank_one_roots, root_t
    implicit none(type, external)
    private

@@ -5,7 +5,7 @@
 !! others are turned so that they are orthogonal to it.
 module razy_exact_modal_observable_terms
    use razy_core_kinds, only: wp
-   use razy_exact_modal_parts, only: modal_basis_t
+   use razy_exact_modal_basis, only: modal_basis_t
    implicit none(type, external)
    private
 

@@ -3,15 +3,18 @@
 !! A function that is nearer to its bound than it is known has no sign: the start of a motion, contacts that close or open
 !! together, a body that rests with neither gap nor force. Its first derivative that is known says whether it leaves at once
 !! or moves inwards; if none is known and all of its motion is rounding, it is at rest on its bound until the piece ends.
+!!
+!! What is known is bounded by the forward error of the whole way from state to form. A state is turned into amplitudes and a form
+!! into a row of coefficients by dense matrices of eigenmodes. Each sum of these products errs by some epsilon of its terms, also
+!! where the sum itself is nearly 0: a body at rest seems to move by epsilon of what the others move, and a contact at rest with
+!! gap 0 seems to open and close. With the errors of the amplitudes δa = eps |V⁻¹| |z|, a derivative of the form errs by
+!! Σ (|c λ^p| δa + eps |form| |mode| |λ^p a|); what is smaller than that has no sign.
 module razy_exact_search_on_bound
    use razy_core_kinds, only: wp
-   use razy_exact_closed_form_cursor, only: cursor_t
-   use razy_exact_closed_form_forms, only: value_of
-   use razy_exact_search_refine, only: watched_t
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t
    use razy_exact_closed_form_response, only: response_t
-   use razy_exact_search_forward_error, only: bound_rate_floor, farthest, floor_of, new_state_errors, parts_of_floor, small, &
-                                              state_errors_t
-   use razy_exact_closed_form_rows, only: rows_t
+   use razy_exact_closed_form_rows, only: rows_t, value_of
+   use razy_exact_search_refine, only: watched_t
    implicit none(type, external)
    private
 
@@ -20,6 +23,18 @@ module razy_exact_search_on_bound
    !> A rate so many times its rounding takes a function out of its own rounding before it is looked at again.
    real(wp), parameter :: firmly = 1.0e3_wp
 
+   !> Errors of what a cursor holds of a state: of terms, rigid modes and their rates, dense states (their length); of the
+   !> displacements and velocities that dense states give (their lengths).
+   type :: state_errors_t
+      real(wp), allocatable :: term(:), rigid(:), rate(:)
+      real(wp) :: dense = 0.0_wp, of_dense(2) = 0.0_wp
+   end type state_errors_t
+
+   !> What is smaller than this part of the terms it is the sum of is rounding.
+   real(wp), parameter :: rounding = 16*epsilon(1.0_wp)
+   !> A form that is a larger part of what its terms could be is certainly no rounding.
+   real(wp), parameter :: small = 1.0e-10_wp
+
 contains
 
    !> Look at the functions `watched(:)`, whose values at `point` are known, before a piece of `span` s that will be looked at in
@@ -27,7 +42,7 @@ contains
    pure subroutine sort_on_bound(rows, response, point, modulus, step, span, watched, leaves)
       type(rows_t), intent(in) :: rows
       type(response_t), intent(inout) :: response
-      type(cursor_t), intent(in) :: point
+      type(amplitudes_t), intent(in) :: point
       real(wp), intent(in) :: modulus(:), step, span
       type(watched_t), intent(inout) :: watched(:)
       integer, intent(out) :: leaves
@@ -89,7 +104,7 @@ contains
    pure subroutine find_way(rows, response, point, errors, part, w, direction)
       type(rows_t), intent(in) :: rows
       type(response_t), intent(in) :: response
-      type(cursor_t), intent(in) :: point
+      type(amplitudes_t), intent(in) :: point
       type(state_errors_t), intent(in) :: errors
       real(wp), intent(inout) :: part(:)
       type(watched_t), intent(in) :: w
@@ -107,5 +122,181 @@ contains
          return
       end do
    end subroutine find_way
+
+   !> Errors of the state at `point`, where `modulus` are the moduli of the amplitudes.
+   pure subroutine new_state_errors(self, response, point, modulus)
+      type(state_errors_t), intent(out) :: self
+      type(response_t), intent(inout) :: response
+      type(amplitudes_t), intent(in) :: point
+      real(wp), intent(in) :: modulus(:)
+
+      real(wp) :: state(2*response%m)
+      integer :: k, m
+
+      if (.not. allocated(response%from_size)) then
+         response%from_size = sqrt(response%from_re**2 + response%from_im**2)
+         response%to_size = sqrt(response%to_re**2 + response%to_im**2)
+      end if
+      m = response%m
+      state = abs(response%constant)
+      do k = 1, response%amplitudes
+         state = state + response%from_size(:, k)*modulus(k)
+      end do
+      do k = 1, response%rigid
+         state(:m) = state(:m) + abs(response%rigid_mode(:, k)*point%rigid(k))
+         state(m + 1:) = state(m + 1:) + abs(response%rigid_mode(:, k)*point%rate(k))
+      end do
+      allocate (self%term(response%terms), self%rigid(response%rigid), self%rate(response%rigid))
+      do k = 1, response%terms
+         self%term(k) = rounding*dot_product(response%to_size(:, k), state)
+      end do
+      do k = 1, response%rigid
+         self%rigid(k) = rounding*dot_product(abs(response%rigid_mode(:, k)), state(:m))
+         self%rate(k) = rounding*dot_product(abs(response%rigid_mode(:, k)), state(m + 1:))
+      end do
+      if (response%nx == 0) return
+      self%dense = rounding*norm2(point%dense(:response%nx))
+      state = 0.0_wp
+      do k = 1, size(response%dense)
+         call response%dense(k)%add_state(point%dense(response%first(k):response%first(k + 1) - 1), state)
+      end do
+      self%of_dense = rounding*[norm2(state(:m)), norm2(state(m + 1:))]
+   end subroutine new_state_errors
+
+   !> At least the rounding in the rate of form `j`, at less cost than that itself: |V⁻¹| |z| is at most the product of the lengths
+   !> of a row and of z.
+   pure subroutine bound_rate_floor(rows, response, point, modulus, j, most)
+      type(rows_t), intent(in) :: rows
+      type(response_t), intent(inout) :: response
+      type(amplitudes_t), intent(in) :: point
+      real(wp), intent(in) :: modulus(:)
+      integer, intent(in) :: j
+      real(wp), intent(out) :: most
+
+      real(wp) :: y, v
+      integer :: k
+
+      most = sqrt(huge(1.0_wp))
+      if (response%nx > 0) return
+      if (.not. allocated(response%from_length)) call measure_modes(response)
+      y = response%from_length(1, 0)
+      v = response%from_length(2, 0)
+      do k = 1, response%amplitudes
+         y = y + response%from_length(1, k)*modulus(k)
+         v = v + response%from_length(2, k)*modulus(k)
+      end do
+      do k = 1, response%rigid
+         y = y + abs(point%rigid(k))
+         v = v + abs(point%rate(k))
+      end do
+      most = 0.0_wp
+      do k = 1, response%terms
+         most = most + response%modulus(k)*(rows%reach(k, j)*modulus(k) &
+                                            + rows%size0(k, j)*(response%to_length(1, k)*y + response%to_length(2, k)*v))
+      end do
+      do k = response%terms + 1, response%amplitudes
+         most = most + response%modulus(k)*rows%reach(k, j)*modulus(k)
+      end do
+      if (response%driven%count > 0) most = most + rows%forced_reach(1, j)
+      do k = 1, response%rigid
+         most = most + abs(rows%rigid_y(k, j))*v + rows%length(1, j)*abs(point%rate(k)) &
+                + rows%length(2, j)*abs(response%rigid_force(k))
+      end do
+      most = rounding*most
+   end subroutine bound_rate_floor
+
+   !> Lengths of the modes and of the rows that give amplitudes, displacements and velocities apart.
+   pure subroutine measure_modes(response)
+      type(response_t), intent(inout) :: response
+
+      integer :: k
+
+      associate (m => response%m)
+         allocate (response%from_length(2, 0:response%amplitudes), response%to_length(2, response%terms))
+         response%from_length(:, 0) = [norm2(response%constant(:m)), norm2(response%constant(m + 1:))]
+         do k = 1, response%amplitudes
+            response%from_length(:, k) = [hypot(norm2(response%from_re(:m, k)), norm2(response%from_im(:m, k))), &
+                                          hypot(norm2(response%from_re(m + 1:, k)), norm2(response%from_im(m + 1:, k)))]
+         end do
+         do k = 1, response%terms
+            response%to_length(:, k) = [hypot(norm2(response%to_re(:m, k)), norm2(response%to_im(:m, k))), &
+                                        hypot(norm2(response%to_re(m + 1:, k)), norm2(response%to_im(m + 1:, k)))]
+         end do
+      end associate
+   end subroutine measure_modes
+
+   !> Rounding that each amplitude gives to the value of form `j` (amplitudes); times the exponents' moduli, to its next derivative.
+   pure subroutine parts_of_floor(self, rows, response, modulus, j, part)
+      type(state_errors_t), intent(in) :: self
+      type(rows_t), intent(in) :: rows
+      type(response_t), intent(in) :: response
+      real(wp), intent(in) :: modulus(:)
+      integer, intent(in) :: j
+      real(wp), intent(out) :: part(:)
+
+      integer :: k
+
+      do k = 1, response%amplitudes
+         part(k) = rounding*rows%reach(k, j)*modulus(k)
+      end do
+      do k = 1, response%terms
+         part(k) = part(k) + rows%size0(k, j)*self%term(k)
+      end do
+   end subroutine parts_of_floor
+
+   !> Rounding in the derivative of order p (0…4) of form `j`, `later` s after `point`, if no amplitude grows until then. `part`
+   !> is what the amplitudes give to it.
+   pure function floor_of(self, rows, response, point, part, j, p, later) result(floor)
+      type(state_errors_t), intent(in) :: self
+      type(rows_t), intent(in) :: rows
+      type(response_t), intent(in) :: response
+      type(amplitudes_t), intent(in) :: point
+      real(wp), intent(in) :: part(:), later
+      integer, intent(in) :: j, p
+      real(wp) :: floor
+
+      real(wp) :: rate
+      integer :: k
+
+      floor = sum(part)
+      if (p == 0) floor = floor + rounding*(rows%reach_constant(j) + abs(rows%constant(j)))
+      if (response%driven%count > 0) floor = floor + rounding*rows%forced_reach(p, j)
+      associate (length => rows%length(:, j))
+         do k = 1, response%rigid
+            associate (y => abs(rows%rigid_y(k, j)), v => abs(rows%rigid_v(k, j)), force => abs(response%rigid_force(k)))
+               rate = abs(point%rate(k)) + later*force
+               if (p == 0) floor = floor + y*(self%rigid(k) + later*self%rate(k)) + v*self%rate(k) &
+                                   + rounding*(length(1)*(abs(point%rigid(k)) + later*rate) + length(2)*rate)
+               if (p == 1) floor = floor + y*self%rate(k) + rounding*(length(1)*rate + length(2)*force)
+               if (p == 2) floor = floor + rounding*length(1)*force
+            end associate
+         end do
+      end associate
+      if (response%nx == 0) return
+      floor = floor + norm2(rows%dense(:, p, j))*self%dense
+      if (p == 0) floor = floor + dot_product(rows%length(:, j), self%of_dense)
+   end function floor_of
+
+   !> A bound of how far form `j` comes from `bound` until `later` s after `point`, if nothing grows and no part is dense.
+   pure function farthest(rows, response, point, modulus, j, bound, later) result(most)
+      type(rows_t), intent(in) :: rows
+      type(response_t), intent(in) :: response
+      type(amplitudes_t), intent(in) :: point
+      real(wp), intent(in) :: modulus(:), bound, later
+      integer, intent(in) :: j
+      real(wp) :: most
+
+      real(wp) :: rate
+      integer :: k
+
+      most = abs(rows%constant(j) - bound)
+      do k = 1, response%amplitudes
+         most = most + rows%size0(k, j)*modulus(k)
+      end do
+      do k = 1, response%rigid
+         rate = abs(point%rate(k)) + later*abs(response%rigid_force(k))
+         most = most + abs(rows%rigid_y(k, j))*(abs(point%rigid(k)) + later*rate) + abs(rows%rigid_v(k, j))*rate
+      end do
+   end function farthest
 
 end module razy_exact_search_on_bound

@@ -1,11 +1,9 @@
 !! A bracketed root of a watched function, to rounding, on the closed form.
 module razy_exact_search_refine
    use razy_core_kinds, only: wp
-   use razy_exact_closed_form_cursor, only: cursor_t
-   use razy_exact_closed_form_cursor_moves, only: go_from, shift
-   use razy_exact_closed_form_forms, only: derivatives
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t, go_from, shift
    use razy_exact_closed_form_response, only: response_t
-   use razy_exact_closed_form_rows, only: rows_t
+   use razy_exact_closed_form_rows, only: derivatives, rows_t
    use razy_exact_search_sign_proof, only: hermite_root
    implicit none(type, external)
    private
@@ -52,11 +50,11 @@ contains
    subroutine refine_root(response, rows, from, level, high, w, probe, root)
       type(response_t), intent(inout) :: response
       type(rows_t), intent(in) :: rows
-      type(cursor_t), intent(in) :: from
+      type(amplitudes_t), intent(in) :: from
       integer, intent(in) :: level
       real(wp), intent(in) :: high
       type(watched_t), intent(in) :: w
-      type(cursor_t), intent(inout) :: probe
+      type(amplitudes_t), intent(inout) :: probe
       real(wp), intent(out) :: root
 
       real(wp) :: left, right, f, g, d, delta, next, tau

@@ -5,11 +5,10 @@
 !! with the slope g0 for (g0 + sqrt(g0² + 2 b f0))/b. Until then it is not evaluated.
 module razy_exact_search_screening
    use razy_core_kinds, only: wp
-   use razy_exact_closed_form_cursor, only: cursor_t
-   use razy_exact_closed_form_forms, only: value_and_slope
-   use razy_exact_search_refine, only: watched_t
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t
    use razy_exact_closed_form_response, only: response_t
-   use razy_exact_closed_form_rows, only: rows_t
+   use razy_exact_closed_form_rows, only: rows_t, value_and_slope
+   use razy_exact_search_refine, only: watched_t
    implicit none(type, external)
    private
 
@@ -66,7 +65,7 @@ contains
    pure subroutine find_quiet(response, rows, from, tau_end, watched)
       type(response_t), intent(in) :: response
       type(rows_t), intent(in) :: rows
-      type(cursor_t), intent(in) :: from
+      type(amplitudes_t), intent(in) :: from
       real(wp), intent(in) :: tau_end
       type(watched_t), intent(inout) :: watched(:)
 

@@ -9,16 +9,14 @@
 !! Crossings smaller than the rounding of f itself do not count as such.
 module razy_exact_search_search
    use razy_core_kinds, only: i8, wp
-   use razy_exact_closed_form_cursor, only: copy, cursor_t, reserve
-   use razy_exact_closed_form_cursor_moves, only: move_to, step
-   use razy_exact_closed_form_forms, only: size_of, value_and_slope
-   use razy_exact_search_on_bound, only: sort_on_bound
-   use razy_linalg_wide_sums, only: sum_of, wide
-   use razy_exact_search_screening, only: find_quiet, find_safe
-   use razy_exact_search_refine, only: refine_root, watched_t
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t, copy, move_to, reserve, step
    use razy_exact_closed_form_response, only: coarsest_level, response_t
-   use razy_exact_closed_form_rows, only: rows_t
+   use razy_exact_closed_form_rows, only: rows_t, size_of, value_and_slope
+   use razy_exact_search_on_bound, only: sort_on_bound
+   use razy_exact_search_refine, only: refine_root, watched_t
+   use razy_exact_search_screening, only: find_quiet, find_safe
    use razy_exact_search_step_verdict, only: judge, stays, undecided
+   use razy_linalg_wide_sums, only: sum_of, wide
    implicit none(type, external)
    private
 
@@ -33,7 +31,7 @@ module razy_exact_search_search
    !> Workspace and counters of the search.
    type :: search_t
       !> Two ends of a step, of which `now` is the present one; a root; the root that is found.
-      type(cursor_t) :: point(2), trial_root, probe
+      type(amplitudes_t) :: point(2), trial_root, probe
       integer :: now = 1
       !> Amplitudes, rigid modes and dense states there is room for.
       integer :: room(3) = -1
@@ -62,7 +60,7 @@ contains
       type(search_t), intent(inout) :: self
       type(response_t), intent(inout) :: response
       type(rows_t), intent(in) :: rows
-      type(cursor_t), intent(in) :: start
+      type(amplitudes_t), intent(in) :: start
       real(wp), intent(in) :: tau_from, tau_end
       type(watched_t), intent(inout) :: watched(:)
       type(exit_t), intent(out) :: found
@@ -196,7 +194,7 @@ contains
       type(search_t), intent(inout) :: self
       type(response_t), intent(inout) :: response
       type(rows_t), intent(in) :: rows
-      type(cursor_t), intent(in) :: start
+      type(amplitudes_t), intent(in) :: start
       real(wp), intent(in) :: tau_from, tau_end
       type(watched_t), intent(inout) :: watched(:)
       integer, intent(out) :: leaves
@@ -232,7 +230,7 @@ contains
       type(search_t), intent(inout) :: self
       type(response_t), intent(in) :: response
       type(rows_t), intent(in) :: rows
-      type(cursor_t), intent(in) :: start
+      type(amplitudes_t), intent(in) :: start
       type(watched_t), intent(inout) :: watched(:)
 
       real(wp) :: tau

@@ -4,11 +4,10 @@
 !! positive, monotone, convex or concave; a convex function with a minimum inside is decided by the sign of that (grazing).
 module razy_exact_search_step_verdict
    use razy_core_kinds, only: wp
-   use razy_exact_closed_form_cursor, only: cursor_t
-   use razy_exact_closed_form_forms, only: value_of
-   use razy_exact_search_refine, only: refine_root, watched_t
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t
    use razy_exact_closed_form_response, only: finest_level, response_t
-   use razy_exact_closed_form_rows, only: rows_t
+   use razy_exact_closed_form_rows, only: rows_t, value_of
+   use razy_exact_search_refine, only: refine_root, watched_t
    use razy_exact_search_sign_proof, only: proved_curvature, proved_margin, proved_monotone
    implicit none(type, external)
    private
@@ -27,13 +26,13 @@ contains
    !> What a function does on a step of h = 2^-level s after `from`, at whose end its form has the value `f` and the slope `g`;
    !> `high` (s after `from`) ends the bracket of a root, `room` says that twice the step may do. `lowest` is a cursor to work with.
    subroutine judge(from, level, response, rows, w, f, g, h, lowest, verdict, high, room)
-      type(cursor_t), intent(in) :: from
+      type(amplitudes_t), intent(in) :: from
       integer, intent(in) :: level
       type(response_t), intent(inout) :: response
       type(rows_t), intent(in) :: rows
       type(watched_t), intent(inout) :: w
       real(wp), intent(in) :: f, g, h
-      type(cursor_t), intent(inout) :: lowest
+      type(amplitudes_t), intent(inout) :: lowest
       integer, intent(out) :: verdict
       real(wp), intent(out) :: high
       logical, intent(out) :: room
@@ -83,13 +82,13 @@ contains
 
    !> A convex function that is positive at both ends: the sign of its minimum decides, and ends the bracket of the first root.
    subroutine judge_minimum(from, level, response, rows, w, d0, d1, h, at_minimum, verdict, high)
-      type(cursor_t), intent(in) :: from
+      type(amplitudes_t), intent(in) :: from
       integer, intent(in) :: level
       type(response_t), intent(inout) :: response
       type(rows_t), intent(in) :: rows
       type(watched_t), intent(in) :: w
       real(wp), intent(in) :: d0, d1, h
-      type(cursor_t), intent(inout) :: at_minimum
+      type(amplitudes_t), intent(inout) :: at_minimum
       integer, intent(out) :: verdict
       real(wp), intent(inout) :: high
 
@@ -108,7 +107,7 @@ contains
 
    !> Bound of the fourth derivative of f on a step where amplitudes grow, are driven, or states are dense.
    pure function fourth_derivative(from, response, rows, w, h) result(m4)
-      type(cursor_t), intent(in) :: from
+      type(amplitudes_t), intent(in) :: from
       type(response_t), intent(in) :: response
       type(rows_t), intent(in) :: rows
       type(watched_t), intent(in) :: w
@@ -132,7 +131,7 @@ contains
 
    !> Bound of the dense states' part in the derivative of order p: |r exp(Tt) x| <= max|r| exp(|T|t) sum|x|.
    pure function dense_bound(from, response, rows, form, p, h) result(bound)
-      type(cursor_t), intent(in) :: from
+      type(amplitudes_t), intent(in) :: from
       type(response_t), intent(in) :: response
       type(rows_t), intent(in) :: rows
       integer, intent(in) :: form, p

@@ -10,8 +10,9 @@ module razy_linalg_complementarity_parts
    use razy_core_kinds, only: wp
    use razy_linalg_complementarity_active_set, only: follow_active_set
    use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept, solve_impact
-   use razy_linalg_complementarity_impact, only: impact_problem_t, impact_residual
    use razy_linalg_complementarity_gauss_seidel, only: sweep_impact
+   use razy_linalg_complementarity_impact, only: impact_problem_t, impact_residual
+   use razy_linalg_pattern, only: connected_sets
    implicit none(type, external)
    private
 
@@ -95,41 +96,13 @@ contains
       type(impact_problem_t), intent(in) :: problem
       integer :: part(size(problem%drift))
 
-      integer :: waiting(size(problem%drift)), i, j, n, next, parts, reached
+      logical :: joined(size(part), size(part))
+      integer :: n
 
       n = size(problem%before)
-      part = 0
-      parts = 0
-      do i = 1, size(part)
-         if (part(i) > 0) cycle
-         parts = parts + 1
-         part(i) = parts
-         waiting(1) = i
-         reached = 1
-         next = 1
-         do while (next <= reached)
-            do j = 1, size(part)
-               if (part(j) > 0) cycle
-               if (.not. joined(waiting(next), j)) cycle
-               part(j) = parts
-               reached = reached + 1
-               waiting(reached) = j
-            end do
-            next = next + 1
-         end do
-      end do
-
-   contains
-
-      pure function joined(a, b)
-         integer, intent(in) :: a, b
-         logical :: joined
-
-         joined = abs(problem%delassus(a, b)) + abs(problem%delassus(b, a)) > 0.0_wp
-         if (joined .or. max(a, b) <= n .or. min(a, b) > n) return
-         joined = problem%coefficient(max(a, b) - n, min(a, b)) > 0.0_wp
-      end function joined
-
+      joined = abs(problem%delassus) > 0.0_wp
+      joined(n + 1:, :n) = joined(n + 1:, :n) .or. problem%coefficient > 0.0_wp
+      part = connected_sets(joined)
    end function parts_of
 
 end module razy_linalg_complementarity_parts

@@ -5,11 +5,11 @@ module razy_rotor_reduction_craig_bampton
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
    use razy_linalg_banded, only: band_factor_t
-   use razy_linalg_generalised, only: eigenpairs_t, modes_found
+   use razy_linalg_generalised, only: eigenpairs_t, first_modes, modes_found
    use razy_linalg_sparse, only: csr_t
    use razy_rotor_model, only: rotor_model_t
-   use razy_rotor_reduction_part_modes, only: append, modes_of
-   use razy_rotor_reduction_reduced, only: new_reduced, reduced_t
+   use razy_rotor_reduction_reduced, only: append, new_reduced, reduced_t
+   use razy_rotor_whirl_modes, only: reference_shift
    implicit none(type, external)
    private
 
@@ -41,7 +41,7 @@ contains
 
       n = model%mass%rows
       held = interface_coordinates(model)
-      allocate (basis(n, 0), column(n))
+      allocate (basis(n, 0), shape(n, 1))
       do s = 1, size(model%rotor%shaft)
          associate (first => model%numbering%first(s), last => model%numbering%first(s + 1) - 1)
             inner = pack([(i, i=first, last)],.not. held(first:last))
@@ -59,17 +59,14 @@ contains
             return
          end if
          do j = 1, size(rim)
-            column = 0.0_wp
-            column(rim(j)) = 1.0_wp
-            column = model%shaft_stiffness%times(column)
-            allocate (shape(n, 1), source=0.0_wp)
+            shape(:, 1) = 0.0_wp
             shape(rim(j), 1) = 1.0_wp
+            column = model%shaft_stiffness%times(shape(:, 1))
             shape(inner, 1) = -factor%solve(column(inner))
             call append(basis, [(i, i=1, n)], shape)
-            deallocate (shape)
          end do
          if (count == 0) cycle
-         pairs = modes_of(model, inner_stiffness, model%mass%extract(inner), count)
+         pairs = first_modes(inner_stiffness, model%mass%extract(inner), count, -reference_shift(model))
          if (pairs%status /= modes_found) then
             call raise(error, "modes of shaft "//to_text(s)//" were not found")
             return
@@ -84,24 +81,19 @@ contains
       type(rotor_model_t), intent(in) :: model
       logical, allocatable :: held(:)
 
-      integer :: at(6), gear, i, k
+      integer :: at(6), gear, i
 
-      allocate (held(0:model%mass%rows), source=.false.)
+      allocate (held(model%mass%rows), source=.false.)
       do i = 1, size(model%rotor%bearing)
          at = model%numbering%of(model%rotor%bearing(i)%shaft, model%rotor%bearing(i)%node)
-         do k = 1, 6
-            held(at(k)) = .true.
-         end do
+         held(pack(at, at > 0)) = .true.
       end do
       do i = 1, size(model%rotor%mesh)
          do gear = 1, 2
             at = model%numbering%of(model%rotor%mesh(i)%shaft(gear), model%rotor%mesh(i)%node(gear))
-            do k = 1, 6
-               held(at(k)) = .true.
-            end do
+            held(pack(at, at > 0)) = .true.
          end do
       end do
-      held = held(1:)
    end function interface_coordinates
 
 end module razy_rotor_reduction_craig_bampton

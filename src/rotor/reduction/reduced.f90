@@ -1,12 +1,13 @@
 !! A rotor model in few coordinates, q = T y: dense matrices, projected by T.
 module razy_rotor_reduction_reduced
    use razy_core_kinds, only: wp
-   use razy_linalg_dense, only: congruence_of, product_of
+   use razy_linalg_dense, only: add_outer, congruence_of, product_of
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t
    use razy_rotor_model, only: rotor_model_t
    implicit none(type, external)
    private
 
-   public :: reduced_t, new_reduced, transformed
+   public :: append, reduced_t, new_reduced, transformed
 
    !> The model with p coordinates,
    !>
@@ -26,6 +27,7 @@ module razy_rotor_reduction_reduced
    contains
       procedure :: closed_stiffness
       procedure :: closed_damping
+      procedure :: modes
    end type reduced_t
 
 contains
@@ -93,7 +95,12 @@ contains
       class(reduced_t), intent(in) :: self
       real(wp), allocatable :: stiffness(:, :)
 
-      stiffness = plus_meshes(self%stiffness, self%mesh_direction, self%mesh_stiffness)
+      integer :: j
+
+      stiffness = self%stiffness
+      do j = 1, size(self%mesh_stiffness)
+         call add_outer(stiffness, self%mesh_stiffness(j), self%mesh_direction(:, j))
+      end do
    end function closed_stiffness
 
    !> B with all meshes closed and linear.
@@ -101,21 +108,43 @@ contains
       class(reduced_t), intent(in) :: self
       real(wp), allocatable :: damping(:, :)
 
-      damping = plus_meshes(self%damping, self%mesh_direction, self%mesh_damping)
+      integer :: j
+
+      damping = self%damping
+      do j = 1, size(self%mesh_damping)
+         call add_outer(damping, self%mesh_damping(j), self%mesh_direction(:, j))
+      end do
    end function closed_damping
 
-   pure function plus_meshes(matrix, direction, factor) result(total)
-      real(wp), intent(in) :: matrix(:, :), direction(:, :), factor(:)
-      real(wp), allocatable :: total(:, :)
+   !> All undamped modes at rest, meshes closed or open.
+   function modes(self, meshed) result(pairs)
+      class(reduced_t), intent(in) :: self
+      logical, intent(in) :: meshed
+      type(eigenpairs_t) :: pairs
 
-      integer :: i, j
+      if (meshed) then
+         pairs = dense_modes(self%closed_stiffness(), self%mass)
+      else
+         pairs = dense_modes(self%stiffness, self%mass)
+      end if
+   end function modes
 
-      total = matrix
-      do j = 1, size(factor)
-         do i = 1, size(matrix, 2)
-            total(:, i) = total(:, i) + factor(j)*direction(i, j)*direction(:, j)
-         end do
+   !> Further columns of a basis: `vectors` (rows, columns) in the rows `own`.
+   pure subroutine append(basis, own, vectors)
+      real(wp), allocatable, intent(inout) :: basis(:, :)
+      integer, intent(in) :: own(:)
+      real(wp), intent(in) :: vectors(:, :)
+
+      real(wp), allocatable :: larger(:, :)
+      integer :: i, p
+
+      p = size(basis, 2)
+      allocate (larger(size(basis, 1), p + size(vectors, 2)), source=0.0_wp)
+      larger(:, :p) = basis
+      do i = 1, size(own)
+         larger(own(i), p + 1:) = vectors(i, :)
       end do
-   end function plus_meshes
+      call move_alloc(larger, basis)
+   end subroutine append
 
 end module razy_rotor_reduction_reduced

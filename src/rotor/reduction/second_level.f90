@@ -6,14 +6,15 @@ module razy_rotor_reduction_second_level
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
-   use razy_linalg_dense, only: product_of
+   use razy_eigen_spectrum, only: first_of_equal
+   use razy_linalg_dense, only: product_of, rising_order
    use razy_linalg_eigen, only: symmetric_eigen
-   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found, orient
+   use razy_linalg_generalised, only: eigenpairs_t, modes_found, orient
    use razy_rotor_reduction_reduced, only: reduced_t, transformed
    implicit none(type, external)
    private
 
-   public :: second_level, select_modes, sort_absolute, sort_signed, sort_frequency
+   public :: second_level, sort_absolute, sort_signed, sort_frequency
 
    !> Orders of the second level: |d| falling, d falling, frequency rising.
    integer, parameter :: sort_absolute = 1, sort_signed = 2, sort_frequency = 3
@@ -39,11 +40,7 @@ contains
          call raise(error, to_text(kept)//" modes on the second level: 1 to the "//to_text(size(old%load))//" of the first")
          return
       end if
-      if (meshed) then
-         pairs = dense_modes(old%closed_stiffness(), old%mass)
-      else
-         pairs = dense_modes(old%stiffness, old%mass)
-      end if
+      pairs = old%modes(meshed)
       if (pairs%status /= modes_found) then
          call raise(error, "the modes of the reduced model were not found")
          return
@@ -59,27 +56,19 @@ contains
       real(wp), intent(in) :: direction(:, :)
 
       real(wp), allocatable :: d(:, :), form(:, :), turned(:, :), value(:)
-      integer :: first, info, last
+      integer :: first(size(pairs%value)), i, info, last
 
-      first = 1
-      do while (first <= size(pairs%value))
-         last = first
-         do while (last < size(pairs%value))
-            if (pairs%value(last + 1) - pairs%value(last) > equal*abs(pairs%value(last + 1)) &
-                + rounding*maxval(abs(pairs%value))) exit
-            last = last + 1
-         end do
-         if (last > first) then
-            d = matmul(transpose(pairs%vector(:, first:last)), direction)
-            form = -matmul(d, transpose(d))
-            value = form(1, :)
-            call symmetric_eigen(form, value, info)
-            if (info == 0) then
-               turned = product_of(pairs%vector(:, first:last), form)
-               pairs%vector(:, first:last) = turned
-            end if
-         end if
-         first = last + 1
+      first = first_of_equal(cmplx(pairs%value, kind=wp), equal, rounding*maxval(abs(pairs%value)))
+      do i = 1, size(first)
+         last = i + count(first == i) - 1
+         if (last <= i) cycle
+         d = matmul(transpose(pairs%vector(:, i:last)), direction)
+         form = -matmul(d, transpose(d))
+         value = form(1, :)
+         call symmetric_eigen(form, value, info)
+         if (info /= 0) cycle
+         turned = product_of(pairs%vector(:, i:last), form)
+         pairs%vector(:, i:last) = turned
       end do
       call orient(pairs%vector)
    end subroutine gather_deformation
@@ -93,10 +82,9 @@ contains
       type(reduced_t) :: reduced
 
       real(wp) :: d(size(old%mesh_direction, 2)), key(size(shapes, 2))
-      integer :: chosen(size(shapes, 2)), i, j, moved
+      integer :: chosen(size(shapes, 2)), i
 
       do i = 1, size(shapes, 2)
-         chosen(i) = i
          d = matmul(shapes(:, i), old%mesh_direction)
          key(i) = 0.0_wp
          if (sorting == sort_absolute) key(i) = maxval(abs(d))
@@ -104,16 +92,7 @@ contains
          if (sorting == sort_frequency .or. size(d) == 0) key(i) = -i
       end do
       if (sorting /= sort_frequency .and. size(d) > 0) where (abs(key) < least_d*maxval(abs(key))) key = 0.0_wp
-      do i = 2, size(chosen)
-         moved = chosen(i)
-         j = i - 1
-         do while (j >= 1)
-            if (key(chosen(j)) >= key(moved)) exit
-            chosen(j + 1) = chosen(j)
-            j = j - 1
-         end do
-         chosen(j + 1) = moved
-      end do
+      chosen = rising_order(-key)
       reduced = transformed(old, shapes(:, chosen(:kept)))
    end function select_modes
 

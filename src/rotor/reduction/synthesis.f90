@@ -9,16 +9,14 @@ module razy_rotor_reduction_synthesis
    use razy_core_number, only: to_text
    use razy_linalg_banded, only: band_factor_t
    use razy_linalg_dense, only: product_of
-   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
-   use razy_linalg_sparse, only: add_matrices
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, first_modes, modes_found
    use razy_rotor_model, only: rotor_model_t
-   use razy_rotor_whirl_modes, only: reference_shift
-   use razy_rotor_reduction_part_modes, only: append, modes_of
-   use razy_rotor_reduction_reduced, only: new_reduced, reduced_t
+   use razy_rotor_reduction_reduced, only: append, new_reduced, reduced_t
+   use razy_rotor_whirl_modes, only: reference_shift, static_factor
    implicit none(type, external)
    private
 
-   public :: add_static_correction, full_basis, modal_synthesis
+   public :: add_static_correction, modal_synthesis
 
    !> A correction whose part outside the basis is smaller than this share of it is left out.
    real(wp), parameter :: least_part = 1.0e-8_wp
@@ -45,18 +43,13 @@ contains
             call raise(error, to_text(count(s))//" modes of shaft "//to_text(s)//": 1 to its "//to_text(size(own))//" coordinates")
             return
          end if
-         pairs = modes_of(model, model%shaft_stiffness%extract(own), model%mass%extract(own), count(s))
+         pairs = first_modes(model%shaft_stiffness%extract(own), model%mass%extract(own), count(s), -reference_shift(model))
          if (pairs%status /= modes_found) then
             call raise(error, "modes of shaft "//to_text(s)//" were not found")
             return
          end if
          kept = size(pairs%value)
-         if (limit > 0.0_wp) then
-            do while (kept > 0)
-               if (pairs%value(kept) <= limit**2) exit
-               kept = kept - 1
-            end do
-         end if
+         if (limit > 0.0_wp) kept = size(pack(pairs%value, pairs%value <= limit**2))
          call append(basis, own, pairs%vector(:, :kept))
       end do
       if (size(basis, 2) == 0) then
@@ -66,22 +59,6 @@ contains
       reduced = new_reduced(model, basis)
    end subroutine modal_synthesis
 
-   !> The unreduced model as a reduced one with all coordinates, which are its undamped modes without meshes.
-   subroutine full_basis(reduced, model, error)
-      type(reduced_t), intent(out) :: reduced
-      type(rotor_model_t), intent(in) :: model
-      type(error_t), allocatable, intent(out) :: error
-
-      type(eigenpairs_t) :: pairs
-
-      pairs = dense_modes(model%stiffness%dense(), model%mass%dense())
-      if (pairs%status /= modes_found) then
-         call raise(error, "the modes of the unreduced model were not found")
-         return
-      end if
-      reduced = new_reduced(model, pairs%vector)
-   end subroutine full_basis
-
    !> Add the static shapes of mesh forces to the basis of a reduced model, one for each gear.
    subroutine add_static_correction(reduced, model, error)
       type(reduced_t), intent(inout) :: reduced
@@ -89,31 +66,27 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(band_factor_t) :: factor
-      real(wp), allocatable :: basis(:, :), shape(:, :)
-      real(wp) :: size_all, size_part
+      real(wp), allocatable :: basis(:, :), shape(:)
+      real(wp) :: shift, size_all, size_part
+      integer, allocatable :: all(:)
       integer :: i, info, j, s
 
-      call factor%factor(model%stiffness, info)
-      if (info /= 0) call factor%factor(add_matrices(1.0_wp, model%stiffness, reference_shift(model), model%mass), info)
+      call static_factor(model, factor, shift, info)
       if (info /= 0) then
          call raise(error, "the static correction was not found: the stiffness is not positive semidefinite")
          return
       end if
       basis = reduced%basis
+      all = [(i, i=1, size(basis, 1))]
       do j = 1, size(model%mesh_direction, 2)
          do s = 1, size(model%rotor%shaft)
-            allocate (shape(model%mass%rows, 1), source=0.0_wp)
-            associate (first => model%numbering%first(s), last => model%numbering%first(s + 1) - 1)
-               shape(first:last, 1) = model%mesh_direction(first:last, j)
-            end associate
-            if (any(abs(shape) > 0.0_wp)) then
-               shape(:, 1) = factor%solve(shape(:, 1))
-               size_all = norm_of(model, shape(:, 1))
-               call remove_span(shape(:, 1), model, basis)
-               size_part = norm_of(model, shape(:, 1))
-               if (size_part > least_part*size_all) call append(basis, [(i, i=1, size(basis, 1))], shape/size_part)
-            end if
-            deallocate (shape)
+            shape = merge(model%mesh_direction(:, j), 0.0_wp, model%numbering%shaft == s)
+            if (.not. any(abs(shape) > 0.0_wp)) cycle
+            shape = factor%solve(shape)
+            size_all = norm_of(model, shape)
+            call remove_span(shape, model, basis)
+            size_part = norm_of(model, shape)
+            if (size_part > least_part*size_all) call append(basis, all, reshape(shape/size_part, [size(shape), 1]))
          end do
       end do
       reduced = new_reduced(model, basis)
@@ -135,17 +108,14 @@ contains
       real(wp), intent(in) :: basis(:, :)
 
       type(eigenpairs_t) :: frame
-      real(wp), allocatable :: orthonormal(:, :), momentum(:)
-      integer :: j, pass
+      real(wp), allocatable :: orthonormal(:, :)
+      integer :: pass
 
       ! Eigenvectors with respect to the projected mass make the basis orthonormal.
       frame = dense_modes(model%stiffness%congruence(basis), model%mass%congruence(basis))
       orthonormal = product_of(basis, frame%vector)
       do pass = 1, 2
-         do j = 1, size(orthonormal, 2)
-            momentum = model%mass%times(x)
-            x = x - dot_product(orthonormal(:, j), momentum)*orthonormal(:, j)
-         end do
+         x = x - matmul(orthonormal, matmul(model%mass%times(x), orthonormal))
       end do
    end subroutine remove_span
 

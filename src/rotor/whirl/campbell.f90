@@ -1,13 +1,15 @@
 !! The Campbell diagram: eigenvalues over the speed, each followed by its shape, and where lines of excitation cross them.
 !!
-!! Eigenvalues of neighbouring speeds belong together if their shapes do (`whirl_match`). Where shapes change too much for that,
-!! the interval is halved. Critical speeds are looked for on all branches, also on those beyond the modes asked for.
+!! Where shapes change too much for eigenvalues of neighbouring speeds to be told, the interval is halved. Critical speeds are
+!! looked for on all branches, also on those beyond the modes asked for.
 module razy_rotor_whirl_campbell
+   use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
-   use razy_rotor_whirl_critical, only: critical_t, crossing_t, in_order, locate
+   use razy_eigen_branches, only: family_t, follow, walk_t
+   use razy_eigen_spectrum, only: spectrum_t
    use razy_rotor_model, only: rotor_model_t
-   use razy_rotor_whirl_whirl, only: whirl_direction, whirl_found, whirl_problem_t, whirl_t
-   use razy_rotor_whirl_whirl_match, only: equal_shapes, match
+   use razy_rotor_whirl_critical, only: critical_t, find_critical, in_order, likely
+   use razy_rotor_whirl_whirl, only: whirl_direction, whirl_failed, whirl_found, whirl_problem_t
    implicit none(type, external)
    private
 
@@ -29,24 +31,24 @@ module razy_rotor_whirl_campbell
       type(critical_t), allocatable :: critical(:)
       !> Crossings that were seen but not located, because shapes changed too much.
       integer :: lost = 0
-      !> Speeds at which an eigenproblem was solved.
+      !> Eigenproblems that were solved.
       integer :: solved = 0
    end type campbell_t
 
-   !> Eigenvalues at one speed with their branches.
-   type :: front_t
-      real(wp) :: speed = 0.0_wp
-      type(whirl_t) :: whirl
-      integer, allocatable :: branch(:)
-   end type front_t
-
-   !> What is the same for all speeds, and the number of branches so far.
-   type :: walk_t
-      logical :: circulatory = .false.
+   !> What is looked for on the way from speed to speed, and what was found so far.
+   type, extends(walk_t) :: search_t
+      type(rotor_model_t) :: model
+      !> Excitation orders; modes asked for.
       real(wp), allocatable :: order(:)
-      integer :: modes = 0, branches = 0, lost = 0, solved = 0
+      integer :: modes = 0
+      !> The interval under way, rad/s.
+      real(wp) :: interval = 0.0_wp
+      integer :: branches = 0, lost = 0
       type(critical_t), allocatable :: critical(:)
-   end type walk_t
+   contains
+      procedure :: is_fine
+      procedure :: take
+   end type search_t
 
 contains
 
@@ -59,152 +61,108 @@ contains
       logical, intent(in) :: circulatory
       type(campbell_t) :: diagram
 
-      type(front_t) :: before, front
-      type(walk_t) :: walk
+      type(spectrum_t) :: front
+      type(search_t) :: search
+      type(whirl_problem_t) :: family
+      type(error_t), allocatable :: error
       integer :: i, k
 
-      walk%circulatory = circulatory
-      walk%order = order
-      walk%modes = modes
-      allocate (walk%critical(0))
+      family = problem
+      family%circulatory = circulatory
+      search%model = model
+      search%order = order
+      search%modes = modes
+      allocate (search%critical(0))
       diagram%speed = speed
       allocate (diagram%value(modes, size(speed)), source=(0.0_wp, 0.0_wp))
       allocate (diagram%branch(modes, size(speed)), source=0)
       allocate (diagram%direction(modes, size(speed)), diagram%growth(size(speed)), source=0.0_wp)
+      call family%solve(speed(1), front, error)
+      if (.not. allocated(error)) search%branches = size(front%value)
       do k = 1, size(speed)
-         if (allocated(front%branch)) deallocate (front%branch)
-         front%speed = speed(k)
-         front%whirl = problem%solve(speed(k), circulatory, shapes=.false.)
-         walk%solved = walk%solved + 1
-         if (k == 1) then
-            front%branch = [(i, i=1, size(front%whirl%value))]
-            walk%branches = size(front%branch)
-         else if (front%whirl%status == whirl_found) then
-            call advance(walk, problem, model, before, front, most_halvings)
+         if (k > 1) then
+            search%interval = speed(k) - front%parameter
+            call follow(search, family, front, speed(k), error)
          end if
-         diagram%status = front%whirl%status
-         if (diagram%status /= whirl_found) exit
-         do i = 1, min(modes, size(front%whirl%value))
-            diagram%value(i, k) = front%whirl%value(i)
+         if (allocated(error)) exit
+         do i = 1, min(modes, size(front%value))
+            diagram%value(i, k) = front%value(i)
             diagram%branch(i, k) = front%branch(i)
-            diagram%direction(i, k) = whirl_direction(model, problem%shape_of(front%whirl%modal(:, i)))
+            diagram%direction(i, k) = whirl_direction(model, problem%shape_of(front%shape(:, i)))
          end do
-         diagram%growth(k) = maxval(front%whirl%value%re)
-         before = front
+         diagram%growth(k) = maxval(front%value%re)
       end do
-      diagram%critical = in_order(walk%critical)
-      diagram%lost = walk%lost
-      diagram%solved = walk%solved
+      if (allocated(error)) diagram%status = whirl_failed
+      diagram%critical = in_order(search%critical)
+      diagram%lost = search%lost
+      diagram%solved = family%solved
    end function new_campbell
 
-   !> The branches of `front`, from those of `before`, over speeds between as far as shapes change too much.
-   recursive subroutine advance(walk, problem, model, before, front, halvings)
-      type(walk_t), intent(inout) :: walk
-      type(whirl_problem_t), intent(in) :: problem
-      type(rotor_model_t), intent(in) :: model
-      type(front_t), intent(in) :: before
-      type(front_t), intent(inout) :: front
-      integer, intent(in) :: halvings
+   !> Whether every mode that matters has a shape like that of the mode it continues, or was given enough halvings: those
+   !> asked for all of them, those beyond that a line of excitation can cross on the way a few.
+   function is_fine(self, before, after, likeness)
+      class(search_t), intent(inout) :: self
+      type(spectrum_t), intent(in) :: before, after
+      real(wp), intent(in) :: likeness(:)
+      logical :: is_fine
 
-      type(front_t) :: middle
-      integer :: i, known, partner(size(front%whirl%value))
+      integer :: halvings, wanted(size(likeness))
 
-      call match(before%whirl, front%whirl, partner)
-      if (any(partner == 0 .and. halvings > spared(walk, before%speed, front))) then
-         middle%speed = before%speed + (front%speed - before%speed)/2
-         middle%whirl = problem%solve(middle%speed, walk%circulatory, shapes=.false.)
-         walk%solved = walk%solved + 1
-         if (middle%whirl%status /= whirl_found) then
-            front%whirl%status = middle%whirl%status
-            return
-         end if
-         call advance(walk, problem, model, before, middle, halvings - 1)
-         if (middle%whirl%status == whirl_found) call advance(walk, problem, model, middle, front, halvings - 1)
-         if (middle%whirl%status /= whirl_found) front%whirl%status = middle%whirl%status
-         return
-      end if
-      allocate (front%branch(size(partner)), source=0)
-      known = size(walk%critical) + walk%lost
-      do i = 1, size(partner)
-         if (partner(i) > 0) then
-            front%branch(i) = before%branch(partner(i))
-            call cross(walk, problem, model, before, partner(i), front, i)
-         else
-            walk%branches = walk%branches + 1
-            front%branch(i) = walk%branches
-         end if
-      end do
-      walk%lost = walk%lost + unseen(walk, before, front, size(walk%critical) + walk%lost - known)
-   end subroutine advance
-
-   !> Halvings that are left undone where an eigenvalue has no partner: none for the modes asked for, most for those beyond that a
-   !> line of excitation can cross on the way, all for others.
-   pure function spared(walk, start, front)
-      type(walk_t), intent(in) :: walk
-      real(wp), intent(in) :: start
-      type(front_t), intent(in) :: front
-      integer :: spared(size(front%whirl%value))
-
-      integer :: i
-
-      spared = most_halvings
-      if (size(walk%order) > 0) then
-         where (front%whirl%value%im >= minval(walk%order)*start .and. front%whirl%value%im <= maxval(walk%order)*front%speed)
-            spared = most_halvings - halvings_beyond
+      halvings = nint(log(self%interval/(after%parameter - before%parameter))/log(2.0_wp))
+      wanted = 0
+      if (size(self%order) > 0) then
+         where (after%value%im >= minval(self%order)*before%parameter .and. after%value%im <= maxval(self%order)*after%parameter)
+            wanted = halvings_beyond
          end where
       end if
-      do i = 1, min(walk%modes, size(spared))
-         spared(i) = 0
-      end do
-   end function spared
+      wanted(:min(self%modes, size(wanted))) = most_halvings
+      is_fine = .not. any(likeness < likely .and. halvings < wanted)
+   end function is_fine
 
-   !> Crossings that no branch shows: what the numbers of eigenvalues above the lines of excitation have changed by more than by the
-   !> `seen` crossings.
-   pure integer function unseen(walk, before, front, seen)
-      type(walk_t), intent(in) :: walk
-      type(front_t), intent(in) :: before, front
-      integer, intent(in) :: seen
+   !> Give new branches to modes that continue none, and find the critical speeds in the step.
+   subroutine take(self, family, before, after, likeness, error)
+      class(search_t), intent(inout) :: self
+      class(family_t), intent(inout) :: family
+      type(spectrum_t), intent(in) :: before
+      type(spectrum_t), intent(inout) :: after
+      real(wp), intent(in) :: likeness(:)
+      type(error_t), allocatable, intent(out) :: error
 
-      integer :: k
-
-      unseen = -seen
-      do k = 1, size(walk%order)
-         unseen = unseen + abs(count(before%whirl%value%im > walk%order(k)*before%speed) &
-                               - count(front%whirl%value%im > walk%order(k)*front%speed))
-      end do
-      unseen = max(unseen, 0)
-   end function unseen
-
-   !> Add the critical speeds between eigenvalue `i` of `before` and `j` of `front`.
-   subroutine cross(walk, problem, model, before, i, front, j)
-      type(walk_t), intent(inout) :: walk
-      type(whirl_problem_t), intent(in) :: problem
-      type(rotor_model_t), intent(in) :: model
-      type(front_t), intent(in) :: before, front
-      integer, intent(in) :: i, j
-
-      type(crossing_t) :: crossing
       type(critical_t) :: critical
-      logical :: found
-      integer :: k
+      complex(wp), allocatable :: shape(:)
+      integer :: i, j, k, missing
+      logical :: crossed, found
 
-      do k = 1, size(walk%order)
-         crossing%order = walk%order(k)
-         crossing%speed = [before%speed, front%speed]
-         crossing%value = [before%whirl%value(i), front%whirl%value(j)]
-         if (.not. crossing%there()) cycle
-         crossing%left_shape = before%whirl%modal(:, i)
-         crossing%right_shape = front%whirl%modal(:, j)
-         crossing%left = equal_shapes(before%whirl, i)
-         crossing%right = equal_shapes(front%whirl, j)
-         call locate(critical, found, problem, model, walk%circulatory, crossing)
-         critical%branch = before%branch(i)
-         if (found) then
-            walk%critical = [walk%critical, critical]
-         else
-            walk%lost = walk%lost + 1
-         end if
+      missing = 0
+      do k = 1, size(self%order)
+         missing = missing + abs(count(before%value%im > self%order(k)*before%parameter) &
+                                 - count(after%value%im > self%order(k)*after%parameter))
       end do
-   end subroutine cross
+      select type (family)
+      type is (whirl_problem_t)
+         do j = 1, size(likeness)
+            if (likeness(j) < likely) then
+               self%branches = self%branches + 1
+               after%branch(j) = self%branches
+               cycle
+            end if
+            i = findloc(before%branch, after%branch(j), dim=1)
+            do k = 1, size(self%order)
+               call find_critical(critical, shape, crossed, found, family, self%order(k), before, i, after, j, error)
+               if (allocated(error)) return
+               if (.not. crossed) cycle
+               missing = missing - 1
+               if (found) then
+                  critical%direction = whirl_direction(self%model, family%shape_of(shape))
+                  self%critical = [self%critical, critical]
+               else
+                  self%lost = self%lost + 1
+               end if
+            end do
+         end do
+      end select
+      ! Crossings that no branch shows: the numbers of eigenvalues above the lines have changed by more than those seen.
+      self%lost = self%lost + max(missing, 0)
+   end subroutine take
 
 end module razy_rotor_whirl_campbell

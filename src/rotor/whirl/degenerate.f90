@@ -12,15 +12,16 @@
 !! and in single planes first, where the space has such. Frequencies apart by less than `equal` count as equal.
 module razy_rotor_whirl_degenerate
    use razy_core_kinds, only: wp
-   use razy_linalg_dense, only: product_of
-   use razy_linalg_generalised, only: eigenpairs_t, orient
+   use razy_eigen_spectrum, only: first_of_equal
+   use razy_linalg_dense, only: product_of, symmetric_part
    use razy_linalg_eigen, only: symmetric_eigen
+   use razy_linalg_generalised, only: eigenpairs_t, orient
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_whirl_modes, only: motion_of
    implicit none(type, external)
    private
 
-   public :: separate_twins, shaft_shares
+   public :: separate_degenerate
 
    !> Eigenvalues omega² apart by less than this share of their size, or by the second share of the largest, are equal.
    real(wp), parameter :: equal = 1.0e-7_wp, rounding = 1.0e-12_wp
@@ -31,26 +32,20 @@ module razy_rotor_whirl_degenerate
 contains
 
    !> Make the shapes of `pairs`, in coordinates of the model, unique.
-   subroutine separate_twins(pairs, model)
+   subroutine separate_degenerate(pairs, model)
       type(eigenpairs_t), intent(inout) :: pairs
       type(rotor_model_t), intent(in) :: model
 
-      real(wp) :: apart
-      integer :: first, last
+      integer :: first(size(pairs%value)), i
 
-      first = 1
-      do while (first <= size(pairs%value))
-         last = first
-         do while (last < size(pairs%value))
-            apart = pairs%value(last + 1) - pairs%value(last)
-            if (apart > equal*abs(pairs%value(last + 1)) + rounding*maxval(abs(pairs%value))) exit
-            last = last + 1
-         end do
-         if (last > first) call separate(pairs%vector, model, first, last, 1)
-         first = last + 1
+      first = first_of_equal(cmplx(pairs%value, kind=wp), equal, rounding*maxval(abs(pairs%value)))
+      do i = 1, size(first)
+         associate (n => count(first == i))
+            if (n > 1) call separate(pairs%vector, model, i, i + n - 1, 1)
+         end associate
       end do
       call orient(pairs%vector)
-   end subroutine separate_twins
+   end subroutine separate_degenerate
 
    !> Columns `first` to `last` by the forms from number `form` on.
    recursive subroutine separate(vector, model, first, last, form)
@@ -59,7 +54,7 @@ contains
       integer, intent(in) :: first, last, form
 
       real(wp), allocatable :: matrix(:, :), rotated(:, :), value(:)
-      integer :: i, info, m, start
+      integer :: equals(last - first + 1), i, info, m
 
       m = last - first + 1
       matrix = form_of(vector(:, first:last), model, form)
@@ -69,13 +64,11 @@ contains
       rotated = product_of(vector(:, first:last), matrix)
       vector(:, first:last) = rotated
       if (form == forms) return
-      start = 1
+      equals = first_of_equal(cmplx(value, kind=wp), 0.0_wp, equal_form)
       do i = 1, m
-         if (i < m) then
-            if (value(i + 1) - value(i) <= equal_form) cycle
-         end if
-         if (i > start) call separate(vector, model, first + start - 1, first + i - 1, form + 1)
-         start = i + 1
+         associate (n => count(equals == i))
+            if (n > 1) call separate(vector, model, first + i - 1, first + i + n - 2, form + 1)
+         end associate
       end do
    end subroutine separate
 
@@ -87,7 +80,7 @@ contains
       integer, intent(in) :: form
       real(wp), allocatable :: matrix(:, :)
 
-      real(wp), allocatable :: momentum(:), weighted(:, :), weight(:)
+      real(wp), allocatable :: momentum(:), weight(:)
       integer :: i, j, m
 
       m = size(vector, 2)
@@ -97,36 +90,13 @@ contains
          if (form == 2) weight = [(real(motion_of(numbering%kind(i)), wp), i=1, numbering%n)]
          if (form == 3) weight = real(numbering%node, wp)
       end associate
-      weighted = vector
       do j = 1, m
-         weighted(:, j) = weight*vector(:, j)
-      end do
-      do j = 1, m
-         momentum = model%mass%times(vector(:, j))
+         momentum = weight*model%mass%times(vector(:, j))
          do i = 1, m
-            matrix(i, j) = dot_product(weighted(:, i), momentum)
+            matrix(i, j) = dot_product(vector(:, i), momentum)
          end do
       end do
-      matrix = 0.5_wp*(matrix + transpose(matrix))
+      matrix = symmetric_part(matrix)
    end function form_of
-
-   !> Shares (shafts) of the kinetic energy of a shape `q` (n).
-   function shaft_shares(model, q) result(share)
-      type(rotor_model_t), intent(in) :: model
-      real(wp), intent(in) :: q(:)
-      real(wp), allocatable :: share(:)
-
-      real(wp), allocatable :: momentum(:)
-      integer :: i
-
-      momentum = model%mass%times(q)
-      allocate (share(size(model%rotor%shaft)), source=0.0_wp)
-      do i = 1, size(q)
-         associate (s => model%numbering%shaft(i))
-            share(s) = share(s) + q(i)*momentum(i)
-         end associate
-      end do
-      share = share/sum(share)
-   end function shaft_shares
 
 end module razy_rotor_whirl_degenerate

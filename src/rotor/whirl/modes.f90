@@ -8,17 +8,17 @@ module razy_rotor_whirl_modes
    use razy_core_kinds, only: pi, wp
    use razy_linalg_banded, only: band_factor_t
    use razy_linalg_dense, only: product_of
-   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, keep_first, lowest_modes, modes_found, modes_not_definite, orient
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, first_modes, modes_found, modes_not_definite, orient
    use razy_linalg_sparse, only: add_matrices, csr_t
    use razy_rotor_deformation, only: deformations, projected_stiffness, restoring_force
    use razy_rotor_model, only: rotor_model_t
+   use razy_rotor_numbering, only: values_at
    implicit none(type, external)
    private
 
-   public :: energy_shares, motion_of, natural_modes, reference_shift, strain_shares
+   public :: energy_shares, motion_of, natural_modes, reference_shift, shaft_shares, static_factor, &
+             strain_shares
 
-   !> Systems of at most this size, or of which more than a third of all modes is wanted, go to LAPACK.
-   integer, parameter :: most_dense = 300
    !> A shift that does not make the matrix positive definite is raised by this factor, so often.
    real(wp), parameter :: raise_shift = 1.0e3_wp
    integer, parameter :: most_shifts = 4
@@ -38,25 +38,17 @@ contains
 
       type(csr_t) :: stiffness
       real(wp) :: shift
-      integer :: attempt, kept, n
+      integer :: attempt
 
-      n = model%mass%rows
-      kept = min(count, n)
       stiffness = model%stiffness
       if (meshed) stiffness = model%closed_stiffness()
-      if (n <= most_dense .or. 3*kept > n) then
-         pairs = dense_modes(stiffness%dense(), model%mass%dense())
-         if (pairs%status /= modes_found .or. kept == n) return
-         call keep_first(pairs, kept)
-         return
-      end if
       shift = -reference_shift(model)
       do attempt = 1, most_shifts
-         pairs = lowest_modes(stiffness, model%mass, kept, shift)
+         pairs = first_modes(stiffness, model%mass, count, shift)
          if (pairs%status /= modes_not_definite) exit
          shift = raise_shift*shift
       end do
-      if (pairs%status == modes_found) call improve(pairs, model, stiffness, shift, meshed)
+      if (pairs%status == modes_found .and. pairs%searches > 0) call improve(pairs, model, stiffness, shift, meshed)
    end function natural_modes
 
    !> Inverse iteration in the form of corrections, and the Ritz pairs of the vectors, until the values stay.
@@ -107,6 +99,21 @@ contains
       call orient(pairs%vector)
    end subroutine take_ritz_pairs
 
+   !> The factor of K with open meshes, `shift` = 0, or where rigid motion is free that of K + s M with s = `shift` of
+   !> `reference_shift`. `info` is 0 if the matrix is positive definite.
+   subroutine static_factor(model, factor, shift, info)
+      type(rotor_model_t), intent(in) :: model
+      type(band_factor_t), intent(out) :: factor
+      real(wp), intent(out) :: shift
+      integer, intent(out) :: info
+
+      shift = 0.0_wp
+      call factor%factor(model%stiffness, info)
+      if (info == 0) return
+      shift = reference_shift(model)
+      call factor%factor(add_matrices(1.0_wp, model%stiffness, shift, model%mass), info)
+   end subroutine static_factor
+
    !> A number of the size of the lowest omega² that is not zero: bending of the longest shaft, pinned at its ends.
    pure function reference_shift(model) result(shift)
       type(rotor_model_t), intent(in) :: model
@@ -143,18 +150,32 @@ contains
       real(wp), intent(in) :: q(:)
       real(wp) :: share(4)
 
-      real(wp), allocatable :: momentum(:)
+      share = kinetic_shares(model, q, motion_of(model%numbering%kind), 4)
+   end function energy_shares
+
+   !> The same in the shafts (shafts).
+   function shaft_shares(model, q) result(share)
+      type(rotor_model_t), intent(in) :: model
+      real(wp), intent(in) :: q(:)
+      real(wp), allocatable :: share(:)
+
+      share = kinetic_shares(model, q, model%numbering%shaft, size(model%rotor%shaft))
+   end function shaft_shares
+
+   !> The same in `parts` parts; `part` (n) is that of each coordinate.
+   function kinetic_shares(model, q, part, parts) result(share)
+      type(rotor_model_t), intent(in) :: model
+      real(wp), intent(in) :: q(:)
+      integer, intent(in) :: part(:), parts
+      real(wp) :: share(parts)
+
+      real(wp), allocatable :: energy(:)
       integer :: i
 
-      momentum = model%mass%times(q)
-      share = 0.0_wp
-      do i = 1, size(q)
-         associate (kind => motion_of(model%numbering%kind(i)))
-            share(kind) = share(kind) + q(i)*momentum(i)
-         end associate
-      end do
+      energy = q*model%mass%times(q)
+      share = [(sum(energy, mask=part == i), i=1, parts)]
       share = share/sum(share)
-   end function energy_shares
+   end function kinetic_shares
 
    !> Shares of the strain energy of a shape `q` (n) in the shafts, the bearings and the meshes, which are closed if `meshed`; they
    !> add up to 1. Zero for rigid-body motion, which has no strain energy.
@@ -165,16 +186,12 @@ contains
       real(wp) :: share(3)
 
       real(wp) :: moved(6)
-      integer :: at(6), j, k
+      integer :: j
 
       share(1) = sum(deformations(model, q)**2)
       share(2:) = 0.0_wp
       do j = 1, size(model%rotor%bearing)
-         at = model%numbering%of(model%rotor%bearing(j)%shaft, model%rotor%bearing(j)%node)
-         do k = 1, 6
-            moved(k) = 0.0_wp
-            if (at(k) > 0) moved(k) = q(at(k))
-         end do
+         moved = values_at(q, model%numbering%of(model%rotor%bearing(j)%shaft, model%rotor%bearing(j)%node))
          share(2) = share(2) + dot_product(moved, matmul(model%rotor%bearing(j)%stiffness, moved))
       end do
       if (meshed) then

@@ -1,35 +1,35 @@
-!! Whirl: eigenvalues lambda and shapes of M y'' + (B + Bx + Omega G) y' + (K + Kx + Omega C) y = 0 at a speed Omega.
-!!
-!! The undamped modes at rest, y = Phi z with frequencies omega_i, make the first-order matrix nearly skew-symmetric in the
-!! state (S z, z'), S = diag(max(omega_i, floor)):
-!!
-!!     A = ( 0, S; -(omega² + Phiᵀ (Kx + Omega C) Phi) S⁻¹, -Phiᵀ (B + Bx + Omega G) Phi ).
-!!
-!! Errors of its eigenvalues are roundings of the largest omega, not of its square.
+!! Whirl: eigenvalues lambda and shapes of M y'' + (B + Bx + Omega G) y' + (K + Kx + Omega C) y = 0 at a speed Omega, in the
+!! undamped modes at rest.
 module razy_rotor_whirl_whirl
+   use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
+   use razy_eigen_branches, only: family_t
+   use razy_eigen_damped, only: damped_eigen, modal_scaling
+   use razy_eigen_spectrum, only: new_spectrum, spectrum_t
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
-   use razy_linalg_right_eigen, only: right_eigen, right_eigenvalues
-   use razy_rotor_reduction_reduced, only: reduced_t, transformed
    use razy_rotor_model, only: rotor_model_t
+   use razy_rotor_reduction_reduced, only: reduced_t, transformed
    implicit none(type, external)
    private
 
-   public :: new_whirl, orbit_direction, whirl_direction, whirl_problem_t, whirl_t
+   public :: new_whirl, whirl_direction, whirl_problem_t
    public :: whirl_found, whirl_failed
 
    integer, parameter :: whirl_found = 0, whirl_failed = 1
-   !> Smallest frequency of the scaling as a share of the largest, for rigid-body modes.
-   real(wp), parameter :: floor_share = 1.0e-6_wp
    !> Lateral motion below this share of a shape is rounding.
    real(wp), parameter :: still = 1.0e-6_wp
+   !> Eigenvalues apart by less than this share of their size are degenerate.
+   real(wp), parameter :: equal = 1.0e-7_wp
 
-   !> What does not depend on the speed.
-   type :: whirl_problem_t
+   !> The problem over the speed, rad/s, and what of it does not depend on that. Shapes of its spectra (p, values) are in
+   !> modes at rest times their frequencies; `shape_of` turns them into shapes of the model.
+   type, extends(family_t) :: whirl_problem_t
       integer :: status = whirl_found
+      !> Whether the circulatory matrix acts.
+      logical :: circulatory = .false.
       !> The model in its modes, M = 1 and K = diag(omega²), meshes in it if they are closed.
       type(reduced_t) :: modal
-      !> omega², (rad/s)², and S, rad/s (p each).
+      !> omega², (rad/s)², and the scaling S of razy_eigen_damped, rad/s (p each).
       real(wp), allocatable :: squared(:), scaling(:)
       !> B + Bx with the meshes, if they are closed, and Kx (p, p).
       real(wp), allocatable :: damping(:, :), cross_stiffness(:, :)
@@ -37,21 +37,13 @@ module razy_rotor_whirl_whirl
       procedure :: solve
       procedure :: growth
       procedure :: shape_of
+      procedure :: damping_at
+      procedure :: cross_at
    end type whirl_problem_t
-
-   !> Eigenvalues with imaginary part >= 0 at one speed, 1/s and rad/s, in the order of their imaginary parts.
-   type :: whirl_t
-      integer :: status = whirl_found
-      complex(wp), allocatable :: value(:)
-      !> Shapes (n, values) in the coordinates of the unreduced model, if asked for.
-      complex(wp), allocatable :: shape(:, :)
-      !> Shapes (p, values) in modes at rest times their frequencies, of unit length: for comparing shapes.
-      complex(wp), allocatable :: modal(:, :)
-   end type whirl_t
 
 contains
 
-   !> The problem of a reduced model, or of `full_basis`; with `meshed` all meshes are closed and linear.
+   !> The problem of a reduced model; with `meshed` all meshes are closed and linear.
    function new_whirl(reduced, meshed) result(problem)
       type(reduced_t), intent(in) :: reduced
       logical, intent(in) :: meshed
@@ -59,11 +51,7 @@ contains
 
       type(eigenpairs_t) :: pairs
 
-      if (meshed) then
-         pairs = dense_modes(reduced%closed_stiffness(), reduced%mass)
-      else
-         pairs = dense_modes(reduced%stiffness, reduced%mass)
-      end if
+      pairs = reduced%modes(meshed)
       if (pairs%status /= modes_found) problem%status = whirl_failed
       problem%squared = pairs%value
       problem%modal = transformed(reduced, pairs%vector)
@@ -71,49 +59,68 @@ contains
       if (meshed) problem%damping = problem%modal%closed_damping()
       problem%damping = problem%damping + problem%modal%cross_damping
       problem%cross_stiffness = problem%modal%cross_stiffness
-      allocate (problem%scaling(size(pairs%value)))
-      if (size(pairs%value) == 0) return
-      problem%scaling = sqrt(max(pairs%value, floor_share**2*maxval(pairs%value)))
+      problem%scaling = modal_scaling(pairs%value)
    end function new_whirl
 
-   !> Eigenvalues and shapes at the angular speed `speed` of the system, rad/s, with or without the circulatory matrix. With
-   !> `shapes` = .false. only the shapes in modes at rest.
-   function solve(self, speed, circulatory, shapes) result(whirl)
+   !> B + Bx + Omega G (p, p).
+   pure function damping_at(self, speed) result(damping)
       class(whirl_problem_t), intent(in) :: self
       real(wp), intent(in) :: speed
-      logical, intent(in) :: circulatory
-      logical, intent(in), optional :: shapes
-      type(whirl_t) :: whirl
+      real(wp), allocatable :: damping(:, :)
 
-      complex(wp), allocatable :: value(:), vector(:, :)
-      real(wp), allocatable :: state(:, :)
-      integer, allocatable :: order(:)
-      integer :: i, info, p
-      logical :: with_shapes
+      damping = self%damping + speed*self%modal%gyroscopic
+   end function damping_at
 
-      with_shapes = .true.
-      if (present(shapes)) with_shapes = shapes
-      p = size(self%squared)
-      whirl%status = self%status
-      allocate (state(2*p, 2*p), value(2*p), vector(2*p, 2*p))
-      if (whirl%status == whirl_found) then
-         call fill(state, self, speed, circulatory)
-         call right_eigen(state, value, vector, info)
-         if (info /= 0) whirl%status = whirl_failed
+   !> Kx, or Kx + Omega C if C acts (p, p).
+   pure function cross_at(self, speed) result(cross)
+      class(whirl_problem_t), intent(in) :: self
+      real(wp), intent(in) :: speed
+      real(wp), allocatable :: cross(:, :)
+
+      cross = self%cross_stiffness
+      if (self%circulatory) cross = cross + speed*self%modal%circulatory
+   end function cross_at
+
+   !> Eigenvalues with imaginary part >= 0, 1/s and rad/s, in the order of their imaginary parts, and shapes at the angular speed
+   !> `parameter` of the system, rad/s.
+   subroutine solve(self, parameter, spectrum, error)
+      class(whirl_problem_t), intent(inout) :: self
+      real(wp), intent(in) :: parameter
+      type(spectrum_t), intent(out) :: spectrum
+      type(error_t), allocatable, intent(out) :: error
+
+      complex(wp), allocatable :: shape(:, :), value(:)
+      integer :: info
+
+      self%solved = self%solved + 1
+      info = 0
+      if (self%status == whirl_found) then
+         call damped_eigen(self%squared, self%damping_at(parameter), value, info, self%cross_at(parameter), shape)
       end if
-      if (whirl%status /= whirl_found) then
-         allocate (whirl%value(0), whirl%shape(size(self%modal%basis, 1), 0), whirl%modal(p, 0))
-         return
+      if (info /= 0 .or. self%status /= whirl_found) then
+         call raise(error, "an eigenproblem could not be solved")
+      else
+         spectrum = new_spectrum(parameter, value, shape, equal, 0.0_wp)
       end if
-      order = upper_half(value)
-      allocate (whirl%value(size(order)), whirl%modal(p, size(order)))
-      if (with_shapes) allocate (whirl%shape(size(self%modal%basis, 1), size(order)))
-      do i = 1, size(order)
-         whirl%value(i) = value(order(i))
-         whirl%modal(:, i) = vector(:p, order(i))/max(norm2(abs(vector(:p, order(i)))), tiny(1.0_wp))
-         if (with_shapes) whirl%shape(:, i) = self%shape_of(whirl%modal(:, i))
-      end do
-   end function solve
+   end subroutine solve
+
+   !> The largest real part of an eigenvalue at a speed, 1/s; `status` is `whirl_found` or `whirl_failed`.
+   subroutine growth(self, speed, value, status)
+      class(whirl_problem_t), intent(in) :: self
+      real(wp), intent(in) :: speed
+      real(wp), intent(out) :: value
+      integer, intent(out) :: status
+
+      complex(wp), allocatable :: values(:)
+      integer :: info
+
+      value = 0.0_wp
+      status = self%status
+      if (status /= whirl_found .or. size(self%squared) == 0) return
+      call damped_eigen(self%squared, self%damping_at(speed), values, info, self%cross_at(speed))
+      if (info /= 0) status = whirl_failed
+      if (info == 0) value = maxval(values%re)
+   end subroutine growth
 
    !> A shape (n) in the coordinates of the unreduced model from one in modes at rest (p).
    pure function shape_of(self, modal) result(shape)
@@ -124,99 +131,13 @@ contains
       shape = cmplx(matmul(self%modal%basis, modal%re/self%scaling), matmul(self%modal%basis, modal%im/self%scaling), wp)
    end function shape_of
 
-   !> The largest real part of an eigenvalue at a speed, 1/s; `status` as in `whirl_t`.
-   subroutine growth(self, speed, circulatory, value, status)
-      class(whirl_problem_t), intent(in) :: self
-      real(wp), intent(in) :: speed
-      logical, intent(in) :: circulatory
-      real(wp), intent(out) :: value
-      integer, intent(out) :: status
-
-      complex(wp), allocatable :: values(:)
-      real(wp), allocatable :: state(:, :)
-      integer :: info
-
-      value = 0.0_wp
-      status = self%status
-      if (status /= whirl_found .or. size(self%squared) == 0) return
-      allocate (state(2*size(self%squared), 2*size(self%squared)), values(2*size(self%squared)))
-      call fill(state, self, speed, circulatory)
-      call right_eigenvalues(state, values, info)
-      if (info /= 0) status = whirl_failed
-      if (info == 0) value = maxval(values%re)
-   end subroutine growth
-
-   !> The first-order matrix.
-   subroutine fill(state, self, speed, circulatory)
-      real(wp), intent(out) :: state(:, :)
-      class(whirl_problem_t), intent(in) :: self
-      real(wp), intent(in) :: speed
-      logical, intent(in) :: circulatory
-
-      integer :: i, p
-
-      p = size(self%squared)
-      state(:, :p) = 0.0_wp
-      state(:p, p + 1:) = 0.0_wp
-      state(p + 1:, p + 1:) = -self%damping - speed*self%modal%gyroscopic
-      do i = 1, p
-         state(i, p + i) = self%scaling(i)
-         state(p + i, i) = -self%squared(i)/self%scaling(i)
-         state(p + 1:, i) = state(p + 1:, i) - self%cross_stiffness(:, i)/self%scaling(i)
-         if (circulatory) state(p + 1:, i) = state(p + 1:, i) - speed*self%modal%circulatory(:, i)/self%scaling(i)
-      end do
-   end subroutine fill
-
-   !> Places of the eigenvalues with imaginary part >= 0, ordered by it, equal ones by the real part.
-   pure function upper_half(value) result(order)
-      complex(wp), intent(in) :: value(:)
-      integer, allocatable :: order(:)
-
-      integer :: i, j, moved
-
-      order = pack([(i, i=1, size(value))], value%im >= 0.0_wp)
-      do i = 2, size(order)
-         moved = order(i)
-         j = i - 1
-         do while (j >= 1)
-            if (value(order(j))%im < value(moved)%im) exit
-            if (.not. value(order(j))%im > value(moved)%im .and. value(order(j))%re <= value(moved)%re) exit
-            order(j + 1) = order(j)
-            j = j - 1
-         end do
-         order(j + 1) = moved
-      end do
-   end function upper_half
-
-   !> How the nodes of shaft `shaft` turn on their orbits in a shape (n) with Im(lambda) > 0: +1 forward (with the shaft's
-   !> rotation), -1 backward, 0 on straight lines or without lateral motion. Between, orbits are ellipses or nodes differ.
-   pure function orbit_direction(model, shape, shaft) result(direction)
+   !> How nodes turn on their orbits in a shape (n) with Im(lambda) > 0, over all shafts or on shaft `only`: +1 forward (with the
+   !> rotation of their shaft), -1 backward, 0 on straight lines or without lateral motion; between, orbits are ellipses or nodes
+   !> differ.
+   pure function whirl_direction(model, shape, only) result(direction)
       type(rotor_model_t), intent(in) :: model
       complex(wp), intent(in) :: shape(:)
-      integer, intent(in) :: shaft
-      real(wp) :: direction
-
-      real(wp) :: area, extent
-      integer :: at(6), node
-
-      area = 0.0_wp
-      extent = 0.0_wp
-      do node = 1, model%rotor%shaft(shaft)%nodes()
-         at = model%numbering%of(shaft, node)
-         if (at(2) == 0 .or. at(3) == 0) cycle
-         ! v = cos, w = sin, that is (1, -i), turns from y to z.
-         area = area - 2*aimag(conjg(shape(at(2)))*shape(at(3)))
-         extent = extent + abs(shape(at(2)))**2 + abs(shape(at(3)))**2
-      end do
-      direction = 0.0_wp
-      if (extent > still**2*sum(abs(shape)**2)) direction = area/extent*sign(1.0_wp, model%rotor%shaft(shaft)%speed_ratio)
-   end function orbit_direction
-
-   !> How nodes turn on their orbits in a shape (n) with Im(lambda) > 0, over all shafts: +1 forward (with the rotation of their
-   !> shaft), -1 backward, 0 on straight lines or without lateral motion; between, orbits are ellipses or nodes differ.
-   pure function whirl_direction(model, shape) result(direction)
-      type(rotor_model_t), intent(in) :: model
-      complex(wp), intent(in) :: shape(:)
+      integer, intent(in), optional :: only
       real(wp) :: direction
 
       real(wp) :: area, extent
@@ -225,6 +146,9 @@ contains
       area = 0.0_wp
       extent = 0.0_wp
       do s = 1, size(model%rotor%shaft)
+         if (present(only)) then
+            if (s /= only) cycle
+         end if
          do node = 1, model%rotor%shaft(s)%nodes()
             at = model%numbering%of(s, node)
             if (at(2) == 0 .or. at(3) == 0) cycle

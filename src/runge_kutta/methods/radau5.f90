@@ -2,27 +2,63 @@
 !!
 !! The collocation polynomial through c = ((4-√6)/10, (4+√6)/10, 1); the increments Z_i of the stages solve Z = h (A ⊗ I) f(z
 !! + Z). A^-1 has one real eigenvalue and a conjugate pair, so that with T^-1 A^-1 T = Λ an iteration solves one real and one
-!! complex system with the matrices λ/h - J (razy_runge_kutta_methods_radau5_system). Error estimate, starting values and
+!! complex system with the matrices λ/h - J. Error estimate, starting values and
 !! iteration control are those of E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed. (1996), IV.8.
 !!
 !! Why this one: L-stable, so that a stiff contact is damped out instead of ringing at the step's frequency; stiffly accurate, so
 !! that the end of a step satisfies the stiff equation as well as the stages do; and of the highest order with both at
 !! one real and one complex factorisation.
+!!
+!! With z = (y, y') the matrix λ - J is reduced by hand: (K + λ(B + λ)) y = q + (B + λ) p, v = λ y - p for the right-hand
+!! side (p, q), where K and B are the tangents of the forces. That is an eighth of the work on the whole matrix.
 module razy_runge_kutta_methods_radau5
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use razy_core_kinds, only: wp
-   use razy_hybrid_field, only: field_t
-   use razy_hybrid_mode, only: treat_by_events
-   use razy_runge_kutta_methods_radau5_system, only: factorise, lambda, lambda_im, lambda_re, make_room, newton_correction, &
-                                                     radau_inverse_transform, radau_system_t, radau_transform, solve_real, transform
+   use razy_core_kinds, only: i8, wp
+   use razy_hybrid_system, only: system_t
+   use razy_linalg_lapack, only: dgetrf, dgetrs, zgetrf, zgetrs
+   use razy_runge_kutta_right_hand_side, only: right_hand_side_t, treat_by_events
    implicit none(type, external)
    private
 
-   public :: radau5_t
-   public :: lambda, lambda_im, lambda_re, radau_inverse_transform, radau_node, radau_transform
+   public :: lambda, lambda_im, lambda_re, radau5_t, radau_inverse_transform, radau_node, radau_transform, &
+             radau_weight
+
+   real(wp), parameter :: cube_root_81 = 4.32674871092222514696492_wp, cube_root_9 = 2.08008382305190411453006_wp
+   !> Eigenvalues of A^-1: `lambda`, and `lambda_re` ± i `lambda_im`.
+   real(wp), parameter :: lambda = 30/(6 + cube_root_81 - cube_root_9)
+   real(wp), parameter :: inverse_re = (12 - cube_root_81 + cube_root_9)/60, &
+                          inverse_im = (cube_root_81 + cube_root_9)*sqrt(3.0_wp)/60
+   real(wp), parameter :: lambda_re = inverse_re/(inverse_re**2 + inverse_im**2), &
+                          lambda_im = inverse_im/(inverse_re**2 + inverse_im**2)
+   !> T and T^-1 (Hairer and Wanner II, IV.8), columns one after the other.
+   real(wp), parameter :: radau_transform(3, 3) = reshape([ &
+                                                          9.1232394870892942792e-2_wp, 0.24171793270710701896_wp, &
+                                                          0.96604818261509293619_wp, -0.14125529502095420843_wp, &
+                                                          0.20412935229379993199_wp, 1.0_wp, &
+                                                          -3.0029194105147424492e-2_wp, 0.38294211275726193779_wp, &
+                                                          0.0_wp], [3, 3])
+   real(wp), parameter :: radau_inverse_transform(3, 3) = reshape([ &
+                                                                  4.3255798900631553510_wp, -4.1787185915519047273_wp, &
+                                                                  -0.50287263494578687595_wp, 0.33919925181580986954_wp, &
+                                                                  -0.32768282076106238708_wp, 2.5719269498556054292_wp, &
+                                                                  0.54177053993587487119_wp, 0.47662355450055045196_wp, &
+                                                                  -0.59603920482822492497_wp], [3, 3])
 
    !> Workspace and memory of the method for n = 2m components.
-   type, extends(radau_system_t) :: radau5_t
+   type :: radau5_t
+      integer :: m = 0
+      integer(i8) :: factorisations = 0
+      !> Whether there is a Jacobian matrix, whether it is that of the start of the step; step of the factors at hand.
+      logical :: has_jacobian = .false., is_fresh = .false.
+      real(wp) :: h_factored = 0.0_wp
+      !> df/dz (n, n); factors (m, m).
+      real(wp), allocatable :: jacobian(:, :), factor(:, :)
+      complex(wp), allocatable :: complex_factor(:, :)
+      integer, allocatable :: pivot(:), complex_pivot(:)
+      !> Transformed increments of the stages; slopes, then corrections (n, 3).
+      real(wp), allocatable :: w(:, :), f(:, :)
+      real(wp), allocatable :: real_side(:)
+      complex(wp), allocatable :: complex_side(:)
       !> Tolerances of the estimate, which is of lower order than the result.
       real(wp) :: relative = 0.0_wp, absolute = 0.0_wp
       !> Newton iterations of the last attempt, and their rate of convergence; memory of the iteration's contraction.
@@ -49,6 +85,10 @@ module razy_runge_kutta_methods_radau5
 
    real(wp), parameter :: root = sqrt(6.0_wp)
    real(wp), parameter :: radau_node(3) = [(4 - root)/10, (4 + root)/10, 1.0_wp]
+   !> A of the method: stage i is z + h Σ_j a_ij f_j.
+   real(wp), parameter :: radau_weight(3, 3) = reshape([(88 - 7*root)/360, (296 + 169*root)/1800, (16 - root)/36, &
+                                                        (296 - 169*root)/1800, (88 + 7*root)/360, (16 + root)/36, &
+                                                        (-2 + 3*root)/225, (-2 - 3*root)/225, 1.0_wp/9], [3, 3])
    !> -h p'(0) of the collocation polynomial in terms of the Z.
    real(wp), parameter :: slope_at_start(3) = [-(13 + 7*root)/3, (-13 + 7*root)/3, -1.0_wp/3]
 
@@ -57,6 +97,139 @@ module razy_runge_kutta_methods_radau5
    real(wp), parameter :: good_contraction = 1.0e-3_wp, bad_contraction = 0.99_wp
 
 contains
+
+   !> Make room for 2m components.
+   subroutine make_room(self, m)
+      type(radau5_t), intent(inout) :: self
+      integer, intent(in) :: m
+
+      integer :: n
+
+      n = 2*m
+      if (allocated(self%w)) deallocate (self%jacobian, self%factor, self%complex_factor, self%pivot, self%complex_pivot, self%w, &
+                                         self%f, self%real_side, self%complex_side)
+      allocate (self%jacobian(n, n), self%factor(m, m), self%complex_factor(m, m), self%pivot(m), self%complex_pivot(m))
+      allocate (self%w(n, 3), self%f(n, 3), self%real_side(m), self%complex_side(m))
+      self%m = m
+   end subroutine make_room
+
+   !> From slopes f and transformed increments w to the correction of w, in f.
+   subroutine newton_correction(self, h)
+      type(radau5_t), intent(inout) :: self
+      real(wp), intent(in) :: h
+
+      complex(wp) :: eigenvalue, p, q, v
+      real(wp) :: g(3), real_eigenvalue
+      integer :: i, info, j, m
+
+      m = self%m
+      real_eigenvalue = lambda/h
+      eigenvalue = cmplx(lambda_re, lambda_im, wp)/h
+      do i = 1, 2*m
+         g = matmul(radau_inverse_transform, self%f(i, :))
+         self%f(i, 1) = g(1) - real_eigenvalue*self%w(i, 1)
+         q = cmplx(g(2), g(3), wp) - eigenvalue*cmplx(self%w(i, 2), self%w(i, 3), wp)
+         self%f(i, 2) = real(q, wp)
+         self%f(i, 3) = aimag(q)
+      end do
+      call solve_real(self, real_eigenvalue, self%f(:, 1))
+      do i = 1, m
+         self%complex_side(i) = cmplx(self%f(m + i, 2), self%f(m + i, 3), wp) &
+                                + eigenvalue*cmplx(self%f(i, 2), self%f(i, 3), wp)
+      end do
+      do j = 1, m
+         p = cmplx(self%f(j, 2), self%f(j, 3), wp)
+         do i = 1, m
+            self%complex_side(i) = self%complex_side(i) - self%jacobian(m + i, m + j)*p
+         end do
+      end do
+      call zgetrs("N", m, 1, self%complex_factor, m, self%complex_pivot, self%complex_side, m, info)
+      do i = 1, m
+         v = eigenvalue*self%complex_side(i) - cmplx(self%f(i, 2), self%f(i, 3), wp)
+         self%f(i, 2) = real(self%complex_side(i), wp)
+         self%f(i, 3) = aimag(self%complex_side(i))
+         self%f(m + i, 2) = real(v, wp)
+         self%f(m + i, 3) = aimag(v)
+      end do
+   end subroutine newton_correction
+
+   !> (eigenvalue - J)^-1 x in place of x (n).
+   subroutine solve_real(self, eigenvalue, x)
+      type(radau5_t), intent(inout) :: self
+      real(wp), intent(in) :: eigenvalue
+      real(wp), intent(inout) :: x(:)
+
+      integer :: i, info, j, m
+
+      m = self%m
+      do i = 1, m
+         self%real_side(i) = x(m + i) + eigenvalue*x(i)
+      end do
+      do j = 1, m
+         do i = 1, m
+            self%real_side(i) = self%real_side(i) - self%jacobian(m + i, m + j)*x(j)
+         end do
+      end do
+      call dgetrs("N", m, 1, self%factor, m, self%pivot, self%real_side, m, info)
+      do i = 1, m
+         x(m + i) = eigenvalue*self%real_side(i) - x(i)
+         x(i) = self%real_side(i)
+      end do
+   end subroutine solve_real
+
+   !> Jacobian matrix and factors, if those at hand are not of this step.
+   subroutine factorise(self, rhs, system, z, h, failed)
+      type(radau5_t), intent(inout) :: self
+      type(right_hand_side_t), intent(inout) :: rhs
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: z(:), h
+      logical, intent(out) :: failed
+
+      complex(wp) :: eigenvalue
+      integer :: i, info, j, m
+
+      failed = .false.
+      if (.not. self%has_jacobian) then
+         call rhs%jacobian(system, 0.0_wp, z, self%jacobian)
+         self%has_jacobian = .true.
+         self%is_fresh = .true.
+         self%h_factored = 0.0_wp
+         failed = .not. all(ieee_is_finite(self%jacobian))
+         if (failed) return
+      end if
+      if (.not. abs(h - self%h_factored) > 0.0_wp) return
+      m = self%m
+      eigenvalue = cmplx(lambda_re, lambda_im, wp)/h
+      do j = 1, m
+         do i = 1, m
+            self%factor(i, j) = -self%jacobian(m + i, j) - (lambda/h)*self%jacobian(m + i, m + j)
+            self%complex_factor(i, j) = -self%jacobian(m + i, j) - eigenvalue*self%jacobian(m + i, m + j)
+         end do
+         self%factor(j, j) = self%factor(j, j) + (lambda/h)**2
+         self%complex_factor(j, j) = self%complex_factor(j, j) + eigenvalue**2
+      end do
+      self%factorisations = self%factorisations + 1
+      self%h_factored = h
+      call dgetrf(m, m, self%factor, m, self%pivot, info)
+      failed = info /= 0
+      call zgetrf(m, m, self%complex_factor, m, self%complex_pivot, info)
+      failed = failed .or. info /= 0
+      if (failed) self%h_factored = 0.0_wp
+   end subroutine factorise
+
+   !> out_i = Σ_j matrix_ij x_j for the three columns of x.
+   pure subroutine transform(matrix, x, out)
+      real(wp), intent(in) :: matrix(3, 3), x(:, :)
+      real(wp), intent(out) :: out(:, :)
+
+      integer :: i, j
+
+      do j = 1, 3
+         do i = 1, size(x, 1)
+            out(i, j) = matrix(j, 1)*x(i, 1) + matrix(j, 2)*x(i, 2) + matrix(j, 3)*x(i, 3)
+         end do
+      end do
+   end subroutine transform
 
    !> Make room for n = 2m components and take the tolerances.
    !>
@@ -78,7 +251,7 @@ contains
             deallocate (self%z, self%difference, self%error, self%raw, self%stage)
          end if
          allocate (self%z(n, 3), self%difference(n, 3), self%error(n), self%raw(n), self%stage(n))
-         call make_room(self%radau_system_t, m)
+         call make_room(self, m)
       end if
       call self%restart()
    end subroutine prepare
@@ -95,11 +268,12 @@ contains
       self%contraction = 0.0_wp
    end subroutine restart
 
-   !> The increments Z of the stages of a step h from (tau, z). `failed`: they were not found; `shrink` h and try again.
-   subroutine solve_stages(self, field, tau, z, h, failed)
+   !> The increments Z of the stages of a step h from z. `failed`: they were not found; `shrink` h and try again.
+   subroutine solve_stages(self, rhs, system, z, h, failed)
       class(radau5_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
-      real(wp), intent(in) :: tau, z(:), h
+      type(right_hand_side_t), intent(inout) :: rhs
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: z(:), h
       logical, intent(out) :: failed
 
       real(wp) :: change, last_change, ratio, last_ratio, target
@@ -107,7 +281,7 @@ contains
 
       n = 2*self%m
       self%shrink = 0.5_wp
-      call factorise(self%radau_system_t, field, tau, z, h, failed)
+      call factorise(self, rhs, system, z, h, failed)
       if (failed) return
       call start_values(self, h)
       target = max(10*epsilon(1.0_wp)/self%relative, min(0.03_wp, sqrt(self%relative)))
@@ -120,9 +294,9 @@ contains
          self%iterations = i
          do j = 1, 3
             self%stage = z + self%z(:, j)
-            call field%derivative(tau + radau_node(j)*h, self%stage, self%f(:, j))
+            call rhs%derivative(system, radau_node(j)*h, self%stage, self%f(:, j))
          end do
-         call newton_correction(self%radau_system_t, h)
+         call newton_correction(self, h)
          change = 0.0_wp
          do k = 1, 3
             do j = 1, n
@@ -174,10 +348,11 @@ contains
    !> Error estimate (λ/h - J)^-1 (f_0 - p'(0)) and its largest component in units of the tolerance. With `again` the estimate
    !> is filtered a second time where it is above 1 (first and rejected steps, but not first ones with events), which forgives a
    !> stiff transient.
-   subroutine estimate_error(self, field, tau, z, dz, h, again, scaled)
+   subroutine estimate_error(self, rhs, system, z, dz, h, again, scaled)
       class(radau5_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
-      real(wp), intent(in) :: tau, z(:), dz(:), h
+      type(right_hand_side_t), intent(inout) :: rhs
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: z(:), dz(:), h
       logical, intent(in) :: again
       real(wp), intent(out) :: scaled
 
@@ -187,16 +362,16 @@ contains
          self%raw(i) = (slope_at_start(1)*self%z(i, 1) + slope_at_start(2)*self%z(i, 2) + slope_at_start(3)*self%z(i, 3))/h
          self%error(i) = self%raw(i) + dz(i)
       end do
-      call solve_real(self%radau_system_t, lambda/h, self%error)
+      call solve_real(self, lambda/h, self%error)
       scaled = scaled_error(self, z)
       if (.not. ieee_is_finite(scaled)) return
       ! Where branches are followed by events every start is smooth, and what looks like a stiff transient there is motion.
-      if (field%treatment == treat_by_events .and. .not. self%h_polynomial > 0.0_wp) return
+      if (rhs%treatment == treat_by_events .and. .not. self%h_polynomial > 0.0_wp) return
       if (scaled <= 1.0_wp .or. .not. again) return
       self%stage = z + self%error
-      call field%derivative(tau, self%stage, self%error)
+      call rhs%derivative(system, 0.0_wp, self%stage, self%error)
       self%error = self%error + self%raw
-      call solve_real(self%radau_system_t, lambda/h, self%error)
+      call solve_real(self, lambda/h, self%error)
       scaled = scaled_error(self, z)
    end subroutine estimate_error
 

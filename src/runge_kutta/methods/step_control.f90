@@ -10,21 +10,16 @@ module razy_runge_kutta_methods_step_control
    implicit none(type, external)
    private
 
-   public :: step_control_t
-
-   !> Safety factor of all methods.
-   real(wp), parameter :: cautious = 0.9_wp
+   public :: factor_of_failure, step_control_t
 
    type :: step_control_t
       !> q, and the weight of the integral part.
       integer :: order = 5
       real(wp) :: beta = 0.0_wp
-      real(wp) :: safety = cautious
+      real(wp) :: safety = 0.9_wp
       !> Bounds of the factor from step to step.
       real(wp) :: least = 0.2_wp, most = 10.0_wp
       logical :: predictive = .false.
-      !> Logarithm of the safety factor.
-      real(wp) :: log_safety = log(cautious)
       !> Memory: error, its logarithm, and length of the last accepted step (0: none), and whether the last attempt was rejected.
       real(wp) :: last_error = 0.0_wp, last_log = 0.0_wp, last_h = 0.0_wp
       logical :: rejected = .false.
@@ -32,38 +27,14 @@ module razy_runge_kutta_methods_step_control
       procedure :: forget
       procedure :: accepted
       procedure :: refused
-      procedure :: accepted_on_ladder
    end type step_control_t
 
    !> Errors below this are taken for it: an error of nothing predicts no step.
    real(wp), parameter :: least_error = 1.0e-4_wp, tiny_error = 1.0e-30_wp
    !> Factor after a step that gave no number, or whose equations could not be solved.
-   real(wp), parameter, public :: factor_of_failure = 0.25_wp
+   real(wp), parameter :: factor_of_failure = 0.25_wp
 
 contains
-
-   !> `accepted` for proportional-integral control, but that a factor within exp(∓width) of 1 is 1.
-   pure subroutine accepted_on_ladder(self, h, error, width, factor)
-      class(step_control_t), intent(inout) :: self
-      real(wp), intent(in) :: h, error, width
-      real(wp), intent(out) :: factor
-
-      real(wp) :: log_error, power
-
-      log_error = log(max(error, tiny_error))
-      power = (0.75_wp*self%beta - 1.0_wp/self%order)*log_error + self%log_safety
-      if (self%last_h > 0.0_wp) power = power + self%beta*self%last_log
-      factor = 1.0_wp
-      if (abs(power) > width) then
-         factor = min(max(exp(power), self%least), self%most)
-         if (self%rejected) factor = min(factor, 1.0_wp)
-      end if
-      self%last_error = max(error, least_error)
-      self%last_log = log_error
-      if (error < least_error) self%last_log = log(least_error)
-      self%last_h = h
-      self%rejected = .false.
-   end subroutine accepted_on_ladder
 
    !> Forget the steps before.
    pure subroutine forget(self)

@@ -1,133 +1,554 @@
-!! Steps of a Runge-Kutta method along a smooth piece of motion, one by one (razy_runge_kutta_methods_attempts) or, in modes
-!! with maps of steps, several at once: `begin_strip`, `stride`, and then `go_on`, `refuse`, or `load` and `accept`.
+!! Steps of a Runge-Kutta method along a smooth piece of motion: trial step, error, proposal of the next, dense output.
+!!
+!! Each step starts at the time 0 of a right-hand side that has begun there. `attempt` changes nothing but its own; the caller takes
+!! `z_end` if he likes. After an accepted step the next attempt has to start at its end, after one that was not accepted at the same
+!! point, unless `restart` is called in between (an event, a shorter piece of the step): slopes known from the step before and the
+!! controller's memory are forgotten there. `attempt` evaluates the slope at the end of an accepted step, so that an explicit method
+!! of s stages needs s right-hand sides a step. Rows of stages have a length that is a multiple of four, zeros beyond n.
+!!
+!! The error of a step is the largest |error_i|/(absolute + relative max(|z_i| before, |z_i| after)); up to 1 it is accepted.
+!! Nothing is allocated but by `prepare`.
 module razy_runge_kutta_methods_stepper
-   use razy_core_kinds, only: wp
-   use razy_runge_kutta_methods_attempts, only: attempts_t, moved_on, same_start
-   use razy_hybrid_field, only: field_t
-   use razy_runge_kutta_methods_step_ladder, only: below_on_ladder
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use razy_core_kinds, only: i8, wp
+   use razy_hybrid_system, only: system_t
+   use razy_linalg_lapack, only: dgetrf, dgetrs
+   use razy_motion_method, only: method_t
+   use razy_runge_kutta_methods_dense_output, only: dense_output_t
+   use razy_runge_kutta_methods_radau5, only: radau5_t, radau_node, radau_weight
+   use razy_runge_kutta_methods_step_control, only: factor_of_failure, step_control_t
+   use razy_runge_kutta_methods_tableaux, only: new_tableau, sum_t, tableau_t
+   use razy_runge_kutta_right_hand_side, only: right_hand_side_t
    implicit none(type, external)
    private
 
    public :: stepper_t
 
-   type, extends(attempts_t) :: stepper_t
+   !> A method at work on z of n components.
+   type :: stepper_t
+      !> Orders of the result and of the dense output.
+      integer :: order = 0, dense_order = 0
+      !> Whether the step is controlled, and whether equations have to be solved.
+      logical :: adaptive = .false., implicit = .false.
+      !> Step last attempted, its scaled error, and the step proposed for the next attempt, s.
+      real(wp) :: h = 0.0_wp, error = 0.0_wp, h_next = 0.0_wp
+      !> Attempts that were accepted, and those that were not.
+      integer(i8) :: accepted_steps = 0, rejected_steps = 0
+      !> End of the last attempt; slopes at its start and (accepted steps only) at its end (n each).
+      real(wp), allocatable :: z_end(:), dz_start(:), dz_end(:)
+      type(dense_output_t) :: output
+      type(tableau_t) :: tableau
+      type(radau5_t) :: radau
+      type(step_control_t), private :: control
+      integer, private :: n = 0, stages = 0
+      !> Tolerances, step of the method (0: chosen).
+      real(wp), private :: relative = 0.0_wp, absolute = 0.0_wp, step = 0.0_wp
+      !> What is known of the slope at the start of the next attempt.
+      integer, private :: known = 0
+      !> Start and stage of the step, slopes (padded n, stages), error estimates (padded n, estimates).
+      real(wp), allocatable, private :: z_start(:), z_stage(:), k(:, :), estimates(:, :)
    contains
-      procedure :: begin_strip
-      procedure :: stride
-      procedure :: go_on
-      procedure :: refuse
-      procedure :: load
-      procedure :: go_to_end
-      procedure :: accept
+      procedure :: prepare
+      procedure :: restart
+      procedure :: first_step
+      procedure :: begin
+      procedure :: attempt
+      procedure :: leap
+      procedure :: prepare_dense
+      procedure :: at
+      procedure :: fine_at
+      procedure :: rate_at
+      procedure :: transport
    end type stepper_t
+
+   !> The slope at the start: not known, known (as dz_start), the one at the end of the last step (dz_end).
+   integer, parameter :: unknown = 0, same_start = 1, moved_on = 2
+   !> Growth of a step for which new factors do not pay.
+   real(wp), parameter :: most_kept = 1.2_wp
+   !> Weight of the estimate of order 3 in that of DOP853 (Hairer, Nørsett and Wanner I, (10.17)).
+   real(wp), parameter :: share_of_third = 0.01_wp
 
 contains
 
-   !> Begin a strip of the proposed steps at (tau, z), where a step of the same mode has just ended: `done`, if there is a map of
-   !> them.
-   subroutine begin_strip(self, field, tau, z, done)
+   !> Make ready for `method`, one of razy_runge_kutta_methods_tableaux or "radau5", on z of n components.
+   subroutine prepare(self, method, n)
       class(stepper_t), intent(inout) :: self
-      type(field_t), intent(in) :: field
-      real(wp), intent(in) :: tau
+      type(method_t), intent(in) :: method
+      integer, intent(in) :: n
+
+      integer :: padded
+
+      self%implicit = method%integrator == "radau5"
+      call new_tableau(self%tableau, trim(method%integrator))
+      if (self%implicit) then
+         self%order = 5
+         self%dense_order = 4
+         self%stages = 3
+         self%adaptive = .true.
+         self%control = step_control_t(order=4, least=0.2_wp, most=8.0_wp, predictive=.true.)
+         call self%radau%prepare(n, method%relative_tolerance, method%absolute_tolerance)
+      else
+         self%order = self%tableau%order
+         self%dense_order = self%tableau%dense_order
+         self%stages = self%tableau%stages
+         self%adaptive = self%tableau%estimate > 0
+         self%control = step_control_t(order=max(self%tableau%estimate, 1), beta=self%tableau%beta, least=self%tableau%least, &
+                                       most=self%tableau%most)
+      end if
+      self%relative = method%relative_tolerance
+      self%absolute = method%absolute_tolerance
+      self%step = method%step
+      self%accepted_steps = 0
+      self%rejected_steps = 0
+      self%h = 0.0_wp
+      self%h_next = self%step
+      self%n = n
+      padded = 4*((n + 3)/4)
+      if (allocated(self%k)) deallocate (self%z_end, self%dz_start, self%dz_end, self%z_start, self%z_stage, self%k, self%estimates)
+      allocate (self%dz_start(n), self%dz_end(n), self%z_end(n), self%z_start(padded), self%z_stage(padded), &
+                self%k(padded, self%stages + 1 + self%tableau%extra), self%estimates(padded, self%tableau%errors), source=0.0_wp)
+      call self%output%prepare(n, 3 + merge(1, self%tableau%polynomials, self%implicit))
+      call self%restart()
+   end subroutine prepare
+
+   !> Forget the slope at the start of the next attempt and the controller's memory.
+   pure subroutine restart(self)
+      class(stepper_t), intent(inout) :: self
+
+      self%known = unknown
+      call self%control%forget()
+      if (self%implicit) call self%radau%restart()
+   end subroutine restart
+
+   !> A step to start with, s, at most `longest`: that of the method if it gives one, else by the size of z, z' and z'' (Hairer,
+   !> Nørsett and Wanner I, II.4). `longest` if there is no slope.
+   subroutine first_step(self, rhs, system, z, longest, h)
+      class(stepper_t), intent(inout) :: self
+      type(right_hand_side_t), intent(inout) :: rhs
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: z(:), longest
+      real(wp), intent(out) :: h
+
+      real(wp), dimension(size(z)) :: slope, there, unit
+      real(wp) :: size_z, size_f
+
+      h = min(self%step, longest)
+      if (h > 0.0_wp) return
+      call know_start(self, rhs, system, z)
+      h = longest
+      if (.not. all(ieee_is_finite(self%dz_start))) return
+      unit = self%absolute + self%relative*abs(z)
+      size_z = maxval(abs(z)/unit)
+      size_f = maxval(abs(self%dz_start)/unit)
+      h = 1.0e-6_wp
+      if (min(size_z, size_f) > 1.0e-5_wp) h = 0.01_wp*size_z/size_f
+      h = min(h, longest)
+      there = z + h*self%dz_start
+      call rhs%derivative(system, h, there, slope)
+      if (.not. all(ieee_is_finite(slope))) return
+      size_f = max(size_f, maxval(abs(slope - self%dz_start)/(unit*h)))
+      if (size_f > 1.0e-15_wp) then
+         h = min(100*h, (0.01_wp/size_f)**(1.0_wp/self%order), longest)
+      else
+         h = min(max(1.0e-6_wp, 1.0e-3_wp*h), longest)
+      end if
+   end subroutine first_step
+
+   !> Evaluate the slope at z, unless `first_step` has done so there: it is as if a step had ended there.
+   subroutine begin(self, rhs, system, z)
+      class(stepper_t), intent(inout) :: self
+      type(right_hand_side_t), intent(inout) :: rhs
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: z(:)
+
+      call know_start(self, rhs, system, z)
+      self%dz_end = self%dz_start
+      self%known = moved_on
+   end subroutine begin
+
+   !> Try a step h from z. `failed`: it led to no number, or its equations were not solved; then, and when it is not accepted,
+   !> `h_next` is shorter.
+   subroutine attempt(self, rhs, system, z, h, accepted, failed)
+      class(stepper_t), intent(inout) :: self
+      type(right_hand_side_t), intent(inout) :: rhs
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: h
       real(wp), intent(in), contiguous :: z(:)
-      logical, intent(out) :: done
+      logical, intent(out) :: accepted, failed
 
-      done = self%mapping .and. self%known == moved_on .and. .not. abs(tau - field%base) > 0.0_wp
-      if (done) call self%maps%begin(field, self%h_next, z, self%dz_end, self%strip, done)
-   end subroutine begin_strip
+      call know_start(self, rhs, system, z)
+      self%h = h
+      self%error = 0.0_wp
+      failed = .not. all(ieee_is_finite(self%dz_start))
+      if (.not. failed) then
+         if (self%implicit) then
+            call implicit_step(self, rhs, system, z, h, failed)
+         else
+            call explicit_step(self, rhs, system, h, failed)
+         end if
+      end if
+      accepted = .false.
+      if (.not. failed) accepted = self%error <= 1.0_wp
+      if (accepted) then
+         call end_slope(self, rhs, system, h)
+         failed = .not. all(ieee_is_finite(self%dz_end))
+         accepted = .not. failed
+      end if
+      call propose(self, accepted, failed)
+   end subroutine attempt
 
-   !> Make steps of the strip up to number `last`, as long as they would be accepted. Nothing has happened until `load` or `go_on`
-   !> is called; `attempt` may be called instead.
-   pure subroutine stride(self, field, last)
+   !> Step h from z, which is part of an accepted one that began there; the next step has to start anew. `taken`: it led to
+   !> numbers.
+   subroutine leap(self, rhs, system, z, h, taken)
       class(stepper_t), intent(inout) :: self
-      type(field_t), intent(in) :: field
-      integer, intent(in) :: last
+      type(right_hand_side_t), intent(inout) :: rhs
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: h
+      real(wp), intent(in), contiguous :: z(:)
+      logical, intent(out) :: taken
 
-      call self%maps%walk(field, last, self%strip)
-      call self%strip%judge(last, self%tableau%errors, self%absolute, self%relative)
-   end subroutine stride
+      self%known = same_start
+      call know_start(self, rhs, system, z)
+      self%h = h
+      call form_stages(self, rhs, system, h)
+      call end_slope(self, rhs, system, h)
+      self%accepted_steps = self%accepted_steps + 1
+      taken = all(ieee_is_finite(self%z_end)) .and. all(ieee_is_finite(self%dz_end))
+   end subroutine leap
 
-   !> Accept the first `steps` steps of the strip, which began at `tau`, and propose the next by the largest of their errors; their
-   !> right-hand sides count as if they had been formed.
-   pure subroutine go_on(self, field, tau, steps)
+   !> Stages, end and error of a step h from the start known.
+   subroutine explicit_step(self, rhs, system, h, failed)
+      type(stepper_t), intent(inout) :: self
+      type(right_hand_side_t), intent(inout) :: rhs
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: h
+      logical, intent(out) :: failed
+
+      integer :: e
+
+      call form_stages(self, rhs, system, h)
+      if (self%adaptive) then
+         do e = 1, self%tableau%errors
+            call add_up(self%k, self%tableau%error(e), self%estimates(:, e))
+         end do
+         self%error = abs(h)*scaled_error(self%n, size(self%estimates, 1), self%tableau%errors, self%estimates, self%z_start, &
+                                          self%z_end, self%absolute, self%relative)
+      end if
+      failed = .not. all(ieee_is_finite(self%z_end)) .or. .not. ieee_is_finite(self%error)
+   end subroutine explicit_step
+
+   !> Stages and end of a step h from the start known.
+   subroutine form_stages(self, rhs, system, h)
+      type(stepper_t), intent(inout) :: self
+      type(right_hand_side_t), intent(inout) :: rhs
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: h
+
+      integer :: i, last
+
+      last = self%stages + 1
+      do i = 2, self%stages
+         call combine(self%z_start, h, self%k, self%tableau%row(i), self%z_stage)
+         call rhs%derivative(system, self%tableau%node(i)*h, self%z_stage(:self%n), self%k(:self%n, i))
+      end do
+      call combine(self%z_start, h, self%k, self%tableau%row(last), self%z_stage)
+      self%z_end = self%z_stage(:self%n)
+      if (self%tableau%fsal) call rhs%derivative(system, h, self%z_end, self%k(:self%n, last))
+   end subroutine form_stages
+
+   !> The slope at the end of the step h, whose stages have been formed.
+   subroutine end_slope(self, rhs, system, h)
+      type(stepper_t), intent(inout) :: self
+      type(right_hand_side_t), intent(inout) :: rhs
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: h
+
+      if (self%tableau%fsal) then
+         self%dz_end = self%k(:self%n, self%stages + 1)
+      else
+         call rhs%derivative(system, h, self%z_end, self%dz_end)
+         self%k(:self%n, self%stages + 1) = self%dz_end
+      end if
+   end subroutine end_slope
+
+   !> A step h from z by Newton's iteration.
+   subroutine implicit_step(self, rhs, system, z, h, failed)
+      type(stepper_t), intent(inout) :: self
+      type(right_hand_side_t), intent(inout) :: rhs
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: z(:), h
+      logical, intent(out) :: failed
+
+      logical :: again
+
+      call self%radau%solve_stages(rhs, system, z, h, failed)
+      if (failed) return
+      again = self%control%rejected .or. .not. self%control%last_h > 0.0_wp
+      call self%radau%estimate_error(rhs, system, z, self%dz_start, h, again, self%error)
+      self%z_end = z + self%radau%z(:, 3)
+      failed = .not. all(ieee_is_finite(self%z_end)) .or. .not. ieee_is_finite(self%error)
+   end subroutine implicit_step
+
+   !> Count the attempt, remember where the next one starts, and propose its step. Of the implicit method the proposal depends
+   !> on the work of the iteration, and a step that would hardly grow is kept, and its factors with it.
+   pure subroutine propose(self, accepted, failed)
+      type(stepper_t), intent(inout) :: self
+      logical, intent(in) :: accepted, failed
+
+      real(wp) :: factor, safety
+
+      safety = self%control%safety
+      if (self%implicit) safety = self%radau%safety(safety)
+      if (accepted) then
+         self%accepted_steps = self%accepted_steps + 1
+         self%known = moved_on
+         self%h_next = self%step
+         if (self%implicit) call self%radau%keep_polynomial(self%h)
+         if (.not. self%adaptive) return
+         call self%control%accepted(self%h, self%error, safety, factor)
+         if (self%implicit .and. factor >= 1.0_wp .and. factor <= most_kept .and. self%radau%has_jacobian) factor = 1.0_wp
+         self%h_next = factor*self%h
+         return
+      end if
+      self%rejected_steps = self%rejected_steps + 1
+      self%known = same_start
+      if (failed) then
+         self%control%rejected = .true.
+         factor = factor_of_failure
+         if (self%implicit) factor = self%radau%shrink
+      else
+         call self%control%refused(self%error, safety, factor)
+      end if
+      self%h_next = factor*self%h
+      if (self%implicit) call self%radau%refuse()
+   end subroutine propose
+
+   !> Start of the step and the slope there, evaluated unless it is known.
+   subroutine know_start(self, rhs, system, z)
+      type(stepper_t), intent(inout) :: self
+      type(right_hand_side_t), intent(inout) :: rhs
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: z(:)
+
+      self%z_start(:self%n) = z
+      if (self%known == unknown) then
+         call rhs%derivative(system, 0.0_wp, z, self%dz_start)
+      else if (self%known == moved_on) then
+         self%dz_start = self%dz_end
+      end if
+      self%k(:self%n, 1) = self%dz_start
+      self%known = same_start
+   end subroutine know_start
+
+   !> Make the dense output of the accepted step from z; evaluates the stages that only it needs.
+   subroutine prepare_dense(self, rhs, system, z)
       class(stepper_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
-      real(wp), intent(in) :: tau
-      integer, intent(in) :: steps
+      type(right_hand_side_t), intent(inout) :: rhs
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: z(:)
 
-      call self%load(field, tau, steps)
-      self%error = maxval(self%strip%error(:steps))
-      call self%propose(.true., .true., .false.)
-      self%accepted_steps = self%accepted_steps + (steps - 1)
-      field%evaluations = field%evaluations + steps*self%stages
-   end subroutine go_on
+      integer :: i, l
 
-   !> Refuse the step after those of the strip, and propose a shorter one; `done`: its error is a number that tells how much
-   !> shorter.
-   pure subroutine refuse(self, field, done)
-      class(stepper_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
-      logical, intent(out) :: done
+      self%output%h = self%h
+      associate (r => self%output%r)
+         do i = 1, self%n
+            r(i, 0) = z(i)
+         end do
+         if (self%implicit) then
+            call self%radau%dense_coefficients(r(:, 1:4))
+            return
+         end if
+         do i = 1, self%n
+            r(i, 1) = self%z_end(i) - z(i)
+            r(i, 2) = self%h*self%dz_start(i) - r(i, 1)
+            r(i, 3) = r(i, 1) - self%h*self%dz_end(i) - r(i, 2)
+         end do
+         do i = self%stages + 2, self%stages + 1 + self%tableau%extra
+            call combine(self%z_start, self%h, self%k, self%tableau%row(i), self%z_stage)
+            call rhs%derivative(system, self%tableau%node(i)*self%h, self%z_stage(:self%n), self%k(:self%n, i))
+         end do
+         do l = 1, self%tableau%polynomials
+            call add_up(self%k, self%tableau%dense(l), self%z_stage)
+            do i = 1, self%n
+               r(i, 3 + l) = self%h*self%z_stage(i)
+            end do
+         end do
+      end associate
+   end subroutine prepare_dense
+
+   !> Whether the dense output of the step is as good at theta as the step: its highest term, which is more than its error, is
+   !> within the tolerance there.
+   pure logical function fine_at(self, theta)
+      class(stepper_t), intent(in) :: self
+      real(wp), intent(in) :: theta
 
       real(wp) :: factor
+      integer :: i
 
-      associate (error => self%strip%error(self%strip%count + 1))
-         done = error <= huge(1.0_wp)
-         if (.not. done) return
-         call self%control%refused(error, self%control%safety, factor)
+      associate (last => self%output%last, r => self%output%r)
+         factor = theta**((last + 1)/2)*(1.0_wp - theta)**(last/2)
+         fine_at = .true.
+         do i = 1, self%n
+            fine_at = fine_at .and. abs(r(i, last))*factor <= self%absolute + self%relative*max(abs(r(i, 0)), abs(self%z_end(i)))
+         end do
       end associate
-      self%rejected_steps = self%rejected_steps + 1
-      field%evaluations = field%evaluations + self%stages
-      self%h_next = below_on_ladder(factor*self%strip%h)
-   end subroutine refuse
+   end function fine_at
 
-   !> Go back to step k of the strip, which began at `tau`, as if it had just been attempted; `accept` may follow.
-   pure subroutine load(self, field, tau, k)
-      class(stepper_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
-      real(wp), intent(in) :: tau
-      integer, intent(in) :: k
+   !> z at theta in [0, 1] of the step whose dense output was prepared.
+   pure subroutine at(self, theta, z)
+      class(stepper_t), intent(in) :: self
+      real(wp), intent(in) :: theta
+      real(wp), intent(out) :: z(:)
 
-      integer :: i, n, t
+      call self%output%at(theta, z)
+   end subroutine at
+
+   !> dz/dt at theta, the derivative of `at`.
+   pure subroutine rate_at(self, theta, dz)
+      class(stepper_t), intent(in) :: self
+      real(wp), intent(in) :: theta
+      real(wp), intent(out) :: dz(:)
+
+      call self%output%rate_at(theta, dz)
+   end subroutine rate_at
+
+   !> Carry disturbances (n, columns) of the state through a step h from z: the variational equation by the same method. Of the
+   !> implicit one the stages are those of the step's dense output, which has to be at hand.
+   subroutine transport(self, rhs, system, z, h, tangent)
+      class(stepper_t), intent(in) :: self
+      type(right_hand_side_t), intent(inout) :: rhs
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: z(:), h
+      real(wp), intent(inout) :: tangent(:, :)
+
+      real(wp) :: slope(self%n, size(self%k, 2)), stage(self%n), jacobian(self%n, self%n)
+      real(wp) :: change(self%n, size(tangent, 2), size(self%k, 2)), moved(self%n, size(tangent, 2))
+      integer :: i, j
+
+      if (self%implicit) then
+         call transport_implicitly(self, rhs, system, h, tangent)
+         return
+      end if
+      do i = 1, self%stages + 1
+         stage = z
+         moved = tangent
+         associate (row => self%tableau%row(i))
+            do j = 1, row%terms
+               stage = stage + h*row%value(j)*slope(:, row%column(j))
+               moved = moved + h*row%value(j)*change(:, :, row%column(j))
+            end do
+         end associate
+         if (i > self%stages) exit
+         call rhs%derivative(system, self%tableau%node(i)*h, stage, slope(:, i))
+         call rhs%jacobian(system, self%tableau%node(i)*h, stage, jacobian)
+         change(:, :, i) = matmul(jacobian, moved)
+      end do
+      tangent = moved
+   end subroutine transport
+
+   !> The same by the collocation of Radau IIA: K_i = J_i (V + h Σ_j a_ij K_j).
+   subroutine transport_implicitly(self, rhs, system, h, tangent)
+      type(stepper_t), intent(in) :: self
+      type(right_hand_side_t), intent(inout) :: rhs
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: h
+      real(wp), intent(inout) :: tangent(:, :)
+
+      real(wp) :: matrix(3*self%n, 3*self%n), side(3*self%n, size(tangent, 2)), stage(self%n), jacobian(self%n, self%n)
+      integer :: i, info, j, n, pivot(3*self%n)
 
       n = self%n
-      associate (strip => self%strip, tones => size(field%omega))
-         self%h = strip%h
-         self%error = strip%error(k)
-         self%mapped = .true.
-         self%known = same_start
-         do i = 1, n
-            self%z_end(i) = strip%z(i, k)
-            self%dz_start(i) = strip%u(i, k - 1)
-            self%dz_end(i) = strip%u(i, k)
+      do i = 1, 3
+         call self%output%at(radau_node(i)*h/self%h, stage)
+         call rhs%jacobian(system, radau_node(i)*h, stage, jacobian)
+         associate (rows => [(n*(i - 1) + j, j=1, n)])
+            side(rows, :) = matmul(jacobian, tangent)
+            do j = 1, 3
+               matrix(rows, n*(j - 1) + 1:n*j) = -h*radau_weight(i, j)*jacobian
+            end do
+         end associate
+      end do
+      do j = 1, 3*n
+         matrix(j, j) = matrix(j, j) + 1.0_wp
+      end do
+      call dgetrf(3*n, 3*n, matrix, 3*n, pivot, info)
+      if (info == 0) call dgetrs("N", 3*n, size(tangent, 2), matrix, 3*n, pivot, side, 3*n, info)
+      do i = 1, 3
+         tangent = tangent + h*radau_weight(3, i)*side(n*(i - 1) + 1:n*i, :)
+      end do
+   end subroutine transport_implicitly
+
+   !> Largest component of the error `estimates` e of a step from z0 to z1 (n each) in units of the tolerance; not finite if one is
+   !> not.
+   pure function scaled_error(n, rows, estimates, e, z0, z1, absolute, relative) result(error)
+      integer, intent(in) :: n, rows, estimates
+      real(wp), intent(in) :: e(rows, estimates), z0(n), z1(n), absolute, relative
+      real(wp) :: error
+
+      real(wp) :: first, largest, scale, second
+      integer :: i
+
+      first = 0.0_wp
+      second = 0.0_wp
+      do i = 1, n
+         scale = 1.0_wp/(absolute + relative*max(abs(z0(i)), abs(z1(i))))
+         error = abs(e(i, 1))*scale
+         if (.not. error <= huge(error)) return
+         first = max(first, error)
+         if (estimates < 2) cycle
+         error = abs(e(i, 2))*scale
+         if (.not. error <= huge(error)) return
+         second = max(second, error)
+      end do
+      error = first
+      if (estimates < 2 .or. .not. first > 0.0_wp) return
+      second = sqrt(share_of_third)*second
+      largest = max(first, second)
+      error = first*((first/largest)/sqrt((first/largest)**2 + (second/largest)**2))
+   end function scaled_error
+
+   !> out = Σ_j value_j k_column(j), four components at a time.
+   pure subroutine add_up(k, sum, out)
+      real(wp), intent(in), contiguous :: k(:, :)
+      type(sum_t), intent(in) :: sum
+      real(wp), intent(out), contiguous :: out(:)
+
+      real(wp) :: a, b, c, d, value
+      integer :: i, j, l
+
+      do i = 1, size(k, 1), 4
+         a = 0.0_wp
+         b = 0.0_wp
+         c = 0.0_wp
+         d = 0.0_wp
+         do j = 1, sum%terms
+            l = sum%column(j)
+            value = sum%value(j)
+            a = a + value*k(i, l)
+            b = b + value*k(i + 1, l)
+            c = c + value*k(i + 2, l)
+            d = d + value*k(i + 3, l)
          end do
-         call self%maps%recall(strip, k)
-         field%base = tau + strip%at(k - 1)
-         field%looked = tau + strip%at(k)
-         field%carried = strip%carried + k - 1
-         do t = 1, tones
-            field%base_cosine(t) = strip%u(n + t, k - 1)
-            field%base_sine(t) = strip%u(n + tones + t, k - 1)
-            field%c(t) = strip%u(n + t, k)
-            field%d(t) = strip%u(n + tones + t, k)
-         end do
-      end associate
-   end subroutine load
+         out(i) = a
+         out(i + 1) = b
+         out(i + 2) = c
+         out(i + 3) = d
+      end do
+   end subroutine add_up
 
-   !> The next attempt starts at the end of the step that has been loaded, which has been accepted.
-   pure subroutine go_to_end(self)
-      class(stepper_t), intent(inout) :: self
+   !> out = base + h Σ_j value_j k_column(j).
+   pure subroutine combine(base, h, k, sum, out)
+      real(wp), intent(in), contiguous :: base(:), k(:, :)
+      real(wp), intent(in) :: h
+      type(sum_t), intent(in) :: sum
+      real(wp), intent(inout), contiguous :: out(:)
 
-      self%known = moved_on
-   end subroutine go_to_end
+      integer :: i
 
-   !> Accept the step that has been loaded.
-   pure subroutine accept(self, field)
-      class(stepper_t), intent(inout) :: self
-      type(field_t), intent(inout) :: field
-
-      field%evaluations = field%evaluations + self%stages
-      call self%propose(.true., .true., .false.)
-   end subroutine accept
+      call add_up(k, sum, out)
+      do i = 1, size(base)
+         out(i) = base(i) + h*out(i)
+      end do
+   end subroutine combine
 
 end module razy_runge_kutta_methods_stepper

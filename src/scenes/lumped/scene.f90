@@ -1,17 +1,23 @@
 !! The scene `lumped`: masses and inertias with one coordinate each become a machine (source thesis, chapters 2 to 4).
+!!
+!! A gear mesh between wheels 1 and 2 has d = r1 q1 - r2 q2 + Δ(t) and acts with -r1 F(d) and +r2 F(d); a stop has
+!! s = q1 - q2 - z(t), z a given motion of its second end, and a friction element slides with s' = q1' - q2' - belt speed; both act
+!! with -F and +F.
 module razy_scenes_lumped_scene
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t
    use razy_core_kinds, only: qp, wp
+   use razy_core_text, only: did_you_mean, lower
+   use razy_input_input, only: input_t
    use razy_input_schema, only: group_spec_t
-   use razy_machine_machine, only: machine_t, observable_t
-   use razy_scenes_harmonics, only: add_harmonic, harmonics_t, new_harmonics, read_load, take_harmonics
-   use razy_scenes_lumped_bodies, only: bodies_t, find_body, find_ends, new_bodies
-   use razy_scenes_lumped_contacts, only: new_friction, new_mesh, new_stop
-   use razy_scenes_lumped_observables, only: lumped_observable
+   use razy_linalg_dense, only: add_outer
+   use razy_machine_machine, only: contact_t, machine_t
+   use razy_scenes_contacts, only: read_contacts
+   use razy_scenes_gears, only: read_gear_mesh
+   use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
+   use razy_scenes_loads, only: add_loads
+   use razy_scenes_lumped_bodies, only: bodies_t, find_body, find_ends, find_row, find_speeds, new_bodies
    use razy_scenes_lumped_schema, only: lumped_schema
-   use razy_scenes_lumped_tones, only: find_speeds
-   use razy_scenes_scene, only: scene_t
+   use razy_scenes_scene, only: coordinate_t, scene_t, site_t
    implicit none(type, external)
    private
 
@@ -19,104 +25,80 @@ module razy_scenes_lumped_scene
 
    !> The scene; it keeps the bodies of the machine that was built last.
    type, extends(scene_t) :: lumped_t
-      type(bodies_t) :: bodies
+      type(bodies_t), private :: bodies
    contains
-      procedure, nopass :: schema
+      procedure, nopass :: schema => lumped_schema
       procedure :: build
-      procedure :: new_observable
-      procedure :: set_initial
+      procedure :: find_coordinate
+      procedure :: find_site
    end type lumped_t
 
 contains
 
-   function schema() result(groups)
-      type(group_spec_t), allocatable :: groups(:)
-
-      groups = lumped_schema()
-   end function schema
-
+   !> The machine of a lumped scene, without observables and start.
    subroutine build(self, machine, input, error)
       class(lumped_t), intent(inout) :: self
       type(machine_t), intent(out) :: machine
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      call new_bodies(self%bodies, input, error)
-      if (.not. allocated(error)) call assemble(machine, self%bodies, input, error)
-   end subroutine build
-
-   subroutine new_observable(self, observable, machine, input, i, error)
-      class(lumped_t), intent(in) :: self
-      type(observable_t), intent(out) :: observable
-      type(machine_t), intent(in) :: machine
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-      type(error_t), allocatable, intent(out) :: error
-
-      call lumped_observable(observable, machine, self%bodies, input, i, error)
-   end subroutine new_observable
-
-   subroutine set_initial(self, machine, input, error)
-      class(lumped_t), intent(in) :: self
-      type(machine_t), intent(inout) :: machine
-      type(input_t), intent(in) :: input
-      type(error_t), allocatable, intent(out) :: error
-
-      integer :: body, i
-
-      do i = 1, input%count("initial")
-         call find_body(self%bodies, input, "initial", i, "on", 1, body, error)
-         if (allocated(error)) return
-         call input%get("initial", i, "displacement", machine%displacement(body))
-         call input%get("initial", i, "velocity", machine%velocity(body))
-      end do
-   end subroutine set_initial
-
-   !> The machine of a lumped scene, without observables and start.
-   subroutine assemble(machine, bodies, input, error)
-      type(machine_t), intent(out) :: machine
-      type(bodies_t), intent(in) :: bodies
-      type(input_t), intent(in) :: input
-      type(error_t), allocatable, intent(out) :: error
-
       type(harmonics_t) :: harmonics
       real(qp), allocatable :: ratio(:)
-      integer :: i, n, contacts, meshes, stops
+      integer :: i, meshes, n
 
-      n = bodies%count
+      call new_bodies(self%bodies, input, error)
+      if (allocated(error)) return
+      n = self%bodies%count
       call input%get("scene", 1, "title", machine%title)
-      machine%coordinate = [character(64) ::(bodies%name(i)%text, i=1, n)]
-      machine%unit = [character(16) ::(bodies%unit(i, "m", "rad"), i=1, n)]
-      machine%rate_unit = [character(16) ::(bodies%unit(i, "m/s", "rad/s"), i=1, n)]
+      machine%coordinate = [character(64) ::(self%bodies%name(i)%text, i=1, n)]
+      machine%unit = [character(16) :: merge("rad", "m  ", self%bodies%turns)]
+      machine%rate_unit = [character(16) :: merge("rad/s", "m/s  ", self%bodies%turns)]
       allocate (machine%mass(n, n), machine%damping(n, n), machine%stiffness(n, n), machine%load(n), source=0.0_wp)
       do i = 1, n
-         machine%mass(i, i) = bodies%mass(i)
+         machine%mass(i, i) = self%bodies%mass(i)
       end do
-      call add_connections(machine, bodies, input, error)
-      if (allocated(error)) return
-      allocate (ratio(n))
-      call find_speeds(input, bodies, ratio, error)
+      call add_connections(machine, self%bodies, input, error)
+      if (.not. allocated(error)) call find_speeds(self%bodies, input, ratio, error)
       if (allocated(error)) return
       meshes = input%count("gear_mesh")
-      stops = input%count("stop")
-      contacts = meshes + stops + input%count("friction")
-      allocate (machine%contact(contacts))
-      call new_harmonics(harmonics, n + contacts)
-      do i = 1, contacts
-         if (i <= meshes) then
-            call new_mesh(machine%contact(i), bodies, input, i, ratio, harmonics, n + i, error)
-         else if (i <= meshes + stops) then
-            call new_stop(machine%contact(i), bodies, input, i - meshes, harmonics, n + i, error)
-         else
-            call new_friction(machine%contact(i), machine%contact(meshes + 1:meshes + stops), meshes + 1, bodies, input, &
-                              i - meshes - stops, error)
-         end if
+      allocate (machine%contact(meshes + input%count("stop") + input%count("friction")))
+      call new_harmonics(harmonics, n + size(machine%contact))
+      do i = 1, meshes
+         call new_mesh(machine%contact(i), self%bodies, input, i, ratio, harmonics, n + i, error)
          if (allocated(error)) return
       end do
-      call add_loads(machine, bodies, input, harmonics, error)
+      call read_contacts(machine, self, meshes, input, harmonics, error)
+      if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)
+      if (.not. allocated(error)) call take_harmonics(machine, harmonics)
+   end subroutine build
+
+   !> Gear mesh i; its error goes to row `row` of the harmonics. `ratio` (bodies) are mean speeds over that of `&rotation`.
+   subroutine new_mesh(contact, bodies, input, i, ratio, harmonics, row, error)
+      type(contact_t), intent(out) :: contact
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i, row
+      real(qp), intent(in) :: ratio(:)
+      type(harmonics_t), intent(inout) :: harmonics
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: radius(:)
+      real(wp) :: w(bodies%count)
+      integer :: ends(2)
+
+      call find_ends(bodies, input, "gear_mesh", i, ends, error)
       if (allocated(error)) return
-      call take_harmonics(machine, harmonics)
-   end subroutine assemble
+      if (any(ends == 0)) then
+         call input%complain(error, "gear_mesh", i, "between", "two inertias, not the frame")
+      else if (.not. all(bodies%turns(ends))) then
+         call input%complain(error, "gear_mesh", i, "between", "two inertias, not masses")
+      end if
+      if (allocated(error)) return
+      call input%get("gear_mesh", i, "radius", radius)
+      w = 0.0_wp
+      w(ends) = [radius(1), -radius(2)]
+      call read_gear_mesh(contact, input, i, w, ratio(ends(1)), "a body that springs and meshes", harmonics, row, error)
+   end subroutine new_mesh
 
    !> Springs and dampers into K and B.
    subroutine add_connections(machine, bodies, input, error)
@@ -125,61 +107,69 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: stiffness, damping, factor
-      integer :: ends(2), i
+      real(wp), allocatable :: w(:)
+      real(wp) :: damping, factor, stiffness
+      logical :: turns
+      integer :: i
 
       do i = 1, input%count("spring")
-         call find_ends(bodies, input, "spring", i, ends, error)
+         call find_row(bodies, input, "spring", i, w, turns, error)
          if (allocated(error)) return
          call input%get("spring", i, "stiffness", stiffness)
          call input%get("spring", i, "damping", damping)
          call input%get("spring", i, "damping_factor", factor)
-         call connect(machine%stiffness, ends, stiffness)
-         call connect(machine%damping, ends, damping + factor*stiffness)
+         call add_outer(machine%stiffness, stiffness, w)
+         call add_outer(machine%damping, damping + factor*stiffness, w)
       end do
       do i = 1, input%count("damper")
-         call find_ends(bodies, input, "damper", i, ends, error)
+         call find_row(bodies, input, "damper", i, w, turns, error)
          if (allocated(error)) return
          call input%get("damper", i, "damping", damping)
-         call connect(machine%damping, ends, damping)
+         call add_outer(machine%damping, damping, w)
       end do
    end subroutine add_connections
 
-   !> Add an element between two coordinates (0: the frame) to a matrix.
-   pure subroutine connect(matrix, ends, value)
-      real(wp), intent(inout) :: matrix(:, :)
-      integer, intent(in) :: ends(2)
-      real(wp), intent(in) :: value
-
-      integer :: i
-
-      do i = 1, 2
-         if (ends(i) > 0) matrix(ends(i), ends(i)) = matrix(ends(i), ends(i)) + value
-      end do
-      if (any(ends == 0)) return
-      matrix(ends(1), ends(2)) = matrix(ends(1), ends(2)) - value
-      matrix(ends(2), ends(1)) = matrix(ends(2), ends(1)) - value
-   end subroutine connect
-
-   !> Constant and harmonic loads.
-   subroutine add_loads(machine, bodies, input, harmonics, error)
-      type(machine_t), intent(inout) :: machine
-      type(bodies_t), intent(in) :: bodies
+   !> The coordinate of a body; without a name that of the only one.
+   subroutine find_coordinate(self, coordinate, input, group, i, key, own, error)
+      class(lumped_t), intent(in) :: self
+      type(coordinate_t), intent(out) :: coordinate
       type(input_t), intent(in) :: input
-      type(harmonics_t), intent(inout) :: harmonics
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: i
+      logical, intent(in) :: own
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: cosine, sine, value
-      real(qp) :: hertz
-      integer :: body, i
-
-      do i = 1, input%count("load")
-         call find_body(bodies, input, "load", i, "on", 1, body, error)
-         if (.not. allocated(error)) call read_load(input, i, value, cosine, sine, hertz, error)
+      associate (bodies => self%bodies, unused => own)
+         coordinate%number = 1
+         if (input%given(group, i, key)) then
+            call find_body(bodies, input, group, i, key, coordinate%number, error)
+         else if (bodies%count > 1) then
+            call input%complain(error, group, i, key, "required where there are several; "//did_you_mean("", bodies%name, "bodies"))
+         end if
          if (allocated(error)) return
-         machine%load(body) = machine%load(body) + value
-         call add_harmonic(harmonics, body, hertz, cosine, sine)
-      end do
-   end subroutine add_loads
+         coordinate%name = bodies%name(coordinate%number)%text
+         coordinate%turns = bodies%turns(coordinate%number)
+         allocate (coordinate%row(bodies%count), source=0.0_wp)
+         coordinate%row(coordinate%number) = 1.0_wp
+      end associate
+   end subroutine find_coordinate
+
+   subroutine find_site(self, site, input, group, i, stop, error)
+      class(lumped_t), intent(in) :: self
+      type(site_t), intent(out) :: site
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i, stop
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: side
+
+      associate (unused => stop)
+         call find_row(self%bodies, input, group, i, site%w, site%turns, error)
+      end associate
+      if (allocated(error) .or. group /= "stop") return
+      call input%get(group, i, "side", side)
+      site%sides = lower(side) /= ["upper", "lower"]
+   end subroutine find_site
 
 end module razy_scenes_lumped_scene

@@ -4,13 +4,14 @@
 !! r = (r1, r2) from the centre of mass moves by (x - φ r2, y + φ r1) (source thesis, 4.3).
 module razy_scenes_planar_bodies
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
    use razy_core_text, only: did_you_mean, lower, position_of, string_t
+   use razy_input_input, only: input_t
    implicit none(type, external)
    private
 
-   public :: add_motion, bodies_t, coordinate_names, find_coordinate, find_point, known_point, new_bodies, point_t, unit_direction
+   public :: add_motion, bodies_t, components, coordinate_names, find_point, known_point, new_bodies, point_t, &
+             unit_direction
 
    !> A point of body `body` (0: the frame) at `arm` from its centre of mass, at `place` in the reference position, m.
    !> `located` is false for 'frame' without a point.
@@ -32,6 +33,7 @@ module razy_scenes_planar_bodies
       type(point_t), allocatable :: point(:)
    end type bodies_t
 
+   !> Coordinates of a body, the first two also of a point.
    character(3), parameter :: components(3) = ["x  ", "y  ", "phi"]
 
 contains
@@ -43,7 +45,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: pair(:)
-      character(:), allocatable :: name
+      character(:), allocatable :: body, name
       integer :: i
 
       self%count = input%count("body")
@@ -53,59 +55,47 @@ contains
       end if
       allocate (self%name(self%count), self%mass(self%count), self%inertia(self%count), self%centre(2, self%count))
       do i = 1, self%count
-         call input%get("body", i, "name", name)
+         call read_name("body")
+         if (allocated(error)) return
          self%name(i)%text = name
          call input%get("body", i, "mass", self%mass(i))
          call input%get("body", i, "inertia", self%inertia(i))
          call input%get("body", i, "centre", pair)
          self%centre(:, i) = pair
-         call refuse_frame(input, "body", i, name, error)
-         if (allocated(error)) return
       end do
       allocate (self%point_name(input%count("point")), self%point(input%count("point")))
       do i = 1, size(self%point)
-         call input%get("point", i, "name", name)
-         self%point_name(i)%text = name
-         call refuse_frame(input, "point", i, name, error)
-         if (.not. allocated(error)) call place_point(self, self%point(i), input, i, error)
+         call read_name("point")
          if (allocated(error)) return
+         self%point_name(i)%text = name
+         call input%get("point", i, "body", body)
+         call input%get("point", i, "position", pair)
+         associate (point => self%point(i))
+            point%arm = pair
+            point%place = pair
+            if (lower(body) == "frame") cycle
+            point%body = position_of(body, self%name)
+            if (point%body == 0) then
+               call input%complain(error, "point", i, "body", "no body is named "//body//"; "// &
+                                   did_you_mean(body, [self%name, string_t("frame")], "bodies"))
+               return
+            end if
+            point%place = pair + self%centre(:, point%body)
+         end associate
       end do
+
+   contains
+
+      subroutine read_name(group)
+         character(*), intent(in) :: group
+
+         call input%get(group, i, "name", name)
+         if (lower(name) == "frame") then
+            call input%complain(error, group, i, "name", "any name but frame, which is what does not move")
+         end if
+      end subroutine read_name
+
    end subroutine new_bodies
-
-   pure subroutine refuse_frame(input, group, i, name, error)
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: group, name
-      integer, intent(in) :: i
-      type(error_t), allocatable, intent(out) :: error
-
-      if (lower(name) == "frame") call input%complain(error, group, i, "name", &
-                                                      "any name but frame, which is what does not move")
-   end subroutine refuse_frame
-
-   !> Point i on its body.
-   subroutine place_point(self, point, input, i, error)
-      type(bodies_t), intent(in) :: self
-      type(point_t), intent(out) :: point
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-      type(error_t), allocatable, intent(out) :: error
-
-      real(wp), allocatable :: position(:)
-      character(:), allocatable :: body
-
-      call input%get("point", i, "body", body)
-      call input%get("point", i, "position", position)
-      point%arm = position
-      point%place = position
-      if (lower(body) == "frame") return
-      point%body = position_of(body, self%name)
-      if (point%body == 0) then
-         call input%complain(error, "point", i, "body", "no body is named "//body//"; "// &
-                             did_you_mean(body, [self%name, string_t("frame")], "bodies"))
-         return
-      end if
-      point%place = position + self%centre(:, point%body)
-   end subroutine place_point
 
    !> The point that a key names in its element `element`: a point, a body for its centre of mass, or the frame.
    subroutine find_point(self, input, group, index, key, element, point, error)
@@ -146,48 +136,6 @@ contains
       known = point%body > 0
       if (known) point%place = self%centre(:, point%body)
    end function known_point
-
-   !> The coordinate, or component of the motion of a point, that a key names: `row` (coordinates) gives it as rowᵀq.
-   !> `turns` says whether it is an angle; `coordinate` is its number, 0 for a point.
-   subroutine find_coordinate(self, input, group, index, key, row, turns, coordinate, error)
-      type(bodies_t), intent(in) :: self
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: group, key
-      integer, intent(in) :: index
-      real(wp), allocatable, intent(out) :: row(:)
-      logical, intent(out) :: turns
-      integer, intent(out) :: coordinate
-      type(error_t), allocatable, intent(out) :: error
-
-      type(point_t) :: point
-      type(string_t), allocatable :: known(:)
-      character(:), allocatable :: name
-      logical :: right
-      integer :: component, dot
-
-      call input%get(group, index, key, name)
-      allocate (row(3*self%count), source=0.0_wp)
-      dot = scan(name, ".", back=.true.)
-      turns = .false.
-      coordinate = 0
-      component = findloc(components == lower(name(dot + 1:)), .true., dim=1)
-      right = dot > 1 .and. component > 0
-      if (right) right = known_point(self, name(:dot - 1), point)
-      if (right) right = point%body > 0 .and. (component < 3 .or. position_of(name(:dot - 1), self%name) > 0)
-      if (.not. right) then
-         known = coordinate_names(self)
-         call input%complain(error, group, index, key, "a coordinate, or a point of a body with .x or .y; "// &
-                             did_you_mean(name, known, "coordinates"))
-         return
-      end if
-      turns = component == 3
-      if (position_of(name(:dot - 1), self%name) > 0) coordinate = 3*(point%body - 1) + component
-      if (turns) then
-         row(coordinate) = 1.0_wp
-      else
-         call add_motion(row, point, merge([1.0_wp, 0.0_wp], [0.0_wp, 1.0_wp], component == 1))
-      end if
-   end subroutine find_coordinate
 
    !> Names of all coordinates, such as table.y.
    function coordinate_names(self) result(names)

@@ -1,4 +1,4 @@
-!! What drives a planar machine: loads, weight, and counter-rotating eccentrics (source thesis, 4.86-4.88).
+!! What drives a planar machine beside loads: weight, and counter-rotating eccentrics (source thesis, 4.86-4.88).
 !!
 !! An exciter has two rotors on axes at p - l t and p + l t from the centre of mass, t across the direction n of the
 !! resultant (t is to the right where n is up). With ω = 2πf, phases θ1 = ωt + φ and θ2 = θ1 + φ0 and U = unbalance
@@ -9,40 +9,18 @@
 !! move is left out, as in the source.
 module razy_scenes_planar_excitation
    use razy_core_error, only: error_t
+   use razy_core_kinds, only: pi, qp, wp
    use razy_input_input, only: input_t
-   use razy_core_kinds, only: qp, wp
-   use razy_scenes_harmonics, only: add_harmonic, harmonics_t, read_load
-   use razy_scenes_planar_bodies, only: add_motion, bodies_t, find_coordinate, find_point, point_t, unit_direction
+   use razy_scenes_harmonics, only: add_harmonics, harmonics_t
+   use razy_scenes_planar_bodies, only: add_motion, bodies_t, find_point, point_t, unit_direction
    implicit none(type, external)
    private
 
-   public :: add_exciters, add_gravity, add_loads, exciter_axes
+   public :: add_exciters, add_gravity, exciter_axes
 
 contains
 
-   subroutine add_loads(load, bodies, input, harmonics, error)
-      !> Constant loads (coordinates), N or N m.
-      real(wp), intent(inout) :: load(:)
-      type(bodies_t), intent(in) :: bodies
-      type(input_t), intent(in) :: input
-      type(harmonics_t), intent(inout) :: harmonics
-      type(error_t), allocatable, intent(out) :: error
-
-      real(wp), allocatable :: row(:)
-      real(wp) :: cosine, sine, value
-      real(qp) :: hertz
-      logical :: turns
-      integer :: coordinate, i
-
-      do i = 1, input%count("load")
-         call find_coordinate(bodies, input, "load", i, "on", row, turns, coordinate, error)
-         if (.not. allocated(error)) call read_load(input, i, value, cosine, sine, hertz, error)
-         if (allocated(error)) return
-         load(:) = load + value*row
-         call add_vector(harmonics, hertz, cosine*row, sine*row)
-      end do
-   end subroutine add_loads
-
+   !> Weight into the constant loads (coordinates), N or N m.
    subroutine add_gravity(load, bodies, input, error)
       real(wp), intent(inout) :: load(:)
       type(bodies_t), intent(in) :: bodies
@@ -81,11 +59,11 @@ contains
          call input%get("exciter", i, "phase_error", phase_error)
          do k = 1, 2
             across = merge(1, -1, k == 1)*[along(2), -along(1)]
-            angle = (phase + merge(phase_error, 0.0_wp, k == 2))*acos(-1.0_wp)/180
+            angle = (phase + merge(phase_error, 0.0_wp, k == 2))*pi/180
             allocate (x(3*bodies%count), y(3*bodies%count), source=0.0_wp)
             call add_motion(x, axis(k), force*along)
             call add_motion(y, axis(k), force*across)
-            call add_vector(harmonics, real(frequency, qp), sin(angle)*x + cos(angle)*y, cos(angle)*x - sin(angle)*y)
+            call add_harmonics(harmonics, real(frequency, qp), sin(angle)*x + cos(angle)*y, cos(angle)*x - sin(angle)*y)
             deallocate (x, y)
          end do
       end do
@@ -144,20 +122,8 @@ contains
          force = force/2*(frequency/at)**2
       else
          call input%get("exciter", i, "unbalance", force)
-         force = force*(2*acos(-1.0_wp)*frequency)**2
+         force = force*(2*pi*frequency)**2
       end if
    end subroutine rotor_force
-
-   subroutine add_vector(harmonics, hertz, cosine, sine)
-      type(harmonics_t), intent(inout) :: harmonics
-      real(qp), intent(in) :: hertz
-      real(wp), intent(in) :: cosine(:), sine(:)
-
-      integer :: k
-
-      do k = 1, size(cosine)
-         call add_harmonic(harmonics, k, hertz, cosine(k), sine(k))
-      end do
-   end subroutine add_vector
 
 end module razy_scenes_planar_excitation

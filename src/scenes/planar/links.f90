@@ -2,16 +2,19 @@
 !! displacement of the first point against the second one, s = wᵀq, follows from the coordinates.
 module razy_scenes_planar_links
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
+   use razy_core_text, only: string_t
+   use razy_input_input, only: input_t
    use razy_scenes_planar_bodies, only: add_motion, bodies_t, find_point, point_t, unit_direction
    implicit none(type, external)
    private
 
-   public :: link_t, new_link, new_sliding_link, pair_count
+   public :: link_t, new_sliding_link, read_links
 
-   !> First and second end, direction of length 1, row (coordinates).
+   !> One of the `pairs` pairs of `group` number `number`: both ends, direction of length 1, row (coordinates).
    type :: link_t
+      character(:), allocatable :: group
+      integer :: number = 0, pairs = 1
       type(point_t) :: first, second
       real(wp) :: direction(2) = 0.0_wp
       real(wp), allocatable :: w(:)
@@ -22,45 +25,51 @@ module razy_scenes_planar_links
 
 contains
 
-   !> Number of pairs that a group joins.
-   subroutine pair_count(input, group, index, pairs, error)
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: group
-      integer, intent(in) :: index
-      integer, intent(out) :: pairs
-      type(error_t), allocatable, intent(out) :: error
-
-      integer :: ends
-
-      ends = input%length(group, index, "between")
-      pairs = ends/2
-      if (2*pairs /= ends) call input%complain(error, group, index, "between", "an even number of names, two for each pair")
-   end subroutine pair_count
-
-   !> Pair number `pair` of a group.
-   subroutine new_link(link, bodies, input, group, index, pair, error)
-      type(link_t), intent(out) :: link
+   !> All pairs of groups of these kinds.
+   subroutine read_links(links, bodies, input, groups, error)
+      type(link_t), allocatable, intent(out) :: links(:)
       type(bodies_t), intent(in) :: bodies
       type(input_t), intent(in) :: input
-      character(*), intent(in) :: group
-      integer, intent(in) :: index, pair
+      character(*), intent(in) :: groups(:)
       type(error_t), allocatable, intent(out) :: error
 
-      call find_points(link, bodies, input, group, index, pair, error)
-      if (.not. allocated(error)) call find_direction(link, input, group, index, error)
-      if (.not. allocated(error)) call find_row(link, bodies)
-   end subroutine new_link
+      type(string_t), allocatable :: ends(:)
+      integer :: g, i, n, pair, pass
+
+      do pass = 1, 2
+         n = 0
+         do g = 1, size(groups)
+            do i = 1, input%count(trim(groups(g)))
+               call input%get(trim(groups(g)), i, "between", ends)
+               if (modulo(size(ends), 2) /= 0) then
+                  call input%complain(error, trim(groups(g)), i, "between", "an even number of names, two for each pair")
+                  return
+               end if
+               do pair = 1, size(ends)/2
+                  n = n + 1
+                  if (pass == 1) cycle
+                  links(n)%pairs = size(ends)/2
+                  call find_points(links(n), bodies, input, trim(groups(g)), i, pair, error)
+                  if (.not. allocated(error)) call find_direction(links(n), input, error)
+                  if (allocated(error)) return
+                  call find_row(links(n), bodies)
+               end do
+            end do
+         end do
+         if (pass == 1) allocate (links(n))
+      end do
+   end subroutine read_links
 
    !> The two ends of `&friction` number `index`, which rubs on `&stop` number `stop` (0: none). Both ends are taken at the place of
    !> the first point, because that is where surfaces touch: forces across the line through the points would be a moment.
-   subroutine new_sliding_link(link, bodies, input, index, stop, error)
+   subroutine new_sliding_link(link, bodies, stops, input, index, stop, error)
       type(link_t), intent(out) :: link
       type(bodies_t), intent(in) :: bodies
+      type(link_t), intent(in) :: stops(:)
       type(input_t), intent(in) :: input
       integer, intent(in) :: index, stop
       type(error_t), allocatable, intent(out) :: error
 
-      type(link_t) :: pressing
       real(wp) :: across(2)
 
       call find_points(link, bodies, input, "friction", index, 1, error)
@@ -68,10 +77,9 @@ contains
       if (input%given("friction", index, "direction")) then
          call unit_direction(input, "friction", index, link%direction, error)
       else if (stop > 0) then
-         call new_link(pressing, bodies, input, "stop", stop, 1, error)
-         if (.not. allocated(error)) link%direction = [pressing%direction(2), -pressing%direction(1)]
+         link%direction = [stops(stop)%direction(2), -stops(stop)%direction(1)]
       else
-         call find_direction(link, input, "friction", index, error)
+         call find_direction(link, input, error)
       end if
       if (allocated(error)) return
       if (link%first%located .and. link%second%located) then
@@ -83,19 +91,21 @@ contains
       call find_row(link, bodies)
    end subroutine new_sliding_link
 
-   subroutine find_points(link, bodies, input, group, index, pair, error)
+   subroutine find_points(link, bodies, input, group, number, pair, error)
       type(link_t), intent(inout) :: link
       type(bodies_t), intent(in) :: bodies
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group
-      integer, intent(in) :: index, pair
+      integer, intent(in) :: number, pair
       type(error_t), allocatable, intent(out) :: error
 
-      call find_point(bodies, input, group, index, "between", 2*pair - 1, link%first, error)
-      if (.not. allocated(error)) call find_point(bodies, input, group, index, "between", 2*pair, link%second, error)
+      link%group = group
+      link%number = number
+      call find_point(bodies, input, group, number, "between", 2*pair - 1, link%first, error)
+      if (.not. allocated(error)) call find_point(bodies, input, group, number, "between", 2*pair, link%second, error)
       if (allocated(error)) return
       if (link%first%body == link%second%body) then
-         call input%complain(error, group, index, "between", "points of two different bodies, or of a body and the frame")
+         call input%complain(error, group, number, "between", "points of two different bodies, or of a body and the frame")
       end if
    end subroutine find_points
 
@@ -110,11 +120,9 @@ contains
 
    !> The direction that is given, or that of the line through both points. Two forces along parallel lines would be a
    !> moment that nothing balances, so the points have to lie on one line in that direction.
-   subroutine find_direction(link, input, group, index, error)
+   subroutine find_direction(link, input, error)
       type(link_t), intent(inout) :: link
       type(input_t), intent(in) :: input
-      character(*), intent(in) :: group
-      integer, intent(in) :: index
       type(error_t), allocatable, intent(out) :: error
 
       real(wp) :: line(2), miss
@@ -123,19 +131,20 @@ contains
       both = link%first%located .and. link%second%located
       line = 0.0_wp
       if (both) line = link%first%place - link%second%place
-      if (input%given(group, index, "direction")) then
-         call unit_direction(input, group, index, link%direction, error)
+      if (input%given(link%group, link%number, "direction")) then
+         call unit_direction(input, link%group, link%number, link%direction, error)
          if (allocated(error) .or. .not. both) return
          miss = abs(line(1)*link%direction(2) - line(2)*link%direction(1))
          if (miss > in_line*max(norm2(link%first%place), norm2(link%second%place))) then
-            call input%complain(error, group, index, "direction", "that of the line through the two points; beside it, the two "// &
-                                "forces would turn the machine")
+            call input%complain(error, link%group, link%number, "direction", &
+                                "that of the line through the two points; beside it, the two forces would turn the machine")
          end if
       else if (norm2(line) > 0.0_wp) then
          link%direction = line/norm2(line)
       else
-         call input%complain(error, group, index, "direction", "required, such as 0.0, 1.0 for upwards, where the two points "// &
-                             "lie on one another or one is 'frame' without a place")
+         call input%complain(error, link%group, link%number, "direction", &
+                             "required, such as 0.0, 1.0 for upwards, where the two points lie on one another or one is "// &
+                             "'frame' without a place")
       end if
    end subroutine find_direction
 

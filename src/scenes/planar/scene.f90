@@ -5,46 +5,43 @@
 !! displacement of the first point against the second. Friction in direction t acts against s' = t·(u1' - u2') - belt speed; both of
 !! its forces act at the place of the first point.
 module razy_scenes_planar_scene
-   use razy_core_drawing, only: drawing_t
+   use razy_core_drawing, only: drawing_t, element_load
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
-   use razy_input_schema, only: group_spec_t
-   use razy_core_text, only: lower
-   use razy_machine_machine, only: contact_t, machine_t, observable_t
-   use razy_scenes_friction, only: read_friction, stop_of
-   use razy_scenes_gap_laws, only: read_gap_law
+   use razy_core_number, only: to_text
+   use razy_core_text, only: did_you_mean, lower, position_of, string_t
+   use razy_input_input, only: input_t
+   use razy_linalg_dense, only: add_outer
+   use razy_machine_machine, only: machine_t
+   use razy_scenes_contacts, only: read_contacts
    use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
-   use razy_scenes_observables, only: begin_observable, name_observable, observe_contacts, observe_coordinate
-   use razy_scenes_planar_bodies, only: bodies_t, coordinate_names, find_coordinate, new_bodies
-   use razy_scenes_planar_drawing, only: draw_planar
-   use razy_scenes_planar_excitation, only: add_exciters, add_gravity, add_loads
-   use razy_scenes_planar_links, only: link_t, new_link, new_sliding_link, pair_count
+   use razy_scenes_loads, only: add_loads
+   use razy_scenes_planar_bodies, only: add_motion, bodies_t, components, coordinate_names, known_point, new_bodies, point_t
+   use razy_scenes_planar_drawing, only: draw_exciters, draw_links
+   use razy_scenes_planar_excitation, only: add_exciters, add_gravity
+   use razy_scenes_planar_links, only: link_t, new_sliding_link, read_links
    use razy_scenes_planar_schema, only: matrix_all, matrix_untuned, planar_schema
-   use razy_scenes_scene, only: scene_t
+   use razy_scenes_scene, only: coordinate_t, scene_t, site_t
    implicit none(type, external)
    private
 
    public :: planar_t
 
-   !> The scene; it keeps the bodies of the machine that was built last.
+   !> The scene; it keeps bodies, and what stands between them, of the machine that was built last.
    type, extends(scene_t) :: planar_t
+      private
       type(bodies_t) :: bodies
+      !> Springs and dampers; stops.
+      type(link_t), allocatable :: link(:), stop(:)
    contains
-      procedure, nopass :: schema
+      procedure, nopass :: schema => planar_schema
       procedure :: build
-      procedure :: new_observable
-      procedure :: set_initial
-      procedure :: draw
+      procedure :: find_coordinate
+      procedure :: find_site
+      procedure, public :: draw
    end type planar_t
 
 contains
-
-   function schema() result(groups)
-      type(group_spec_t), allocatable :: groups(:)
-
-      groups = planar_schema()
-   end function schema
 
    subroutine build(self, machine, input, error)
       class(planar_t), intent(inout) :: self
@@ -53,30 +50,20 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(harmonics_t) :: harmonics
-      integer :: i, n, stops
-
       call new_bodies(self%bodies, input, error)
       if (allocated(error)) return
-      n = 3*self%bodies%count
       call begin_machine(machine, self%bodies, input)
-      stops = input%count("stop")
-      allocate (machine%contact(stops + input%count("friction")))
-      do i = 1, size(machine%contact)
-         if (i <= stops) then
-            call new_stop(machine%contact(i), self%bodies, input, i, error)
-         else
-            call new_friction(machine%contact(i), machine%contact(:stops), self%bodies, input, i - stops, error)
-         end if
-         if (allocated(error)) return
-      end do
-      call add_connections(machine, self%bodies, input, error)
+      call read_links(self%link, self%bodies, input, ["spring", "damper"], error)
+      if (.not. allocated(error)) call read_links(self%stop, self%bodies, input, ["stop"], error)
       if (allocated(error)) return
-      call new_harmonics(harmonics, n + size(machine%contact))
-      call add_loads(machine%load, self%bodies, input, harmonics, error)
+      allocate (machine%contact(size(self%stop) + input%count("friction")))
+      call new_harmonics(harmonics, size(machine%load) + size(machine%contact))
+      call read_contacts(machine, self, 0, input, harmonics, error)
+      if (.not. allocated(error)) call add_connections(machine, self%link, self%stop, input, error)
+      if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)
       if (.not. allocated(error)) call add_gravity(machine%load, self%bodies, input, error)
       if (.not. allocated(error)) call add_exciters(self%bodies, input, harmonics, error)
-      if (allocated(error)) return
-      call take_harmonics(machine, harmonics)
+      if (.not. allocated(error)) call take_harmonics(machine, harmonics)
    end subroutine build
 
    !> Coordinates and masses; the other matrices are zero.
@@ -105,169 +92,110 @@ contains
       end do
    end subroutine begin_machine
 
-   subroutine new_stop(contact, bodies, input, i, error)
-      type(contact_t), intent(out) :: contact
-      type(bodies_t), intent(in) :: bodies
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-      type(error_t), allocatable, intent(out) :: error
-
-      type(link_t) :: link
-      real(wp) :: clearance, factor
-
-      call new_link(link, bodies, input, "stop", i, 1, error)
-      if (allocated(error)) return
-      call input%get("stop", i, "name", contact%name)
-      call input%get("stop", i, "clearance", clearance)
-      factor = 0.0_wp
-      if (input%given("stop", i, "damping_factor")) call input%get("stop", i, "damping_factor", factor)
-      contact%w = link%w
-      contact%unit = "m"
-      contact%force_unit = "N"
-      contact%force_sign = -1.0_wp
-      call read_gap_law(contact%law, input, "stop", i, [.true., .false.], [-clearance, clearance], .false., error, factor)
-   end subroutine new_stop
-
-   !> Friction element i; `stops` are the stops, which are the first contacts of the machine.
-   subroutine new_friction(contact, stops, bodies, input, i, error)
-      type(contact_t), intent(out) :: contact
-      type(contact_t), intent(in) :: stops(:)
-      type(bodies_t), intent(in) :: bodies
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-      type(error_t), allocatable, intent(out) :: error
-
-      type(link_t) :: link
-
-      call input%get("friction", i, "name", contact%name)
-      call read_friction(contact, stops, 1, input, i, error)
-      if (.not. allocated(error)) call new_sliding_link(link, bodies, input, i, stop_of(contact, 1), error)
-      if (allocated(error)) return
-      contact%w = link%w
-      contact%unit = "m"
-      contact%force_unit = "N"
-   end subroutine new_friction
-
-   !> Springs, dampers and proportional damping into K and B.
-   subroutine add_connections(machine, bodies, input, error)
+   !> Springs, dampers and proportional damping into K and B; all pairs of a group share its stiffness and damping.
+   subroutine add_connections(machine, links, stops, input, error)
       type(machine_t), intent(inout) :: machine
-      type(bodies_t), intent(in) :: bodies
+      type(link_t), intent(in) :: links(:), stops(:)
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: proportional(:, :)
       character(:), allocatable :: law, matrix
-      real(wp) :: damping, factor, stiffness, untuned
-      integer :: i
+      real(wp) :: damping, factor, stiffness
+      integer :: k
 
       allocate (proportional, mold=machine%stiffness)
       proportional(:, :) = 0.0_wp
       call input%get("damping", 1, "matrix", matrix)
-      do i = 1, input%count("spring")
-         call input%get("spring", i, "stiffness", stiffness)
-         call input%get("spring", i, "damping", damping)
-         untuned = stiffness
-         if (lower(matrix) == matrix_untuned .and. input%given("spring", i, "untuned_stiffness")) then
-            call input%get("spring", i, "untuned_stiffness", untuned)
-         end if
-         call connect(machine%stiffness, bodies, input, "spring", i, stiffness, error)
-         if (.not. allocated(error)) call connect(machine%damping, bodies, input, "spring", i, damping, error)
-         if (.not. allocated(error)) call connect(proportional, bodies, input, "spring", i, untuned, error)
-         if (allocated(error)) return
-      end do
-      do i = 1, input%count("damper")
-         call input%get("damper", i, "damping", damping)
-         call connect(machine%damping, bodies, input, "damper", i, damping, error)
-         if (allocated(error)) return
+      do k = 1, size(links)
+         associate (group => links(k)%group, i => links(k)%number, pairs => links(k)%pairs, w => links(k)%w)
+            call input%get(group, i, "damping", damping)
+            call add_outer(machine%damping, damping/pairs, w)
+            if (group == "damper") cycle
+            call input%get(group, i, "stiffness", stiffness)
+            call add_outer(machine%stiffness, stiffness/pairs, w)
+            if (lower(matrix) == matrix_untuned) call input%get(group, i, "untuned_stiffness", stiffness)
+            call add_outer(proportional, stiffness/pairs, w)
+         end associate
       end do
       if (input%count("damping") == 0) return
-      if (lower(matrix) == matrix_all) then
-         do i = 1, input%count("stop")
-            call input%get("stop", i, "law", law)
-            if (lower(law) /= "kelvin_voigt") then
-               call input%complain(error, "damping", 1, "matrix", "'springs' or 'untuned' where a stop has a law that is no spring")
-               return
-            end if
-            call input%get("stop", i, "stiffness", stiffness)
-            call connect(proportional, bodies, input, "stop", i, stiffness, error)
-            if (allocated(error)) return
-         end do
-      end if
+      do k = 1, merge(size(stops), 0, lower(matrix) == matrix_all)
+         call input%get("stop", k, "law", law)
+         if (lower(law) /= "kelvin_voigt") then
+            call input%complain(error, "damping", 1, "matrix", "'springs' or 'untuned' where a stop has a law that is no spring")
+            return
+         end if
+         call input%get("stop", k, "stiffness", stiffness)
+         call add_outer(proportional, stiffness, stops(k)%w)
+      end do
       call input%get("damping", 1, "factor", factor)
       machine%damping = machine%damping + factor*proportional
    end subroutine add_connections
 
-   !> Add value w wᵀ to a matrix, shared by all pairs of a group.
-   subroutine connect(matrix, bodies, input, group, index, value, error)
-      real(wp), intent(inout) :: matrix(:, :)
-      type(bodies_t), intent(in) :: bodies
+   !> The coordinate, or with `own` = .false. also the component of the motion of a point, that a key names.
+   subroutine find_coordinate(self, coordinate, input, group, i, key, own, error)
+      class(planar_t), intent(in) :: self
+      type(coordinate_t), intent(out) :: coordinate
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: i
+      logical, intent(in) :: own
+      type(error_t), allocatable, intent(out) :: error
+
+      type(point_t) :: point
+      type(string_t), allocatable :: known(:)
+      logical :: right
+      integer :: component, dot
+
+      known = coordinate_names(self%bodies)
+      if (.not. input%given(group, i, key)) then
+         call input%complain(error, group, i, key, "required: a coordinate such as '"//known(1)%text// &
+                             "', or a point of a body with .x or .y")
+         return
+      end if
+      call input%get(group, i, key, coordinate%name)
+      associate (name => coordinate%name)
+         dot = scan(name, ".", back=.true.)
+         component = findloc(components == lower(name(dot + 1:)), .true., dim=1)
+         right = dot > 1 .and. component > 0
+         if (right) right = known_point(self%bodies, name(:dot - 1), point)
+         if (right) right = point%body > 0 .and. (component < 3 .or. position_of(name(:dot - 1), self%bodies%name) > 0)
+         if (.not. right) then
+            call input%complain(error, group, i, key, "a coordinate, or a point of a body with .x or .y; "// &
+                                did_you_mean(name, known, "coordinates"))
+            return
+         end if
+         coordinate%turns = component == 3
+         if (position_of(name(:dot - 1), self%bodies%name) > 0) coordinate%number = 3*(point%body - 1) + component
+      end associate
+      allocate (coordinate%row(3*self%bodies%count), source=0.0_wp)
+      if (coordinate%turns) then
+         coordinate%row(coordinate%number) = 1.0_wp
+      else
+         call add_motion(coordinate%row, point, merge([1.0_wp, 0.0_wp], [0.0_wp, 1.0_wp], component == 1))
+      end if
+      if (own .and. coordinate%number == 0) then
+         call input%complain(error, group, i, key, "a coordinate such as '"//known(1)%text//"', not a point")
+      end if
+   end subroutine find_coordinate
+
+   subroutine find_site(self, site, input, group, i, stop, error)
+      class(planar_t), intent(in) :: self
+      type(site_t), intent(out) :: site
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group
-      integer, intent(in) :: index
-      real(wp), intent(in) :: value
+      integer, intent(in) :: i, stop
       type(error_t), allocatable, intent(out) :: error
 
       type(link_t) :: link
-      integer :: k, pair, pairs
 
-      call pair_count(input, group, index, pairs, error)
-      do pair = 1, pairs
-         if (allocated(error)) return
-         call new_link(link, bodies, input, group, index, pair, error)
-         if (allocated(error)) return
-         do k = 1, size(matrix, 1)
-            matrix(:, k) = matrix(:, k) + value/pairs*link%w*link%w(k)
-         end do
-      end do
-   end subroutine connect
-
-   subroutine new_observable(self, observable, machine, input, i, error)
-      class(planar_t), intent(in) :: self
-      type(observable_t), intent(out) :: observable
-      type(machine_t), intent(in) :: machine
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-      type(error_t), allocatable, intent(out) :: error
-
-      real(wp), allocatable :: row(:)
-      logical :: taken, turns
-      integer :: coordinate
-
-      call begin_observable(observable, machine, input, i)
-      call observe_contacts(observable, machine, input, i, 0, input%count("stop"), taken, error)
-      if (allocated(error)) return
-      if (.not. taken .and. .not. input%given("record", i, "of")) then
-         call input%complain(error, "record", i, "of", "required: a coordinate such as '"//trim(machine%coordinate(1))// &
-                             "', or a point of a body with .x or .y")
-      else if (.not. taken) then
-         call find_coordinate(self%bodies, input, "record", i, "of", row, turns, coordinate, error)
-         if (allocated(error)) return
-         call observe_coordinate(observable, row, turns, input, i)
+      if (group == "stop") then
+         site%w = self%stop(i)%w
+      else
+         call new_sliding_link(link, self%bodies, self%stop, input, i, stop, error)
+         if (.not. allocated(error)) site%w = link%w
       end if
-      if (.not. allocated(error)) call name_observable(observable, input, i)
-   end subroutine new_observable
-
-   subroutine set_initial(self, machine, input, error)
-      class(planar_t), intent(in) :: self
-      type(machine_t), intent(inout) :: machine
-      type(input_t), intent(in) :: input
-      type(error_t), allocatable, intent(out) :: error
-
-      real(wp), allocatable :: row(:)
-      logical :: turns
-      integer :: coordinate, i
-
-      do i = 1, input%count("initial")
-         call find_coordinate(self%bodies, input, "initial", i, "on", row, turns, coordinate, error)
-         if (allocated(error)) return
-         if (coordinate == 0) then
-            call input%complain(error, "initial", i, "on", "a coordinate such as '"//trim(machine%coordinate(1))//"', not a point")
-            return
-         end if
-         call input%get("initial", i, "displacement", machine%displacement(coordinate))
-         call input%get("initial", i, "velocity", machine%velocity(coordinate))
-      end do
-   end subroutine set_initial
+   end subroutine find_site
 
    subroutine draw(self, drawing, input, error)
       class(planar_t), intent(in) :: self
@@ -275,7 +203,20 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      call draw_planar(drawing, self%bodies, input, error)
+      type(coordinate_t) :: on
+      type(point_t) :: point
+      integer :: i
+
+      call draw_links(drawing, self%bodies, [self%link, self%stop], input)
+      do i = 1, input%count("load")
+         call self%find_coordinate(on, input, "load", i, "on", .false., error)
+         if (allocated(error)) return
+         ! Forces as arrows; a moment has no direction.
+         if (.not. known_point(self%bodies, on%name(:scan(on%name, ".", back=.true.) - 1), point)) cycle
+         call drawing%add("load "//to_text(i), element_load, [point%body, 0], point%place, point%place, &
+                          on%row(3*point%body - 2:3*point%body - 1))
+      end do
+      call draw_exciters(drawing, self%bodies, input, error)
    end subroutine draw
 
 end module razy_scenes_planar_scene

@@ -1,15 +1,15 @@
 !! Names of a rotor scene: shafts, nodes and coordinates.
 module razy_scenes_rotor_places
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t
    use razy_core_number, only: to_text
-   use razy_core_text, only: did_you_mean, lower, string_t
+   use razy_core_text, only: did_you_mean, lower, position_of, string_t
+   use razy_input_input, only: input_t
    use razy_rotor_numbering, only: coordinate_names
    use razy_rotor_rotor, only: rotor_t
    implicit none(type, external)
    private
 
-   public :: find_coordinate, find_node, find_place, find_shaft
+   public :: find_named, find_node, find_place, find_shaft
 
 contains
 
@@ -22,11 +22,14 @@ contains
       integer, intent(out) :: shaft
       type(error_t), allocatable, intent(out) :: error
 
-      do shaft = 1, size(rotor%shaft)
-         if (lower(rotor%shaft(shaft)%name) == lower(name)) return
+      type(string_t) :: known(size(rotor%shaft))
+
+      do shaft = 1, size(known)
+         known(shaft)%text = trim(rotor%shaft(shaft)%name)
       end do
-      call input%complain(error, group, i, key, "no shaft is named "//name//"; "// &
-                          did_you_mean(name, shaft_names(rotor), "shafts"))
+      shaft = position_of(name, known)
+      if (shaft == 0) call input%complain(error, group, i, key, "no shaft is named "//name//"; "// &
+                                          did_you_mean(name, known, "shafts"))
    end subroutine find_shaft
 
    !> Shaft and node of a part with the keys `shaft` and `node`.
@@ -51,7 +54,7 @@ contains
    end subroutine find_node
 
    !> Shaft, node and which of the six coordinates a value such as 'input.8.phi' of `key` means.
-   subroutine find_coordinate(rotor, input, group, i, key, shaft, node, which, error)
+   subroutine find_named(rotor, input, group, i, key, shaft, node, which, error)
       type(rotor_t), intent(in) :: rotor
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group, key
@@ -73,7 +76,7 @@ contains
          return
       end if
       call find_place(rotor, input, group, i, key, name(:dot - 1), shaft, node, error)
-   end subroutine find_coordinate
+   end subroutine find_named
 
    !> Shaft and node that a text such as 'input.8', a value of `key`, means.
    subroutine find_place(rotor, input, group, i, key, text, shaft, node, error)
@@ -115,17 +118,5 @@ contains
       if (dot < 2 .or. digits < 1 .or. digits > 8) dot = 0
       if (verify(text(dot + 1:), "0123456789") > 0) dot = 0
    end function split_place
-
-   function shaft_names(rotor) result(names)
-      type(rotor_t), intent(in) :: rotor
-      type(string_t), allocatable :: names(:)
-
-      integer :: i
-
-      allocate (names(size(rotor%shaft)))
-      do i = 1, size(names)
-         names(i)%text = trim(rotor%shaft(i)%name)
-      end do
-   end function shaft_names
 
 end module razy_scenes_rotor_places

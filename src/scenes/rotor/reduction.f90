@@ -1,12 +1,13 @@
 !! The reduction that a rotor scene asks for, and the other ones that it can be compared with.
 module razy_scenes_rotor_reduction
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t
    use razy_core_kinds, only: pi, wp
    use razy_core_number, only: to_text
    use razy_core_text, only: lower
-   use razy_rotor_reduction_craig_bampton, only: craig_bampton
+   use razy_input_input, only: input_t
+   use razy_linalg_dense, only: identity
    use razy_rotor_model, only: rotor_model_t
+   use razy_rotor_reduction_craig_bampton, only: craig_bampton
    use razy_rotor_reduction_reduced, only: new_reduced, reduced_t
    use razy_rotor_reduction_second_level, only: second_level
    use razy_rotor_reduction_synthesis, only: add_static_correction, modal_synthesis
@@ -51,24 +52,16 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: identity(:, :)
-      integer :: i, n
-
-      n = model%numbering%n
-      if (.not. is_reduced(input)) then
-         if (n > most_dense) then
+      associate (n => model%numbering%n)
+         if (is_reduced(input)) then
+            call reduce_by(reduced, model, input, chosen(input), error)
+         else if (n > most_dense) then
             call input%complain(error, "reduction", 1, "method", "'modal_synthesis' or 'craig_bampton': the model has "// &
                                 to_text(n)//" coordinates, and more than "//to_text(most_dense)//" are not taken unreduced")
-            return
+         else
+            reduced = new_reduced(model, identity(n))
          end if
-         allocate (identity(n, n), source=0.0_wp)
-         do i = 1, n
-            identity(i, i) = 1.0_wp
-         end do
-         reduced = new_reduced(model, identity)
-         return
-      end if
-      call reduce_by(reduced, model, input, chosen(input), error)
+      end associate
    end subroutine reduce
 
    !> The kind of reduction in the input.
@@ -96,8 +89,22 @@ contains
       type(reduction_t), intent(in) :: kind
       type(error_t), allocatable, intent(out) :: error
 
+      type(error_t), allocatable :: problem
+      type(reduced_t) :: first
+      integer :: kept
+
       call first_level(reduced, model, input, kind, error)
-      if (.not. allocated(error)) call take_second_level(reduced, input, kind, error)
+      if (allocated(error)) return
+      if (kind%level /= "none") then
+         if (.not. input%given("reduction", 1, "kept")) then
+            call input%complain(error, "reduction", 1, "kept", "required: the number of modes kept on the second level")
+            return
+         end if
+         call input%get("reduction", 1, "kept", kept)
+         first = reduced
+         call second_level(reduced, first, kept, kind%level == "b", findloc(sortings, kind%sorting, dim=1), problem)
+         if (allocated(problem)) call input%complain(error, "reduction", 1, "kept", problem%message)
+      end if
       if (.not. allocated(error) .and. kind%correction) call add_static_correction(reduced, model, error)
    end subroutine reduce_by
 
@@ -142,27 +149,5 @@ contains
       end if
       if (allocated(problem)) call input%complain(error, "reduction", 1, "modes", problem%message)
    end subroutine first_level
-
-   !> Modes of the reduced model, if asked for.
-   subroutine take_second_level(reduced, input, kind, error)
-      type(reduced_t), intent(inout) :: reduced
-      type(input_t), intent(in) :: input
-      type(reduction_t), intent(in) :: kind
-      type(error_t), allocatable, intent(out) :: error
-
-      type(error_t), allocatable :: problem
-      type(reduced_t) :: old
-      integer :: kept
-
-      if (kind%level == "none") return
-      if (.not. input%given("reduction", 1, "kept")) then
-         call input%complain(error, "reduction", 1, "kept", "required: the number of modes kept on the second level")
-         return
-      end if
-      call input%get("reduction", 1, "kept", kept)
-      old = reduced
-      call second_level(reduced, old, kept, kind%level == "b", findloc(sortings, kind%sorting, dim=1), problem)
-      if (allocated(problem)) call input%complain(error, "reduction", 1, "kept", problem%message)
-   end subroutine take_second_level
 
 end module razy_scenes_rotor_reduction

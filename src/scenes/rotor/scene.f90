@@ -4,24 +4,24 @@
 !! B + Bx + Omega G and K + Kx + Omega C as far as `&rotation` asks for G and C. Meshes are contacts, not in its B and K.
 module razy_scenes_rotor_scene
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t
    use razy_core_kinds, only: pi, qp, wp
    use razy_core_number, only: to_text
-   use razy_input_schema, only: group_spec_t
-   use razy_machine_machine, only: machine_t, observable_t
+   use razy_input_input, only: input_t
+   use razy_linalg_dense, only: symmetric_part
+   use razy_machine_machine, only: machine_t
    use razy_rotor_model, only: new_rotor_model, rotor_model_t
    use razy_rotor_reduction_reduced, only: reduced_t
    use razy_rotor_rotor, only: rotor_t
-   use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
-   use razy_scenes_observables, only: begin_observable, name_observable, observe_contacts, observe_coordinate
-   use razy_scenes_rotor_loads, only: add_loads, add_unbalance, find_row
-   use razy_scenes_rotor_meshes, only: find_ratios, new_contact, read_meshes
+   use razy_scenes_contacts, only: read_contacts
+   use razy_scenes_gears, only: read_gear_mesh
+   use razy_scenes_harmonics, only: add_harmonics, harmonics_t, new_harmonics, take_harmonics
+   use razy_scenes_loads, only: add_loads
    use razy_scenes_rotor_parts, only: read_parts
+   use razy_scenes_rotor_places, only: find_named
    use razy_scenes_rotor_reduction, only: is_reduced, reduce
    use razy_scenes_rotor_schema, only: rotor_schema
-   use razy_scenes_rotor_signature, only: signature
-   use razy_scenes_rotor_stops, only: new_rotor_friction, new_rotor_stop
-   use razy_scenes_scene, only: scene_t
+   use razy_scenes_rotor_stops, only: find_rotor_site
+   use razy_scenes_scene, only: coordinate_t, scene_t, site_t
    implicit none(type, external)
    private
 
@@ -32,25 +32,24 @@ module razy_scenes_rotor_scene
       type(rotor_model_t) :: model
       type(reduced_t) :: reduced
       !> Speeds of the shafts over that of `&rotation`.
-      real(qp), allocatable :: ratio(:)
+      real(qp), allocatable, private :: ratio(:)
       !> What model and reduction were made of; not allocated before they are.
-      character(:), allocatable :: made_of
+      character(:), allocatable, private :: made_of
    contains
-      procedure, nopass :: schema
+      procedure, nopass :: schema => rotor_schema
       procedure :: build_model
       procedure :: build_reduced
       procedure :: build
-      procedure :: new_observable
-      procedure :: set_initial
+      procedure :: find_coordinate
+      procedure :: find_site
    end type rotor_scene_t
 
+   !> Groups that say what is done with a machine, or load it.
+   character(*), parameter :: left_out(*) = [character(9) :: "motion", "record", "sweep", "initial", "load", "stop", "friction", &
+                                                                                                       "starts", "duel"]
+   character(*), parameter :: nl = new_line("a")
+
 contains
-
-   function schema() result(groups)
-      type(group_spec_t), allocatable :: groups(:)
-
-      groups = rotor_schema()
-   end function schema
 
    !> Assemble the unreduced model.
    subroutine build_model(self, input, error)
@@ -60,9 +59,7 @@ contains
 
       type(rotor_t) :: rotor
 
-      call read_parts(rotor, input, error)
-      if (.not. allocated(error)) call read_meshes(rotor, input, error)
-      if (.not. allocated(error)) call find_ratios(self%ratio, rotor, input, error)
+      call read_parts(rotor, self%ratio, input, error)
       if (.not. allocated(error)) call new_rotor_model(self%model, rotor, error)
       if (allocated(error)) return
       if (self%model%numbering%n == 0) call input%complain(error, "support", 1, "held", "not all coordinates there are")
@@ -84,7 +81,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(harmonics_t) :: harmonics
-      integer :: i, meshes, n, stops
+      integer :: i, meshes, n
 
       call renew_model(self, input, error)
       if (allocated(error)) return
@@ -93,22 +90,15 @@ contains
       call input%get("scene", 1, "title", machine%title)
       call take_matrices(machine, self%reduced, input)
       meshes = size(self%model%rotor%mesh)
-      stops = input%count("stop")
-      allocate (machine%contact(meshes + stops + input%count("friction")))
+      allocate (machine%contact(meshes + input%count("stop") + input%count("friction")))
       call new_harmonics(harmonics, n + size(machine%contact))
-      do i = 1, size(machine%contact)
-         if (i <= meshes) then
-            call new_contact(machine%contact(i), input, i, self%reduced%mesh_direction(:, i), &
-                             self%ratio(self%model%rotor%mesh(i)%shaft(1)), harmonics, n + i, error)
-         else if (i <= meshes + stops) then
-            call new_rotor_stop(machine%contact(i), self%model, self%reduced%basis, input, i - meshes, error)
-         else
-            call new_rotor_friction(machine%contact(i), machine%contact(meshes + 1:meshes + stops), meshes + 1, self%model, &
-                                    self%reduced%basis, self%ratio, input, i - meshes - stops, error)
-         end if
+      do i = 1, meshes
+         call read_gear_mesh(machine%contact(i), input, i, self%reduced%mesh_direction(:, i), &
+                             self%ratio(self%model%rotor%mesh(i)%shaft(1)), "a shaft that meshes", harmonics, n + i, error)
          if (allocated(error)) return
       end do
-      call add_loads(machine, self%model, self%reduced, input, harmonics, error)
+      call read_contacts(machine, self, meshes, input, harmonics, error)
+      if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)
       if (.not. allocated(error)) call add_unbalance(self%model, self%reduced, self%ratio, input, harmonics, error)
       if (allocated(error)) return
       call take_harmonics(machine, harmonics)
@@ -131,6 +121,36 @@ contains
       if (.not. allocated(error)) call self%build_reduced(input, error)
       if (.not. allocated(error)) self%made_of = wanted
    end subroutine renew_model
+
+   !> What of an input model and reduction are made of: the effective input without the groups that do not enter the model,
+   !> and without the speed. Two inputs with the same one have the same model.
+   pure function signature(input) result(text)
+      type(input_t), intent(in) :: input
+      character(:), allocatable :: text
+
+      character(:), allocatable :: all
+      integer :: first, last, used
+      logical :: kept
+
+      all = input%effective()
+      text = all
+      used = 0
+      kept = .true.
+      first = 1
+      do while (first <= len(all))
+         last = index(all(first:), nl)
+         last = merge(len(all), first + last - 1, last == 0)
+         associate (line => all(first:last))
+            if (line(1:1) == "&") kept = .not. any(left_out == line(2:verify(line//nl, "&"//nl, back=.true.)))
+            if (kept .and. index(line, " speed_rpm = ") == 0) then
+               text(used + 1:used + len(line)) = line
+               used = used + len(line)
+            end if
+         end associate
+         first = last + 1
+      end do
+      text = text(:used)
+   end function signature
 
    subroutine name_coordinates(machine, model, n, reduced)
       type(machine_t), intent(inout) :: machine
@@ -163,9 +183,9 @@ contains
       logical :: circulatory, gyroscopic
       real(wp) :: speed
 
-      machine%mass = symmetric(reduced%mass)
-      machine%damping = symmetric(reduced%damping)
-      machine%stiffness = symmetric(reduced%stiffness)
+      machine%mass = symmetric_part(reduced%mass)
+      machine%damping = symmetric_part(reduced%damping)
+      machine%stiffness = symmetric_part(reduced%stiffness)
       machine%damping = machine%damping + 0.5_wp*(reduced%cross_damping - transpose(reduced%cross_damping))
       machine%stiffness = machine%stiffness + 0.5_wp*(reduced%cross_stiffness - transpose(reduced%cross_stiffness))
       allocate (machine%load(size(reduced%load)), source=0.0_wp)
@@ -178,58 +198,81 @@ contains
       if (circulatory) machine%stiffness = machine%stiffness + speed*reduced%circulatory
    end subroutine take_matrices
 
-   pure function symmetric(matrix)
-      real(wp), intent(in) :: matrix(:, :)
-      real(wp), allocatable :: symmetric(:, :)
-
-      symmetric = 0.5_wp*(matrix + transpose(matrix))
-   end function symmetric
-
-   subroutine new_observable(self, observable, machine, input, i, error)
+   !> A coordinate of the model, moved by those of the machine.
+   subroutine find_coordinate(self, coordinate, input, group, i, key, own, error)
       class(rotor_scene_t), intent(in) :: self
-      type(observable_t), intent(out) :: observable
-      type(machine_t), intent(in) :: machine
+      type(coordinate_t), intent(out) :: coordinate
       type(input_t), intent(in) :: input
+      character(*), intent(in) :: group, key
       integer, intent(in) :: i
+      logical, intent(in) :: own
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: row(:)
-      logical :: taken
-      integer :: at
+      integer :: at(6), node, shaft, which
 
-      call begin_observable(observable, machine, input, i)
-      call observe_contacts(observable, machine, input, i, size(self%model%rotor%mesh), input%count("stop"), taken, error)
-      if (allocated(error)) return
-      if (.not. taken .and. .not. input%given("record", i, "of")) then
-         call input%complain(error, "record", i, "of", "required: a coordinate such as '"// &
-                             trim(self%model%numbering%name(self%model%rotor, 1))//"'")
-      else if (.not. taken) then
-         call find_row(self%model, self%reduced, input, "record", i, "of", row, at, error)
-         if (allocated(error)) return
-         call observe_coordinate(observable, row, self%model%numbering%kind(at) > 3, input, i)
-      end if
-      if (.not. allocated(error)) call name_observable(observable, input, i)
-   end subroutine new_observable
-
-   subroutine set_initial(self, machine, input, error)
-      class(rotor_scene_t), intent(in) :: self
-      type(machine_t), intent(inout) :: machine
-      type(input_t), intent(in) :: input
-      type(error_t), allocatable, intent(out) :: error
-
-      real(wp), allocatable :: row(:)
-      integer :: at, i
-
-      do i = 1, input%count("initial")
-         if (is_reduced(input)) then
-            call input%complain(error, "initial", i, "on", "no &initial with &reduction: leave one of the two out")
-            return
+      associate (model => self%model)
+         if (is_reduced(input) .and. own) then
+            call input%complain(error, group, i, key, "no &"//group//" with &reduction: leave one of the two out")
+         else if (.not. input%given(group, i, key)) then
+            call input%complain(error, group, i, key, "required: a coordinate such as '"// &
+                                trim(model%numbering%name(model%rotor, 1))//"'")
+         else
+            call find_named(model%rotor, input, group, i, key, shaft, node, which, error)
          end if
-         call find_row(self%model, self%reduced, input, "initial", i, "on", row, at, error)
          if (allocated(error)) return
-         call input%get("initial", i, "displacement", machine%displacement(at))
-         call input%get("initial", i, "velocity", machine%velocity(at))
+         call input%get(group, i, key, coordinate%name)
+         at = model%numbering%of(shaft, node)
+         coordinate%number = merge(0, at(which), is_reduced(input))
+         coordinate%turns = which > 3
+         if (at(which) == 0) then
+            call input%complain(error, group, i, key, "a coordinate that is neither held by a &support nor left out by &freedom")
+         else
+            coordinate%row = self%reduced%basis(at(which), :)
+         end if
+      end associate
+   end subroutine find_coordinate
+
+   subroutine find_site(self, site, input, group, i, stop, error)
+      class(rotor_scene_t), intent(in) :: self
+      type(site_t), intent(out) :: site
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i, stop
+      type(error_t), allocatable, intent(out) :: error
+
+      call find_rotor_site(site, self%model, self%reduced%basis, self%ratio, input, group, i, stop, error)
+   end subroutine find_site
+
+   !> Unbalance of shaft s at its angular speed omega: Re(U omega² e^(i omega t)).
+   subroutine add_unbalance(model, reduced, ratio, input, harmonics, error)
+      type(rotor_model_t), intent(in) :: model
+      type(reduced_t), intent(in) :: reduced
+      real(qp), intent(in) :: ratio(:)
+      type(input_t), intent(in) :: input
+      type(harmonics_t), intent(inout) :: harmonics
+      type(error_t), allocatable, intent(out) :: error
+
+      complex(wp), allocatable :: force(:)
+      real(wp) :: speed
+      real(qp) :: hertz
+      integer :: i, s
+
+      if (input%count("unbalance") == 0) return
+      if (input%count("rotation") == 0) then
+         call input%complain(error, "unbalance", 1, "moment", "an unbalance needs &rotation")
+         return
+      end if
+      call input%get("rotation", 1, "speed_rpm", speed)
+      do i = 1, size(model%rotor%unbalance)
+         if (abs(ratio(model%rotor%unbalance(i)%shaft)) > 0.0_qp) cycle
+         call input%complain(error, "unbalance", i, "shaft", "a shaft whose speed is known, from teeth or speed_ratio")
+         return
       end do
-   end subroutine set_initial
+      do s = 1, size(ratio)
+         hertz = ratio(s)*speed/60.0_qp
+         force = reduced%unbalance(:, s)*(2*pi*real(hertz, wp))**2
+         call add_harmonics(harmonics, hertz, force%re, -force%im)
+      end do
+   end subroutine add_unbalance
 
 end module razy_scenes_rotor_scene

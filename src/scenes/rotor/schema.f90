@@ -4,7 +4,10 @@ module razy_scenes_rotor_schema
    use razy_input_schema, only: group, group_spec_t, key_integer, key_logical, key_name, key_real, key_spec_t, key_string, &
                                 nonnegative, positive
    use razy_scenes_common_schema, only: common_schema
+   use razy_scenes_gears, only: gear_keys
+   use razy_scenes_loads, only: load_keys
    use razy_scenes_rotor_stops, only: rotor_stop_groups
+   use razy_scenes_start, only: initial_keys
    implicit none(type, external)
    private
 
@@ -25,7 +28,7 @@ module razy_scenes_rotor_schema
    character(*), parameter :: methods(3) = [character(15) :: method_none, "modal_synthesis", method_craig_bampton]
    !> In the order of sort_absolute, sort_signed, sort_frequency.
    character(*), parameter :: sortings(3) = [character(9) :: "absolute", "signed", "frequency"]
-   integer, parameter :: most_harmonics = 32, most_orders = 32, most_shafts = 64
+   integer, parameter :: most_orders = 32, most_shafts = 64
 
 contains
 
@@ -33,197 +36,153 @@ contains
    function rotor_schema() result(schema)
       type(group_spec_t), allocatable :: schema(:)
 
-      schema = [common_schema(rotor_observables), shafts(), bearings(), meshes(), rotor_stop_groups(), actions(), questions()]
+      schema = [common_schema(rotor_observables), parts(), meshes_and_more()]
    end function rotor_schema
 
-   function shafts() result(schema)
+   function parts() result(schema)
       type(group_spec_t), allocatable :: schema(:)
-      type(key_spec_t), allocatable :: keys(:)
 
-      allocate (schema(5))
-      keys = [ &
-             key_name(), &
-             key_real("young_modulus", "Young's modulus", unit="Pa", rule=positive, required=.true.), &
-             key_real("shear_modulus", "shear modulus; give this or poisson_ratio", unit="Pa", rule=positive), &
-             key_real("poisson_ratio", "Poisson's ratio, from which the shear modulus follows", low=-0.99_wp, high=0.5_wp), &
-             key_real("density", "density", unit="kg/m^3", rule=positive, required=.true.), &
-             key_string("element", "bending without shear (Euler, Bernoulli, Rayleigh) or with it (Timoshenko, Cowper's "// &
-                        "coefficient)", choices=["rayleigh  ", "timoshenko"], default="rayleigh"), &
-             key_real("damping_ratio", "D of the internal damping", rule=nonnegative, default="0.0"), &
-             key_string("damping", "internal damping: dampers on the nodes (the source's), or the ratio D in every mode of "// &
-                        "the shaft on its bearings; one kind for all shafts", choices=damping_choices(2:), default="nodal"), &
-             key_real("speed_ratio", "speed over that of &rotation, with sign; if left out, from the teeth of gear meshes")]
-      schema(1) = group("shaft", "A shaft of circular sections along x", repeatable=.true., keys=keys)
-      keys = [ &
-             shaft(), &
-             key_real("length", "length", unit="m", rule=positive, required=.true.), &
-             key_real("outer_diameter", "outer diameter", unit="m", rule=positive, required=.true.), &
-             key_real("inner_diameter", "diameter of the bore", unit="m", rule=nonnegative, default="0.0"), &
-             key_integer("elements", "number of equal elements", rule=positive, default="1")]
-      schema(2) = group("section", "A cylinder of a shaft; sections follow each other along +x as in the file", &
-                        repeatable=.true., keys=keys)
-      keys = [ &
-             shaft(), node(), &
-             key_real("mass", "mass", unit="kg", rule=nonnegative, required=.true.), &
-             key_real("polar_inertia", "moment of inertia about the axis", unit="kg m^2", rule=nonnegative, required=.true.), &
-             key_real("diametral_inertia", "moment of inertia about a diameter through the centre of mass", unit="kg m^2", &
-                      rule=nonnegative, required=.true.), &
-             key_real("offset", "distance of the centre of mass from the node along +x", unit="m", default="0.0")]
-      schema(3) = group("disk", "A rigid disk on a node", repeatable=.true., keys=keys)
-      keys = [ &
-             shaft(), node(), &
-             key_string("held", "coordinates that the frame holds", choices=coordinate_choices, least=1, most=6, required=.true.)]
-      schema(4) = group("support", "Coordinates of a node that the frame holds", repeatable=.true., keys=keys)
-      keys = [ &
-             key_logical("axial", "motion along the axis", default=".true."), &
-             key_logical("bending", "lateral motion and tilting", default=".true."), &
-             key_logical("torsion", "twist", default=".true.")]
-      schema(5) = group("freedom", "Motions that exist; of one left out there are no coordinates", keys=keys)
-   end function shafts
+      schema = [ &
+               group("shaft", "A shaft of circular sections along x", repeatable=.true., keys=[ &
+                     key_name(), &
+                     key_real("young_modulus", "Young's modulus", unit="Pa", rule=positive, required=.true.), &
+                     key_real("shear_modulus", "shear modulus; give this or poisson_ratio", unit="Pa", rule=positive), &
+                     key_real("poisson_ratio", "Poisson's ratio, from which the shear modulus follows", low=-0.99_wp, &
+                              high=0.5_wp), &
+                     key_real("density", "density", unit="kg/m^3", rule=positive, required=.true.), &
+                     key_string("element", "bending without shear (Euler, Bernoulli, Rayleigh) or with it (Timoshenko, "// &
+                                "Cowper's coefficient)", choices=["rayleigh  ", "timoshenko"], default="rayleigh"), &
+                     key_real("damping_ratio", "D of the internal damping", rule=nonnegative, default="0.0"), &
+                     key_string("damping", "internal damping: dampers on the nodes (the source's), or the ratio D in every "// &
+                                "mode of the shaft on its bearings; one kind for all shafts", choices=damping_choices(2:), &
+                                default="nodal"), &
+                     key_real("speed_ratio", "speed over that of &rotation, with sign; if left out, from the teeth of gear "// &
+                              "meshes")]), &
+               group("section", "A cylinder of a shaft; sections follow each other along +x as in the file", &
+                     repeatable=.true., keys=[ &
+                     shaft(), &
+                     key_real("length", "length", unit="m", rule=positive, required=.true.), &
+                     key_real("outer_diameter", "outer diameter", unit="m", rule=positive, required=.true.), &
+                     key_real("inner_diameter", "diameter of the bore", unit="m", rule=nonnegative, default="0.0"), &
+                     key_integer("elements", "number of equal elements", rule=positive, default="1")]), &
+               group("disk", "A rigid disk on a node", repeatable=.true., keys=[ &
+                     shaft(), node(), &
+                     key_real("mass", "mass", unit="kg", rule=nonnegative, required=.true.), &
+                     key_real("polar_inertia", "moment of inertia about the axis", unit="kg m^2", rule=nonnegative, &
+                              required=.true.), &
+                     key_real("diametral_inertia", "moment of inertia about a diameter through the centre of mass", unit="kg m^2", &
+                              rule=nonnegative, required=.true.), &
+                     key_real("offset", "distance of the centre of mass from the node along +x", unit="m", default="0.0")]), &
+               group("support", "Coordinates of a node that the frame holds", repeatable=.true., keys=[ &
+                     shaft(), node(), &
+                     key_string("held", "coordinates that the frame holds", choices=coordinate_choices, least=1, most=6, &
+                                required=.true.)]), &
+               group("freedom", "Motions that exist; of one left out there are no coordinates", keys=[ &
+                     key_logical("axial", "motion along the axis", default=".true."), &
+                     key_logical("bending", "lateral motion and tilting", default=".true."), &
+                     key_logical("torsion", "twist", default=".true.")]), &
+               group("bearing", "A bearing between a node and the frame", repeatable=.true., keys=[ &
+                     shaft(), node(), &
+                     key_string("kind", "rolling elements of given stiffness; matrices; balls or steel rollers, whose radial "// &
+                                "stiffness follows from their geometry", choices=bearing_kinds, default="rolling"), &
+                     key_integer("elements", "number of rolling elements", low=2, high=1000), &
+                     key_real("radial_stiffness", "radial stiffness of each element, for kind = 'rolling'", unit="N/m", &
+                              rule=nonnegative), &
+                     key_real("axial_stiffness", "axial stiffness of each element", unit="N/m", rule=nonnegative, default="0.0"), &
+                     key_real("axial_radius", "radius at which axial forces act", unit="m", rule=nonnegative, default="0.0"), &
+                     key_real("first_angle", "angle of the first element from y towards z", unit="deg", default="0.0"), &
+                     key_real("offset", "distance of the row from the node along +x", unit="m", default="0.0"), &
+                     key_real("damping_factor", "damping in proportion to the stiffness of rolling elements", unit="s", &
+                              rule=nonnegative, default="0.0"), &
+                     key_real("stiffness", "for kind = 'matrix': all rows of a matrix, which need not be symmetric: 4 values "// &
+                              "for v, w (k_yy, k_yz, k_zy, k_zz), 16 for v, w, theta, psi, 25 with u, 36 with phi too; or 6, "// &
+                              "the diagonal", unit="N/m, N/rad, N m/rad", least=4, most=36), &
+                     key_real("damping_matrix", "for kind = 'matrix': damping likewise; zero if not given", &
+                              unit="N s/m, N s/rad, N m s/rad", least=4, most=36), &
+                     key_real("ball_diameter", "for kind = 'ball'", unit="m", rule=positive), &
+                     key_real("pitch_diameter", "diameter of the circle of the balls' centres", unit="m", rule=positive), &
+                     key_real("inner_groove", "radius of the groove of the inner ring", unit="m", rule=positive), &
+                     key_real("outer_groove", "radius of the groove of the outer ring", unit="m", rule=positive), &
+                     key_real("young_modulus", "of balls and rings", unit="Pa", rule=positive, default="2.08e11"), &
+                     key_real("poisson_ratio", "of balls and rings", low=0.0_wp, high=0.5_wp, default="0.3"), &
+                     key_real("roller_length", "effective length, for kind = 'roller'", unit="m", rule=positive), &
+                     key_real("element_load", "load of an element at which its stiffness is taken, for 'ball' and 'roller'", &
+                              unit="N", rule=positive)])]
+   end function parts
 
-   function bearings() result(schema)
+   function meshes_and_more() result(schema)
       type(group_spec_t), allocatable :: schema(:)
-      type(key_spec_t), allocatable :: keys(:)
 
-      allocate (schema(1))
-      keys = [ &
-             shaft(), node(), &
-             key_string("kind", "rolling elements of given stiffness; matrices; balls or steel rollers, whose radial "// &
-                        "stiffness follows from their geometry", choices=bearing_kinds, default="rolling"), &
-             key_integer("elements", "number of rolling elements", low=2, high=1000), &
-             key_real("radial_stiffness", "radial stiffness of each element, for kind = 'rolling'", unit="N/m", rule=nonnegative), &
-             key_real("axial_stiffness", "axial stiffness of each element", unit="N/m", rule=nonnegative, default="0.0"), &
-             key_real("axial_radius", "radius at which axial forces act", unit="m", rule=nonnegative, default="0.0"), &
-             key_real("first_angle", "angle of the first element from y towards z", unit="deg", default="0.0"), &
-             key_real("offset", "distance of the row from the node along +x", unit="m", default="0.0"), &
-             key_real("damping_factor", "damping in proportion to the stiffness of rolling elements", unit="s", rule=nonnegative, &
-                      default="0.0"), &
-             key_real("stiffness", "for kind = 'matrix': all rows of a matrix, which need not be symmetric: 4 values for v, w "// &
-                      "(k_yy, k_yz, k_zy, k_zz), 16 for v, w, theta, psi, 25 with u, 36 with phi too; or 6, the diagonal", &
-                      unit="N/m, N/rad, N m/rad", least=4, most=36), &
-             key_real("damping_matrix", "for kind = 'matrix': damping likewise; zero if not given", &
-                      unit="N s/m, N s/rad, N m s/rad", least=4, most=36), &
-             key_real("ball_diameter", "for kind = 'ball'", unit="m", rule=positive), &
-             key_real("pitch_diameter", "diameter of the circle of the balls' centres", unit="m", rule=positive), &
-             key_real("inner_groove", "radius of the groove of the inner ring", unit="m", rule=positive), &
-             key_real("outer_groove", "radius of the groove of the outer ring", unit="m", rule=positive), &
-             key_real("young_modulus", "of balls and rings", unit="Pa", rule=positive, default="2.08e11"), &
-             key_real("poisson_ratio", "of balls and rings", low=0.0_wp, high=0.5_wp, default="0.3"), &
-             key_real("roller_length", "effective length, for kind = 'roller'", unit="m", rule=positive), &
-             key_real("element_load", "load of an element at which its stiffness is taken, for 'ball' and 'roller'", unit="N", &
-                      rule=positive)]
-      schema(1) = group("bearing", "A bearing between a node and the frame", repeatable=.true., keys=keys)
-   end function bearings
-
-   function meshes() result(schema)
-      type(group_spec_t), allocatable :: schema(:)
-      type(key_spec_t), allocatable :: keys(:)
-
-      allocate (schema(1))
-      keys = [ &
-             key_name(), &
-             key_string("between", "names of two shafts", count=2, required=.true.), &
-             key_integer("node", "nodes of the gears", rule=positive, count=2, required=.true.), &
-             key_real("radius", "pitch radii", unit="m", rule=positive, count=2, required=.true.), &
-             key_integer("teeth", "numbers of teeth", rule=positive, count=2, required=.true.), &
-             key_real("pressure_angle", "normal pressure angle", unit="deg", low=0.0_wp, high=89.0_wp, default="20.0"), &
-             key_real("helix_angle", "helix angle", unit="deg", low=0.0_wp, high=89.0_wp, default="0.0"), &
-             key_string("hand", "hand of the first gear; that of the second is the other", choices=["right", "left "], &
-                        default="right"), &
-             key_real("centre_line", "angle of the line from the first to the second axis, from y towards z", unit="deg", &
-                      default="0.0"), &
-             key_real("offset", "distances of the gears' middle planes from their nodes along +x", unit="m", count=2, &
-                      default="0.0, 0.0"), &
-             key_string("drive", "sign of the torque on the first gear that loads the working flanks", &
-                        choices=["positive", "negative"], default="positive"), &
-             key_real("stiffness", "mesh stiffness", unit="N/m", rule=positive, required=.true.), &
-             key_real("back_stiffness", "stiffness on the back flanks; that of the working ones if not given", unit="N/m", &
-                      rule=positive), &
-             key_real("slope_in_backlash", "alpha of (4.58): stiffness within the backlash over that of the working flanks", &
-                      low=0.0_wp, high=0.999_wp, default="0.0"), &
-             key_real("damping", "mesh damping, acting in contact", unit="N s/m", rule=nonnegative, default="0.0"), &
-             key_real("back_damping", "damping on the back flanks; that of the working ones if not given", unit="N s/m", &
-                      rule=nonnegative), &
-             key_real("backlash", "backlash along the line of action", unit="m", rule=nonnegative, default="0.0"), &
-             key_string("separation", "where a damped contact is lost; at zero force tension is clipped", &
-                        choices=["zero_deformation", "zero_force      "], default="zero_deformation"), &
-             key_real("error_sine", "static transmission error: sine amplitudes of the harmonics of the tooth frequency", &
-                      unit="m", least=1, most=most_harmonics), &
-             key_real("error_cosine", "static transmission error: cosine amplitudes likewise", unit="m", &
-                      least=1, most=most_harmonics)]
-      schema(1) = group("gear_mesh", "Two external gears on parallel shafts: d = delta1 q1 - delta2 q2 + error", &
-                        repeatable=.true., keys=keys)
-   end function meshes
-
-   function actions() result(schema)
-      type(group_spec_t), allocatable :: schema(:)
-      type(key_spec_t), allocatable :: keys(:)
-
-      allocate (schema(4))
-      keys = [ &
-             key_string("on", "a coordinate: shaft, node and u, v, w, phi, theta or psi, such as 'input.8.phi'", required=.true.), &
-             key_real("value", "constant part", unit="N or N m", default="0.0"), &
-             key_real("amplitude", "amplitude of the harmonic part", unit="N or N m", default="0.0"), &
-             key_real("phase", "phase of the harmonic part", unit="deg", default="0.0"), &
-             key_real("frequency", "frequency of the harmonic part", unit="Hz", rule=positive), &
-             key_real("angular_frequency", "frequency of the harmonic part, instead of frequency", unit="rad/s", rule=positive), &
-             key_real("order", "frequency in multiples of the speed of &rotation, instead of frequency", rule=positive)]
-      schema(1) = group("load", "A force or moment: value + amplitude*sin(2 pi f t + phase)", repeatable=.true., keys=keys)
-      keys = [ &
-             shaft(), node(), &
-             key_real("moment", "mass times eccentricity", unit="kg m", rule=nonnegative, required=.true.), &
-             key_real("angle", "angle at time 0 from y towards z", unit="deg", default="0.0")]
-      schema(2) = group("unbalance", "An unbalance, which turns with its shaft", repeatable=.true., keys=keys)
-      keys = [ &
-             key_real("speed_rpm", "mean speed about +x", unit="rpm", required=.true.), &
-             key_string("of", "name of the shaft that has this speed; the first one if left out"), &
-             key_logical("gyroscopic", "whether gyroscopic moments act", default=".true."), &
-             key_logical("circulatory", "whether internal damping turns with the shaft, which adds the circulatory matrix", &
-                         default=".false.")]
-      schema(3) = group("rotation", "The mean speed, and what it brings", keys=keys)
-      keys = [ &
-             key_string("on", "a coordinate, such as 'input.8.phi'; without &reduction only", required=.true.), &
-             key_real("displacement", "displacement", unit="m or rad", default="0.0"), &
-             key_real("velocity", "velocity", unit="m/s or rad/s", default="0.0")]
-      schema(4) = group("initial", "State of a coordinate at the start, for start='given'; the others start with zero", &
-                        repeatable=.true., keys=keys)
-   end function actions
-
-   function questions() result(schema)
-      type(group_spec_t), allocatable :: schema(:)
-      type(key_spec_t), allocatable :: keys(:)
-
-      allocate (schema(2))
-      keys = [ &
-             key_string("method", "modes of each shaft alone, or Craig and Bampton's with bearings and gears as interface", &
-                        choices=methods, default="modal_synthesis"), &
-             key_integer("modes", "modes kept of each shaft: one number for all, or one for each", low=0, high=100000, least=1, &
-                         most=most_shafts), &
-             key_real("frequency_limit", "no modes above; instead of modes or with it", unit="Hz", rule=positive), &
-             key_logical("static_correction", "whether the static shapes of mesh forces are added", default=".false."), &
-             key_string("level", "second level: modes with meshes open (a) or closed (b)", choices=["none", "a   ", "b   "], &
-                        default="none"), &
-             key_integer("kept", "modes kept on the second level", rule=positive), &
-             key_string("sorting", "order in which modes of the second level are kept: |d| or d of the mesh falling, or "// &
-                        "frequency rising", choices=sortings, default="absolute"), &
-             key_string("compare", "what razy-modes compares with the unreduced model: nothing; this reduction with and "// &
-                        "without static correction; all kinds with these numbers of modes", choices=["none ", "asked", "all  "], &
-                        default="asked"), &
-             key_integer("compare_modes", "number of frequencies that are compared", low=1, high=10000, default="16"), &
-             key_real("compare_limit", "the transfer functions at the meshes are compared up to this frequency; if left "// &
-                      "out, to the highest frequency compared", unit="Hz", rule=positive)]
-      schema(1) = group("reduction", "Fewer coordinates; without this group all of them", keys=keys)
-      keys = [ &
-             key_real("first_rpm", "first speed of &rotation", unit="rpm", rule=nonnegative, default="0.0"), &
-             key_real("last_rpm", "last speed", unit="rpm", rule=positive, required=.true.), &
-             key_integer("points", "number of speeds", low=2, high=100000, default="101"), &
-             key_real("orders", "excitation frequencies over that of rotation, for critical speeds; that of teeth is their "// &
-                      "number", rule=positive, least=1, most=most_orders, default="1.0"), &
-             key_logical("damped", "whether damping and circulatory matrix act on frequencies and critical speeds; on the "// &
-                         "stability limit they always do, the latter as &rotation says", default=".false.")]
-      schema(2) = group("campbell", "Speeds for which razy-modes finds frequencies, critical speeds and the stability limit", &
-                        keys=keys)
-   end function questions
+      schema = [ &
+               group("gear_mesh", "Two external gears on parallel shafts: d = delta1 q1 - delta2 q2 + error", &
+                     repeatable=.true., keys=[ &
+                     key_name(), &
+                     key_string("between", "names of two shafts", count=2, required=.true.), &
+                     key_integer("node", "nodes of the gears", rule=positive, count=2, required=.true.), &
+                     key_real("radius", "pitch radii", unit="m", rule=positive, count=2, required=.true.), &
+                     key_integer("teeth", "numbers of teeth", rule=positive, count=2, required=.true.), &
+                     key_real("pressure_angle", "normal pressure angle", unit="deg", low=0.0_wp, high=89.0_wp, default="20.0"), &
+                     key_real("helix_angle", "helix angle", unit="deg", low=0.0_wp, high=89.0_wp, default="0.0"), &
+                     key_string("hand", "hand of the first gear; that of the second is the other", choices=["right", "left "], &
+                                default="right"), &
+                     key_real("centre_line", "angle of the line from the first to the second axis, from y towards z", unit="deg", &
+                              default="0.0"), &
+                     key_real("offset", "distances of the gears' middle planes from their nodes along +x", unit="m", count=2, &
+                              default="0.0, 0.0"), &
+                     key_string("drive", "sign of the torque on the first gear that loads the working flanks", &
+                                choices=["positive", "negative"], default="positive"), &
+                     key_real("stiffness", "mesh stiffness", unit="N/m", rule=positive, required=.true.), &
+                     key_real("back_stiffness", "stiffness on the back flanks; that of the working ones if not given", unit="N/m", &
+                              rule=positive), &
+                     key_real("slope_in_backlash", "alpha of (4.58): stiffness within the backlash over that of the working "// &
+                              "flanks", low=0.0_wp, high=0.999_wp, default="0.0"), &
+                     key_real("damping", "mesh damping, acting in contact", unit="N s/m", rule=nonnegative, default="0.0"), &
+                     key_real("back_damping", "damping on the back flanks; that of the working ones if not given", unit="N s/m", &
+                              rule=nonnegative), &
+                     gear_keys("where a damped contact is lost; at zero force tension is clipped")]), &
+               rotor_stop_groups(), &
+               group("load", "A force or moment: value + amplitude*sin(2 pi f t + phase)", repeatable=.true., keys=[ &
+                    load_keys("a coordinate: shaft, node and u, v, w, phi, theta or psi, such as 'input.8.phi'", orders=.true.)]), &
+               group("unbalance", "An unbalance, which turns with its shaft", repeatable=.true., keys=[ &
+                     shaft(), node(), &
+                     key_real("moment", "mass times eccentricity", unit="kg m", rule=nonnegative, required=.true.), &
+                     key_real("angle", "angle at time 0 from y towards z", unit="deg", default="0.0")]), &
+               group("rotation", "The mean speed, and what it brings", keys=[ &
+                     key_real("speed_rpm", "mean speed about +x", unit="rpm", required=.true.), &
+                     key_string("of", "name of the shaft that has this speed; the first one if left out"), &
+                     key_logical("gyroscopic", "whether gyroscopic moments act", default=".true."), &
+                     key_logical("circulatory", "whether internal damping turns with the shaft, which adds the circulatory "// &
+                                 "matrix", default=".false.")]), &
+               group("initial", "State of a coordinate at the start, for start='given'; the others start with zero", &
+                     repeatable=.true., keys=[ &
+                     initial_keys("a coordinate, such as 'input.8.phi'; without &reduction only", "displacement")]), &
+               group("reduction", "Fewer coordinates; without this group all of them", keys=[ &
+                     key_string("method", "modes of each shaft alone, or Craig and Bampton's with bearings and gears as "// &
+                                "interface", choices=methods, default="modal_synthesis"), &
+                     key_integer("modes", "modes kept of each shaft: one number for all, or one for each", low=0, high=100000, &
+                                 least=1, most=most_shafts), &
+                     key_real("frequency_limit", "no modes above; instead of modes or with it", unit="Hz", rule=positive), &
+                     key_logical("static_correction", "whether the static shapes of mesh forces are added", default=".false."), &
+                     key_string("level", "second level: modes with meshes open (a) or closed (b)", &
+                                choices=["none", "a   ", "b   "], default="none"), &
+                     key_integer("kept", "modes kept on the second level", rule=positive), &
+                     key_string("sorting", "order in which modes of the second level are kept: |d| or d of the mesh falling, "// &
+                                "or frequency rising", choices=sortings, default="absolute"), &
+                     key_string("compare", "what razy-modes compares with the unreduced model: nothing; this reduction with "// &
+                                "and without static correction; all kinds with these numbers of modes", &
+                                choices=["none ", "asked", "all  "], default="asked"), &
+                     key_integer("compare_modes", "number of frequencies that are compared", low=1, high=10000, default="16"), &
+                     key_real("compare_limit", "the transfer functions at the meshes are compared up to this frequency; if "// &
+                              "left out, to the highest frequency compared", unit="Hz", rule=positive)]), &
+               group("campbell", "Speeds for which razy-modes finds frequencies, critical speeds and the stability limit", keys=[ &
+                     key_real("first_rpm", "first speed of &rotation", unit="rpm", rule=nonnegative, default="0.0"), &
+                     key_real("last_rpm", "last speed", unit="rpm", rule=positive, required=.true.), &
+                     key_integer("points", "number of speeds", low=2, high=100000, default="101"), &
+                     key_real("orders", "excitation frequencies over that of rotation, for critical speeds; that of teeth is "// &
+                              "their number", rule=positive, least=1, most=most_orders, default="1.0"), &
+                     key_logical("damped", "whether damping and circulatory matrix act on frequencies and critical speeds; on "// &
+                                 "the stability limit they always do, the latter as &rotation says", default=".false.")])]
+   end function meshes_and_more
 
    function shaft()
       type(key_spec_t) :: shaft

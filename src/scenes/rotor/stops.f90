@@ -9,19 +9,19 @@
 !! and e_x x (-R1 n) = -R1 t. The friction force so has the moment R1 F about the first axis.
 module razy_scenes_rotor_stops
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t
    use razy_core_kinds, only: pi, qp, wp
-   use razy_input_schema, only: group, group_spec_t, key_name, key_real, key_spec_t, key_string
    use razy_core_text, only: lower, string_t
-   use razy_machine_machine, only: contact_t
+   use razy_input_input, only: input_t
+   use razy_input_schema, only: group, group_spec_t, key_name, key_real, key_spec_t, key_string
    use razy_rotor_model, only: rotor_model_t
-   use razy_scenes_friction, only: friction_keys, read_friction, stop_of
-   use razy_scenes_gap_laws, only: gap_law_keys, read_gap_law
+   use razy_scenes_contacts, only: friction_keys
+   use razy_scenes_gap_laws, only: gap_law_keys
    use razy_scenes_rotor_places, only: find_place
+   use razy_scenes_scene, only: site_t
    implicit none(type, external)
    private
 
-   public :: new_rotor_friction, new_rotor_stop, rotor_stop_groups
+   public :: find_rotor_site, rotor_stop_groups
 
    !> Shaft and node of both ends, 0 for the frame.
    type :: ends_t
@@ -35,27 +35,24 @@ contains
    !> The groups `stop` and `friction`.
    function rotor_stop_groups() result(schema)
       type(group_spec_t), allocatable :: schema(:)
-      type(key_spec_t), allocatable :: keys(:)
 
-      allocate (schema(2))
-      keys = [ &
-             key_name(), ends(), &
-             key_real("direction", "direction x, y, z in which the closed stop pushes the first node, of any length", count=3, &
-                      required=.true.), &
-             key_real("clearance", "gap in the reference position; a negative one is preload", unit="m", default="0.0"), &
-             gap_law_keys()]
-      schema(1) = group("stop", "A one-way contact of a node with the frame or with a node of another shaft", repeatable=.true., &
-                        keys=keys)
-      keys = [ &
-             key_name(), ends(), &
-             key_real("direction", "direction x, y, z of sliding, of any length; if left out, that in which the stop of "// &
-                      "normal_contact, or else of only_with, pushes, turned about +x by 90 degrees", count=3), &
-             key_real("radius", "radii of the rubbing surfaces about their axes, which bring in the turning of the shafts; one "// &
-                      "value: of the first", unit="m", least=1, most=2), &
-             friction_keys()]
-      schema(2) = group("friction", "Dry friction of a node with the frame or with a node of another shaft, with the "// &
-                        "velocity of sliding v = direction*(u1' - u2') - radius1*omega1 - radius2*omega2 - belt_speed", &
-                        repeatable=.true., keys=keys)
+      schema = [ &
+               group("stop", "A one-way contact of a node with the frame or with a node of another shaft", &
+                     repeatable=.true., keys=[ &
+                     key_name(), ends(), &
+                     key_real("direction", "direction x, y, z in which the closed stop pushes the first node, of any length", &
+                              count=3, required=.true.), &
+                     key_real("clearance", "gap in the reference position; a negative one is preload", unit="m", default="0.0"), &
+                     gap_law_keys()]), &
+               group("friction", "Dry friction of a node with the frame or with a node of another shaft, with the velocity "// &
+                     "of sliding v = direction*(u1' - u2') - radius1*omega1 - radius2*omega2 - belt_speed", &
+                     repeatable=.true., keys=[ &
+                     key_name(), ends(), &
+                     key_real("direction", "direction x, y, z of sliding, of any length; if left out, that in which the stop "// &
+                              "of normal_contact, or else of only_with, pushes, turned about +x by 90 degrees", count=3), &
+                     key_real("radius", "radii of the rubbing surfaces about their axes, which bring in the turning of the "// &
+                              "shafts; one value: of the first", unit="m", least=1, most=2), &
+                     friction_keys()])]
    end function rotor_stop_groups
 
    function ends()
@@ -65,94 +62,57 @@ contains
                         required=.true.)
    end function ends
 
-   !> Stop i. `basis` (coordinates of the model, coordinates of the machine) is that of the reduction.
-   subroutine new_rotor_stop(contact, model, basis, input, i, error)
-      type(contact_t), intent(out) :: contact
-      type(rotor_model_t), intent(in) :: model
-      real(wp), intent(in) :: basis(:, :)
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-      type(error_t), allocatable, intent(out) :: error
-
-      real(wp) :: clearance, direction(3)
-
-      call begin_contact(contact, input, "stop", i)
-      call read_direction(direction, input, "stop", i, error)
-      if (.not. allocated(error)) call find_row(contact%w, model, basis, input, "stop", i, direction, [0.0_wp, 0.0_wp], error)
-      if (allocated(error)) return
-      contact%force_sign = -1.0_wp
-      call input%get("stop", i, "clearance", clearance)
-      call read_gap_law(contact%law, input, "stop", i, [.true., .false.], [-clearance, clearance], .false., error)
-   end subroutine new_rotor_stop
-
-   !> Friction element i; `stops` are the contacts from number `first` of the machine on that may give its normal force, `ratio`
-   !> the speeds of the shafts over that of `&rotation`.
-   subroutine new_rotor_friction(contact, stops, first, model, basis, ratio, input, i, error)
-      type(contact_t), intent(out) :: contact
-      type(contact_t), intent(in) :: stops(:)
-      integer, intent(in) :: first
+   !> Where number i of `group` acts on a machine with the coordinates of `basis` (coordinates of the model, of the machine).
+   !> `ratio` (shafts) are the speeds of the shafts over that of `&rotation`.
+   subroutine find_rotor_site(site, model, basis, ratio, input, group, i, stop, error)
+      type(site_t), intent(out) :: site
       type(rotor_model_t), intent(in) :: model
       real(wp), intent(in) :: basis(:, :)
       real(qp), intent(in) :: ratio(:)
       type(input_t), intent(in) :: input
-      integer, intent(in) :: i
+      character(*), intent(in) :: group
+      integer, intent(in) :: i, stop
       type(error_t), allocatable, intent(out) :: error
 
       type(ends_t) :: between
       real(wp), allocatable :: given(:)
       real(wp) :: across, direction(3), radius(2), speed
-      integer :: end, stop
+      integer :: end
 
-      call begin_contact(contact, input, "friction", i)
-      call read_friction(contact, stops, first, input, i, error)
-      if (allocated(error)) return
-      stop = stop_of(contact, first)
-      if (input%given("friction", i, "direction")) then
-         call read_direction(direction, input, "friction", i, error)
+      direction = 0.0_wp
+      radius = 0.0_wp
+      if (input%given(group, i, "direction")) then
+         call read_direction(direction, input, group, i, error)
       else if (stop > 0) then
          call read_direction(direction, input, "stop", stop, error)
          direction = [0.0_wp, -direction(3), direction(2)]
          across = norm2(direction)
          if (across > 0.0_wp) direction = direction/across
-      else
-         direction = 0.0_wp
       end if
       if (allocated(error)) return
       if (.not. norm2(direction) > 0.0_wp) then
-         call input%complain(error, "friction", i, "direction", "required, such as 0.0, 0.0, 1.0 for z, where no stop "// &
+         call input%complain(error, group, i, "direction", "required, such as 0.0, 0.0, 1.0 for z, where no stop "// &
                              "across the axis gives it")
          return
       end if
-      radius = 0.0_wp
-      if (input%given("friction", i, "radius")) then
-         call input%get("friction", i, "radius", given)
+      if (input%given(group, i, "radius") .and. group == "friction") then
+         call input%get(group, i, "radius", given)
          radius(:size(given)) = given
       end if
-      across = norm2(direction(2:))
-      call find_row(contact%w, model, basis, input, "friction", i, direction, -radius*across, error)
-      if (.not. allocated(error)) call find_ends(between, model, input, "friction", i, error)
+      radius = radius*norm2(direction(2:))
+      call find_ends(between, model, input, group, i, error)
+      if (.not. allocated(error)) call find_row(site%w, model, basis, input, group, i, between, direction, -radius, error)
       if (allocated(error) .or. input%count("rotation") == 0) return
       call input%get("rotation", 1, "speed_rpm", speed)
       do end = 1, 2
-         if (between%shaft(end) == 0 .or. .not. abs(radius(end)*across) > 0.0_wp) cycle
+         if (between%shaft(end) == 0 .or. .not. abs(radius(end)) > 0.0_wp) cycle
          if (.not. abs(ratio(between%shaft(end))) > 0.0_qp) then
-            call input%complain(error, "friction", i, "radius", "0 on a shaft whose speed is not known from teeth or speed_ratio")
+            call input%complain(error, group, i, "radius", "0 on a shaft whose speed is not known from teeth or speed_ratio")
             return
          end if
-         contact%drive = contact%drive - radius(end)*across*real(ratio(between%shaft(end)), wp)*speed*pi/30
+         site%drive = site%drive - radius(end)*real(ratio(between%shaft(end)), wp)*speed*pi/30
       end do
-   end subroutine new_rotor_friction
-
-   subroutine begin_contact(contact, input, group, i)
-      type(contact_t), intent(inout) :: contact
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: group
-      integer, intent(in) :: i
-
-      call input%get(group, i, "name", contact%name)
-      contact%unit = "m"
-      contact%force_unit = "N"
-   end subroutine begin_contact
+   end subroutine find_rotor_site
 
    !> The direction of length 1 that a group gives.
    subroutine read_direction(direction, input, group, i, error)
@@ -197,21 +157,19 @@ contains
    end subroutine find_ends
 
    !> The row of direction·(u1 - u2) + turn(1) φ1 + turn(2) φ2 on the coordinates of the machine.
-   subroutine find_row(row, model, basis, input, group, i, direction, turn, error)
+   subroutine find_row(row, model, basis, input, group, i, between, direction, turn, error)
       real(wp), allocatable, intent(out) :: row(:)
       type(rotor_model_t), intent(in) :: model
       real(wp), intent(in) :: basis(:, :), direction(3), turn(2)
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group
       integer, intent(in) :: i
+      type(ends_t), intent(in) :: between
       type(error_t), allocatable, intent(out) :: error
 
-      type(ends_t) :: between
       real(wp) :: part(phi)
       integer :: at(6), end, k
 
-      call find_ends(between, model, input, group, i, error)
-      if (allocated(error)) return
       allocate (row(size(basis, 2)), source=0.0_wp)
       do end = 1, 2
          if (between%shaft(end) == 0) cycle

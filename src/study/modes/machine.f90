@@ -1,12 +1,15 @@
 !! What razy-modes finds for a machine of any scene but `rotor`: natural frequencies and shapes with contacts in a chosen state.
 module razy_study_modes_machine
    use razy_core_error, only: error_t, raise
-   use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
-   use razy_eigen_linearised, only: linear_curved, linear_no_equilibrium, linear_rigid, linearise
-   use razy_eigen_modes, only: damped_eigenvalues, energy_shares, hertz, modes_t, natural_modes
-   use razy_study_modes_result, only: modes_result_t
+   use razy_eigen_damped, only: damped_eigen
+   use razy_eigen_mode_branches, only: energy_shares, hertz
+   use razy_input_input, only: input_t
+   use razy_linalg_dense, only: congruence_of
+   use razy_linalg_generalised, only: dense_modes, eigenpairs_t
+   use razy_machine_linearised, only: linear_curved, linear_no_equilibrium, linear_rigid, linearise
    use razy_machine_machine, only: machine_t
+   use razy_study_modes_result, only: modes_result_t
    implicit none(type, external)
    private
 
@@ -22,7 +25,7 @@ contains
       integer, intent(in) :: count, contacts
       type(error_t), allocatable, intent(out) :: error
 
-      type(modes_t) :: modes
+      type(eigenpairs_t) :: modes
       real(wp), allocatable :: damping(:, :), share(:, :), stiffness(:, :)
       complex(wp), allocatable :: values(:)
       integer :: culprit, kept, status
@@ -38,44 +41,24 @@ contains
                              " is not piecewise linear")
       end if
       if (allocated(error)) return
-      call natural_modes(modes, machine%mass, stiffness, status)
-      if (status == 0) call damped_eigenvalues(values, machine%mass, damping, stiffness, status)
+      modes = dense_modes(stiffness, machine%mass)
+      status = modes%status
+      if (status == 0) call damped_eigen(modes%value, congruence_of(damping, modes%vector), values, status)
       if (status /= 0) then
          call raise(error, "the eigenproblem could not be solved")
          return
       end if
       kept = min(count, size(modes%value))
-      share = energy_shares(modes, machine%mass)
+      share = energy_shares(modes%vector, machine%mass)
       content%coordinate = machine%coordinate
       content%part = content%coordinate
       content%natural = hertz(modes%value(:kept))
-      content%shape = modes%shape(:, :kept)
+      content%shape = modes%vector(:, :kept)
       content%share = share(:, :kept)
       content%speed = [0.0_wp]
       content%frequency = reshape(content%natural, [kept, 1])
-      values = by_imaginary_part(pack(values, values%im >= 0.0_wp))
       content%eigenvalue = parts_of(reshape(values, [size(values), 1]))
    end subroutine find_machine_modes
-
-   pure function by_imaginary_part(values) result(sorted)
-      complex(wp), intent(in) :: values(:)
-      complex(wp), allocatable :: sorted(:)
-
-      complex(wp) :: moved
-      integer :: i, j
-
-      sorted = values
-      do i = 2, size(sorted)
-         moved = sorted(i)
-         j = i - 1
-         do while (j >= 1)
-            if (sorted(j)%im <= moved%im) exit
-            sorted(j + 1) = sorted(j)
-            j = j - 1
-         end do
-         sorted(j + 1) = moved
-      end do
-   end function by_imaginary_part
 
    !> (2, values, speeds).
    pure function parts_of(values) result(parts)

@@ -1,18 +1,18 @@
 !! What razy-modes is asked for, and who finds it.
 module razy_study_modes_modes
-   use razy_study_modes_machine, only: find_machine_modes
-   use razy_study_modes_reduction, only: compare_reductions
-   use razy_study_modes_rotor, only: find_campbell, find_rotor_modes
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t
    use razy_core_kinds, only: wp
    use razy_core_text, only: lower
-   use razy_eigen_linearised, only: contact_choices, contacts_closed, contacts_equilibrium
-   use razy_study_modes_result, only: modes_result_t
+   use razy_input_input, only: input_t
+   use razy_machine_linearised, only: contact_choices, contacts_closed, contacts_equilibrium
    use razy_machine_machine, only: machine_t
-   use razy_scenes_rotor_scene, only: rotor_scene_t
-   use razy_scenes_rotor_reduction, only: is_reduced
    use razy_scenes_case, only: new_structure
+   use razy_scenes_rotor_reduction, only: is_reduced
+   use razy_scenes_rotor_scene, only: rotor_scene_t
+   use razy_study_modes_machine, only: find_machine_modes
+   use razy_study_modes_reduction, only: compare_reductions
+   use razy_study_modes_result, only: modes_result_t
+   use razy_study_modes_rotor, only: find_campbell, find_rotor_modes
    implicit none(type, external)
    private
 

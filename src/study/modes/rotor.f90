@@ -2,21 +2,21 @@
 !! stability limit.
 module razy_study_modes_rotor
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use razy_study_modes_machine, only: parts_of
    use razy_core_error, only: error_t, raise
-   use razy_input_input, only: input_t
    use razy_core_kinds, only: pi, wp
-   use razy_study_modes_result, only: modes_result_t
+   use razy_input_input, only: input_t
    use razy_linalg_dense, only: product_of
-   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, keep_first, modes_found
-   use razy_rotor_whirl_campbell, only: campbell_t, new_campbell
+   use razy_linalg_generalised, only: eigenpairs_t, keep_first, modes_found
    use razy_rotor_model, only: rotor_model_t
-   use razy_rotor_whirl_modes, only: rotor_shares => energy_shares, rotor_modes => natural_modes, strain_shares
+   use razy_rotor_whirl_campbell, only: campbell_t, new_campbell
+   use razy_rotor_whirl_degenerate, only: separate_degenerate
+   use razy_rotor_whirl_modes, only: rotor_modes => natural_modes, rotor_shares => energy_shares, shaft_shares, strain_shares
    use razy_rotor_whirl_stability, only: known_limit, limit_below, limit_failed, limit_found, limit_t, stability_limit
-   use razy_rotor_whirl_degenerate, only: separate_twins, shaft_shares
    use razy_rotor_whirl_whirl, only: new_whirl, whirl_found, whirl_problem_t
-   use razy_scenes_rotor_scene, only: rotor_scene_t
    use razy_scenes_rotor_reduction, only: is_reduced
+   use razy_scenes_rotor_scene, only: rotor_scene_t
+   use razy_study_modes_machine, only: parts_of
+   use razy_study_modes_result, only: modes_result_t
    implicit none(type, external)
    private
 
@@ -43,11 +43,7 @@ contains
 
       associate (model => rotor%model, reduced => rotor%reduced)
          if (is_reduced(input)) then
-            if (closed) then
-               pairs = dense_modes(reduced%closed_stiffness(), reduced%mass)
-            else
-               pairs = dense_modes(reduced%stiffness, reduced%mass)
-            end if
+            pairs = reduced%modes(closed)
             if (pairs%status == modes_found) then
                call keep_first(pairs, min(count, size(pairs%value)))
                pairs%vector = product_of(reduced%basis, pairs%vector)
@@ -59,7 +55,7 @@ contains
             call raise(error, "the eigenproblem could not be solved")
             return
          end if
-         call separate_twins(pairs, model)
+         call separate_degenerate(pairs, model)
          m = size(pairs%value)
          content%coordinate = names_of(model)
          content%part = motions

@@ -3,10 +3,9 @@
 !! An axis may vary several values of the input together: each is the axis' value times a factor.
 module razy_study_sweep_axes
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t
    use razy_core_kinds, only: i8, wp
-   use razy_input_slot, only: slot_t
    use razy_core_text, only: string_t
+   use razy_input_input, only: input_t, slot_t
    use razy_sweep_grid, only: axis_t, grid_t, new_axis, new_grid
    implicit none(type, external)
    private
@@ -89,7 +88,7 @@ contains
       end if
       if (allocated(error)) return
       varied%parameter = varied%slot(1)%path
-      varied%unit = input%unit_of(varied%slot(1))
+      varied%unit = varied%slot(1)%unit
    end subroutine read_places
 
    !> Refuse a second axis that varies what the first one does, or says what is said for the whole sweep.

@@ -10,8 +10,8 @@
 module razy_study_sweep_continuation_state
    use razy_core_kinds, only: wp
    use razy_core_table, only: table_t
+   use razy_machine_excitation, only: turn_tones
    use razy_machine_machine, only: machine_t
-   use razy_machine_phase, only: turn_tones
    implicit none(type, external)
    private
 

@@ -4,16 +4,15 @@
 !! the seed, the grid point, the sample and the place of the range (razy_core_uniform), and from nothing else.
 module razy_study_sweep_starts
    use razy_core_error, only: error_t
-   use razy_input_input, only: input_t
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: to_text
-   use razy_core_scanner, only: newline
-   use razy_core_text, only: did_you_mean, lower, string_t
+   use razy_core_text, only: did_you_mean, lower, newline, string_t
    use razy_core_uniform, only: uniform
+   use razy_input_input, only: input_t
    use razy_io_columns, only: read_columns
    use razy_io_journal, only: checksum
+   use razy_machine_excitation, only: excitation_period
    use razy_machine_machine, only: machine_t
-   use razy_machine_period, only: excitation_period
    use razy_sweep_grid, only: axis_t, most_points, new_axis
    implicit none(type, external)
    private

@@ -1,0 +1,186 @@
+!! The eigenmodes of a mode of the hybrid system: the machine's matrices with those of its closed contacts.
+!!
+!! Symmetric matrices go to their eigenproblem as they are. With gyroscopic or circulatory matrices the eigenproblem is solved
+!! once, with all contacts open, where shafts are apart; each closed contact then changes these eigenmodes
+!! (razy_exact_modal_contact_modes), and only if that fails its own eigenproblem is solved. What no contact and observable
+!! feels is left out.
+module razy_exact_modal_eigenmodes
+   use razy_core_kinds, only: qp, wp
+   use razy_exact_modal_basis, only: modal_basis_t, new_modal_basis, turning
+   use razy_exact_modal_contact_modes, only: add_contact
+   use razy_exact_modal_observable_terms, only: keep_observable
+   use razy_hybrid_mode, only: mode_t
+   use razy_hybrid_system, only: system_t
+   use razy_linalg_lapack, only: dposv
+   implicit none(type, external)
+   private
+
+   public :: new_eigenmodes, new_open_modes, open_modes_t
+
+   !> What all modes of a machine that turns have in common: the eigenmodes with all contacts open, made when first needed.
+   type :: open_modes_t
+      private
+      logical :: turns = .false., made = .false.
+      type(modal_basis_t) :: basis
+      !> All forms that are felt, on displacements and velocities (m, forms); none if all is to be kept.
+      real(wp), allocatable :: on_y(:, :), on_v(:, :)
+      !> Velocities of the energy of unit displacements (m), rad/s.
+      real(wp), allocatable :: unit(:)
+   end type open_modes_t
+
+   !> Of an eigenmode without stiffness, as a part of the fastest.
+   real(wp), parameter :: slow_unit = 1.0e-4_wp
+
+contains
+
+   !> Begin with a system. Modes made from the open ones give a state back to fewer digits than an impact needs.
+   subroutine new_open_modes(self, system)
+      type(open_modes_t), intent(out) :: self
+      type(system_t), intent(in) :: system
+
+      integer :: i, j, n
+
+      associate (m => system%m, contacts => size(system%gap))
+         self%turns = turning(system%coupled%stiffness, system%coupled%damping)
+         if (.not. self%turns) return
+         self%unit = [(sqrt(abs(system%coupled%stiffness(i, i))), i=1, m)]
+         self%unit = max(self%unit, slow_unit*maxval(self%unit), tiny(1.0_wp))
+         n = 0
+         if (.not. (system%keep_all .or. system%constrained)) n = contacts + size(system%observed)
+         allocate (self%on_y(m, n), self%on_v(m, n), source=0.0_wp)
+         if (n == 0) return
+         self%on_y(:, :contacts) = system%w
+         do j = 1, size(system%observed)
+            self%on_y(:, contacts + j) = system%observed(j)%on_y
+            self%on_v(:, contacts + j) = system%observed(j)%on_v
+         end do
+      end associate
+   end subroutine new_open_modes
+
+   !> The eigenmodes of a mode without constraints and without friction that depends on the motion.
+   subroutine new_eigenmodes(basis, open, system, mode)
+      type(modal_basis_t), intent(out) :: basis
+      type(open_modes_t), intent(inout) :: open
+      type(system_t), intent(in) :: system
+      type(mode_t), intent(in) :: mode
+
+      real(wp) :: k(system%m, system%m), b(system%m, system%m)
+      logical :: done
+
+      if (open%turns .and. .not. system%constrained) then
+         call from_open(basis, open, system, mode%branch, done)
+         if (done) return
+      end if
+      k = system%coupled%stiffness
+      b = system%coupled%damping
+      call mode%add_contacts(system, k, b)
+      call solve(basis, system, mode%branch, k, b)
+      if (basis%info == 0 .and. open%turns) call leave_unfelt(basis, open)
+   end subroutine new_eigenmodes
+
+   !> From the open modes, contact after contact.
+   subroutine from_open(basis, open, system, branch, done)
+      type(modal_basis_t), intent(inout) :: basis
+      type(open_modes_t), intent(inout) :: open
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: branch(:)
+      logical, intent(out) :: done
+
+      integer :: j
+
+      if (.not. open%made) then
+         open%made = .true.
+         call solve(open%basis, system, [integer ::], system%coupled%stiffness, system%coupled%damping)
+         if (open%basis%info == 0) call leave_unfelt(open%basis, open)
+      end if
+      basis = open%basis
+      done = basis%info == 0
+      do j = 1, size(branch)
+         if (.not. done) return
+         associate (piece => system%machine%contact(j)%law%branch(branch(j)))
+            if (.not. (abs(piece%stiffness) > 0.0_wp .or. abs(piece%damping) > 0.0_wp)) cycle
+            call add_contact(basis, system%w(:, j), piece%stiffness, piece%damping, open%unit, done)
+         end associate
+      end do
+   end subroutine from_open
+
+   subroutine leave_unfelt(basis, open)
+      type(modal_basis_t), intent(inout) :: basis
+      type(open_modes_t), intent(in) :: open
+
+      if (size(open%on_y, 2) > 0) call keep_observable(basis, open%on_y, open%on_v)
+   end subroutine leave_unfelt
+
+   !> The eigenproblem; rigid modes, if there are any, are refined and it is solved again with them. `branch` may be empty: all
+   !> contacts open.
+   subroutine solve(basis, system, branch, k, b)
+      type(modal_basis_t), intent(out) :: basis
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: branch(:)
+      real(wp), intent(in) :: k(:, :), b(:, :)
+
+      real(wp), allocatable :: rigid(:, :)
+      logical :: known
+
+      call new_modal_basis(basis, k, b, impacts=system%constrained)
+      if (basis%info /= 0 .or. size(basis%rigid, 2) == 0) return
+      rigid = basis%rigid
+      call refine_rigid_modes(system, branch, k, rigid, known)
+      if (known) call new_modal_basis(basis, k, b, rigid, system%constrained)
+   end subroutine solve
+
+   !> Rigid modes to rounding. An eigenproblem knows them to epsilon times the ratio of the largest to the smallest stiffness,
+   !> and constant loads that are in balance then drive them. Here K v is formed from the machine's own matrices in extended
+   !> precision, where the terms of a rigid motion cancel, and v corrected by (K + s V Vᵀ)⁻¹ K v.
+   subroutine refine_rigid_modes(system, branch, k, rigid, known)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: branch(:)
+      real(wp), intent(in) :: k(:, :)
+      real(wp), intent(inout) :: rigid(:, :)
+      logical, intent(out) :: known
+
+      integer, parameter :: rounds = 2
+      real(wp) :: shifted(size(k, 1), size(k, 1)), rest(size(rigid, 1), size(rigid, 2))
+      integer :: i, info, round
+
+      known = .false.
+      do round = 1, rounds
+         do i = 1, size(rigid, 2)
+            rest(:, i) = restoring_of(system, branch, rigid(:, i))
+         end do
+         ! Of K that is not symmetric the lower triangle stands for all: a coarser step, which two rounds make up for.
+         shifted = k + maxval(abs(k))*matmul(rigid, transpose(rigid))
+         call dposv("L", size(k, 1), size(rest, 2), shifted, size(k, 1), rest, size(k, 1), info)
+         if (info /= 0) return
+         rigid = rigid - rest
+         do i = 1, size(rigid, 2)
+            rigid(:, i) = rigid(:, i) - matmul(rigid(:, :i - 1), matmul(rigid(:, i), rigid(:, :i - 1)))
+            rigid(:, i) = rigid(:, i)/norm2(rigid(:, i))
+         end do
+      end do
+      known = .true.
+   end subroutine refine_rigid_modes
+
+   !> K v in coupled coordinates (m), contacts with their branches included, formed in extended precision.
+   pure function restoring_of(system, branch, v) result(force)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: branch(:)
+      real(wp), intent(in) :: v(:)
+      real(wp) :: force(size(v))
+
+      real(qp) :: q(size(system%machine%mass, 1)), f(size(system%machine%mass, 1))
+      integer :: j
+
+      associate (machine => system%machine, project => system%coupled%project)
+         q = matmul(real(v, qp), real(project, qp))
+         f = matmul(real(machine%stiffness, qp), q)
+         do j = 1, size(branch)
+            associate (contact => machine%contact(j))
+               f = f + contact%law%branch(branch(j))%stiffness*dot_product(real(contact%w, qp), q)*real(contact%w, qp)
+            end associate
+         end do
+         force = real(matmul(real(project, qp), f), wp)
+      end associate
+   end function restoring_of
+
+end module razy_exact_modal_eigenmodes

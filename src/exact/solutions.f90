@@ -1,0 +1,340 @@
+!! The closed forms of a system's motion, one for each mode met: made when the motion first comes to the mode, and kept.
+!!
+!! What depends on the machine's matrices alone (eigenmodes) outlives a change of the excitation; what depends on the excitation
+!! (response, rows) is made anew for every machine, and only for modes it visits. Modes in which contacts hold constraints are
+!! followed in coordinates of their own (razy_exact_constrained_motion); friction under a damped contact is another one where that
+!! contact pulls. Constraint forces and the forces of friction are linear forms of the motion, watched and observed as gaps are.
+module razy_exact_solutions
+   use razy_core_kinds, only: wp
+   use razy_exact_closed_form_response, only: new_response, response_t
+   use razy_exact_closed_form_rows, only: new_rows, rows_t
+   use razy_exact_constrained_motion, only: constrained_motion_t, new_constrained_motion
+   use razy_exact_modal_basis, only: modal_basis_t, new_modal_basis
+   use razy_exact_modal_eigenmodes, only: new_eigenmodes, new_open_modes, open_modes_t
+   use razy_exact_search_refine, only: watched_t
+   use razy_hybrid_guards, only: guard_entry_t, guard_forms, list_guards
+   use razy_hybrid_linear_form, only: linear_form_t, zero_form
+   use razy_hybrid_mode, only: mode_t
+   use razy_hybrid_system, only: system_t
+   use razy_machine_machine, only: observe_contact_force
+   implicit none(type, external)
+   private
+
+   public :: solution_t, solutions_t
+
+   !> The motion in one mode.
+   type :: solution_t
+      integer, allocatable :: branch(:), press(:)
+      type(modal_basis_t) :: basis
+      type(response_t) :: response
+      !> Rows of the guards and of the observables.
+      type(rows_t) :: switching, observed
+      !> The guards that can end the mode, and which of them are functions of the constraints alone.
+      type(guard_entry_t), allocatable :: entry(:)
+      type(watched_t), allocatable :: watched(:)
+      logical, allocatable :: fixed(:)
+      !> Rows of the variables s of all contacts, made when they are asked for; of all contact forces, where there are constraints.
+      type(rows_t) :: touching, force
+      !> Coordinates while constraints are held.
+      type(constrained_motion_t) :: held
+      !> Step level that the last search ended with.
+      integer :: level = 10
+      !> Machine for which the response was made, and the rows of contacts.
+      integer, private :: version = 0, touching_version = 0
+   end type solution_t
+
+   !> All of them so far.
+   type :: solutions_t
+      integer :: count = 0
+      type(solution_t), allocatable :: of(:)
+      !> Whether the last mode asked for has no admissible constraint forces.
+      logical :: inadmissible = .false.
+      integer, private :: structure = 0
+      type(open_modes_t), private :: open
+   contains
+      procedure :: attach
+      procedure :: find
+      procedure :: lay_out_contacts
+   end type solutions_t
+
+contains
+
+   !> Make ready for a system, keeping the eigenmodes if only excitation, clearances or start differ from the last.
+   subroutine attach(self, system)
+      class(solutions_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+
+      if (self%structure == system%structure) return
+      self%structure = system%structure
+      self%count = 0
+      if (allocated(self%of)) deallocate (self%of)
+      allocate (self%of(4))
+      call new_open_modes(self%open, system)
+   end subroutine attach
+
+   !> The number of the solution in `mode`, made ready for the system; 0: there is none.
+   subroutine find(self, system, mode, i)
+      class(solutions_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(mode_t), intent(in) :: mode
+      integer, intent(out) :: i
+
+      type(solution_t), allocatable :: larger(:)
+
+      do i = 1, self%count
+         if (.not. all(self%of(i)%branch == mode%branch)) cycle
+         if (.not. system%constrained) exit
+         if (all(self%of(i)%press == mode%press)) exit
+      end do
+      if (i > self%count) then
+         if (i > size(self%of)) then
+            allocate (larger(2*size(self%of)))
+            larger(:self%count) = self%of
+            call move_alloc(larger, self%of)
+         end if
+         self%count = i
+         self%of(i)%branch = mode%branch
+         self%of(i)%press = mode%press
+         call find_eigenmodes(self, system, mode, i)
+      end if
+      if (self%of(i)%version /= system%version) call respond(self%of(i), system, mode)
+      self%inadmissible = .not. self%of(i)%held%found
+      if (self%of(i)%basis%info /= 0) i = 0
+   end subroutine find
+
+   !> The eigenmodes of mode i: of the coordinates in which it is free; those of another mode with the same slopes; or, where
+   !> nothing is held and no friction depends on the motion, those of the machine with each closed contact.
+   subroutine find_eigenmodes(self, system, mode, i)
+      type(solutions_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(mode_t), intent(in) :: mode
+      integer, intent(in) :: i
+
+      real(wp) :: k(system%m, system%m), b(system%m, system%m)
+      integer :: j, other
+
+      associate (basis => self%of(i)%basis, held => self%of(i)%held)
+         if (.not. system%constrained) then
+            do other = 1, self%count - 1
+               if (.not. same_slopes_in(system, self%of(other)%branch, mode%branch)) cycle
+               basis = self%of(other)%basis
+               return
+            end do
+         end if
+         if (mode%constraints%count == 0 .and. .not. any([(slides_under_spring(system, mode, j), j=1, size(mode%branch))])) then
+            call new_eigenmodes(basis, self%open, system, mode)
+            return
+         end if
+         call free_matrices(system, mode, k, b)
+         if (mode%constraints%count > 0) then
+            call new_constrained_motion(held, mode%constraints, system%w, coefficients(system, mode), k, b, &
+                                        [(system%machine%contact(mode%constraints%contact(j))%drive, j=1, mode%constraints%count)])
+            if (.not. held%found) then
+               basis%info = 1
+               return
+            end if
+            call held%transform_matrices(k, b)
+         end if
+         call new_modal_basis(basis, k, b, impacts=.true.)
+      end associate
+   end subroutine find_eigenmodes
+
+   !> Whether all contacts have the same slopes in two lists of branches.
+   pure function same_slopes_in(system, a, b) result(same)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: a(:), b(:)
+      logical :: same
+
+      integer :: j
+
+      same = .true.
+      do j = 1, size(a)
+         associate (first => system%machine%contact(j)%law%branch(a(j)), second => system%machine%contact(j)%law%branch(b(j)))
+            same = same .and. .not. (abs(first%stiffness - second%stiffness) > 0.0_wp &
+                                     .or. abs(first%damping - second%damping) > 0.0_wp)
+         end associate
+      end do
+   end function same_slopes_in
+
+   !> Whether element j is friction that slides under a compliant contact.
+   pure function slides_under_spring(system, mode, j) result(slides)
+      type(system_t), intent(in) :: system
+      type(mode_t), intent(in) :: mode
+      integer, intent(in) :: j
+      logical :: slides
+
+      associate (law => system%machine%contact(j)%law, by => system%machine%contact(j)%normal_of)
+         slides = law%of_normal .and. by > 0 .and. .not. law%constraint(mode%branch(j))
+         if (slides) slides = .not. system%machine%contact(by)%law%impacts
+      end associate
+   end function slides_under_spring
+
+   !> Coefficients of the friction that constraints press (couplings).
+   pure function coefficients(system, mode) result(phi)
+      type(system_t), intent(in) :: system
+      type(mode_t), intent(in) :: mode
+      real(wp) :: phi(mode%constraints%couplings)
+
+      integer :: i
+
+      do i = 1, size(phi)
+         associate (j => mode%constraints%sliding(i))
+            phi(i) = system%machine%contact(j)%law%branch(mode%branch(j))%offset
+         end associate
+      end do
+   end function coefficients
+
+   !> K and B of a mode (m, m), without constraints.
+   pure subroutine free_matrices(system, mode, k, b)
+      type(system_t), intent(in) :: system
+      type(mode_t), intent(in) :: mode
+      real(wp), intent(out) :: k(:, :), b(:, :)
+
+      k = system%coupled%stiffness
+      b = system%coupled%damping
+      call mode%add_contacts(system, k, b)
+   end subroutine free_matrices
+
+   !> Response and rows of a solution under the system's excitation.
+   subroutine respond(self, system, mode)
+      type(solution_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(mode_t), intent(in) :: mode
+
+      type(linear_form_t) :: force(size(mode%branch)), observed(size(system%observed))
+      real(wp) :: load(system%m)
+      complex(wp) :: harmonic(system%m, size(system%omega))
+      integer :: j
+
+      self%version = system%version
+      if (self%basis%info /= 0) return
+      ! Not taken over from the machine before: no bit of a result may depend on what was computed earlier.
+      self%level = exponent(max(self%basis%fastest, 1.0_wp))
+      load = system%load
+      harmonic = system%harmonic
+      call mode%add_loads(system, load, harmonic)
+      do j = 1, size(force)
+         force(j) = mode%force_form(system, j)
+      end do
+      if (self%held%n > 0) then
+         call add_reactions(self%held, system, mode, load, harmonic, force)
+         harmonic = self%held%harmonic_of(harmonic, errors_of(system, self%held), system%omega)
+         load = self%held%load_of(load)
+      end if
+      call new_response(self%response, self%basis, load, harmonic, system%omega)
+      call watch_guards(self, system, mode, force)
+      do j = 1, size(observed)
+         associate (observable => system%machine%observable(j))
+            if (observable%kind == observe_contact_force) then
+               observed(j) = zero_form(system%m, size(system%omega))
+               call observed(j)%add(system%machine%contact(observable%contact)%force_sign, force(observable%contact))
+            else
+               observed(j) = system%observed(j)
+            end if
+         end associate
+         observed(j) = self%held%form_of(observed(j))
+      end do
+      call new_rows(self%observed, self%response, observed)
+      if (.not. system%constrained) return
+      do j = 1, size(force)
+         force(j) = self%held%form_of(force(j))
+      end do
+      call new_rows(self%force, self%response, force)
+   end subroutine respond
+
+   !> Phasors of the errors of what is held (n, tones).
+   pure function errors_of(system, held) result(error)
+      type(system_t), intent(in) :: system
+      type(constrained_motion_t), intent(in) :: held
+      complex(wp) :: error(held%n, size(system%omega))
+
+      integer :: i
+
+      do i = 1, held%n
+         error(i, :) = system%machine%contact(held%contact(i))%error
+      end do
+   end function errors_of
+
+   !> Add constraint forces, and the friction under them, to the forces of all contacts; load (m) and phasors (m, tones) are
+   !> those of the mode without constraints.
+   subroutine add_reactions(held, system, mode, load, harmonic, force)
+      type(constrained_motion_t), intent(in) :: held
+      type(system_t), intent(in) :: system
+      type(mode_t), intent(in) :: mode
+      real(wp), intent(in) :: load(:)
+      complex(wp), intent(in) :: harmonic(:, :)
+      type(linear_form_t), intent(inout) :: force(:)
+
+      real(wp) :: k(system%m, system%m), b(system%m, system%m)
+      integer :: i
+
+      call free_matrices(system, mode, k, b)
+      do i = 1, held%n
+         force(held%contact(i)) = held%reaction(i, k, b, load, harmonic, errors_of(system, held), system%omega)
+      end do
+      do i = 1, size(held%sliding)
+         call force(held%sliding(i))%add(held%share(i), force(held%contact(held%row(i))))
+      end do
+   end subroutine add_reactions
+
+   !> Rows and bounds of all guards of the mode; two bounds of one function share its row.
+   subroutine watch_guards(self, system, mode, force)
+      type(solution_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(mode_t), intent(in) :: mode
+      type(linear_form_t), intent(in) :: force(:)
+
+      type(guard_entry_t) :: entry(8*size(force))
+      type(linear_form_t) :: form(8*size(force))
+      integer :: i, n, rows
+
+      call list_guards(system, mode, entry, n)
+      call guard_forms(system, mode, force, entry(:n), form(:n))
+      self%entry = entry(:n)
+      if (allocated(self%watched)) deallocate (self%watched)
+      allocate (self%watched(n))
+      rows = 0
+      do i = 1, n
+         if (.not. entry(i)%shares) then
+            rows = rows + 1
+            form(rows) = self%held%form_of(form(i))
+         end if
+         self%watched(i) = watched_t(form=rows, side=entry(i)%side, bound=entry(i)%bound, shares_form=entry(i)%shares, &
+                                     given=entry(i)%shares)
+      end do
+      call new_rows(self%switching, self%response, form(:rows))
+      self%fixed = [(is_fixed(self, form(self%watched(i)%form), self%watched(i)%form), i=1, n)]
+   end subroutine watch_guards
+
+   !> Whether a guard depends on what is held alone, and so does not move but with the excitation and the drives.
+   pure function is_fixed(self, form, row) result(fixed)
+      type(solution_t), intent(in) :: self
+      type(linear_form_t), intent(in) :: form
+      integer, intent(in) :: row
+      logical :: fixed
+
+      real(wp), parameter :: negligible = 1.0e-11_wp
+
+      fixed = self%held%n > 0
+      if (.not. fixed) return
+      associate (free => self%held%m - self%held%rank)
+         fixed = norm2(form%on_y(:free)) <= negligible*norm2(form%on_y) &
+                 .and. norm2(form%on_v(:free)) <= negligible*norm2(form%on_v) &
+                 .and. all(self%switching%size0(:, row) <= negligible*self%switching%longest_reach(row))
+      end associate
+   end function is_fixed
+
+   !> Have the rows of the contacts' variables in solution i.
+   subroutine lay_out_contacts(self, system, i)
+      class(solutions_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: i
+
+      associate (solution => self%of(i))
+         if (solution%touching_version == system%version) return
+         solution%touching_version = system%version
+         call new_rows(solution%touching, solution%response, system%gap)
+      end associate
+   end subroutine lay_out_contacts
+
+end module razy_exact_solutions

@@ -1,0 +1,306 @@
+!! Accelerations and contact forces of a machine in a mode (razy_hybrid_mode), at any time of a piece and state z = (y, y'):
+!!
+!!     y'' = S f - B y' - K y - Σ_j w_j F_j.
+!!
+!! Times `tau` are s after the start of the piece, whose phases `begin` forms.
+module razy_hybrid_dynamics
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use razy_contact_contact_law, only: branch_open
+   use razy_core_kinds, only: wp
+   use razy_hybrid_excitation, only: excitation_t
+   use razy_hybrid_mode, only: affine, constrained, idle, mode_t, press_of, presses
+   use razy_hybrid_system, only: system_t
+   implicit none(type, external)
+   private
+
+   public :: dynamics_t
+
+   type :: dynamics_t
+      type(mode_t) :: mode
+      type(excitation_t) :: excitation
+      !> s, s', force F and normal force of each contact, as they were looked at last (contacts).
+      real(wp), allocatable :: s(:), rate(:), force(:), normal(:)
+      !> Sharpness of smoothed jumps, if the mode has smoothed laws.
+      real(wp) :: sharpness = 0.0_wp
+   contains
+      procedure :: make_room
+      procedure :: begin
+      procedure :: look_at_contact
+      procedure :: look_at_contacts
+      procedure :: free_acceleration
+      procedure :: second_rate
+      procedure :: accelerate
+      procedure :: normal_of
+      procedure :: is_in_play
+      procedure :: slopes_of
+      procedure :: keep_constraints
+   end type dynamics_t
+
+contains
+
+   !> Make room for a system; `sharpness` > 0 smooths its laws.
+   pure subroutine make_room(self, system, sharpness)
+      class(dynamics_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: sharpness
+
+      associate (contacts => size(system%machine%contact))
+         call self%mode%make_room(contacts, sharpness > 0.0_wp)
+         self%sharpness = sharpness
+         if (allocated(self%s)) deallocate (self%s, self%rate, self%force, self%normal)
+         allocate (self%s(contacts), self%rate(contacts), self%force(contacts), self%normal(contacts), source=0.0_wp)
+      end associate
+   end subroutine make_room
+
+   !> A piece begins at `time + time_low`, s.
+   pure subroutine begin(self, system, time, time_low)
+      class(dynamics_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: time, time_low
+
+      call self%excitation%begin(system%machine%tone, time, time_low)
+   end subroutine begin
+
+   !> s and s' of contact j at z and the time looked at last.
+   pure subroutine look_at_contact(self, system, j, z)
+      class(dynamics_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      real(wp), intent(in) :: z(:)
+
+      associate (gap => system%gap(j), phasor => self%excitation%phasor)
+         self%s(j) = gap%value(z, phasor)
+         self%rate(j) = gap%rate(z(system%m + 1:), phasor, system%omega) + system%machine%contact(j)%drive
+      end associate
+   end subroutine look_at_contact
+
+   !> s and s' of all contacts at (tau, z).
+   pure subroutine look_at_contacts(self, system, tau, z)
+      class(dynamics_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: tau, z(:)
+
+      integer :: j
+
+      call self%excitation%look(system%omega, tau)
+      do j = 1, size(self%s)
+         call self%look_at_contact(system, j, z)
+      end do
+   end subroutine look_at_contacts
+
+   !> y'' (m) without any contact at z and the time looked at last.
+   pure subroutine free_acceleration(self, system, z, a)
+      class(dynamics_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(out) :: a(:)
+
+      integer :: i, j, m, t
+
+      m = system%m
+      do i = 1, m
+         a(i) = system%load(i)
+      end do
+      do t = 1, size(system%omega)
+         associate (phasor => self%excitation%phasor(t))
+            do i = 1, m
+               a(i) = a(i) + (system%harmonic(i, t)%re*phasor%re - system%harmonic(i, t)%im*phasor%im)
+            end do
+         end associate
+      end do
+      associate (k => system%coupled%stiffness, b => system%coupled%damping)
+         do j = 1, m
+            do i = system%first(j), system%last(j)
+               a(i) = a(i) - (k(i, j)*z(j) + b(i, j)*z(m + j))
+            end do
+         end do
+      end associate
+   end subroutine free_acceleration
+
+   !> s'' of contact j at the acceleration a (m) and the time looked at last.
+   pure function second_rate(self, system, j, a) result(rate)
+      class(dynamics_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      real(wp), intent(in) :: a(:)
+      real(wp) :: rate
+
+      integer :: i, t
+
+      rate = 0.0_wp
+      do i = 1, system%m
+         rate = rate + system%w(i, j)*a(i)
+      end do
+      associate (error => system%gap(j)%error, phasor => self%excitation%phasor)
+         do t = 1, size(system%omega)
+            rate = rate - system%omega(t)**2*(error(t)%re*phasor(t)%re - error(t)%im*phasor(t)%im)
+         end do
+      end associate
+   end function second_rate
+
+   !> y'' (m) at (tau, z); leaves s, s' and forces of the contacts that act, and the forces of constraints. It is no number
+   !> where the forces of constraints do not exist.
+   subroutine accelerate(self, system, tau, z, a)
+      class(dynamics_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: tau, z(:)
+      real(wp), intent(out) :: a(:)
+
+      real(wp) :: unused_1, unused_2
+      integer :: i, j, k
+
+      call self%excitation%look(system%omega, tau)
+      call self%free_acceleration(system, z, a)
+      self%force = 0.0_wp
+      do k = 1, self%mode%acts
+         j = self%mode%acting(k)
+         call self%look_at_contact(system, j, z)
+         associate (law => system%machine%contact(j)%law, branch => self%mode%branch(j))
+            if (self%mode%does(j) == affine) then
+               self%force(j) = law%branch(branch)%stiffness*self%s(j) + law%branch(branch)%damping*self%rate(j) &
+                               + law%branch(branch)%offset
+            else
+               if (law%of_normal) self%normal(j) = self%normal_of(system, j)
+               if (self%mode%smoothed) then
+                  call law%smoothed(self%s(j), self%rate(j), self%normal(j), self%sharpness, self%force(j), unused_1, unused_2)
+               else
+                  self%force(j) = law%force(branch, self%s(j), self%rate(j), self%normal(j))
+               end if
+            end if
+         end associate
+         do i = 1, system%m
+            a(i) = a(i) - system%w(i, j)*self%force(j)
+         end do
+      end do
+      if (self%mode%constraints%count > 0) call add_constraint_forces(self, system, a)
+   end subroutine accelerate
+
+   !> Add to a (m) the forces that keep the constraints, and the friction that they press.
+   subroutine add_constraint_forces(self, system, a)
+      type(dynamics_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(inout) :: a(:)
+
+      real(wp) :: force(self%mode%constraints%count), wanted(self%mode%constraints%count), phi(self%mode%constraints%couplings)
+      integer :: i, j
+      logical :: found
+
+      associate (constraints => self%mode%constraints, contact => system%machine%contact)
+         do i = 1, constraints%count
+            wanted(i) = self%second_rate(system, constraints%contact(i), a)
+         end do
+         do i = 1, constraints%couplings
+            j = constraints%sliding(i)
+            phi(i) = contact(j)%law%force(self%mode%branch(j), self%s(j), self%rate(j), 1.0_wp)
+         end do
+         call constraints%solve(wanted, phi, force, found)
+         if (.not. found) force = ieee_value(1.0_wp, ieee_quiet_nan)
+         do i = 1, constraints%count
+            j = constraints%contact(i)
+            self%force(j) = force(i)
+            a = a - system%w(:, j)*force(i)
+         end do
+         do i = 1, constraints%couplings
+            j = constraints%sliding(i)
+            associate (press => constraints%sign(i)*force(constraints%row(i)))
+               self%normal(j) = self%normal(j) + press
+               self%force(j) = self%force(j) + phi(i)*press
+               a = a - system%w(:, j)*(phi(i)*press)
+            end associate
+         end do
+         do i = 1, constraints%count
+            j = constraints%contact(i)
+            if (.not. contact(j)%law%of_normal) cycle
+            self%normal(j) = self%normal_of(system, j)
+            if (contact(j)%normal_of == 0) cycle
+            if (self%mode%does(contact(j)%normal_of) /= constrained) cycle
+            self%normal(j) = self%normal(j) + abs(self%force(contact(j)%normal_of))
+         end do
+      end associate
+   end subroutine add_constraint_forces
+
+   !> Normal force of friction element j without that of a rigid contact, N, from the forces looked at last.
+   pure function normal_of(self, system, j) result(normal)
+      class(dynamics_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      real(wp) :: normal
+
+      associate (contact => system%machine%contact(j))
+         normal = contact%normal
+         if (contact%normal_of > 0) then
+            if (all(self%mode%does(contact%normal_of) /= [constrained, idle])) then
+               associate (force => self%force(contact%normal_of))
+                  normal = normal + press_of(self%mode%press(j), force)*force
+               end associate
+            end if
+         end if
+         if (.not. self%is_in_play(system, j)) normal = 0.0_wp
+      end associate
+   end function normal_of
+
+   !> Whether friction element j is in play: the contact that it goes with presses.
+   pure function is_in_play(self, system, j) result(is)
+      class(dynamics_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      logical :: is
+
+      integer :: branch
+
+      is = .true.
+      associate (with => system%machine%contact(j)%only_with)
+         if (with == 0) return
+         branch = self%mode%branch(with)
+         ! A smoothed law is in no branch but that of s and s'.
+         if (self%mode%smoothed) branch = system%machine%contact(with)%law%initial_branch(self%s(with), self%rate(with))
+         is = presses(branch)
+      end associate
+   end function is_in_play
+
+   !> Slopes of the force of contact j at its s, s' and normal force looked at last.
+   subroutine slopes_of(self, system, j, stiffness, damping)
+      class(dynamics_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      real(wp), intent(out) :: stiffness, damping
+
+      real(wp) :: unused
+
+      associate (law => system%machine%contact(j)%law)
+         if (self%mode%smoothed) then
+            call law%smoothed(self%s(j), self%rate(j), self%normal(j), self%sharpness, unused, stiffness, damping)
+         else
+            call law%slopes(self%mode%branch(j), self%s(j), self%rate(j), self%normal(j), stiffness, damping)
+         end if
+      end associate
+   end subroutine slopes_of
+
+   !> Bring z at `tau` back to the constraints of the mode, which rounding has left: s of rigid contacts at its edge, s' = 0.
+   subroutine keep_constraints(self, system, tau, z)
+      class(dynamics_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: tau
+      real(wp), intent(inout) :: z(:)
+
+      real(wp) :: change(self%mode%constraints%count)
+      integer :: i, j
+
+      associate (constraints => self%mode%constraints, m => system%m)
+         if (constraints%count == 0) return
+         call self%excitation%look(system%omega, tau)
+         do i = 1, constraints%count
+            j = constraints%contact(i)
+            call self%look_at_contact(system, j, z)
+            change(i) = 0.0_wp
+            if (.not. system%machine%contact(j)%law%impacts) cycle
+            associate (edge => system%machine%contact(j)%law%guard(1, branch_open))
+               change(i) = merge(edge%upper, edge%lower, edge%above == self%mode%branch(j)) - self%s(j)
+            end associate
+         end do
+         call constraints%displace(system%w, change, z(:m))
+         call constraints%displace(system%w, -self%rate(constraints%contact(:constraints%count)), z(m + 1:))
+      end associate
+   end subroutine keep_constraints
+
+end module razy_hybrid_dynamics

@@ -1,0 +1,317 @@
+!! A motion through its modes: the one loop of all methods that know events, and what such a method has to offer.
+!!
+!! A flow moves the state within a mode, in closed form or step by step, and finds what ends it; the transition says what
+!! follows (razy_hybrid_transition). A change of branch ends a piece; others at the same time are shown as pieces of no
+!! duration. A flow that looks for no events notes changes of branch at the ends of its steps.
+module razy_hybrid_flow
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: i8, wp
+   use razy_core_tone, only: add_time
+   use razy_hybrid_system, only: system_t
+   use razy_hybrid_transition, only: transition_t
+   use razy_machine_machine, only: machine_t
+   use razy_motion_integrator, only: integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, status_blow_up, &
+                                     status_chatter, status_event_limit, status_no_contact_forces, status_ok
+   implicit none(type, external)
+   private
+
+   public :: flow_t
+   public :: ends_in_event, ends_noted, ends_open
+
+   !> How a piece ends: without an event; in one; with changes of branch that were noted afterwards.
+   integer, parameter :: ends_open = 0, ends_in_event = 1, ends_noted = 2
+
+   type, abstract, extends(integrator_t) :: flow_t
+      type(system_t) :: system
+      !> What happens at events; its mode is the one that the motion is in.
+      type(transition_t) :: transition
+      !> Whether events are looked for; whether they come one at a time, those at the same time after pieces of no length.
+      logical :: finds_events = .true., one_by_one = .false.
+      !> Time of the motion, s (sum of both), state z = (y, y') (2m), and branches of the piece under way (contacts).
+      real(wp) :: time = 0.0_wp, time_low = 0.0_wp
+      real(wp), allocatable :: z(:)
+      integer, allocatable :: branch(:)
+      !> Whether the motion has come to this mode, or has jumped, since the piece before; whether it has only just begun.
+      logical :: anew = .true., starting = .true.
+      !> Guards of the mode that are left at an event.
+      logical, allocatable :: hit(:)
+      !> Derivatives of z (2m, columns) that are carried along, if there are any: set them before a run, for z at the time 0.
+      !> `differentiable`: all that the motion came through has a derivative.
+      real(wp), allocatable :: tangent(:, :)
+      logical :: differentiable = .true.
+   contains
+      procedure, non_overridable :: take
+      procedure :: run
+      procedure, non_overridable :: remaining
+      procedure :: branch_now
+      procedure :: final_state
+      procedure(enter_mode), deferred :: enter
+      procedure(go_on), deferred :: advance
+      procedure(at_moment), deferred :: stand
+      procedure(count_up), deferred :: tally
+      procedure(carry), deferred :: transport
+   end type flow_t
+
+   abstract interface
+      !> Make ready for the mode of the transition, from time and state as they are; nothing is to be done if the mode goes on.
+      subroutine enter_mode(self, t_end, outcome)
+         import :: flow_t, outcome_t, wp
+         implicit none(type, external)
+         class(flow_t), intent(inout) :: self
+         real(wp), intent(in) :: t_end
+         type(outcome_t), intent(inout) :: outcome
+      end subroutine enter_mode
+
+      !> Move the state along the mode for at most `longest`, s, and to `t_end`: duration and end of the piece. At an event
+      !> `hit` says which guards were left, and the piece what follows the first.
+      subroutine go_on(self, t_end, longest, piece, ending, outcome)
+         import :: flow_t, outcome_t, piece_t, wp
+         implicit none(type, external)
+         class(flow_t), intent(inout) :: self
+         real(wp), intent(in) :: t_end, longest
+         type(piece_t), intent(inout) :: piece
+         integer, intent(out) :: ending
+         type(outcome_t), intent(inout) :: outcome
+      end subroutine go_on
+
+      !> The piece under way is this moment, with the state and the mode as they are now.
+      subroutine at_moment(self, outcome)
+         import :: flow_t, outcome_t
+         implicit none(type, external)
+         class(flow_t), intent(inout) :: self
+         type(outcome_t), intent(inout) :: outcome
+      end subroutine at_moment
+
+      !> Carry the tangents through the piece under way.
+      subroutine carry(self)
+         import :: flow_t
+         implicit none(type, external)
+         class(flow_t), intent(inout) :: self
+      end subroutine carry
+
+      !> Add the flow's own counters to those of the run that has ended.
+      subroutine count_up(self, outcome)
+         import :: flow_t, outcome_t
+         implicit none(type, external)
+         class(flow_t), intent(inout) :: self
+         type(outcome_t), intent(inout) :: outcome
+      end subroutine count_up
+   end interface
+
+   real(wp), parameter :: eps = epsilon(1.0_wp)
+   !> A state beyond is a blow-up.
+   real(wp), parameter :: largest = 1.0e100_wp
+
+contains
+
+   !> Take a machine; `sharpness` > 0: its laws are smoothed.
+   subroutine take(self, machine, keep_all, sharpness, error)
+      class(flow_t), intent(inout) :: self
+      type(machine_t), intent(in) :: machine
+      logical, intent(in) :: keep_all
+      real(wp), intent(in) :: sharpness
+      type(error_t), allocatable, intent(out) :: error
+
+      call self%system%take(machine, keep_all, error)
+      if (allocated(error)) return
+      call self%transition%make_room(self%system, sharpness)
+      if (allocated(self%z)) deallocate (self%z, self%branch, self%hit)
+      allocate (self%z(2*self%system%m), source=0.0_wp)
+      allocate (self%branch(size(machine%contact)), source=1)
+      allocate (self%hit(8*size(machine%contact)), source=.false.)
+   end subroutine take
+
+   !> Run the prepared machine from 0 to `t_end`, s, showing every piece to the observers.
+   subroutine run(self, t_end, most_events, observers, outcome)
+      class(flow_t), intent(inout), target :: self
+      real(wp), intent(in) :: t_end
+      integer(i8), intent(in) :: most_events
+      type(observer_slot_t), intent(in) :: observers(:)
+      type(outcome_t), intent(out) :: outcome
+
+      type(piece_t) :: piece
+      integer :: ending, standing
+      real(wp) :: longest
+
+      piece%by => self
+      standing = 0
+      call begin(self, t_end, piece, observers, outcome)
+      do while (outcome%status == status_ok .and. self%remaining(t_end) > 0.0_wp)
+         if (.not. all(abs(self%z) <= largest)) outcome%status = status_blow_up
+         if (outcome%events >= most_events) outcome%status = status_event_limit
+         if (outcome%status /= status_ok) exit
+         call self%enter(t_end, outcome)
+         self%starting = .false.
+         if (outcome%status /= status_ok) exit
+         piece%time = self%time
+         piece%time_low = self%time_low
+         piece%contact = 0
+         piece%last = .false.
+         longest = huge(1.0_wp)
+         if (self%transition%accumulation%landing) longest = max(self%transition%accumulation%rest, 0.0_wp)
+         call self%advance(t_end, longest, piece, ending, outcome)
+         if (outcome%status /= status_ok) exit
+         call end_piece(self, t_end, ending, piece, observers, outcome)
+         standing = merge(standing + 1, 0, self%anew .and. piece%duration <= 4*eps*self%time)
+         if (standing > 8*size(self%branch) + 8 .and. outcome%status == status_ok) outcome%status = status_chatter
+         if (.not. (self%anew .or. ending == ends_noted)) cycle
+         self%branch(:) = self%transition%dynamics%mode%branch
+         if (outcome%status == status_ok .and. self%transition%changes > 1) call show_changes(self, 2, piece, observers, outcome)
+      end do
+      outcome%time = self%time + self%time_low
+      if (outcome%status == status_ok) outcome%time = t_end
+      call self%tally(outcome)
+   end subroutine run
+
+   !> State and mode at the time 0, made consistent, and the impacts of that.
+   subroutine begin(self, t_end, piece, observers, outcome)
+      class(flow_t), intent(inout) :: self
+      real(wp), intent(in) :: t_end
+      type(piece_t), intent(inout) :: piece
+      type(observer_slot_t), intent(in) :: observers(:)
+      type(outcome_t), intent(inout) :: outcome
+
+      real(wp) :: delta
+
+      self%time = 0.0_wp
+      self%time_low = 0.0_wp
+      self%anew = .true.
+      self%starting = .true.
+      self%differentiable = .true.
+      self%transition%saltation%wanted = allocated(self%tangent)
+      self%transition%saltation%defined = .true.
+      if (allocated(self%tangent)) call self%transition%saltation%begin(self%system%m)
+      self%z = self%system%first_state()
+      delta = 1.0e-5_wp*min(t_end, 1.0_wp/max(self%system%fastest, tiny(1.0_wp)))
+      call self%transition%begin(self%system, self%finds_events, delta, self%z)
+      if (.not. self%transition%found) outcome%status = status_no_contact_forces
+      outcome%impacts = self%transition%impacts
+      self%branch = self%transition%dynamics%mode%branch
+      if (outcome%status == status_ok .and. outcome%impacts > 0) call show_changes(self, 1, piece, observers, outcome)
+   end subroutine begin
+
+   !> The end of a piece: what follows the event there, if there is one, and the piece is shown.
+   subroutine end_piece(self, t_end, ending, piece, observers, outcome)
+      class(flow_t), intent(inout) :: self
+      real(wp), intent(in) :: t_end
+      integer, intent(in) :: ending
+      type(piece_t), intent(inout) :: piece
+      type(observer_slot_t), intent(in) :: observers(:)
+      type(outcome_t), intent(inout) :: outcome
+
+      if (allocated(self%tangent)) call arrive(self, ending, piece%duration)
+      associate (transition => self%transition)
+         call transition%accumulation%pass(piece%duration)
+         self%anew = ending == ends_in_event .or. (transition%accumulation%landing &
+                                                   .and. .not. transition%accumulation%rest > 0.0_wp)
+         if (ending == ends_in_event .and. self%one_by_one .and. .not. self%system%constrained) then
+            transition%dynamics%mode%branch(piece%contact) = piece%branch
+            transition%changes = 1
+         else if (self%anew .or. ending == ends_noted) then
+            if (self%anew) call transition%settle(self%system, self%hit, piece%duration, self%z)
+            if (.not. transition%found) outcome%status = status_no_contact_forces
+            outcome%impacts = outcome%impacts + transition%impacts
+            outcome%accumulations = outcome%accumulations + transition%landed
+            piece%contact = 0
+            if (transition%changes > 0) then
+               piece%contact = transition%contact(1)
+               piece%branch = transition%branch(1)
+            end if
+         end if
+         if (piece%contact > 0) outcome%events = outcome%events + 1
+      end associate
+      if (allocated(self%tangent) .and. self%anew .and. outcome%status == status_ok) call leave(self, piece%duration)
+      call show_piece(observers, piece)
+      call add_time(self%time, self%time_low, piece%duration)
+      if (.not. piece%last) return
+      self%time = t_end
+      self%time_low = 0.0_wp
+   end subroutine end_piece
+
+   !> Carry the tangents through a piece to its end, and into the event there.
+   subroutine arrive(self, ending, duration)
+      class(flow_t), intent(inout) :: self
+      integer, intent(in) :: ending
+      real(wp), intent(in) :: duration
+
+      logical :: none(size(self%hit))
+
+      call self%transport()
+      associate (transition => self%transition)
+         call transition%dynamics%mode%enter(self%system)
+         if (ending == ends_in_event) then
+            if (.not. self%system%constrained) call transition%guards%list(self%system, transition%dynamics%mode)
+            call transition%saltation%arrive(self%system, transition%dynamics, transition%guards, self%hit, duration, self%z, &
+                                             self%tangent)
+         else
+            none = .false.
+            call transition%saltation%arrive(self%system, transition%dynamics, transition%guards, none, duration, self%z, &
+                                             self%tangent)
+         end if
+      end associate
+   end subroutine arrive
+
+   !> Carry the tangents out of the event.
+   subroutine leave(self, tau)
+      class(flow_t), intent(inout) :: self
+      real(wp), intent(in) :: tau
+
+      associate (transition => self%transition)
+         call transition%dynamics%mode%enter(self%system)
+         call transition%saltation%leave(self%system, transition%dynamics, tau, self%z, self%tangent)
+         self%differentiable = transition%saltation%defined
+      end associate
+   end subroutine leave
+
+   !> Show changes of branch from number `first` on as pieces of no duration in the mode that follows them.
+   subroutine show_changes(self, first, piece, observers, outcome)
+      class(flow_t), intent(inout) :: self
+      integer, intent(in) :: first
+      type(piece_t), intent(inout) :: piece
+      type(observer_slot_t), intent(in) :: observers(:)
+      type(outcome_t), intent(inout) :: outcome
+
+      integer :: i
+
+      if (self%transition%changes < first) return
+      call self%stand(outcome)
+      if (outcome%status /= status_ok) return
+      piece%time = self%time
+      piece%time_low = self%time_low
+      piece%duration = 0.0_wp
+      piece%last = .false.
+      do i = first, self%transition%changes
+         piece%contact = self%transition%contact(i)
+         piece%branch = self%transition%branch(i)
+         outcome%events = outcome%events + 1
+         call show_piece(observers, piece)
+      end do
+   end subroutine show_changes
+
+   !> Time left until `t_end`, s.
+   pure function remaining(self, t_end) result(time)
+      class(flow_t), intent(in) :: self
+      real(wp), intent(in) :: t_end
+      real(wp) :: time
+
+      time = (t_end - self%time) - self%time_low
+   end function remaining
+
+   !> Branch of contact j.
+   pure function branch_now(self, j) result(branch)
+      class(flow_t), intent(in) :: self
+      integer, intent(in) :: j
+      integer :: branch
+
+      branch = self%branch(j)
+   end function branch_now
+
+   !> Displacements and velocities (n each) that the last run ended with; needs a machine prepared with `keep_all`.
+   subroutine final_state(self, displacement, velocity)
+      class(flow_t), intent(in) :: self
+      real(wp), intent(out) :: displacement(:), velocity(:)
+
+      call self%system%to_coordinates(self%z, displacement, velocity)
+   end subroutine final_state
+
+end module razy_hybrid_flow

@@ -1,0 +1,141 @@
+!! The machine in the coordinates that its contacts and observables feel (razy_machine_coupled):
+!!
+!!     y'' + B y' + K y = S f(t) - Σ_j w_j F_j(s_j, s_j'),   s_j = w_jᵀ y + c_j + Re(Σ_t e_jt E_t),   z = (y, y').
+!!
+!! Made once for a machine and shared by all that follows its motion. Of a machine that differs from the one before in loads,
+!! clearances and start only, the coordinates are kept.
+module razy_hybrid_system
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: wp
+   use razy_hybrid_linear_form, only: linear_form_t, new_form, zero_form
+   use razy_linalg_pattern, only: find_profile
+   use razy_machine_coupled, only: coupled_t, new_coupled
+   use razy_machine_machine, only: machine_t, observe_contact_force, same_structure
+   implicit none(type, external)
+   private
+
+   public :: system_t
+
+   type :: system_t
+      type(machine_t) :: machine
+      type(coupled_t) :: coupled
+      !> Coupled coordinates; z has 2m components.
+      integer :: m = 0
+      !> Whether every coordinate is followed, not only those that contacts and observables feel.
+      logical :: keep_all = .false.
+      !> Whether contacts can hold constraints: closed rigid stops, friction that sticks.
+      logical :: constrained = .false.
+      !> Number of the machine, and of the machine with other coordinates than the one before.
+      integer :: version = 0, structure = 0
+      !> Contact directions (m, contacts), constant load S f (m), its phasors (m, tones), frequencies (tones), rad/s.
+      real(wp), allocatable :: w(:, :), load(:), omega(:)
+      complex(wp), allocatable :: harmonic(:, :)
+      !> The largest of the frequencies, rad/s.
+      real(wp) :: fastest = 0.0_wp
+      !> Variables s of the contacts (contacts), and observables (observables; 0 for the force of a contact).
+      type(linear_form_t), allocatable :: gap(:), observed(:)
+      !> First and last row that matter in each column of B and K (m each).
+      integer, allocatable :: first(:), last(:)
+   contains
+      procedure :: take
+      procedure :: contact_form
+      procedure :: first_state
+      procedure :: to_coordinates
+   end type system_t
+
+contains
+
+   !> Take a machine; `keep_all` follows every coordinate.
+   subroutine take(self, machine, keep_all, error)
+      class(system_t), intent(inout) :: self
+      type(machine_t), intent(in) :: machine
+      logical, intent(in) :: keep_all
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: j
+      logical :: known
+
+      known = same_structure(self%machine, machine) .and. (self%keep_all .eqv. keep_all)
+      self%machine = machine
+      self%keep_all = keep_all
+      self%version = self%version + 1
+      if (.not. known) then
+         self%structure = self%structure + 1
+         call new_coupled(self%coupled, machine, keep_all, error)
+         if (allocated(error)) then
+            ! No machine is like one that could not be taken.
+            deallocate (self%machine%mass)
+            return
+         end if
+         self%m = self%coupled%m
+         call find_profile(self%coupled%stiffness, self%coupled%damping, self%first, self%last)
+         if (allocated(self%w)) deallocate (self%w)
+         allocate (self%w(self%m, size(machine%contact)))
+         do j = 1, size(machine%contact)
+            self%w(:, j) = matmul(self%coupled%project, machine%contact(j)%w)
+         end do
+         self%constrained = any([(any(machine%contact(j)%law%constraint), j=1, size(machine%contact))])
+      end if
+      self%load = matmul(self%coupled%project, machine%load)
+      self%harmonic = matmul(self%coupled%project, machine%harmonic_load)
+      self%omega = machine%tone%omega
+      self%fastest = maxval([0.0_wp, self%omega])
+      if (allocated(self%gap)) deallocate (self%gap, self%observed)
+      allocate (self%gap(size(machine%contact)), self%observed(size(machine%observable)))
+      do j = 1, size(self%gap)
+         self%gap(j) = self%contact_form(j, 1.0_wp, 0.0_wp, 0.0_wp)
+      end do
+      do j = 1, size(self%observed)
+         self%observed(j) = observed_form(self, j)
+      end do
+   end subroutine take
+
+   !> alpha s + beta s' + gamma of contact j.
+   pure function contact_form(self, j, alpha, beta, gamma) result(form)
+      class(system_t), intent(in) :: self
+      integer, intent(in) :: j
+      real(wp), intent(in) :: alpha, beta, gamma
+      type(linear_form_t) :: form
+
+      associate (contact => self%machine%contact(j))
+         form = new_form(alpha*self%w(:, j), beta*self%w(:, j), alpha*contact%offset + beta*contact%drive + gamma, &
+                         cmplx(alpha, self%omega*beta, wp)*contact%error)
+      end associate
+   end function contact_form
+
+   !> A linear observable.
+   pure function observed_form(self, i) result(form)
+      type(system_t), intent(in) :: self
+      integer, intent(in) :: i
+      type(linear_form_t) :: form
+
+      associate (observable => self%machine%observable(i))
+         if (observable%kind == observe_contact_force) then
+            form = zero_form(self%m, size(self%omega))
+         else
+            form = new_form(matmul(self%coupled%project, observable%on_displacement), &
+                            matmul(self%coupled%project, observable%on_velocity), observable%constant, observable%error)
+         end if
+      end associate
+   end function observed_form
+
+   !> z (2m) at the time 0.
+   pure function first_state(self) result(z)
+      class(system_t), intent(in) :: self
+      real(wp) :: z(2*self%m)
+
+      z(:self%m) = matmul(self%coupled%to_coupled, self%machine%displacement)
+      z(self%m + 1:) = matmul(self%coupled%to_coupled, self%machine%velocity)
+   end function first_state
+
+   !> Displacements and velocities (n each) of z; needs a machine taken with `keep_all`.
+   pure subroutine to_coordinates(self, z, displacement, velocity)
+      class(system_t), intent(in) :: self
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(out) :: displacement(:), velocity(:)
+
+      displacement = matmul(z(:self%m), self%coupled%project)
+      velocity = matmul(z(self%m + 1:), self%coupled%project)
+   end subroutine to_coordinates
+
+end module razy_hybrid_system

@@ -1,0 +1,441 @@
+!! What an input says, before any schema is applied: entries, one for each `&group`, each `key = words` and each `--set`.
+!!
+!! A text is Fortran namelists. Accepted: `&name ... /` and `&name ... &end`, any case, comments after `!`, words separated
+!! by commas, blanks or line ends, both quotes (the quote doubled stands for itself), repeat counts `3*0.0`, subscripts
+!! `key(2)` and `key(2:3)`. Stricter than Fortran's own reading, on purpose: text between groups, strings over several lines,
+!! null values and complex numbers are errors.
+module razy_input_reader
+   use razy_core_error, only: complaint, error_t, from_option, raise
+   use razy_core_kinds, only: wp
+   use razy_core_number, only: number_ok, parse_integer, to_text
+   use razy_core_text, only: letters, lower, name_characters, newline, quoted, string_t
+   implicit none(type, external)
+   private
+
+   public :: path_t, word_t, entry_t, entries_t, read_entries, read_path, read_words, words_text, indexed
+   public :: word_gap, word_bare, word_string
+
+   !> Kinds of word: a gap in a list; a number or anything else without quotes; a string in quotes.
+   integer, parameter :: word_gap = 0, word_bare = 1, word_string = 2
+   !> Most words of one key, and the highest subscript.
+   integer, parameter :: longest_list = 10000
+   !> A text that is read has no control characters; one stands behind its end.
+   character(*), parameter :: the_end = achar(0), blanks = " "//achar(9)//newline
+   !> What ends a bare word, and what may follow any word.
+   character(*), parameter :: delimiters = blanks//the_end//',/!=()&;"'//"'", separators = blanks//the_end//",/!&"
+
+   !> Path to a value, `group(index)%key(element)`, in lower case; index and element are 0 where they are not given.
+   type :: path_t
+      character(:), allocatable :: group, key
+      integer :: index = 0, element = 0
+   end type path_t
+
+   !> One element of a value.
+   type :: word_t
+      integer :: kind = word_gap
+      !> As written, a string without its quotes; not allocated for a number that a sweep put
+      character(:), allocatable :: text
+      !> Whether the user gave it, in the file or by `--set`, or a sweep put it; else it is a default
+      logical :: given = .false.
+      !> What it says, once it is checked: a real, an integer, 1 for true and 0 for false
+      real(wp) :: number = 0.0_wp
+   end type word_t
+
+   !> `&group` (without key), `key = words` in it, or `--set group%key=words`.
+   type :: entry_t
+      !> For entries of the file with the number of the group among those of its name
+      type(path_t) :: path
+      !> Last element; the first one is that of the path
+      integer :: last = 0
+      !> 0 for the command line
+      integer :: line = 0
+      type(word_t), allocatable :: words(:)
+      !> The words from the command line, which only the type of the key tells apart; not allocated for an entry of the file
+      character(:), allocatable :: option
+   end type entry_t
+
+   !> All entries of a text in their order, then those of the command line. `file` is the name for messages.
+   type :: entries_t
+      character(:), allocatable :: file
+      type(entry_t), allocatable :: list(:)
+   end type entries_t
+
+   !> A place in a text, and the group and key that are read there.
+   type :: scanner_t
+      character(:), allocatable :: text
+      integer :: at = 1, line = 1
+      character(:), allocatable :: group, key
+      !> What is wrong; allocated means failed
+      character(:), allocatable :: problem
+   contains
+      procedure :: next
+      procedure :: found
+   end type scanner_t
+
+contains
+
+   !> Read a text of namelists, whose lines end with a line feed (see `read_text_file`), and options `GROUP%KEY=VALUE` or
+   !> `GROUP(2)%KEY=VALUE`. Errors: `file:line: &group key: problem`.
+   pure subroutine read_entries(self, text, file, options, error)
+      type(entries_t), intent(out) :: self
+      character(*), intent(in) :: text, file
+      type(string_t), intent(in) :: options(:)
+      type(error_t), allocatable, intent(out) :: error
+      type(scanner_t) :: scanner
+      integer :: equals, i, n
+      logical :: ok
+
+      self%file = file
+      ! one more for an entry that is wrong
+      n = 1 + size(options)
+      do i = 1, len(text)
+         if (scan(text(i:i), "&=") == 1) n = n + 1
+      end do
+      allocate (self%list(n))
+      n = 0
+      scanner%text = text//the_end
+      do
+         call skip_blanks(scanner)
+         if (scanner%next() == the_end) exit
+         call read_group(scanner, self%list, n)
+         if (.not. allocated(scanner%problem)) cycle
+         call raise(error, complaint(file//":"//to_text(scanner%line), scanner%group, scanner%key, "", scanner%problem))
+         return
+      end do
+      if (n == 0) call raise(error, complaint(file, "", "", "", "there is no namelist group (&name ... /)"))
+      do i = 1, size(options)
+         if (allocated(error)) return
+         n = n + 1
+         associate (item => self%list(n), option => options(i)%text)
+            equals = index(option//"=", "=")
+            call read_path(option(:equals - 1), item%path, ok)
+            item%last = item%path%element
+            item%option = trim(adjustl(option(equals + 1:)))
+            if (ok .and. equals <= len(option)) cycle
+            call raise(error, complaint(from_option, "", "", "", "'"//option//"' must be GROUP%KEY=VALUE or GROUP(n)%KEY=VALUE"))
+         end associate
+      end do
+      self%list = self%list(:n)
+   end subroutine read_entries
+
+   !> Read one group: its head and its entries follow the first `n` of the list.
+   pure subroutine read_group(scanner, list, n)
+      type(scanner_t), intent(inout) :: scanner
+      type(entry_t), intent(inout) :: list(:)
+      integer, intent(inout) :: n
+      character(:), allocatable :: name
+      integer :: head, i
+
+      scanner%group = ""
+      scanner%key = ""
+      if (scanner%next() /= "&") then
+         scanner%problem = "found "//scanner%found()//" outside of a group (&name ... /); a comment begins with !"
+         return
+      end if
+      scanner%at = scanner%at + 1
+      call take_name(scanner, name)
+      if (lower(name) == "end") then
+         scanner%problem = "&end without a group"
+      else if (len(name) == 0 .or. scan(scanner%next(), separators) == 0) then
+         scanner%problem = "found "//scanner%found()//" where the name of a group must follow &"
+      end if
+      if (allocated(scanner%problem)) return
+      scanner%group = lower(name)
+      head = n + 1
+      list(head)%path%group = scanner%group
+      list(head)%path%key = ""
+      list(head)%path%index = 1
+      do i = 1, n
+         if (list(i)%path%group == scanner%group) list(head)%path%index = list(i)%path%index + 1
+      end do
+      list(head)%line = scanner%line
+      n = head
+      do
+         call skip_blanks(scanner)
+         scanner%key = ""
+         select case (scanner%next())
+         case ("/")
+            scanner%at = scanner%at + 1
+            return
+         case ("&")
+            scanner%at = scanner%at + 1
+            call take_name(scanner, name)
+            if (lower(name) == "end") return
+            scanner%problem = "this group is not closed by / before &"//name//" in line "//to_text(scanner%line)
+            exit
+         case (the_end)
+            scanner%problem = "this group is not closed by /"
+            exit
+         case default
+            n = n + 1
+            list(n)%path = list(head)%path
+            call read_entry(scanner, list(n))
+            if (allocated(scanner%problem)) return
+         end select
+      end do
+      scanner%line = list(head)%line
+   end subroutine read_group
+
+   !> Read `key = words` or `key(first:last) = words`.
+   pure subroutine read_entry(scanner, item)
+      type(scanner_t), intent(inout) :: scanner
+      type(entry_t), intent(inout) :: item
+
+      item%line = scanner%line
+      call take_part(scanner, item%path%key, item%path%element, item%last)
+      scanner%key = item%path%key
+      if (allocated(scanner%problem)) return
+      if (len(scanner%key) == 0) then
+         scanner%problem = "found "//scanner%found()//" where a key (key = value) or / must stand"
+      else if (scanner%next() /= "=") then
+         scanner%problem = "found "//scanner%found()//" where = must follow the key"
+      else
+         scanner%at = scanner%at + 1
+         call scan_words(scanner, item%words)
+         if (allocated(scanner%problem) .or. item%last == 0) return
+         if (size(item%words) == item%last - item%path%element + 1) return
+         scanner%problem = "there must be as many values as the subscript names elements"
+      end if
+   end subroutine read_entry
+
+   !> Read a path that is a text of its own; `ok` is false when it is not of the form of a path.
+   pure subroutine read_path(text, path, ok)
+      character(*), intent(in) :: text
+      type(path_t), intent(out) :: path
+      logical, intent(out) :: ok
+      type(scanner_t) :: scanner
+      integer :: last(2)
+
+      scanner%text = text//the_end
+      call skip_blanks(scanner)
+      call take_part(scanner, path%group, path%index, last(1))
+      ok = len(path%group) > 0 .and. scanner%next() == "%"
+      if (ok) scanner%at = scanner%at + 1
+      call skip_blanks(scanner)
+      call take_part(scanner, path%key, path%element, last(2))
+      ok = ok .and. len(path%key) > 0 .and. scanner%next() == the_end .and. .not. allocated(scanner%problem) &
+           .and. all(last == [path%index, path%element])
+   end subroutine read_path
+
+   !> Take `name`, `name(first)` or `name(first:last)`, in lower case, and blanks behind it; what is not there is empty or 0.
+   pure subroutine take_part(scanner, name, first, last)
+      type(scanner_t), intent(inout) :: scanner
+      character(:), allocatable, intent(out) :: name
+      integer, intent(out) :: first, last
+      character(:), allocatable :: text
+      integer :: colon, length, status(2)
+
+      first = 0
+      last = 0
+      call take_name(scanner, name)
+      name = lower(name)
+      call skip_blanks(scanner)
+      if (len(name) == 0 .or. scanner%next() /= "(") return
+      length = index(scanner%text(scanner%at:), ")")
+      text = scanner%text(scanner%at + 1:scanner%at + length - 2)
+      scanner%at = scanner%at + length
+      if (index(text, ":") == 0) text = text//":"//text
+      colon = index(text, ":")
+      call parse_integer(trim(adjustl(text(:colon - 1))), first, status(1))
+      call parse_integer(trim(adjustl(text(colon + 1:))), last, status(2))
+      if (any(status /= number_ok) .or. first < 1 .or. last < first .or. last > longest_list) then
+         scanner%problem = "the subscript must be (n) or (n:m) with 1 <= n <= m <= "//to_text(longest_list)
+      end if
+      call skip_blanks(scanner)
+   end subroutine take_part
+
+   !> Read words that are a text of their own, as they follow `=`.
+   pure subroutine read_words(text, words, problem)
+      character(*), intent(in) :: text
+      type(word_t), allocatable, intent(out) :: words(:)
+      character(:), allocatable, intent(out) :: problem
+      type(scanner_t) :: scanner
+
+      scanner%text = text//the_end
+      call scan_words(scanner, words)
+      if (.not. allocated(scanner%problem) .and. scanner%next() /= the_end) then
+         scanner%problem = "found "//scanner%found()//" among the values"
+      end if
+      call move_alloc(scanner%problem, problem)
+   end subroutine read_words
+
+   !> Read words up to the next key, `/`, `&` or the end of the text.
+   pure subroutine scan_words(scanner, words)
+      type(scanner_t), intent(inout) :: scanner
+      type(word_t), allocatable, intent(out) :: words(:)
+      type(word_t), allocatable :: longer(:)
+      type(word_t) :: word
+      character(:), allocatable :: name
+      integer :: at, count, line, times
+      logical :: at_key, separated
+
+      allocate (words(4))
+      count = 0
+      separated = .false.
+      do
+         call skip_blanks(scanner)
+         if (scan(scanner%next(), "/&"//the_end) == 1) exit
+         ! a name with = or ( behind it is the next key, and is left for whoever reads that
+         at = scanner%at
+         line = scanner%line
+         call take_name(scanner, name)
+         call skip_blanks(scanner)
+         at_key = len(name) > 0 .and. scan(scanner%next(), "=(") == 1
+         scanner%at = at
+         scanner%line = line
+         if (at_key) exit
+         if (scanner%next() == ",") then
+            if (separated .or. count == 0) then
+               scanner%problem = "a value is missing before ,"
+               return
+            end if
+            separated = .true.
+            scanner%at = scanner%at + 1
+            cycle
+         end if
+         call scan_word(scanner, word, times)
+         if (count + times > longest_list) scanner%problem = "there are more than "//to_text(longest_list)//" values"
+         if (allocated(scanner%problem)) return
+         if (count + times > size(words)) then
+            allocate (longer(2*(count + times)))
+            longer(:count) = words(:count)
+            call move_alloc(longer, words)
+         end if
+         words(count + 1:count + times) = word
+         count = count + times
+         separated = .false.
+      end do
+      if (count == 0) scanner%problem = "a value is missing"
+      words = words(:count)
+   end subroutine scan_words
+
+   !> Read one word, `times` of it where it has a repeat count.
+   pure subroutine scan_word(scanner, word, times)
+      type(scanner_t), intent(inout) :: scanner
+      type(word_t), intent(out) :: word
+      integer, intent(out) :: times
+      integer :: length, star, status
+
+      times = 1
+      length = scan(scanner%text(scanner%at:), delimiters) - 1
+      word%text = scanner%text(scanner%at:scanner%at + length - 1)
+      scanner%at = scanner%at + length
+      star = index(word%text, "*")
+      if (star > 1 .and. verify(word%text(:max(star - 1, 0)), "0123456789") == 0) then
+         call parse_integer(word%text(:star - 1), times, status)
+         word%text = word%text(star + 1:)
+         if (status /= number_ok .or. times < 1 .or. times > longest_list) then
+            times = 0
+            scanner%problem = "a repeat count must be from 1 to "//to_text(longest_list)
+            return
+         end if
+      end if
+      word%kind = word_bare
+      if (len(word%text) == 0 .and. scan(scanner%next(), '"'//"'") == 1) then
+         word%kind = word_string
+         call take_string(scanner, word%text)
+      else if (len(word%text) == 0) then
+         scanner%problem = "found "//scanner%found()//" where a value must stand"
+      end if
+      if (allocated(scanner%problem) .or. scan(scanner%next(), separators) == 1) return
+      scanner%problem = "found "//scanner%found()//" where a separator must follow the value"
+   end subroutine scan_word
+
+   !> Take the string that begins with the quote here, on one line; the quote written twice stands for itself.
+   pure subroutine take_string(scanner, string)
+      type(scanner_t), intent(inout) :: scanner
+      character(:), allocatable, intent(out) :: string
+      character(1) :: quote
+      integer :: length
+
+      quote = scanner%next()
+      string = ""
+      do
+         scanner%at = scanner%at + 1
+         length = scan(scanner%text(scanner%at:), quote//newline//the_end) - 1
+         string = string//scanner%text(scanner%at:scanner%at + length - 1)
+         scanner%at = scanner%at + length
+         if (scanner%next() /= quote) then
+            scanner%problem = "the string is not closed on its line"
+            return
+         end if
+         scanner%at = scanner%at + 1
+         if (scanner%next() /= quote) return
+         string = string//quote
+      end do
+   end subroutine take_string
+
+   !> Take a name; empty unless there is one here.
+   pure subroutine take_name(scanner, name)
+      type(scanner_t), intent(inout) :: scanner
+      character(:), allocatable, intent(out) :: name
+      integer :: length
+
+      length = 0
+      if (scan(scanner%next(), letters) == 1) length = verify(scanner%text(scanner%at:), name_characters) - 1
+      name = scanner%text(scanner%at:scanner%at + length - 1)
+      scanner%at = scanner%at + length
+   end subroutine take_name
+
+   !> Go on to what is neither blank nor comment.
+   pure subroutine skip_blanks(scanner)
+      type(scanner_t), intent(inout) :: scanner
+
+      do
+         if (scanner%next() == "!") scanner%at = scanner%at + scan(scanner%text(scanner%at:), newline//the_end) - 1
+         if (scan(scanner%next(), blanks) == 0) return
+         if (scanner%next() == newline) scanner%line = scanner%line + 1
+         scanner%at = scanner%at + 1
+      end do
+   end subroutine skip_blanks
+
+   !> The character at the place.
+   pure character(1) function next(self)
+      class(scanner_t), intent(in) :: self
+
+      next = self%text(self%at:self%at)
+   end function next
+
+   !> What stands here, for a message.
+   pure function found(self) result(text)
+      class(scanner_t), intent(in) :: self
+      character(:), allocatable :: text
+      integer, parameter :: longest = 24
+      integer :: length
+
+      length = min(longest, scan(self%text(self%at:), blanks//the_end) - 1)
+      text = "'"//self%text(self%at:self%at + length - 1)//"'"
+      if (length > 0) return
+      text = "a blank"
+      if (self%next() == newline) text = "the end of the line"
+      if (self%next() == the_end) text = "the end of the text"
+   end function found
+
+   !> Words in one line, strings in quotes.
+   pure function words_text(words) result(text)
+      type(word_t), intent(in) :: words(:)
+      character(:), allocatable :: text
+      integer :: i
+
+      text = ""
+      do i = 1, size(words)
+         if (i > 1) text = text//", "
+         if (words(i)%kind == word_string) then
+            text = text//quoted(words(i)%text)
+         else
+            text = text//words(i)%text
+         end if
+      end do
+   end function words_text
+
+   !> `name(number)`, or only the name when the number is 0.
+   pure function indexed(name, number) result(text)
+      character(*), intent(in) :: name
+      integer, intent(in) :: number
+      character(:), allocatable :: text
+
+      text = name
+      if (number > 0) text = name//"("//to_text(number)//")"
+   end function indexed
+
+end module razy_input_reader

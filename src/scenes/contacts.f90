@@ -1,0 +1,164 @@
+!! Stops and friction elements of any scene, which says where they act: keys of friction, laws, where a normal force comes from.
+module razy_scenes_contacts
+   use razy_contact_friction_law, only: new_friction_law
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: pi, qp, wp
+   use razy_core_text, only: did_you_mean, position_of, string_t
+   use razy_input_input, only: input_t
+   use razy_input_schema, only: key_real, key_spec_t, key_string, nonnegative
+   use razy_machine_machine, only: contact_t, machine_t
+   use razy_scenes_gap_laws, only: read_gap_law
+   use razy_scenes_harmonics, only: add_harmonic, harmonics_t, read_frequency
+   use razy_scenes_scene, only: scene_t, site_t
+   implicit none(type, external)
+   private
+
+   public :: friction_keys, read_contacts
+
+contains
+
+   !> The keys of the law and of the normal force, for the schema of `&friction`.
+   function friction_keys() result(specs)
+      type(key_spec_t), allocatable :: specs(:)
+
+      specs = [ &
+              key_real("static_coefficient", "coefficient of friction while sticking", rule=nonnegative, required=.true.), &
+              key_real("kinetic_coefficient", "coefficient while sliding, or what it falls to; the static one if not given", &
+                       rule=nonnegative), &
+              key_real("decay", "how fast the coefficient falls with the speed v of sliding: kinetic + (static - kinetic)/"// &
+                       "(1 + decay*v); 0: kinetic while sliding", unit="s/m or s/rad", rule=nonnegative, default="0.0"), &
+              key_real("normal_load", "constant normal force", unit="N or N m", rule=nonnegative), &
+              key_string("normal_contact", "name of a stop whose force is the normal force, beside normal_load"), &
+              key_string("only_with", "name of a stop; there is friction only while it is closed"), &
+              key_real("belt_speed", "velocity of the second surface beside that of its body", unit="m/s or rad/s", default="0.0")]
+   end function friction_keys
+
+   !> Stops, then friction elements, which follow the `meshes` gear meshes of the machine.
+   subroutine read_contacts(machine, scene, meshes, input, harmonics, error)
+      type(machine_t), intent(inout) :: machine
+      class(scene_t), intent(in) :: scene
+      integer, intent(in) :: meshes
+      type(input_t), intent(in) :: input
+      type(harmonics_t), intent(inout) :: harmonics
+      type(error_t), allocatable, intent(out) :: error
+
+      type(site_t) :: site
+      integer :: i, stop, stops
+
+      stops = input%count("stop")
+      do i = 1, stops + input%count("friction")
+         associate (contact => machine%contact(meshes + i))
+            if (i <= stops) then
+               call scene%find_site(site, input, "stop", i, 0, error)
+               if (allocated(error)) return
+               call read_stop(contact, site, input, i, harmonics, size(machine%load) + meshes + i, error)
+               if (.not. allocated(error)) call input%get("stop", i, "name", contact%name)
+            else
+               call read_friction(contact, machine%contact(meshes + 1:meshes + stops), input, i - stops, stop, error)
+               if (allocated(error)) return
+               if (contact%normal_of > 0) contact%normal_of = contact%normal_of + meshes
+               if (contact%only_with > 0) contact%only_with = contact%only_with + meshes
+               call scene%find_site(site, input, "friction", i - stops, stop, error)
+               if (.not. allocated(error)) contact%drive = contact%drive + site%drive
+               if (.not. allocated(error)) call input%get("friction", i - stops, "name", contact%name)
+            end if
+            if (allocated(error)) return
+            contact%w = site%w
+            contact%unit = trim(merge("rad", "m  ", site%turns))
+            contact%force_unit = trim(merge("N m", "N  ", site%turns))
+         end associate
+      end do
+   end subroutine read_contacts
+
+   !> Stop i; the motion of its second end goes to row `row` of the harmonics.
+   subroutine read_stop(contact, site, input, i, harmonics, row, error)
+      type(contact_t), intent(inout) :: contact
+      type(site_t), intent(in) :: site
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i, row
+      type(harmonics_t), intent(inout) :: harmonics
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: amplitude, clearance, factor, phase
+      real(qp) :: hertz
+
+      call input%get("stop", i, "clearance", clearance)
+      if (all(site%sides) .and. clearance < 0.0_wp) then
+         call input%complain(error, "stop", i, "clearance", "at least 0 for a stop with side = 'both'")
+         return
+      end if
+      if (.not. site%sides(2)) contact%force_sign = -1.0_wp
+      ! Keys that some kinds of scene do not have.
+      factor = 0.0_wp
+      amplitude = 0.0_wp
+      phase = 0.0_wp
+      if (input%given("stop", i, "damping_factor")) call input%get("stop", i, "damping_factor", factor)
+      if (input%given("stop", i, "motion_amplitude")) call input%get("stop", i, "motion_amplitude", amplitude)
+      if (input%given("stop", i, "motion_phase")) call input%get("stop", i, "motion_phase", phase)
+      call read_gap_law(contact%law, input, "stop", i, site%sides, [-clearance, clearance], site%turns, factor, error)
+      if (.not. allocated(error)) call read_frequency(hertz, input, "stop", i, "motion_", abs(amplitude) > 0.0_wp, error)
+      if (allocated(error)) return
+      phase = phase*pi/180
+      call add_harmonic(harmonics, row, hertz, -amplitude*sin(phase), -amplitude*cos(phase))
+   end subroutine read_stop
+
+   !> Law, normal force and belt of `&friction` number i. `stops` are the contacts that may give a normal force; `normal_of` and
+   !> `only_with` count from the first of these. `stop` is the one that the element rubs on: it gives the normal force, or else says
+   !> when there is friction; 0: none.
+   subroutine read_friction(contact, stops, input, i, stop, error)
+      type(contact_t), intent(inout) :: contact
+      type(contact_t), intent(in) :: stops(:)
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      integer, intent(out) :: stop
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: decay, kinetic, speed, static
+
+      stop = 0
+      call input%get("friction", i, "static_coefficient", static)
+      kinetic = static
+      call input%get("friction", i, "kinetic_coefficient", kinetic)
+      call input%get("friction", i, "decay", decay)
+      call input%get("friction", i, "belt_speed", speed)
+      contact%drive = -speed
+      if (kinetic > static) then
+         call input%complain(error, "friction", i, "kinetic_coefficient", "at most the static coefficient")
+      else if (decay > 0.0_wp .and. .not. input%given("friction", i, "kinetic_coefficient")) then
+         call input%complain(error, "friction", i, "kinetic_coefficient", "required with a decay: what the coefficient falls to")
+      else if (.not. (input%given("friction", i, "normal_load") .or. input%given("friction", i, "normal_contact"))) then
+         call input%complain(error, "friction", i, "normal_load", &
+                             "required: the normal force in N or N m, or a stop that gives it as normal_contact")
+      end if
+      if (allocated(error)) return
+      call input%get("friction", i, "normal_load", contact%normal)
+      call find_stop("normal_contact", contact%normal_of)
+      if (.not. allocated(error)) call find_stop("only_with", contact%only_with)
+      if (allocated(error)) return
+      contact%law = new_friction_law(static, kinetic, decay)
+      stop = merge(contact%normal_of, contact%only_with, contact%normal_of > 0)
+
+   contains
+
+      !> The stop that `key` names; 0 if it is not given.
+      subroutine find_stop(key, place)
+         character(*), intent(in) :: key
+         integer, intent(out) :: place
+
+         type(string_t) :: known(size(stops))
+         character(:), allocatable :: name
+         integer :: k
+
+         place = 0
+         if (.not. input%given("friction", i, key)) return
+         call input%get("friction", i, key, name)
+         do k = 1, size(stops)
+            known(k)%text = stops(k)%name
+         end do
+         place = position_of(name, known)
+         if (place == 0) call input%complain(error, "friction", i, key, "the name of a stop; "//did_you_mean(name, known, "stops"))
+      end subroutine find_stop
+
+   end subroutine read_friction
+
+end module razy_scenes_contacts

@@ -1,0 +1,58 @@
+!! Loads on the coordinates of a machine, for every kind of scene: &load.
+module razy_scenes_loads
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: pi, qp, wp
+   use razy_input_input, only: input_t
+   use razy_input_schema, only: key_real, key_spec_t, key_string
+   use razy_machine_machine, only: machine_t
+   use razy_scenes_harmonics, only: add_harmonics, frequency_keys, harmonics_t, read_frequency
+   use razy_scenes_scene, only: coordinate_t, scene_t
+   implicit none(type, external)
+   private
+
+   public :: add_loads, load_keys
+
+contains
+
+   !> The keys of the group; `on` says what a load acts on, `orders` whether the scene has a mean speed.
+   function load_keys(on, orders) result(specs)
+      character(*), intent(in) :: on
+      logical, intent(in) :: orders
+      type(key_spec_t), allocatable :: specs(:)
+
+      specs = [ &
+              key_string("on", on, required=.true.), &
+              key_real("value", "constant part", unit="N or N m", default="0.0"), &
+              key_real("amplitude", "amplitude of the harmonic part", unit="N or N m", default="0.0"), &
+              key_real("phase", "phase of the harmonic part", unit="deg", default="0.0"), &
+              frequency_keys("", "the harmonic part", orders)]
+   end function load_keys
+
+   !> Add the loads, value + amplitude sin(2πft + phase), to those of the machine and to the harmonics.
+   subroutine add_loads(machine, scene, input, harmonics, error)
+      type(machine_t), intent(inout) :: machine
+      class(scene_t), intent(in) :: scene
+      type(input_t), intent(in) :: input
+      type(harmonics_t), intent(inout) :: harmonics
+      type(error_t), allocatable, intent(out) :: error
+
+      type(coordinate_t) :: on
+      real(wp) :: amplitude, phase, value
+      real(qp) :: hertz
+      integer :: i
+
+      do i = 1, input%count("load")
+         call scene%find_coordinate(on, input, "load", i, "on", .false., error)
+         if (allocated(error)) return
+         call input%get("load", i, "value", value)
+         call input%get("load", i, "amplitude", amplitude)
+         call input%get("load", i, "phase", phase)
+         call read_frequency(hertz, input, "load", i, "", abs(amplitude) > 0.0_wp, error)
+         if (allocated(error)) return
+         phase = phase*pi/180
+         machine%load = machine%load + value*on%row
+         call add_harmonics(harmonics, hertz, amplitude*sin(phase)*on%row, amplitude*cos(phase)*on%row)
+      end do
+   end subroutine add_loads
+
+end module razy_scenes_loads
