@@ -22,9 +22,9 @@ module razy_scenes_records
 
    !> Quantities of contacts, and what they are called in results.
    character(*), parameter :: quantities(4) = [character(21) :: "mesh_deformation", "contact_force", "sliding_velocity", &
-                                               "relative_displacement"]
+                                                                                                            "relative_displacement"]
    character(*), parameter :: in_words(4) = [character(21) :: "deformation", "contact force", "sliding velocity", &
-                                             "relative displacement"]
+                                                                                                        "relative displacement"]
 
 contains
 
