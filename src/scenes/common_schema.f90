@@ -65,6 +65,17 @@ contains
                                  default=".true."), &
                      key_real("period_tolerance", "difference from period to period up to which a motion is periodic, relative "// &
                               "to the size of the state", rule=positive, default="1.0e-6")]), &
+               group("follow", "The periodic motions that razy-follow follows over a parameter", keys=[ &
+                     key_string("parameter", "group%key of the value that varies, as in --set", required=.true.), &
+                     key_real("first", "one end of the range, in the unit of the key", required=.true.), &
+                     key_real("last", "the other end", required=.true.), &
+                     key_real("from", "where the first motion is looked for; first, if not given"), &
+                     key_integer("period", "periods of the excitation in one of the first motion; 0: those of the motion that "// &
+                                 "the start settles to", low=0, high=1000, default="0"), &
+                     key_integer("settle", "periods of the excitation after which a motion counts as settled", low=20, &
+                                 high=1000000, default="300"), &
+                     key_integer("doublings", "how often a doubling or branching is followed on", low=0, high=10, default="1"), &
+                     key_integer("max_points", "points of a branch", rule=positive, default="2000")]), &
                group("tune", "A parameter that razy-tune looks for, and the natural frequency it is to give", keys=[ &
                      key_string("parameter", "group%key of the value that is looked for, as in --set", required=.true.), &
                      key_real("first", "first value of the range, in the unit of the key", required=.true.), &

@@ -34,6 +34,7 @@ LAYERS = {
     "scenes": {"core", "input", "linalg", "contact", "rotor", "machine", "motion"},
     "hybrid": {"core", "linalg", "contact", "machine", "motion"},
 }
+LAYERS["orbits"] = LAYERS["hybrid"] | {"hybrid"}
 LAYERS["exact"] = LAYERS["hybrid"] | {"hybrid"}
 LAYERS["runge_kutta"] = LAYERS["hybrid"] | {"hybrid"}
 LAYERS["moreau"] = LAYERS["hybrid"] | {"hybrid"}
