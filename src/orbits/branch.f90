@@ -1,10 +1,10 @@
 !! A branch of periodic motions over a parameter, by pseudo-arclength, with the points at which the motion changes its kind.
 !!
-!! Labels are those of AUTO's users: LP fold, PD period doubling, TR torus (Neimark-Sacker), BP branch point; and, of motions with
-!! contacts, GR grazing (a contact touches its bound, or leaves it, with no speed), ST and SL (sticking begins or ends), CH another change of
-!! the contact sequence; EP an end of the range, MX no motion further on.
-!! LP and BP are roots of det ∂(P - x)/∂x, PD of det(∂P/∂x + I), TR of |μ| - 1 along the branch, where every value is that of a motion found to
-!! rounding. A change of the sequence is where the propagator, which decides every contact to rounding, begins to find another.
+!! Labels are those of AUTO's users: LP fold, PD period doubling, TR torus (Neimark-Sacker), BP branch point; and, of motions
+!! with contacts, GR grazing (a contact touches its bound, or leaves it, with no speed), ST and SL (sticking begins or ends),
+!! CH another change of the contact sequence; EP an end of the range, MX no motion further on. LP and BP are roots of det ∂(P
+!! - x)/∂x, PD of det(∂P/∂x + I), TR of |μ| - 1 along the branch, where every value is that of a motion found to rounding. A
+!! change of the sequence is where the propagator, which decides every contact to rounding, begins to find another.
 module razy_orbits_branch
    use razy_contact_contact_law, only: branch_forward, branch_sticking
    use razy_core_kinds, only: wp
@@ -41,9 +41,13 @@ module razy_orbits_branch
 
    !> Steps in scaled unknowns; the largest angle between tangents, as its cosine; changes of the sequence looked for in one step.
    real(wp), parameter :: first_step = 2.0e-3_wp, largest_step = 1.0e-2_wp, least_step = 1.0e-9_wp, least_cosine = 0.95_wp
+   !> Shorter steps may turn by any angle: the branch has a kink where contacts change.
+   real(wp), parameter :: kink = 1.0e-6_wp
    integer, parameter :: most_changes = 40
    !> Contacts and flights shorter than this part of the period end in a grazing.
    real(wp), parameter :: short = 1.0e-4_wp
+   !> Special points nearer than this, relative to the state, are one.
+   real(wp), parameter :: coincident = 1.0e-8_wp
    real(wp), parameter :: eps = epsilon(1.0_wp)
 
 contains
@@ -59,6 +63,7 @@ contains
 
       type(point_t) :: here, next
       real(wp) :: h, p
+      integer :: last
       logical :: ok
 
       self%periods = problem%periods
@@ -92,12 +97,62 @@ contains
          end if
          call self%search(problem, here, next)
          call self%add(next)
-         if (next%orbit%rounds <= 4 .and. dot_product(here%tangent, next%tangent) > 0.99_wp) h = min(1.6_wp*h, largest_step)
-         if (next%orbit%rounds > 6) h = h/2
+         last = size(here%tangent)
+         if (here%tangent(last)*next%tangent(last) < 0.0_wp) then
+            if (meets_half(problem, here, next, 0.0_wp)) then
+               call join_half(self)
+               return
+            end if
+         end if
+         if (next%orbit%rounds <= 5 .and. dot_product(here%tangent, next%tangent) > 0.99_wp) &
+            h = min(1.6_wp*h, largest_step*max(1.0_wp, norm2(next%orbit%u)))
+         if (next%orbit%rounds > 7) h = h/2
          here = next
       end do
       self%point(self%count)%label = "MX"
+      if (ok) return
+      if (meets_half(problem, here, here, 0.05_wp)) call join_half(self)
    end subroutine follow
+
+   subroutine join_half(self)
+      class(branch_t), intent(inout) :: self
+
+      self%ending = "a doubling of a motion of half the period"
+      self%point(self%count)%label = "EP"
+   end subroutine join_half
+
+   !> Whether the branch of an even number of periods has come, within `near`, to a motion of half as many, or goes through
+   !> one between two of its points: it then comes back along itself, begun half a period later.
+   logical function meets_half(problem, here, next, near)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here, next
+      real(wp), intent(in) :: near
+
+      real(wp), allocatable :: before(:), after(:)
+      logical :: ok
+
+      meets_half = .false.
+      if (modulo(problem%periods, 2) /= 0 .or. problem%is_autonomous()) return
+      call half(here, before)
+      if (ok) call half(next, after)
+      if (ok) meets_half = dot_product(before, after) < 0.0_wp .or. norm2(after) <= near
+
+   contains
+
+      !> How far the motion is from its start after half its period.
+      subroutine half(point, apart)
+         type(point_t), intent(in) :: point
+         real(wp), allocatable, intent(out) :: apart(:)
+
+         type(orbit_t) :: orbit
+
+         problem%periods = problem%periods/2
+         call problem%evaluate(point%orbit%u, .false., orbit, ok)
+         problem%periods = 2*problem%periods
+         if (ok) apart = orbit%residual
+      end subroutine half
+
+   end function meets_half
 
    subroutine add(self, point)
       class(branch_t), intent(inout) :: self
@@ -105,6 +160,13 @@ contains
 
       type(point_t), allocatable :: more(:)
 
+      if (point%contact > 0 .and. self%count > 0) then
+         associate (before => self%point(self%count))
+            ! Both sides of a symmetric contact.
+            if (before%label == point%label .and. before%contact == point%contact .and. &
+                norm2(before%orbit%u - point%orbit%u) < coincident*norm2(point%orbit%u)) return
+         end associate
+      end if
       if (self%count == size(self%point)) then
          allocate (more(2*self%count))
          more(:self%count) = self%point
@@ -127,7 +189,7 @@ contains
       if (ok) call complete(problem, next%orbit, ok)
       if (ok) call find_tangent(problem, next, here%tangent, ok)
       if (.not. ok) return
-      ok = dot_product(next%tangent, here%tangent) > least_cosine
+      ok = dot_product(next%tangent, here%tangent) > least_cosine .or. h < kink
       if (.not. ok) problem%reason = "the branch turns too sharply"
    end subroutine step
 
@@ -210,29 +272,28 @@ contains
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: here, next
 
-      type(point_t) :: from, left, right, to
+      type(point_t) :: at, from, left, right
       integer :: change
       logical :: found
 
       from = here
       do change = 1, most_changes
          if (from%orbit%sequence%is_like(next%orbit%sequence)) exit
-         call find_change(problem, from, next, left, right, found)
+         call find_change(problem, from, next, left, at, right, found)
          if (.not. found) exit
          call self%search_smooth(problem, from, left)
-         to = right
-         call name_change(left%orbit, right)
-         call self%add(right)
-         from = to
+         call self%add(at)
+         from = right
       end do
       call self%search_smooth(problem, from, next)
    end subroutine search
 
-   !> The last motion with the sequence of `a`, and the next one, by bisection.
-   subroutine find_change(problem, a, b, left, right, found)
+   !> The last motion with the sequence of `a`, and the next one, `at`, by bisection. Of motions that err `left` and `right`
+   !> are farther off, as derivatives next to a grazing mean nothing.
+   subroutine find_change(problem, a, b, left, at, right, found)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: a, b
-      type(point_t), intent(out) :: left, right
+      type(point_t), intent(out) :: left, at, right
       logical, intent(out) :: found
 
       type(point_t) :: middle
@@ -256,8 +317,17 @@ contains
             high = s
          end if
       end do
-      call complete_point(problem, a, left, found)
+      at = right
+      call complete_point(problem, a, at, found)
+      call name_change(left%orbit, at)
+      s = problem%resolution*norm2(a%orbit%u)
+      if (s > 0.0_wp) then
+         if (found .and. low > s) call between(problem, a, b, low - s, left, found)
+         if (found .and. high + s < length(a, b)) call between(problem, a, b, high + s, right, found)
+      end if
+      if (found) call complete_point(problem, a, left, found)
       if (found) call complete_point(problem, a, right, found)
+      if (found) at%orbit%multiplier = right%orbit%multiplier
    end subroutine find_change
 
    subroutine complete_point(problem, a, point, ok)

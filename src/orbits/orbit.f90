@@ -1,13 +1,15 @@
 !! Periodic motions by Newton's method on the period map.
 !!
-!! Unknowns u: the state x at phase 0, without excitation the period T too, and one parameter p, each in units of its scale. Equations:
+!! Unknowns u: the state x at phase 0, without excitation the period T too, and one parameter p, each in units of its scale.
+!! Equations:
 !!
 !!     P(x, T, p) - x = 0,    v·(x - x0) = 0 without excitation,    r·u = c,
 !!
-!! with the section v through the motion at x0 (v = x' there), and a row r that either holds the parameter or is the plane across the
-!! tangent of a branch (Keller's pseudo-arclength; E. Doedel, H. B. Keller, J. P. Kernevez, Int. J. Bifurc. Chaos 1 (1991) 493-520).
-!! ∂P/∂x comes with the motion; columns of T and p are central differences of it, and bear on the rate of convergence alone.
-!! P is what the propagator finds: a solution is a motion, with the contacts that it has, and none that another sequence would need.
+!! with the section v through the motion at x0 (v = x' there), and a row r that either holds the parameter or is the plane
+!! across the tangent of a branch (Keller's pseudo-arclength; E. Doedel, H. B. Keller, J. P. Kernevez, Int. J. Bifurc. Chaos 1
+!! (1991) 493-520). ∂P/∂x comes with the motion; columns of T and p are central differences of it, and bear on the rate of
+!! convergence alone. P is what the propagator finds: a solution is a motion, with the contacts that it has, and none that
+!! another sequence would need.
 module razy_orbits_orbit
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
@@ -27,6 +29,11 @@ module razy_orbits_orbit
       type(period_map_t) :: map
       integer :: periods = 1, active = 1
       real(wp), allocatable :: parameter(:)
+      !> Step of the differences by period and parameter, in units of their scales: larger for a method of larger errors.
+      real(wp) :: step = 1.0e-5_wp
+      !> Correction with which Newton's method may end, and distance at which what lies beside a change of contacts is told
+      !> apart from it, relative to the state.
+      real(wp) :: accuracy = 1.0e-9_wp, resolution = 0.0_wp
       !> Scales of displacements, velocities and the parameter; period, s, where there is no excitation (also its scale).
       real(wp) :: displacement = 1.0_wp, velocity = 1.0_wp, range = 1.0_wp, period = 0.0_wp
       !> The section, without excitation: x0 and v, in scaled unknowns.
@@ -35,6 +42,7 @@ module razy_orbits_orbit
       character(:), allocatable :: reason
    contains
       procedure :: begin
+      procedure :: take_steps
       procedure :: is_autonomous
       procedure :: order
       procedure :: scales
@@ -62,9 +70,7 @@ module razy_orbits_orbit
    end type orbit_t
 
    integer, parameter :: most_rounds = 14
-   real(wp), parameter :: converged = 1.0e-13_wp, nearly = 1.0e-9_wp, far = 1.0_wp
-   !> Step of the differences, in units of the scale.
-   real(wp), parameter :: step = 1.0e-5_wp
+   real(wp), parameter :: converged = 1.0e-13_wp, far = 1.0_wp
 
 contains
 
@@ -108,11 +114,20 @@ contains
          self%displacement = self%velocity/omega
          if (.not. self%is_autonomous()) return
          self%origin = x/[spread(self%displacement, 1, n/2), spread(self%velocity, 1, n/2)]
-         call self%map%go(x, step*period, .false., back)
+         call self%map%go(x, self%step*period, .false., back)
          self%normal = (back%x - x)/[spread(self%displacement, 1, n/2), spread(self%velocity, 1, n/2)]
          self%normal = self%normal/norm2(self%normal)
       end associate
    end subroutine begin
+
+   !> The motions err by the tolerances of a method of steps.
+   pure subroutine take_steps(self)
+      class(problem_t), intent(inout) :: self
+
+      self%step = 3.0e-4_wp
+      self%accuracy = 1.0e-7_wp
+      self%resolution = 1.0e-6_wp
+   end subroutine take_steps
 
    !> Run the motion of u; `ok` is false if there is none, for the `reason`.
    subroutine evaluate(self, u, derivative, orbit, ok)
@@ -180,11 +195,11 @@ contains
       allocate (orbit%column(n, last - self%map%n))
       do i = self%map%n + 1, last
          by = 0.0_wp
-         by(i) = step
+         by(i) = self%step
          call self%evaluate(orbit%u + by, .false., above, ok)
          if (ok) call self%evaluate(orbit%u - by, .false., below, ok)
          if (.not. ok) return
-         orbit%column(:, i - self%map%n) = (above%residual - below%residual)/(2*step)
+         orbit%column(:, i - self%map%n) = (above%residual - below%residual)/(2*self%step)
       end do
    end subroutine differentiate
 
@@ -208,7 +223,8 @@ contains
       matrix(:, n + 1:) = orbit%column
    end function jacobian
 
-   !> Newton's method from `guess` in the plane row·(u - guess) = 0; `orbit` comes with the columns of a motion nearby, if it has any.
+   !> Newton's method from `guess` in the plane row·(u - guess) = 0; `orbit` comes with the columns of a motion nearby, if it
+   !> has any.
    subroutine correct(self, guess, row, orbit, ok)
       class(problem_t), intent(inout) :: self
       real(wp), intent(in) :: guess(:), row(:)
@@ -216,15 +232,18 @@ contains
       logical, intent(out) :: ok
 
       real(wp), allocatable :: change(:), matrix(:, :)
-      real(wp) :: before
+      real(wp) :: before, nearly
       integer :: round
 
       before = huge(1.0_wp)
+      nearly = self%accuracy*max(1.0_wp, norm2(guess))
       orbit%u = guess
       do round = 1, most_rounds
          orbit%rounds = round
          call self%evaluate(orbit%u, .true., orbit, ok)
-         if (ok .and. (.not. allocated(orbit%column) .or. modulo(round, 6) == 0)) call self%differentiate(orbit, ok)
+         if (ok) then
+            if (.not. allocated(orbit%column) .or. (modulo(round, 4) == 2 .and. before > nearly)) call self%differentiate(orbit, ok)
+         end if
          if (.not. ok) return
          matrix = bordered(self%jacobian(orbit), row)
          change = -[orbit%residual, dot_product(row, orbit%u - guess)]
@@ -236,7 +255,8 @@ contains
             self%reason = "Newton's method does not converge"
             return
          end if
-         if (orbit%correction <= converged .or. (orbit%correction <= nearly .and. orbit%correction > 0.25_wp*before)) return
+         if (orbit%correction <= converged*max(1.0_wp, norm2(orbit%u))) return
+         if (orbit%correction <= nearly .and. orbit%correction > 0.25_wp*before) return
          orbit%u = orbit%u + change
          before = orbit%correction
       end do

@@ -1,5 +1,5 @@
-!! The map of a state to the one some periods of the excitation later, P(x, p), with its derivative by x, as the propagator finds it:
-!! what the map says is a motion, through whatever contacts it leads.
+!! The map of a state to the one some periods of the excitation later, P(x, p), with its derivative by x, as the propagator
+!! finds it: what the map says is a motion, through whatever contacts it leads.
 !!
 !! x holds the coordinates and velocities z of razy_hybrid_system without the free motions that neither springs nor dampers nor
 !! contacts feel, such as the rotation of a whole gear train: z = Q x with orthonormal Q.

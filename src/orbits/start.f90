@@ -19,9 +19,9 @@ module razy_orbits_start
 
 contains
 
-   !> The motion that settles, after `settle` periods of the excitation, from the machine's own start at `parameter`, or the motion of
-   !> `period` periods (0: whichever) that it comes nearest to; with `range` the scale of the parameter. `settled`: the motion is the
-   !> one that was settled to.
+   !> The motion that settles, after `settle` periods of the excitation, from the machine's own start at `parameter`, or the
+   !> motion of `period` periods (0: whichever) that it comes nearest to; with `range` the scale of the parameter. `settled`:
+   !> the motion is the one that was settled to.
    subroutine find_periodic(problem, parameter, range, period, settle, orbit, settled, error)
       type(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: parameter(:), range

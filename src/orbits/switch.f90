@@ -14,8 +14,8 @@ module razy_orbits_switch
 
 contains
 
-   !> The first motion of the other branch through `point`, and the direction in which it goes on; on the other side if not `forward`. At a
-   !> doubling the problem's periods double.
+   !> The first motion of the other branch through `point`, and the direction in which it goes on; on the other side if not
+   !> `forward`. At a doubling the problem's periods double.
    subroutine switch_branch(problem, point, forward, orbit, guide, ok)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: point

@@ -28,7 +28,9 @@ module razy_study_follow_follow
    end type follow_t
 
    !> Groups whose values are not the machine's.
-   character(*), parameter :: machineless(*) = [character(7) :: "follow%", "sweep%", "tune%", "record%", "motion%", "starts%"]
+   character(*), parameter :: machineless(*) = [character(8) :: "follow%", "sweep%", "tune%", "record%", "motion%", "starts%"]
+   !> Motions nearer than this, relative to the state, where a branch ends in a doubling.
+   real(wp), parameter :: same = 0.02_wp
    !> The branches that a file holds at most.
    integer, parameter :: most_branches = 64
 
@@ -55,8 +57,9 @@ contains
       call input%locate(path, family%slot(1), problem)
       if (.not. allocated(problem)) then
          if (family%slot(1)%whole) call raise(problem, "a real number: motions are followed over a continuous value")
-         if (any([(index(family%slot(1)%path, trim(machineless(i))) == 1, i=1, size(machineless))])) &
+         if (any([(index(family%slot(1)%path, trim(machineless(i))) == 1, i=1, size(machineless))])) then
             call raise(problem, "a value that the machine has")
+         end if
       end if
       if (allocated(problem)) then
          call input%complain(error, "follow", 1, "parameter", problem%message)
@@ -88,6 +91,10 @@ contains
          call input%complain(error, "follow", 1, "parameter", problem%message)
          return
       end do
+      select type (made => self%problem%map%family)
+      type is (case_family_t)
+         if (made%motion%method%integrator /= "exact") call self%problem%take_steps()
+      end select
    end subroutine new_follow
 
    !> Find the first motion and follow all branches that begin from it.
@@ -141,7 +148,8 @@ contains
       high_of = max(self%first, self%last)/self%problem%range
    end function high_of
 
-   !> The branches that begin at a point, if it is a doubling or a branch point of a branch that is not itself the child of too many.
+   !> The branches that begin at a point, if it is a doubling or a branch point of a branch that is not itself the child of
+   !> too many.
    subroutine follow_switched(self, parent, place)
       class(follow_t), intent(inout) :: self
       integer, intent(in) :: parent, place
@@ -156,6 +164,7 @@ contains
       if (label /= "PD" .and. label /= "BP") return
       if (self%branch(parent)%periods*merge(2, 1, label == "PD") > max(1, self%period)*2**self%doublings) return
       if (generation(self, parent) >= self%doublings) return
+      if (label == "PD" .and. reached(self, parent, place)) return
       do side = 1, merge(1, 2, label == "PD")
          if (self%count == most_branches) return
          self%problem%periods = self%branch(parent)%periods
@@ -167,6 +176,26 @@ contains
          call self%branch(self%count)%follow(self%problem, orbit, guide, low_of(self), high_of(self), self%most_points)
       end do
    end subroutine follow_switched
+
+   !> Whether a branch of twice the period has already come to an end at this doubling.
+   pure logical function reached(self, parent, place)
+      class(follow_t), intent(in) :: self
+      integer, intent(in) :: parent, place
+
+      integer :: i
+
+      reached = .false.
+      associate (u => self%branch(parent)%point(place)%orbit%u)
+         do i = 1, self%count
+            associate (other => self%branch(i))
+               if (other%periods /= 2*self%branch(parent)%periods .or. other%parent == 0) cycle
+               associate (last => other%point(other%count))
+                  reached = reached .or. (last%label == "EP" .and. norm2(last%orbit%u - u) < same*norm2(u))
+               end associate
+            end associate
+         end do
+      end associate
+   end function reached
 
    pure integer function generation(self, i)
       class(follow_t), intent(in) :: self
