@@ -50,7 +50,7 @@ contains
       if (.not. allocated(error)) call draw_scene(scene, self%drawing, input, error)
       if (allocated(error)) return
       self%watch%in_full = .true.
-      call self%watch%ask(records, self%machine, error)
+      call self%watch%ask(records, self%machine, self%motion, error)
    end subroutine new_run
 
    !> Begin from the start of &starts if that is one alone, as razy-sweep names it for a point; several are for razy-sweep.

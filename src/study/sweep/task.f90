@@ -86,7 +86,7 @@ contains
       call input%get("sweep", 1, "kind_of_motion", self%watch%asks_kind)
       call input%get("sweep", 1, "period_tolerance", self%watch%period_tolerance)
       self%watch%keep_all = self%plan%has_chains()
-      call self%watch%ask(records, self%machine, error)
+      call self%watch%ask(records, self%machine, self%motion, error)
       do i = 1, size(self%varied)
          if (.not. allocated(error)) call check_name(self%varied(i)%parameter, error)
       end do
@@ -162,7 +162,7 @@ contains
       if (allocated(error)) return
       call new_machine(self%machine, self%motion, records, self%input, error, self%scene)
       if (allocated(error)) return
-      call self%watch%ask(records, self%machine, error)
+      call self%watch%ask(records, self%machine, self%motion, error)
       if (allocated(error) .or. .not. self%starts%wanted) return
       call self%starts%apply(self%machine, self%plan%grid_point(point), self%plan%start_of(point))
       call check_start(self%machine, self%input, error)
