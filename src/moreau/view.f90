@@ -20,7 +20,8 @@ module razy_moreau_view
    !> derivative of displacement and velocity; contact forces (contacts) and their rates.
    type :: moreau_view_t
       real(wp) :: time = 0.0_wp, time_low = 0.0_wp, duration = 0.0_wp
-      real(wp), allocatable :: q(:), v(:), bend(:), acceleration(:), force(:), force_rate(:)
+      real(wp), allocatable :: q(:), v(:), bend(:), force(:)
+      real(wp), allocatable, private :: acceleration(:), force_rate(:)
    end type moreau_view_t
 
 contains

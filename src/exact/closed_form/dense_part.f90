@@ -22,8 +22,8 @@ module razy_exact_closed_form_dense_part
       real(wp) :: norm = 0.0_wp
       !> Tones that act here, and their scales; scale of the constant load (0: none acts).
       integer, allocatable :: tone(:)
-      real(wp), allocatable :: tone_scale(:)
-      real(wp) :: load_scale = 0.0_wp
+      real(wp), allocatable, private :: tone_scale(:)
+      real(wp), private :: load_scale = 0.0_wp
    contains
       procedure :: start
       procedure :: add_state

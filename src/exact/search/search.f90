@@ -31,12 +31,13 @@ module razy_exact_search_search
    !> Workspace and counters of the search.
    type :: search_t
       !> Two ends of a step, of which `now` is the present one; a root; the root that is found.
-      type(amplitudes_t) :: point(2), trial_root, probe
-      integer :: now = 1
+      type(amplitudes_t), private :: point(2), trial_root
+      type(amplitudes_t) :: probe
+      integer, private :: now = 1
       !> Amplitudes, rigid modes and dense states there is room for.
-      integer :: room(3) = -1
+      integer, private :: room(3) = -1
       !> Moduli of the amplitudes at the last exact evaluation.
-      real(wp), allocatable :: modulus(:)
+      real(wp), allocatable, private :: modulus(:)
       !> Steps are 2^-level s.
       integer :: level = 10
       !> Steps tried and halvings among them.
