@@ -130,7 +130,12 @@ contains
       type(outcome_t), intent(inout) :: outcome
 
       call self%solutions%find(self%system, self%transition%dynamics%mode, self%now)
-      if (self%now == 0) outcome%status = merge(status_no_contact_forces, status_no_modes, self%solutions%inadmissible)
+      if (self%now == 0) then
+         outcome%status = merge(status_no_contact_forces, status_no_modes, self%solutions%inadmissible)
+      else if (self%solutions%fresh) then
+         call reserve(self%start, self%solutions%of(self%now)%response)
+         call reserve(self%looker, self%solutions%of(self%now)%response)
+      end if
    end subroutine find_solution
 
    !> Time over which rates of constraint forces are taken, s, with `rest` to go.
@@ -150,7 +155,6 @@ contains
       self%looked = .false.
       self%duration = 0.0_wp
       associate (solution => self%solutions%of(self%now), phasor => self%transition%dynamics%excitation%start)
-         call reserve(self%start, solution%response)
          if (solution%held%n > 0) then
             call set_state(self%start, solution%response, solution%held%to_coordinates(self%z), phasor)
          else
@@ -384,7 +388,6 @@ contains
       self%looked = .true.
       self%laid_out = .false.
       associate (response => self%solutions%of(self%now)%response)
-         call reserve(self%looker, response)
          if (.not. abs(tau) > 0.0_wp) then
             call copy(self%start, response, self%looker)
          else if (.not. abs(tau - self%duration) > 0.0_wp) then

@@ -47,8 +47,8 @@ module razy_exact_solutions
    type :: solutions_t
       integer :: count = 0
       type(solution_t), allocatable :: of(:)
-      !> Whether the last mode asked for has no admissible constraint forces.
-      logical :: inadmissible = .false.
+      !> Whether the last mode asked for has no admissible constraint forces; whether its response was made for it.
+      logical :: inadmissible = .false., fresh = .false.
       integer, private :: structure = 0
       type(open_modes_t), private :: open
    contains
@@ -97,7 +97,8 @@ contains
          self%of(i)%press = mode%press
          call find_eigenmodes(self, system, mode, i)
       end if
-      if (self%of(i)%version /= system%version) call respond(self%of(i), system, mode)
+      self%fresh = self%of(i)%version /= system%version
+      if (self%fresh) call respond(self%of(i), system, mode)
       self%inadmissible = .not. self%of(i)%held%found
       if (self%of(i)%basis%info /= 0) i = 0
    end subroutine find

@@ -11,7 +11,7 @@ module razy_exact_closed_form_amplitudes
    implicit none(type, external)
    private
 
-   public :: amplitudes_t, copy, go_from, move_to, reserve, set_state, shift, state_of, step, carry_disturbance
+   public :: amplitudes_t, copy, go_from, move_to, reserve, set_state, shift, state_of, step, tabulate, carry_disturbance
 
    !> Arrays may be longer than the response at hand needs.
    type :: amplitudes_t
@@ -28,19 +28,23 @@ module razy_exact_closed_form_amplitudes
 
 contains
 
-   !> Make room for a response.
+   !> Make room for a response, beside all those before.
    pure subroutine reserve(self, response)
       type(amplitudes_t), intent(inout) :: self
       type(response_t), intent(in) :: response
 
+      integer :: room(3)
+
+      room = [response%amplitudes, response%rigid, response%nx] + 8
       if (allocated(self%re)) then
-         if (size(self%re) >= response%amplitudes .and. size(self%rigid) >= response%rigid &
-             .and. size(self%dense) >= response%nx) return
+         associate (now => [size(self%re), size(self%rigid), size(self%dense)])
+            if (all(now >= room - 8)) return
+            room = max(room, now)
+         end associate
          deallocate (self%re, self%im, self%rigid, self%rate, self%dense, self%tone)
       end if
-      allocate (self%re(response%amplitudes + 8), self%im(response%amplitudes + 8))
-      allocate (self%tone(2*(response%amplitudes + 8)))
-      allocate (self%rigid(response%rigid + 8), self%rate(response%rigid + 8), self%dense(response%nx + 8))
+      allocate (self%re(room(1)), self%im(room(1)), self%tone(2*room(1)))
+      allocate (self%rigid(room(2)), self%rate(room(2)), self%dense(room(3)))
    end subroutine reserve
 
    !> Put the cursor at tau = 0 with the state z (2m) and the tones' phasors (tones).

@@ -9,7 +9,7 @@
 !! Crossings smaller than the rounding of f itself do not count as such.
 module razy_exact_search_search
    use razy_core_kinds, only: i8, wp
-   use razy_exact_closed_form_amplitudes, only: amplitudes_t, copy, move_to, reserve, step
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t, copy, move_to, reserve, step, tabulate
    use razy_exact_closed_form_response, only: coarsest_level, response_t
    use razy_exact_closed_form_rows, only: rows_t, size_of, value_and_slope
    use razy_exact_search_on_bound, only: sort_on_bound
@@ -207,8 +207,9 @@ contains
          call copy(start, response, self%point(self%now))
       end if
       call renew(self, response, rows, watched)
-      call sort_on_bound(rows, response, self%point(self%now), self%modulus, &
-                         scale(1.0_wp, -self%level), tau_end - tau_from, watched, leaves)
+      if (.not. response%has_step(self%level)) call tabulate(response, self%level)
+      call sort_on_bound(rows, response, self%point(self%now), self%modulus, response%step_length(self%level), tau_end - tau_from, &
+                         watched, leaves)
       if (response%terms >= wide) watched%resting = watched%idle
    end subroutine prepare
 
