@@ -155,8 +155,8 @@ contains
       self%looked = .false.
       self%duration = 0.0_wp
       associate (solution => self%solutions%of(self%now), phasor => self%transition%dynamics%excitation%start)
-         if (solution%held%n > 0) then
-            call set_state(self%start, solution%response, solution%held%to_coordinates(self%z), phasor)
+         if (solution%constrained%n > 0) then
+            call set_state(self%start, solution%response, solution%constrained%to_coordinates(self%z), phasor)
          else
             call set_state(self%start, solution%response, self%z, phasor)
          end if
@@ -216,7 +216,7 @@ contains
       real(wp), intent(out) :: z(:)
 
       call state_of(at, solution%response, z)
-      if (solution%held%n > 0) z = solution%held%to_state(z)
+      if (solution%constrained%n > 0) z = solution%constrained%to_state(z)
    end subroutine end_state
 
    !> Follow the solution to the end of the piece, at most for `most`, s.
@@ -356,12 +356,12 @@ contains
       real(wp) :: x(size(self%z))
       integer :: c
 
-      associate (solution => self%solutions%of(self%now), m => self%system%m)
+      associate (motion => self%solutions%of(self%now)%constrained, m => self%system%m)
          do c = 1, size(self%tangent, 2)
             x = self%tangent(:, c)
-            if (solution%held%n > 0) x = [matmul(solution%held%to_x, x(:m)), matmul(solution%held%to_x, x(m + 1:))]
-            call carry_disturbance(solution%response, self%duration, x)
-            if (solution%held%n > 0) x = [matmul(solution%held%from_x, x(:m)), matmul(solution%held%from_x, x(m + 1:))]
+            if (motion%n > 0) x = [matmul(motion%to_x, x(:m)), matmul(motion%to_x, x(m + 1:))]
+            call carry_disturbance(self%solutions%of(self%now)%response, self%duration, x)
+            if (motion%n > 0) x = [matmul(motion%from_x, x(:m)), matmul(motion%from_x, x(m + 1:))]
             self%tangent(:, c) = x
          end do
       end associate

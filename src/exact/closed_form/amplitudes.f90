@@ -236,23 +236,21 @@ contains
 
       call copy(from, response, self)
       rest = tau
-      if (response%driven%count > 0) then
-         call take_digits_driven(response, level, rest, self)
-      else
-         h = response%step_length(level)
-         do k = level + 1, response%fine_level
-            h = 0.5_wp*h
-            if (rest < h) cycle
-            rest = rest - h
-            if (.not. response%has_step(k)) call tabulate(response, k)
-            do i = 1, response%amplitudes
-               re = self%re(i)*response%step_re(i, k) - self%im(i)*response%step_im(i, k)
-               self%im(i) = self%re(i)*response%step_im(i, k) + self%im(i)*response%step_re(i, k)
-               self%re(i) = re
-            end do
-            if (response%nx > 0) call step_dense(response, k, self%dense)
+      h = response%step_length(level)
+      do k = level + 1, response%fine_level
+         h = 0.5_wp*h
+         if (rest < h) cycle
+         rest = rest - h
+         if (.not. response%has_step(k)) call tabulate(response, k)
+         if (response%driven%count > 0) call take_tones(self, response, self%re, self%im)
+         do i = 1, response%amplitudes
+            re = self%re(i)*response%step_re(i, k) - self%im(i)*response%step_im(i, k)
+            self%im(i) = self%re(i)*response%step_im(i, k) + self%im(i)*response%step_re(i, k)
+            self%re(i) = re
          end do
-      end if
+         if (response%driven%count > 0) call push_by_table(self, response, k)
+         if (response%nx > 0) call step_dense(response, k, self%dense)
+      end do
       h = tau - rest
       do i = 1, response%rigid
          self%rigid(i) = from%rigid(i) + h*(from%rate(i) + 0.5_wp*h*response%rigid_force(i))
@@ -278,34 +276,6 @@ contains
          call shift_plain(self, response, delta)
       end if
    end subroutine shift
-
-   !> Go by the binary digits of `rest` (s) below 2^-level where excitation acts on driven terms; what is left of it is smaller
-   !> than a step of the finest level.
-   pure subroutine take_digits_driven(response, level, rest, self)
-      type(response_t), intent(inout) :: response
-      integer, intent(in) :: level
-      real(wp), intent(inout) :: rest
-      type(amplitudes_t), intent(inout) :: self
-
-      real(wp) :: h, re
-      integer :: i, k
-
-      h = response%step_length(level)
-      do k = level + 1, response%fine_level
-         h = 0.5_wp*h
-         if (rest < h) cycle
-         rest = rest - h
-         if (.not. response%has_step(k)) call tabulate(response, k)
-         call take_tones(self, response, self%re, self%im)
-         do i = 1, response%amplitudes
-            re = self%re(i)*response%step_re(i, k) - self%im(i)*response%step_im(i, k)
-            self%im(i) = self%re(i)*response%step_im(i, k) + self%im(i)*response%step_re(i, k)
-            self%re(i) = re
-         end do
-         call push_by_table(self, response, k)
-         if (response%nx > 0) call step_dense(response, k, self%dense)
-      end do
-   end subroutine take_digits_driven
 
    !> Move by the small time `delta` where excitation acts on driven terms.
    pure subroutine shift_driven(self, response, delta)
