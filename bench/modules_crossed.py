@@ -1,8 +1,8 @@
 """Count the modules that a piece of `exact`, or a step of DOP853, goes through: at most 15 each.
 
-A run of a build without inlining across modules (the debug preset) is watched by callgrind. Instructions count from where
-the motion begins its first piece until the run has ended; what is made once for a mode (eigenmodes, response, rows) and
-what observers do is left out. A module counts if one of its procedures is entered then.
+A run of a build without inlining across modules (the debug preset) is watched by callgrind. A module counts if one of
+its procedures is entered within a piece or a step, from its start to its end with what follows there; what is made once
+for a mode (eigenmodes, response, rows) and what observers do is left out.
 """
 
 from __future__ import annotations
