@@ -16,7 +16,7 @@ module razy_linalg_generalised
    public :: dense_modes, eigenpairs_t, first_modes, keep_first, lowest_modes, orient
    public :: modes_found, modes_failed, modes_not_definite, modes_not_converged, modes_missing
 
-   !> Outcomes: found; LAPACK or ARPACK failed; K - shift M or M is not positive definite; no convergence; fewer than the
+   !> Outcomes are found; LAPACK or ARPACK failed; K - shift M or M is not positive definite; no convergence; fewer than the
    !> count by inertia.
    integer, parameter :: modes_found = 0, modes_failed = 1, modes_not_definite = 2, modes_not_converged = 3, modes_missing = 4
    !> Problems of at most this size, or of which more than a third of all pairs is wanted, go to LAPACK.

@@ -54,8 +54,8 @@ MAX_COLUMNS = 132
 
 # what may stand at the top level: folders, files of the project, files of tools
 TOP = {"bench", "cmake", "docs", "drivers", "inputs", "post", "src", "tests"}
-TOP |= {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "setup.sh"}
-TOP |= {".ci", ".fortitude.toml", ".fprettify.rc", ".gitignore", ".ruff.toml"}
+TOP |= {"CHANGELOG.md", "CITATION.cff", "CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "setup.sh"}
+TOP |= {".ci", ".editorconfig", ".fortitude.toml", ".fprettify.rc", ".github", ".gitignore", ".ruff.toml"}
 MAX_BYTES = 1_000_000
 
 USE = re.compile(r"use\b(?:\s*,\s*(?:non_)?intrinsic\s*)?(?:\s*::)?\s*(\w+)\s*(,\s*only\s*:)?")
