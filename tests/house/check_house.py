@@ -19,6 +19,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "support"))
 
+from check_docs import check_docs
 from fortran_source import statements
 
 # room of src/: the rooms below it that it may use, besides itself (the table of docs/architecture.md)
@@ -269,7 +270,8 @@ def main() -> int:
     """Command line; see --help."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("root", type=Path, help="the source tree")
-    breaches = check_tree(parser.parse_args().root)
+    root = parser.parse_args().root
+    breaches = check_tree(root) + check_docs(root)
     print("\n".join(breaches) if breaches else "no breach of the house rules")
     return 1 if breaches else 0
 
