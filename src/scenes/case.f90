@@ -8,7 +8,8 @@ module razy_scenes_case
    use razy_input_schema, only: group, group_spec_t, key_string
    use razy_machine_machine, only: machine_t
    use razy_motion_method, only: check_method, method_t
-   use razy_scenes_factory, only: new_scene, scene_kinds
+   use razy_scenes_common_schema, only: scene_kinds
+   use razy_scenes_factory, only: new_scene
    use razy_scenes_records, only: read_records, record_t
    use razy_scenes_scene, only: scene_t
    use razy_scenes_start, only: set_start
