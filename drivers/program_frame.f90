@@ -9,6 +9,7 @@ module program_frame
    use razy_core_text, only: string_t
    use razy_io_posix, only: output_is_free
    use razy_io_result_file, only: result_header_t, write_result
+   use razy_linalg_threads, only: use_one_thread
    use razy_scenes_case, only: read_study
    implicit none(type, external)
    private
@@ -26,6 +27,7 @@ contains
       type(error_t), allocatable :: error
       character(:), allocatable :: text
 
+      call use_one_thread()
       call read_command(command, .false., error)
       if (allocated(error)) call fail(name//": "//error%message, exit_usage)
       if (command%help) call print_help(name, does, .false.)

@@ -12,6 +12,7 @@ program razy_sweep
    use razy_core_text_file, only: read_text_file
    use razy_input_input, only: input_t
    use razy_io_posix, only: output_is_free
+   use razy_linalg_threads, only: use_one_thread
    use razy_scenes_case, only: read_study
    use razy_study_sweep_forecast, only: forecast
    use razy_study_sweep_log, only: log_end, log_start, open_log, points_done, what_was_written
@@ -39,6 +40,7 @@ program razy_sweep
    real(wp), allocatable :: starts(:)
    logical :: go_on, held
 
+   call use_one_thread()
    call hold_signals(held)
    call start_mpi(error)
    if (.not. allocated(error)) call new_communicator(ranks, mpi_comm_world, error)
