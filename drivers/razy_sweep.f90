@@ -38,17 +38,16 @@ program razy_sweep
    character(:), allocatable :: effective
    !> What the file of starts has, if there is one.
    real(wp), allocatable :: starts(:)
-   logical :: go_on, held
+   logical :: go_on
 
    call use_one_thread()
-   call hold_signals(held)
+   call hold_signals()
    call start_mpi(error)
    if (.not. allocated(error)) call new_communicator(ranks, mpi_comm_world, error)
    if (allocated(error)) then
       call say("razy-sweep: "//error%message)
       call finish(exit_failure)
    end if
-   if (.not. held .and. ranks%is_root()) call say("razy-sweep: signals cannot be held back; one of them ends the sweep at once")
    if (ranks%is_root()) call read_case(error)
    call leave_if(exit_usage)
    call ranks%broadcast(go_on, error)
@@ -82,8 +81,10 @@ contains
       if (command%check) then
          write (output_unit, "(a)", advance="no") effective
       else if (command%dry_run) then
+         task%watch%stop_is_asked => time_is_up
          call forecast(task, ranks%size, lines)
-         write (output_unit, "(a)") (lines(i)%text, i=1, size(lines))
+         outcome%stopped = time_is_up()
+         if (.not. outcome%stopped) write (output_unit, "(a)") (lines(i)%text, i=1, size(lines))
       else
          call output_is_free(command%output, command%force, error)
          go_on = .true.
@@ -102,6 +103,7 @@ contains
          if (.not. allocated(error)) call new_sweep(task, input, starts, error)
       end if
       call leave_if(exit_failure)
+      task%watch%stop_is_asked => time_is_up
       units%plan = task%plan
       if (ranks%is_root()) call open_checkpoint(error)
       call leave_if(exit_usage)

@@ -18,16 +18,15 @@ module razy_moreau_moreau
    use razy_moreau_view, only: contact_of, displacement_of, find_turn, moreau_view_t, observe, velocity_of, view_end, &
                                view_step
    use razy_motion_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, status_blow_up, &
-                                     status_event_limit, status_no_contact_forces, status_ok, status_step_limit
+                                     status_event_limit, status_no_contact_forces, status_ok
    implicit none(type, external)
    private
 
    public :: moreau_t
 
-   !> The integrator. `step` (h, s), `theta` in [1/2, 1] and `most_steps` are to be set before `prepare`.
+   !> The integrator. `step` (h, s), `theta` in [1/2, 1] are to be set before `prepare`.
    type, extends(integrator_t) :: moreau_t
       real(wp) :: step = 0.0_wp, theta = 0.5_wp
-      integer(i8) :: most_steps = huge(1_i8)
       type(moreau_step_t), private :: scheme
       type(moreau_view_t), private :: view
       integer, allocatable, private :: branch(:)
@@ -88,14 +87,14 @@ contains
       real(wp) :: time, time_low, h
       logical :: found
 
+      call self%budget%begin()
       call begin_steps(self%scheme)
       self%branch = self%scheme%branch1
       steps = max(1_i8, ceiling(t_end/self%step - shortest, i8))
       do k = 1, steps
-         if (k > self%most_steps) then
-            outcome%status = status_step_limit
-            exit
-         end if
+         call self%budget%spend()
+         outcome%status = self%budget%status
+         if (outcome%status /= status_ok) exit
          call time_of(k - 1, self%step, time, time_low)
          h = self%step
          if (k == steps) h = (t_end - time) - time_low

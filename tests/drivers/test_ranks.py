@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 import pytest
-from programs import GEAR_PAIR, SOURCE, attribute, changed, datasets, left, sets, start, succeed
+from programs import GEAR_PAIR, SOURCE, attribute, changed, datasets, folder_of_openblas, left, sets, start, succeed
 
 RANKS = [1, 2, 3]
 VIBROPRESS = SOURCE / "inputs" / "vibropress.nml"
@@ -68,12 +68,6 @@ def test_help_version_and_check_are_printed_once():
     assert len(ours(succeed("razy-sweep", "--version", ranks=3), os.environ["RAZY_VERSION"])) == 1
     assert len(ours(succeed("razy-sweep", GEAR_PAIR, "--check", ranks=3), "&scene")) == 1
     assert left() == []
-
-
-def folder_of_openblas():
-    """A folder with BLAS and LAPACK by OpenBLAS with threads, or None."""
-    folders = Path("/usr/lib").glob("*/openblas-pthread")
-    return next((folder for folder in folders if (folder / "liblapack.so.3").exists()), None)
 
 
 @pytest.mark.skipif(folder_of_openblas() is None, reason="no OpenBLAS beside the BLAS of this machine")
