@@ -4,14 +4,15 @@ program razy_sweep
    use command_line, only: command_t, exit_failure, exit_interrupted, exit_ok, exit_usage, finish, print_help, print_version, &
                            read_command, say
    use mpi_f08, only: mpi_comm_world
+   use program_frame, only: check_files
    use progress, only: show_progress
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_core_table, only: table_t
-   use razy_core_text, only: string_t
+   use razy_core_text, only: append_text, string_t
    use razy_core_text_file, only: read_text_file
    use razy_input_input, only: input_t
-   use razy_io_posix, only: output_is_free
+   use razy_io_hdf5_file, only: delete_partial_files
    use razy_linalg_threads, only: use_one_thread
    use razy_scenes_case, only: read_study
    use razy_study_sweep_forecast, only: forecast
@@ -62,7 +63,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(input_t) :: input
-      type(string_t), allocatable :: lines(:)
+      type(string_t), allocatable :: lines(:), written(:)
       character(:), allocatable :: text
       integer :: i
 
@@ -86,7 +87,12 @@ contains
          outcome%stopped = time_is_up()
          if (.not. outcome%stopped) write (output_unit, "(a)") (lines(i)%text, i=1, size(lines))
       else
-         call output_is_free(command%output, command%force, error)
+         allocate (written(0))
+         call append_text(written, checkpoint_path(command%output))
+         if (allocated(command%log)) then
+            if (command%log /= "-") call append_text(written, command%log)
+         end if
+         call check_files(command, input, written, error)
          go_on = .true.
       end if
    end subroutine read_case
@@ -129,7 +135,10 @@ contains
       if (.not. allocated(error)) call checkpoint%open(command%output, effective//identity_of(starts), row, units, error)
       if (allocated(error)) return
       if (checkpoint%dropped()) call say(checkpoint_path(command%output)//": its last record was not complete, and is dropped")
-      if (checkpoint%n_done > 0) call say("going on: "//points_done(task, checkpoint, command%output))
+      if (checkpoint%n_done > 0) then
+         call say("going on: "//points_done(task, checkpoint, command%output))
+         call delete_partial_files(command%output)
+      end if
       if (.not. allocated(command%log)) return
       call open_log(command%log, error_unit, unit, error)
       if (allocated(error)) return
