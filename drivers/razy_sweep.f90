@@ -39,7 +39,8 @@ program razy_sweep
    character(:), allocatable :: effective
    !> What the file of starts has, if there is one.
    real(wp), allocatable :: starts(:)
-   logical :: go_on
+   !> Whether there is anything to compute; whether all points failed.
+   logical :: go_on, failed = .false.
 
    call use_one_thread()
    call hold_signals()
@@ -54,7 +55,8 @@ program razy_sweep
    call ranks%broadcast(go_on, error)
    call leave_if(exit_failure)
    if (go_on) call compute()
-   call end_ranks(merge(exit_interrupted, exit_ok, outcome%stopped))
+   if (outcome%stopped) call end_ranks(exit_interrupted)
+   call end_ranks(merge(exit_failure, exit_ok, failed))
 
 contains
 
@@ -119,6 +121,8 @@ contains
       call run_sweep(ranks, task, units, checkpoint, options, show_progress, outcome, error, time_is_up)
       if (ranks%is_root()) call end_sweep(error)
       call leave_if(exit_failure)
+      call ranks%broadcast(failed, error)
+      call leave_if(exit_failure)
    end subroutine compute
 
    !> Lock the checkpoint, say what is there already, and begin the log.
@@ -172,6 +176,7 @@ contains
          call checkpoint%give_up(error)
          return
       end if
+      failed = checkpoint%tally_of("/point/status") == task%plan%points
       call checkpoint%remove(error)
       if (.not. allocated(error)) call say(what_was_written(task, checkpoint, outcome, command%output))
    end subroutine end_sweep
