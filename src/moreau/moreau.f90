@@ -12,7 +12,7 @@ module razy_moreau_moreau
    use razy_core_kinds, only: i8, qp, wp
    use razy_core_tone, only: add_time
    use razy_linalg_lapack, only: dpotrf
-   use razy_machine_machine, only: machine_t
+   use razy_machine_machine, only: machine_t, mass_complaint
    use razy_moreau_state, only: moreau_step_t
    use razy_moreau_step, only: begin_steps, guess_first_forces, take_step
    use razy_moreau_view, only: contact_of, displacement_of, find_turn, moreau_view_t, observe, velocity_of, view_end, &
@@ -68,7 +68,7 @@ contains
          if (allocated(error)) return
          mass = machine%mass
          call dpotrf("L", size(mass, 1), mass, size(mass, 1), info)
-         if (info /= 0) call raise(error, "the mass matrix is not positive definite")
+         if (info /= 0) call raise(error, mass_complaint(machine, info))
          if (allocated(error)) return
          self%scheme%machine = machine
          self%scheme%theta = self%theta
