@@ -34,14 +34,19 @@ contains
    pure function quoted(text) result(written)
       character(*), intent(in) :: text
       character(:), allocatable :: written
-      integer :: i
+      integer :: at, i
 
-      written = "'"
+      allocate (character(len(text) + count([(text(i:i) == "'", i=1, len(text))]) + 2) :: written)
+      written(1:1) = "'"
+      at = 1
       do i = 1, len(text)
-         written = written//text(i:i)
-         if (text(i:i) == "'") written = written//"'"
+         at = at + 1
+         written(at:at) = text(i:i)
+         if (text(i:i) /= "'") cycle
+         at = at + 1
+         written(at:at) = "'"
       end do
-      written = written//"'"
+      written(at + 1:) = "'"
    end function quoted
 
    !> Add a text at the end of a list. (gfortran 12 cuts texts in `[list, string_t(text)]`.)
