@@ -16,6 +16,9 @@ module razy_core_text
       character(:), allocatable :: text
    end type string_t
 
+   !> Names that a message lists.
+   integer, parameter :: most_known = 40
+
 contains
 
    !> `text` with the letters A-Z in lower case.
@@ -151,7 +154,8 @@ contains
       if (len(advice) > 0) then
          advice = "did you mean '"//advice//"'?"
       else if (size(known) > 0) then
-         advice = "known "//things//": "//join(known, ", ")
+         advice = "known "//things//": "//join(known(:min(most_known, size(known))), ", ")
+         if (size(known) > most_known) advice = advice//", and others"
       else
          advice = "there are no "//things
       end if
