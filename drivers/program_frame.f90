@@ -81,18 +81,20 @@ contains
       if (.not. allocated(error)) call output_is_free(command%output, command%force, error)
    end subroutine check_files
 
-   !> Write the result file, and say what the user is to know: lines, and that it was written.
-   subroutine end_program(command, header, table, lines)
+   !> Write the result file, print the answer, and say what the user is to know: lines, and that it was written.
+   subroutine end_program(command, header, table, lines, answer)
       type(command_t), intent(in) :: command
       type(result_header_t), intent(in) :: header
       type(table_t), intent(in) :: table
       type(string_t), intent(in) :: lines(:)
+      type(string_t), intent(in), optional :: answer(:)
 
       type(error_t), allocatable :: error
       integer :: i
 
       call write_result(command%output, header, table, command%force, error)
       if (allocated(error)) call fail(error%message, exit_failure)
+      if (present(answer)) write (output_unit, "(a)") (answer(i)%text, i=1, size(answer))
       do i = 1, size(lines)
          call say(lines(i)%text)
       end do

@@ -11,7 +11,7 @@ module razy_linalg_threads
 
    !> Functions that take the number of threads: OpenBLAS, MKL, FlexiBLAS.
    character(*), parameter :: setters(*) = [character(25) :: "openblas_set_num_threads", "MKL_Set_Num_Threads", &
-                                                                                     "flexiblas_set_num_threads"]
+                                                                                                      "flexiblas_set_num_threads"]
 
    abstract interface
       subroutine take_number(threads) bind(c)
@@ -21,6 +21,7 @@ module razy_linalg_threads
       end subroutine take_number
    end interface
 
+   ! allow(assumed-size)
    interface
       !> dlsym of POSIX; without a handle it looks in the whole program.
       function c_dlsym(handle, name) result(address) bind(c, name="dlsym")

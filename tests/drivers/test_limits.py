@@ -54,7 +54,10 @@ def test_a_body_almost_without_mass_is_followed(case, mass):
         ({"mass__value": 1e-308}, "mass%value = 1e-308: is less than 1e-30"),
         ({"load__amplitude": 1e200}, "load%amplitude = 1e+200: is beyond 1e30"),
         ({"load__frequency": 1e300}, "load%frequency = 1e+300: is beyond 1e30"),
-        ({"record__interval": 1e-300, "record__what": "'trajectory'"}, "interval = 1e-300: longer: the trajectory would"),
+        (
+            {"record__interval": 1e-300, "record__what": "'trajectory'"},
+            "interval = 1e-300: longer: the trajectory would",
+        ),
         ({"record__interval": 1e-9, "record__what": "'trajectory'"}, "interval = 1e-09: longer: the trajectory would"),
     ],
 )
@@ -77,7 +80,9 @@ def test_steps_and_time_are_limited(case, integrator):
     done = start("razy-run", case, *sets(**method, motion__max_steps=2000), timeout=AT_ONCE)
     assert done.returncode == 1 and "step limit reached" in done.stderr
     assert single("case.h5", "outcome/steps") <= 2000
-    done = start("razy-run", case, "--force", *sets(**method, motion__t_end=4000, motion__max_seconds=0.3), timeout=AT_ONCE)
+    done = start(
+        "razy-run", case, "--force", *sets(**method, motion__t_end=4000, motion__max_seconds=0.3), timeout=AT_ONCE
+    )
     assert done.returncode == 1 and "time limit reached" in done.stderr
 
 
@@ -88,7 +93,9 @@ def test_a_signal_ends_a_sweep_in_the_middle_of_a_motion(case, ranks, number, th
     if threads:
         monkeypatch.setenv("LD_LIBRARY_PATH", str(folder_of_openblas()))
         monkeypatch.setenv("OPENBLAS_NUM_THREADS", "4")
-    words = command("razy-sweep", case, *LONG, *sets(sweep__first=1e6, sweep__last=1.1e6, motion__t_end=400), ranks=ranks)
+    words = command(
+        "razy-sweep", case, *LONG, *sets(sweep__first=1e6, sweep__last=1.1e6, motion__t_end=400), ranks=ranks
+    )
     with Path("log").open("w") as log:
         process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True)
     try:
@@ -103,8 +110,12 @@ def test_a_signal_ends_a_sweep_in_the_middle_of_a_motion(case, ranks, number, th
 
 
 def test_a_signal_ends_a_forecast(case):
-    words = command("razy-sweep", case, "--dry-run", *LONG, *sets(sweep__first=1e6, sweep__last=1.1e6, motion__t_end=400))
-    with subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+    words = command(
+        "razy-sweep", case, "--dry-run", *LONG, *sets(sweep__first=1e6, sweep__last=1.1e6, motion__t_end=400)
+    )
+    with subprocess.Popen(
+        words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    ) as process:
         time.sleep(1.0)
         process.send_signal(signal.SIGTERM)
         assert process.communicate(timeout=AT_ONCE)[0] == ""

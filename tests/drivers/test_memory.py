@@ -37,7 +37,10 @@ def test_memory_does_not_grow_with_the_points(case):
     words = [*(word for key, value in changes.items() for word in ("--set", f"{key}={value}")), "--output", "case.h5"]
     checkpoint = Path("case.h5.checkpoint")
     with subprocess.Popen(
-        command("razy-sweep", path, *words, "--checkpoint", "0.05"), stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+        command("razy-sweep", path, *words, "--checkpoint", "0.05"),
+        stdin=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
     ) as process:
         wait_for_size(process, checkpoint, 200_000)
         before, rows = resident(process), checkpoint.stat().st_size

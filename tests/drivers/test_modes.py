@@ -14,7 +14,7 @@ OPEN = ("--set", "modes%contacts='open'")
 def modes(case, *options):
     done = succeed("razy-modes", case, *options, "--output", "modes.h5", "--force")
     with h5py.File("modes.h5") as file:
-        return done.stderr, {name: item[()] for name, item in file.items() if isinstance(item, h5py.Dataset)}
+        return done.stdout, {name: item[()] for name, item in file.items() if isinstance(item, h5py.Dataset)}
 
 
 def test_natural_modes_of_the_gearbox():
@@ -131,7 +131,9 @@ OVERHUNG = """
 
 def test_a_stiff_bearing_holds_or_is_refused(folder):
     (folder / "stiff.nml").write_text(OVERHUNG.format(1e14))
-    held = OVERHUNG.format(0.0).replace("held='phi' /", "held='phi','u','v','w' /\n&support shaft='rotor', node=6, held='v','w' /")
+    held = OVERHUNG.format(0.0).replace(
+        "held='phi' /", "held='phi','u','v','w' /\n&support shaft='rotor', node=6, held='v','w' /"
+    )
     (folder / "held.nml").write_text(held)
     for name in ("stiff", "held"):
         succeed("razy-modes", f"{name}.nml")

@@ -17,7 +17,7 @@ WINDOW_DPI = 140
 
 
 def check_target(path: Path, source: Path) -> None:
-    """Raise a `ResultError` if no picture can be written to `path`: unknown suffix, no such folder, the result itself."""
+    """Raise a `ResultError` if no picture can be written to `path`: unknown suffix, no such folder, the result."""
     formats = FigureCanvasBase.get_supported_filetypes()
     suffix = path.suffix.lower().removeprefix(".")
     if suffix not in formats:

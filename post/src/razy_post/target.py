@@ -6,7 +6,7 @@ from razy_post.errors import ResultError
 
 
 def check_output(path: Path, inputs: list[Path], overwrite: bool) -> None:
-    """Raise a `ResultError` if `path` is one of the inputs, is taken by what is no file, or exists and is to be kept."""
+    """Raise a `ResultError` if `path` is one of the inputs, is taken by what is no file, or is to be kept."""
     if any(path.exists() and source.exists() and path.samefile(source) for source in inputs):
         raise ResultError(f"{path}: is the file that is read")
     if path.is_symlink() or (path.exists() and not path.is_file()):
