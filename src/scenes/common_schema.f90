@@ -39,6 +39,8 @@ contains
                      key_real("band", "half width of the band of sticking, for switching", unit="m/s or rad/s", rule=nonnegative, &
                               default="1.0e-6"), &
                      key_integer("max_steps", "steps after which a motion is given up", rule=positive, default="1000000000"), &
+                     key_real("max_seconds", "time on the clock after which a motion is given up", unit="s", rule=positive, &
+                              default="3600.0"), &
                      key_integer("max_events", "events after which a motion is given up", rule=positive, default="10000000"), &
                      key_integer("lyapunov", "Lyapunov exponents that are found, the largest ones, from t_end on; 0: none", &
                                  low=0, high=10000, default="0"), &

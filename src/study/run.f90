@@ -31,6 +31,7 @@ module razy_study_run
    contains
       procedure :: compute
       procedure :: columns
+      procedure :: answer
       procedure :: words
    end type run_t
 
@@ -89,6 +90,26 @@ contains
       call self%watch%columns(table, self%machine)
       if (allocated(self%drawing)) call self%drawing%columns(table)
    end subroutine columns
+
+   !> The largest and smallest values found, and the number of events, in lines.
+   function answer(self) result(lines)
+      class(run_t), intent(in) :: self
+      type(string_t), allocatable :: lines(:)
+
+      character(64) :: range
+      integer :: i
+
+      allocate (lines(0))
+      do i = 1, size(self%watch%extrema)
+         associate (found => self%watch%extrema(i))
+            range = "no extrema"
+            if (found%count > 0) write (range, "(es13.6, a, es13.6, 1x, a)") minval(found%value(:found%count)), " to ", &
+               maxval(found%value(:found%count)), found%unit
+            call append_text(lines, found%name//": "//trim(adjustl(range)))
+         end associate
+      end do
+      call append_text(lines, to_text(self%outcome%events)//" events")
+   end function answer
 
    !> What a user has to know of the motion, in lines; none if it came to its end and no event was missed nearly.
    function words(self) result(lines)

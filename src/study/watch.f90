@@ -8,7 +8,7 @@ module razy_study_watch
    use razy_io_result_file, only: check_name
    use razy_machine_excitation, only: period_of_loads, turn_tones
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: integrator_t, observer_slot_t, observer_t, outcome_t, status_ok
+   use razy_motion_integrator, only: ask_stop, integrator_t, observer_slot_t, observer_t, outcome_t, status_ok
    use razy_observe_contact_statistics, only: contact_statistics_t
    use razy_observe_event_log, only: event_log_t
    use razy_observe_extrema, only: extrema_t
@@ -37,6 +37,8 @@ module razy_study_watch
       real(wp) :: period_tolerance = 1.0e-6_wp
       !> Every coordinate is followed, whoever sees it.
       logical :: keep_all = .false.
+      !> Asked now and then during a motion, if it is associated: whether the motion is to end at once.
+      procedure(ask_stop), pointer, nopass :: stop_is_asked => null()
       !> Periods of the excitation before the end of the motion at which its state is stored, 0: no state is; the period, s.
       integer :: strobe_periods = 0
       real(wp) :: strobe_period = 0.0_wp
@@ -189,7 +191,7 @@ contains
          class(integrator_t), allocatable, intent(inout), target :: by
 
          call run_motion(machine, motion%method, motion%t_end, slots(:n), outcome, error, motion%most_events, &
-                         self%keep_all .or. self%strobe_periods > 0, by)
+                         self%keep_all .or. self%strobe_periods > 0, by, self%stop_is_asked)
          if (.not. allocated(error) .and. outcome%status == status_ok .and. motion%lyapunov > 0) then
             call find_exponents(self, machine, motion, by, error)
          end if

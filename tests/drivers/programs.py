@@ -87,3 +87,9 @@ def names(path):
     with h5py.File(path) as file:
         file.visit(found.append)
     return found
+
+
+def folder_of_openblas():
+    """A folder with BLAS and LAPACK by OpenBLAS with threads, or None."""
+    folders = Path("/usr/lib").glob("*/openblas-pthread")
+    return next((folder for folder in folders if (folder / "liblapack.so.3").exists()), None)

@@ -87,7 +87,7 @@ def _plot(given: argparse.Namespace) -> None:
         footer=given.footer,
     )
     if given.save is not None:
-        output.check_target(given.save)
+        output.check_target(given.save, given.file)
     with open_result(given.file) as result:
         if given.save is None:
             figure = output.new_window(f"{PROGRAM} {given.file}")

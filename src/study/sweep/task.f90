@@ -14,7 +14,7 @@ module razy_study_sweep_task
    use razy_input_input, only: input_t
    use razy_io_result_file, only: check_name, new_header, result_header_t
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: integrator_t, outcome_t, status_no_machine, status_ok
+   use razy_motion_integrator, only: integrator_t, outcome_t, status_interrupted, status_no_machine, status_ok
    use razy_scenes_case, only: motion_t, new_machine
    use razy_scenes_factory, only: draw_scene
    use razy_scenes_records, only: record_t
@@ -216,6 +216,7 @@ contains
       if (self%plan%has_chains() .and. .not. allocated(error)) call continuation%begin(self%machine)
       if (.not. allocated(error)) call self%watch%run(self%machine, self%motion, outcome, error, self%integrator)
       if (allocated(error)) outcome%status = status_no_machine
+      self%broken_off = outcome%status == status_interrupted
       if (self%plan%has_chains() .and. outcome%status == status_ok) then
          allocate (displacement(size(self%machine%displacement)), velocity(size(self%machine%velocity)))
          call self%integrator%final_state(displacement, velocity)
