@@ -75,6 +75,11 @@ def readable_name(quantity: Quantity) -> str:
     return " ".join(words)
 
 
+def in_words(name: str) -> str:
+    """Return a name of the namelist in words: ``table_pallet_left`` becomes ``table pallet left``."""
+    return re.sub(r"[._]+", " ", name)
+
+
 def axis_label(quantity: Quantity, scale: Scale, width: int | None = None) -> str:
     """Return the text of an axis: name and, in parentheses, unit; on lines of at most `width` letters."""
     name = readable_name(quantity)
