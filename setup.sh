@@ -7,6 +7,7 @@ usage() {
   cat <<'END'
 usage: ./setup.sh COMMAND
   demo         build, sweep inputs/torsional_gear_pair.nml on all cores, draw its bifurcation diagram in build/demo/
+  thesis       build, compute every figure and table of the source (inputs/thesis/report.toml), write build/thesis/report.html
   test         build, run the tests with all run-time checks (debug), then optimised (release); the slow ones: preset slow
   build        build the programs into build/bin/, and the tests
   environment  only install what is missing
@@ -138,7 +139,7 @@ prepare() {
 build_release() {
   build release "$1"
   local program
-  for program in csv merge plot; do ln -sfn "../../.venv/bin/razy-$program" "build/bin/razy-$program"; done
+  for program in csv merge plot report; do ln -sfn "../../.venv/bin/razy-$program" "build/bin/razy-$program"; done
 }
 
 demo() {
@@ -157,6 +158,12 @@ demo() {
     'BEGIN { printf "time of sweep and picture: %.1f s\n", (end - start) / 1e9 }'
 }
 
+thesis() {
+  prepare
+  build_release programs
+  build/bin/razy-report inputs/thesis --output build/thesis --programs build/bin --jobs "$cores" "$@"
+}
+
 run_tests() {
   prepare
   build debug all
@@ -167,6 +174,10 @@ run_tests() {
 
 case ${1-help} in
   demo) demo ;;
+  thesis)
+    shift
+    thesis "$@"
+    ;;
   test) run_tests ;;
   build)
     prepare

@@ -60,7 +60,7 @@ def main(arguments: list[str] | None = None) -> int:
         items = _chosen(manifest, given.only)
         workshop = Workshop(given.output / "cases", _programs(given.programs), manifest.folder, given.quick)
         _check(manifest, items, workshop, max(given.jobs, 1))
-    except ResultError as error:
+    except (ResultError, OSError) as error:
         for line in str(error).splitlines():
             print(f"{PROGRAM}: error: {line}", file=sys.stderr)
         return 2

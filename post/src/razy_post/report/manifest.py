@@ -21,6 +21,7 @@ REDUCTIONS = (
     "median",
     "sum",
     "count",
+    "share",
     "spread",
     "share_positive",
     "max_over_min",

@@ -110,6 +110,8 @@ def _selected(number: Number, case: Done) -> NDArray[np.float64]:
         keep = np.ones(values.shape, dtype=bool)
         for name, condition, bound in number.where:
             keep &= COMPARE[condition](_values(file, name).reshape(values.shape), bound)
+        if number.reduce == "share":
+            return keep.astype(np.float64)
         return values[keep]
 
 
@@ -128,6 +130,7 @@ def _reduce(values: NDArray[np.float64], number: Number) -> float:
         "first": lambda: values.flat[0],
         "last": lambda: values.flat[-1],
         "spread": lambda: np.ptp(values),
+        "share": values.mean,
         "share_positive": lambda: np.mean(values > 0.0),
         "max_over_min": lambda: values.max() / values.min(),
         "last_over_first": lambda: values.flat[-1] / values.flat[0],
