@@ -107,8 +107,8 @@ contains
 
       real(wp) :: tau
 
-      if (part%contact > 0 .and. (self%t_end - part%time) - (part%time_low + part%duration) < self%sections*self%period) &
-         self%linear = .false.
+      tau = (self%t_end - part%time) - (part%time_low + part%duration)
+      if (part%contact > 0 .and. tau < self%sections*self%period) self%linear = .false.
       if (part%time + (part%time_low + part%duration) > self%from) call self%touch(part)
       do while (self%next >= 0)
          tau = ((self%t_end - part%time) - part%time_low) - self%next*0.25_wp*self%period

@@ -98,7 +98,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       character(*), parameter :: common(*) = [character(16) :: "direction", "kind_of_motion", "until_periodic", &
-                                                  "processor_time", "period_tolerance"]
+                                                                                               "processor_time", "period_tolerance"]
       integer :: k
 
       do k = 1, size(varied(2)%slot)

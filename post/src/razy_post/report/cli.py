@@ -59,7 +59,7 @@ def main(arguments: list[str] | None = None) -> int:
         manifest = read_manifest(given.manifest)
         items = _chosen(manifest, given.only)
         workshop = Workshop(given.output / "cases", _programs(given.programs), manifest.folder, given.quick)
-        _check(manifest, items, workshop, max(given.jobs, 1))
+        _check(items, workshop, max(given.jobs, 1))
     except (ResultError, OSError) as error:
         for line in str(error).splitlines():
             print(f"{PROGRAM}: error: {line}", file=sys.stderr)
@@ -92,7 +92,7 @@ def _programs(given: Path | None) -> Path:
     raise ManifestError(f"razy-run is not in {given or 'the folder of this command or on the path'}: give --programs")
 
 
-def _check(manifest: Manifest, items: list[Item], workshop: Workshop, jobs: int) -> None:
+def _check(items: list[Item], workshop: Workshop, jobs: int) -> None:
     cases = [(item, case) for item in items for case in item.case]
     with ThreadPoolExecutor(jobs) as pool:
         said = pool.map(lambda pair: workshop.check(pair[1]), cases)

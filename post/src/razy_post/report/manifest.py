@@ -77,8 +77,8 @@ class Number:
     """A number that is read from a case, and what it should be.
 
     Of `dataset`, or of one `column` along its last dimension, the values with `index` are taken, or those for which all
-    `where` (dataset, condition, value) hold; less or over the same of another case where `minus` or `over` names one; then
-    reduced to one number, times `scale`. With `reduced` the other case is reduced first.
+    `where` (dataset, condition, value) hold; less or over the same of another case where `minus` or `over` names one;
+    then reduced to one number, times `scale`. With `reduced` the other case is reduced first.
     """
 
     text: str
@@ -265,4 +265,4 @@ def _number_problems(number: Number) -> Iterator[str]:
         yield f"'{number.text}': should_be needs a tolerance"
     for condition in number.where:
         if len(condition) != 3 or condition[1] not in CONDITIONS:
-            yield f"'{number.text}': where is a list of [dataset, condition, value], condition one of {' '.join(CONDITIONS)}"
+            yield f"'{number.text}': where is a list of [dataset, one of {' '.join(CONDITIONS)}, value]"

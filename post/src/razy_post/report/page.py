@@ -23,8 +23,10 @@ h1 { font-size: 1.6em; } h2 { font-size: 1.15em; margin: 0 0 .3em; }
 section { border-top: 1px solid #bbb; padding: 1em 0; break-inside: avoid; }
 .cs { color: #555; font-style: italic; margin: 0; } .verdict { font-weight: bold; float: right; }
 figure { margin: .6em 0; display: inline-block; vertical-align: top; } img { max-width: 100%; }
-table { border-collapse: collapse; margin: .5em 0; } td, th { padding: .1em .8em .1em 0; text-align: left; vertical-align: top; }
-td.n { text-align: right; font-variant-numeric: tabular-nums; } th { border-bottom: 1px solid #888; font-weight: normal; }
+table { border-collapse: collapse; margin: .5em 0; }
+td, th { padding: .1em .8em .1em 0; text-align: left; vertical-align: top; }
+td.n { text-align: right; font-variant-numeric: tabular-nums; }
+th { border-bottom: 1px solid #888; font-weight: normal; }
 .small { color: #666; font-size: .8em; } .failed { color: #7a007a; }
 """
 
@@ -62,7 +64,8 @@ def counts(entries: Sequence[Entry]) -> str:
 def write_html(manifest: Manifest, entries: Sequence[Entry], path: Path) -> None:
     """Write the page."""
     parts = [
-        f"<!doctype html><html lang=en><meta charset=utf-8><title>{escape(manifest.title)}</title><style>{STYLE}</style>",
+        f"<!doctype html><html lang=en><meta charset=utf-8><title>{escape(manifest.title)}</title>",
+        f"<style>{STYLE}</style>",
         f"<h1>{escape(manifest.title)}</h1><p>{escape(manifest.introduction)}</p>",
         f"<p><b>{counts(entries)}.</b> {sum(e.seconds for e in entries):.0f} s of one processor.</p><table>",
     ]
@@ -79,7 +82,8 @@ def write_html(manifest: Manifest, entries: Sequence[Entry], path: Path) -> None
 def _section(entry: Entry) -> str:
     item = entry.item
     parts = [
-        f"<section id='{_anchor(entry)}'><span class=verdict style='color:{COLOURS[entry.verdict]}'>{entry.verdict}</span>",
+        f"<section id='{_anchor(entry)}'>",
+        f"<span class=verdict style='color:{COLOURS[entry.verdict]}'>{entry.verdict}</span>",
         f"<h2>{escape(item.name)}. {escape(item.caption)}</h2>",
     ]
     if item.caption_cs:
