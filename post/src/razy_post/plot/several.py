@@ -195,7 +195,7 @@ def _draw_panel(figure: Figure, axes: Axes, panel: Panel, paths: bool) -> None:
     axes.set_xlim(x_limits)
     axes.set_ylim(y_limits)
     width = 36 if paths else LABEL_WIDTH
-    axes.set_xlabel(axis_label(first.x, x_scale, width))
+    axes.set_xlabel(axis_label(first.x, x_scale, width if paths else None))
     axes.set_ylabel(axis_label(first.y, y_scale, width))
     if panel.title:
         axes.set_title(panel.title, fontsize=8.5, pad=3.0)
