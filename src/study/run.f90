@@ -2,7 +2,7 @@
 module razy_study_run
    use razy_core_drawing, only: drawing_t
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: i8
+   use razy_core_kinds, only: i8, wp
    use razy_core_number, only: to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
@@ -15,6 +15,7 @@ module razy_study_run
    use razy_scenes_scene, only: scene_t
    use razy_scenes_start, only: check_start
    use razy_study_sweep_starts, only: new_starts, starts_t
+   use razy_study_tune, only: apply_tune
    use razy_study_watch, only: watch_t
    implicit none(type, external)
    private
@@ -45,8 +46,13 @@ contains
 
       class(scene_t), allocatable :: scene
       type(record_t), allocatable :: records(:)
+      type(input_t) :: tuned
+      character(:), allocatable :: unit
+      real(wp), allocatable :: value
 
-      call new_machine(self%machine, self%motion, records, input, error, scene)
+      tuned = input
+      call apply_tune(tuned, value, unit, error)
+      if (.not. allocated(error)) call new_machine(self%machine, self%motion, records, tuned, error, scene)
       if (.not. allocated(error)) call apply_single_start(self%machine, input, error)
       if (.not. allocated(error)) call draw_scene(scene, self%drawing, input, error)
       if (allocated(error)) return

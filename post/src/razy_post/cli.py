@@ -3,6 +3,7 @@
 import argparse
 import sys
 import warnings
+from contextlib import ExitStack
 from pathlib import Path
 from typing import NoReturn
 
@@ -10,7 +11,7 @@ from matplotlib.figure import Figure
 
 from razy_post import __version__, output
 from razy_post.errors import ResultError
-from razy_post.plot import KINDS, PlotNote, PlotOptions, draw
+from razy_post.plot import ARRANGEMENTS, KINDS, PlotNote, PlotOptions, draw, draw_several
 from razy_post.plot.style import provenance
 from razy_post.read import open_result
 
@@ -35,7 +36,9 @@ def parser() -> argparse.ArgumentParser:
         epilog="Exit code: 0 done, 2 bad input or usage, 1 anything else.",
         allow_abbrev=False,
     )
-    result.add_argument("file", metavar="FILE.h5", type=Path, help="result file")
+    result.add_argument(
+        "files", metavar="FILE.h5", type=Path, nargs="+", help="result file; several of a kind go into one picture"
+    )
     result.add_argument(
         "--save", metavar="FILE", type=Path, help="write the picture (.png, .pdf, .svg, ...) instead of showing it"
     )
@@ -45,6 +48,13 @@ def parser() -> argparse.ArgumentParser:
     )
     result.add_argument(
         "--coordinate", metavar="NAME", action="append", default=[], help="coordinate to draw; repeat for several"
+    )
+    result.add_argument(
+        "--arrange", choices=ARRANGEMENTS, default="overlay",
+        help="several files: over one another (of two the first grey, the second black), side by side, with difference",
+    )  # fmt: skip
+    result.add_argument(
+        "--label", metavar="TEXT", action="append", default=[], help="words for a file of several; repeat for each"
     )
     result.add_argument("--from", dest="start", metavar="X", type=_number, help="least parameter, or time in s")
     result.add_argument("--to", dest="stop", metavar="X", type=_number, help="largest parameter, or time in s")
@@ -87,16 +97,19 @@ def _plot(given: argparse.Namespace) -> None:
         footer=given.footer,
     )
     if given.save is not None:
-        output.check_target(given.save, given.file)
-    with open_result(given.file) as result:
-        if given.save is None:
-            figure = output.new_window(f"{PROGRAM} {given.file}")
-            draw(result, figure, options, given.kind)
+        output.check_target(given.save, given.files)
+    with ExitStack() as stack:
+        results = [stack.enter_context(open_result(file)) for file in given.files]
+        show = given.save is None
+        figure = output.new_window(f"{PROGRAM} {given.files[0]}") if show else Figure(dpi=given.dpi)
+        if len(results) == 1:
+            draw(results[0], figure, options, given.kind)
+        else:
+            draw_several(results, figure, options, given.kind, given.label, given.arrange)
+        if show:
             output.show_window()
         else:
-            figure = Figure(dpi=given.dpi)
-            draw(result, figure, options, given.kind)
-            output.save(figure, given.save, provenance(result))
+            output.save(figure, given.save, provenance(results[0]))
 
 
 def _fail(message: str, code: int) -> int:
