@@ -3,6 +3,8 @@
 import argparse
 import sys
 import warnings
+from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
 
@@ -10,9 +12,9 @@ from matplotlib.figure import Figure
 
 from razy_post import __version__, output
 from razy_post.errors import ResultError
-from razy_post.plot import KINDS, PlotNote, PlotOptions, draw
+from razy_post.plot import KINDS, QUANTITIES, PlotNote, PlotOptions, draw
 from razy_post.plot.style import provenance
-from razy_post.read import open_result
+from razy_post.read import ResultFile, SweepResult, open_result
 
 PROGRAM = "razy-plot"
 
@@ -31,11 +33,14 @@ def parser() -> argparse.ArgumentParser:
         prog=PROGRAM,
         description="Draw the picture that fits a result file of razy: a bifurcation diagram from razy-sweep, "
         "time histories and phase paths from razy-run, a Campbell diagram from razy-modes, "
-        "objective and natural frequencies from razy-tune.",
+        "objective and natural frequencies from razy-tune, branches of periodic motions from razy-follow.",
         epilog="Exit code: 0 done, 2 bad input or usage, 1 anything else.",
         allow_abbrev=False,
     )
     result.add_argument("file", metavar="FILE.h5", type=Path, help="result file")
+    result.add_argument(
+        "sweep", metavar="SWEEP.h5", type=Path, nargs="?", help="with branches: a sweep to draw below them"
+    )
     result.add_argument(
         "--save", metavar="FILE", type=Path, help="write the picture (.png, .pdf, .svg, ...) instead of showing it"
     )
@@ -45,6 +50,11 @@ def parser() -> argparse.ArgumentParser:
     )
     result.add_argument(
         "--coordinate", metavar="NAME", action="append", default=[], help="coordinate to draw; repeat for several"
+    )
+    result.add_argument(
+        "--quantity",
+        choices=QUANTITIES,
+        help="of branches: all extrema of the observable, the largest, the smallest, or the largest multiplier",
     )
     result.add_argument("--from", dest="start", metavar="X", type=_number, help="least parameter, or time in s")
     result.add_argument("--to", dest="stop", metavar="X", type=_number, help="largest parameter, or time in s")
@@ -85,10 +95,14 @@ def _plot(given: argparse.Namespace) -> None:
         title=given.title,
         size=given.size,
         footer=given.footer,
+        quantity=given.quantity,
     )
     if given.save is not None:
         output.check_target(given.save)
-    with open_result(given.file) as result:
+    with ExitStack() as files:
+        result = files.enter_context(open_result(given.file))
+        if given.sweep is not None:
+            options = replace(options, sweep=_sweep(files.enter_context(open_result(given.sweep))))
         if given.save is None:
             figure = output.new_window(f"{PROGRAM} {given.file}")
             draw(result, figure, options, given.kind)
@@ -97,6 +111,12 @@ def _plot(given: argparse.Namespace) -> None:
             figure = Figure(dpi=given.dpi)
             draw(result, figure, options, given.kind)
             output.save(figure, given.save, provenance(result))
+
+
+def _sweep(result: ResultFile) -> SweepResult:
+    if not isinstance(result, SweepResult):
+        raise ResultError(f"{result.path}: a file of {result.program}; the second file is one of razy-sweep")
+    return result
 
 
 def _fail(message: str, code: int) -> int:

@@ -12,12 +12,23 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from razy_post.errors import ResultError
-from razy_post.plot import basins, bifurcation, campbell, contacts, machine, maps, motion, tuning, work_precision
-from razy_post.plot.options import PlotNote, PlotOptions
+from razy_post.plot import (
+    basins,
+    bifurcation,
+    branches,
+    campbell,
+    contacts,
+    machine,
+    maps,
+    motion,
+    tuning,
+    work_precision,
+)
+from razy_post.plot.options import QUANTITIES, PlotNote, PlotOptions
 from razy_post.plot.style import look
 from razy_post.read import ResultFile, SweepResult
 
-__all__ = ["KINDS", "PICTURES", "Picture", "PlotNote", "PlotOptions", "draw"]
+__all__ = ["KINDS", "PICTURES", "QUANTITIES", "Picture", "PlotNote", "PlotOptions", "draw"]
 
 
 @dataclass(frozen=True)
@@ -41,6 +52,7 @@ PICTURES = (
     *(Picture(program, "machine", machine.draw) for program in ("razy-run", "razy-sweep")),
     Picture("razy-modes", "campbell", campbell.draw),
     Picture("razy-tune", "tuning", tuning.draw),
+    Picture("razy-follow", "branches", branches.draw),
     Picture("razy-duel", "work-precision", work_precision.draw),
 )
 KINDS = tuple(dict.fromkeys(picture.kind for picture in PICTURES))
@@ -70,6 +82,8 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | N
         kind = _default_kind(result, next(iter(fitting)))
     if kind not in fitting:
         raise ResultError(f"{result.path}: no {kind} picture of a file of {result.program} (has: {', '.join(fitting)})")
+    if kind != "branches" and (options.quantity is not None or options.sweep is not None):
+        raise ResultError(f"{result.path}: a quantity and a second file go with branches of razy-follow alone")
     with look():
         fitting[kind].draw(result, figure, options)
 
