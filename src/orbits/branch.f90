@@ -408,7 +408,7 @@ contains
             point%label = merge("LP", "BP", a%tangent(last)*b%tangent(last) < 0.0_wp)
          case (2)
             point%label = "PD"
-         case (3)
+         case default
             point%label = "TR"
          end select
          call self%add(point)

@@ -140,15 +140,15 @@ contains
       type(error_t), allocatable :: error
       type(return_t) :: back
       real(wp), allocatable :: s(:), x(:)
-      real(wp) :: duration, parameter(size(self%parameter))
+      real(wp) :: duration, values(size(self%parameter))
       integer :: n
 
       s = self%scales()
       n = self%map%n
       ok = .false.
-      parameter = self%parameter
-      parameter(self%active) = u(size(u))*s(size(u))
-      call self%map%go_to(parameter, error)
+      values = self%parameter
+      values(self%active) = u(size(u))*s(size(u))
+      call self%map%go_to(values, error)
       if (allocated(error)) then
          self%reason = error%message
          return

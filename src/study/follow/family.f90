@@ -55,8 +55,9 @@ contains
       class is (flow_t)
          if (by%finds_events .or. size(self%machine%contact) == 0) then
             period = period_of_loads(self%machine)
-            if (.not. period > 0.0_wp .and. has_tones()) call raise(error, "the tones "//tones()//" have no common period: "// &
-                                                                    "periodic motions need frequencies in whole ratios")
+            if (period > 0.0_wp) return
+            if (has_tones()) call raise(error, "the tones "//tones()//" have no common period: periodic motions "// &
+                                        "need frequencies in whole ratios")
             return
          end if
       end select
@@ -64,7 +65,7 @@ contains
 
    contains
 
-      logical function has_tones()
+      pure logical function has_tones()
          integer :: j
 
          associate (machine => self%machine)
@@ -76,7 +77,7 @@ contains
          end associate
       end function has_tones
 
-      function tones() result(list)
+      pure function tones() result(list)
          character(:), allocatable :: list
          integer :: t
 

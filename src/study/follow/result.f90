@@ -81,13 +81,13 @@ contains
       type(observer_slot_t), allocatable :: slots(:)
       type(return_t) :: back
       real(wp), allocatable :: s(:), state(:)
-      real(wp) :: duration, parameter
+      real(wp) :: duration, value
       integer :: i
 
       associate (orbit => point%orbit, map => self%problem%map)
          s = self%problem%scales()
-         parameter = orbit%u(size(orbit%u))*s(size(s))
-         call map%go_to([parameter], error)
+         value = orbit%u(size(orbit%u))*s(size(s))
+         call map%go_to([value], error)
          if (allocated(error)) return
          duration = self%branch(branch)%periods*map%period
          if (self%problem%is_autonomous()) duration = orbit%u(map%n + 1)*self%problem%period
@@ -102,7 +102,7 @@ contains
          call map%go(orbit%u(:map%n)*s(:map%n), duration, .false., back, slots)
          state = map%to_coordinates(orbit%u(:map%n)*s(:map%n))
          call row%add(group//"branch", branch, "1", "number of the branch")
-         call row%add(group//dotted(self%name), parameter, self%unit, self%name)
+         call row%add(group//dotted(self%name), value, self%unit, self%name)
          call row%add(group//"period", duration, "s", "period of the motion")
          call row%add(group//"multiplicity", self%branch(branch)%periods, "1", "periods of the excitation in one of the motion")
          call row%add(group//"stable", merge(1, 0, orbit%is_stable()), "1", "1: all multipliers are within the unit circle")
