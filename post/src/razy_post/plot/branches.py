@@ -249,7 +249,7 @@ def _draw_panel(
     selected: NDArray[np.bool_],
     stable: NDArray[np.bool_],
 ) -> None:
-    """Draw points of the sweep, then curves, one line of matplotlib for each kind of them."""
+    """Draw points of the sweep, which show around curves they lie on, then curves, one line for each kind of them."""
     at, value = panel.below[0] * factor, panel.below[1]
     low, high = axes.get_xlim()
     keep = np.isfinite(value) & (at >= low) & (at <= high)
@@ -258,7 +258,7 @@ def _draw_panel(
         value[keep],
         linestyle="none",
         marker="o",
-        markersize=style.marker_size(int(keep.sum())),
+        markersize=1.6 * style.marker_size(int(keep.sum())),
         markeredgewidth=0.0,
         color=PALE,
         label="sweep",
