@@ -130,7 +130,7 @@ def test_quantities(follow, quantity, wanted):
     (axes,) = drawn(follow, quantity=quantity).axes
     x, y = line(axes, "period 2, stable")
     assert (x.size, y[-1]) == (25, pytest.approx(wanted))
-    label = "largest |multiplier|" if quantity == "multiplier" else f"{quantity} displacement of\nblock (mm)"
+    label = "largest |multiplier|" if quantity == "multiplier" else f"{quantity} displacement of block (mm)"
     assert axes.get_ylabel() == label
 
 

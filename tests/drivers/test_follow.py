@@ -34,6 +34,7 @@ def test_doubling_of_the_gear_pair():
     """The square of the difference of maxima in docs/gear_pair.md is zero there."""
     with follow(GEAR_PAIR, follow__first=1570, follow__last=1584) as file:
         (doubling,) = points(file, "PD")
+        assert file["extrema/mesh_deformation/value"].attrs["long_name"] == "extrema of mesh deformation"
     assert doubling == pytest.approx(1580.463, abs=5e-4)
 
 

@@ -90,7 +90,8 @@ def draw(result: FollowResult, figure: Figure, options: PlotOptions) -> None:
     column[-1].set_xlabel(axis_label(quantity, x_scale))
     style.set_axis(column[-1].xaxis, *x_limits, space_cm=figure.get_figwidth() / style.CM - 2.0)
     column[-1].set_xlim(x_limits)
-    panels = [_panel(result, options, name, chosen, selected) for name in names]
+    width = LABEL_WIDTH * (2 if len(names) == 1 else 1)
+    panels = [_panel(result, options, name, chosen, selected, width) for name in names]
     stable = _stable_pieces(result)
     for axes, panel in zip(column, panels, strict=True):
         _draw_panel(axes, result, panel, x, x_scale.factor, selected, stable)
@@ -127,7 +128,12 @@ def _selected(result: FollowResult, parameter: NDArray[np.float64], options: Plo
 
 
 def _panel(
-    result: FollowResult, options: PlotOptions, name: str | None, chosen: str, selected: NDArray[np.bool_]
+    result: FollowResult,
+    options: PlotOptions,
+    name: str | None,
+    chosen: str,
+    selected: NDArray[np.bool_],
+    label_width: int,
 ) -> Panel:
     """Read what one panel shows."""
     nothing = np.zeros(0)
@@ -153,7 +159,7 @@ def _panel(
     if chosen != "extrema":
         quantity = Quantity(quantity.name, quantity.units, f"{chosen} {quantity.long_name}")
     below = (nothing, nothing) if options.sweep is None else _below(options.sweep, name, chosen, scale)
-    return Panel(axis_label(quantity, scale, LABEL_WIDTH), curves, top, below)
+    return Panel(axis_label(quantity, scale, label_width), curves, top, below)
 
 
 def _of_each(sense: np.ufunc, motion: NDArray[np.int64], value: NDArray[np.float64], count: int) -> NDArray[np.float64]:
@@ -258,7 +264,7 @@ def _draw_panel(
         value[keep],
         linestyle="none",
         marker="o",
-        markersize=1.6 * style.marker_size(int(keep.sum())),
+        markersize=1.4 * style.marker_size(int(keep.sum())),
         markeredgewidth=0.0,
         color=PALE,
         label="sweep",
