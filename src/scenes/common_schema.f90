@@ -39,7 +39,11 @@ contains
                      key_real("band", "half width of the band of sticking, for switching", unit="m/s or rad/s", rule=nonnegative, &
                               default="1.0e-6"), &
                      key_integer("max_steps", "steps after which a motion is given up", rule=positive, default="1000000000"), &
-                     key_integer("max_events", "events after which a motion is given up", rule=positive, default="10000000")]), &
+                     key_integer("max_events", "events after which a motion is given up", rule=positive, default="10000000"), &
+                     key_integer("lyapunov", "Lyapunov exponents that are found, the largest ones, from t_end on; 0: none", &
+                                 low=0, high=10000, default="0"), &
+                     key_integer("lyapunov_periods", "periods of the excitation over which they are found (hundredths of "// &
+                                 "t_end where there is none)", low=10, high=100000000, default="1000")]), &
                group("record", "A quantity that is recorded", repeatable=.true., keys=[ &
                      key_string("observable", "what is recorded", choices=observables, required=.true.), &
                      key_string("of", "name of the group it belongs to; needed if there is more than one; for statistics also "// &

@@ -50,7 +50,7 @@ contains
       if (.not. allocated(error)) call draw_scene(scene, self%drawing, input, error)
       if (allocated(error)) return
       self%watch%in_full = .true.
-      call self%watch%ask(records, self%machine, error)
+      call self%watch%ask(records, self%machine, self%motion, error)
    end subroutine new_run
 
    !> Begin from the start of &starts if that is one alone, as razy-sweep names it for a point; several are for razy-sweep.
@@ -90,16 +90,19 @@ contains
       if (allocated(self%drawing)) call self%drawing%columns(table)
    end subroutine columns
 
-   !> What a user has to know of the motion, in lines; none if it came to its end and nothing is in doubt.
+   !> What a user has to know of the motion, in lines; none if it came to its end and no event was missed nearly.
    function words(self) result(lines)
       class(run_t), intent(in) :: self
       type(string_t), allocatable :: lines(:)
 
       allocate (lines(0))
       associate (outcome => self%outcome)
-         if (outcome%doubts > 0) call append_text(lines, to_text(outcome%doubts)//" events in doubt, the first after "// &
-                                                  to_text(outcome%doubt_time)//" s: closer than the method resolves, so "// &
-                                                  "they may be missed or none (docs/hard_cases.md)")
+         if (outcome%near_misses > 0) then
+            call append_text(lines, to_text(outcome%near_misses)//trim(merge(" near misses", " near miss  ", &
+                                                                             outcome%near_misses > 1))// &
+                             ": contacts that closed or opened nearly or barely, by less than the method resolves "// &
+                             "(docs/hard_cases.md)")
+         end if
          if (outcome%status /= status_ok) call append_text(lines, "the motion ended at "//to_text(outcome%time)//" s: "// &
                                                            trim(status_meanings(outcome%status)))
       end associate

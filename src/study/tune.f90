@@ -35,7 +35,8 @@ module razy_study_tune
       type(family_t) :: family
       type(machine_t) :: machine
       !> Path of the parameter, its unit, and which mode it is, in words.
-      character(:), allocatable :: name, unit, mode_words
+      character(:), allocatable :: name, unit
+      character(:), allocatable, private :: mode_words
       real(wp) :: frequency = 0.0_wp, reference = 0.0_wp
       real(wp), allocatable :: grid(:)
       integer :: coordinate = 0, mode = 0, stored = 0

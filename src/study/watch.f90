@@ -4,7 +4,9 @@ module razy_study_watch
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_core_table, only: table_t
+   use razy_hybrid_flow, only: flow_t
    use razy_io_result_file, only: check_name
+   use razy_machine_excitation, only: period_of_loads, turn_tones
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: integrator_t, observer_slot_t, observer_t, outcome_t, status_ok
    use razy_observe_contact_statistics, only: contact_statistics_t
@@ -13,6 +15,7 @@ module razy_study_watch
    use razy_observe_periodicity, only: periodicity_t
    use razy_observe_strobe, only: strobe_t
    use razy_observe_trajectory, only: trajectory_t
+   use razy_orbits_lyapunov, only: lyapunov_t
    use razy_scenes_case, only: motion_t
    use razy_scenes_records, only: contacts_asked, record_t
    use razy_study_motion, only: run_motion
@@ -42,6 +45,7 @@ module razy_study_watch
       type(trajectory_t), allocatable, private :: trajectory
       type(event_log_t), private :: log
       type(strobe_t), private :: strobe
+      type(lyapunov_t), private :: lyapunov
       !> Largest norm of the start and the states that were stored.
       real(wp), private :: norm = 0.0_wp
    contains
@@ -58,14 +62,17 @@ contains
    !> Take over what is recorded of the observables and contacts of a machine.
    !>
    !> Errors: a name that cannot stand in a result file.
-   subroutine ask(self, records, machine, error)
+   subroutine ask(self, records, machine, motion, error)
       class(watch_t), intent(inout) :: self
       type(record_t), intent(in) :: records(:)
       type(machine_t), intent(in) :: machine
+      type(motion_t), intent(in) :: motion
       type(error_t), allocatable, intent(out) :: error
 
       integer :: i, k
 
+      self%lyapunov%asked = motion%lyapunov
+      self%lyapunov%intervals = motion%lyapunov_periods
       do i = 1, size(machine%observable)
          call check_name(machine%observable(i)%name, error)
          if (allocated(error)) return
@@ -139,6 +146,7 @@ contains
       call self%log%reset()
       if (allocated(self%trajectory)) call self%trajectory%reset()
       self%strobe%count = 0
+      call self%lyapunov%forget()
    end subroutine forget
 
    !> Run a machine as `motion` says, and watch; see `run_motion` for `integrator` and errors.
@@ -150,6 +158,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       class(integrator_t), allocatable, intent(inout), target, optional :: integrator
 
+      class(integrator_t), allocatable, target :: own
       type(observer_slot_t) :: slots(size(self%extrema) + 5)
       integer :: i, n
 
@@ -163,8 +172,11 @@ contains
       if (self%asks_kind) call show(self%periodicity)
       if (allocated(self%trajectory)) call show(self%trajectory)
       if (self%strobe_periods > 0) call show(self%strobe)
-      call run_motion(machine, motion%method, motion%t_end, slots(:n), outcome, error, motion%most_events, &
-                      self%keep_all .or. self%strobe_periods > 0, integrator)
+      if (present(integrator)) then
+         call run_by(integrator)
+      else
+         call run_by(own)
+      end if
       if (allocated(error)) call self%forget()
       if (outcome%status /= status_ok) self%strobe%count = 0
       do i = 1, self%strobe%count
@@ -172,6 +184,16 @@ contains
       end do
 
    contains
+
+      subroutine run_by(by)
+         class(integrator_t), allocatable, intent(inout), target :: by
+
+         call run_motion(machine, motion%method, motion%t_end, slots(:n), outcome, error, motion%most_events, &
+                         self%keep_all .or. self%strobe_periods > 0, by)
+         if (.not. allocated(error) .and. outcome%status == status_ok .and. motion%lyapunov > 0) then
+            call find_exponents(self, machine, motion, by, error)
+         end if
+      end subroutine run_by
 
       subroutine show(observer)
          class(observer_t), intent(inout), target :: observer
@@ -181,6 +203,35 @@ contains
       end subroutine show
 
    end subroutine run
+
+   !> Lyapunov exponents from the end of a motion on.
+   subroutine find_exponents(self, machine, motion, by, error)
+      class(watch_t), intent(inout) :: self
+      type(machine_t), intent(in) :: machine
+      type(motion_t), intent(in) :: motion
+      class(integrator_t), allocatable, intent(inout), target :: by
+      type(error_t), allocatable, intent(out) :: error
+
+      type(machine_t) :: later
+      real(wp), allocatable :: z(:)
+      real(wp) :: interval
+      logical :: whole
+
+      interval = period_of_loads(machine)
+      if (.not. interval > 0.0_wp) interval = motion%t_end/100
+      later = machine
+      call turn_tones(later, exp(cmplx(0.0_wp, modulo(machine%tone%omega*motion%t_end, 2*acos(-1.0_wp)), wp)))
+      select type (by)
+      class is (flow_t)
+         z = by%z
+         whole = by%system%keep_all
+         if (whole) call by%final_state(later%displacement, later%velocity)
+         call by%prepare(later, .false., error)
+         if (allocated(error)) return
+         if (whole) z = by%system%first_state()
+         call self%lyapunov%follow(by, z, interval)
+      end select
+   end subroutine find_exponents
 
    !> Hand over what was seen of a motion of a machine.
    subroutine columns(self, table, machine)
@@ -197,6 +248,7 @@ contains
       end do
       if (self%asks_kind) call self%periodicity%columns(table)
       if (size(self%contacts) > 0) call self%statistics%columns(table)
+      if (self%lyapunov%asked > 0) call self%lyapunov%columns(table)
       if (self%strobe_periods == 0) return
       call table%add("strobe/norm", self%norm, "1", "largest norm of the states")
       call self%strobe%columns(table)

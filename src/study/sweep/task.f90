@@ -21,7 +21,7 @@ module razy_study_sweep_task
    use razy_scenes_scene, only: scene_t
    use razy_scenes_start, only: check_start
    use razy_study_sweep_axes, only: new_axes, put_point, put_value, varied_t
-   use razy_study_sweep_continuation_state, only: carried_t
+   use razy_study_sweep_continuation_state, only: continuation_state_t
    use razy_study_sweep_starts, only: new_starts, starts_t
    use razy_study_watch, only: watch_t
    use razy_sweep_clock, only: seconds
@@ -86,7 +86,7 @@ contains
       call input%get("sweep", 1, "kind_of_motion", self%watch%asks_kind)
       call input%get("sweep", 1, "period_tolerance", self%watch%period_tolerance)
       self%watch%keep_all = self%plan%has_chains()
-      call self%watch%ask(records, self%machine, error)
+      call self%watch%ask(records, self%machine, self%motion, error)
       do i = 1, size(self%varied)
          if (.not. allocated(error)) call check_name(self%varied(i)%parameter, error)
       end do
@@ -162,7 +162,7 @@ contains
       if (allocated(error)) return
       call new_machine(self%machine, self%motion, records, self%input, error, self%scene)
       if (allocated(error)) return
-      call self%watch%ask(records, self%machine, error)
+      call self%watch%ask(records, self%machine, self%motion, error)
       if (allocated(error) .or. .not. self%starts%wanted) return
       call self%starts%apply(self%machine, self%plan%grid_point(point), self%plan%start_of(point))
       call check_start(self%machine, self%input, error)
@@ -175,25 +175,25 @@ contains
       class(sweep_task_t), intent(inout) :: self
       type(table_t), intent(inout) :: row
 
-      type(carried_t) :: carried
+      type(continuation_state_t) :: continuation
 
       call self%watch%attach(self%machine, self%motion%t_end)
       call self%watch%forget()
-      call carried%take_from()
-      call fill(self, row, outcome_t(), 0.0_wp, carried)
+      call continuation%take_from()
+      call fill(self, row, outcome_t(), 0.0_wp, continuation)
    end subroutine describe
 
-   subroutine fill(self, row, outcome, took, carried)
+   subroutine fill(self, row, outcome, took, continuation)
       class(sweep_task_t), intent(in) :: self
       type(table_t), intent(inout) :: row
       type(outcome_t), intent(in) :: outcome
       real(wp), intent(in) :: took
-      type(carried_t), intent(in) :: carried
+      type(continuation_state_t), intent(in) :: continuation
 
       call outcome%columns(row, "/point/", brief=.true.)
       call self%watch%columns(row, self%machine)
       call row%add("seconds", took, "s", "time that the point took")
-      if (self%plan%has_chains()) call carried%columns(row)
+      if (self%plan%has_chains()) call continuation%columns(row)
    end subroutine fill
 
    !> Compute one motion; in a chain its row has what is carried on, too.
@@ -205,25 +205,25 @@ contains
 
       type(error_t), allocatable :: error
       type(outcome_t) :: outcome
-      type(carried_t) :: carried
+      type(continuation_state_t) :: continuation
       real(wp), allocatable :: displacement(:), velocity(:)
       real(wp) :: begun
 
       begun = seconds()
       call self%watch%forget()
-      call carried%take_from(before)
+      call continuation%take_from(before)
       call self%machine_at(point, error)
-      if (self%plan%has_chains() .and. .not. allocated(error)) call carried%begin(self%machine)
+      if (self%plan%has_chains() .and. .not. allocated(error)) call continuation%begin(self%machine)
       if (.not. allocated(error)) call self%watch%run(self%machine, self%motion, outcome, error, self%integrator)
       if (allocated(error)) outcome%status = status_no_machine
       if (self%plan%has_chains() .and. outcome%status == status_ok) then
          allocate (displacement(size(self%machine%displacement)), velocity(size(self%machine%velocity)))
          call self%integrator%final_state(displacement, velocity)
-         call carried%finish(self%machine, self%motion%t_end, displacement, velocity)
+         call continuation%finish(self%machine, self%motion%t_end, displacement, velocity)
       else
-         call carried%take_from()
+         call continuation%take_from()
       end if
-      call fill(self, row, outcome, seconds() - begun, carried)
+      call fill(self, row, outcome, seconds() - begun, continuation)
    end subroutine run_point
 
 end module razy_study_sweep_task

@@ -160,9 +160,9 @@ class SweepResult(ExtremaFile):
         return self._counter("steps")
 
     @property
-    def doubts(self) -> NDArray[np.int64] | None:
-        """Number of events in doubt at each point, shape (points,); None if the file has none."""
-        return self._counter("doubts")
+    def near_misses(self) -> NDArray[np.int64] | None:
+        """Number of near misses at each point, shape (points,); None if the file has none."""
+        return self._counter("near_misses")
 
     @property
     def columns(self) -> tuple[str, ...]:
