@@ -4,6 +4,7 @@ import argparse
 import sys
 import warnings
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
 
@@ -11,9 +12,9 @@ from matplotlib.figure import Figure
 
 from razy_post import __version__, output
 from razy_post.errors import ResultError
-from razy_post.plot import ARRANGEMENTS, KINDS, PlotNote, PlotOptions, draw, draw_several
+from razy_post.plot import ARRANGEMENTS, KINDS, QUANTITIES, PlotNote, PlotOptions, draw, draw_several
 from razy_post.plot.style import provenance
-from razy_post.read import open_result
+from razy_post.read import ResultFile, SweepResult, open_result
 
 PROGRAM = "razy-plot"
 
@@ -32,12 +33,12 @@ def parser() -> argparse.ArgumentParser:
         prog=PROGRAM,
         description="Draw the picture that fits a result file of razy: a bifurcation diagram from razy-sweep, "
         "time histories and phase paths from razy-run, a Campbell diagram from razy-modes, "
-        "objective and natural frequencies from razy-tune.",
+        "objective and natural frequencies from razy-tune, branches of periodic motions from razy-follow.",
         epilog="Exit code: 0 done, 2 bad input or usage, 1 anything else.",
         allow_abbrev=False,
     )
     result.add_argument(
-        "files", metavar="FILE.h5", type=Path, nargs="+", help="result file; several of a kind go into one picture"
+        "files", metavar="FILE.h5", type=Path, nargs="+", help="result file; several of a kind go into one picture, and a sweep below branches"
     )
     result.add_argument(
         "--save", metavar="FILE", type=Path, help="write the picture (.png, .pdf, .svg, ...) instead of showing it"
@@ -55,6 +56,11 @@ def parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     result.add_argument(
         "--label", metavar="TEXT", action="append", default=[], help="words for a file of several; repeat for each"
+    )
+    result.add_argument(
+        "--quantity",
+        choices=QUANTITIES,
+        help="of branches: all extrema of the observable, the largest, the smallest, or the largest multiplier",
     )
     result.add_argument("--from", dest="start", metavar="X", type=_number, help="least parameter, or time in s")
     result.add_argument("--to", dest="stop", metavar="X", type=_number, help="largest parameter, or time in s")
@@ -95,11 +101,14 @@ def _plot(given: argparse.Namespace) -> None:
         title=given.title,
         size=given.size,
         footer=given.footer,
+        quantity=given.quantity,
     )
     if given.save is not None:
         output.check_target(given.save, given.files)
     with ExitStack() as stack:
         results = [stack.enter_context(open_result(file)) for file in given.files]
+        if len(results) == 2 and results[0].program == "razy-follow":
+            options = replace(options, sweep=_sweep(results.pop()))
         show = given.save is None
         figure = output.new_window(f"{PROGRAM} {given.files[0]}") if show else Figure(dpi=given.dpi)
         if len(results) == 1:
@@ -110,6 +119,12 @@ def _plot(given: argparse.Namespace) -> None:
             output.show_window()
         else:
             output.save(figure, given.save, provenance(results[0]))
+
+
+def _sweep(result: ResultFile) -> SweepResult:
+    if not isinstance(result, SweepResult):
+        raise ResultError(f"{result.path}: a file of {result.program}; the second file is one of razy-sweep")
+    return result
 
 
 def _fail(message: str, code: int) -> int:

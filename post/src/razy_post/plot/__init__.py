@@ -15,6 +15,7 @@ from razy_post.errors import ResultError
 from razy_post.plot import (
     basins,
     bifurcation,
+    branches,
     campbell,
     contacts,
     eigenvalues,
@@ -25,12 +26,12 @@ from razy_post.plot import (
     tuning,
     work_precision,
 )
-from razy_post.plot.options import PlotNote, PlotOptions
+from razy_post.plot.options import QUANTITIES, PlotNote, PlotOptions
 from razy_post.plot.several import ARRANGEMENTS
 from razy_post.plot.style import look
 from razy_post.read import ResultFile, SweepResult
 
-__all__ = ["ARRANGEMENTS", "KINDS", "PICTURES", "Picture", "PlotNote", "PlotOptions", "draw", "draw_several"]
+__all__ = ["ARRANGEMENTS", "KINDS", "PICTURES", "QUANTITIES", "Picture", "PlotNote", "PlotOptions", "draw", "draw_several"]
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,7 @@ PICTURES = (
     Picture("razy-modes", "campbell", campbell.draw),
     Picture("razy-modes", "eigenvalues", eigenvalues.draw),
     Picture("razy-tune", "tuning", tuning.draw),
+    Picture("razy-follow", "branches", branches.draw),
     Picture("razy-duel", "work-precision", work_precision.draw),
 )
 KINDS = tuple(dict.fromkeys(picture.kind for picture in PICTURES))
@@ -85,6 +87,8 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | N
         kind = _default_kind(result, next(iter(fitting)))
     if kind not in fitting:
         raise ResultError(f"{result.path}: no {kind} picture of a file of {result.program} (has: {', '.join(fitting)})")
+    if kind != "branches" and (options.quantity is not None or options.sweep is not None):
+        raise ResultError(f"{result.path}: a quantity and a second file go with branches of razy-follow alone")
     with look():
         fitting[kind].draw(result, figure, options)
 
