@@ -21,6 +21,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "support"))
 
+from check_docs import check_docs
 from fortran_source import statements
 
 # room of src/: the rooms below it that it may use, besides itself (the table of docs/architecture.md)
@@ -36,6 +37,7 @@ LAYERS = {
     "scenes": {"core", "input", "linalg", "contact", "rotor", "machine", "motion"},
     "hybrid": {"core", "linalg", "contact", "machine", "motion"},
 }
+LAYERS["orbits"] = LAYERS["hybrid"] | {"hybrid"}
 LAYERS["exact"] = LAYERS["hybrid"] | {"hybrid"}
 LAYERS["runge_kutta"] = LAYERS["hybrid"] | {"hybrid"}
 LAYERS["moreau"] = LAYERS["hybrid"] | {"hybrid"}
@@ -57,8 +59,8 @@ MAX_FILES = 20
 
 # what may stand at the top level: folders, files of the project, files of tools
 TOP = {"bench", "cmake", "docs", "drivers", "inputs", "post", "src", "tests"}
-TOP |= {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "setup.sh"}
-TOP |= {".ci", ".fortitude.toml", ".fprettify.rc", ".gitignore", ".ruff.toml"}
+TOP |= {"CHANGELOG.md", "CITATION.cff", "CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "setup.sh"}
+TOP |= {".ci", ".editorconfig", ".fortitude.toml", ".fprettify.rc", ".github", ".gitignore", ".ruff.toml"}
 MAX_BYTES = 1_000_000
 
 USE = re.compile(r"use\b(?:\s*,\s*(?:non_)?intrinsic\s*)?(?:\s*::)?\s*(\w+)\s*(,\s*only\s*:)?")
@@ -367,7 +369,8 @@ def main() -> int:
     """Command line; see --help."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("root", type=Path, help="the source tree")
-    breaches = check_tree(parser.parse_args().root)
+    root = parser.parse_args().root
+    breaches = check_tree(root) + check_docs(root)
     print("\n".join(breaches) if breaches else "no breach of the house rules")
     return 1 if breaches else 0
 
