@@ -22,8 +22,13 @@ module razy_scenes_case
    type :: motion_t
       real(wp) :: t_end = 0.0_wp
       integer(i8) :: most_events = 0
+      !> Lyapunov exponents asked for, and periods over which they are found.
+      integer :: lyapunov = 0, lyapunov_periods = 0
       type(method_t) :: method
    end type motion_t
+
+   !> Points that a trajectory may have.
+   real(wp), parameter :: most_points = 1.0e8_wp
 
 contains
 
@@ -111,9 +116,23 @@ contains
       call read_method(motion%method, machine, input, error)
       if (allocated(error)) return
       motion%most_events = most_events
+      call input%get("motion", 1, "lyapunov", motion%lyapunov)
+      call input%get("motion", 1, "lyapunov_periods", motion%lyapunov_periods)
+      if (motion%lyapunov > 0 .and. (motion%method%integrator == "moreau_jean" .or. .not. (motion%method%treatment == "event" &
+                                                                                    .or. motion%method%integrator == "exact"))) then
+         call input%complain(error, "motion", 1, "lyapunov", "0 with this method: exponents need integrator='exact', or a "// &
+                             "Runge-Kutta method with treatment='event'")
+         return
+      end if
       do i = 1, size(records)
          if (records(i)%from < motion%t_end) cycle
          call input%complain(error, "record", i, "from", "less than the end of the motion, &motion t_end")
+         return
+      end do
+      do i = 1, size(records)
+         if (.not. (records(i)%trajectory .and. records(i)%interval > 0.0_wp)) cycle
+         if (motion%t_end - records(i)%from <= most_points*records(i)%interval) cycle
+         call input%complain(error, "record", i, "interval", "longer: the trajectory would have more than 1e8 points")
          return
       end do
       call set_start(machine, scene, input, error)
@@ -152,6 +171,7 @@ contains
       call input%get("motion", 1, "band", method%band)
       call input%get("motion", 1, "max_steps", most_steps)
       method%most_steps = most_steps
+      call input%get("motion", 1, "max_seconds", method%most_seconds)
       call check_method(method, machine, key, allowed)
       if (len(key) > 0) call input%complain(error, "motion", 1, key, allowed)
    end subroutine read_method
