@@ -51,7 +51,7 @@ module razy_orbits_period_map
       !> Unknowns, twice the coordinates that are felt; period of the excitation, s; motions computed.
       integer :: n = 0
       real(wp) :: period = 0.0_wp
-      integer(i8) :: runs = 0
+      integer(i8), private :: runs = 0
       class(integrator_t), allocatable :: by
       real(wp), allocatable, private :: parameter(:), basis(:, :)
       integer, private :: structure = -1
