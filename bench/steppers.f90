@@ -9,10 +9,11 @@ program steppers
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, qp, wp
    use razy_core_tone, only: tone_from_hertz
-   use razy_hybrid_field, only: field_t
-   use razy_runge_kutta_methods_stepper, only: stepper_t
-   use razy_machine_machine, only: machine_t
+   use razy_hybrid_system, only: system_t
+   use razy_machine_machine, only: machine_t, plain_machine
    use razy_motion_method, only: method_t
+   use razy_runge_kutta_methods_stepper, only: stepper_t
+   use razy_runge_kutta_right_hand_side, only: right_hand_side_t
    implicit none(type, external)
 
    character(*), parameter :: methods(*) = [character(16) :: "rk4", "bogacki_shampine", "dormand_prince", "dop853", "radau5"]
@@ -38,45 +39,43 @@ contains
       type(machine_t) :: machine
 
       real(wp), parameter :: stiffness = 1000.0_wp
+      real(wp) :: k(m, m), unit(m, m)
       integer :: i
 
-      machine%title = "chain"
-      allocate (machine%coordinate(m), machine%unit(m), machine%rate_unit(m))
-      machine%coordinate = "q"
-      machine%unit = "m"
-      machine%rate_unit = "m/s"
-      allocate (machine%mass(m, m), machine%stiffness(m, m), machine%load(m), source=0.0_wp)
-      allocate (machine%displacement(m), machine%velocity(m), source=0.0_wp)
-      allocate (machine%contact(0), machine%observable(0))
+      unit = 0.0_wp
+      k = 0.0_wp
       do i = 1, m
-         machine%mass(i, i) = 1.0_wp
-         machine%stiffness(i, i) = 2*stiffness
-         if (i > 1) machine%stiffness(i - 1, i) = -stiffness
-         if (i < m) machine%stiffness(i + 1, i) = -stiffness
+         unit(i, i) = 1.0_wp
+         k(i, i) = 2*stiffness
+         if (i > 1) k(i - 1, i) = -stiffness
+         if (i < m) k(i + 1, i) = -stiffness
       end do
-      machine%damping = 1.0e-4_wp*machine%stiffness
+      machine = plain_machine(unit, 1.0e-4_wp*k, k)
       machine%tone = [tone_from_hertz(3.0_qp), tone_from_hertz(4.5_qp)]
-      allocate (machine%harmonic_load(m, 2), source=(0.0_wp, 0.0_wp))
+      machine%harmonic_load = reshape([((0.0_wp, 0.0_wp), i=1, 2*m)], [m, 2])
       machine%harmonic_load(1, 1) = (10.0_wp, 0.0_wp)
       machine%harmonic_load(m, 2) = (0.0_wp, 10.0_wp)
       machine%displacement = [(1.0e-2_wp*i/m, i=1, m)]
    end function chain
 
-   subroutine make_ready(machine, name, tolerance, field, stepper, z)
+   subroutine make_ready(machine, name, tolerance, system, rhs, stepper, z)
       type(machine_t), intent(in) :: machine
       character(*), intent(in) :: name
       real(wp), intent(in) :: tolerance
-      type(field_t), intent(out) :: field
+      type(system_t), intent(out) :: system
+      type(right_hand_side_t), intent(out) :: rhs
       type(stepper_t), intent(out) :: stepper
       real(wp), allocatable, intent(out) :: z(:)
 
       type(error_t), allocatable :: error
       type(method_t) :: method
 
-      call field%attach(machine, .true., error)
+      call system%take(machine, .true., error)
       if (allocated(error)) error stop error%message
-      allocate (z(2*field%m))
-      call field%first_state(z)
+      z = system%first_state()
+      call rhs%dynamics%make_room(system, 0.0_wp)
+      call rhs%dynamics%begin(system, 0.0_wp, 0.0_wp)
+      call rhs%enter(system)
       method%integrator = name
       method%relative_tolerance = tolerance
       method%absolute_tolerance = 1.0e-2_wp*tolerance
@@ -87,7 +86,8 @@ contains
       type(machine_t), intent(in) :: machine
       integer, intent(in) :: repeats
 
-      type(field_t) :: field
+      type(system_t) :: system
+      type(right_hand_side_t) :: rhs
       type(stepper_t) :: stepper
       real(wp), allocatable :: z(:), dz(:)
       real(wp) :: begun, ended, right_hand_side
@@ -95,21 +95,22 @@ contains
       logical :: accepted, failed
 
       do k = 1, size(methods)
-         call make_ready(machine, methods(k), 1.0_wp, field, stepper, z)
+         call make_ready(machine, methods(k), 1.0_wp, system, rhs, stepper, z)
          allocate (dz, mold=z)
          call cpu_time(begun)
          do i = 1, repeats
-            call field%derivative(1.0e-6_wp*i, z, dz)
+            call rhs%derivative(system, 1.0e-6_wp*i, z, dz)
          end do
          call cpu_time(ended)
          right_hand_side = (ended - begun)/repeats
          call cpu_time(begun)
          do i = 1, repeats/10
-            call stepper%attempt(field, 1.0e-4_wp*(i - 1), z, 1.0e-4_wp, accepted, failed)
+            call rhs%dynamics%begin(system, 1.0e-4_wp*(i - 1), 0.0_wp)
+            call stepper%attempt(rhs, system, z, 1.0e-4_wp, accepted, failed)
             z = stepper%z_end
          end do
          call cpu_time(ended)
-         write (output_unit, "(a, i6, 2es12.3)") methods(k), field%m, right_hand_side, (ended - begun)/(repeats/10)
+         write (output_unit, "(a, i6, 2es12.3)") methods(k), system%m, right_hand_side, (ended - begun)/(repeats/10)
          deallocate (dz)
       end do
    end subroutine measure_cost
@@ -145,21 +146,23 @@ contains
       integer(i8), intent(out) :: counts(3)
 
       real(wp), parameter :: t_end = 2.0_wp
-      type(field_t) :: field
+      type(system_t) :: system
+      type(right_hand_side_t) :: rhs
       type(stepper_t) :: stepper
       real(wp) :: begun, ended, step, tau
       logical :: accepted, failed
 
-      call make_ready(machine, name, tolerance, field, stepper, z)
+      call make_ready(machine, name, tolerance, system, rhs, stepper, z)
       call cpu_time(begun)
       if (stepper%adaptive) then
-         call stepper%first_step(field, 0.0_wp, z, t_end, step)
+         call stepper%first_step(rhs, system, z, t_end, step)
       else
          step = t_end/ceiling(t_end/h)
       end if
       tau = 0.0_wp
       do while (tau < t_end)
-         call stepper%attempt(field, tau, z, step, accepted, failed)
+         call rhs%dynamics%begin(system, tau, 0.0_wp)
+         call stepper%attempt(rhs, system, z, step, accepted, failed)
          if (accepted) then
             z = stepper%z_end
             tau = tau + step
@@ -170,7 +173,7 @@ contains
       end do
       call cpu_time(ended)
       seconds = ended - begun
-      counts = [field%evaluations, stepper%accepted_steps, stepper%rejected_steps]
+      counts = [rhs%evaluations, stepper%accepted_steps, stepper%rejected_steps]
    end subroutine follow
 
 end program steppers

@@ -106,6 +106,7 @@ public:
         start_at_rest(relative, y);
         d_here = d_of(t, y);
         rate_here = rate_of(t, y);
+        side = d_here > 0 ? 1 : d_here < -backlash ? -1 : 0;
     }
     void rhs(double time, const double *state, double *f) const { equations(relative, omega, side, time, state, f); }
     double d_of(double time, const double *state) const { return deformation(relative, omega, time, state); }

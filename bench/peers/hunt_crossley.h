@@ -9,8 +9,8 @@
 #include <math.h>
 #include <stdbool.h>
 
-static const double mass = 1.0, spring = 400.0, damper = 0.4, clearance = 5e-3, backlash = 1e-2;
-static const double stop = 2e7, hysteresis = 0.2, load = 20.0;
+static const double mass = 1.0, spring = 400.0, damper = 4.0, clearance = 5e-3, backlash = 1e-2;
+static const double stop = 2e7, hysteresis = 0.2, load = 40.0;
 
 static const double p2_end = 20.0, p3_from = 1.0, p3_end = 2.0;
 enum { p2_points = 2001, full_size = 2, relative_size = 2 };

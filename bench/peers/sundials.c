@@ -207,8 +207,9 @@ int main(int argc, char **argv)
     int speeds = (int)floor((last - first) / step + 0.5) + 1;
     for (int i = 0; i < speeds; ++i) {
         double rpm = first + i * step, t = 0.0;
-        model_t model = {mesh_frequency(rpm), strcmp(treatment, "through") == 0, 1, relative};
         start_at_rest(relative, y);
+        double omega = mesh_frequency(rpm), d = deformation(relative, omega, t, y);
+        model_t model = {omega, strcmp(treatment, "through") == 0, d > 0 ? 1 : d < -backlash ? -1 : 0, relative};
         solver_t s = {NULL, erk, &model, state};
         if (erk) {
             s.memory = ERKStepCreate(rhs, t, state, context);
