@@ -130,7 +130,9 @@ def test_a_damping_ratio_beyond_sense_is_refused():
 
 @pytest.mark.parametrize("law", ["damping=50.0", "law='hunt_crossley', hysteresis=0.5"])
 def test_a_bumper_does_not_pull(case, law):
-    case.write_text(case.read_text().replace("damping=50.0", law).replace("observable='displacement'", "observable='contact_force'"))
+    case.write_text(
+        case.read_text().replace("damping=50.0", law).replace("observable='displacement'", "observable='contact_force'")
+    )
     succeed("razy-run", case, timeout=AT_ONCE)
     with h5py.File("case.h5") as file:
         force = file["extrema/contact_force/value"][:]
