@@ -7,8 +7,11 @@ usage() {
   cat <<'END'
 usage: ./setup.sh COMMAND
   demo         build, sweep inputs/torsional_gear_pair.nml on all cores, draw its bifurcation diagram in build/demo/
-  test         build, run the tests with all run-time checks (debug), then optimised (release); the slow ones: preset slow
+  thesis       build, compute every figure and table of the source (inputs/thesis/report.toml), write build/thesis/report.html
+  test         build, run the tests with all run-time checks (debug), then optimised (release), then the numerical ones with
+               another BLAS and LAPACK; the slow ones: preset slow
   build        build the programs into build/bin/, and the tests
+  docs         pages of all modules, types and procedures, by FORD, in build/docs/
   environment  only install what is missing
   help         this text
 Missing Debian or Ubuntu packages are installed by apt-get, as root or by sudo without a password.
@@ -138,7 +141,7 @@ prepare() {
 build_release() {
   build release "$1"
   local program
-  for program in csv merge plot; do ln -sfn "../../.venv/bin/razy-$program" "build/bin/razy-$program"; done
+  for program in csv merge plot report; do ln -sfn "../../.venv/bin/razy-$program" "build/bin/razy-$program"; done
 }
 
 demo() {
@@ -157,17 +160,75 @@ demo() {
     'BEGIN { printf "time of sweep and picture: %.1f s\n", (end - start) / 1e9 }'
 }
 
+thesis() {
+  prepare
+  build_release programs
+  build/bin/razy-report inputs/thesis --output build/thesis --programs build/bin --jobs "$cores" "$@"
+}
+
+# Folders of another BLAS and LAPACK than the programs use: OpenBLAS, or the reference where they use OpenBLAS already.
+# The system keeps its own: if OpenBLAS is not installed, Debian's package is unpacked in build/.
+other_blas() {
+  local system used
+  system=/usr/lib/$(gcc -print-multiarch)
+  used=$(readlink -f "$(ldd build/bin/razy-run | awk '$1 ~ /libblas|libopenblas/ { print $3; exit }')")
+  if [[ $used == *openblas* ]]; then
+    echo "$system/blas:$system/lapack"
+  elif [[ -e $system/openblas-pthread/liblapack.so.3 ]]; then
+    echo "$system/openblas-pthread"
+  else
+    echo "$PWD/build/openblas$system/openblas-pthread"
+  fi
+}
+
+unpack_openblas() (
+  mkdir -p build/openblas && cd build/openblas || return 1
+  apt-get download libopenblas0-pthread || { apt-get update && apt-get download libopenblas0-pthread; } || return 1
+  dpkg-deb --extract libopenblas0-pthread_*.deb .
+)
+
+test_with_other_blas() {
+  local folders first
+  folders=$(other_blas)
+  first=${folders%%:*}
+  if [[ $first == "$PWD"/* && ! -e $first ]]; then
+    if ! has apt-get; then
+      echo "no OpenBLAS in /usr/lib: the numerical tests ran with one BLAS only"
+      return
+    fi
+    quietly "unpacking OpenBLAS in build/openblas" unpack_openblas
+  fi
+  [[ -e $first/libblas.so.3 ]] || fail "no libblas.so.3 in $first"
+  echo "numerical tests with BLAS and LAPACK of $folders"
+  LD_LIBRARY_PATH=$folders${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH} OPENBLAS_NUM_THREADS=1 \
+    ctest --preset release --parallel "$cores" --label-regex '^(unit|verification)$' --exclude-regex '^(support|house|io|post|drivers)'
+}
+
 run_tests() {
   prepare
   build debug all
   build_release all
   ctest --preset debug --parallel "$cores"
   ctest --preset release --parallel "$cores"
+  test_with_other_blas
+}
+
+make_docs() {
+  make_environment
+  quietly "installing FORD into .venv" .venv/bin/python -m pip install --disable-pip-version-check -r docs/requirements.txt
+  quietly "writing build/docs" env COLUMNS=200 .venv/bin/ford docs/api.md
+  if grep -A 1 '^Warning' build/setup.log; then fail "FORD has warned"; fi
+  echo "pages: $PWD/build/docs/index.html"
 }
 
 case ${1-help} in
   demo) demo ;;
+  thesis)
+    shift
+    thesis "$@"
+    ;;
   test) run_tests ;;
+  docs) make_docs ;;
   build)
     prepare
     build_release all

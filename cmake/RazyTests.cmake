@@ -42,7 +42,7 @@ else()
     set_target_properties(${name} PROPERTIES Fortran_MODULE_DIRECTORY ${generated_dir})
     target_include_directories(${name} PRIVATE ${generated_dir})
     target_link_libraries(${name} PRIVATE ${arg_LINK_LIBRARIES} ${framework} razy_flags)
-    target_compile_options(${name} PRIVATE -Wno-unused-dummy-argument)
+    target_compile_options(${name} PRIVATE $<$<Fortran_COMPILER_ID:GNU>:-Wno-unused-dummy-argument>)
   endfunction()
 
   # The same arguments as pFUnit's own.

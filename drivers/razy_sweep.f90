@@ -23,7 +23,8 @@ program razy_sweep
    use razy_sweep_checkpoint, only: checkpoint_path, checkpoint_t
    use razy_sweep_communicator, only: communicator_t, new_communicator
    use razy_sweep_mpi, only: finish_mpi, start_mpi
-   use razy_sweep_scheduler, only: run_sweep, sweep_options_t, sweep_outcome_t
+   use razy_sweep_protocol, only: sweep_options_t
+   use razy_sweep_scheduler, only: run_sweep, sweep_outcome_t
    use razy_sweep_units, only: units_t
    use signals, only: hold_signals, time_is_up
    implicit none(type, external)

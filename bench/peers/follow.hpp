@@ -16,7 +16,11 @@
 #include <string>
 #include <vector>
 
+#ifdef HUNT_CROSSLEY
+#include "hunt_crossley.h"
+#else
 #include "gear_pair.h"
+#endif
 
 struct extremum_t {
     double rpm, t, d;

@@ -5,7 +5,7 @@
  *             pair (equal inertias, shafts and radii) is used by hand
  *
  * The mesh deformation is d = radius * closing + error_sine * sin(omega t). Contact: 1 on the working flank (d > 0), 0 in
- * the backlash, -1 on the back flank (d < -backlash). SI units.
+ * the backlash, -1 on the back flank (d < -backlash). SI units. With HERTZ the mesh is that of two curved flanks, k d^(3/2).
  */
 #ifndef GEAR_PAIR_H
 #define GEAR_PAIR_H
@@ -47,10 +47,20 @@ static inline double deformation_rate(bool relative, double omega, double t, con
     return radius * closing_rate(relative, y) + error_sine * omega * cos(omega * t);
 }
 
+#ifdef HERTZ
+static const double hertz = 6.4e11; /* N/m^(3/2): as stiff as the linear mesh at the static load */
+
+static inline double mesh_force(double d, int side)
+{
+    double p = side > 0 ? d : -backlash - d, force = hertz * p * sqrt(fabs(p));
+    return side == 0 ? 0.0 : (side > 0 ? force : -force);
+}
+#else
 static inline double mesh_force(double d, int side)
 {
     return side == 0 ? 0.0 : (side > 0 ? mesh * d : mesh * (d + backlash));
 }
+#endif
 
 static inline void full_equations(double force, const double *y, double *f)
 {
@@ -83,6 +93,9 @@ static inline void equations(bool relative, double omega, int side, double t, co
 static inline void start_at_rest(bool relative, double *y)
 {
     double twist = torque / shaft, gap = torque / (mesh * radius * radius);
+#ifdef HERTZ
+    gap = pow(torque / (radius * hertz), 2.0 / 3.0) / radius;
+#endif
     double phi[4] = {gap / 2 + twist, gap / 2, -gap / 2, -gap / 2 - twist};
     for (int i = 0; i < (relative ? relative_size : full_size); ++i) y[i] = 0.0;
     if (relative) {

@@ -20,7 +20,11 @@
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 #include <time.h>
 
+#ifdef HUNT_CROSSLEY
+#include "hunt_crossley.h"
+#else
 #include "gear_pair.h"
+#endif
 
 typedef struct {
     double omega;
@@ -52,12 +56,12 @@ static int rhs(double t, N_Vector state, N_Vector rate, void *data)
 {
     const model_t *m = data;
     const double *y = N_VGetArrayPointer(state);
-    double d = m->through || m->side != 0 ? gap(t, y, m) : 0.0, force = mesh_force(d, contact(d, m));
-    if (m->relative) relative_equations(force, y, N_VGetArrayPointer(rate));
-    else full_equations(force, y, N_VGetArrayPointer(rate));
+    int side = m->through ? contact(gap(t, y, m), m) : m->side;
+    equations(m->relative, m->omega, side, t, y, N_VGetArrayPointer(rate));
     return 0;
 }
 
+#if !defined HUNT_CROSSLEY && !defined HERTZ
 static int jacobian(double t, N_Vector state, N_Vector rate, SUNMatrix jac, void *data, N_Vector w1, N_Vector w2, N_Vector w3)
 {
     (void)rate; (void)w1; (void)w2; (void)w3;
@@ -81,6 +85,8 @@ static int jacobian(double t, N_Vector state, N_Vector rate, SUNMatrix jac, void
     }
     return 0;
 }
+
+#endif
 
 /* Roots: rate of d (extrema) when asked; then the two boundaries of the gap. */
 static int roots_events(double t, N_Vector state, double *g, void *data)
@@ -219,7 +225,9 @@ int main(int argc, char **argv)
             check(CVodeSetMaxNumSteps(s.memory, 100000000), "CVodeSetMaxNumSteps");
             if (bdf) {
                 check(CVodeSetLinearSolver(s.memory, linear, matrix), "CVodeSetLinearSolver");
+#if !defined HUNT_CROSSLEY && !defined HERTZ
                 check(CVodeSetJacFn(s.memory, jacobian), "CVodeSetJacFn");
+#endif
             } else {
                 check(CVodeSetNonlinearSolver(s.memory, nonlinear), "CVodeSetNonlinearSolver");
             }

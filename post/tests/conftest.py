@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from samples import logistic, ragged, write_run, write_sweep, write_tune
+from samples import logistic, ragged, write_follow, write_run, write_sweep, write_tune
 
 
 @pytest.fixture
@@ -31,3 +31,9 @@ def run(tmp_path: Path) -> Path:
 def tuning(tmp_path: Path) -> Path:
     """Return a tuning whose mode passes from one curve to another at 4 N/m."""
     return write_tune(tmp_path / "tune.h5")
+
+
+@pytest.fixture
+def follow(tmp_path: Path) -> Path:
+    """Return branches with two folds, a doubling and a grazing."""
+    return write_follow(tmp_path / "follow.h5")

@@ -148,3 +148,47 @@ def write_tune(path: Path, points: int = 101, gap: float = 0.5) -> Path:
             dataset(file, name, value, units)
         dataset(file, "optimum", 7.21, "N/m", "spring(1)%stiffness, tuned", mode=mode)
     return path
+
+
+def write_follow(path: Path, name: str = "load.frequency") -> Path:
+    """Write two branches over p = 10 + 3 a - a³: period 1 with extrema ±(5 + a), folds at a = ±1 and a doubling at 1.4.
+
+    From the doubling a branch of period 2 goes on with maxima 6.4 ± b, minima -6.4 ± b, p = 11.456 + b², up to b = 0.5.
+    """
+    a, b = np.linspace(-1.6, 1.6, 161), np.linspace(0.0, 0.5, 26)[1:]
+    p = np.concatenate((10.0 + 3.0 * a - a**3, 11.456 + b**2))
+    labels = np.full(p.size, "", dtype="<U2")
+    for label, place in (("GR", 15), ("LP", 30), ("LP", 130), ("PD", 150), ("EP", 160), ("EP", 185)):
+        labels[place] = label
+    multiplicity = np.repeat((1, 2), (161, 25))
+    largest = np.concatenate((np.exp(0.5 - 0.5 * np.abs(a)), np.full(25, 0.5)))
+    largest[:161] = np.where(a > 1.41, 1.2, np.where(a > 1.39, 1.0, largest[:161]))
+    multiplier = np.zeros((p.size, 2, 2))
+    multiplier[:, 0, 0] = largest
+    maxima = [np.array([5.0 + x]) for x in a] + [np.array([6.4 + x, 6.4 - x]) for x in b]
+    minima = [np.array([-5.0 - x]) for x in a] + [np.array([-6.4 + x, -6.4 - x]) for x in b]
+    with root(path, "razy-follow", "Fold") as file:
+        dimension_only(file, "point/point", p.size)
+        dataset(file, "point/branch", np.repeat((1, 2), (161, 25)).astype(np.int32))
+        dataset(file, f"point/{name}", p, "Hz", name.replace(".", "%"))
+        dataset(file, "point/period", multiplicity / p, "s")
+        dataset(file, "point/multiplicity", multiplicity.astype(np.int32))
+        dataset(file, "point/stable", (largest < 1.0).astype(np.int32))
+        dataset(file, "point/multiplier", multiplier)
+        dataset(file, "point/state", np.zeros((p.size, 2)), "mixed")
+        group = file.create_group("extrema/displacement")
+        dataset(group, "offset", np.concatenate(([0], np.cumsum(2 * multiplicity))).astype(np.int64))
+        pairs = [np.stack(pair, axis=1).ravel() for pair in zip(maxima, minima, strict=True)]
+        dataset(group, "value", 1e-3 * np.concatenate(pairs), "m", "extrema of displacement of block")
+        phases = [(np.arange(2 * n) / 2 + 0.25) / x for n, x in zip(multiplicity, p, strict=True)]
+        dataset(group, "time", np.concatenate(phases), "s")
+        dataset(group, "kind", np.tile((1, -1), multiplicity.sum()).astype(np.int8))
+        at = np.flatnonzero(labels != "")
+        dataset(file, "special/label", [str(item) for item in labels[at]])
+        dataset(file, "special/parameter", p[at], "Hz", name.replace(".", "%"))
+        dataset(file, "special/branch", np.where(at < 161, 1, 2).astype(np.int32))
+        dataset(file, "special/point", at.astype(np.int32))
+        dataset(file, "special/contact", ["stop" if item == "GR" else "" for item in labels[at]])
+        dataset(file, "branch/parent", np.array([0, 1], dtype=np.int32))
+        dataset(file, "branch/ending", ["the end of the range", "the most points"])
+    return path

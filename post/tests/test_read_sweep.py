@@ -28,15 +28,15 @@ def test_attributes_and_quantities(sweep):
         assert result.status_meanings == {0: "ok", 1: "too many events", 2: "overflow"}
         np.testing.assert_array_equal(result.events, np.arange(50))
         assert result.steps is None
-        assert result.doubts is None
+        assert result.near_misses is None
 
 
-def test_doubts_are_read_where_a_file_has_them(sweep):
+def test_near_misses_are_read_where_a_file_has_them(sweep):
     with h5py.File(sweep, "a") as file:
-        file["point/doubts"] = np.arange(50)[::-1]
+        file["point/near_misses"] = np.arange(50)[::-1]
     with opened(sweep) as result:
-        np.testing.assert_array_equal(result.doubts, np.arange(50)[::-1])
-        np.testing.assert_array_equal(result.to_xarray()["doubts"], result.doubts)
+        np.testing.assert_array_equal(result.near_misses, np.arange(50)[::-1])
+        np.testing.assert_array_equal(result.to_xarray()["near_misses"], result.near_misses)
 
 
 def test_each_point_has_its_own_extrema(sweep):

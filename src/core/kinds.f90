@@ -1,6 +1,6 @@
 !! Kinds of numbers and the constants that need no unit.
 module razy_core_kinds
-   use, intrinsic :: iso_fortran_env, only: int64, real64, real128
+   use, intrinsic :: iso_fortran_env, only: int64, real64
    implicit none(type, external)
    private
 
@@ -8,8 +8,9 @@ module razy_core_kinds
 
    !> Working precision of all computations.
    integer, parameter :: wp = real64
-   !> Precision in which constants of a scene (tooth frequencies) are formed once, never used in a loop.
-   integer, parameter :: qp = real128
+   !> Precision in which constants of a scene (tooth frequencies) are formed once, never used in a loop: 33 digits, or 18 where
+   !> the compiler has no more.
+   integer, parameter :: qp = max(selected_real_kind(33), selected_real_kind(18))
    !> Integers that count steps, events and bytes.
    integer, parameter :: i8 = int64
 

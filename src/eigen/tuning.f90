@@ -1,4 +1,4 @@
-!! Tuning: the parameter with which a mode has a given natural frequency (4.91).
+!! The parameter with which a mode has a given natural frequency (tuning, 4.91).
 !!
 !! The mode is the one with the greatest share of a coordinate, whatever its place in order, or the continuation of the mode with a
 !! given number. Of several values the one nearest to the start is taken.

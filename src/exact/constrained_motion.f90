@@ -27,18 +27,21 @@ module razy_exact_constrained_motion
    !> Coordinates (m) of a state with constraints (n, of rank r).
    type :: constrained_motion_t
       integer :: m = 0, n = 0, rank = 0
-      !> Whether constraint forces exist; whether a and b are used.
-      logical :: found = .true., apart = .true.
+      !> Whether constraint forces exist.
+      logical :: found = .true.
+      !> Whether a and b are used.
+      logical, private :: apart = .true.
       !> Numbers of the contacts that hold (n); friction that slides under one of them: its contact, the row of the constraint, and
       !> its force in parts of that of the constraint.
       integer, allocatable :: contact(:), sliding(:), row(:)
       real(wp), allocatable :: share(:)
       !> T and its inverse (m, m), y0 (m).
-      real(wp), allocatable :: from_x(:, :), to_x(:, :), y0(:)
+      real(wp), allocatable :: from_x(:, :), to_x(:, :)
+      real(wp), allocatable, private :: y0(:)
       !> Λ (n, n), Λ Wᵀ (n, m), D Λ (m, n), S (r, n), Q (m, m - r), R (m, r), Qᵀ P (m - r, m).
-      real(wp), allocatable :: lambda(:, :), pull(:, :), push(:, :), settle(:, :), q(:, :), r(:, :), left(:, :)
+      real(wp), allocatable, private :: lambda(:, :), pull(:, :), push(:, :), settle(:, :), q(:, :), r(:, :), left(:, :)
       !> a (m - r, r), and B_q a + B_r (m - r, r).
-      real(wp), allocatable :: follow(:, :), drag(:, :)
+      real(wp), allocatable, private :: follow(:, :), drag(:, :)
    contains
       procedure :: projected
       procedure :: transform_matrices

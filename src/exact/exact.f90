@@ -132,7 +132,12 @@ contains
       type(outcome_t), intent(inout) :: outcome
 
       call self%solutions%find(self%system, self%transition%dynamics%mode, self%now)
-      if (self%now == 0) outcome%status = merge(status_no_contact_forces, status_no_modes, self%solutions%inadmissible)
+      if (self%now == 0) then
+         outcome%status = merge(status_no_contact_forces, status_no_modes, self%solutions%inadmissible)
+      else if (self%solutions%fresh) then
+         call reserve(self%start, self%solutions%of(self%now)%response)
+         call reserve(self%looker, self%solutions%of(self%now)%response)
+      end if
    end subroutine find_solution
 
    !> Time over which rates of constraint forces are taken, s, with `rest` to go.
@@ -152,9 +157,8 @@ contains
       self%looked = .false.
       self%duration = 0.0_wp
       associate (solution => self%solutions%of(self%now), phasor => self%transition%dynamics%excitation%start)
-         call reserve(self%start, solution%response)
-         if (solution%held%n > 0) then
-            call set_state(self%start, solution%response, solution%held%to_coordinates(self%z), phasor)
+         if (solution%constrained%n > 0) then
+            call set_state(self%start, solution%response, solution%constrained%to_coordinates(self%z), phasor)
          else
             call set_state(self%start, solution%response, self%z, phasor)
          end if
@@ -214,7 +218,7 @@ contains
       real(wp), intent(out) :: z(:)
 
       call state_of(at, solution%response, z)
-      if (solution%held%n > 0) z = solution%held%to_state(z)
+      if (solution%constrained%n > 0) z = solution%constrained%to_state(z)
    end subroutine end_state
 
    !> Follow the solution to the end of the piece, at most for `most`, s.
@@ -355,12 +359,12 @@ contains
       real(wp) :: x(size(self%z))
       integer :: c
 
-      associate (solution => self%solutions%of(self%now), m => self%system%m)
+      associate (motion => self%solutions%of(self%now)%constrained, m => self%system%m)
          do c = 1, size(self%tangent, 2)
             x = self%tangent(:, c)
-            if (solution%held%n > 0) x = [matmul(solution%held%to_x, x(:m)), matmul(solution%held%to_x, x(m + 1:))]
-            call carry_disturbance(solution%response, self%duration, x)
-            if (solution%held%n > 0) x = [matmul(solution%held%from_x, x(:m)), matmul(solution%held%from_x, x(m + 1:))]
+            if (motion%n > 0) x = [matmul(motion%to_x, x(:m)), matmul(motion%to_x, x(m + 1:))]
+            call carry_disturbance(self%solutions%of(self%now)%response, self%duration, x)
+            if (motion%n > 0) x = [matmul(motion%from_x, x(:m)), matmul(motion%from_x, x(m + 1:))]
             self%tangent(:, c) = x
          end do
       end associate
@@ -387,7 +391,6 @@ contains
       self%looked = .true.
       self%laid_out = .false.
       associate (response => self%solutions%of(self%now)%response)
-         call reserve(self%looker, response)
          if (.not. abs(tau) > 0.0_wp) then
             call copy(self%start, response, self%looker)
          else if (.not. abs(tau - self%duration) > 0.0_wp) then

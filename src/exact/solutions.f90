@@ -36,7 +36,7 @@ module razy_exact_solutions
       !> Rows of the variables s of all contacts, made when they are asked for; of all contact forces, where there are constraints.
       type(rows_t) :: touching, force
       !> Coordinates while constraints are held.
-      type(constrained_motion_t) :: held
+      type(constrained_motion_t) :: constrained
       !> Step level that the last search ended with.
       integer :: level = 10
       !> Machine for which the response was made, and the rows of contacts.
@@ -47,8 +47,8 @@ module razy_exact_solutions
    type :: solutions_t
       integer :: count = 0
       type(solution_t), allocatable :: of(:)
-      !> Whether the last mode asked for has no admissible constraint forces.
-      logical :: inadmissible = .false.
+      !> Whether the last mode asked for has no admissible constraint forces; whether its response was made for it.
+      logical :: inadmissible = .false., fresh = .false.
       integer, private :: structure = 0
       type(open_modes_t), private :: open
    contains
@@ -97,8 +97,9 @@ contains
          self%of(i)%press = mode%press
          call find_eigenmodes(self, system, mode, i)
       end if
-      if (self%of(i)%version /= system%version) call respond(self%of(i), system, mode)
-      self%inadmissible = .not. self%of(i)%held%found
+      self%fresh = self%of(i)%version /= system%version
+      if (self%fresh) call respond(self%of(i), system, mode)
+      self%inadmissible = .not. self%of(i)%constrained%found
       if (self%of(i)%basis%info /= 0) i = 0
    end subroutine find
 
@@ -113,7 +114,7 @@ contains
       real(wp) :: k(system%m, system%m), b(system%m, system%m)
       integer :: j, other
 
-      associate (basis => self%of(i)%basis, held => self%of(i)%held)
+      associate (basis => self%of(i)%basis, constrained => self%of(i)%constrained)
          if (.not. system%constrained) then
             do other = 1, self%count - 1
                if (.not. same_slopes_in(system, self%of(other)%branch, mode%branch)) cycle
@@ -125,15 +126,15 @@ contains
             call new_eigenmodes(basis, self%open, system, mode)
             return
          end if
-         call free_matrices(system, mode, k, b)
+         call mode%matrices(system, k, b)
          if (mode%constraints%count > 0) then
-            call new_constrained_motion(held, mode%constraints, system%w, coefficients(system, mode), k, b, &
+            call new_constrained_motion(constrained, mode%constraints, system%w, coefficients(system, mode), k, b, &
                                         [(system%machine%contact(mode%constraints%contact(j))%drive, j=1, mode%constraints%count)])
-            if (.not. held%found) then
+            if (.not. constrained%found) then
                basis%info = 1
                return
             end if
-            call held%transform_matrices(k, b)
+            call constrained%transform_matrices(k, b)
          end if
          call new_modal_basis(basis, k, b, impacts=.true.)
       end associate
@@ -184,17 +185,6 @@ contains
       end do
    end function coefficients
 
-   !> K and B of a mode (m, m), without constraints.
-   pure subroutine free_matrices(system, mode, k, b)
-      type(system_t), intent(in) :: system
-      type(mode_t), intent(in) :: mode
-      real(wp), intent(out) :: k(:, :), b(:, :)
-
-      k = system%coupled%stiffness
-      b = system%coupled%damping
-      call mode%add_contacts(system, k, b)
-   end subroutine free_matrices
-
    !> Response and rows of a solution under the system's excitation.
    subroutine respond(self, system, mode)
       type(solution_t), intent(inout) :: self
@@ -210,16 +200,14 @@ contains
       if (self%basis%info /= 0) return
       ! Not taken over from the machine before: no bit of a result may depend on what was computed earlier.
       self%level = min(exponent(max(self%basis%fastest, 1.0_wp)), finest_level)
-      load = system%load
-      harmonic = system%harmonic
-      call mode%add_loads(system, load, harmonic)
+      call mode%loads(system, load, harmonic)
       do j = 1, size(force)
          force(j) = mode%force_form(system, j)
       end do
-      if (self%held%n > 0) then
-         call add_reactions(self%held, system, mode, load, harmonic, force)
-         harmonic = self%held%harmonic_of(harmonic, errors_of(system, self%held), system%omega)
-         load = self%held%load_of(load)
+      if (self%constrained%n > 0) then
+         call add_reactions(self%constrained, system, mode, load, harmonic, force)
+         harmonic = self%constrained%harmonic_of(harmonic, errors_of(system, self%constrained), system%omega)
+         load = self%constrained%load_of(load)
       end if
       call new_response(self%response, self%basis, load, harmonic, system%omega)
       call watch_guards(self, system, mode, force)
@@ -232,33 +220,33 @@ contains
                observed(j) = system%observed(j)
             end if
          end associate
-         observed(j) = self%held%form_of(observed(j))
+         observed(j) = self%constrained%form_of(observed(j))
       end do
       call new_rows(self%observed, self%response, observed)
       if (.not. system%constrained) return
       do j = 1, size(force)
-         force(j) = self%held%form_of(force(j))
+         force(j) = self%constrained%form_of(force(j))
       end do
       call new_rows(self%force, self%response, force)
    end subroutine respond
 
    !> Phasors of the errors of what is held (n, tones).
-   pure function errors_of(system, held) result(error)
+   pure function errors_of(system, constrained) result(error)
       type(system_t), intent(in) :: system
-      type(constrained_motion_t), intent(in) :: held
-      complex(wp) :: error(held%n, size(system%omega))
+      type(constrained_motion_t), intent(in) :: constrained
+      complex(wp) :: error(constrained%n, size(system%omega))
 
       integer :: i
 
-      do i = 1, held%n
-         error(i, :) = system%machine%contact(held%contact(i))%error
+      do i = 1, constrained%n
+         error(i, :) = system%machine%contact(constrained%contact(i))%error
       end do
    end function errors_of
 
    !> Add constraint forces, and the friction under them, to the forces of all contacts; load (m) and phasors (m, tones) are
    !> those of the mode without constraints.
-   subroutine add_reactions(held, system, mode, load, harmonic, force)
-      type(constrained_motion_t), intent(in) :: held
+   subroutine add_reactions(constrained, system, mode, load, harmonic, force)
+      type(constrained_motion_t), intent(in) :: constrained
       type(system_t), intent(in) :: system
       type(mode_t), intent(in) :: mode
       real(wp), intent(in) :: load(:)
@@ -268,12 +256,12 @@ contains
       real(wp) :: k(system%m, system%m), b(system%m, system%m)
       integer :: i
 
-      call free_matrices(system, mode, k, b)
-      do i = 1, held%n
-         force(held%contact(i)) = held%reaction(i, k, b, load, harmonic, errors_of(system, held), system%omega)
+      call mode%matrices(system, k, b)
+      do i = 1, constrained%n
+         force(constrained%contact(i)) = constrained%reaction(i, k, b, load, harmonic, errors_of(system, constrained), system%omega)
       end do
-      do i = 1, size(held%sliding)
-         call force(held%sliding(i))%add(held%share(i), force(held%contact(held%row(i))))
+      do i = 1, size(constrained%sliding)
+         call force(constrained%sliding(i))%add(constrained%share(i), force(constrained%contact(constrained%row(i))))
       end do
    end subroutine add_reactions
 
@@ -297,7 +285,7 @@ contains
       do i = 1, n
          if (.not. entry(i)%shares) then
             rows = rows + 1
-            form(rows) = self%held%form_of(form(i))
+            form(rows) = self%constrained%form_of(form(i))
          end if
          self%watched(i) = watched_t(form=rows, side=entry(i)%side, bound=entry(i)%bound, shares_form=entry(i)%shares, &
                                      given=entry(i)%shares)
@@ -315,9 +303,9 @@ contains
 
       real(wp), parameter :: negligible = 1.0e-11_wp
 
-      fixed = self%held%n > 0
+      fixed = self%constrained%n > 0
       if (.not. fixed) return
-      associate (free => self%held%m - self%held%rank)
+      associate (free => self%constrained%m - self%constrained%rank)
          fixed = norm2(form%on_y(:free)) <= negligible*norm2(form%on_y) &
                  .and. norm2(form%on_v(:free)) <= negligible*norm2(form%on_v) &
                  .and. all(self%switching%size0(:, row) <= negligible*self%switching%longest_reach(row))

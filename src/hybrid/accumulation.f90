@@ -112,7 +112,7 @@ contains
       real(wp), intent(inout) :: speed(:)
       type(saltation_t), intent(inout) :: saltation
 
-      type(constraints_t) :: held
+      type(constraints_t) :: constraints
       real(wp), dimension(system%m, size(list)) :: along, effect
       real(wp) :: edge(size(list)), unit(size(list)), still(system%m)
       real(wp), allocatable :: phi(:)
@@ -129,13 +129,13 @@ contains
             phi = [phi, contact%law%force(branch, dynamics%s(j), dynamics%rate(j), 1.0_wp)]
          end associate
       end do
-      call new_constraints(held, system%w, list, sliding, row, -direction(row))
+      call new_constraints(constraints, system%w, list, sliding, row, -direction(row))
       edge = dynamics%rate(list) - matmul(speed, system%w(:, list))
       along = 0.0_wp
       do i = 1, size(list)
          unit = 0.0_wp
          unit(i) = 1.0_wp
-         call held%displace(system%w, -unit, along(:, i))
+         call constraints%displace(system%w, -unit, along(:, i))
          effect(:, i) = effect_of(unit)
       end do
       speed = speed + matmul(effect, dynamics%rate(list))
@@ -154,10 +154,10 @@ contains
          real(wp) :: impulse(size(list))
          integer :: k
 
-         call held%solve(rate, phi, impulse, found)
+         call constraints%solve(rate, phi, impulse, found)
          change = 0.0_wp
          if (.not. found) then
-            call held%displace(system%w, -rate, change)
+            call constraints%displace(system%w, -rate, change)
             return
          end if
          change = -matmul(system%w(:, list), impulse)

@@ -35,6 +35,8 @@ module razy_hybrid_flow
       logical :: anew = .true., starting = .true.
       !> Guards of the mode that are left at an event.
       logical, allocatable :: hit(:)
+      !> State at the time 0 instead of the machine's, if there is one (2m).
+      real(wp), allocatable :: first(:)
       !> Derivatives of z (2m, columns) that are carried along, if there are any: set them before a run, for z at the time 0.
       !> `differentiable`: all that the motion came through has a derivative.
       real(wp), allocatable :: tangent(:, :)
@@ -191,6 +193,7 @@ contains
       self%transition%saltation%defined = .true.
       if (allocated(self%tangent)) call self%transition%saltation%begin(self%system%m)
       self%z = self%system%first_state()
+      if (allocated(self%first)) self%z = self%first
       delta = 1.0e-5_wp*min(t_end, 1.0_wp/max(self%system%fastest, tiny(1.0_wp)))
       call self%transition%begin(self%system, self%finds_events, delta, self%z)
       if (.not. self%transition%found) outcome%status = status_no_contact_forces

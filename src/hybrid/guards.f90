@@ -34,7 +34,8 @@ module razy_hybrid_guards
       !> Rounding in g.
       real(wp), allocatable :: noise(:)
       !> Whether a function needs s'', whether there is a force of a constraint among them.
-      logical :: accelerated = .false., forced = .false.
+      logical, private :: accelerated = .false.
+      logical :: forced = .false.
       !> Time over which rates of constraint forces are taken, s.
       real(wp) :: delta = 0.0_wp
       !> Largest angular frequency that the guards feel at once, whatever the motion is, rad/s: of errors of s, and of loads where

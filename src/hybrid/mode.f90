@@ -38,8 +38,8 @@ module razy_hybrid_mode
       procedure :: enter
       procedure :: force_form
       procedure :: normal_form
-      procedure :: add_contacts
-      procedure :: add_loads
+      procedure :: matrices
+      procedure :: loads
    end type mode_t
 
 contains
@@ -62,7 +62,7 @@ contains
       class(mode_t), intent(inout) :: self
       type(system_t), intent(in) :: system
 
-      integer, dimension(size(self%branch)) :: held, row, sliding
+      integer, dimension(size(self%branch)) :: closed, row, sliding
       real(wp) :: sign(size(self%branch))
       integer :: by, couplings, j, n, pass
 
@@ -73,7 +73,7 @@ contains
          self%does(j) = task_of(self, system, j)
          if (self%does(j) /= constrained) cycle
          n = n + 1
-         held(n) = j
+         closed(n) = j
       end do
       self%acts = 0
       do pass = 1, 2
@@ -91,10 +91,10 @@ contains
          if (self%does(by) /= constrained) cycle
          couplings = couplings + 1
          sliding(couplings) = j
-         row(couplings) = findloc(held(:n), by, 1)
+         row(couplings) = findloc(closed(:n), by, 1)
          sign(couplings) = merge(1.0_wp, -1.0_wp, system%machine%contact(by)%law%force_guard(self%branch(by))%below /= 0)
       end do
-      call new_constraints(self%constraints, system%w, held(:n), sliding(:couplings), row(:couplings), sign(:couplings))
+      call new_constraints(self%constraints, system%w, closed(:n), sliding(:couplings), row(:couplings), sign(:couplings))
    end subroutine enter
 
    !> What contact j does in its branch.
@@ -182,15 +182,17 @@ contains
       end associate
    end function normal_form
 
-   !> Add what the contacts do, without constraint forces, to K and B (m, m).
-   pure subroutine add_contacts(self, system, k, b)
+   !> K and B (m, m) with what the contacts do, without constraint forces.
+   pure subroutine matrices(self, system, k, b)
       class(mode_t), intent(in) :: self
       type(system_t), intent(in) :: system
-      real(wp), intent(inout) :: k(:, :), b(:, :)
+      real(wp), intent(out) :: k(:, :), b(:, :)
 
       type(linear_form_t) :: force
       integer :: i, j
 
+      k = system%coupled%stiffness
+      b = system%coupled%damping
       do j = 1, size(self%branch)
          force = self%force_form(system, j)
          do i = 1, system%m
@@ -198,18 +200,20 @@ contains
             b(:, i) = b(:, i) + system%w(:, j)*force%on_v(i)
          end do
       end do
-   end subroutine add_contacts
+   end subroutine matrices
 
-   !> Add what does not depend on the motion to the load (m) and its phasors (m, tones).
-   pure subroutine add_loads(self, system, load, harmonic)
+   !> Load (m) and its phasors (m, tones) with what of the contacts' forces does not depend on the motion.
+   pure subroutine loads(self, system, load, harmonic)
       class(mode_t), intent(in) :: self
       type(system_t), intent(in) :: system
-      real(wp), intent(inout) :: load(:)
-      complex(wp), intent(inout) :: harmonic(:, :)
+      real(wp), intent(out) :: load(:)
+      complex(wp), intent(out) :: harmonic(:, :)
 
       type(linear_form_t) :: force
       integer :: j, t
 
+      load = system%load
+      harmonic = system%harmonic
       do j = 1, size(self%branch)
          force = self%force_form(system, j)
          load = load - system%w(:, j)*force%constant
@@ -217,6 +221,6 @@ contains
             harmonic(:, t) = harmonic(:, t) - system%w(:, j)*force%error(t)
          end do
       end do
-   end subroutine add_loads
+   end subroutine loads
 
 end module razy_hybrid_mode

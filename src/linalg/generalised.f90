@@ -16,7 +16,7 @@ module razy_linalg_generalised
    public :: dense_modes, eigenpairs_t, first_modes, keep_first, lowest_modes, orient
    public :: modes_found, modes_failed, modes_not_definite, modes_not_converged, modes_missing
 
-   !> Outcomes: found; LAPACK or ARPACK failed; K - shift M or M is not positive definite; no convergence; fewer than the
+   !> Outcomes are found; LAPACK or ARPACK failed; K - shift M or M is not positive definite; no convergence; fewer than the
    !> count by inertia.
    integer, parameter :: modes_found = 0, modes_failed = 1, modes_not_definite = 2, modes_not_converged = 3, modes_missing = 4
    !> Problems of at most this size, or of which more than a third of all pairs is wanted, go to LAPACK.
@@ -39,8 +39,8 @@ module razy_linalg_generalised
       type(csr_t) :: mass
       type(band_factor_t) :: factor
       real(wp) :: shift = 0.0_wp
-      !> Pairs that are known, whose directions are removed, and M times them.
-      real(wp), allocatable :: known(:, :), image(:, :)
+      !> Shapes found already, which are taken out of all directions (deflation), and M times them.
+      real(wp), allocatable :: deflated(:, :), image(:, :)
    end type shifted_t
 
 contains
@@ -99,7 +99,7 @@ contains
 
       operator%mass = mass
       operator%shift = shift
-      allocate (operator%known(mass%rows, 0), operator%image(mass%rows, 0))
+      allocate (operator%deflated(mass%rows, 0), operator%image(mass%rows, 0))
       call operator%factor%factor(add_matrices(1.0_wp, stiffness, -shift, mass), info)
       if (info /= 0) then
          pairs%status = modes_not_definite
@@ -150,7 +150,7 @@ contains
 
       integer :: j
 
-      operator%known = pairs%vector
+      operator%deflated = pairs%vector
       operator%image = pairs%vector
       do j = 1, size(pairs%value)
          call operator%mass%multiply(pairs%vector(:, j), operator%image(:, j))
@@ -215,7 +215,7 @@ contains
       end if
    end subroutine lanczos
 
-   !> x - X Xᵀ M x for the known pairs X, twice, because once leaves rounding behind.
+   !> x - X Xᵀ M x for the pairs X found already, twice, because once leaves rounding behind.
    subroutine remove_known(operator, x)
       type(shifted_t), intent(in) :: operator
       real(wp), intent(inout) :: x(:)
@@ -223,13 +223,13 @@ contains
       real(wp), allocatable :: share(:)
       integer :: m, n, pass
 
-      n = size(operator%known, 1)
-      m = size(operator%known, 2)
+      n = size(operator%deflated, 1)
+      m = size(operator%deflated, 2)
       if (m == 0) return
       allocate (share(m))
       do pass = 1, 2
          call dgemv("T", n, m, 1.0_wp, operator%image, n, x, 1, 0.0_wp, share, 1)
-         call dgemv("N", n, m, -1.0_wp, operator%known, n, share, 1, 1.0_wp, x, 1)
+         call dgemv("N", n, m, -1.0_wp, operator%deflated, n, share, 1, 1.0_wp, x, 1)
       end do
    end subroutine remove_known
 

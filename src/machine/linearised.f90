@@ -19,7 +19,7 @@ module razy_machine_linearised
    !> Their names in an input, in this order.
    character(*), parameter :: contact_choices(3) = [character(11) :: "open", "closed", "equilibrium"]
 
-   !> Outcomes: done; there is no equilibrium; a contact that acts is rigid; one has no stiffness that the state would say.
+   !> Outcomes are done; there is no equilibrium; a contact that acts is rigid; one has no stiffness that the state would say.
    integer, parameter :: linear_ok = 0, linear_no_equilibrium = 1, linear_rigid = 2, linear_curved = 3
 
 contains

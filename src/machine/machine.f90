@@ -71,7 +71,7 @@ module razy_machine_machine
 contains
 
    !> A machine of n coordinates in m, q1 to qn, with these matrices (n, n); nothing acts on it, and it rests at 0.
-   pure function plain_machine(mass, damping, stiffness) result(machine)
+   function plain_machine(mass, damping, stiffness) result(machine)
       real(wp), intent(in) :: mass(:, :), damping(:, :), stiffness(:, :)
       type(machine_t) :: machine
 
@@ -93,7 +93,7 @@ contains
    end function plain_machine
 
    !> Add a contact on wᵀq, m, with this law.
-   pure subroutine add_contact(machine, name, w, law)
+   subroutine add_contact(machine, name, w, law)
       type(machine_t), intent(inout) :: machine
       character(*), intent(in) :: name
       real(wp), intent(in) :: w(:)
@@ -119,7 +119,7 @@ contains
    end subroutine add_contact
 
    !> Observe aᵀq + bᵀq'.
-   pure subroutine add_observable(machine, name, unit, a, b)
+   subroutine add_observable(machine, name, unit, a, b)
       type(machine_t), intent(inout) :: machine
       character(*), intent(in) :: name, unit
       real(wp), intent(in) :: a(:), b(:)

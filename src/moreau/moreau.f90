@@ -7,16 +7,19 @@
 !! Math. Mech. 96 (2016) 585–603). An accumulation of impacts is passed within a few steps and ends in rest. Contact is kept on
 !! the level of velocities: a gap that is closed stays where it was when it closed, up to h|u|/2 beyond the surface, and a
 !! penetration at the start is not undone.
+!!
+!! What observers see: within a step of length h displacements are the parabola q(τ) = q + v τ + θ (Δv/h) τ², velocities the line
+!! v + (Δv/h) τ; with θ = 1/2 the second is the rate of the first. So the jump of an impact is spread over its step. Excitation
+!! is exact. Contact forces, known as means over steps (rigid contacts, friction) or at their ends (compliant laws), are joined by
+!! lines.
 module razy_moreau_moreau
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, qp, wp
    use razy_core_tone, only: add_time
    use razy_linalg_lapack, only: dpotrf
-   use razy_machine_machine, only: machine_t, mass_complaint
+   use razy_machine_machine, only: machine_t, mass_complaint, observe_contact_force
    use razy_moreau_state, only: moreau_step_t
    use razy_moreau_step, only: begin_steps, guess_first_forces, take_step
-   use razy_moreau_view, only: contact_of, displacement_of, find_turn, moreau_view_t, observe, velocity_of, view_end, &
-                               view_step
    use razy_motion_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, status_blow_up, &
                                      status_event_limit, status_no_contact_forces, status_ok
    implicit none(type, external)
@@ -28,7 +31,10 @@ module razy_moreau_moreau
    type, extends(integrator_t) :: moreau_t
       real(wp) :: step = 0.0_wp, theta = 0.5_wp
       type(moreau_step_t), private :: scheme
-      type(moreau_view_t), private :: view
+      !> The piece as it is shown: time of its start (sum of both) and length, s; state (n) there, half the second and the first
+      !> derivative of displacement and velocity; contact forces (contacts) and their rates.
+      real(wp), private :: time = 0.0_wp, time_low = 0.0_wp, duration = 0.0_wp
+      real(wp), allocatable, private :: q(:), v(:), bend(:), acceleration(:), force(:), force_rate(:)
       integer, allocatable, private :: branch(:)
    contains
       procedure :: prepare
@@ -107,7 +113,7 @@ contains
          if (outcome%status /= status_ok) exit
          if (k == 1) call guess_first_forces(self%scheme)
          outcome%steps = k
-         call view_step(self%view, self%scheme, time, time_low)
+         call view_step(self, time, time_low)
          call show_step(self, k == steps, t_end, observers, outcome)
          if (outcome%events >= most_events .and. k < steps) then
             outcome%status = status_event_limit
@@ -132,6 +138,24 @@ contains
       time_low = real(product - real(time, qp), wp)
    end subroutine time_of
 
+   !> See the last step, which started at `time + time_low`.
+   pure subroutine view_step(self, time, time_low)
+      type(moreau_t), intent(inout) :: self
+      real(wp), intent(in) :: time, time_low
+
+      associate (step => self%scheme)
+         self%time = time
+         self%time_low = time_low
+         self%duration = step%h
+         self%q = step%q0
+         self%v = step%v0
+         self%acceleration = (step%v1 - step%v0)/step%h
+         self%bend = step%theta*self%acceleration
+         self%force = step%force0
+         self%force_rate = (step%force1 - step%force0)/step%h
+      end associate
+   end subroutine view_step
+
    !> Show the last step: one piece with the first change of status, and one without length for each further change.
    subroutine show_step(self, last, t_end, observers, outcome)
       class(moreau_t), intent(inout), target :: self
@@ -144,9 +168,9 @@ contains
       integer :: changed
 
       piece%by => self
-      piece%time = self%view%time
-      piece%time_low = self%view%time_low
-      piece%duration = self%view%duration
+      piece%time = self%time
+      piece%time_low = self%time_low
+      piece%duration = self%duration
       do
          changed = findloc(self%branch /= self%scheme%branch1, .true., dim=1)
          piece%contact = changed
@@ -165,7 +189,7 @@ contains
       if (last) outcome%time = t_end
    end subroutine show_step
 
-   !> Make `piece` the end of the last step.
+   !> Make `piece` the end of the last step, of no length.
    pure subroutine end_of(self, last, t_end, piece)
       class(moreau_t), intent(inout) :: self
       logical, intent(in) :: last
@@ -179,8 +203,115 @@ contains
          call add_time(piece%time, piece%time_low, piece%duration)
       end if
       piece%duration = 0.0_wp
-      call view_end(self%view, self%scheme, piece%time, piece%time_low)
+      self%time = piece%time
+      self%time_low = piece%time_low
+      self%duration = 0.0_wp
+      self%q = self%scheme%q1
+      self%v = self%scheme%v1
+      self%force = self%scheme%force1
+      self%acceleration = 0.0_wp*self%v
+      self%bend = self%acceleration
+      self%force_rate = 0.0_wp*self%force
    end subroutine end_of
+
+   !> Displacements (n) at `tau` s after the start of the piece.
+   pure function displacement_of(self, tau) result(q)
+      class(moreau_t), intent(in) :: self
+      real(wp), intent(in) :: tau
+      real(wp) :: q(size(self%q))
+
+      q = self%q + tau*(self%v + tau*self%bend)
+   end function displacement_of
+
+   !> Velocities (n) at `tau`.
+   pure function velocity_of(self, tau) result(v)
+      class(moreau_t), intent(in) :: self
+      real(wp), intent(in) :: tau
+      real(wp) :: v(size(self%v))
+
+      v = self%v + tau*self%acceleration
+   end function velocity_of
+
+   !> Derivative of `order` 0, 1 or 2 of observable `form` at `tau`, and the size of the terms that it is the sum of.
+   pure subroutine observe(self, form, tau, order, value, terms)
+      class(moreau_t), intent(in) :: self
+      integer, intent(in) :: form, order
+      real(wp), intent(in) :: tau
+      real(wp), intent(out) :: value, terms
+
+      real(wp) :: q(size(self%q)), v(size(self%v))
+
+      associate (observable => self%scheme%machine%observable(form))
+         if (observable%kind == observe_contact_force) then
+            call observe_force(self, observable%contact, tau, order, value, terms)
+            return
+         end if
+         select case (order)
+         case (0)
+            q = displacement_of(self, tau)
+            v = velocity_of(self, tau)
+         case (1)
+            q = self%v + 2*tau*self%bend
+            v = self%acceleration
+         case default
+            q = 2*self%bend
+            v = 0.0_wp
+         end select
+         value = dot_product(observable%on_displacement, q) + dot_product(observable%on_velocity, v)
+         terms = dot_product(abs(observable%on_displacement), abs(q)) + dot_product(abs(observable%on_velocity), abs(v))
+         if (order == 0) then
+            value = value + observable%constant
+            terms = terms + abs(observable%constant)
+         end if
+         call add_tones(self, observable%error, tau, order, value, terms)
+      end associate
+   end subroutine observe
+
+   !> Add the derivative of Re(Σ error e^{iωt}).
+   pure subroutine add_tones(self, error, tau, order, value, terms)
+      class(moreau_t), intent(in) :: self
+      complex(wp), intent(in) :: error(:)
+      real(wp), intent(in) :: tau
+      integer, intent(in) :: order
+      real(wp), intent(inout) :: value, terms
+
+      real(wp) :: at, at_low, cosine, sine
+      complex(wp) :: turn
+      integer :: t
+
+      at = self%time
+      at_low = self%time_low
+      call add_time(at, at_low, tau)
+      associate (tone => self%scheme%machine%tone)
+         do t = 1, size(tone)
+            if (.not. abs(error(t)) > 0.0_wp) cycle
+            call tone(t)%phasor(at, at_low, cosine, sine)
+            turn = error(t)*cmplx(cosine, sine, wp)*cmplx(0.0_wp, tone(t)%omega, wp)**order
+            value = value + real(turn)
+            terms = terms + abs(turn)
+         end do
+      end associate
+   end subroutine add_tones
+
+   pure subroutine observe_force(self, j, tau, order, value, terms)
+      class(moreau_t), intent(in) :: self
+      real(wp), intent(in) :: tau
+      integer, intent(in) :: j, order
+      real(wp), intent(out) :: value, terms
+
+      select case (order)
+      case (0)
+         value = self%scheme%machine%contact(j)%force_sign*(self%force(j) + tau*self%force_rate(j))
+         terms = abs(self%force(j)) + tau*abs(self%force_rate(j))
+      case (1)
+         value = self%scheme%machine%contact(j)%force_sign*self%force_rate(j)
+         terms = abs(value)
+         if (self%duration > 0.0_wp) terms = terms + abs(self%force(j))/self%duration
+      case default
+         value = 0.0_wp
+         terms = 0.0_wp
+      end select
+   end subroutine observe_force
 
    !> Value of observable `form` at `tau`.
    function value(self, form, tau)
@@ -191,7 +322,7 @@ contains
 
       real(wp) :: terms
 
-      call observe(self%view, self%scheme%machine, form, tau, 0, value, terms)
+      call observe(self, form, tau, 0, value, terms)
    end function value
 
    !> Value, size and direction of observable `form` at `tau`.
@@ -204,9 +335,9 @@ contains
       real(wp) :: rate, terms
       integer :: order
 
-      call observe(self%view, self%scheme%machine, form, tau, 0, seen%value, seen%size)
+      call observe(self, form, tau, 0, seen%value, seen%size)
       do order = 1, 2
-         call observe(self%view, self%scheme%machine, form, tau, order, rate, terms)
+         call observe(self, form, tau, order, rate, terms)
          if (abs(rate) > rounding*terms) then
             seen%direction = nint(sign(1.0_wp, rate))
             return
@@ -214,7 +345,8 @@ contains
       end do
    end subroutine glimpse
 
-   !> The next turn of observable `form`, if it has turned by `tau_end`.
+   !> The first time after `tau` at which observable `form` no longer moves in `direction`, if it moves the other way at `tau_end`:
+   !> bisection of its rate. Two turns within a step are not seen.
    subroutine next_turn(self, form, tau, tau_end, direction, turned, found, tau_found, value)
       class(moreau_t), intent(inout) :: self
       integer, intent(in) :: form, direction
@@ -223,10 +355,28 @@ contains
       logical, intent(out) :: found
       real(wp), intent(out) :: tau_found, value
 
+      real(wp) :: before, middle, rate, terms
+      integer :: i
+
       associate (unused => turned)
-         call find_turn(self%view, self%scheme%machine, form, tau, tau_end, direction, found, tau_found)
-         value = self%value(form, tau_found)
+         before = tau
+         tau_found = tau_end
       end associate
+      call observe(self, form, tau_end, 1, rate, terms)
+      found = direction*rate < -rounding*terms
+      if (found) then
+         do i = 1, digits(1.0_wp)
+            middle = 0.5_wp*(before + tau_found)
+            if (.not. (middle > before .and. middle < tau_found)) exit
+            call observe(self, form, middle, 1, rate, terms)
+            if (direction*rate > 0.0_wp) then
+               before = middle
+            else
+               tau_found = middle
+            end if
+         end do
+      end if
+      value = self%value(form, tau_found)
    end subroutine next_turn
 
    !> Displacements and velocities (n each) at `tau`.
@@ -235,8 +385,8 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: displacement(:), velocity(:)
 
-      displacement = displacement_of(self%view, tau)
-      velocity = velocity_of(self%view, tau)
+      displacement = displacement_of(self, tau)
+      velocity = velocity_of(self, tau)
    end subroutine state
 
    !> Variable s, rate s' and reported force of contact j at `tau`.
@@ -246,7 +396,16 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: s, rate, force
 
-      call contact_of(self%view, self%scheme%machine, j, tau, s, rate, force)
+      real(wp) :: terms
+
+      associate (contact => self%scheme%machine%contact(j))
+         terms = 0.0_wp
+         s = dot_product(contact%w, displacement_of(self, tau)) + contact%offset
+         rate = dot_product(contact%w, velocity_of(self, tau)) + contact%drive
+         call add_tones(self, contact%error, tau, 0, s, terms)
+         call add_tones(self, contact%error, tau, 1, rate, terms)
+         force = contact%force_sign*(self%force(j) + tau*self%force_rate(j))
+      end associate
    end subroutine contact
 
    !> Branch of contact j.

@@ -17,7 +17,8 @@ module razy_moreau_step
    use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking
    use razy_core_kinds, only: wp
    use razy_core_tone, only: add_time
-   use razy_moreau_newton, only: implicit_branches, newton_round
+   use razy_linalg_lapack, only: dgetrf, dgetrs
+   use razy_moreau_impulses, only: add_impulses
    use razy_moreau_state, only: carry_excitation, excite, moreau_step_t, new_contact_kinds, new_impulse_work
    implicit none(type, external)
    private
@@ -36,6 +37,7 @@ contains
    subroutine begin_steps(self)
       type(moreau_step_t), intent(inout) :: self
 
+      real(wp) :: rate, s
       integer :: j, n, contacts
 
       n = size(self%machine%load)
@@ -56,7 +58,8 @@ contains
       call excite(self%machine, 0.0_wp, 0.0_wp, self%finish)
       do j = 1, contacts
          self%w(:, j) = self%machine%contact(j)%w
-         self%branch1(j) = self%machine%contact(j)%law%initial_branch(s_at_end(self, j), rate_at_end(self, j))
+         call contact_at(self, j, self%q1, self%v1, s, rate)
+         self%branch1(j) = self%machine%contact(j)%law%initial_branch(s, rate)
       end do
       self%branch0 = self%branch1
       self%h = 0.0_wp
@@ -67,21 +70,16 @@ contains
       self%impacts = 0
    end subroutine begin_steps
 
-   pure function s_at_end(self, j) result(s)
+   !> s and s' of contact j at the end of the step, where the motion has q and v (n each).
+   pure subroutine contact_at(self, j, q, v, s, rate)
       type(moreau_step_t), intent(in) :: self
       integer, intent(in) :: j
-      real(wp) :: s
+      real(wp), intent(in) :: q(:), v(:)
+      real(wp), intent(out) :: s, rate
 
-      s = dot_product(self%w(:, j), self%q1) + self%finish%s(j)
-   end function s_at_end
-
-   pure function rate_at_end(self, j) result(rate)
-      type(moreau_step_t), intent(in) :: self
-      integer, intent(in) :: j
-      real(wp) :: rate
-
-      rate = dot_product(self%w(:, j), self%v1) + self%finish%rate(j)
-   end function rate_at_end
+      s = dot_product(self%w(:, j), q) + self%finish%s(j)
+      rate = dot_product(self%w(:, j), v) + self%finish%rate(j)
+   end subroutine contact_at
 
    !> One step of length h, s, from the time `time + time_low`; it starts where the last one ended. Not `found`: no
    !> impulses obey the laws, or Newton's method does not converge.
@@ -132,6 +130,97 @@ contains
       call end_forces(self)
    end subroutine take_step
 
+   !> Branches of the compliant laws in the step.
+   pure subroutine implicit_branches(self, dv, branch)
+      type(moreau_step_t), intent(in) :: self
+      real(wp), intent(in) :: dv(:)
+      integer, intent(inout) :: branch(:)
+
+      real(wp) :: s, rate
+      integer :: i
+
+      do i = 1, size(self%kinds%compliant)
+         associate (j => self%kinds%compliant(i))
+            call contact_at(self, j, self%q0 + self%h*(self%v0 + self%theta*dv), self%v0 + dv, s, rate)
+            branch(j) = self%machine%contact(j)%law%initial_branch(s, rate)
+         end associate
+      end do
+   end subroutine implicit_branches
+
+   !> Δv with the compliant laws linearised about `dv`, and the impulses that belong to it. Not `found`: the
+   !> matrix is singular, or no impulses obey the laws.
+   subroutine newton_round(self, rest, dv, branch, next, found)
+      type(moreau_step_t), intent(inout) :: self
+      real(wp), intent(in) :: rest(:), dv(:)
+      integer, intent(in) :: branch(:)
+      real(wp), intent(out) :: next(:)
+      logical, intent(out) :: found
+
+      real(wp) :: k(size(branch)), b(size(branch)), force(size(branch)), s, rate
+      integer :: i, info
+
+      k = 0.0_wp
+      b = 0.0_wp
+      force = 0.0_wp
+      next = rest
+      do i = 1, size(self%kinds%compliant)
+         associate (j => self%kinds%compliant(i))
+            call contact_at(self, j, self%q0 + self%h*(self%v0 + self%theta*dv), self%v0 + dv, s, rate)
+            force(j) = self%machine%contact(j)%law%force(branch(j), s, rate, self%machine%contact(j)%normal)
+            call self%machine%contact(j)%law%slopes(branch(j), s, rate, self%machine%contact(j)%normal, k(j), b(j))
+            next = next - self%h*self%w(:, j)*(force(j) - slope(self, k(j), b(j))*dot_product(self%w(:, j), dv))
+         end associate
+      end do
+      found = .true.
+      if (abs(self%h - self%h_of_factor) > 0.0_wp .or. any(abs(k - self%stiffness) > 0.0_wp) &
+          .or. any(abs(b - self%damping) > 0.0_wp)) call factorise(self, k, b, found)
+      if (.not. found) return
+      call dgetrs("N", size(next), 1, self%factor, size(next), self%pivot, next, size(next), info)
+      call add_impulses(self, force, branch, next, found)
+   end subroutine newton_round
+
+   !> dF/d(wᵀΔv) of a compliant law.
+   pure function slope(self, stiffness, damping)
+      type(moreau_step_t), intent(in) :: self
+      real(wp), intent(in) :: stiffness, damping
+      real(wp) :: slope
+
+      slope = self%theta*self%h*stiffness + damping
+   end function slope
+
+   !> Factors of M + θh B + θ²h² K + Σ h (dF/dΔv) w wᵀ, and what impulses do.
+   subroutine factorise(self, k, b, found)
+      type(moreau_step_t), intent(inout) :: self
+      real(wp), intent(in) :: k(:), b(:)
+      logical, intent(out) :: found
+
+      real(wp) :: part
+      integer :: i, j, n, info
+
+      n = size(self%q1)
+      self%h_of_factor = self%h
+      self%stiffness = k
+      self%damping = b
+      self%factorisations = self%factorisations + 1
+      part = self%theta*self%h
+      self%factor = self%machine%mass + part*self%machine%damping + part**2*self%machine%stiffness
+      do j = 1, size(k)
+         if (.not. (abs(k(j)) > 0.0_wp .or. abs(b(j)) > 0.0_wp)) cycle
+         do i = 1, n
+            self%factor(:, i) = self%factor(:, i) + self%h*slope(self, k(j), b(j))*self%w(i, j)*self%w(:, j)
+         end do
+      end do
+      call dgetrf(n, n, self%factor, n, self%pivot, info)
+      found = info == 0
+      if (.not. found) then
+         self%h_of_factor = -1.0_wp
+         return
+      end if
+      self%response = self%w
+      call dgetrs("N", n, size(k), self%factor, n, self%pivot, self%response, n, info)
+      self%delassus = matmul(transpose(self%w), self%response)
+   end subroutine factorise
+
    pure function energy_norm(self, v) result(norm)
       type(moreau_step_t), intent(in) :: self
       real(wp), intent(in) :: v(:)
@@ -144,12 +233,13 @@ contains
    subroutine end_branches(self)
       type(moreau_step_t), intent(inout) :: self
 
-      real(wp) :: rate, terms
+      real(wp) :: rate, s, terms
       integer :: i, j
 
       do i = 1, size(self%kinds%compliant)
          j = self%kinds%compliant(i)
-         self%branch1(j) = self%machine%contact(j)%law%initial_branch(s_at_end(self, j), rate_at_end(self, j))
+         call contact_at(self, j, self%q1, self%v1, s, rate)
+         self%branch1(j) = self%machine%contact(j)%law%initial_branch(s, rate)
       end do
       self%branch1(self%kinds%side%contact) = branch_open
       do i = 1, size(self%kinds%side)
@@ -162,7 +252,7 @@ contains
       end do
       do i = 1, size(self%kinds%friction)
          j = self%kinds%friction(i)
-         rate = rate_at_end(self, j)
+         call contact_at(self, j, self%q1, self%v1, s, rate)
          terms = dot_product(abs(self%w(:, j)), abs(self%v0) + abs(self%v1)) + abs(self%finish%rate(j))
          self%branch1(j) = merge(branch_forward, branch_backward, rate > 0.0_wp)
          if (abs(rate) <= standing*terms .or. abs(self%impulse(j)) < (1.0_wp - standing)*self%bound(j)) then
@@ -175,13 +265,15 @@ contains
    subroutine end_forces(self)
       type(moreau_step_t), intent(inout) :: self
 
-      integer :: i, j
+      real(wp) :: rate, s
+      integer :: i
 
       if (self%h > 0.0_wp) self%force1 = -self%impulse/self%h
       do i = 1, size(self%kinds%compliant)
-         j = self%kinds%compliant(i)
-         self%force1(j) = self%machine%contact(j)%law%force(self%branch1(j), s_at_end(self, j), rate_at_end(self, j), &
-                                                            self%machine%contact(j)%normal)
+         associate (j => self%kinds%compliant(i))
+            call contact_at(self, j, self%q1, self%v1, s, rate)
+            self%force1(j) = self%machine%contact(j)%law%force(self%branch1(j), s, rate, self%machine%contact(j)%normal)
+         end associate
       end do
    end subroutine end_forces
 

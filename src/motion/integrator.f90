@@ -36,8 +36,7 @@ module razy_motion_integrator
       !> Right-hand sides, Jacobian matrices, factorisations, impacts (jumps of the velocity), accumulations of impacts.
       integer(i8) :: evaluations = 0, jacobians = 0, factorisations = 0, impacts = 0, accumulations = 0
       !> Guards that turned away from their bounds nearer than the method knows them (Runge-Kutta with events).
-      integer(i8) :: doubts = 0
-      real(wp) :: doubt_time = 0.0_wp
+      integer(i8) :: near_misses = 0
       !> Modes known at the end (exact).
       integer :: states = 0
    contains
@@ -303,9 +302,9 @@ contains
       if (.not. brief) call table%note("meanings", status_meanings)
       call table%add(group//"events", self%events, "1", "changes of branch of contacts")
       call table%add(group//"steps", self%steps, "1", "steps of the integrator")
-      call table%add(group//"doubts", self%doubts, "1", "events in doubt")
+      call table%add(group//"near_misses", self%near_misses, "1", &
+                     "switching functions that turned nearer to a bound than resolved")
       if (brief) return
-      call table%add(group//"doubt_time", self%doubt_time, "s", "start of the step with the first event in doubt")
       call table%add(group//"time", self%time, "s", "time reached")
       call table%add(group//"rejected", self%rejected, "1", "steps rejected")
       call table%add(group//"rhs_evaluations", self%evaluations, "1", "right-hand sides")

@@ -17,7 +17,7 @@ module razy_observe_rigid_impacts
    !> Contacts that can jump (m) by number, Wᵀ M⁻¹ W (m, m); at the last jump: who jumped, s' before and impulse (m each).
    type :: rigid_impacts_t
       integer, allocatable :: number(:)
-      real(wp), allocatable :: mobility(:, :)
+      real(wp), allocatable, private :: mobility(:, :)
       logical, allocatable :: jumped(:)
       real(wp), allocatable :: before(:), after(:), impulse(:)
       logical, private :: begun = .false.

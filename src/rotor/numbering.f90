@@ -15,7 +15,7 @@ module razy_rotor_numbering
       !> Number of coordinates.
       integer :: n = 0
       !> Node k of shaft s is node `first_node(s)` - 1 + k of the system; `first_node(shafts + 1)` - 1 is the last.
-      integer, allocatable :: first_node(:)
+      integer, allocatable, private :: first_node(:)
       !> Coordinates of shaft s: `first(s)` to `first(s + 1)` - 1.
       integer, allocatable :: first(:)
       !> Number of a coordinate (6, nodes of the system), 0 if it is not there.

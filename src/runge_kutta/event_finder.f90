@@ -24,7 +24,7 @@ module razy_runge_kutta_event_finder
    implicit none(type, external)
    private
 
-   public :: event_finder_t, one_way
+   public :: event_finder_t, monotone_sign
 
    type :: event_finder_t
       !> Misses below the error that the tolerance allows.
@@ -202,8 +202,8 @@ contains
                self%suspect(i) = reached(self%g0(i), self%rate0(i), self%g1(i), self%rate1(i), factor*self%bend0(j), &
                                          factor*self%bend1(j), h, noise)
                self%falling(i) = self%g0(i) > noise
-               if (self%falling(i)) self%falling(i) = one_way(h, self%rate0(i), self%rate1(i), factor*self%bend0(j), &
-                                                              factor*self%bend1(j)) < 0
+               if (self%falling(i)) self%falling(i) = monotone_sign(h, self%rate0(i), self%rate1(i), factor*self%bend0(j), &
+                                                                    factor*self%bend1(j)) < 0
             else
                b0 = self%g0(i) + h*self%rate0(i)/3
                b1 = self%g1(i) - h*self%rate1(i)/3
@@ -235,7 +235,7 @@ contains
 
       reached = min(g0, g1) <= noise .or. g0 + g1 <= h*(max(abs(rate0), abs(rate1)) + h*max(abs(bend0), abs(bend1)))
       if (.not. reached .or. .not. g1 > noise) return
-      way = one_way(h, rate0, rate1, bend0, bend1)
+      way = monotone_sign(h, rate0, rate1, bend0, bend1)
       if (way < 0) reached = .false.
       if (way > 0) reached = g0 < -noise
    end function reached
@@ -243,7 +243,7 @@ contains
    !> +1: a function rises, -1: it falls all through a step h with the rates r0 and r1 and the accelerations a0 and a1 at its
    !> ends; 0: that cannot be told. The cubic with these has a rate between its control points; the function is trusted to go
    !> one way if zero is further from them than half of what lies between them.
-   pure function one_way(h, r0, r1, a0, a1) result(way)
+   pure function monotone_sign(h, r0, r1, a0, a1) result(way)
       real(wp), intent(in) :: h, r0, r1, a0, a1
       integer :: way
 
@@ -257,7 +257,7 @@ contains
       way = 0
       if (lowest > room) way = 1
       if (highest < -room) way = -1
-   end function one_way
+   end function monotone_sign
 
    !> The paths of s for guards that are functions of s alone.
    subroutine choose_paths(self, system, guards, stepper)

@@ -12,7 +12,7 @@ module razy_runge_kutta_observed_step
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_machine_machine, only: observe_contact_force
    use razy_motion_integrator, only: glimpse_t
-   use razy_runge_kutta_event_finder, only: one_way
+   use razy_runge_kutta_event_finder, only: monotone_sign
    use razy_runge_kutta_methods_dense_output, only: path_t
    use razy_runge_kutta_methods_stepper, only: stepper_t
    use razy_runge_kutta_right_hand_side, only: right_hand_side_t, treat_by_events
@@ -318,7 +318,7 @@ contains
          call look_at_end(stepper%z_end(m + 1:), stepper%dz_end(m + 1:), 2)
       end associate
       self%noise = rounding*maxval(total)
-      steady = minval(direction*rate) > self%noise .and. one_way(self%h, rate(1), rate(2), bend(1), bend(2)) == direction
+      steady = minval(direction*rate) > self%noise .and. monotone_sign(self%h, rate(1), rate(2), bend(1), bend(2)) == direction
 
    contains
 

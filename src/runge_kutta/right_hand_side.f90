@@ -50,14 +50,10 @@ contains
          self%linear = self%treatment == treat_by_events .and. m <= most_dense .and. mode%constraints%count == 0 &
                        .and. all(mode%does(mode%acting(:mode%acts)) == affine)
          if (.not. self%linear) return
-         if (allocated(self%matrix)) deallocate (self%matrix)
-         allocate (self%matrix(m, 2*m))
-         self%matrix(:, :m) = system%coupled%stiffness
-         self%matrix(:, m + 1:) = system%coupled%damping
-         self%load = system%load
-         self%harmonic = system%harmonic
-         call mode%add_contacts(system, self%matrix(:, :m), self%matrix(:, m + 1:))
-         call mode%add_loads(system, self%load, self%harmonic)
+         if (allocated(self%matrix)) deallocate (self%matrix, self%load, self%harmonic)
+         allocate (self%matrix(m, 2*m), self%load(m), self%harmonic(m, size(system%omega)))
+         call mode%matrices(system, self%matrix(:, :m), self%matrix(:, m + 1:))
+         call mode%loads(system, self%load, self%harmonic)
       end associate
    end subroutine enter
 

@@ -430,7 +430,7 @@ contains
       outcome%jacobians = self%rhs%jacobians
       outcome%factorisations = self%stepper%radau%factorisations
       outcome%rejected = self%stepper%rejected_steps
-      outcome%doubts = self%finder%near_misses
+      outcome%near_misses = self%finder%near_misses
    end subroutine tally
 
    !> Value of observable `form` at `tau`.

@@ -18,7 +18,7 @@ module razy_runge_kutta_sticking
 
    !> Room of the sticking force of each friction element on both sides, N, and its rate, N/s (2, contacts), where it sticks.
    type :: room_t
-      logical, allocatable :: held(:)
+      logical, allocatable :: sticking(:)
       real(wp), allocatable :: value(:, :), rate(:, :)
       !> Rounding of the room, N (contacts).
       real(wp), allocatable :: noise(:)
@@ -81,8 +81,8 @@ contains
       type(room_t), intent(inout) :: room
       integer, intent(in) :: n
 
-      if (allocated(room%held)) deallocate (room%held, room%value, room%rate, room%noise)
-      allocate (room%held(n), source=.false.)
+      if (allocated(room%sticking)) deallocate (room%sticking, room%value, room%rate, room%noise)
+      allocate (room%sticking(n), source=.false.)
       allocate (room%value(2, n), room%rate(2, n), room%noise(n), source=0.0_wp)
    end subroutine make_room
 
@@ -115,8 +115,8 @@ contains
       if (.not. self%sticks) return
       call measure(self, rhs, system, h, h, z, self%finish)
       first = 1.0_wp
-      do j = 1, size(self%start%held)
-         if (.not. (self%start%held(j) .and. self%finish%held(j))) cycle
+      do j = 1, size(self%start%sticking)
+         if (.not. (self%start%sticking(j) .and. self%finish%sticking(j))) cycle
          do i = 1, 2
             if (.not. self%start%rate(i, j) < 0.0_wp) cycle
             call cubic_turn(h, [self%start%value(i, j), self%finish%value(i, j)], [self%start%rate(i, j), self%finish%rate(i, j)], &
@@ -142,7 +142,7 @@ contains
 
       real(wp) :: fastest
 
-      fastest = merge(self%fastest, self%fastest_error, any(self%start%held))
+      fastest = merge(self%fastest, self%fastest_error, any(self%start%sticking))
       self%longest = huge(1.0_wp)
       if (fastest > 0.0_wp) self%longest = longest_angle/fastest
    end subroutine limit
@@ -160,13 +160,13 @@ contains
 
       call rhs%accelerate(system, tau, z, self%a)
       rhs%evaluations = rhs%evaluations + 1
-      do j = 1, size(room%held)
-         room%held(j) = rhs%dynamics%mode%does(j) == constrained .and. system%machine%contact(j)%law%of_normal
-         if (room%held(j)) room%noise(j) = of_force*(abs(rhs%dynamics%force(j)) + abs(rhs%dynamics%normal(j)) &
-                                                     + norm2(self%a)/norm2(system%w(:, j)))
+      do j = 1, size(room%sticking)
+         room%sticking(j) = rhs%dynamics%mode%does(j) == constrained .and. system%machine%contact(j)%law%of_normal
+         if (room%sticking(j)) room%noise(j) = of_force*(abs(rhs%dynamics%force(j)) + abs(rhs%dynamics%normal(j)) &
+                                                         + norm2(self%a)/norm2(system%w(:, j)))
       end do
-      if (.not. any(room%held)) return
-      call look(rhs, system, room%held, room%value)
+      if (.not. any(room%sticking)) return
+      call look(rhs, system, room%sticking, room%value)
       delta = of_step*h/max(1.0_wp, self%fastest*h)
       self%moved(:system%m) = z(:system%m) + delta*z(system%m + 1:)
       self%moved(system%m + 1:) = z(system%m + 1:) + delta*self%a
@@ -175,21 +175,21 @@ contains
       call rhs%accelerate(system, tau + delta, self%moved, self%a)
       rhs%treatment = treat_by_switching
       rhs%evaluations = rhs%evaluations + 1
-      call look(rhs, system, room%held, room%rate)
+      call look(rhs, system, room%sticking, room%rate)
       room%rate = (room%rate - room%value)/delta
    end subroutine measure
 
    !> Room of the forces looked at last.
-   subroutine look(rhs, system, held, room)
+   subroutine look(rhs, system, sticking, room)
       type(right_hand_side_t), intent(in) :: rhs
       type(system_t), intent(in) :: system
-      logical, intent(in) :: held(:)
+      logical, intent(in) :: sticking(:)
       real(wp), intent(inout) :: room(:, :)
 
       integer :: j
 
-      do j = 1, size(held)
-         if (.not. held(j)) cycle
+      do j = 1, size(sticking)
+         if (.not. sticking(j)) cycle
          associate (guard => system%machine%contact(j)%law%force_guard(branch_sticking))
             room(1, j) = guard%upper*rhs%dynamics%normal(j) - rhs%dynamics%force(j)
             room(2, j) = rhs%dynamics%force(j) - guard%lower*rhs%dynamics%normal(j)

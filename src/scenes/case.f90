@@ -8,7 +8,8 @@ module razy_scenes_case
    use razy_input_schema, only: group, group_spec_t, key_string
    use razy_machine_machine, only: machine_t
    use razy_motion_method, only: check_method, method_t
-   use razy_scenes_factory, only: new_scene, scene_kinds
+   use razy_scenes_common_schema, only: scene_kinds
+   use razy_scenes_factory, only: new_scene
    use razy_scenes_records, only: read_records, record_t
    use razy_scenes_scene, only: scene_t
    use razy_scenes_start, only: set_start
@@ -21,6 +22,8 @@ module razy_scenes_case
    type :: motion_t
       real(wp) :: t_end = 0.0_wp
       integer(i8) :: most_events = 0
+      !> Lyapunov exponents asked for, and periods over which they are found.
+      integer :: lyapunov = 0, lyapunov_periods = 0
       type(method_t) :: method
    end type motion_t
 
@@ -113,6 +116,14 @@ contains
       call read_method(motion%method, machine, input, error)
       if (allocated(error)) return
       motion%most_events = most_events
+      call input%get("motion", 1, "lyapunov", motion%lyapunov)
+      call input%get("motion", 1, "lyapunov_periods", motion%lyapunov_periods)
+      if (motion%lyapunov > 0 .and. (motion%method%integrator == "moreau_jean" .or. .not. (motion%method%treatment == "event" &
+                                                                                    .or. motion%method%integrator == "exact"))) then
+         call input%complain(error, "motion", 1, "lyapunov", "0 with this method: exponents need integrator='exact', or a "// &
+                             "Runge-Kutta method with treatment='event'")
+         return
+      end if
       do i = 1, size(records)
          if (records(i)%from < motion%t_end) cycle
          call input%complain(error, "record", i, "from", "less than the end of the motion, &motion t_end")

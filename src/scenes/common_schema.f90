@@ -41,7 +41,11 @@ contains
                      key_integer("max_steps", "steps after which a motion is given up", rule=positive, default="1000000000"), &
                      key_real("max_seconds", "time on the clock after which a motion is given up", unit="s", rule=positive, &
                               default="3600.0"), &
-                     key_integer("max_events", "events after which a motion is given up", rule=positive, default="10000000")]), &
+                     key_integer("max_events", "events after which a motion is given up", rule=positive, default="10000000"), &
+                     key_integer("lyapunov", "Lyapunov exponents that are found, the largest ones, from t_end on; 0: none", &
+                                 low=0, high=10000, default="0"), &
+                     key_integer("lyapunov_periods", "periods of the excitation over which they are found (hundredths of "// &
+                                 "t_end where there is none)", low=10, high=100000000, default="1000")]), &
                group("record", "A quantity that is recorded", repeatable=.true., keys=[ &
                      key_string("observable", "what is recorded", choices=observables, required=.true.), &
                      key_string("of", "name of the group it belongs to; needed if there is more than one; for statistics also "// &
@@ -66,7 +70,21 @@ contains
                      key_logical("kind_of_motion", "whether the period of each motion and the contacts it touches are found", &
                                  default=".true."), &
                      key_real("period_tolerance", "difference from period to period up to which a motion is periodic, relative "// &
-                              "to the size of the state", rule=positive, default="1.0e-6")]), &
+                              "to the size of the state", rule=positive, default="1.0e-6"), &
+                     key_logical("until_periodic", "whether a motion is followed only until it is periodic, t_end being the most", &
+                                 default=".false."), &
+                     key_logical("processor_time", "whether the processor time of each point is stored", default=".false.")]), &
+               group("follow", "The periodic motions that razy-follow follows over a parameter", keys=[ &
+                     key_string("parameter", "group%key of the value that varies, as in --set", required=.true.), &
+                     key_real("first", "one end of the range, in the unit of the key", required=.true.), &
+                     key_real("last", "the other end", required=.true.), &
+                     key_real("from", "where the first motion is looked for; first, if not given"), &
+                     key_integer("period", "periods of the excitation in one of the first motion; 0: those of the motion that "// &
+                                 "the start settles to", low=0, high=1000, default="0"), &
+                     key_integer("settle", "periods of the excitation after which a motion counts as settled", low=20, &
+                                 high=1000000, default="300"), &
+                     key_integer("doublings", "how often a doubling or branching is followed on", low=0, high=10, default="1"), &
+                     key_integer("max_points", "points of a branch", rule=positive, default="2000")]), &
                group("tune", "A parameter that razy-tune looks for, and the natural frequency it is to give", keys=[ &
                      key_string("parameter", "group%key of the value that is looked for, as in --set", required=.true.), &
                      key_real("first", "first value of the range, in the unit of the key", required=.true.), &
@@ -81,7 +99,9 @@ contains
                      key_integer("points", "values of the parameter for which frequencies are stored", low=2, high=100000, &
                                  default="201"), &
                      key_integer("modes", "number of frequencies that are stored; all if there are fewer", rule=positive, &
-                                 default="6")]), &
+                                 default="6"), &
+                     key_logical("apply", "whether razy-run and razy-sweep compute the tuned machine, tuned at each point", &
+                                 default=".false.")]), &
                group("duel", "A method that razy-duel sets beside others", repeatable=.true., keys=[ &
                      key_string("integrator", "method", choices=integrators, required=.true.), &
                      key_string("treatment", "of jumps and kinks of the laws", choices=treatments, default="automatic"), &

@@ -4,7 +4,6 @@ module razy_scenes_factory
    use razy_core_error, only: error_t
    use razy_input_input, only: input_t
    use razy_core_text, only: lower
-   use razy_scenes_common_schema, only: scene_kinds
    use razy_scenes_lumped_scene, only: lumped_t
    use razy_scenes_planar_scene, only: planar_t
    use razy_scenes_rotor_scene, only: rotor_scene_t
@@ -12,7 +11,7 @@ module razy_scenes_factory
    implicit none(type, external)
    private
 
-   public :: draw_scene, new_scene, scene_kinds
+   public :: draw_scene, new_scene
 
 contains
 

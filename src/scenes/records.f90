@@ -234,7 +234,7 @@ contains
             observable%error = chosen%error*cmplx(0.0_wp, machine%tone%omega, wp)
             observable%unit = chosen%unit//"/s"
          end if
-         observable%long_name = chosen%name//" "//trim(in_words(findloc(quantities, observable%name, dim=1)))
+         observable%long_name = chosen%name//" "//trim(in_words(findloc(quantities == observable%name, .true., dim=1)))
       end associate
    end subroutine observe_contact
 

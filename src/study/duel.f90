@@ -36,9 +36,9 @@ module razy_study_duel
    !> One method with its setting: a tolerance, or a step in s.
    type :: entry_t
       type(method_t) :: method
-      integer :: series = 0
-      real(wp) :: setting = 0.0_wp
-      logical :: is_step = .false.
+      integer, private :: series = 0
+      real(wp), private :: setting = 0.0_wp
+      logical, private :: is_step = .false.
    end type entry_t
 
    !> What a method made of the motion.
@@ -69,7 +69,7 @@ module razy_study_duel
    type :: duel_t
       type(row_t), allocatable :: row(:)
       character(:), allocatable :: reference, check
-      type(difference_t) :: doubt
+      type(difference_t) :: reference_error
       integer(i8) :: reference_events = 0
    contains
       procedure :: columns
@@ -219,7 +219,7 @@ contains
                     //trim(status_meanings(check%outcome%status))//"'")
       end if
       if (allocated(error)) return
-      duel%doubt = compare(check, reference, machine)
+      duel%reference_error = compare(check, reference, machine)
       duel%reference_events = reference%log%count
    end subroutine find_reference
 
@@ -280,6 +280,7 @@ contains
          difference%matched = i
          difference%event_time = max(difference%event_time, abs(answer%log%time(i) - reference%log%time(i)))
       end do
+      if (difference%matched == 0 .and. reference%log%count > 0) difference%event_time = nan()
    end function compare
 
    real(wp) function nan()
@@ -339,11 +340,12 @@ contains
          end associate
          call table%stack(row, "/row")
       end do
-      call table%add("/reference/error", [self%doubt%displacement], "1", &
+      call table%add("/reference/error", [self%reference_error%displacement], "1", &
                      "difference of the displacements of the reference and its check", single)
       call table%note("reference", self%reference)
       call table%note("check", self%check)
-      call table%add("/reference/event_time_error", [self%doubt%event_time], "s", "difference of their event times", single)
+      call table%add("/reference/event_time_error", [self%reference_error%event_time], "s", &
+                     "difference of their event times", single)
       call table%add("/reference/events", [self%reference_events], "1", "events of the reference", single)
    end subroutine columns
 
@@ -358,15 +360,15 @@ contains
 
       allocate (lines(0))
       write (line, "(a, es9.2, a, es9.2, a)") "reference: "//self%reference//"; against "//self%check//" its error is ", &
-         self%doubt%displacement, ", that of its event times ", self%doubt%event_time, " s"
+         self%reference_error%displacement, ", that of its event times ", self%reference_error%event_time, " s"
       call append_text(lines, trim(line))
       write (line, "(a16, 1x, a13, 4(1x, a9), a9, a8, a8, a11, a10, 2x, a)") "method", "treatment", "setting", "error", &
-         "events, s", "cpu, s", "events", "surplus", "doubts", "rhs", "steps", "status"
+         "events, s", "cpu, s", "events", "surplus", "misses", "rhs", "steps", "status"
       call append_text(lines, trim(line))
       do i = 1, size(self%row)
          associate (row => self%row(i), entry => self%row(i)%entry)
             write (line, form) entry%method%integrator, entry%method%treatment, entry%setting, row%difference%displacement, &
-               row%difference%event_time, row%cpu_time, row%outcome%events, row%surplus, row%outcome%doubts, &
+               row%difference%event_time, row%cpu_time, row%outcome%events, row%surplus, row%outcome%near_misses, &
                row%outcome%evaluations, row%outcome%steps, trim(status_meanings(row%outcome%status))
          end associate
          call append_text(lines, trim(line))

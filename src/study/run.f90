@@ -2,7 +2,7 @@
 module razy_study_run
    use razy_core_drawing, only: drawing_t
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: i8
+   use razy_core_kinds, only: i8, wp
    use razy_core_number, only: to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
@@ -15,6 +15,7 @@ module razy_study_run
    use razy_scenes_scene, only: scene_t
    use razy_scenes_start, only: check_start
    use razy_study_sweep_starts, only: new_starts, starts_t
+   use razy_study_tune, only: apply_tune
    use razy_study_watch, only: watch_t
    implicit none(type, external)
    private
@@ -45,13 +46,18 @@ contains
 
       class(scene_t), allocatable :: scene
       type(record_t), allocatable :: records(:)
+      type(input_t) :: tuned
+      character(:), allocatable :: unit
+      real(wp), allocatable :: value
 
-      call new_machine(self%machine, self%motion, records, input, error, scene)
+      tuned = input
+      call apply_tune(tuned, value, unit, error)
+      if (.not. allocated(error)) call new_machine(self%machine, self%motion, records, tuned, error, scene)
       if (.not. allocated(error)) call apply_single_start(self%machine, input, error)
       if (.not. allocated(error)) call draw_scene(scene, self%drawing, input, error)
       if (allocated(error)) return
       self%watch%in_full = .true.
-      call self%watch%ask(records, self%machine, error)
+      call self%watch%ask(records, self%machine, self%motion, error)
    end subroutine new_run
 
    !> Begin from the start of &starts if that is one alone, as razy-sweep names it for a point; several are for razy-sweep.
@@ -111,16 +117,19 @@ contains
       call append_text(lines, to_text(self%outcome%events)//" events")
    end function answer
 
-   !> What a user has to know of the motion, in lines; none if it came to its end and nothing is in doubt.
+   !> What a user has to know of the motion, in lines; none if it came to its end and no event was missed nearly.
    function words(self) result(lines)
       class(run_t), intent(in) :: self
       type(string_t), allocatable :: lines(:)
 
       allocate (lines(0))
       associate (outcome => self%outcome)
-         if (outcome%doubts > 0) call append_text(lines, to_text(outcome%doubts)//" events in doubt, the first after "// &
-                                                  to_text(outcome%doubt_time)//" s: closer than the method resolves, so "// &
-                                                  "they may be missed or none (docs/hard_cases.md)")
+         if (outcome%near_misses > 0) then
+            call append_text(lines, to_text(outcome%near_misses)//trim(merge(" near misses", " near miss  ", &
+                                                                             outcome%near_misses > 1))// &
+                             ": contacts that closed or opened nearly or barely, by less than the method resolves "// &
+                             "(docs/hard_cases.md)")
+         end if
          if (outcome%status /= status_ok) call append_text(lines, "the motion ended at "//to_text(outcome%time)//" s: "// &
                                                            trim(status_meanings(outcome%status)))
       end associate

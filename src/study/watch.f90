@@ -4,7 +4,9 @@ module razy_study_watch
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_core_table, only: table_t
+   use razy_hybrid_flow, only: flow_t
    use razy_io_result_file, only: check_name
+   use razy_machine_excitation, only: period_of_loads, turn_tones
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: ask_stop, integrator_t, observer_slot_t, observer_t, outcome_t, status_ok
    use razy_observe_contact_statistics, only: contact_statistics_t
@@ -13,6 +15,7 @@ module razy_study_watch
    use razy_observe_periodicity, only: periodicity_t
    use razy_observe_strobe, only: strobe_t
    use razy_observe_trajectory, only: trajectory_t
+   use razy_orbits_lyapunov, only: lyapunov_t
    use razy_scenes_case, only: motion_t
    use razy_scenes_records, only: contacts_asked, record_t
    use razy_study_motion, only: run_motion
@@ -32,6 +35,10 @@ module razy_study_watch
       !> The kind of the motion is asked for, and to this tolerance.
       logical :: asks_kind = .false.
       real(wp) :: period_tolerance = 1.0e-6_wp
+      !> The motion is followed only until it is periodic.
+      logical :: until_periodic = .false.
+      !> How long the motion was followed, s.
+      real(wp) :: followed = 0.0_wp
       !> Every coordinate is followed, whoever sees it.
       logical :: keep_all = .false.
       !> Asked now and then during a motion, if it is associated: whether the motion is to end at once.
@@ -44,6 +51,7 @@ module razy_study_watch
       type(trajectory_t), allocatable, private :: trajectory
       type(event_log_t), private :: log
       type(strobe_t), private :: strobe
+      type(lyapunov_t), private :: lyapunov
       !> Largest norm of the start and the states that were stored.
       real(wp), private :: norm = 0.0_wp
    contains
@@ -60,14 +68,17 @@ contains
    !> Take over what is recorded of the observables and contacts of a machine.
    !>
    !> Errors: a name that cannot stand in a result file.
-   subroutine ask(self, records, machine, error)
+   subroutine ask(self, records, machine, motion, error)
       class(watch_t), intent(inout) :: self
       type(record_t), intent(in) :: records(:)
       type(machine_t), intent(in) :: machine
+      type(motion_t), intent(in) :: motion
       type(error_t), allocatable, intent(out) :: error
 
       integer :: i, k
 
+      self%lyapunov%asked = motion%lyapunov
+      self%lyapunov%intervals = motion%lyapunov_periods
       do i = 1, size(machine%observable)
          call check_name(machine%observable(i)%name, error)
          if (allocated(error)) return
@@ -141,9 +152,13 @@ contains
       call self%log%reset()
       if (allocated(self%trajectory)) call self%trajectory%reset()
       self%strobe%count = 0
+      call self%lyapunov%forget()
    end subroutine forget
 
    !> Run a machine as `motion` says, and watch; see `run_motion` for `integrator` and errors.
+   !>
+   !> Where the motion is to be followed only until it is periodic, it is tried with twice the recorded time, and anew with twice
+   !> that as long as it has no period; the end of the recorded time is the end of the motion, and `t_end` the longest.
    subroutine run(self, machine, motion, outcome, error, integrator)
       class(watch_t), intent(inout), target :: self
       type(machine_t), intent(in) :: machine
@@ -152,9 +167,43 @@ contains
       type(error_t), allocatable, intent(out) :: error
       class(integrator_t), allocatable, intent(inout), target, optional :: integrator
 
+      type(motion_t) :: tried
+      real(wp) :: recorded
+
+      tried = motion
+      if (self%until_periodic) then
+         recorded = motion%t_end - self%periodicity%from
+         tried%t_end = min(2*recorded, motion%t_end)
+      end if
+      do
+         self%followed = tried%t_end
+         call follow(self, machine, tried, motion%t_end - tried%t_end, outcome, error, integrator)
+         if (allocated(error) .or. outcome%status /= status_ok .or. tried%t_end >= motion%t_end) return
+         if (self%periodicity%found() > 0) return
+         tried%t_end = min(2*tried%t_end, motion%t_end)
+      end do
+   end subroutine run
+
+   !> One motion, recorded from `earlier` s before what &record says.
+   subroutine follow(self, machine, motion, earlier, outcome, error, integrator)
+      class(watch_t), intent(inout), target :: self
+      type(machine_t), intent(in) :: machine
+      type(motion_t), intent(in) :: motion
+      real(wp), intent(in) :: earlier
+      type(outcome_t), intent(out) :: outcome
+      type(error_t), allocatable, intent(out) :: error
+      class(integrator_t), allocatable, intent(inout), target, optional :: integrator
+      class(integrator_t), allocatable, target :: own
       type(observer_slot_t) :: slots(size(self%extrema) + 5)
+      real(wp) :: from(size(self%extrema)), from_statistics, from_kind
       integer :: i, n
 
+      from = self%extrema%from
+      from_statistics = self%statistics%from
+      from_kind = self%periodicity%from
+      self%extrema%from = max(from - earlier, 0.0_wp)
+      self%statistics%from = max(from_statistics - earlier, 0.0_wp)
+      self%periodicity%from = max(from_kind - earlier, 0.0_wp)
       call self%attach(machine, motion%t_end)
       n = 0
       do i = 1, size(self%extrema)
@@ -165,8 +214,14 @@ contains
       if (self%asks_kind) call show(self%periodicity)
       if (allocated(self%trajectory)) call show(self%trajectory)
       if (self%strobe_periods > 0) call show(self%strobe)
-      call run_motion(machine, motion%method, motion%t_end, slots(:n), outcome, error, motion%most_events, &
-                      self%keep_all .or. self%strobe_periods > 0, integrator, self%stop_is_asked)
+      if (present(integrator)) then
+         call run_by(integrator)
+      else
+         call run_by(own)
+      end if
+      self%extrema%from = from
+      self%statistics%from = from_statistics
+      self%periodicity%from = from_kind
       if (allocated(error)) call self%forget()
       if (outcome%status /= status_ok) self%strobe%count = 0
       do i = 1, self%strobe%count
@@ -175,6 +230,16 @@ contains
 
    contains
 
+      subroutine run_by(by)
+         class(integrator_t), allocatable, intent(inout), target :: by
+
+         call run_motion(machine, motion%method, motion%t_end, slots(:n), outcome, error, motion%most_events, &
+                         self%keep_all .or. self%strobe_periods > 0, by, self%stop_is_asked)
+         if (.not. allocated(error) .and. outcome%status == status_ok .and. motion%lyapunov > 0) then
+            call find_exponents(self, machine, motion, by, error)
+         end if
+      end subroutine run_by
+
       subroutine show(observer)
          class(observer_t), intent(inout), target :: observer
 
@@ -182,7 +247,36 @@ contains
          slots(n)%observer => observer
       end subroutine show
 
-   end subroutine run
+   end subroutine follow
+
+   !> Lyapunov exponents from the end of a motion on.
+   subroutine find_exponents(self, machine, motion, by, error)
+      class(watch_t), intent(inout) :: self
+      type(machine_t), intent(in) :: machine
+      type(motion_t), intent(in) :: motion
+      class(integrator_t), allocatable, intent(inout), target :: by
+      type(error_t), allocatable, intent(out) :: error
+
+      type(machine_t) :: later
+      real(wp), allocatable :: z(:)
+      real(wp) :: interval
+      logical :: whole
+
+      interval = period_of_loads(machine)
+      if (.not. interval > 0.0_wp) interval = motion%t_end/100
+      later = machine
+      call turn_tones(later, exp(cmplx(0.0_wp, modulo(machine%tone%omega*motion%t_end, 2*acos(-1.0_wp)), wp)))
+      select type (by)
+      class is (flow_t)
+         z = by%z
+         whole = by%system%keep_all
+         if (whole) call by%final_state(later%displacement, later%velocity)
+         call by%prepare(later, .false., error)
+         if (allocated(error)) return
+         if (whole) z = by%system%first_state()
+         call self%lyapunov%follow(by, z, interval)
+      end select
+   end subroutine find_exponents
 
    !> Hand over what was seen of a motion of a machine.
    subroutine columns(self, table, machine)
@@ -198,7 +292,9 @@ contains
          call self%extrema(i)%columns(table)
       end do
       if (self%asks_kind) call self%periodicity%columns(table)
+      if (self%until_periodic) call table%add("/point/duration", self%followed, "s", "time that the motion was followed")
       if (size(self%contacts) > 0) call self%statistics%columns(table)
+      if (self%lyapunov%asked > 0) call self%lyapunov%columns(table)
       if (self%strobe_periods == 0) return
       call table%add("strobe/norm", self%norm, "1", "largest norm of the states")
       call self%strobe%columns(table)

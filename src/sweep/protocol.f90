@@ -14,12 +14,14 @@ module razy_sweep_protocol
 
    integer, parameter, public :: tag_request = 1, tag_results = 2, tag_tally = 3, tag_chunk = 4, tag_stop = 5
 
+   !> A chunk is what remains divided by this and the number of ranks.
+   integer, parameter :: shares_per_rank = 8
+
    !> How the work is distributed. Nothing of it changes a result.
    type :: sweep_options_t
       !> Rank 0 computes points, too, in sweeps of up to this many ranks; with more it only manages, so that nobody waits for it.
       integer :: largest_working_manager = 32
-      !> A chunk is what remains divided by (this times the number of ranks), at least and at most so many points.
-      integer :: shares_per_rank = 8
+      !> A chunk is a share of what remains, at least and at most so many points.
       integer(i8) :: smallest_chunk = 1, largest_chunk = 1024
       !> Ask for the next chunk before the present one is computed: not for points that are few and long.
       logical :: ask_ahead = .true.
@@ -54,7 +56,7 @@ contains
       type(sweep_options_t), intent(in) :: options
       integer(i8) :: share
 
-      share = remaining/(int(options%shares_per_rank, i8)*ranks)
+      share = remaining/(int(shares_per_rank, i8)*ranks)
       chunk_size = min(remaining, max(options%smallest_chunk, 1_i8, min(options%largest_chunk, share)))
    end function chunk_size
 

@@ -21,7 +21,7 @@ module razy_sweep_scheduler
    implicit none(type, external)
    private
 
-   public :: ask_interrupt, report_progress, run_sweep, sweep_options_t, sweep_outcome_t
+   public :: run_sweep, sweep_outcome_t
 
    !> How a sweep went, the same on all ranks.
    type :: sweep_outcome_t

@@ -32,8 +32,8 @@ def succeed(program, *arguments, **options):
     return done
 
 
-def plot(*arguments):
-    code = "import sys; from razy_post.cli import main; sys.exit(main())"
+def plot(*arguments, module="razy_post.cli"):
+    code = f"import sys; from {module} import main; sys.exit(main())"
     environment = os.environ | {"PYTHONPATH": str(SOURCE / "post" / "src")}
     return subprocess.run(
         [sys.executable, "-c", code, *map(str, arguments)],

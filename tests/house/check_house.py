@@ -2,7 +2,9 @@
 
 A folder of src/ uses only the folders LAYERS gives it (the table of docs/architecture.md); only sweep and the drivers
 know MPI, only io knows HDF5. Path and module name agree, `use` says what it takes, a module is private and has no
-variables, the library neither stops nor prints. The top level holds what TOP names and nothing else, and no file
+variables, the library neither stops nor prints. A folder holds no more than MAX_FILES files, each module of the
+hybrid system has a test of its own, a type is extended only where a variable may be of either, and a component that
+no other file mentions is private. The top level holds what TOP names and nothing else, and no file
 is large: what a trial leaves behind does not get in.
 """
 
@@ -19,6 +21,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "support"))
 
+from check_docs import check_docs
 from fortran_source import statements
 
 # room of src/: the rooms below it that it may use, besides itself (the table of docs/architecture.md)
@@ -34,6 +37,7 @@ LAYERS = {
     "scenes": {"core", "input", "linalg", "contact", "rotor", "machine", "motion"},
     "hybrid": {"core", "linalg", "contact", "machine", "motion"},
 }
+LAYERS["orbits"] = LAYERS["hybrid"] | {"hybrid"}
 LAYERS["exact"] = LAYERS["hybrid"] | {"hybrid"}
 LAYERS["runge_kutta"] = LAYERS["hybrid"] | {"hybrid"}
 LAYERS["moreau"] = LAYERS["hybrid"] | {"hybrid"}
@@ -51,11 +55,12 @@ EXTERNAL = [
 ]
 
 MAX_COLUMNS = 132
+MAX_FILES = 20
 
 # what may stand at the top level: folders, files of the project, files of tools
 TOP = {"bench", "cmake", "docs", "drivers", "inputs", "post", "src", "tests"}
-TOP |= {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "setup.sh"}
-TOP |= {".ci", ".fortitude.toml", ".fprettify.rc", ".gitignore", ".ruff.toml"}
+TOP |= {"CHANGELOG.md", "CITATION.cff", "CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "setup.sh"}
+TOP |= {".ci", ".editorconfig", ".fortitude.toml", ".fprettify.rc", ".github", ".gitignore", ".ruff.toml"}
 MAX_BYTES = 1_000_000
 
 USE = re.compile(r"use\b(?:\s*,\s*(?:non_)?intrinsic\s*)?(?:\s*::)?\s*(\w+)\s*(,\s*only\s*:)?")
@@ -69,6 +74,8 @@ STANDARD_UNIT = re.compile(r"use\b.*\biso_fortran_env\b.*\b(output_unit|error_un
 DECLARATION = re.compile(
     r"(?:integer|real|logical|character|complex|double\s+precision|type\s*\(|class\s*\(|procedure\s*\()(?!.*\bfunction\s+\w)"
 )
+EXTENDS = re.compile(r"type\b.*\bextends\s*\(\s*(\w+)\s*\).*::\s*(\w+)$")
+TYPE = re.compile(r"type\b(?!\s*(?:\(|is\b)).*?(\w+)$")
 BLOCK = re.compile(r"(?:abstract\s+)?(interface)\b|(type)\b(?!\s*\()|(enum)\s*,")
 
 Breach = tuple[int, str]
@@ -195,6 +202,98 @@ def check_source(root: Path, file: Path, driver_modules: set[str]) -> Iterator[B
         yield from check_library(code)
 
 
+def sources(root: Path, *folders: str) -> dict[Path, list[Breach]]:
+    """The statements of every Fortran file in these folders, in lower case."""
+    files = sorted(
+        file for folder in folders for file in (root / folder).rglob("*") if file.suffix in {".f90", ".pf", ".in"}
+    )
+    texts = {file.relative_to(root): file.read_text(encoding="utf-8").replace("@assert", "assert") for file in files}
+    return {file: [(n, s.lower()) for n, s in statements(text.splitlines())] for file, text in texts.items()}
+
+
+def check_folders(root: Path) -> Iterator[str]:
+    """How many Fortran files a folder holds."""
+    folders = {file.parent for file in (root / "src").rglob("*.f90")}
+    for folder in sorted(folders):
+        count = len(list(folder.glob("*.f90")))
+        if count > MAX_FILES:
+            yield f"{folder.relative_to(root)}:1: folder: {count} files, more than {MAX_FILES}"
+
+
+def check_hybrid_tests(root: Path) -> Iterator[str]:
+    """Each module of the hybrid system has a test of its own."""
+    for file in sorted((root / "src" / "hybrid").glob("*.f90")):
+        test = Path("tests", "hybrid", f"test_{file.stem}.pf")
+        if not (root / test).is_file():
+            yield f"{file.relative_to(root)}:1: tests: there is no {test}"
+
+
+def check_extensions(files: dict[Path, list[Breach]]) -> Iterator[str]:
+    """A type is extended only where a variable may be of either, or procedures of the parent are deferred."""
+    texts = [text for code in files.values() for _, text in code]
+    needed = {match[1] for text in texts if (match := re.match(r"class\s*\(\s*(\w+)\s*\).*::(?!\s*self\b)", text))}
+    for code in files.values():
+        inside = ""
+        for _, text in code:
+            if (match := TYPE.match(text)) and not text.startswith("end"):
+                inside = match[1]
+            elif re.match(r"procedure\b.*\bdeferred\b", text):
+                needed.add(inside)
+    for file, code in files.items():
+        for line, text in code:
+            match = EXTENDS.match(text)
+            if match and match[1] not in needed:
+                yield f"{file}:{line}: extends: no 'class({match[1]})' needs the parent of {match[2]}"
+
+
+def public_components(code: list[Breach]) -> Iterator[tuple[int, str, str]]:
+    """Line, type and name of each component that is not private."""
+    inside, hidden = "", False
+    for line, text in code:
+        if re.match(r"end\s*type\b", text) or text == "contains":
+            inside = ""
+        elif not inside:
+            match = TYPE.match(text)
+            inside, hidden = (match[1], False) if match else ("", False)
+        elif text == "private":
+            hidden = True
+        elif DECLARATION.match(text) and not hidden and not re.search(r"\bprivate\b", text.partition("::")[0]):
+            entities, shape = text.partition("::")[2], None
+            while shape != entities:
+                shape, entities = entities, re.sub(r"\([^()]*\)|\[[^\[\]]*\]", "", entities)
+            for entity in entities.split(","):
+                yield line, inside, re.split(r"[^\w]", entity.strip())[0]
+
+
+def public_names(code: list[Breach]) -> set[str]:
+    """What the module makes public by name."""
+    found = [re.match(r"public\s*::(.*)", text) for _, text in code]
+    return {name.strip() for match in found if match for name in match[1].split(",")}
+
+
+def check_components(library: dict[Path, list[Breach]], others: dict[Path, list[Breach]]) -> Iterator[str]:
+    """A component that no other file reads (`%name`), sets (`name=`) or gives by place (`type_t(1.0)`) is private."""
+    mentioned: dict[str, set[Path]] = {}
+    for file, code in (library | others).items():
+        for _, text in code:
+            for name in re.findall(r"%\s*(\w+)|\b(\w+)\s*=(?!=)|\b(\w+_t)\s*\(\s*(?!\)|\w+\s*=[^=])", text):
+                mentioned.setdefault("".join(name), set()).add(file)
+    for file, code in library.items():
+        known = public_names(code)
+        for line, kind, name in public_components(code):
+            if kind in known and not (mentioned.get(name, set()) | mentioned.get(kind, set())) - {file}:
+                yield f"{file}:{line}: private: no other file mentions {name} of {kind}"
+
+
+def check_types(root: Path) -> Iterator[str]:
+    """What only all files together show: folders, tests of their own, extended types, components."""
+    library = sources(root, "src")
+    yield from check_folders(root)
+    yield from check_hybrid_tests(root)
+    yield from check_extensions(library | sources(root, DRIVERS))
+    yield from check_components(library, sources(root, DRIVERS, "tests", "docs"))
+
+
 def tracked_files(root: Path) -> list[Path] | None:
     """What git tracks and is there, relative to the root; none where the root is no clone."""
     free = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
@@ -260,6 +359,7 @@ def check_tree(root: Path) -> list[str]:
         for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), 1):
             if re.match(r"\s*add_pfunit_ctest\b", line):
                 breaches.append(f"{file.relative_to(root)}:{number}: tests: razy_add_test sets what this call does not")
+    breaches += check_types(root)
     if not any(file.parts[0] == "src" for file in files):
         breaches.append(f"{root}: tree: no Fortran file in src/")
     return breaches
@@ -269,7 +369,8 @@ def main() -> int:
     """Command line; see --help."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("root", type=Path, help="the source tree")
-    breaches = check_tree(parser.parse_args().root)
+    root = parser.parse_args().root
+    breaches = check_tree(root) + check_docs(root)
     print("\n".join(breaches) if breaches else "no breach of the house rules")
     return 1 if breaches else 0
 

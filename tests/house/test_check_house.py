@@ -179,6 +179,35 @@ BAD = [
     ("tests/core/CMakeLists.txt", "razy_add_test", "add_pfunit_ctest", 1, "tests:"),
 ]
 
+# A type with a component, and a user of it
+PARENT = """\
+module razy_core_a
+implicit none(type, external)
+private
+public :: parent_t
+type :: parent_t
+integer :: mine = 0
+end type parent_t
+end module razy_core_a
+"""
+USER = """\
+module razy_core_b
+use razy_core_a, only: parent_t
+implicit none(type, external)
+private
+contains
+subroutine s(a, x)
+{}
+end subroutine s
+end module razy_core_b
+"""
+EXTENDED = {
+    "src/core/a.f90": PARENT.replace("integer :: mine = 0\n", ""),
+    "src/core/b.f90": USER.replace(
+        "contains", "type, extends(parent_t) :: child_t\nend type child_t\ncontains"
+    ).replace("{}", "%s"),
+}
+
 # Files that may stand at the top level, some that may not, and output that .gitignore names
 TOP_FILES = (".gitignore", ".ruff.toml", "CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "setup.sh")
 TRIALS = ("fort.77", "trial/case.nml", "case.nml", ".cache/x", "build/x.o.txt")
@@ -238,8 +267,55 @@ class CheckHouse(unittest.TestCase):
                     f"module razy_{folder}_a\nuse razy_{used}_b, only: c\n"
                     "implicit none(type, external)\nprivate\nend module\n"
                 )
-                found = breaches({f"src/{folder}/a.f90": text})
+                found = breaches({f"src/{folder}/a.f90": text, f"tests/{folder}/test_a.pf": ""})
                 self.assertEqual(found == [], used == folder or used in allowed, found)
+
+    def test_number_of_files(self):
+        def tree(count):
+            names = [f"m{i}" for i in range(count)]
+            text = "module razy_core_{}\nimplicit none(type, external)\nprivate\nend module\n"
+            return {f"src/core/{name}.f90": text.format(name) for name in names}
+
+        self.assertEqual(breaches(tree(check_house.MAX_FILES)), [])
+        found = breaches(tree(check_house.MAX_FILES + 1))
+        self.assertEqual(found, ["src/core:1: folder: 21 files, more than 20"])
+
+    def test_tests_of_the_hybrid_system(self):
+        text = "module razy_hybrid_a\nimplicit none(type, external)\nprivate\nend module\n"
+        found = breaches({"src/hybrid/a.f90": text})
+        self.assertEqual(found, ["src/hybrid/a.f90:1: tests: there is no tests/hybrid/test_a.pf"])
+        self.assertEqual(breaches({"src/hybrid/a.f90": text, "tests/hybrid/test_a.pf": ""}), [])
+
+    def test_extended_types(self):
+        for line, allowed in {
+            "class(parent_t), intent(in) :: self": False,
+            "class(child_t), intent(in) :: other": False,
+            "class(parent_t), intent(in) :: other": True,
+        }.items():
+            self.assertEqual(breaches(EXTENDED | {"src/core/b.f90": EXTENDED["src/core/b.f90"] % line}) == [], allowed)
+        deferred = EXTENDED["src/core/a.f90"].replace("end type", "contains\nprocedure(f), deferred :: f\nend type")
+        used = EXTENDED["src/core/b.f90"] % "class(parent_t), intent(in) :: self"
+        self.assertEqual(breaches({"src/core/a.f90": deferred, "src/core/b.f90": used}), [])
+
+    def test_components(self):
+        for use, allowed in {
+            "x = a%mine": False,
+            "x = a%yours": True,
+            "a = parent_t(yours=1)": True,
+            "a = parent_t(1)": True,
+            "type(parent_t) :: yours": False,
+        }.items():
+            found = breaches({"src/core/a.f90": PARENT.replace("mine", "yours"), "src/core/b.f90": USER.format(use)})
+            self.assertEqual(found == [], allowed, use)
+        for hidden in (
+            "integer, private :: mine",
+            "private\ninteger :: mine",
+            "integer, allocatable, private :: mine(:)",
+        ):
+            self.assertEqual(breaches({"src/core/a.f90": PARENT.replace("integer :: mine", hidden)}), [])
+        found = breaches({"src/core/a.f90": PARENT})
+        self.assertEqual(found, ["src/core/a.f90:6: private: no other file mentions mine of parent_t"])
+        self.assertEqual(breaches({"src/core/a.f90": PARENT.replace("public :: parent_t\n", "")}), [])
 
     def test_unknown_folder(self):
         text = "module razy_odd_a\nimplicit none(type, external)\nprivate\nend module\n"

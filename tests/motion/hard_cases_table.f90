@@ -27,7 +27,7 @@ program hard_cases_table
 contains
 
    !> What comes out: the error of the state in the units of the case, changes of branch if they are not those of the closed form,
-   !> events in doubt behind a question mark, or the status and the time reached.
+   !> near misses behind a question mark, or the status and the time reached.
    function cell(name, way) result(text)
       character(*), intent(in) :: name
       integer, intent(in) :: way
@@ -58,8 +58,8 @@ contains
          write (buffer, "(a, i0, a, i0, a)") " (", outcome%events, " of ", sample%events, ")"
          text = text//trim(buffer)
       end if
-      if (outcome%doubts == 0) return
-      write (buffer, "(a, i0)") " ?", outcome%doubts
+      if (outcome%near_misses == 0) return
+      write (buffer, "(a, i0)") " ?", outcome%near_misses
       text = text//trim(buffer)
    end function cell
 

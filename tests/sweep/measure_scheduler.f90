@@ -130,7 +130,8 @@ program measure_scheduler
    use razy_sweep_communicator, only: communicator_t, new_communicator
    use razy_sweep_mpi, only: finish_mpi, start_mpi
    use razy_sweep_plan, only: new_plan
-   use razy_sweep_scheduler, only: run_sweep, sweep_options_t, sweep_outcome_t
+   use razy_sweep_protocol, only: sweep_options_t
+   use razy_sweep_scheduler, only: run_sweep, sweep_outcome_t
    use razy_sweep_units, only: units_t
    implicit none(type, external)
 

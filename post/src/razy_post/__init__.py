@@ -1,3 +1,3 @@
 """Read and plot the HDF5 result files of razy."""
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"

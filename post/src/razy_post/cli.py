@@ -3,6 +3,8 @@
 import argparse
 import sys
 import warnings
+from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
 
@@ -10,9 +12,9 @@ from matplotlib.figure import Figure
 
 from razy_post import __version__, output
 from razy_post.errors import ResultError
-from razy_post.plot import KINDS, PlotNote, PlotOptions, draw
+from razy_post.plot import ARRANGEMENTS, KINDS, QUANTITIES, PlotNote, PlotOptions, draw, draw_several
 from razy_post.plot.style import provenance
-from razy_post.read import open_result
+from razy_post.read import ResultFile, SweepResult, open_result
 
 PROGRAM = "razy-plot"
 
@@ -31,11 +33,13 @@ def parser() -> argparse.ArgumentParser:
         prog=PROGRAM,
         description="Draw the picture that fits a result file of razy: a bifurcation diagram from razy-sweep, "
         "time histories and phase paths from razy-run, a Campbell diagram from razy-modes, "
-        "objective and natural frequencies from razy-tune.",
+        "objective and natural frequencies from razy-tune, branches of periodic motions from razy-follow.",
         epilog="Exit code: 0 done, 2 bad input or usage, 1 anything else.",
         allow_abbrev=False,
     )
-    result.add_argument("file", metavar="FILE.h5", type=Path, help="result file")
+    result.add_argument(
+        "files", metavar="FILE.h5", type=Path, nargs="+", help="result file; several of a kind go into one picture, and a sweep below branches"
+    )
     result.add_argument(
         "--save", metavar="FILE", type=Path, help="write the picture (.png, .pdf, .svg, ...) instead of showing it"
     )
@@ -45,6 +49,18 @@ def parser() -> argparse.ArgumentParser:
     )
     result.add_argument(
         "--coordinate", metavar="NAME", action="append", default=[], help="coordinate to draw; repeat for several"
+    )
+    result.add_argument(
+        "--arrange", choices=ARRANGEMENTS, default="overlay",
+        help="several files: over one another (of two the first grey, the second black), side by side, with difference",
+    )  # fmt: skip
+    result.add_argument(
+        "--label", metavar="TEXT", action="append", default=[], help="words for a file of several; repeat for each"
+    )
+    result.add_argument(
+        "--quantity",
+        choices=QUANTITIES,
+        help="of branches: all extrema of the observable, the largest, the smallest, or the largest multiplier",
     )
     result.add_argument("--from", dest="start", metavar="X", type=_number, help="least parameter, or time in s")
     result.add_argument("--to", dest="stop", metavar="X", type=_number, help="largest parameter, or time in s")
@@ -85,18 +101,30 @@ def _plot(given: argparse.Namespace) -> None:
         title=given.title,
         size=given.size,
         footer=given.footer,
+        quantity=given.quantity,
     )
     if given.save is not None:
-        output.check_target(given.save, given.file)
-    with open_result(given.file) as result:
-        if given.save is None:
-            figure = output.new_window(f"{PROGRAM} {given.file}")
-            draw(result, figure, options, given.kind)
+        output.check_target(given.save, given.files)
+    with ExitStack() as stack:
+        results = [stack.enter_context(open_result(file)) for file in given.files]
+        if len(results) == 2 and results[0].program == "razy-follow":
+            options = replace(options, sweep=_sweep(results.pop()))
+        show = given.save is None
+        figure = output.new_window(f"{PROGRAM} {given.files[0]}") if show else Figure(dpi=given.dpi)
+        if len(results) == 1:
+            draw(results[0], figure, options, given.kind)
+        else:
+            draw_several(results, figure, options, given.kind, given.label, given.arrange)
+        if show:
             output.show_window()
         else:
-            figure = Figure(dpi=given.dpi)
-            draw(result, figure, options, given.kind)
-            output.save(figure, given.save, provenance(result))
+            output.save(figure, given.save, provenance(results[0]))
+
+
+def _sweep(result: ResultFile) -> SweepResult:
+    if not isinstance(result, SweepResult):
+        raise ResultError(f"{result.path}: a file of {result.program}; the second file is one of razy-sweep")
+    return result
 
 
 def _fail(message: str, code: int) -> int:

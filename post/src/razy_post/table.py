@@ -1,4 +1,4 @@
-"""The extrema of a sweep as a table of text: one line for each, comma-separated, numbers with all their digits."""
+"""Points or extrema of a sweep, or of branches, as a table of text: a line each, comma-separated, with all digits."""
 
 import csv
 from pathlib import Path
@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from razy_post.errors import ResultError
-from razy_post.read import SweepResult
+from razy_post.read import FollowResult, SweepResult
 
 
-def write_extrema(result: SweepResult, observable: str, target: Path) -> int:
+def write_extrema(result: SweepResult | FollowResult, observable: str, target: Path) -> int:
     """Write point, parameters, value and kind of each extremum of an observable; return the number of lines."""
     extrema = result.extrema(observable)
     grids = [result.grid(name) for name in result.parameters]
@@ -26,7 +26,7 @@ def write_extrema(result: SweepResult, observable: str, target: Path) -> int:
     return lines
 
 
-def write_points(result: SweepResult, target: Path) -> int:
+def write_points(result: SweepResult | FollowResult, target: Path) -> int:
     """Write parameters, start and all single numbers of each point; return the number of lines."""
     names = [f"{quantity.name} [{quantity.units}]" for quantity in map(result.parameter, result.parameters)]
     columns = [np.arange(result.n_points), *(result.grid(name) for name in result.parameters)]
@@ -35,6 +35,9 @@ def write_points(result: SweepResult, target: Path) -> int:
         if name in wanted or name.startswith("start."):
             names.append(name)
             columns.append(item[()])
+    if isinstance(result, FollowResult):
+        names += ["largest_multiplier", "label"]
+        columns += [result.largest_multiplier, result.labels]
     with _opened(target) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["point", *names])

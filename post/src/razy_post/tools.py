@@ -9,7 +9,7 @@ from typing import NoReturn
 from razy_post import __version__
 from razy_post.errors import ResultError
 from razy_post.merge import merge
-from razy_post.read import SweepResult, open_result
+from razy_post.read import FollowResult, SweepResult, open_result
 from razy_post.table import write_extrema, write_points
 from razy_post.target import check_output
 
@@ -33,8 +33,10 @@ def merge_main(arguments: list[str] | None = None) -> int:
 
 def csv_main(arguments: list[str] | None = None) -> int:
     """Run ``razy-csv``; return its exit code."""
-    parser = _parser("razy-csv", "Write a sweep as comma-separated text: its points, or the extrema of an observable.")
-    parser.add_argument("file", metavar="FILE.h5", type=Path, help="file of razy-sweep")
+    parser = _parser(
+        "razy-csv", "Write a sweep or branches as comma-separated text: points, or an observable's extrema."
+    )
+    parser.add_argument("file", metavar="FILE.h5", type=Path, help="file of razy-sweep or razy-follow")
     parser.add_argument("--observable", metavar="NAME", help="its extrema; without it the points")
     parser.add_argument("--output", metavar="FILE.csv", type=Path, help="file to write (default: FILE.csv)")
     given = parser.parse_args(arguments)
@@ -43,8 +45,8 @@ def csv_main(arguments: list[str] | None = None) -> int:
         target = given.output or Path(given.file.with_suffix(".csv").name)
         check_output(target, [given.file], given.force)
         with open_result(given.file) as result:
-            if not isinstance(result, SweepResult):
-                raise ResultError(f"{given.file}: not a file of razy-sweep")
+            if not isinstance(result, SweepResult | FollowResult):
+                raise ResultError(f"{given.file}: not a file of razy-sweep or razy-follow")
             if given.observable is None:
                 return f"{target}: {write_points(result, target)} points"
             return f"{target}: {write_extrema(result, given.observable, target)} extrema"

@@ -11,7 +11,7 @@ module razy_exact_closed_form_amplitudes
    implicit none(type, external)
    private
 
-   public :: amplitudes_t, copy, go_from, move_to, reserve, set_state, shift, state_of, step, carry_disturbance
+   public :: amplitudes_t, copy, go_from, move_to, reserve, set_state, shift, state_of, step, tabulate, carry_disturbance
 
    !> Arrays may be longer than the response at hand needs.
    type :: amplitudes_t
@@ -28,19 +28,23 @@ module razy_exact_closed_form_amplitudes
 
 contains
 
-   !> Make room for a response.
+   !> Make room for a response, beside all those before.
    pure subroutine reserve(self, response)
       type(amplitudes_t), intent(inout) :: self
       type(response_t), intent(in) :: response
 
+      integer :: room(3)
+
+      room = [response%amplitudes, response%rigid, response%nx] + 8
       if (allocated(self%re)) then
-         if (size(self%re) >= response%amplitudes .and. size(self%rigid) >= response%rigid &
-             .and. size(self%dense) >= response%nx) return
+         associate (now => [size(self%re), size(self%rigid), size(self%dense)])
+            if (all(now >= room - 8)) return
+            room = max(room, now)
+         end associate
          deallocate (self%re, self%im, self%rigid, self%rate, self%dense, self%tone)
       end if
-      allocate (self%re(response%amplitudes + 8), self%im(response%amplitudes + 8))
-      allocate (self%tone(2*(response%amplitudes + 8)))
-      allocate (self%rigid(response%rigid + 8), self%rate(response%rigid + 8), self%dense(response%nx + 8))
+      allocate (self%re(room(1)), self%im(room(1)), self%tone(2*room(1)))
+      allocate (self%rigid(room(2)), self%rate(room(2)), self%dense(room(3)))
    end subroutine reserve
 
    !> Put the cursor at tau = 0 with the state z (2m) and the tones' phasors (tones).
@@ -232,23 +236,21 @@ contains
 
       call copy(from, response, self)
       rest = tau
-      if (response%driven%count > 0) then
-         call take_digits_driven(response, level, rest, self)
-      else
-         h = response%step_length(level)
-         do k = level + 1, response%fine_level
-            h = 0.5_wp*h
-            if (rest < h) cycle
-            rest = rest - h
-            if (.not. response%has_step(k)) call tabulate(response, k)
-            do i = 1, response%amplitudes
-               re = self%re(i)*response%step_re(i, k) - self%im(i)*response%step_im(i, k)
-               self%im(i) = self%re(i)*response%step_im(i, k) + self%im(i)*response%step_re(i, k)
-               self%re(i) = re
-            end do
-            if (response%nx > 0) call step_dense(response, k, self%dense)
+      h = response%step_length(level)
+      do k = level + 1, response%fine_level
+         h = 0.5_wp*h
+         if (rest < h) cycle
+         rest = rest - h
+         if (.not. response%has_step(k)) call tabulate(response, k)
+         if (response%driven%count > 0) call take_tones(self, response, self%re, self%im)
+         do i = 1, response%amplitudes
+            re = self%re(i)*response%step_re(i, k) - self%im(i)*response%step_im(i, k)
+            self%im(i) = self%re(i)*response%step_im(i, k) + self%im(i)*response%step_re(i, k)
+            self%re(i) = re
          end do
-      end if
+         if (response%driven%count > 0) call push_by_table(self, response, k)
+         if (response%nx > 0) call step_dense(response, k, self%dense)
+      end do
       h = tau - rest
       do i = 1, response%rigid
          self%rigid(i) = from%rigid(i) + h*(from%rate(i) + 0.5_wp*h*response%rigid_force(i))
@@ -274,34 +276,6 @@ contains
          call shift_plain(self, response, delta)
       end if
    end subroutine shift
-
-   !> Go by the binary digits of `rest` (s) below 2^-level where excitation acts on driven terms; what is left of it is smaller
-   !> than a step of the finest level.
-   pure subroutine take_digits_driven(response, level, rest, self)
-      type(response_t), intent(inout) :: response
-      integer, intent(in) :: level
-      real(wp), intent(inout) :: rest
-      type(amplitudes_t), intent(inout) :: self
-
-      real(wp) :: h, re
-      integer :: i, k
-
-      h = response%step_length(level)
-      do k = level + 1, response%fine_level
-         h = 0.5_wp*h
-         if (rest < h) cycle
-         rest = rest - h
-         if (.not. response%has_step(k)) call tabulate(response, k)
-         call take_tones(self, response, self%re, self%im)
-         do i = 1, response%amplitudes
-            re = self%re(i)*response%step_re(i, k) - self%im(i)*response%step_im(i, k)
-            self%im(i) = self%re(i)*response%step_im(i, k) + self%im(i)*response%step_re(i, k)
-            self%re(i) = re
-         end do
-         call push_by_table(self, response, k)
-         if (response%nx > 0) call step_dense(response, k, self%dense)
-      end do
-   end subroutine take_digits_driven
 
    !> Move by the small time `delta` where excitation acts on driven terms.
    pure subroutine shift_driven(self, response, delta)

@@ -22,8 +22,8 @@ module razy_exact_closed_form_dense_part
       real(wp) :: norm = 0.0_wp
       !> Tones that act here, and their scales; scale of the constant load (0: none acts).
       integer, allocatable :: tone(:)
-      real(wp), allocatable :: tone_scale(:)
-      real(wp) :: load_scale = 0.0_wp
+      real(wp), allocatable, private :: tone_scale(:)
+      real(wp), private :: load_scale = 0.0_wp
    contains
       procedure :: start
       procedure :: add_state
@@ -55,7 +55,13 @@ contains
       self%tone_scale = [(norm2(abs(phasor(:, self%tone(t))))/self%unit, t=1, size(self%tone))]
       nx = d + merge(1, 0, self%load_scale > 0.0_wp) + 2*size(self%tone)
       allocate (self%matrix(nx, nx), source=0.0_wp)
-      call second_order(self%matrix(:d, :d), modes, self%unit)
+      associate (s => size(modes%phi, 2))
+         do i = 1, s
+            self%matrix(i, s + i) = self%unit
+         end do
+         self%matrix(s + 1:d, :s) = -modes%stiffness/self%unit
+         self%matrix(s + 1:d, s + 1:d) = -modes%damping
+      end associate
       associate (driven => self%matrix(d - size(force) + 1:d, :))
          if (self%load_scale > 0.0_wp) driven(:, d + 1) = force/self%load_scale
          do t = 1, size(self%tone)
@@ -68,22 +74,6 @@ contains
       end associate
       self%norm = maxval(sum(abs(self%matrix), dim=1))
    end subroutine new_dense_part
-
-   !> The matrix of (u η, η').
-   pure subroutine second_order(matrix, modes, unit)
-      real(wp), intent(inout) :: matrix(:, :)
-      type(dense_modes_t), intent(in) :: modes
-      real(wp), intent(in) :: unit
-
-      integer :: i, s
-
-      s = size(modes%phi, 2)
-      do i = 1, s
-         matrix(i, s + i) = unit
-      end do
-      matrix(s + 1:, :s) = -modes%stiffness/unit
-      matrix(s + 1:, s + 1:) = -modes%damping
-   end subroutine second_order
 
    !> x (nx) at the state z (2m) and tone phasors.
    pure subroutine start(self, z, phasor, x)

@@ -24,15 +24,15 @@ module razy_exact_closed_form_driven
       integer :: count = 0, first = 0, tones = 0
       !> Whether a constant force acts: the last tone.
       logical :: loaded = .false.
-      complex(wp), allocatable :: lambda(:)
-      real(wp), allocatable :: omega(:)
+      complex(wp), allocatable, private :: lambda(:)
+      real(wp), allocatable, private :: omega(:)
       !> p and q (terms, tones) and the largest of the sum (terms).
-      complex(wp), allocatable :: p(:, :), q(:, :)
-      real(wp), allocatable :: largest(:)
+      complex(wp), allocatable, private :: p(:, :), q(:, :)
+      real(wp), allocatable, private :: largest(:)
       !> What cosine and sine of a tone add to the derivative of order k of an amplitude (terms, tones, k), and bounds of what
       !> all tones add (terms, k).
-      complex(wp), allocatable :: on_cosine(:, :, :), on_sine(:, :, :)
-      real(wp), allocatable :: most(:, :)
+      complex(wp), allocatable, private :: on_cosine(:, :, :), on_sine(:, :, :)
+      real(wp), allocatable, private :: most(:, :)
    contains
       procedure :: push
       procedure :: push_shortly

@@ -219,9 +219,9 @@ contains
       end if
       if (whole) then
          self%info = 0
-         call append(self%dense, dense_modes_t(phi=phi, stiffness=k(modes, modes), damping=b(modes, modes), &
-                                               fastest=sqrt(maxval(sum(abs(k(modes, modes)), dim=1))) &
-                                               + maxval(abs(b(modes, modes)))))
+         self%dense = [self%dense, dense_modes_t(phi=phi, stiffness=k(modes, modes), damping=b(modes, modes), &
+                                                 fastest=sqrt(maxval(sum(abs(k(modes, modes)), dim=1))) &
+                                                 + maxval(abs(b(modes, modes))))]
          return
       end if
       call add_terms(self, phi, unit, lambda, right, left)
@@ -276,17 +276,5 @@ contains
       call move_alloc(to_term, self%to_term)
       call move_alloc(from_term, self%from_term)
    end subroutine add_terms
-
-   subroutine append(list, part)
-      type(dense_modes_t), allocatable, intent(inout) :: list(:)
-      type(dense_modes_t), intent(in) :: part
-
-      type(dense_modes_t), allocatable :: longer(:)
-
-      allocate (longer(size(list) + 1))
-      longer(:size(list)) = list
-      longer(size(longer)) = part
-      call move_alloc(longer, list)
-   end subroutine append
 
 end module razy_exact_modal_basis

@@ -71,9 +71,7 @@ contains
          call from_open(basis, open, system, mode%branch, done)
          if (done) return
       end if
-      k = system%coupled%stiffness
-      b = system%coupled%damping
-      call mode%add_contacts(system, k, b)
+      call mode%matrices(system, k, b)
       call solve(basis, system, mode%branch, k, b)
       if (basis%info == 0 .and. open%turns) call leave_unfelt(basis, open)
    end subroutine new_eigenmodes

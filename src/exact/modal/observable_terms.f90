@@ -1,8 +1,8 @@
 !! The terms of a motion that contacts and observables can feel.
 !!
 !! In each eigenspace, of one eigenvalue or of copies of it, the forms of contacts and observables have a kernel. What is in it
-!! never reaches a form, in this contact state or another, and is left out: of twin shafts on a gear mesh half of all terms. The
-!! others are turned so that they are orthogonal to it.
+!! never reaches a form, in this contact state or another, and is left out: of two equal shafts on a gear mesh half of all
+!! terms. The others are turned so that they are orthogonal to it.
 module razy_exact_modal_observable_terms
    use razy_core_kinds, only: wp
    use razy_exact_modal_basis, only: modal_basis_t

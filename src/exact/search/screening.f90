@@ -12,7 +12,7 @@ module razy_exact_search_screening
    implicit none(type, external)
    private
 
-   public :: find_quiet, find_safe
+   public :: screen, find_safe
 
    !> Part of a proved time that is used.
    real(wp), parameter :: used = 0.99_wp
@@ -62,7 +62,7 @@ contains
 
    !> Which functions need not be looked at on the step from `from` to the time `tau_end` of the segment. Of two that share a form
    !> both are looked at or none. Value and slope at the start are formed where they are missing.
-   pure subroutine find_quiet(response, rows, from, tau_end, watched)
+   pure subroutine screen(response, rows, from, tau_end, watched)
       type(response_t), intent(in) :: response
       type(rows_t), intent(in) :: rows
       type(amplitudes_t), intent(in) :: from
@@ -71,26 +71,26 @@ contains
 
       real(wp) :: f, g
       integer :: i
-      logical :: quiet
+      logical :: screened
 
       do i = 1, size(watched)
          associate (w => watched(i))
             if (.not. w%shares_form) then
-               quiet = tau_end <= w%safe_until
+               screened = tau_end <= w%safe_until
                if (i < size(watched)) then
-                  if (watched(i + 1)%shares_form) quiet = quiet .and. tau_end <= watched(i + 1)%safe_until
+                  if (watched(i + 1)%shares_form) screened = screened .and. tau_end <= watched(i + 1)%safe_until
                end if
             end if
-            w%given = w%shares_form .or. quiet
-            w%idle = w%resting .or. quiet
-            if (.not. quiet .and. w%stale) then
+            w%given = w%shares_form .or. screened
+            w%idle = w%resting .or. screened
+            if (.not. screened .and. w%stale) then
                call value_and_slope(rows, response, from, w%form, w%order, f, g)
                w%f0 = max(w%side*(f - w%bound), 0.0_wp)
                w%g0 = w%side*g
             end if
-            w%stale = quiet
+            w%stale = screened
          end associate
       end do
-   end subroutine find_quiet
+   end subroutine screen
 
 end module razy_exact_search_screening

@@ -9,13 +9,13 @@
 !! Crossings smaller than the rounding of f itself do not count as such.
 module razy_exact_search_search
    use razy_core_kinds, only: i8, wp
-   use razy_exact_closed_form_amplitudes, only: amplitudes_t, copy, move_to, reserve, step
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t, copy, move_to, reserve, step, tabulate
    use razy_exact_closed_form_response, only: coarsest_level, finest_level, response_t
-   use razy_exact_closed_form_rows, only: rows_t, size_of, value_and_slope
+   use razy_exact_closed_form_rows, only: rows_t, size_of, value_and_slope, value_of
    use razy_exact_search_on_bound, only: sort_on_bound
    use razy_exact_search_refine, only: refine_root, watched_t
-   use razy_exact_search_screening, only: find_quiet, find_safe
-   use razy_exact_search_step_verdict, only: judge, stays, undecided
+   use razy_exact_search_screening, only: screen, find_safe
+   use razy_exact_search_sign_proof, only: proved_curvature, proved_margin, proved_monotone
    use razy_linalg_wide_sums, only: sum_of, wide
    use razy_motion_integrator, only: budget_t, status_ok, status_step_underflow
    implicit none(type, external)
@@ -32,12 +32,13 @@ module razy_exact_search_search
    !> Workspace and counters of the search.
    type :: search_t
       !> Two ends of a step, of which `now` is the present one; a root; the root that is found.
-      type(amplitudes_t) :: point(2), trial_root, probe
-      integer :: now = 1
+      type(amplitudes_t), private :: point(2), trial_root
+      type(amplitudes_t) :: probe
+      integer, private :: now = 1
       !> Amplitudes, rigid modes and dense states there is room for.
-      integer :: room(3) = -1
+      integer, private :: room(3) = -1
       !> Moduli of the amplitudes at the last exact evaluation.
-      real(wp), allocatable :: modulus(:)
+      real(wp), allocatable, private :: modulus(:)
       !> Steps are 2^-level s.
       integer :: level = 10
       !> Steps tried and halvings among them.
@@ -48,6 +49,12 @@ module razy_exact_search_search
    real(wp), parameter :: rounding = 16*epsilon(1.0_wp)
    !> Steps between exact evaluations of the amplitudes.
    integer, parameter :: resync = 32
+   !> What a function does on a step: stays inside its bounds, leaves them, or cannot be told.
+   integer, parameter :: stays = 0, leaves = 1, undecided = 2
+   !> Times the fastest exponent, a step on which a change of third order is below rounding: its ends decide.
+   real(wp), parameter :: shortest = 1.0e-6_wp
+   !> A fall within one step of so many times the rounding of the value is a fall.
+   real(wp), parameter :: clearly = 16.0_wp
 
 contains
 
@@ -125,13 +132,13 @@ contains
       self%steps = self%steps + 1
       roomy = .true.
       verdict = stays
-      if (response%terms >= wide) call find_quiet(response, rows, self%point(self%now), self%point(3 - self%now)%tau, watched)
+      if (response%terms >= wide) call screen(response, rows, self%point(self%now), self%point(3 - self%now)%tau, watched)
       do i = 1, size(watched)
          if (.not. watched(i)%given) then
             call value_and_slope(rows, response, self%point(3 - self%now), watched(i)%form, watched(i)%order, f, g)
          end if
          if (watched(i)%idle) cycle
-         call judge(self%point(self%now), self%level, response, rows, watched(i), f, g, h, self%trial_root, verdict, high, room)
+         call judge(self, response, rows, watched(i), f, g, h, verdict, high, room)
          roomy = roomy .and. room
          if (verdict == undecided) exit
          if (verdict == stays) cycle
@@ -151,6 +158,128 @@ contains
       self%halvings = self%halvings + 1
       self%level = self%level + 1
    end subroutine try_step
+
+   !> What a function does on a step of h = 2^-level s from the present point, at whose end its form has the value `f` and the slope
+   !> `g`; `high` (s after the point) ends the bracket of a root, `room` says that twice the step may do.
+   subroutine judge(self, response, rows, w, f, g, h, verdict, high, room)
+      type(search_t), intent(inout) :: self
+      type(response_t), intent(inout) :: response
+      type(rows_t), intent(in) :: rows
+      type(watched_t), intent(inout) :: w
+      real(wp), intent(in) :: f, g, h
+      integer, intent(out) :: verdict
+      real(wp), intent(out) :: high
+      logical, intent(out) :: room
+
+      real(wp) :: change, margin, m4, d0, d1
+      integer :: curvature
+
+      high = h
+      w%f1 = w%side*(f - w%bound)
+      w%g1 = w%side*g
+      ! Rounding below zero is no crossing, unless the function is on its way: put off to the next step, the crossings of a body
+      ! that hops ever lower would be late by a part of the hop.
+      if (abs(w%f1) <= w%noise .and. .not. -w%g1*h > clearly*w%noise) w%f1 = max(w%f1, 0.0_wp)
+      m4 = w%m4
+      if (.not. response%bounded) m4 = fourth_derivative(self%point(self%now), response, rows, w, h)
+      margin = proved_margin(w%f0, w%g0, w%f1, w%g1, h, m4)
+      room = .false.
+      verdict = stays
+      if (w%f1 >= 0.0_wp .and. margin >= 0.0_wp) then
+         ! Twice the step has sixteen times the error, and a smaller margin; what rests on its bound has neither.
+         room = margin >= m4*h**4*(40.0_wp/144)
+         return
+      end if
+      if (w%f1 < 0.0_wp) verdict = leaves
+      if (self%level >= finest_level) return
+      ! What changes by no more than its rounding is told by its ends; a parabola on its bound would be halved without end.
+      change = h*(abs(w%g0) + abs(w%g1)) + m4*h**4
+      if (change <= w%noise) then
+         room = verdict == stays .and. 16*change <= w%noise
+         return
+      end if
+      if (verdict == leaves .and. w%g0 > 0.0_wp .and. .not. w%f0 > 0.0_wp) then
+         ! From zero up and below zero again: half the step separates the root at its start from the one to be found.
+         verdict = undecided
+         return
+      end if
+      ! Free flight, a parabola, has no time of its own.
+      if (response%fastest > 0.0_wp .and. h*response%fastest <= shortest) return
+      if (proved_monotone(w%f0, w%g0, w%f1, w%g1, h, m4, w%noise)) return
+      call proved_curvature(w%f0, w%g0, w%f1, w%g1, h, m4, w%noise, d0, d1, curvature)
+      if (curvature == 0) then
+         verdict = undecided
+      else if (verdict == stays .and. curvature > 0 .and. w%g0 < 0.0_wp .and. w%g1 > 0.0_wp) then
+         call judge_minimum(self, response, rows, w, d0, d1, h, verdict, high)
+      end if
+   end subroutine judge
+
+   !> A convex function that is positive at both ends: the sign of its minimum decides, and ends the bracket of the first root.
+   subroutine judge_minimum(self, response, rows, w, d0, d1, h, verdict, high)
+      type(search_t), intent(inout) :: self
+      type(response_t), intent(inout) :: response
+      type(rows_t), intent(in) :: rows
+      type(watched_t), intent(in) :: w
+      real(wp), intent(in) :: d0, d1, h
+      integer, intent(out) :: verdict
+      real(wp), intent(inout) :: high
+
+      type(watched_t) :: slope
+      real(wp) :: lowest, tau
+
+      slope = watched_t(form=w%form, order=w%order + 1, side=-w%side, f0=-w%g0, g0=-d0, f1=-w%g1, g1=-d1, &
+                        scale=w%scale*response%fastest)
+      call refine_root(response, rows, self%point(self%now), self%level, h, slope, self%trial_root, tau)
+      lowest = w%side*(value_of(rows, response, self%trial_root, w%form, w%order) - w%bound)
+      verdict = stays
+      if (lowest >= -w%noise) return
+      verdict = leaves
+      high = tau - self%point(self%now)%tau
+   end subroutine judge_minimum
+
+   !> Bound of the fourth derivative of f on a step where amplitudes grow, are driven, or states are dense.
+   pure function fourth_derivative(from, response, rows, w, h) result(m4)
+      type(amplitudes_t), intent(in) :: from
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(watched_t), intent(in) :: w
+      real(wp), intent(in) :: h
+      real(wp) :: m4
+
+      m4 = w%m4
+      if (response%driven%count > 0) m4 = m4 + rows%drift(w%order, w%form)*((from%tau - w%since) + h)
+      if (response%growing) m4 = m4*growth_over(response, h)
+      if (response%nx > 0) m4 = m4 + dense_bound(from, response, rows, w%form, w%order + 4, h)
+   end function fourth_derivative
+
+   !> Largest factor by which an amplitude grows over a step.
+   pure function growth_over(response, h) result(factor)
+      type(response_t), intent(in) :: response
+      real(wp), intent(in) :: h
+      real(wp) :: factor
+
+      factor = exp(min(h*max(0.0_wp, maxval(real(response%exponent))), 200.0_wp))
+   end function growth_over
+
+   !> Bound of the dense states' part in the derivative of order p: |r exp(Tt) x| <= max|r| exp(|T|t) sum|x|.
+   pure function dense_bound(from, response, rows, form, p, h) result(bound)
+      type(amplitudes_t), intent(in) :: from
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      integer, intent(in) :: form, p
+      real(wp), intent(in) :: h
+      real(wp) :: bound
+
+      integer :: i, j, k
+
+      bound = 0.0_wp
+      do i = 1, size(response%dense)
+         j = response%first(i)
+         k = response%first(i + 1) - 1
+         bound = bound + maxval(abs(rows%dense(j:k, p, form)))*sum(abs(from%dense(j:k))) &
+                 *exp(min(response%dense(i)%norm*h, 200.0_wp))
+      end do
+   end function dense_bound
 
    !> Whether constant parts outweigh all that varies, so that no function can leave as long as this response lasts.
    pure function stay_forever(self, response, rows, watched) result(proved)
@@ -211,8 +340,9 @@ contains
          call copy(start, response, self%point(self%now))
       end if
       call renew(self, response, rows, watched)
-      call sort_on_bound(rows, response, self%point(self%now), self%modulus, &
-                         scale(1.0_wp, -self%level), tau_end - tau_from, watched, leaves)
+      if (.not. response%has_step(self%level)) call tabulate(response, self%level)
+      call sort_on_bound(rows, response, self%point(self%now), self%modulus, response%step_length(self%level), tau_end - tau_from, &
+                         watched, leaves)
       if (response%terms >= wide) watched%resting = watched%idle
    end subroutine prepare
 

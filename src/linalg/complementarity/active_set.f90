@@ -18,7 +18,7 @@ module razy_linalg_complementarity_active_set
    public :: follow_active_set
 
    !> States of a direction: no impulse, velocity given, at the upper or lower bound of friction.
-   integer, parameter :: idle = 0, held = 1, forward = 2, backward = 3
+   integer, parameter :: inactive = 0, active = 1, forward = 2, backward = 3
    integer, parameter :: most_rounds = 8
 
 contains
@@ -61,13 +61,13 @@ contains
       do i = 1, size(impulse)
          x = problem%delassus(i, i)*impulse(i) - u(i)
          if (i <= n) then
-            state(i) = merge(held, idle, x > 0.0_wp)
+            state(i) = merge(active, inactive, x > 0.0_wp)
          else
             bound = problem%delassus(i, i)*impulse_bound(problem, i - n, impulse)
-            state(i) = held
+            state(i) = active
             if (x >= bound) state(i) = forward
             if (x <= -bound) state(i) = backward
-            if (.not. bound > 0.0_wp) state(i) = idle
+            if (.not. bound > 0.0_wp) state(i) = inactive
          end if
       end do
    end function states_at
@@ -88,10 +88,10 @@ contains
       associate (q => target_of(problem))
          do i = 1, size(state)
             select case (state(i))
-            case (held)
+            case (active)
                matrix(i, :) = problem%delassus(i, :)
                right(i) = -q(i)
-            case (idle)
+            case (inactive)
                matrix(i, i) = 1.0_wp
             case default
                sign = merge(1.0_wp, -1.0_wp, state(i) == forward)

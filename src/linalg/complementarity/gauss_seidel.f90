@@ -1,6 +1,6 @@
 !! Impulses of a planar impact with friction by projected Gauss–Seidel sweeps.
 !!
-!! Each direction in turn gets the impulse that its law asks for while the others are held. Known convergence: if all bounds of
+!! Each direction in turn gets the impulse that its law asks for while the others stay. Known convergence: if all bounds of
 !! friction are given (coefficients zero or no friction at all), this is coordinate descent on a convex quadratic function
 !! between bounds, which converges for every symmetric positive semidefinite G with positive diagonal, in the end linearly (Luo and
 !! Tseng, SIAM J. Control Optim. 30 (1992) 408–425). With friction pressed by contacts it converges for small coefficients

@@ -1,5 +1,5 @@
 !! Reduction after Craig and Bampton (AIAA J. 6 (1968)): static shapes of unit displacements of nodes with bearings or gears, and
-!! modes of each shaft with these nodes held.
+!! modes of each shaft with these nodes fixed.
 module razy_rotor_reduction_craig_bampton
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
@@ -24,7 +24,7 @@ contains
       interface_size = count(interface_coordinates(model))
    end function interface_size
 
-   !> The Craig-Bampton model: all coordinates of nodes with bearings or gears, and `count` modes of each shaft with these held.
+   !> The Craig-Bampton model: all coordinates of nodes with bearings or gears, and `count` modes of each shaft with these fixed.
    subroutine craig_bampton(reduced, model, count, error)
       type(reduced_t), intent(out) :: reduced
       type(rotor_model_t), intent(in) :: model
@@ -34,18 +34,18 @@ contains
       type(band_factor_t) :: factor
       type(eigenpairs_t) :: pairs
       type(csr_t) :: inner_stiffness
-      logical, allocatable :: held(:)
+      logical, allocatable :: fixed(:)
       real(wp), allocatable :: basis(:, :), column(:), shape(:, :)
       integer, allocatable :: inner(:), rim(:)
       integer :: i, info, j, n, s
 
       n = model%mass%rows
-      held = interface_coordinates(model)
+      fixed = interface_coordinates(model)
       allocate (basis(n, 0), shape(n, 1))
       do s = 1, size(model%rotor%shaft)
          associate (first => model%numbering%first(s), last => model%numbering%first(s + 1) - 1)
-            inner = pack([(i, i=first, last)],.not. held(first:last))
-            rim = pack([(i, i=first, last)], held(first:last))
+            inner = pack([(i, i=first, last)],.not. fixed(first:last))
+            rim = pack([(i, i=first, last)], fixed(first:last))
          end associate
          if (count < 0 .or. count > size(inner)) then
             call raise(error, to_text(count)//" modes of shaft "//to_text(s)//": 0 to its "//to_text(size(inner))// &
@@ -77,21 +77,21 @@ contains
    end subroutine craig_bampton
 
    !> Which coordinates (n) belong to nodes with bearings or gears.
-   pure function interface_coordinates(model) result(held)
+   pure function interface_coordinates(model) result(fixed)
       type(rotor_model_t), intent(in) :: model
-      logical, allocatable :: held(:)
+      logical, allocatable :: fixed(:)
 
       integer :: at(6), gear, i
 
-      allocate (held(model%mass%rows), source=.false.)
+      allocate (fixed(model%mass%rows), source=.false.)
       do i = 1, size(model%rotor%bearing)
          at = model%numbering%of(model%rotor%bearing(i)%shaft, model%rotor%bearing(i)%node)
-         held(pack(at, at > 0)) = .true.
+         fixed(pack(at, at > 0)) = .true.
       end do
       do i = 1, size(model%rotor%mesh)
          do gear = 1, 2
             at = model%numbering%of(model%rotor%mesh(i)%shaft(gear), model%rotor%mesh(i)%node(gear))
-            held(pack(at, at > 0)) = .true.
+            fixed(pack(at, at > 0)) = .true.
          end do
       end do
    end function interface_coordinates

@@ -1,5 +1,5 @@
-!! Whirl: eigenvalues lambda and shapes of M y'' + (B + Bx + Omega G) y' + (K + Kx + Omega C) y = 0 at a speed Omega, in the
-!! undamped modes at rest.
+!! Whirl of rotors, as eigenvalues lambda and shapes of M y'' + (B + Bx + Omega G) y' + (K + Kx + Omega C) y = 0
+!! at a speed Omega, in the undamped modes at rest.
 module razy_rotor_whirl_whirl
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp

@@ -46,32 +46,34 @@ module razy_runge_kutta_methods_radau5
 
    !> Workspace and memory of the method for n = 2m components.
    type :: radau5_t
-      integer :: m = 0
+      integer, private :: m = 0
       integer(i8) :: factorisations = 0
       !> Whether there is a Jacobian matrix, whether it is that of the start of the step; step of the factors at hand.
-      logical :: has_jacobian = .false., is_fresh = .false.
-      real(wp) :: h_factored = 0.0_wp
+      logical :: has_jacobian = .false.
+      logical, private :: is_fresh = .false.
+      real(wp), private :: h_factored = 0.0_wp
       !> df/dz (n, n); factors (m, m).
-      real(wp), allocatable :: jacobian(:, :), factor(:, :)
-      complex(wp), allocatable :: complex_factor(:, :)
-      integer, allocatable :: pivot(:), complex_pivot(:)
+      real(wp), allocatable, private :: jacobian(:, :), factor(:, :)
+      complex(wp), allocatable, private :: complex_factor(:, :)
+      integer, allocatable, private :: pivot(:), complex_pivot(:)
       !> Transformed increments of the stages; slopes, then corrections (n, 3).
-      real(wp), allocatable :: w(:, :), f(:, :)
-      real(wp), allocatable :: real_side(:)
-      complex(wp), allocatable :: complex_side(:)
+      real(wp), allocatable, private :: w(:, :), f(:, :)
+      real(wp), allocatable, private :: real_side(:)
+      complex(wp), allocatable, private :: complex_side(:)
       !> Tolerances of the estimate, which is of lower order than the result.
-      real(wp) :: relative = 0.0_wp, absolute = 0.0_wp
+      real(wp), private :: relative = 0.0_wp, absolute = 0.0_wp
       !> Newton iterations of the last attempt, and their rate of convergence; memory of the iteration's contraction.
-      integer :: iterations = 0
-      real(wp) :: contraction = 0.0_wp, faded = 1.0_wp
+      integer, private :: iterations = 0
+      real(wp), private :: contraction = 0.0_wp, faded = 1.0_wp
       !> Factor by which the step should shrink after a failure.
       real(wp) :: shrink = 0.5_wp
       !> Step of the collocation polynomial at hand (0: there is none).
-      real(wp) :: h_polynomial = 0.0_wp
+      real(wp), private :: h_polynomial = 0.0_wp
       !> Increments of the stages; divided differences of the polynomial (n, 3).
-      real(wp), allocatable :: z(:, :), difference(:, :)
+      real(wp), allocatable :: z(:, :)
+      real(wp), allocatable, private :: difference(:, :)
       !> Error estimate, its first part, and a stage (n).
-      real(wp), allocatable :: error(:), raw(:), stage(:)
+      real(wp), allocatable, private :: error(:), raw(:), stage(:)
    contains
       procedure :: prepare
       procedure :: restart

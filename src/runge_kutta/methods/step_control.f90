@@ -21,7 +21,8 @@ module razy_runge_kutta_methods_step_control
       real(wp) :: least = 0.2_wp, most = 10.0_wp
       logical :: predictive = .false.
       !> Memory: error, its logarithm, and length of the last accepted step (0: none), and whether the last attempt was rejected.
-      real(wp) :: last_error = 0.0_wp, last_log = 0.0_wp, last_h = 0.0_wp
+      real(wp), private :: last_error = 0.0_wp, last_log = 0.0_wp
+      real(wp) :: last_h = 0.0_wp
       logical :: rejected = .false.
    contains
       procedure :: forget

@@ -15,10 +15,10 @@ module razy_study_sweep_continuation_state
    implicit none(type, external)
    private
 
-   public :: carried_t
+   public :: continuation_state_t
 
    !> The end of a motion; empty arrays if there is none.
-   type :: carried_t
+   type :: continuation_state_t
       !> Displacement and velocity (n each).
       real(wp), allocatable :: displacement(:), velocity(:)
       !> e^{iφ} of each tone (tones).
@@ -28,13 +28,13 @@ module razy_study_sweep_continuation_state
       procedure :: finish
       procedure :: columns
       procedure :: take_from
-   end type carried_t
+   end type continuation_state_t
 
 contains
 
    !> Let a machine start from here.
    pure subroutine begin(self, machine)
-      class(carried_t), intent(inout) :: self
+      class(continuation_state_t), intent(inout) :: self
       type(machine_t), intent(inout) :: machine
 
       if (size(self%displacement) > 0) then
@@ -50,7 +50,7 @@ contains
 
    !> A motion of the machine has ended at `t_end`, s, with this state (n each).
    pure subroutine finish(self, machine, t_end, displacement, velocity)
-      class(carried_t), intent(inout) :: self
+      class(continuation_state_t), intent(inout) :: self
       type(machine_t), intent(in) :: machine
       real(wp), intent(in) :: t_end, displacement(:), velocity(:)
 
@@ -68,18 +68,18 @@ contains
 
    !> Hand over the state as columns of a row, empty if it is not there.
    pure subroutine columns(self, row)
-      class(carried_t), intent(in) :: self
+      class(continuation_state_t), intent(in) :: self
       type(table_t), intent(inout) :: row
 
-      call row%add("carried/displacement", self%displacement, "1", "displacement", "carried/coordinate")
-      call row%add("carried/velocity", self%velocity, "1", "velocity", "carried/coordinate")
-      call row%add("carried/cosine", real(self%phasor, wp), "1", "real part of the phasor", "carried/tone")
-      call row%add("carried/sine", aimag(self%phasor), "1", "imaginary part of the phasor", "carried/tone")
+      call row%add("continuation/displacement", self%displacement, "1", "displacement", "continuation/coordinate")
+      call row%add("continuation/velocity", self%velocity, "1", "velocity", "continuation/coordinate")
+      call row%add("continuation/cosine", real(self%phasor, wp), "1", "real part of the phasor", "continuation/tone")
+      call row%add("continuation/sine", aimag(self%phasor), "1", "imaginary part of the phasor", "continuation/tone")
    end subroutine columns
 
    !> The state in the row of the link before; none where there is no such row.
    pure subroutine take_from(self, row)
-      class(carried_t), intent(inout) :: self
+      class(continuation_state_t), intent(inout) :: self
       type(table_t), intent(in), optional :: row
 
       integer :: first
@@ -90,7 +90,7 @@ contains
          self%phasor = [complex(wp) ::]
          return
       end if
-      first = row%place_of("carried/displacement")
+      first = row%place_of("continuation/displacement")
       self%displacement = row%column(first)%reals
       self%velocity = row%column(first + 1)%reals
       self%phasor = cmplx(row%column(first + 2)%reals, row%column(first + 3)%reals, wp)

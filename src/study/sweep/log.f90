@@ -196,7 +196,7 @@ contains
       line = to_text(checkpoint%n_done)//" of "//to_text(task%plan%points)//" points are done, in "//checkpoint_path(output)
    end function points_done
 
-   !> The line of a complete sweep: failures, and points with events in doubt if there are any.
+   !> The line of a complete sweep: failures, and points with near misses if there are any.
    function what_was_written(task, checkpoint, outcome, output) result(line)
       class(sweep_task_t), intent(in) :: task
       type(checkpoint_t), intent(in) :: checkpoint
@@ -204,12 +204,12 @@ contains
       character(*), intent(in) :: output
       character(:), allocatable :: line
 
-      integer(i8) :: doubtful
+      integer(i8) :: missing
 
       line = "wrote "//output//": "//to_text(task%plan%points)//" points, "//to_text(checkpoint%tally_of("/point/status"))// &
              " failed, "//decimal(outcome%elapsed, 3)//" s, ranks busy "//decimal(100*outcome%efficiency(), 1)//" %"
-      doubtful = checkpoint%tally_of("/point/doubts")
-      if (doubtful > 0) line = line//", events in doubt at "//to_text(doubtful)//trim(merge(" points", " point ", doubtful > 1))
+      missing = checkpoint%tally_of("/point/near_misses")
+      if (missing > 0) line = line//", near misses at "//to_text(missing)//trim(merge(" points", " point ", missing > 1))
    end function what_was_written
 
 end module razy_study_sweep_log

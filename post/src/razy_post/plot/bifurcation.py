@@ -18,7 +18,7 @@ from razy_post.errors import ResultError
 from razy_post.plot import density, periods, style
 from razy_post.plot.options import PlotNote, PlotOptions
 from razy_post.plot.units import LABEL_WIDTH, Scale, axis_label, scale_for
-from razy_post.read import DOWN, UP, SweepExtrema, SweepResult
+from razy_post.read import DOWN, UP, ExtremaFile, SweepExtrema, SweepResult
 
 MOST_PANELS = 3
 
@@ -71,7 +71,7 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
         raise ResultError(
             f"{result.path}: sweeps over {' and '.join(result.parameters)}; a bifurcation diagram needs one parameter"
         )
-    observables = _observables(result, options)
+    observables = observables_of(result, options)
     grid = result.grid()
     selected = _selected(result, grid, options)
     quantity = result.parameter()
@@ -114,7 +114,8 @@ def _draw_periods(result: SweepResult, axes: Axes, parameter: NDArray[np.float64
         periods.band(axes, parameter[selected], result.period[selected])
 
 
-def _observables(result: SweepResult, options: PlotOptions) -> tuple[str, ...]:
+def observables_of(result: ExtremaFile, options: PlotOptions) -> tuple[str, ...]:
+    """Return the observables asked for, else those of the file, as many as go into one picture."""
     names = options.observables or result.observables
     if not names:
         raise ResultError(f"{result.path}: missing dataset '/extrema/<observable>/value'")

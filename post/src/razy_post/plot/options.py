@@ -2,6 +2,10 @@
 
 from dataclasses import dataclass
 
+from razy_post.read import SweepResult
+
+QUANTITIES = ("extrema", "largest", "smallest", "multiplier")
+
 
 @dataclass(frozen=True)
 class PlotOptions:
@@ -19,6 +23,10 @@ class PlotOptions:
         Width and height in cm; the picture chooses where None.
     footer
         Whether file, version and commit stand in small print below.
+    quantity
+        What of branches stands on the vertical axis, one of `QUANTITIES`; extrema where None.
+    sweep
+        A sweep whose points are drawn below branches.
     point_limit
         Largest number of points of one panel that are drawn one by one; more become a density image.
     """
@@ -30,6 +38,8 @@ class PlotOptions:
     title: str | None = None
     size: tuple[float, float] | None = None
     footer: bool = False
+    quantity: str | None = None
+    sweep: SweepResult | None = None
     point_limit: int = 1_000_000
 
     def range_text(self) -> str:

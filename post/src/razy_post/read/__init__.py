@@ -8,8 +8,9 @@ from pathlib import Path
 
 from razy_post.errors import ResultError
 from razy_post.read.duel import DuelResult, Series
-from razy_post.read.extrema import Chunk, Extrema, SweepExtrema
+from razy_post.read.extrema import Chunk, Extrema, ExtremaFile, SweepExtrema
 from razy_post.read.file import Quantity, ResultFile, open_hdf5, program_of
+from razy_post.read.follow import FollowResult, Special
 from razy_post.read.modes import ModesResult
 from razy_post.read.run import Events, RunResult
 from razy_post.read.sweep import DOWN, UP, SweepResult
@@ -23,12 +24,15 @@ __all__ = [
     "DuelResult",
     "Events",
     "Extrema",
+    "ExtremaFile",
+    "FollowResult",
     "ModesResult",
     "Quantity",
     "ResultError",
     "ResultFile",
     "RunResult",
     "Series",
+    "Special",
     "SweepExtrema",
     "SweepResult",
     "TuneResult",
@@ -41,6 +45,7 @@ READERS: dict[str, type[ResultFile]] = {
     "razy-modes": ModesResult,
     "razy-tune": TuneResult,
     "razy-duel": DuelResult,
+    "razy-follow": FollowResult,
 }
 
 
@@ -55,8 +60,8 @@ def open_result(path: str | Path) -> ResultFile:
     Returns
     -------
     ResultFile
-        A `SweepResult`, `RunResult`, `ModesResult`, `TuneResult` or `DuelResult`; close it, or use it in
-        a ``with`` statement.
+        A `SweepResult`, `RunResult`, `ModesResult`, `TuneResult`, `DuelResult` or `FollowResult`; close it, or use it
+        in a ``with`` statement.
 
     Raises
     ------

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from razy_post.errors import ResultError
-from razy_post.read.file import Quantity, quantity_of
+from razy_post.read.file import Quantity, ResultFile, choose, quantity_of
 
 MAXIMUM = 1
 MINIMUM = -1
@@ -152,6 +152,28 @@ class SweepExtrema:
         last = int(np.searchsorted(self.offset, part.stop, side="left"))
         edges = np.clip(self.offset[first : last + 1], part.start, part.stop)
         return np.repeat(np.arange(first, last), np.diff(edges))
+
+
+class ExtremaFile(ResultFile):
+    """A file with points, each of which has the extrema of some observables."""
+
+    @property
+    def n_points(self) -> int:
+        """Number of points."""
+        raise NotImplementedError
+
+    @property
+    def observables(self) -> tuple[str, ...]:
+        """Names of the observables whose extrema were recorded."""
+        return self._members("extrema", h5py.Group)
+
+    def extrema(self, observable: str) -> SweepExtrema:
+        """Open the extrema of an observable; only the offsets are read."""
+        choose(observable, self.observables, "observable", self.path)
+        group = f"extrema/{observable}"
+        offset = np.asarray(self._vector(f"{group}/offset", self.n_points + 1)[()], dtype=np.int64)
+        data = ExtremaData(self._dataset(f"{group}/value"), self._find(f"{group}/time"), self._find(f"{group}/kind"))
+        return SweepExtrema(data.quantity(observable), data, offset)
 
 
 def _runs(selected: NDArray[np.bool_] | None, points: int) -> list[tuple[int, int]]:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from razy_post.errors import ResultError
-from razy_post.read.extrema import UNKNOWN, ExtremaData, SweepExtrema
-from razy_post.read.file import Quantity, ResultFile, choose, meanings, quantity_of, text, text_list
+from razy_post.read.extrema import UNKNOWN, ExtremaFile
+from razy_post.read.file import Quantity, choose, meanings, quantity_of, text, text_list
 
 if TYPE_CHECKING:
     import xarray
@@ -47,7 +47,7 @@ class Basin:
     period: dict[int, int]
 
 
-class SweepResult(ResultFile):
+class SweepResult(ExtremaFile):
     """Result of a sweep; points are in grid order and counted from 0."""
 
     @property
@@ -57,11 +57,6 @@ class SweepResult(ResultFile):
         status = self._find("point/status")
         order = [] if status is None else text(status.attrs.get("coordinates", "")).split()
         return tuple(sorted(names, key=lambda name: order.index(name) if name in order else len(order)))
-
-    @property
-    def observables(self) -> tuple[str, ...]:
-        """Names of the observables whose extrema were recorded."""
-        return self._members("extrema", h5py.Group)
 
     def parameter(self, name: str | None = None) -> Quantity:
         """Describe a swept parameter; the only one if no name is given."""
@@ -165,9 +160,9 @@ class SweepResult(ResultFile):
         return self._counter("steps")
 
     @property
-    def doubts(self) -> NDArray[np.int64] | None:
-        """Number of events in doubt at each point, shape (points,); None if the file has none."""
-        return self._counter("doubts")
+    def near_misses(self) -> NDArray[np.int64] | None:
+        """Number of near misses at each point, shape (points,); None if the file has none."""
+        return self._counter("near_misses")
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -185,7 +180,7 @@ class SweepResult(ResultFile):
     def period(self) -> NDArray[np.int64] | None:
         """Period of each motion in periods of the excitation, shape (points,); None if the file has none.
 
-        0: not periodic within 32 periods; -1: not determined.
+        0: not periodic within 32 periods; -1: not determined; -2: not settled.
         """
         return self._counter("period")
 
@@ -223,14 +218,6 @@ class SweepResult(ResultFile):
         selected &= grid >= start if start is not None else True
         selected &= grid <= stop if stop is not None else True
         return selected
-
-    def extrema(self, observable: str) -> SweepExtrema:
-        """Open the extrema of an observable; only the offsets are read."""
-        choose(observable, self.observables, "observable", self.path)
-        group = f"extrema/{observable}"
-        offset = np.asarray(self._vector(f"{group}/offset", self.n_points + 1)[()], dtype=np.int64)
-        data = ExtremaData(self._dataset(f"{group}/value"), self._find(f"{group}/time"), self._find(f"{group}/kind"))
-        return SweepExtrema(data.quantity(observable), data, offset)
 
     def table(self, observable: str, kind: int | None = None, parameter: str | None = None) -> ExtremaTable:
         """Read all extrema of an observable as rows (parameter, value, kind).

@@ -1,4 +1,4 @@
-"""Events in doubt of the points of a sweep: in the file, in the closing line, and however the sweep came to its end."""
+"""Near misses of the points of a sweep: in the file, in the closing line, and however the sweep came to its end."""
 
 import signal
 import struct
@@ -27,40 +27,43 @@ def case(folder):
     return changed(folder / "graze.nml", text + sweep, motion, ("t_end=0.1", "t_end=1.0"))
 
 
-def doubts(path):
+def near_misses(path):
     with h5py.File(path) as file:
-        item = file["point/doubts"]
-        assert item.attrs["units"] == "1" and item.attrs["long_name"] == "events in doubt"
+        item = file["point/near_misses"]
+        assert (
+            item.attrs["units"] == "1"
+            and item.attrs["long_name"] == "switching functions that turned nearer to a bound than resolved"
+        )
         assert item.attrs["coordinates"] == file["point/status"].attrs["coordinates"]
         return item[()]
 
 
-def test_the_point_that_grazes_has_doubts_and_the_closing_line_says_so(case):
+def test_the_point_that_grazes_has_near_misses_and_the_closing_line_says_so(case):
     done = succeed("razy-sweep", case, "--output", "case.h5")
-    found = doubts("case.h5")
+    found = near_misses("case.h5")
     assert found.dtype == np.int64 and found.shape == (101,)
     assert np.flatnonzero(found).tolist() == [GRAZED]
-    assert done.stderr.splitlines()[-1].endswith(" %, events in doubt at 1 point")
+    assert done.stderr.splitlines()[-1].endswith(" %, near misses at 1 point")
     with h5py.File("case.h5") as file:
         clearance = file["axis/stop.clearance"][GRAZED]
     succeed("razy-run", case, *sets(stop__clearance=repr(float(clearance))), "--output", "alone.h5")
     with h5py.File("alone.h5") as file:
-        assert file["outcome/doubts"][0] == found[GRAZED] > 20
+        assert file["outcome/near_misses"][0] == found[GRAZED] > 20
     exact = sets(motion__integrator="'exact'")
     done = succeed("razy-sweep", case, *exact, "--output", "exact.h5")
-    assert not doubts("exact.h5").any()
-    assert "in doubt" not in done.stderr
+    assert not near_misses("exact.h5").any()
+    assert "near miss" not in done.stderr
 
 
-def test_ranks_and_an_interrupted_sweep_give_the_same_doubts(case):
+def test_ranks_and_an_interrupted_sweep_give_the_same_near_misses(case):
     sweep = Sweep(case)
-    assert np.count_nonzero(doubts("whole.h5")) == 1
+    assert np.count_nonzero(near_misses("whole.h5")) == 1
     for ranks in (1, 2, 3):
         done = sweep.start(ranks=ranks)
-        assert "events in doubt at 1 point" in done.stderr
+        assert "near misses at 1 point" in done.stderr
         sweep.expect_whole()
         Path("case.h5").unlink()
-    # Beyond the point that grazes: its doubts come out of the checkpoint.
+    # Beyond the point that grazes: its near misses come out of the checkpoint.
     assert interrupted(sweep) > GRAZED
     assert sweep.start(ranks=2).returncode == 0
     sweep.expect_whole()
@@ -73,7 +76,7 @@ def interrupted(sweep, recorded=60000):
     return points_done(Path("log").read_text())
 
 
-def test_merged_parts_have_the_doubts_of_the_whole(case):
+def test_merged_parts_have_the_near_misses_of_the_whole(case):
     succeed("razy-sweep", case, "--output", "whole.h5")
     with h5py.File("whole.h5") as file:
         values = file["axis/stop.clearance"][()]
@@ -83,29 +86,29 @@ def test_merged_parts_have_the_doubts_of_the_whole(case):
         succeed("razy-sweep", case, *options, "--output", name)
     done = merge("a.h5", "b.h5", "--output", "all.h5")
     assert done.returncode == 0, done.stderr
-    assert doubts("all.h5").tolist() == doubts("a.h5").tolist() + doubts("b.h5").tolist()
-    assert np.flatnonzero(doubts("all.h5")).tolist() == [GRAZED]
+    assert near_misses("all.h5").tolist() == near_misses("a.h5").tolist() + near_misses("b.h5").tolist()
+    assert np.flatnonzero(near_misses("all.h5")).tolist() == [GRAZED]
     with h5py.File("all.h5") as file, h5py.File("whole.h5") as whole:
-        assert file["point/doubts"].dims[0][0].name == whole["point/doubts"].dims[0][0].name
+        assert file["point/near_misses"].dims[0][0].name == whole["point/near_misses"].dims[0][0].name
 
 
-def test_checkpoint_of_a_layout_without_doubts_is_refused_and_kept(case):
+def test_checkpoint_of_a_layout_without_near_misses_is_refused_and_kept(case):
     sweep = Sweep(case)
     interrupted(sweep, 20000)
-    with_doubts = Path(CHECKPOINT).read_bytes()
-    Path(CHECKPOINT).write_bytes(without_fourth_column(with_doubts))
+    complete = Path(CHECKPOINT).read_bytes()
+    Path(CHECKPOINT).write_bytes(without_fourth_column(complete))
     before = Path(CHECKPOINT).read_bytes()
     done = sweep.start()
     assert done.returncode == 2
     assert "does not belong to this sweep" in done.stderr and len(done.stderr.splitlines()) == 1
     assert Path(CHECKPOINT).read_bytes() == before
-    Path(CHECKPOINT).write_bytes(with_doubts)
+    Path(CHECKPOINT).write_bytes(complete)
     assert sweep.start().returncode == 0
     sweep.expect_whole()
 
 
 def without_fourth_column(checkpoint):
-    """Return a checkpoint (docs/file_format.md) with rows as they were before results had doubts, without marks."""
+    """Return a checkpoint (docs/file_format.md) with rows as they were without near misses, without marks."""
     words = list(struct.unpack(f"<{len(checkpoint) // 8}q", checkpoint[: len(checkpoint) // 8 * 8]))
     place = 4 + words[2] + 1
     kept = words[:place]

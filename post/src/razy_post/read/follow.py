@@ -1,0 +1,131 @@
+"""Files of ``razy-follow``: branches of periodic motions over a parameter, and the points at which they change kind."""
+
+from dataclasses import dataclass
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from razy_post.errors import ResultError
+from razy_post.read.extrema import ExtremaFile
+from razy_post.read.file import Quantity, choose, quantity_of, text
+
+
+@dataclass(frozen=True)
+class Special:
+    """Special points of all branches; all arrays have shape (special points,).
+
+    Attributes
+    ----------
+    label
+        ``LP`` fold, ``PD`` period doubling, and so on; see the file format.
+    parameter
+        Value of the parameter, in its units.
+    branch
+        Number of the branch, from 1.
+    point
+        Which of the motions it is, counted from 0.
+    contact
+        The contact that it is about; empty where none.
+    """
+
+    label: NDArray[np.str_]
+    parameter: NDArray[np.float64]
+    branch: NDArray[np.int64]
+    point: NDArray[np.int64]
+    contact: NDArray[np.str_]
+
+
+class FollowResult(ExtremaFile):
+    """Periodic motions, in the order of their branches and along each; they are counted from 0."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Name of the parameter, such as ``rotation.speed_rpm``."""
+        names = tuple(name for name in self._members("point", h5py.Dataset) if "." in name)
+        if not names:
+            raise ResultError(f"{self.path}: missing dataset '/point/<parameter>'")
+        return names
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """What there is of each motion beside the parameter, one number each."""
+        members = (name for name in self._members("point", h5py.Dataset) if name not in self.parameters)
+        return tuple(name for name in members if self._dataset(f"point/{name}").ndim == 1)
+
+    @property
+    def n_points(self) -> int:
+        """Number of motions."""
+        return int(self._dataset(f"point/{self.parameters[0]}").shape[0])
+
+    def parameter(self, name: str | None = None) -> Quantity:
+        """Describe the parameter."""
+        return quantity_of(self._dataset(f"point/{self._name(name)}"), self._name(name))
+
+    def grid(self, name: str | None = None) -> NDArray[np.float64]:
+        """Return the parameter's value at each motion, shape (points,), in the user's units."""
+        return np.asarray(self._vector(f"point/{self._name(name)}", self.n_points)[()], dtype=np.float64)
+
+    def column(self, name: str) -> NDArray:
+        """Read one of `columns`, shape (points,)."""
+        return self._vector(f"point/{name}", self.n_points)[()]
+
+    @property
+    def branch(self) -> NDArray[np.int64]:
+        """Number of the branch of each motion, from 1, shape (points,)."""
+        return self.column("branch").astype(np.int64)
+
+    @property
+    def multiplicity(self) -> NDArray[np.int64]:
+        """Periods of the excitation in one of each motion, shape (points,)."""
+        return self.column("multiplicity").astype(np.int64)
+
+    @property
+    def multiplier(self) -> NDArray[np.complex128]:
+        """Floquet multipliers of each motion, shape (points, multipliers)."""
+        item = self._dataset("point/multiplier")
+        if item.ndim != 3 or item.shape[:2] != (self.n_points, 2):
+            wanted = f"({self.n_points}, 2, multipliers)"
+            raise ResultError(f"{self.path}: dataset 'point/multiplier' has shape {item.shape}, expected {wanted}")
+        parts = np.asarray(item[()], dtype=np.float64)
+        return parts[:, 0, :] + 1j * parts[:, 1, :]
+
+    @property
+    def largest_multiplier(self) -> NDArray[np.float64]:
+        """Absolute value of the largest multiplier of each motion, 0 where there is none, shape (points,)."""
+        return np.abs(self.multiplier).max(axis=1, initial=0.0)
+
+    @property
+    def special(self) -> Special:
+        """The special points."""
+        label = self._texts("special/label")
+        numbers = [self._vector(f"special/{name}", label.size)[()] for name in ("parameter", "branch", "point")]
+        parameter, branch, point = np.asarray(numbers[0], dtype=np.float64), *(n.astype(np.int64) for n in numbers[1:])
+        if point.size and not 0 <= point.min() <= point.max() < self.n_points:
+            raise ResultError(f"{self.path}: dataset 'special/point' names motions that are not there")
+        return Special(label, parameter, branch, point, self._texts("special/contact"))
+
+    @property
+    def labels(self) -> NDArray[np.str_]:
+        """Label of each motion, empty where nothing happens, shape (points,)."""
+        special = self.special
+        labels = np.full(self.n_points, "", dtype=special.label.dtype)
+        labels[special.point] = special.label
+        return labels
+
+    @property
+    def endings(self) -> tuple[str, ...]:
+        """Why each branch ends, in words."""
+        return tuple(self._texts("branch/ending").tolist())
+
+    @property
+    def parents(self) -> NDArray[np.int64]:
+        """Number of the branch that each branch begins on, 0 where none, shape (branches,)."""
+        return self._vector("branch/parent")[()].astype(np.int64)
+
+    def _texts(self, path: str) -> NDArray[np.str_]:
+        return np.asarray([text(item) for item in self._vector(path)[()]], dtype=np.str_)
+
+    def _name(self, name: str | None) -> str:
+        known = self.parameters
+        return known[0] if name is None else choose(name.replace("%", "."), known, "parameter", self.path)

@@ -1,0 +1,467 @@
+!! A branch of periodic motions over a parameter, by pseudo-arclength, with the points at which the motion changes its kind.
+!!
+!! Labels are those of AUTO's users: LP fold, PD period doubling, TR torus (Neimark-Sacker), BP branch point; and, of motions
+!! with contacts, GR grazing (a contact touches its bound, or leaves it, with no speed), ST and SL (sticking begins or ends),
+!! CH another change of the contact sequence; EP an end of the range, MX no motion further on. LP and BP are roots of det ∂(P
+!! - x)/∂x, PD of det(∂P/∂x + I), TR of |μ| - 1 along the branch, where every value is that of a motion found to rounding. A
+!! change of the sequence is where the propagator, which decides every contact to rounding, begins to find another.
+module razy_orbits_branch
+   use razy_contact_contact_law, only: branch_forward, branch_sticking
+   use razy_core_kinds, only: wp
+   use razy_linalg_bracketed_root, only: bracketed_root_t
+   use razy_orbits_orbit, only: bordered, determinant, orbit_t, outside, problem_t, solve_square, through_doubling
+   implicit none(type, external)
+   private
+
+   public :: branch_t, point_t
+
+   !> A motion of a branch; `label` is empty where nothing happens. `tangent` of the branch, in scaled unknowns.
+   type :: point_t
+      type(orbit_t) :: orbit
+      real(wp), allocatable :: tangent(:)
+      character(2) :: label = ""
+      !> The contact that a change of the sequence is one of, 0: none or several.
+      integer :: contact = 0
+   end type point_t
+
+   type :: branch_t
+      !> Points 1 to `count` along the branch; periods of the excitation in one of the motion.
+      type(point_t), allocatable :: point(:)
+      integer :: count = 0, periods = 1
+      !> Where it begins: number of a branch and of a point of it, 0: it was found by itself.
+      integer :: parent = 0, origin = 0
+      !> Why it ends, in words.
+      character(:), allocatable :: ending
+   contains
+      procedure :: follow
+      procedure, private :: add
+      procedure, private :: search
+      procedure, private :: search_smooth
+   end type branch_t
+
+   !> Steps in scaled unknowns; the largest angle between tangents, as its cosine; changes of the sequence looked for in one step.
+   real(wp), parameter :: first_step = 2.0e-3_wp, largest_step = 1.0e-2_wp, least_step = 1.0e-9_wp, least_cosine = 0.95_wp
+   !> Shorter steps may turn by any angle: the branch has a kink where contacts change.
+   real(wp), parameter :: kink = 1.0e-6_wp
+   integer, parameter :: most_changes = 40
+   !> Contacts and flights shorter than this part of the period end in a grazing.
+   real(wp), parameter :: short = 1.0e-4_wp
+   !> Special points nearer than this, relative to the state, are one.
+   real(wp), parameter :: coincident = 1.0e-8_wp
+   real(wp), parameter :: eps = epsilon(1.0_wp)
+
+contains
+
+   !> Follow the branch through a motion, corrected and with all its derivatives, towards where `guide` (unknowns) points, while the
+   !> parameter, in its scale, is within `low` and `high`, for at most `most` points.
+   subroutine follow(self, problem, start, guide, low, high, most)
+      class(branch_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      type(orbit_t), intent(in) :: start
+      real(wp), intent(in) :: guide(:), low, high
+      integer, intent(in) :: most
+
+      type(point_t) :: here, next
+      real(wp) :: h, p
+      integer :: last
+      logical :: ok
+
+      self%periods = problem%periods
+      if (.not. allocated(self%point)) allocate (self%point(64))
+      here%orbit = start
+      call find_tangent(problem, here, guide, ok)
+      call self%add(here)
+      h = first_step
+      self%ending = "the most points"
+      do while (ok .and. self%count < most)
+         call step(problem, here, h, next, ok)
+         if (.not. ok) then
+            h = h/4
+            ok = h > least_step
+            if (.not. ok) self%ending = problem%reason
+            cycle
+         end if
+         p = next%orbit%u(size(next%orbit%u))
+         if (p < low .or. p > high) then
+            call reach(problem, here, next, merge(low, high, p < low), ok)
+            if (.not. ok) then
+               h = h/4
+               ok = h > least_step
+               cycle
+            end if
+            call self%search(problem, here, next)
+            next%label = "EP"
+            call self%add(next)
+            self%ending = "the end of the range"
+            return
+         end if
+         call self%search(problem, here, next)
+         call self%add(next)
+         last = size(here%tangent)
+         if (here%tangent(last)*next%tangent(last) < 0.0_wp) then
+            if (meets_half(problem, here, next, 0.0_wp)) then
+               call join_half(self)
+               return
+            end if
+         end if
+         if (next%orbit%rounds <= 5 .and. dot_product(here%tangent, next%tangent) > 0.99_wp) &
+            h = min(1.6_wp*h, largest_step*max(1.0_wp, norm2(next%orbit%u)))
+         if (next%orbit%rounds > 7) h = h/2
+         here = next
+      end do
+      self%point(self%count)%label = "MX"
+      if (ok) return
+      if (meets_half(problem, here, here, 0.05_wp)) call join_half(self)
+   end subroutine follow
+
+   subroutine join_half(self)
+      class(branch_t), intent(inout) :: self
+
+      self%ending = "a doubling of a motion of half the period"
+      self%point(self%count)%label = "EP"
+   end subroutine join_half
+
+   !> Whether the branch of an even number of periods has come, within `near`, to a motion of half as many, or goes through
+   !> one between two of its points: it then comes back along itself, begun half a period later.
+   logical function meets_half(problem, here, next, near)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here, next
+      real(wp), intent(in) :: near
+
+      real(wp), allocatable :: before(:), after(:)
+      logical :: ok
+
+      meets_half = .false.
+      if (modulo(problem%periods, 2) /= 0 .or. problem%is_autonomous()) return
+      call half(here, before)
+      if (ok) call half(next, after)
+      if (ok) meets_half = dot_product(before, after) < 0.0_wp .or. norm2(after) <= near
+
+   contains
+
+      !> How far the motion is from its start after half its period.
+      subroutine half(point, apart)
+         type(point_t), intent(in) :: point
+         real(wp), allocatable, intent(out) :: apart(:)
+
+         type(orbit_t) :: orbit
+
+         problem%periods = problem%periods/2
+         call problem%evaluate(point%orbit%u, .false., orbit, ok)
+         problem%periods = 2*problem%periods
+         if (ok) apart = orbit%residual
+      end subroutine half
+
+   end function meets_half
+
+   subroutine add(self, point)
+      class(branch_t), intent(inout) :: self
+      type(point_t), intent(in) :: point
+
+      type(point_t), allocatable :: more(:)
+
+      if (point%contact > 0 .and. self%count > 0) then
+         associate (before => self%point(self%count))
+            ! Both sides of a symmetric contact.
+            if (before%label == point%label .and. before%contact == point%contact .and. &
+                norm2(before%orbit%u - point%orbit%u) < coincident*norm2(point%orbit%u)) return
+         end associate
+      end if
+      if (self%count == size(self%point)) then
+         allocate (more(2*self%count))
+         more(:self%count) = self%point
+         call move_alloc(more, self%point)
+      end if
+      self%count = self%count + 1
+      self%point(self%count) = point
+   end subroutine add
+
+   !> A step of length h along the tangent.
+   subroutine step(problem, here, h, next, ok)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here
+      real(wp), intent(in) :: h
+      type(point_t), intent(out) :: next
+      logical, intent(out) :: ok
+
+      next%orbit%column = here%orbit%column
+      call problem%correct(here%orbit%u + h*here%tangent, here%tangent, next%orbit, ok)
+      if (ok) call complete(problem, next%orbit, ok)
+      if (ok) call find_tangent(problem, next, here%tangent, ok)
+      if (.not. ok) return
+      ok = dot_product(next%tangent, here%tangent) > least_cosine .or. h < kink
+      if (.not. ok) problem%reason = "the branch turns too sharply"
+   end subroutine step
+
+   !> All that is asked of a motion that was found.
+   subroutine complete(problem, orbit, ok)
+      type(problem_t), intent(inout) :: problem
+      type(orbit_t), intent(inout) :: orbit
+      logical, intent(out) :: ok
+
+      call problem%differentiate(orbit, ok)
+      if (ok) call orbit%find_multipliers(problem%is_autonomous())
+   end subroutine complete
+
+   !> The unit tangent on the side of `guide`.
+   subroutine find_tangent(problem, point, guide, ok)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(inout) :: point
+      real(wp), intent(in) :: guide(:)
+      logical, intent(out) :: ok
+
+      real(wp), allocatable :: matrix(:, :)
+
+      if (allocated(point%tangent)) deallocate (point%tangent)
+      matrix = bordered(problem%jacobian(point%orbit), guide)
+      allocate (point%tangent(size(guide)), source=0.0_wp)
+      point%tangent(size(guide)) = 1.0_wp
+      call solve_square(matrix, point%tangent, ok)
+      point%tangent = point%tangent/norm2(point%tangent)
+      ok = ok .and. all(abs(point%tangent) <= 1.0_wp)
+      if (.not. ok) problem%reason = "the branch has no tangent"
+   end subroutine find_tangent
+
+   !> The motion at the parameter `p` between two points of a branch, in place of the second.
+   subroutine reach(problem, here, next, p, ok)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here
+      type(point_t), intent(inout) :: next
+      real(wp), intent(in) :: p
+      logical, intent(out) :: ok
+
+      real(wp) :: row(size(next%orbit%u)), share
+      real(wp), allocatable :: guess(:)
+
+      associate (a => here%orbit%u, b => next%orbit%u, last => size(next%orbit%u))
+         share = (p - a(last))/(b(last) - a(last))
+         guess = a + share*(b - a)
+         guess(last) = p
+         row = 0.0_wp
+         row(last) = 1.0_wp
+      end associate
+      call problem%correct(guess, row, next%orbit, ok)
+      if (ok) call complete(problem, next%orbit, ok)
+      if (ok) call find_tangent(problem, next, here%tangent, ok)
+   end subroutine reach
+
+   !> The motion at the length s of the tangent at `a`, between the points `a` and `b`; not at the ends.
+   subroutine between(problem, a, b, s, point, ok)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: a, b
+      real(wp), intent(in) :: s
+      type(point_t), intent(out) :: point
+      logical, intent(out) :: ok
+
+      point%orbit%column = a%orbit%column
+      call problem%correct(a%orbit%u + (s/length(a, b))*(b%orbit%u - a%orbit%u), a%tangent, point%orbit, ok)
+      if (ok) call point%orbit%find_multipliers(problem%is_autonomous())
+      if (ok .and. .not. allocated(point%orbit%column)) call problem%differentiate(point%orbit, ok)
+   end subroutine between
+
+   !> Length of the step from a to b along the tangent at a.
+   pure real(wp) function length(a, b)
+      type(point_t), intent(in) :: a, b
+
+      length = dot_product(a%tangent, b%orbit%u - a%orbit%u)
+   end function length
+
+   !> What happens between two points of the branch: changes of the sequence one after the other, and on each side what else does.
+   subroutine search(self, problem, here, next)
+      class(branch_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here, next
+
+      type(point_t) :: at, from, left, right
+      integer :: change
+      logical :: found
+
+      from = here
+      do change = 1, most_changes
+         if (from%orbit%sequence%is_like(next%orbit%sequence)) exit
+         call find_change(problem, from, next, left, at, right, found)
+         if (.not. found) exit
+         call self%search_smooth(problem, from, left)
+         call self%add(at)
+         from = right
+      end do
+      call self%search_smooth(problem, from, next)
+   end subroutine search
+
+   !> The last motion with the sequence of `a`, and the next one, `at`, by bisection. Of motions that err `left` and `right`
+   !> are farther off, as derivatives next to a grazing mean nothing.
+   subroutine find_change(problem, a, b, left, at, right, found)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: a, b
+      type(point_t), intent(out) :: left, at, right
+      logical, intent(out) :: found
+
+      type(point_t) :: middle
+      real(wp) :: low, high, s
+
+      left = a
+      right = b
+      low = 0.0_wp
+      high = length(a, b)
+      found = .true.
+      do
+         s = 0.5_wp*(low + high)
+         if (high - low <= 4*eps*max(1.0_wp, abs(a%orbit%u(size(a%orbit%u)))) .or. s <= low .or. s >= high) exit
+         call between(problem, a, b, s, middle, found)
+         if (.not. found) return
+         if (middle%orbit%sequence%is_like(a%orbit%sequence)) then
+            left = middle
+            low = s
+         else
+            right = middle
+            high = s
+         end if
+      end do
+      at = right
+      call complete_point(problem, a, at, found)
+      call name_change(left%orbit, at)
+      s = problem%resolution*norm2(a%orbit%u)
+      if (s > 0.0_wp) then
+         if (found .and. low > s) call between(problem, a, b, low - s, left, found)
+         if (found .and. high + s < length(a, b)) call between(problem, a, b, high + s, right, found)
+      end if
+      if (found) call complete_point(problem, a, left, found)
+      if (found) call complete_point(problem, a, right, found)
+      if (found) at%orbit%multiplier = right%orbit%multiplier
+   end subroutine find_change
+
+   subroutine complete_point(problem, a, point, ok)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: a
+      type(point_t), intent(inout) :: point
+      logical, intent(out) :: ok
+
+      ok = .true.
+      if (.not. allocated(point%orbit%multiplier)) call complete(problem, point%orbit, ok)
+      if (ok) call find_tangent(problem, point, a%tangent, ok)
+   end subroutine complete_point
+
+   !> The label of a change of the sequence, from that of the motion on the other side.
+   subroutine name_change(before, after)
+      type(orbit_t), intent(in) :: before
+      type(point_t), intent(inout) :: after
+
+      integer :: j
+
+      j = before%sequence%difference(after%orbit%sequence)
+      after%contact = j
+      after%label = "CH"
+      if (j == 0) return
+      associate (old => before%sequence, new => after%orbit%sequence)
+         if (any(old%contact(:old%count) == j .and. old%branch(:old%count) >= branch_forward) .or. &
+             any(new%contact(:new%count) == j .and. new%branch(:new%count) >= branch_forward)) then
+            after%label = merge("ST", "SL", old%changes_to(j, branch_sticking) /= new%changes_to(j, branch_sticking))
+         else if (min(shortest(before), shortest(after%orbit)) < short) then
+            after%label = "GR"
+         end if
+      end associate
+
+   contains
+
+      !> The shortest time between changes of the contact, in parts of the whole.
+      pure real(wp) function shortest(orbit)
+         type(orbit_t), intent(in) :: orbit
+
+         real(wp) :: last
+         integer :: i
+
+         shortest = 1.0_wp
+         last = -huge(1.0_wp)
+         associate (changes => orbit%sequence)
+            do i = 1, changes%count
+               if (changes%contact(i) /= j) cycle
+               shortest = min(shortest, (changes%time(i) - last)/changes%time(changes%count))
+               last = changes%time(i)
+            end do
+         end associate
+      end function shortest
+
+   end subroutine name_change
+
+   !> Folds, branch points, doublings and tori between two points with the same sequence.
+   subroutine search_smooth(self, problem, a, b)
+      class(branch_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: a, b
+
+      type(point_t) :: point
+      logical :: crossed(3), found
+      integer :: explained, kind, last
+
+      do kind = 1, 2
+         crossed(kind) = value_of(problem, a%orbit, kind)*value_of(problem, b%orbit, kind) < 0.0_wp
+      end do
+      explained = count(crossed(:2))
+      crossed(3) = abs(outside(a%orbit) - outside(b%orbit)) > explained
+      last = size(a%orbit%u)
+      do kind = 1, 3
+         if (.not. crossed(kind)) cycle
+         call find_root(problem, a, b, kind, point, found)
+         if (.not. found) cycle
+         select case (kind)
+         case (1)
+            point%label = merge("LP", "BP", a%tangent(last)*b%tangent(last) < 0.0_wp)
+         case (2)
+            point%label = "PD"
+         case default
+            point%label = "TR"
+         end select
+         call self%add(point)
+      end do
+   end subroutine search_smooth
+
+   !> The function whose root is a special point of this kind.
+   real(wp) function value_of(problem, orbit, kind) result(value)
+      type(problem_t), intent(in) :: problem
+      type(orbit_t), intent(in) :: orbit
+      integer, intent(in) :: kind
+
+      real(wp), allocatable :: matrix(:, :)
+
+      select case (kind)
+      case (1)
+         matrix = problem%jacobian(orbit)
+         value = determinant(matrix(:, :problem%order()))
+      case (2)
+         value = through_doubling(orbit)
+      case default
+         associate (pairs => pack(abs(orbit%multiplier), orbit%multiplier%im > 0.0_wp))
+            value = -1.0_wp
+            if (size(pairs) > 0) value = pairs(minloc(abs(pairs - 1.0_wp), dim=1)) - 1.0_wp
+         end associate
+      end select
+   end function value_of
+
+   subroutine find_root(problem, a, b, kind, point, found)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: a, b
+      integer, intent(in) :: kind
+      type(point_t), intent(out) :: point
+      logical, intent(out) :: found
+
+      type(bracketed_root_t) :: root
+      type(point_t) :: trial
+      real(wp) :: ends(2), value
+
+      ends = [value_of(problem, a%orbit, kind), value_of(problem, b%orbit, kind)]
+      found = ends(1)*ends(2) < 0.0_wp
+      if (.not. found) return
+      call root%start(0.0_wp, ends(1), length(a, b), ends(2), 1.0e-15_wp)
+      do while (.not. root%done())
+         call between(problem, a, b, root%trial, trial, found)
+         if (.not. found) return
+         value = value_of(problem, trial%orbit, kind)
+         point = trial
+         call root%take(value)
+      end do
+      call complete(problem, point%orbit, found)
+      if (found) call find_tangent(problem, point, a%tangent, found)
+      found = found .or. allocated(point%tangent)
+   end subroutine find_root
+
+end module razy_orbits_branch

@@ -1,0 +1,342 @@
+!! Periodic motions by Newton's method on the period map.
+!!
+!! Unknowns u: the state x at phase 0, without excitation the period T too, and one parameter p, each in units of its scale.
+!! Equations:
+!!
+!!     P(x, T, p) - x = 0,    v·(x - x0) = 0 without excitation,    r·u = c,
+!!
+!! with the section v through the motion at x0 (v = x' there), and a row r that either holds the parameter or is the plane
+!! across the tangent of a branch (Keller's pseudo-arclength; E. Doedel, H. B. Keller, J. P. Kernevez, Int. J. Bifurc. Chaos 1
+!! (1991) 493-520). ∂P/∂x comes with the motion; columns of T and p are central differences of it, and bear on the rate of
+!! convergence alone. P is what the propagator finds: a solution is a motion, with the contacts that it has, and none that
+!! another sequence would need.
+module razy_orbits_orbit
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: wp
+   use razy_linalg_eigen, only: right_eigen
+   use razy_linalg_lapack, only: dgetrf, dgetrs
+   use razy_motion_integrator, only: status_ok
+   use razy_orbits_period_map, only: period_map_t, return_t
+   use razy_orbits_sequence, only: sequence_t
+   implicit none(type, external)
+   private
+
+   public :: bordered, determinant, orbit_t, problem_t, solve_square
+   public :: outside, through_doubling
+
+   !> What is looked for: motions of `periods` periods of the excitation, with parameter number `active` of `parameter` free.
+   type :: problem_t
+      type(period_map_t) :: map
+      integer :: periods = 1, active = 1
+      real(wp), allocatable :: parameter(:)
+      !> Step of the differences by period and parameter, in units of their scales: larger for a method of larger errors.
+      real(wp) :: step = 1.0e-5_wp
+      !> Correction with which Newton's method may end, and distance at which what lies beside a change of contacts is told
+      !> apart from it, relative to the state.
+      real(wp) :: accuracy = 1.0e-9_wp, resolution = 0.0_wp
+      !> Scales of displacements, velocities and the parameter; period, s, where there is no excitation (also its scale).
+      real(wp) :: displacement = 1.0_wp, velocity = 1.0_wp, range = 1.0_wp, period = 0.0_wp
+      !> The section, without excitation: x0 and v, in scaled unknowns.
+      real(wp), allocatable :: origin(:), normal(:)
+      !> Why the last evaluation failed.
+      character(:), allocatable :: reason
+   contains
+      procedure :: begin
+      procedure :: take_steps
+      procedure :: is_autonomous
+      procedure :: order
+      procedure :: scales
+      procedure :: evaluate
+      procedure :: differentiate
+      procedure :: correct
+      procedure :: jacobian
+   end type problem_t
+
+   !> A motion: u, what comes of it, and its derivatives.
+   type :: orbit_t
+      real(wp), allocatable :: u(:), residual(:)
+      !> ∂P/∂x without scales (n, n), columns of the period and the parameter (order, 1 or 2), scaled.
+      real(wp), allocatable :: derivative(:, :), column(:, :)
+      !> Floquet multipliers (n; without excitation n - 1).
+      complex(wp), allocatable :: multiplier(:)
+      type(sequence_t) :: sequence
+      logical :: differentiable = .true.
+      !> Length of the last correction.
+      real(wp) :: correction = huge(1.0_wp)
+      integer :: rounds = 0
+   contains
+      procedure :: find_multipliers
+      procedure :: is_stable
+   end type orbit_t
+
+   integer, parameter :: most_rounds = 14
+   real(wp), parameter :: converged = 1.0e-13_wp, far = 1.0_wp
+
+contains
+
+   pure logical function is_autonomous(self)
+      class(problem_t), intent(in) :: self
+
+      is_autonomous = .not. self%map%period > 0.0_wp
+   end function is_autonomous
+
+   !> Number of equations of the motion, without the row.
+   pure integer function order(self)
+      class(problem_t), intent(in) :: self
+
+      order = self%map%n + merge(1, 0, self%is_autonomous())
+   end function order
+
+   !> Scales of u.
+   pure function scales(self)
+      class(problem_t), intent(in) :: self
+      real(wp), allocatable :: scales(:)
+
+      associate (n => self%map%n)
+         scales = [spread(self%displacement, 1, n/2), spread(self%velocity, 1, n - n/2), &
+                   spread(self%period, 1, self%order() - n), self%range]
+      end associate
+   end function scales
+
+   !> Begin with a state x, whose size gives the scales; `period`, s, counts without excitation. The map is at its parameters.
+   subroutine begin(self, x, period, range)
+      class(problem_t), intent(inout) :: self
+      real(wp), intent(in) :: x(:), period, range
+
+      real(wp) :: omega
+      type(return_t) :: back
+
+      self%range = range
+      self%period = period
+      omega = 2*acos(-1.0_wp)/merge(self%map%period, period, self%map%period > 0.0_wp)
+      associate (n => self%map%n)
+         self%velocity = max(norm2([omega*x(:n/2), x(n/2 + 1:)]), tiny(1.0_wp)*1.0e30_wp)
+         self%displacement = self%velocity/omega
+         if (.not. self%is_autonomous()) return
+         self%origin = x/[spread(self%displacement, 1, n/2), spread(self%velocity, 1, n/2)]
+         call self%map%go(x, self%step*period, .false., back)
+         self%normal = (back%x - x)/[spread(self%displacement, 1, n/2), spread(self%velocity, 1, n/2)]
+         self%normal = self%normal/norm2(self%normal)
+      end associate
+   end subroutine begin
+
+   !> The motions err by the tolerances of a method of steps.
+   pure subroutine take_steps(self)
+      class(problem_t), intent(inout) :: self
+
+      self%step = 3.0e-4_wp
+      self%accuracy = 1.0e-7_wp
+      self%resolution = 1.0e-6_wp
+   end subroutine take_steps
+
+   !> Run the motion of u; `ok` is false if there is none, for the `reason`.
+   subroutine evaluate(self, u, derivative, orbit, ok)
+      class(problem_t), intent(inout) :: self
+      real(wp), intent(in) :: u(:)
+      logical, intent(in) :: derivative
+      type(orbit_t), intent(inout) :: orbit
+      logical, intent(out) :: ok
+
+      type(error_t), allocatable :: error
+      type(return_t) :: back
+      real(wp), allocatable :: s(:), x(:)
+      real(wp) :: duration, values(size(self%parameter))
+      integer :: n
+
+      s = self%scales()
+      n = self%map%n
+      ok = .false.
+      values = self%parameter
+      values(self%active) = u(size(u))*s(size(u))
+      call self%map%go_to(values, error)
+      if (allocated(error)) then
+         self%reason = error%message
+         return
+      else if (self%map%n /= n) then
+         self%reason = "the number of coordinates that are felt changes"
+         return
+      end if
+      x = u(:n)*s(:n)
+      duration = self%periods*self%map%period
+      if (self%is_autonomous()) duration = u(n + 1)*self%period
+      if (.not. duration > 0.0_wp) then
+         self%reason = "the period vanishes"
+         return
+      end if
+      call self%map%go(x, duration, derivative, back)
+      ok = back%outcome%status == status_ok
+      if (.not. ok) then
+         self%reason = "the motion does not come to the end of the period"
+         return
+      end if
+      orbit%u = u
+      orbit%sequence = back%sequence
+      if (derivative) then
+         orbit%derivative = back%derivative
+         orbit%differentiable = back%differentiable
+      end if
+      orbit%residual = (back%x - x)/s(:n)
+      if (self%is_autonomous()) orbit%residual = [orbit%residual, dot_product(self%normal, u(:n) - self%origin)]
+   end subroutine evaluate
+
+   !> Columns of the period, without excitation, and of the parameter, by central differences.
+   subroutine differentiate(self, orbit, ok)
+      class(problem_t), intent(inout) :: self
+      type(orbit_t), intent(inout) :: orbit
+      logical, intent(out) :: ok
+
+      type(orbit_t) :: above, below
+      real(wp) :: by(size(orbit%u))
+      integer :: i, last, n
+
+      n = self%order()
+      last = size(orbit%u)
+      if (allocated(orbit%column)) deallocate (orbit%column)
+      allocate (orbit%column(n, last - self%map%n))
+      do i = self%map%n + 1, last
+         by = 0.0_wp
+         by(i) = self%step
+         call self%evaluate(orbit%u + by, .false., above, ok)
+         if (ok) call self%evaluate(orbit%u - by, .false., below, ok)
+         if (.not. ok) return
+         orbit%column(:, i - self%map%n) = (above%residual - below%residual)/(2*self%step)
+      end do
+   end subroutine differentiate
+
+   !> Jacobian matrix of the equations of the motion (order, order + 1).
+   function jacobian(self, orbit) result(matrix)
+      class(problem_t), intent(in) :: self
+      type(orbit_t), intent(in) :: orbit
+      real(wp), allocatable :: matrix(:, :)
+
+      real(wp), allocatable :: s(:)
+      integer :: i, n
+
+      n = self%map%n
+      s = self%scales()
+      allocate (matrix(self%order(), self%order() + 1), source=0.0_wp)
+      do i = 1, n
+         matrix(:n, i) = orbit%derivative(:, i)*s(i)/s(:n)
+         matrix(i, i) = matrix(i, i) - 1.0_wp
+      end do
+      if (self%is_autonomous()) matrix(n + 1, :n) = self%normal
+      matrix(:, n + 1:) = orbit%column
+   end function jacobian
+
+   !> Newton's method from `guess` in the plane row·(u - guess) = 0; `orbit` comes with the columns of a motion nearby, if it
+   !> has any.
+   subroutine correct(self, guess, row, orbit, ok)
+      class(problem_t), intent(inout) :: self
+      real(wp), intent(in) :: guess(:), row(:)
+      type(orbit_t), intent(inout) :: orbit
+      logical, intent(out) :: ok
+
+      real(wp), allocatable :: change(:), matrix(:, :)
+      real(wp) :: before, nearly
+      integer :: round
+
+      before = huge(1.0_wp)
+      nearly = self%accuracy*max(1.0_wp, norm2(guess))
+      orbit%u = guess
+      do round = 1, most_rounds
+         orbit%rounds = round
+         call self%evaluate(orbit%u, .true., orbit, ok)
+         if (ok) then
+            if (.not. allocated(orbit%column) .or. (modulo(round, 4) == 2 .and. before > nearly)) call self%differentiate(orbit, ok)
+         end if
+         if (.not. ok) return
+         matrix = bordered(self%jacobian(orbit), row)
+         change = -[orbit%residual, dot_product(row, orbit%u - guess)]
+         call solve_square(matrix, change, ok)
+         ok = ok .and. all(abs(change) <= huge(1.0_wp))
+         orbit%correction = norm2(change)
+         if (ok) ok = orbit%correction <= far .and. (orbit%correction <= 10*before .or. orbit%correction <= nearly)
+         if (.not. ok) then
+            self%reason = "Newton's method does not converge"
+            return
+         end if
+         if (orbit%correction <= converged*max(1.0_wp, norm2(orbit%u))) return
+         if (orbit%correction <= nearly .and. orbit%correction > 0.25_wp*before) return
+         orbit%u = orbit%u + change
+         before = orbit%correction
+      end do
+      ok = orbit%correction <= nearly
+      if (.not. ok) self%reason = "Newton's method does not converge"
+   end subroutine correct
+
+   !> A matrix with one row more.
+   pure function bordered(matrix, row) result(square)
+      real(wp), intent(in) :: matrix(:, :), row(:)
+      real(wp) :: square(size(row), size(row))
+
+      square(:size(row) - 1, :) = matrix
+      square(size(row), :) = row
+   end function bordered
+
+   !> Solve A x = b in place.
+   subroutine solve_square(matrix, b, ok)
+      real(wp), intent(inout) :: matrix(:, :), b(:)
+      logical, intent(out) :: ok
+
+      integer :: info, pivot(size(b))
+      real(wp) :: right(size(b), 1)
+
+      right(:, 1) = b
+      call dgetrf(size(b), size(b), matrix, size(b), pivot, info)
+      ok = info == 0
+      if (ok) call dgetrs("N", size(b), 1, matrix, size(b), pivot, right, size(b), info)
+      b = right(:, 1)
+   end subroutine solve_square
+
+   !> Determinant of a matrix, which is overwritten.
+   real(wp) function determinant(matrix)
+      real(wp), intent(inout) :: matrix(:, :)
+
+      integer :: i, info, pivot(size(matrix, 1))
+
+      call dgetrf(size(pivot), size(pivot), matrix, size(pivot), pivot, info)
+      determinant = 1.0_wp
+      do i = 1, size(pivot)
+         determinant = determinant*merge(matrix(i, i), -matrix(i, i), pivot(i) == i)
+      end do
+   end function determinant
+
+   !> Floquet multipliers of a motion that was found; without excitation but for the one along the motion, the nearest to 1.
+   subroutine find_multipliers(self, autonomous)
+      class(orbit_t), intent(inout) :: self
+      logical, intent(in) :: autonomous
+
+      complex(wp) :: values(size(self%derivative, 1))
+      real(wp), allocatable :: matrix(:, :)
+      integer :: info, k
+
+      matrix = self%derivative
+      call right_eigen(matrix, values, info)
+      if (info /= 0) values = cmplx(huge(1.0_wp), 0.0_wp, wp)
+      self%multiplier = values
+      if (.not. autonomous) return
+      k = minloc(abs(values - 1.0_wp), dim=1)
+      self%multiplier = [values(:k - 1), values(k + 1:)]
+   end subroutine find_multipliers
+
+   pure logical function is_stable(self)
+      class(orbit_t), intent(in) :: self
+
+      is_stable = all(abs(self%multiplier) < 1.0_wp)
+   end function is_stable
+
+   !> Multipliers outside the unit circle.
+   pure integer function outside(orbit)
+      type(orbit_t), intent(in) :: orbit
+
+      outside = count(abs(orbit%multiplier) > 1.0_wp)
+   end function outside
+
+   !> A function that changes its sign where a multiplier goes through -1: Π (1 + μ).
+   pure real(wp) function through_doubling(orbit)
+      type(orbit_t), intent(in) :: orbit
+
+      through_doubling = real(product(1.0_wp + orbit%multiplier), wp)
+   end function through_doubling
+
+end module razy_orbits_orbit

@@ -1,0 +1,208 @@
+!! The map of a state to the one some periods of the excitation later, P(x, p), with its derivative by x, as the propagator
+!! finds it: what the map says is a motion, through whatever contacts it leads.
+!!
+!! x holds the coordinates and velocities z of razy_hybrid_system without the free motions that neither springs nor dampers nor
+!! contacts feel, such as the rotation of a whole gear train: z = Q x with orthonormal Q.
+!! Time goes from 0, the phase of the excitation in the input. Without excitation the duration is the caller's.
+module razy_orbits_period_map
+   use razy_core_error, only: error_t, raise
+   use razy_core_kinds, only: i8, wp
+   use razy_hybrid_flow, only: flow_t
+   use razy_hybrid_system, only: system_t
+   use razy_linalg_eigen, only: symmetric_eigen
+   use razy_motion_integrator, only: integrator_t, observer_slot_t, outcome_t, status_ok
+   use razy_orbits_sequence, only: sequence_t
+   implicit none(type, external)
+   private
+
+   public :: family_t, period_map_t, return_t
+
+   !> Machines with parameters, and the method that moves them.
+   type, abstract :: family_t
+   contains
+      procedure(make_motion), deferred :: make
+   end type family_t
+
+   abstract interface
+      !> Prepare `by`, a flow_t, with the machine at these values; the period of its excitation in s, 0 if there is none.
+      !> Errors: no such machine, a method without derivatives, an excitation without a period.
+      subroutine make_motion(self, parameter, by, period, error)
+         import :: error_t, family_t, integrator_t, wp
+         implicit none(type, external)
+         class(family_t), intent(inout) :: self
+         real(wp), intent(in) :: parameter(:)
+         class(integrator_t), allocatable, intent(inout), target :: by
+         real(wp), intent(out) :: period
+         type(error_t), allocatable, intent(out) :: error
+      end subroutine make_motion
+   end interface
+
+   !> Where a motion comes to: x (n), its derivative by the x at the start (n, n), the contacts on its way.
+   type :: return_t
+      real(wp), allocatable :: x(:), derivative(:, :)
+      type(sequence_t) :: sequence
+      type(outcome_t) :: outcome
+      !> All that the motion came through has a derivative.
+      logical :: differentiable = .true.
+   end type return_t
+
+   type :: period_map_t
+      class(family_t), allocatable :: family
+      !> Unknowns, twice the coordinates that are felt; period of the excitation, s; motions computed.
+      integer :: n = 0
+      real(wp) :: period = 0.0_wp
+      integer(i8) :: runs = 0
+      class(integrator_t), allocatable :: by
+      real(wp), allocatable, private :: parameter(:), basis(:, :)
+      integer, private :: structure = -1
+   contains
+      procedure :: go_to
+      procedure :: go
+      procedure :: first_state
+      procedure :: to_coordinates
+      procedure :: forget
+   end type period_map_t
+
+   integer(i8), parameter :: most_events = 100000_i8
+   !> A motion that less of the largest stiffness than this resists is free.
+   real(wp), parameter :: negligible = 1.0e-10_wp
+   !> A unit vector of which less is new adds no direction.
+   real(wp), parameter :: least_new = 0.01_wp
+
+contains
+
+   !> Take the machine at these values of the parameters.
+   subroutine go_to(self, parameter, error)
+      class(period_map_t), intent(inout), target :: self
+      real(wp), intent(in) :: parameter(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      if (allocated(self%parameter)) then
+         if (.not. any(abs(self%parameter - parameter) > 0.0_wp)) return
+         deallocate (self%parameter)
+      end if
+      call self%family%make(parameter, self%by, self%period, error)
+      if (allocated(error)) return
+      select type (by => self%by)
+      class is (flow_t)
+         if (by%system%structure /= self%structure .or. .not. allocated(self%basis)) then
+            call find_basis(self%basis, by%system)
+            self%structure = by%system%structure
+         end if
+         self%n = size(self%basis, 2)
+      class default
+         call raise(error, "the method has no derivatives")
+         return
+      end select
+      self%parameter = parameter
+   end subroutine go_to
+
+   !> Make the machine anew the next time.
+   subroutine forget(self)
+      class(period_map_t), intent(inout) :: self
+
+      if (allocated(self%parameter)) deallocate (self%parameter)
+   end subroutine forget
+
+   !> Orthonormal Q without the free motions: of what is left of the unit vectors, one after the other, what is new.
+   subroutine find_basis(basis, system)
+      real(wp), allocatable, intent(out) :: basis(:, :)
+      type(system_t), intent(in) :: system
+
+      real(wp), allocatable :: felt(:, :), found(:, :), free(:, :), rest(:), values(:)
+      integer :: i, info, k, m
+
+      m = system%m
+      allocate (felt(m, m), source=0.0_wp)
+      allocate (values(m), rest(m))
+      call add(system%coupled%stiffness)
+      call add(system%coupled%damping)
+      call add(transpose(system%w))
+      call symmetric_eigen(felt, values, info)
+      free = felt(:, :count(values <= negligible**2))
+      if (info /= 0) free = felt(:, :0)
+      allocate (found(m, 0))
+      do i = 1, m
+         rest = 0.0_wp
+         rest(i) = 1.0_wp
+         rest = rest - matmul(free, free(i, :))
+         do k = 1, 2
+            rest = rest - matmul(found, matmul(rest, found))
+         end do
+         if (norm2(rest) > least_new) found = reshape([found, rest/norm2(rest)], [m, size(found, 2) + 1])
+         if (size(found, 2) + size(free, 2) == m) exit
+      end do
+      k = size(found, 2)
+      allocate (basis(2*m, 2*k), source=0.0_wp)
+      basis(:m, :k) = found
+      basis(m + 1:, k + 1:) = found
+
+   contains
+
+      subroutine add(matrix)
+         real(wp), intent(in) :: matrix(:, :)
+
+         if (.not. any(abs(matrix) > 0.0_wp)) return
+         felt = felt + matmul(transpose(matrix), matrix)/maxval(abs(matrix))**2
+      end subroutine add
+
+   end subroutine find_basis
+
+   !> The motion from x for `duration`, s; observers see it. With `derivative` it carries its derivative along.
+   subroutine go(self, x, duration, derivative, back, observers)
+      class(period_map_t), intent(inout), target :: self
+      real(wp), intent(in) :: x(:), duration
+      logical, intent(in) :: derivative
+      type(return_t), intent(inout), target :: back
+      type(observer_slot_t), intent(in), optional :: observers(:)
+
+      type(observer_slot_t), allocatable :: slots(:)
+
+      call back%sequence%reset()
+      allocate (slots(1))
+      slots(1)%observer => back%sequence
+      if (present(observers)) slots = [slots, observers]
+      self%runs = self%runs + 1
+      select type (by => self%by)
+      class is (flow_t)
+         by%first = matmul(self%basis, x)
+         if (allocated(by%tangent)) deallocate (by%tangent)
+         if (derivative) by%tangent = self%basis
+         call by%run(duration, most_events, slots, back%outcome)
+         back%x = matmul(by%z, self%basis)
+         back%differentiable = by%differentiable
+         if (derivative .and. back%outcome%status == status_ok) back%derivative = matmul(transpose(self%basis), by%tangent)
+      end select
+   end subroutine go
+
+   !> x of the machine's own start.
+   function first_state(self) result(x)
+      class(period_map_t), intent(in) :: self
+      real(wp), allocatable :: x(:)
+
+      allocate (x(self%n), source=0.0_wp)
+      select type (by => self%by)
+      class is (flow_t)
+         x = matmul(by%system%first_state(), self%basis)
+      end select
+   end function first_state
+
+   !> Displacements and velocities of the machine (2, coordinates) with this x; where contacts and observables do not feel the
+   !> whole machine, the part that they feel.
+   function to_coordinates(self, x) result(state)
+      class(period_map_t), intent(in) :: self
+      real(wp), intent(in) :: x(:)
+      real(wp), allocatable :: state(:)
+
+      integer :: n
+
+      allocate (state(0))
+      select type (by => self%by)
+      class is (flow_t)
+         n = size(by%system%machine%displacement)
+         state = spread(0.0_wp, 1, 2*n)
+         call by%system%to_coordinates(matmul(self%basis, x), state(:n), state(n + 1:))
+      end select
+   end function to_coordinates
+
+end module razy_orbits_period_map

@@ -1,0 +1,152 @@
+!! A periodic motion to begin with: what a motion settles to, or comes back to most nearly.
+module razy_orbits_start
+   use razy_core_error, only: error_t, raise
+   use razy_core_kinds, only: wp
+   use razy_core_number, only: to_text
+   use razy_motion_integrator, only: status_ok
+   use razy_orbits_orbit, only: orbit_t, problem_t
+   use razy_orbits_period_map, only: return_t
+   implicit none(type, external)
+   private
+
+   public :: find_periodic
+
+   !> Longest period that is recognised; a motion that comes back this near, relative to its size, has settled.
+   integer, parameter :: longest = 16
+   real(wp), parameter :: near = 1.0e-4_wp
+   !> Close returns that Newton's method begins from, one after the other.
+   integer, parameter :: most_trials = 12
+
+contains
+
+   !> The motion that settles, after `settle` periods of the excitation, from the machine's own start at `parameter`, or the
+   !> motion of `period` periods (0: whichever) that it comes nearest to; with `range` the scale of the parameter. `settled`:
+   !> the motion is the one that was settled to.
+   subroutine find_periodic(problem, parameter, range, period, settle, orbit, settled, error)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: parameter(:), range
+      integer, intent(in) :: period, settle
+      type(orbit_t), intent(out) :: orbit
+      logical, intent(out) :: settled
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: x(:, :)
+      logical :: ok
+      integer :: k
+
+      settled = .false.
+      problem%parameter = parameter
+      call problem%map%go_to(parameter, error)
+      if (allocated(error)) return
+      call march(problem, settle, x, error)
+      if (allocated(error)) return
+      call problem%begin(x(:, settle), 0.0_wp, range)
+      do k = merge(period, 1, period > 0), merge(period, longest, period > 0)
+         if (distance(problem, x(:, settle), x(:, settle - k)) > near) cycle
+         problem%periods = k
+         call refine(problem, x(:, settle), orbit, ok)
+         settled = ok .and. norm2(orbit%u(:problem%map%n) - x(:, settle)/first_scales(problem)) < 100*near
+         if (settled) return
+      end do
+      problem%periods = max(period, 1)
+      call from_returns(problem, x, orbit, ok)
+      if (.not. ok) call raise(error, "no motion of period "//to_text(problem%periods)//" was found within "//to_text(settle)// &
+                               " periods of the excitation: "//problem%reason)
+   end subroutine find_periodic
+
+   !> The states after each of `count` periods.
+   subroutine march(problem, count, x, error)
+      type(problem_t), intent(inout) :: problem
+      integer, intent(in) :: count
+      real(wp), allocatable, intent(out) :: x(:, :)
+      type(error_t), allocatable, intent(out) :: error
+
+      type(return_t) :: back
+      integer :: i
+
+      allocate (x(problem%map%n, 0:count))
+      x(:, 0) = problem%map%first_state()
+      do i = 1, count
+         call problem%map%go(x(:, i - 1), problem%map%period, .false., back)
+         if (back%outcome%status /= status_ok) then
+            call raise(error, "the motion from the start of &motion does not come through "//to_text(i)//" periods")
+            return
+         end if
+         x(:, i) = back%x
+      end do
+   end subroutine march
+
+   pure function first_scales(problem) result(scales)
+      type(problem_t), intent(in) :: problem
+      real(wp), allocatable :: scales(:)
+
+      scales = problem%scales()
+      scales = scales(:problem%map%n)
+   end function first_scales
+
+   pure real(wp) function distance(problem, a, b)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: a(:), b(:)
+
+      distance = norm2((a - b)/first_scales(problem))
+   end function distance
+
+   !> The periodic motion near x, at the parameters as they are, with its multipliers and derivatives.
+   subroutine refine(problem, x, orbit, ok)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: x(:)
+      type(orbit_t), intent(out) :: orbit
+      logical, intent(out) :: ok
+
+      real(wp), allocatable :: guess(:), row(:)
+
+      guess = [x/first_scales(problem), problem%parameter(problem%active)/problem%range]
+      row = 0*guess
+      row(size(row)) = 1.0_wp
+      call problem%correct(guess, row, orbit, ok)
+      if (ok) call problem%differentiate(orbit, ok)
+      if (ok) call orbit%find_multipliers(problem%is_autonomous())
+   end subroutine refine
+
+   !> Newton's method from the states that the motion comes back to most nearly after the period.
+   subroutine from_returns(problem, x, orbit, ok)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: x(:, 0:)
+      type(orbit_t), intent(out) :: orbit
+      logical, intent(out) :: ok
+
+      real(wp) :: apart(0:ubound(x, 2) - problem%periods)
+      integer :: at, i, trial
+
+      do i = 0, ubound(apart, 1)
+         apart(i) = distance(problem, x(:, i), x(:, i + problem%periods))
+      end do
+      ok = .false.
+      do trial = 1, min(most_trials, size(apart))
+         at = minloc(apart, dim=1) - 1
+         apart(at) = huge(1.0_wp)
+         call refine(problem, x(:, at), orbit, ok)
+         if (ok) ok = minimal(problem, orbit)
+         if (ok) return
+      end do
+   end subroutine from_returns
+
+   !> No part of the period is a period.
+   logical function minimal(problem, orbit)
+      type(problem_t), intent(inout) :: problem
+      type(orbit_t), intent(in) :: orbit
+
+      type(return_t) :: back
+      integer :: k
+
+      minimal = .true.
+      do k = 1, problem%periods/2
+         if (modulo(problem%periods, k) /= 0) cycle
+         call problem%map%go(orbit%u(:problem%map%n)*first_scales(problem), k*problem%map%period, .false., back)
+         minimal = distance(problem, back%x, orbit%u(:problem%map%n)*first_scales(problem)) > near
+         if (.not. minimal) problem%reason = "the motion found has a shorter period"
+         if (.not. minimal) return
+      end do
+   end function minimal
+
+end module razy_orbits_start

@@ -1,0 +1,93 @@
+!! The machines of an input over its values, with the method of &motion, as razy_orbits wants them.
+module razy_study_follow_family
+   use razy_core_error, only: error_t, raise
+   use razy_core_kinds, only: wp
+   use razy_core_number, only: to_text
+   use razy_hybrid_flow, only: flow_t
+   use razy_input_input, only: input_t, slot_t
+   use razy_machine_excitation, only: period_of_loads
+   use razy_machine_machine, only: machine_t
+   use razy_motion_integrator, only: integrator_t
+   use razy_orbits_period_map, only: family_t
+   use razy_scenes_case, only: motion_t, new_machine
+   use razy_scenes_records, only: record_t
+   use razy_scenes_scene, only: scene_t
+   use razy_study_motion, only: new_integrator
+   implicit none(type, external)
+   private
+
+   public :: case_family_t
+
+   !> The input, and which of its values vary; the machine that was made last.
+   type, extends(family_t) :: case_family_t
+      type(input_t) :: input
+      type(slot_t), allocatable :: slot(:)
+      type(machine_t) :: machine
+      type(motion_t) :: motion
+      type(record_t), allocatable :: records(:)
+      class(scene_t), allocatable, private :: scene
+   contains
+      procedure :: make
+   end type case_family_t
+
+contains
+
+   !> Prepare the flow of the machine with these values.
+   subroutine make(self, parameter, by, period, error)
+      class(case_family_t), intent(inout) :: self
+      real(wp), intent(in) :: parameter(:)
+      class(integrator_t), allocatable, intent(inout), target :: by
+      real(wp), intent(out) :: period
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: i
+
+      period = 0.0_wp
+      do i = 1, size(parameter)
+         call self%input%put(self%slot(i), parameter(i), error)
+         if (allocated(error)) return
+      end do
+      call new_machine(self%machine, self%motion, self%records, self%input, error, self%scene)
+      if (.not. allocated(error)) call new_integrator(by, self%motion%method, error)
+      if (.not. allocated(error)) call by%prepare(self%machine, .false., error)
+      if (allocated(error)) return
+      select type (by)
+      class is (flow_t)
+         if (by%finds_events .or. size(self%machine%contact) == 0) then
+            period = period_of_loads(self%machine)
+            if (period > 0.0_wp) return
+            if (has_tones()) call raise(error, "the tones "//tones()//" have no common period: periodic motions "// &
+                                        "need frequencies in whole ratios")
+            return
+         end if
+      end select
+      call raise(error, "the method has no derivatives: &motion integrator='exact', or a Runge-Kutta method with treatment='event'")
+
+   contains
+
+      pure logical function has_tones()
+         integer :: j
+
+         associate (machine => self%machine)
+            has_tones = any(abs(machine%harmonic_load) > 0.0_wp)
+            do j = 1, size(machine%contact)
+               has_tones = has_tones .or. any(abs(machine%contact(j)%error) > 0.0_wp)
+            end do
+            has_tones = has_tones .and. any(machine%tone%hertz > 0.0_wp)
+         end associate
+      end function has_tones
+
+      pure function tones() result(list)
+         character(:), allocatable :: list
+         integer :: t
+
+         list = ""
+         do t = 1, size(self%machine%tone)
+            list = list//", "//to_text(real(self%machine%tone(t)%hertz, wp))//" Hz"
+         end do
+         list = list(3:)
+      end function tones
+
+   end subroutine make
+
+end module razy_study_follow_family

@@ -1,0 +1,255 @@
+!! What razy-follow found, as a result file and in words.
+!!
+!! Each motion is a row with its extrema over one period, as in the files of razy-sweep; special points are a table of their own.
+module razy_study_follow_result
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: i8, wp
+   use razy_core_number, only: decimal, to_text
+   use razy_core_table, only: table_t
+   use razy_core_text, only: append_text, string_t
+   use razy_io_result_file, only: new_header
+   use razy_io_rows_file, only: rows_file_t
+   use razy_machine_machine, only: machine_t
+   use razy_motion_integrator, only: observer_slot_t
+   use razy_observe_extrema, only: extrema_t
+   use razy_orbits_branch, only: point_t
+   use razy_orbits_period_map, only: return_t
+   use razy_study_follow_family, only: case_family_t
+   use razy_study_follow_follow, only: follow_t
+   implicit none(type, external)
+   private
+
+   public :: follow_words, write_follow
+
+contains
+
+   !> Write the file.
+   subroutine write_follow(self, path, overwrite, error)
+      type(follow_t), intent(inout) :: self
+      character(*), intent(in) :: path
+      logical, intent(in) :: overwrite
+      type(error_t), allocatable, intent(out) :: error
+
+      type(rows_file_t) :: file
+      type(table_t) :: table
+      type(table_t), allocatable :: row(:)
+      integer(i8), allocatable :: lengths(:)
+      integer :: b, i, k, n
+
+      n = sum(self%branch(:self%count)%count)
+      allocate (row(n))
+      k = 0
+      do b = 1, self%count
+         do i = 1, self%branch(b)%count
+            k = k + 1
+            call fill_row(self, b, self%branch(b)%point(i), row(k), error)
+            if (allocated(error)) return
+         end do
+      end do
+      lengths = [(0_i8, i=1, row(1)%count)]
+      do k = 1, n
+         lengths = lengths + [(product(row(k)%column(i)%extent), i=1, row(k)%count)]
+      end do
+      call branch_columns(self, table)
+      call special_columns(self, table)
+      select type (family => self%problem%map%family)
+      type is (case_family_t)
+         call file%begin(path, new_header("razy-follow", family%machine%title, family%motion%method%integrator, &
+                                          family%motion%method%treatment, family%input%effective()), table, row(1), int(n, i8), &
+                         lengths, error)
+      end select
+      do k = 1, n
+         if (.not. allocated(error)) call file%append(row(k), error)
+      end do
+      if (allocated(error)) then
+         call file%discard()
+      else
+         call file%commit(overwrite, error)
+      end if
+   end subroutine write_follow
+
+   !> A motion: what it is, its multipliers and its extrema over one period.
+   subroutine fill_row(self, branch, point, row, error)
+      type(follow_t), intent(inout) :: self
+      integer, intent(in) :: branch
+      type(point_t), intent(in) :: point
+      type(table_t), intent(inout) :: row
+      type(error_t), allocatable, intent(out) :: error
+
+      character(*), parameter :: group = "/point/"
+      type(extrema_t), allocatable, target :: extrema(:)
+      type(observer_slot_t), allocatable :: slots(:)
+      type(return_t) :: back
+      real(wp), allocatable :: s(:), state(:)
+      real(wp) :: duration, value
+      integer :: i
+
+      associate (orbit => point%orbit, map => self%problem%map)
+         s = self%problem%scales()
+         value = orbit%u(size(orbit%u))*s(size(s))
+         call map%go_to([value], error)
+         if (allocated(error)) return
+         duration = self%branch(branch)%periods*map%period
+         if (self%problem%is_autonomous()) duration = orbit%u(map%n + 1)*self%problem%period
+         select type (family => map%family)
+         type is (case_family_t)
+            call ask_extrema(extrema, family)
+         end select
+         allocate (slots(size(extrema)))
+         do i = 1, size(extrema)
+            slots(i)%observer => extrema(i)
+         end do
+         call map%go(orbit%u(:map%n)*s(:map%n), duration, .false., back, slots)
+         state = map%to_coordinates(orbit%u(:map%n)*s(:map%n))
+         call row%add(group//"branch", branch, "1", "number of the branch")
+         call row%add(group//dotted(self%name), value, self%unit, self%name)
+         call row%add(group//"period", duration, "s", "period of the motion")
+         call row%add(group//"multiplicity", self%branch(branch)%periods, "1", "periods of the excitation in one of the motion")
+         call row%add(group//"stable", merge(1, 0, orbit%is_stable()), "1", "1: all multipliers are within the unit circle")
+         call row%add(group//"multiplier", reshape([real(orbit%multiplier, wp), orbit%multiplier%im], &
+                                                   [size(orbit%multiplier), 2]), "1", "Floquet multipliers", &
+                      [character(16) :: group//"order", group//"part"])
+         call row%add(group//"state", state, "mixed", "displacements and velocities at phase 0 of the excitation", &
+                      group//"coordinate", fixed=.true.)
+         call row%add(group//"events", orbit%sequence%count, "1", "changes of branch of contacts in a period")
+         call row%add(group//"correction", orbit%correction, "1", "last correction by Newton's method, relative to the state")
+         do i = 1, size(extrema)
+            call extrema(i)%columns(row)
+         end do
+      end associate
+   end subroutine fill_row
+
+   !> Extrema of all observables that &record asks extrema of.
+   subroutine ask_extrema(extrema, family)
+      type(extrema_t), allocatable, intent(out) :: extrema(:)
+      type(case_family_t), intent(in) :: family
+
+      integer :: i, k
+
+      allocate (extrema(count(family%records%extrema)))
+      k = 0
+      do i = 1, size(family%records)
+         if (.not. family%records(i)%extrema) cycle
+         k = k + 1
+         associate (observable => family%machine%observable(family%records(i)%observable))
+            extrema(k)%form = family%records(i)%observable
+            extrema(k)%name = observable%name
+            extrema(k)%unit = observable%unit
+            extrema(k)%long_name = observable%long_name
+         end associate
+         call extrema(k)%reset()
+      end do
+   end subroutine ask_extrema
+
+   pure function dotted(name)
+      character(*), intent(in) :: name
+      character(:), allocatable :: dotted
+
+      integer :: i
+
+      dotted = name
+      i = index(dotted, "%")
+      if (i > 0) dotted(i:i) = "."
+   end function dotted
+
+   !> Where each branch comes from and why it ends.
+   subroutine branch_columns(self, table)
+      type(follow_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
+
+      character(*), parameter :: along = "/branch/branch"
+      character(200) :: ending(self%count)
+      integer :: i
+
+      do i = 1, self%count
+         ending(i) = self%branch(i)%ending
+      end do
+      associate (branch => self%branch(:self%count))
+         call table%add("/branch/parent", branch%parent, "1", "branch that it begins on; 0: none", along)
+         call table%add("/branch/ending", ending, "1", "why it ends", along)
+      end associate
+   end subroutine branch_columns
+
+   !> The special points.
+   subroutine special_columns(self, table)
+      type(follow_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
+
+      character(*), parameter :: group = "/special/", along = "/special/special"
+      character(2), allocatable :: label(:)
+      character(64), allocatable :: contact(:)
+      integer, allocatable :: branch(:), place(:)
+      real(wp), allocatable :: parameter(:)
+      integer :: b, i, k
+
+      allocate (label(0), contact(0), branch(0), place(0), parameter(0))
+      k = 0
+      do b = 1, self%count
+         do i = 1, self%branch(b)%count
+            k = k + 1
+            associate (point => self%branch(b)%point(i))
+               if (point%label == "") cycle
+               label = [label, point%label]
+               contact = [contact, [character(64) :: contact_name(self, point)]]
+               branch = [branch, b]
+               place = [place, k - 1]
+               parameter = [parameter, point%orbit%u(size(point%orbit%u))*self%problem%range]
+            end associate
+         end do
+      end do
+      call table%add(group//"label", label, "1", "LP fold, PD period doubling, TR torus, BP branch point, GR grazing, ST, SL "// &
+                     "sticking or sliding begins or ends, CH another change of contacts, EP end, MX no motion further on", along)
+      call table%add(group//"parameter", parameter, self%unit, self%name, along)
+      call table%add(group//"branch", branch, "1", "number of the branch", along)
+      call table%add(group//"point", place, "1", "row of /point, from 0", along)
+      call table%add(group//"contact", contact, "1", "the contact that it is about", along)
+   end subroutine special_columns
+
+   function contact_name(self, point) result(name)
+      type(follow_t), intent(in) :: self
+      type(point_t), intent(in) :: point
+      character(:), allocatable :: name
+
+      name = ""
+      if (point%contact == 0) return
+      select type (family => self%problem%map%family)
+      type is (case_family_t)
+         name = family%machine%contact(point%contact)%name
+      end select
+   end function contact_name
+
+   !> One line for each special point, as AUTO prints them, and one for the end of each branch.
+   function follow_words(self) result(lines)
+      type(follow_t), intent(in) :: self
+      type(string_t), allocatable :: lines(:)
+
+      integer :: b, i
+
+      allocate (lines(0))
+      if (.not. self%settled) call append_text(lines, "the start settles to no motion of such a period: that which it comes "// &
+                                               "nearest to is followed")
+      call append_text(lines, "branch  point  label  "//self%name//" ("//self%unit//")  periods  largest multiplier  contact")
+      do b = 1, self%count
+         do i = 1, self%branch(b)%count
+            associate (point => self%branch(b)%point(i))
+               if (point%label == "") cycle
+               call append_text(lines, right(to_text(b), 6)//right(to_text(i), 7)//right(point%label, 7)//"  "// &
+                                right(decimal(point%orbit%u(size(point%orbit%u))*self%problem%range, 12), 20)// &
+                                right(to_text(self%branch(b)%periods), 6)// &
+                                right(decimal(maxval([0.0_wp, abs(point%orbit%multiplier)]), 6), 14)//"  "// &
+                                contact_name(self, point))
+            end associate
+         end do
+         call append_text(lines, "branch "//to_text(b)//" ends: "//self%branch(b)%ending)
+      end do
+   end function follow_words
+
+   pure function right(text, width)
+      character(*), intent(in) :: text
+      integer, intent(in) :: width
+      character(:), allocatable :: right
+
+      right = repeat(" ", max(width - len_trim(text), 0))//trim(text)
+   end function right
+
+end module razy_study_follow_result

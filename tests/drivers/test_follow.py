@@ -1,0 +1,179 @@
+"""razy-follow: values that are known, what it leaves, the picture of it."""
+
+import re
+
+import h5py
+import matplotlib.image
+import numpy as np
+import pytest
+from programs import GEAR_PAIR, SOURCE, attribute, left, plot, sets, start, succeed
+
+NORMAL_FORM = SOURCE / "inputs" / "gear_normal_form.nml"
+IMPACT = SOURCE / "inputs" / "impact_oscillator.nml"
+HYSTERESIS = SOURCE / "inputs" / "hysteresis.nml"
+
+
+def follow(case, *options, **values):
+    """Follow a case, and open the file."""
+    succeed("razy-follow", case, *options, *sets(**values))
+    return h5py.File(f"{case.stem}.h5")
+
+
+def points(file, label, branch=1):
+    """Return the parameter at the special points of a kind on a branch."""
+    keep = (file["special/label"].asstr()[:] == label) & (file["special/branch"][:] == branch)
+    return file["special/parameter"][:][keep]
+
+
+def multipliers(file, point=0):
+    real, imaginary = file["point/multiplier"][point]
+    return np.sort_complex(real + 1j * imaginary)
+
+
+def test_doubling_of_the_gear_pair():
+    """The square of the difference of maxima in docs/gear_pair.md is zero there."""
+    with follow(GEAR_PAIR, follow__first=1570, follow__last=1584) as file:
+        (doubling,) = points(file, "PD")
+        assert file["extrema/mesh_deformation/value"].attrs["long_name"] == "extrema of mesh deformation"
+    assert doubling == pytest.approx(1580.463, abs=5e-4)
+
+
+def test_multipliers_of_the_gear_pair():
+    with follow(GEAR_PAIR, follow__first=2500, follow__last=2510) as file:
+        found = multipliers(file)
+    assert np.abs(found) == pytest.approx([0.8202, 0.1133, 0.9096, 0.9096], abs=5e-5)
+    # Both halves of the machine are alike, and the mesh, which has no damping, feels the twist of one shaft for both.
+    damping = 5e-4 * 6.2905e4 * (1 / 0.1 + 1 / 0.00794)
+    period = 60 / 2500 / 40
+    assert np.prod(found) == pytest.approx(np.exp(-damping * period), rel=1e-9)
+
+
+def test_impact_oscillator():
+    """A rigid stop without loss: the closed form of the source gives the multipliers, the speed and the doubling."""
+    with follow(IMPACT) as file:
+        found = multipliers(file)
+        (doubling,) = points(file, "PD")
+        period, state = file["point/period"][0], file["point/state"][0]
+    assert found == pytest.approx([0.59637 - 0.45737j, 0.59637 + 0.45737j], abs=5e-6)
+    assert np.prod(found).real == pytest.approx(np.exp(-0.2 * period), rel=1e-10)
+    assert doubling == pytest.approx(2.651807017, abs=5e-10)
+    initial = {"initial__displacement": repr(float(state[0])), "initial__velocity": repr(float(state[1]))}
+    trajectory = ["--set", "record(1)%what='trajectory'", "--set", "record(2)%what='trajectory'"]
+    succeed("razy-run", IMPACT, "--output", "run.h5", *trajectory, *sets(motion__t_end=repr(float(period)), **initial))
+    with h5py.File("run.h5") as file:
+        (impact,) = file["event/time"][:]
+        at = np.isclose(file["time"][:], impact, rtol=0.0, atol=1e-12)
+        assert np.abs(file["observable/velocity"][:][at]) == pytest.approx(1.61640645845, abs=5e-11)
+        end = file["observable/displacement"][-1], file["observable/velocity"][-1]
+    assert end == pytest.approx(tuple(state), abs=1e-11)
+
+
+def test_gear_normal_form():
+    with follow(NORMAL_FORM) as file:
+        folds, grazings = points(file, "LP"), points(file, "GR")
+        stable = file["point/stable"][:]
+        at = file["special/point"][:][file["special/label"].asstr()[:] == "LP"]
+        assert file["special/contact"].asstr()[:][file["special/label"].asstr()[:] == "GR"].tolist() == ["gap", "gap"]
+    assert np.sort(grazings) == pytest.approx([0.71068737, 1.2185743569], abs=5e-9)
+    assert 0.450 < folds.min() < 0.455 and 0.745 < folds.max() < 0.750
+    # Both stable branches and the one between them.
+    first, second = at
+    assert stable[: first - 1].all() and stable[second + 1 :].all()
+    assert not stable[first + 1 : second].any()
+
+
+def test_grazings_are_where_the_linear_motion_just_reaches_the_edge():
+    """With d the amplitude of x'' + 0.1 x' + x = 0.05 cos ωt about 1.1, contact is lost where d = 0.1."""
+    with follow(NORMAL_FORM) as file:
+        grazings = points(file, "GR")
+    # ((1 - w)² + 0.01 w) 0.01 = 0.0025 for w = ω².
+    w = np.roots([1.0, -1.99, 0.75])
+    np.testing.assert_allclose(np.sort(grazings), np.sort(np.sqrt(w)), rtol=1e-11)
+
+
+def test_folds_are_where_a_sweep_jumps():
+    with follow(HYSTERESIS) as file:
+        high, low = points(file, "LP")
+        labels = file["special/label"].asstr()[:].tolist()
+    assert labels == ["GR", "LP", "LP", "GR", "EP"]
+    # A whole number of periods at each frequency, so that each motion goes on in phase.
+    step, grid = 0.1, sets(sweep__first=12, sweep__last=27, sweep__points=151, motion__t_end=10, record__from=9)
+    succeed("razy-sweep", HYSTERESIS, *grid, "--output", "sweep.h5")
+    with h5py.File("sweep.h5") as file:
+        frequency, offset = file["axis/load.frequency"][:], file["extrema/displacement/offset"][:]
+        largest = np.maximum.reduceat(file["extrema/displacement/value"][:], offset[:-1]).reshape(2, -1)
+    up, down = (np.argmax(np.abs(np.diff(way))) for way in largest)
+    # Next to a fold a step of the parameter throws the motion off a little early; it leaves slowly just beyond.
+    for jump, fold in ((up, high), (down, low)):
+        assert frequency[jump] - step < fold < frequency[jump + 1] + step
+
+
+def test_file():
+    with follow(NORMAL_FORM, follow__first=1.3, follow__last=0.4) as file:
+        count = file["point/branch"].size
+        parameter = file["point/load.angular_frequency"][:]
+        assert file.attrs["program"] == "razy-follow"
+        for name in ("period", "multiplicity", "stable", "multiplier", "state", "events", "correction"):
+            assert file[f"point/{name}"].shape[0] == count, name
+        special = file["special/point"][:]
+        np.testing.assert_array_equal(file["special/parameter"][:], parameter[special])
+        assert (file["special/label"].asstr()[-1], special[-1]) == ("EP", count - 1)
+        assert parameter[0] == 1.3 and parameter[-1] == pytest.approx(0.4, rel=1e-14)
+        np.testing.assert_allclose(file["point/period"][:], 2 * np.pi / parameter, rtol=1e-14)
+        assert file["extrema/displacement/offset"].size == count + 1
+        assert file["branch/parent"][:].tolist() == [0]
+        assert file["branch/ending"].asstr()[0] == "the end of the range"
+    assert "&follow" in attribute("gear_normal_form.h5", "input")
+    assert left() == ["gear_normal_form.h5"]
+
+
+def test_special_points_are_said():
+    done = succeed("razy-follow", NORMAL_FORM, *sets(follow__last=1.1))
+    (line,) = [line for line in (done.stdout + done.stderr).splitlines() if " GR " in line]
+    words = line.split()
+    assert (words[2], words[4], words[6]) == ("GR", "1", "gap")
+    assert re.fullmatch(r"1\.21857435\d{4}", words[3])
+
+
+def test_a_second_run_gives_the_same_bytes():
+    for name in ("a.h5", "b.h5"):
+        succeed("razy-follow", NORMAL_FORM, "--output", name, *sets(follow__last=1.0))
+    with h5py.File("a.h5") as a, h5py.File("b.h5") as b:
+        for name in ("point/state", "point/multiplier", "special/parameter", "extrema/displacement/value"):
+            np.testing.assert_array_equal(a[name][()], b[name][()])
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"follow__parameter": "'motion%t_end'"}, "&follow%parameter = 'motion%t_end': a value that the machine has"),
+        ({"follow__parameter": "'load%angular'"}, "&follow%parameter = 'load%angular'"),
+        ({"follow__last": 1.5}, "&follow%last = 1.5: a value apart from first"),
+        ({"follow__from": 2.0}, "&follow%from = 2.0: a value between first and last"),
+        ({"motion__integrator": "'moreau_jean'", "motion__step": 1e-3}, "the method has no derivatives"),
+    ],
+)
+def test_what_it_refuses_is_one_line(changes, message):
+    done = start("razy-follow", NORMAL_FORM, *sets(**changes))
+    assert done.returncode == 2
+    assert message in done.stderr and done.stderr.count("\n") == 1
+    assert left() == []
+
+
+def test_picture():
+    succeed("razy-follow", NORMAL_FORM, *sets(follow__last=0.6))
+    done = plot("gear_normal_form.h5", "--save", "picture.png")
+    assert (done.returncode, done.stderr) == (0, "")
+    pixels = matplotlib.image.imread("picture.png")[..., :3]
+    assert min(pixels.shape[:2]) > 300
+    assert (pixels.max(axis=2) < 0.1).sum() > 2000
+
+
+def test_picture_with_a_sweep():
+    succeed("razy-follow", HYSTERESIS, "--output", "f.h5")
+    succeed("razy-sweep", HYSTERESIS, *sets(sweep__points=61), "--output", "s.h5")
+    done = plot("f.h5", "s.h5", "--save", "picture.png")
+    assert (done.returncode, done.stderr) == (0, "")
+    pixels = matplotlib.image.imread("picture.png")[..., :3]
+    grey = (pixels.min(axis=2) > 0.6) & (pixels.max(axis=2) < 0.8) & (np.ptp(pixels, axis=2) < 0.02)
+    assert (pixels.max(axis=2) < 0.1).sum() > 2000 and grey.sum() > 500
