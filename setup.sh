@@ -7,6 +7,7 @@ usage() {
   cat <<'END'
 usage: ./setup.sh COMMAND
   demo         build, sweep inputs/torsional_gear_pair.nml on all cores, draw its bifurcation diagram in build/demo/
+  thesis       build, compute every figure and table of the source (inputs/thesis/report.toml), write build/thesis/report.html
   test         build, run the tests with all run-time checks (debug), then optimised (release), then the numerical ones with
                another BLAS and LAPACK; the slow ones: preset slow
   build        build the programs into build/bin/, and the tests
@@ -140,7 +141,7 @@ prepare() {
 build_release() {
   build release "$1"
   local program
-  for program in csv merge plot; do ln -sfn "../../.venv/bin/razy-$program" "build/bin/razy-$program"; done
+  for program in csv merge plot report; do ln -sfn "../../.venv/bin/razy-$program" "build/bin/razy-$program"; done
 }
 
 demo() {
@@ -157,6 +158,12 @@ demo() {
   echo "picture: $PWD/$folder/$scene.png"
   LC_ALL=C awk -v start="$start" -v end="$(date +%s%N)" \
     'BEGIN { printf "time of sweep and picture: %.1f s\n", (end - start) / 1e9 }'
+}
+
+thesis() {
+  prepare
+  build_release programs
+  build/bin/razy-report inputs/thesis --output build/thesis --programs build/bin --jobs "$cores" "$@"
 }
 
 # Folders of another BLAS and LAPACK than the programs use: OpenBLAS, or the reference where they use OpenBLAS already.
@@ -216,6 +223,10 @@ make_docs() {
 
 case ${1-help} in
   demo) demo ;;
+  thesis)
+    shift
+    thesis "$@"
+    ;;
   test) run_tests ;;
   docs) make_docs ;;
   build)

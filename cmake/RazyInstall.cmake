@@ -6,5 +6,20 @@ install(EXPORT razyTargets NAMESPACE razy:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/razyConfig.cmake.in ${PROJECT_BINARY_DIR}/razyConfig.cmake
   INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/razy)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/razyConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+# A consumer links machine code: optimising the library again at its link would take minutes.
+if(razy_ipo AND CMAKE_OBJCOPY)
+  install(CODE "execute_process(COMMAND ${CMAKE_OBJCOPY} -R .gnu.lto_* -R .gnu.debuglto_* -N __gnu_lto_v1
+    \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:razy>\")")
+endif()
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/inputs DESTINATION ${CMAKE_INSTALL_DATADIR}/razy)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/post/src/razy_post DESTINATION ${CMAKE_INSTALL_DATADIR}/razy/python FILES_MATCHING PATTERN "*.py")
+foreach(entry "csv tools csv_main" "merge tools merge_main" "plot cli main")
+  string(REPLACE " " ";" entry ${entry})
+  list(GET entry 0 program)
+  list(GET entry 1 module)
+  list(GET entry 2 function)
+  configure_file(${CMAKE_CURRENT_LIST_DIR}/program.py.in ${PROJECT_BINARY_DIR}/python/razy-${program} @ONLY)
+  install(PROGRAMS ${PROJECT_BINARY_DIR}/python/razy-${program} DESTINATION ${CMAKE_INSTALL_BINDIR})
+endforeach()
 install(FILES ${PROJECT_BINARY_DIR}/razyConfig.cmake ${PROJECT_BINARY_DIR}/razyConfigVersion.cmake
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/razy)

@@ -206,7 +206,7 @@ contains
       write (output_unit, "(a)") "  --help, --version"
       if (sweep) then
          write (output_unit, "(a)") &
-            "exit code: 0 done, 2 bad input or usage, 3 stopped by SIGTERM or SIGUSR1, 1 anything else"
+            "exit code: 0 done, 2 bad input or usage, 3 stopped by SIGTERM or SIGUSR1, 1 all points failed, or anything else"
       else
          write (output_unit, "(a)") "exit code: 0 done, 2 bad input or usage, 1 anything else"
       end if

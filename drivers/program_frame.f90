@@ -6,14 +6,15 @@ module program_frame
    use razy_input_input, only: input_t
    use razy_core_text_file, only: read_text_file
    use razy_core_table, only: table_t
-   use razy_core_text, only: string_t
-   use razy_io_posix, only: output_is_free
+   use razy_core_text, only: append_text, string_t
+   use razy_io_posix, only: check_distinct, output_is_free
    use razy_io_result_file, only: result_header_t, write_result
+   use razy_linalg_threads, only: use_one_thread
    use razy_scenes_case, only: read_study
    implicit none(type, external)
    private
 
-   public :: begin_program, end_checks, end_program, fail
+   public :: begin_program, check_files, end_checks, end_program, fail
 
 contains
 
@@ -26,6 +27,7 @@ contains
       type(error_t), allocatable :: error
       character(:), allocatable :: text
 
+      call use_one_thread()
       call read_command(command, .false., error)
       if (allocated(error)) call fail(name//": "//error%message, exit_usage)
       if (command%help) call print_help(name, does, .false.)
@@ -43,25 +45,56 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(inout) :: error
 
-      if (.not. allocated(error) .and. .not. command%check) call output_is_free(command%output, command%force, error)
+      type(string_t) :: none(0)
+
+      if (.not. allocated(error) .and. .not. command%check) call check_files(command, input, none, error)
       if (allocated(error)) call fail(error%message, exit_usage)
       if (.not. command%check) return
       write (output_unit, "(a)", advance="no") input%effective()
       stop
    end subroutine end_checks
 
-   !> Write the result file, and say what the user is to know: lines, and that it was written.
-   subroutine end_program(command, header, table, lines)
+   !> Refuse an output that cannot be written, or that is a file which the command reads, or another that it writes.
+   subroutine check_files(command, input, others, error)
+      type(command_t), intent(in) :: command
+      type(input_t), intent(in) :: input
+      type(string_t), intent(in) :: others(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      type(string_t), allocatable :: files(:)
+      character(:), allocatable :: starts
+      integer :: i
+
+      allocate (files(0))
+      call append_text(files, command%input)
+      call append_text(files, command%output)
+      do i = 1, size(others)
+         call append_text(files, others(i)%text)
+      end do
+      if (input%count("starts") > 0) then
+         if (input%given("starts", 1, "file")) then
+            call input%get("starts", 1, "file", starts)
+            call append_text(files, starts)
+         end if
+      end if
+      call check_distinct(files, error)
+      if (.not. allocated(error)) call output_is_free(command%output, command%force, error)
+   end subroutine check_files
+
+   !> Write the result file, print the answer, and say what the user is to know: lines, and that it was written.
+   subroutine end_program(command, header, table, lines, answer)
       type(command_t), intent(in) :: command
       type(result_header_t), intent(in) :: header
       type(table_t), intent(in) :: table
       type(string_t), intent(in) :: lines(:)
+      type(string_t), intent(in), optional :: answer(:)
 
       type(error_t), allocatable :: error
       integer :: i
 
       call write_result(command%output, header, table, command%force, error)
       if (allocated(error)) call fail(error%message, exit_failure)
+      if (present(answer)) write (output_unit, "(a)") (answer(i)%text, i=1, size(answer))
       do i = 1, size(lines)
          call say(lines(i)%text)
       end do

@@ -4,6 +4,7 @@ program razy_modes
    use program_frame, only: begin_program, end_checks, end_program, fail
    use razy_core_error, only: error_t
    use razy_core_table, only: table_t
+   use razy_core_text, only: string_t
    use razy_input_input, only: input_t
    use razy_io_result_file, only: new_header
    use razy_study_modes_modes, only: find_modes, modes_task_t, new_modes
@@ -16,6 +17,7 @@ program razy_modes
    type(modes_task_t) :: task
    type(modes_result_t) :: result
    type(table_t) :: table
+   type(string_t) :: none(0)
 
    call begin_program("razy-modes", "natural frequencies and shapes, Campbell diagram, critical speeds, stability", command, input)
    call new_modes(task, input, error)
@@ -23,6 +25,6 @@ program razy_modes
    call find_modes(task, result, error)
    if (allocated(error)) call fail(error%message, exit_usage)
    call result%columns(table)
-   call end_program(command, new_header("razy-modes", task%title, "", "", input%effective()), table, result%words())
+   call end_program(command, new_header("razy-modes", task%title, "", "", input%effective()), table, none, result%words())
 
 end program razy_modes

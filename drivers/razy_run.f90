@@ -23,7 +23,7 @@ program razy_run
    if (allocated(error)) call fail(error%message, exit_failure)
    call run%columns(table)
    call end_program(command, new_header("razy-run", run%machine%title, run%motion%method%integrator, &
-                                        run%motion%method%treatment, input%effective()), table, run%words())
+                                        run%motion%method%treatment, input%effective()), table, run%words(), run%answer())
    if (run%outcome%status /= status_ok) call finish(exit_failure)
 
 end program razy_run

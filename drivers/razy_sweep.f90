@@ -4,14 +4,16 @@ program razy_sweep
    use command_line, only: command_t, exit_failure, exit_interrupted, exit_ok, exit_usage, finish, print_help, print_version, &
                            read_command, say
    use mpi_f08, only: mpi_comm_world
+   use program_frame, only: check_files
    use progress, only: show_progress
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_core_table, only: table_t
-   use razy_core_text, only: string_t
+   use razy_core_text, only: append_text, string_t
    use razy_core_text_file, only: read_text_file
    use razy_input_input, only: input_t
-   use razy_io_posix, only: output_is_free
+   use razy_io_hdf5_file, only: delete_partial_files
+   use razy_linalg_threads, only: use_one_thread
    use razy_scenes_case, only: read_study
    use razy_study_sweep_forecast, only: forecast
    use razy_study_sweep_log, only: log_end, log_start, open_log, points_done, what_was_written
@@ -38,22 +40,24 @@ program razy_sweep
    character(:), allocatable :: effective
    !> What the file of starts has, if there is one.
    real(wp), allocatable :: starts(:)
-   logical :: go_on, held
+   !> Whether there is anything to compute; whether all points failed.
+   logical :: go_on, failed = .false.
 
-   call hold_signals(held)
+   call use_one_thread()
+   call hold_signals()
    call start_mpi(error)
    if (.not. allocated(error)) call new_communicator(ranks, mpi_comm_world, error)
    if (allocated(error)) then
       call say("razy-sweep: "//error%message)
       call finish(exit_failure)
    end if
-   if (.not. held .and. ranks%is_root()) call say("razy-sweep: signals cannot be held back; one of them ends the sweep at once")
    if (ranks%is_root()) call read_case(error)
    call leave_if(exit_usage)
    call ranks%broadcast(go_on, error)
    call leave_if(exit_failure)
    if (go_on) call compute()
-   call end_ranks(merge(exit_interrupted, exit_ok, outcome%stopped))
+   if (outcome%stopped) call end_ranks(exit_interrupted)
+   call end_ranks(merge(exit_failure, exit_ok, failed))
 
 contains
 
@@ -62,7 +66,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(input_t) :: input
-      type(string_t), allocatable :: lines(:)
+      type(string_t), allocatable :: lines(:), written(:)
       character(:), allocatable :: text
       integer :: i
 
@@ -81,10 +85,17 @@ contains
       if (command%check) then
          write (output_unit, "(a)", advance="no") effective
       else if (command%dry_run) then
+         task%watch%stop_is_asked => time_is_up
          call forecast(task, ranks%size, lines)
-         write (output_unit, "(a)") (lines(i)%text, i=1, size(lines))
+         outcome%stopped = time_is_up()
+         if (.not. outcome%stopped) write (output_unit, "(a)") (lines(i)%text, i=1, size(lines))
       else
-         call output_is_free(command%output, command%force, error)
+         allocate (written(0))
+         call append_text(written, checkpoint_path(command%output))
+         if (allocated(command%log)) then
+            if (command%log /= "-") call append_text(written, command%log)
+         end if
+         call check_files(command, input, written, error)
          go_on = .true.
       end if
    end subroutine read_case
@@ -101,6 +112,7 @@ contains
          if (.not. allocated(error)) call new_sweep(task, input, starts, error)
       end if
       call leave_if(exit_failure)
+      task%watch%stop_is_asked => time_is_up
       units%plan = task%plan
       if (ranks%is_root()) call open_checkpoint(error)
       call leave_if(exit_usage)
@@ -109,6 +121,8 @@ contains
       options%ask_ahead = .not. task%plan%has_chains()
       call run_sweep(ranks, task, units, checkpoint, options, show_progress, outcome, error, time_is_up)
       if (ranks%is_root()) call end_sweep(error)
+      call leave_if(exit_failure)
+      call ranks%broadcast(failed, error)
       call leave_if(exit_failure)
    end subroutine compute
 
@@ -126,7 +140,10 @@ contains
       if (.not. allocated(error)) call checkpoint%open(command%output, effective//identity_of(starts), row, units, error)
       if (allocated(error)) return
       if (checkpoint%dropped()) call say(checkpoint_path(command%output)//": its last record was not complete, and is dropped")
-      if (checkpoint%n_done > 0) call say("going on: "//points_done(task, checkpoint, command%output))
+      if (checkpoint%n_done > 0) then
+         call say("going on: "//points_done(task, checkpoint, command%output))
+         call delete_partial_files(command%output)
+      end if
       if (.not. allocated(command%log)) return
       call open_log(command%log, error_unit, unit, error)
       if (allocated(error)) return
@@ -160,6 +177,7 @@ contains
          call checkpoint%give_up(error)
          return
       end if
+      failed = checkpoint%tally_of("/point/status") == task%plan%points
       call checkpoint%remove(error)
       if (.not. allocated(error)) call say(what_was_written(task, checkpoint, outcome, command%output))
    end subroutine end_sweep

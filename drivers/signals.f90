@@ -1,82 +1,52 @@
 !! The signals by which a queue announces that time is up: SIGTERM and SIGUSR1.
 !!
-!! They are blocked, and asked for between points: no code runs at a moment of the system's choosing. POSIX; the numbers are those
-!! of Linux.
+!! Their handler only notes that one has come, in whatever thread it runs; programs look at that between points and now and then
+!! in a motion. POSIX; the numbers are those of Linux.
 module signals
-   use, intrinsic :: iso_c_binding, only: c_int, c_long
+   use, intrinsic :: iso_c_binding, only: c_funloc, c_funptr, c_int
    implicit none(type, external)
    private
 
    public :: hold_signals, time_is_up
 
-   !> SIGUSR1 and SIGTERM; SIG_BLOCK of sigprocmask.
-   integer(c_int), parameter :: awaited(2) = [10_c_int, 15_c_int], block = 0_c_int
+   !> SIGUSR1 and SIGTERM.
+   integer(c_int), parameter :: awaited(2) = [10_c_int, 15_c_int]
 
-   !> Room for C's sigset_t.
-   type, bind(c) :: signal_set_t
-      integer(c_long) :: words(32)
-   end type signal_set_t
+   !> Set by the handler.
+   logical, volatile :: has_come = .false.
 
    interface
-      integer(c_int) function c_sigemptyset(set) bind(c, name="sigemptyset")
-         import :: c_int, signal_set_t
+      !> signal of C, which glibc makes one that interrupts no system call for good.
+      function c_signal(number, handler) result(before) bind(c, name="signal")
+         import :: c_funptr, c_int
          implicit none(type, external)
-         type(signal_set_t), intent(out) :: set
-      end function c_sigemptyset
-
-      integer(c_int) function c_sigaddset(set, signal) bind(c, name="sigaddset")
-         import :: c_int, signal_set_t
-         implicit none(type, external)
-         type(signal_set_t), intent(inout) :: set
-         integer(c_int), value, intent(in) :: signal
-      end function c_sigaddset
-
-      integer(c_int) function c_sigprocmask(how, set, old) bind(c, name="sigprocmask")
-         import :: c_int, signal_set_t
-         implicit none(type, external)
-         integer(c_int), value, intent(in) :: how
-         type(signal_set_t), intent(in) :: set
-         type(signal_set_t), intent(out) :: old
-      end function c_sigprocmask
-
-      integer(c_int) function c_sigpending(set) bind(c, name="sigpending")
-         import :: c_int, signal_set_t
-         implicit none(type, external)
-         type(signal_set_t), intent(out) :: set
-      end function c_sigpending
-
-      integer(c_int) function c_sigismember(set, signal) bind(c, name="sigismember")
-         import :: c_int, signal_set_t
-         implicit none(type, external)
-         type(signal_set_t), intent(in) :: set
-         integer(c_int), value, intent(in) :: signal
-      end function c_sigismember
+         integer(c_int), value, intent(in) :: number
+         type(c_funptr), value, intent(in) :: handler
+         type(c_funptr) :: before
+      end function c_signal
    end interface
 
 contains
 
-   !> Hold the signals back from now on; to be called before MPI starts threads, which inherit this. `held` is false if it failed,
-   !> and the signals then end the program as ever.
-   subroutine hold_signals(held)
-      logical, intent(out) :: held
-
-      type(signal_set_t) :: set, old
+   !> Note the signals from now on instead of ending the program.
+   subroutine hold_signals()
+      type(c_funptr) :: before
       integer :: i
 
-      held = c_sigemptyset(set) == 0
       do i = 1, size(awaited)
-         if (held) held = c_sigaddset(set, awaited(i)) == 0
+         before = c_signal(awaited(i), c_funloc(note))
       end do
-      if (held) held = c_sigprocmask(block, set, old) == 0
    end subroutine hold_signals
+
+   subroutine note(number) bind(c, name="")
+      integer(c_int), value, intent(in) :: number
+
+      has_come = has_come .or. number > 0
+   end subroutine note
 
    !> Whether one of the signals has come.
    logical function time_is_up()
-      type(signal_set_t) :: set
-      integer :: i
-
-      time_is_up = c_sigpending(set) == 0
-      if (time_is_up) time_is_up = any([(c_sigismember(set, awaited(i)) == 1, i=1, size(awaited))])
+      time_is_up = has_come
    end function time_is_up
 
 end module signals

@@ -49,8 +49,8 @@ def test_units_as_printed():
 
 
 def test_names():
-    assert readable_name(Quantity("rotation.speed_rpm", "rpm", "rotation%speed_rpm")) == "rotation speed"
-    assert readable_name(Quantity("load(1).value", "N m", "load(1).value")) == "load(1) value"
+    assert readable_name(Quantity("rotation.speed_rpm", "rpm", "rotation%speed_rpm")) == "speed"
+    assert readable_name(Quantity("load(1).value", "N m", "load(1).value")) == "load"
     assert readable_name(Quantity("d", "m", "mesh deformation")) == "mesh deformation"
 
 

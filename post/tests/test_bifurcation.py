@@ -22,7 +22,7 @@ def test_each_extremum_is_a_point_of_its_kind(sweep):
         np.testing.assert_array_equal(x, speed[kind == sign])
         np.testing.assert_allclose(y, 1e6 * value[kind == sign])
     assert axes.get_ylabel() == "mesh deformation (µm)"
-    assert axes.get_xlabel() == "rotation speed (rpm)"
+    assert axes.get_xlabel() == "speed (rpm)"
     assert axes.get_title(loc="left") == "Torsional gear pair"
 
 

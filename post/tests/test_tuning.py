@@ -31,7 +31,7 @@ def test_curves(tuning):
         np.testing.assert_allclose(y[np.isfinite(y)], result.objective)
     assert line(lower, "tuned value")[0] == [7.21] and line(lower, "tuned value")[1] == [2.7]
     assert np.all(line(lower, "goal")[1] == 2.7)
-    assert lower.get_xlabel() == "spring(1) stiffness (N/m)"
+    assert lower.get_xlabel() == "stiffness of the spring (N/m)"
     assert lower.get_ylabel() == "natural frequency (Hz)"
     assert upper.get_legend().get_texts()[0].get_text() == "the mode that is mostly a"
     assert upper.get_title(loc="left") == "Two masses"

@@ -34,6 +34,8 @@ contains
       write (form, "(a, i0, a)") "(f40.", places, ")"
       write (wide, form) value
       text = trim(adjustl(wide))
+      ! What rounds to zero has no sign.
+      if (verify(text, "-0.") == 0) text = text(index(text, "-") + 1:)
    end function decimal
 
    pure function integer_text(value) result(text)

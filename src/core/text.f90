@@ -16,6 +16,9 @@ module razy_core_text
       character(:), allocatable :: text
    end type string_t
 
+   !> Names that a message lists.
+   integer, parameter :: most_known = 40
+
 contains
 
    !> `text` with the letters A-Z in lower case.
@@ -34,14 +37,19 @@ contains
    pure function quoted(text) result(written)
       character(*), intent(in) :: text
       character(:), allocatable :: written
-      integer :: i
+      integer :: at, i
 
-      written = "'"
+      allocate (character(len(text) + count([(text(i:i) == "'", i=1, len(text))]) + 2) :: written)
+      written(1:1) = "'"
+      at = 1
       do i = 1, len(text)
-         written = written//text(i:i)
-         if (text(i:i) == "'") written = written//"'"
+         at = at + 1
+         written(at:at) = text(i:i)
+         if (text(i:i) /= "'") cycle
+         at = at + 1
+         written(at:at) = "'"
       end do
-      written = written//"'"
+      written(at + 1:) = "'"
    end function quoted
 
    !> Add a text at the end of a list. (gfortran 12 cuts texts in `[list, string_t(text)]`.)
@@ -146,7 +154,8 @@ contains
       if (len(advice) > 0) then
          advice = "did you mean '"//advice//"'?"
       else if (size(known) > 0) then
-         advice = "known "//things//": "//join(known, ", ")
+         advice = "known "//things//": "//join(known(:min(most_known, size(known))), ", ")
+         if (size(known) > most_known) advice = advice//", and others"
       else
          advice = "there are no "//things
       end if

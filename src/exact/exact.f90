@@ -7,7 +7,7 @@
 !! on their bounds.
 module razy_exact_exact
    use razy_core_error, only: error_t, raise
-   use razy_core_kinds, only: i8, wp
+   use razy_core_kinds, only: wp
    use razy_exact_closed_form_amplitudes, only: amplitudes_t, carry_disturbance, copy, move_to, reserve, set_state, state_of
    use razy_exact_closed_form_rows, only: curvature_bound, integral_of, size_of, value_and_slope, value_of
    use razy_exact_search_refine, only: watched_t
@@ -17,7 +17,7 @@ module razy_exact_exact
    use razy_hybrid_guards, only: of_force, of_press
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: glimpse_t, outcome_t, piece_t, status_no_contact_forces, status_no_modes, &
-                                     status_step_limit
+                                     status_ok, status_step_limit
    implicit none(type, external)
    private
 
@@ -29,9 +29,8 @@ module razy_exact_exact
       real(wp) :: side = 0.0_wp, bound = 0.0_wp
    end type crossed_t
 
-   !> The propagator with what it keeps from run to run. A run ends with a status after `most_steps` steps of its search.
+   !> The propagator with what it keeps from run to run. Steps of its searches and pieces count as steps.
    type, extends(flow_t) :: exact_t
-      integer(i8) :: most_steps = huge(1_i8)
       type(solutions_t), private :: solutions
       !> The search for events, whose probe holds the amplitudes at the end of the piece; that for turns of observables.
       type(search_t), private :: search, turns
@@ -93,7 +92,6 @@ contains
       if (allocated(error)) return
       self%one_by_one = .true.
       call self%solutions%attach(self%system)
-      self%search%most_steps = self%most_steps
       if (allocated(self%z_looked)) deallocate (self%z_looked, self%phasor, self%noise)
       allocate (self%z_looked(2*self%system%m), self%phasor(size(machine%tone)))
       allocate (self%noise(most_functions, size(machine%contact)), source=0.0_wp)
@@ -111,8 +109,8 @@ contains
          self%now = 0
       end if
       self%before = self%now
-      if (self%search%steps >= self%search%most_steps) outcome%status = status_step_limit
-      if (outcome%status == status_step_limit) return
+      call self%budget%spend()
+      if (self%budget%status /= status_ok) return
       call find_solution(self, outcome)
       if (self%now == 0) return
       if (self%system%constrained) then
@@ -122,6 +120,10 @@ contains
       end if
       call place(self)
       outcome%pieces = outcome%pieces + 1
+      ! Faster than that, and the end will not be reached in the steps there are.
+      associate (fastest => max(self%solutions%of(self%now)%response%turning, self%system%fastest))
+         if (self%starting .and. t_end*fastest > longest_angle*self%budget%most_steps) outcome%status = status_step_limit
+      end associate
    end subroutine enter
 
    !> The solution in the mode of the transition.
@@ -241,7 +243,8 @@ contains
          piece%last = piece%last .and. longest < most
          longest = min(longest, most)
          self%search%level = solution%level
-         call first_exit(self%search, response, solution%switching, self%start, 0.0_wp, longest, solution%watched, found)
+         call first_exit(self%search, self%budget, response, solution%switching, self%start, 0.0_wp, longest, solution%watched, &
+                         found)
          solution%level = self%search%level
          if (found%watched == 0) call move_to(self%start, response, found%tau, self%search%probe)
       end associate
@@ -452,7 +455,7 @@ contains
       associate (solution => self%solutions%of(self%now))
          rate(1) = watched_t(form=form, order=1, side=real(direction, wp), from_zero=turned)
          self%turns%level = solution%level
-         call first_exit(self%turns, solution%response, solution%observed, self%start, tau, tau_end, rate, turn)
+         call first_exit(self%turns, self%budget, solution%response, solution%observed, self%start, tau, tau_end, rate, turn)
          found = turn%watched /= 0
          tau_found = turn%tau
          value = 0.0_wp
@@ -573,7 +576,7 @@ contains
             watched(1)%side = direction
             watched(1)%from_zero = from > tau
             self%turns%level = solution%level
-            call first_exit(self%turns, response, solution%touching, self%start, from, self%duration, watched, turn)
+            call first_exit(self%turns, self%budget, response, solution%touching, self%start, from, self%duration, watched, turn)
             if (turn%watched == 0) return
             distance = max(distance, abs(value_of(solution%touching, response, self%turns%probe, j, 0) - edge))
             from = turn%tau

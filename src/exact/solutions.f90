@@ -6,7 +6,7 @@
 !! contact pulls. Constraint forces and the forces of friction are linear forms of the motion, watched and observed as gaps are.
 module razy_exact_solutions
    use razy_core_kinds, only: wp
-   use razy_exact_closed_form_response, only: new_response, response_t
+   use razy_exact_closed_form_response, only: finest_level, new_response, response_t
    use razy_exact_closed_form_rows, only: new_rows, rows_t
    use razy_exact_constrained_motion, only: constrained_motion_t, new_constrained_motion
    use razy_exact_modal_basis, only: modal_basis_t, new_modal_basis
@@ -199,7 +199,7 @@ contains
       self%version = system%version
       if (self%basis%info /= 0) return
       ! Not taken over from the machine before: no bit of a result may depend on what was computed earlier.
-      self%level = exponent(max(self%basis%fastest, 1.0_wp))
+      self%level = min(exponent(max(self%basis%fastest, 1.0_wp)), finest_level)
       call mode%loads(system, load, harmonic)
       do j = 1, size(force)
          force(j) = mode%force_form(system, j)

@@ -11,7 +11,7 @@ module razy_hybrid_flow
    use razy_hybrid_transition, only: transition_t
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, status_blow_up, &
-                                     status_chatter, status_event_limit, status_no_contact_forces, status_ok
+                                     status_chatter, status_event_limit, status_no_contact_forces, status_ok, status_step_underflow
    implicit none(type, external)
    private
 
@@ -103,6 +103,8 @@ module razy_hybrid_flow
    real(wp), parameter :: eps = epsilon(1.0_wp)
    !> A state beyond is a blow-up.
    real(wp), parameter :: largest = 1.0e100_wp
+   !> Pieces one after the other that are shorter than the rounding of the time: the end will not be reached.
+   integer, parameter :: most_creeping = 10000
 
 contains
 
@@ -132,18 +134,20 @@ contains
       type(outcome_t), intent(out) :: outcome
 
       type(piece_t) :: piece
-      integer :: ending, standing
+      integer :: creeping, ending, standing
       real(wp) :: longest
 
       piece%by => self
       standing = 0
+      creeping = 0
+      call self%budget%begin()
       call begin(self, t_end, piece, observers, outcome)
       do while (outcome%status == status_ok .and. self%remaining(t_end) > 0.0_wp)
-         if (.not. all(abs(self%z) <= largest)) outcome%status = status_blow_up
          if (outcome%events >= most_events) outcome%status = status_event_limit
          if (outcome%status /= status_ok) exit
          call self%enter(t_end, outcome)
          self%starting = .false.
+         if (outcome%status == status_ok) outcome%status = self%budget%status
          if (outcome%status /= status_ok) exit
          piece%time = self%time
          piece%time_low = self%time_low
@@ -152,8 +156,13 @@ contains
          longest = huge(1.0_wp)
          if (self%transition%accumulation%landing) longest = max(self%transition%accumulation%rest, 0.0_wp)
          call self%advance(t_end, longest, piece, ending, outcome)
+         if (.not. all(abs(self%z) <= largest)) outcome%status = status_blow_up
+         if (outcome%status == status_ok) outcome%status = self%budget%status
          if (outcome%status /= status_ok) exit
          call end_piece(self, t_end, ending, piece, observers, outcome)
+         if (outcome%status == status_ok) outcome%status = self%budget%status
+         creeping = merge(creeping + 1, 0, piece%duration <= eps*t_end)
+         if (creeping > most_creeping .and. outcome%status == status_ok) outcome%status = status_step_underflow
          standing = merge(standing + 1, 0, self%anew .and. piece%duration <= 4*eps*self%time)
          if (standing > 8*size(self%branch) + 8 .and. outcome%status == status_ok) outcome%status = status_chatter
          if (.not. (self%anew .or. ending == ends_noted)) cycle

@@ -26,6 +26,9 @@ module razy_input_value
       procedure :: as_namelist
    end type value_t
 
+   !> No machine has larger numbers, nor smaller ones where 0 is not allowed; products of them stay within those of the computer.
+   real(wp), parameter :: largest = 1.0e30_wp, smallest = 1.0e-30_wp
+
 contains
 
    !> Take the key's default; a `problem` is a mistake in the schema.
@@ -132,6 +135,8 @@ contains
          if (word%kind == word_bare) call parse_real(word%text, word%number, status)
          if (status == number_not_finite) reason = "is not a finite number, "
          ok = status == number_ok .and. allows(spec, word%number)
+         if (status == number_ok .and. abs(word%number) > largest) reason = "is beyond 1e30, "
+         if (status == number_ok .and. too_small(spec, word%number)) reason = "is less than 1e-30, "
       case (type_integer)
          if (word%kind == word_bare) call parse_integer(word%text, whole, status)
          if (status == number_not_finite) reason = "is beyond the range of integers, "
@@ -157,17 +162,24 @@ contains
       if (.not. ok .and. .not. allocated(reason)) reason = ""
    end subroutine check_word
 
-   !> Whether a number is finite, keeps the limits of its key, and is whole for an integer.
+   !> Whether a number is one that machines have, keeps the limits of its key, and is whole for an integer.
    pure logical function allows(spec, number)
       type(key_spec_t), intent(in) :: spec
       real(wp), intent(in) :: number
 
-      allows = ieee_is_finite(number)
+      allows = ieee_is_finite(number) .and. abs(number) <= largest
       if (.not. allows) return
       allows = number >= spec%low .and. number <= spec%high
-      if (spec%open_below) allows = allows .and. number > spec%low
+      if (spec%open_below) allows = allows .and. number > spec%low .and. .not. too_small(spec, number)
       if (spec%type == type_integer) allows = allows .and. abs(number) <= huge(1) .and. .not. abs(number - anint(number)) > 0.0_wp
    end function allows
+
+   pure logical function too_small(spec, number)
+      type(key_spec_t), intent(in) :: spec
+      real(wp), intent(in) :: number
+
+      too_small = spec%open_below .and. number > 0.0_wp .and. number < smallest
+   end function too_small
 
    !> Set element i to a number that the key allows, or add it.
    pure subroutine put(self, i, number)

@@ -11,13 +11,16 @@ module razy_io_columns
    use razy_core_error, only: complaint, error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: number_ok, parse_real, to_text
-   use razy_core_text, only: append_text, did_you_mean, lower, newline, string_t
+   use razy_core_text, only: did_you_mean, lower, newline, string_t
    use razy_core_text_file, only: read_text_file
    use razy_io_hdf5_library, only: check_hdf5, start_hdf5
    implicit none(type, external)
    private
 
    public :: read_columns
+
+   !> Values that a column may have.
+   integer(i8), parameter :: most_values = 100000000_i8
 
 contains
 
@@ -99,19 +102,19 @@ contains
       character(*), intent(in) :: line
       type(string_t), allocatable, intent(out) :: words(:)
 
-      integer :: comma, start
+      integer :: i, length, start
 
-      allocate (words(0))
-      if (len_trim(line) == 0) return
-      if (index(adjustl(line), "#") == 1) return
+      length = 0
+      if (len_trim(line) > 0) length = 1 + count([(line(i:i) == ",", i=1, len(line))])
+      if (index(adjustl(line), "#") == 1) length = 0
+      allocate (words(length))
       start = 1
-      do
-         comma = index(line(start:), ",")
-         if (comma == 0) exit
-         call append_text(words, trim(adjustl(line(start:start + comma - 2))))
-         start = start + comma
+      do i = 1, length
+         length = index(line(start:), ",") - 1
+         if (length < 0) length = len(line) - start + 1
+         words(i)%text = trim(adjustl(line(start:start + length - 1)))
+         start = start + length + 1
       end do
-      call append_text(words, trim(adjustl(line(start:))))
    end subroutine split
 
    !> Where the columns that are asked for stand in the header.
@@ -239,10 +242,14 @@ contains
       call h5sget_simple_extent_ndims_f(space, dimensions, status)
       if (dimensions == 1) then
          call h5sget_simple_extent_dims_f(space, length, most, status)
-         allocate (column(length(1)))
-         buffer = c_loc(column)
-         call h5dread_f(set, h5t_native_double, buffer, status)
-         call check_hdf5(status, file//": '"//name//"' cannot be read as real numbers", error)
+         if (length(1) > most_values) then
+            call refuse(error, file, "'"//name//"' has more than 1e8 values")
+         else
+            allocate (column(length(1)))
+            buffer = c_loc(column)
+            call h5dread_f(set, h5t_native_double, buffer, status)
+            call check_hdf5(status, file//": '"//name//"' cannot be read as real numbers", error)
+         end if
       else
          call refuse(error, file, "'"//name//"' has not one dimension")
       end if

@@ -9,12 +9,13 @@ module razy_io_hdf5_file
                    h5pset_obj_track_times_f, &
                    h5pset_link_creation_order_f, hid_t
    use razy_core_error, only: error_t, raise
+   use razy_core_number, only: to_text
    use razy_io_hdf5_library, only: check_hdf5, start_hdf5
    use razy_io_posix, only: check_directory, claim, delete_file, parent_directory, path_exists, publish, synchronise
    implicit none(type, external)
    private
 
-   public :: hdf5_file_t
+   public :: delete_partial_files, hdf5_file_t
 
    !> The file; open where `id` is not negative.
    type :: hdf5_file_t
@@ -39,7 +40,6 @@ contains
       class(hdf5_file_t), intent(inout) :: self
       character(*), intent(in) :: path
       type(error_t), allocatable, intent(out) :: error
-      character(8) :: number
       integer :: attempt
       logical :: claimed
 
@@ -52,11 +52,7 @@ contains
       if (allocated(error)) return
       self%path = trim(path)
       do attempt = 1, most_partial_files
-         self%partial = self%path//".partial"
-         if (attempt > 1) then
-            write (number, "(i0)") attempt
-            self%partial = self%path//"."//trim(number)//".partial"
-         end if
+         self%partial = partial_name(self%path, attempt)
          call claim(self%partial, claimed)
          if (claimed) exit
          if (path_exists(self%partial)) cycle
@@ -70,6 +66,27 @@ contains
          call raise(error, self%path//": "//self%partial//" and those before it exist; delete what killed runs left behind")
       end if
    end subroutine create
+
+   pure function partial_name(path, attempt) result(name)
+      character(*), intent(in) :: path
+      integer, intent(in) :: attempt
+      character(:), allocatable :: name
+
+      name = path//".partial"
+      if (attempt > 1) name = path//"."//to_text(attempt)//".partial"
+   end function partial_name
+
+   !> Delete what killed runs left of this file; nobody else may be at work on it.
+   subroutine delete_partial_files(path)
+      character(*), intent(in) :: path
+
+      integer :: attempt
+      logical :: deleted
+
+      do attempt = 1, most_partial_files
+         if (path_exists(partial_name(path, attempt))) call delete_file(partial_name(path, attempt), deleted)
+      end do
+   end subroutine delete_partial_files
 
    !> Make the claimed file an HDF5 file; groups remember the order in which their members were made.
    subroutine create_file(path, id, error)

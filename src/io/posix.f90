@@ -1,16 +1,34 @@
 !! The few file operations of POSIX that Fortran lacks: what a path is, whether a result can be written there (asked before
 !! anything is computed), and publishing a finished file atomically.
 module razy_io_posix
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_int16_t, c_int32_t, c_int64_t, c_null_char, c_ptr
    use razy_core_error, only: error_t, raise
+   use razy_core_text, only: string_t
    implicit none(type, external)
    private
 
    public :: c_fclose, c_fileno, c_fopen
-   public :: check_directory, claim, delete_file, output_is_free, parent_directory, path_exists, publish, synchronise
+   public :: check_directory, check_distinct, claim, delete_file, output_is_free, parent_directory, path_exists, publish, &
+             synchronise
 
    integer(c_int), parameter :: mode_exists = 0_c_int
    integer(c_int), parameter :: mode_write_and_search = 3_c_int
+   !> AT_FDCWD, AT_SYMLINK_NOFOLLOW, STATX_TYPE | STATX_INO of Linux; what of a mode is the kind of file, and that of a regular one.
+   integer(c_int), parameter :: from_here = -100_c_int, the_link_itself = 256_c_int, kind_and_number = 257_c_int
+   integer, parameter :: kind_mask = int(z"F000"), regular = int(z"8000")
+   !> Names may have 255 characters; those of checkpoints and unfinished files are up to 11 longer than that of the result.
+   integer, parameter :: longest_name = 244
+
+   !> C's struct statx.
+   type, bind(c) :: statx_t
+      integer(c_int32_t) :: mask, block_size
+      integer(c_int64_t) :: attributes
+      integer(c_int32_t) :: links, user, group
+      integer(c_int16_t) :: mode, spare
+      integer(c_int64_t) :: number, sizes(3), times(8)
+      integer(c_int32_t) :: special(2), device(2)
+      integer(c_int64_t) :: rest(14)
+   end type statx_t
 
    ! allow(assumed-size)
    interface
@@ -43,6 +61,15 @@ module razy_io_posix
          integer(c_int) :: status
       end function c_access
 
+      function c_statx(folder, path, flags, mask, found) result(status) bind(C, name="statx")
+         import :: c_char, c_int, statx_t
+         implicit none(type, external)
+         integer(c_int), value, intent(in) :: folder, flags, mask
+         character(kind=c_char), intent(in) :: path(*)
+         type(statx_t), intent(out) :: found
+         integer(c_int) :: status
+      end function c_statx
+
       function c_link(from, to) result(status) bind(C, name="link")
          import :: c_char, c_int
          implicit none(type, external)
@@ -74,16 +101,70 @@ module razy_io_posix
 
 contains
 
-   !> Refuse a path that cannot become a result file: empty, in no writable directory, or taken and not to be overwritten.
+   !> Refuse a path that cannot become a result file: empty, in no writable directory, taken and not to be overwritten, or taken by
+   !> what is no file (a device, a pipe, a link).
    subroutine output_is_free(path, overwrite, error)
       character(*), intent(in) :: path
       logical, intent(in) :: overwrite
       type(error_t), allocatable, intent(out) :: error
 
+      type(statx_t) :: found
+      logical :: taken
+
       call check_directory(path, error)
       if (allocated(error)) return
-      if (path_exists(trim(path)) .and. .not. overwrite) call raise(error, trim(path)//": exists already; --force overwrites it")
+      call look_up(trim(path), the_link_itself, found, taken)
+      if (.not. taken) return
+      if (iand(int(found%mode), kind_mask) /= regular) then
+         call raise(error, trim(path)//": is a link or a device, not a file that can be replaced")
+      else if (.not. overwrite) then
+         call raise(error, trim(path)//": exists already; --force overwrites it")
+      end if
    end subroutine output_is_free
+
+   !> Refuse a command two of whose files are the same.
+   subroutine check_distinct(paths, error)
+      type(string_t), intent(in) :: paths(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: i, k
+
+      do i = 2, size(paths)
+         do k = 1, i - 1
+            if (.not. same_file(paths(k)%text, paths(i)%text)) cycle
+            call raise(error, paths(i)%text//": is "//paths(k)%text//", which this command needs for something else")
+            return
+         end do
+      end do
+   end subroutine check_distinct
+
+   !> Whether two paths lead to the same file, or would if there were one.
+   function same_file(first, second) result(same)
+      character(*), intent(in) :: first, second
+      logical :: same
+
+      type(statx_t) :: a, b
+      logical :: found(2)
+
+      call look_up(first, 0_c_int, a, found(1))
+      call look_up(second, 0_c_int, b, found(2))
+      same = found(1) .eqv. found(2)
+      if (.not. any(found)) then
+         same = first(index(first, "/", back=.true.) + 1:) == second(index(second, "/", back=.true.) + 1:)
+         call look_up(parent_directory(first), 0_c_int, a, found(1))
+         call look_up(parent_directory(second), 0_c_int, b, found(2))
+      end if
+      same = same .and. all(found) .and. a%number == b%number .and. all(a%device == b%device)
+   end function same_file
+
+   subroutine look_up(path, flags, found, exists)
+      character(*), intent(in) :: path
+      integer(c_int), intent(in) :: flags
+      type(statx_t), intent(out) :: found
+      logical, intent(out) :: exists
+
+      exists = c_statx(from_here, path//c_null_char, flags, kind_and_number, found) == 0_c_int
+   end subroutine look_up
 
    !> Refuse a path that is no file name in a directory that can be written to.
    subroutine check_directory(path, error)
@@ -104,6 +185,8 @@ contains
          call raise(error, trim(path)//": is a directory, not a file")
       else if (c_access(directory//c_null_char, mode_write_and_search) /= 0_c_int) then
          call raise(error, trim(path)//": the directory "//directory//" is not writable")
+      else if (len_trim(path) - index(path, "/", back=.true.) > longest_name) then
+         call raise(error, trim(path)//": a name of more than 244 characters leaves no room for the ends of others")
       end if
    end subroutine check_directory
 

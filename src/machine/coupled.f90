@@ -13,7 +13,7 @@ module razy_machine_coupled
    use razy_linalg_dense, only: identity
    use razy_linalg_lapack, only: dpotrf, dtrsm
    use razy_linalg_pattern, only: connected_sets, linked
-   use razy_machine_machine, only: machine_t, observe_linear
+   use razy_machine_machine, only: machine_t, mass_complaint, observe_linear
    implicit none(type, external)
    private
 
@@ -51,7 +51,7 @@ contains
       factor = machine%mass
       call dpotrf("L", n, factor, n, info)
       if (info /= 0) then
-         call raise(error, "the mass matrix is not positive definite")
+         call raise(error, mass_complaint(machine, info))
          return
       end if
       inverse = identity(n)

@@ -27,17 +27,22 @@ module razy_machine_equilibrium
 
 contains
 
-   !> Equilibrium displacement `q` (n). `found` is false if the loads do work on a free rigid-body motion.
-   subroutine find_equilibrium(machine, q, found)
+   !> Equilibrium displacement `q` (n). `found` is false if the loads do work on a free rigid-body motion: coordinate `at` moves
+   !> most in it, and `rest`, N (N m), is the force there that would balance them; 0 if that is not known.
+   subroutine find_equilibrium(machine, q, found, at, rest)
       type(machine_t), intent(in) :: machine
       real(wp), intent(out) :: q(:)
       logical, intent(out) :: found
+      integer, intent(out), optional :: at
+      real(wp), intent(out), optional :: rest
 
       type(eigenpairs_t) :: modes
       real(wp) :: direction(size(q)), step
       integer :: i
       logical :: linear, near
 
+      if (present(at)) at = 1
+      if (present(rest)) rest = 0.0_wp
       q = 0.0_wp
       found = .false.
       near = .false.
@@ -51,6 +56,7 @@ contains
          call line_search(machine, q, direction, step)
          ! A direction that is but rounding may seem to have no end.
          found = near
+         if (present(rest) .and. step > 0.1_wp*huge(1.0_wp)) call find_rest(machine, modes, q, at, rest)
          if (step > 0.1_wp*huge(1.0_wp)) return
          q = q + step*direction
          ! Without a full step of the linear case, one more than is needed.
@@ -60,6 +66,26 @@ contains
          if (found) return
       end do
    end subroutine find_equilibrium
+
+   !> The free motion on which the loads do most work.
+   pure subroutine find_rest(machine, modes, q, at, rest)
+      type(machine_t), intent(in) :: machine
+      type(eigenpairs_t), intent(in) :: modes
+      real(wp), intent(in) :: q(:)
+      integer, intent(out) :: at
+      real(wp), intent(out) :: rest
+
+      real(wp) :: work(size(q))
+      integer :: i
+
+      work = matmul(machine%load - restoring(machine, q), modes%vector)
+      i = maxloc(abs(work), dim=1, mask=abs(modes%value) <= negligible*maxval(abs(modes%value)))
+      at = 1
+      rest = 0.0_wp
+      if (i == 0) return
+      at = maxloc(abs(modes%vector(:, i)), dim=1)
+      rest = work(i)/modes%vector(at, i)
+   end subroutine find_rest
 
    !> Whether what is left of the residual is rounding, in the norm sqrt(rᵀ M⁻¹ r).
    pure function settled(machine, modes, q)

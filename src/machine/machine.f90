@@ -13,7 +13,7 @@ module razy_machine_machine
    implicit none(type, external)
    private
 
-   public :: add_contact, add_observable, contact_t, machine_t, observable_t, plain_machine, same_structure
+   public :: add_contact, add_observable, contact_t, machine_t, mass_complaint, observable_t, plain_machine, same_structure
    public :: observe_linear, observe_contact_force
 
    !> One contact: direction `w` (n), constant `offset` and excitation `error` (tones) of its variable s, and its law.
@@ -159,6 +159,16 @@ contains
          same = same_observable(a%observable(j), b%observable(j))
       end do
    end function same_structure
+
+   !> What is wrong with a mass matrix whose leading minor of order `at` is not positive.
+   pure function mass_complaint(machine, at) result(text)
+      type(machine_t), intent(in) :: machine
+      integer, intent(in) :: at
+      character(:), allocatable :: text
+
+      text = "the mass matrix is not positive definite: '"//trim(machine%coordinate(at))// &
+             "' has no mass, or too little beside that of others"
+   end function mass_complaint
 
    pure function same_observable(a, b) result(same)
       type(observable_t), intent(in) :: a, b

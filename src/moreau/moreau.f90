@@ -17,20 +17,19 @@ module razy_moreau_moreau
    use razy_core_kinds, only: i8, qp, wp
    use razy_core_tone, only: add_time
    use razy_linalg_lapack, only: dpotrf
-   use razy_machine_machine, only: machine_t, observe_contact_force
+   use razy_machine_machine, only: machine_t, mass_complaint, observe_contact_force
    use razy_moreau_state, only: moreau_step_t
    use razy_moreau_step, only: begin_steps, guess_first_forces, take_step
    use razy_motion_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, status_blow_up, &
-                                     status_event_limit, status_no_contact_forces, status_ok, status_step_limit
+                                     status_event_limit, status_no_contact_forces, status_ok
    implicit none(type, external)
    private
 
    public :: moreau_t
 
-   !> The integrator. `step` (h, s), `theta` in [1/2, 1] and `most_steps` are to be set before `prepare`.
+   !> The integrator. `step` (h, s), `theta` in [1/2, 1] are to be set before `prepare`.
    type, extends(integrator_t) :: moreau_t
       real(wp) :: step = 0.0_wp, theta = 0.5_wp
-      integer(i8) :: most_steps = huge(1_i8)
       type(moreau_step_t), private :: scheme
       !> The piece as it is shown: time of its start (sum of both) and length, s; state (n) there, half the second and the first
       !> derivative of displacement and velocity; contact forces (contacts) and their rates.
@@ -75,7 +74,7 @@ contains
          if (allocated(error)) return
          mass = machine%mass
          call dpotrf("L", size(mass, 1), mass, size(mass, 1), info)
-         if (info /= 0) call raise(error, "the mass matrix is not positive definite")
+         if (info /= 0) call raise(error, mass_complaint(machine, info))
          if (allocated(error)) return
          self%scheme%machine = machine
          self%scheme%theta = self%theta
@@ -94,14 +93,14 @@ contains
       real(wp) :: time, time_low, h
       logical :: found
 
+      call self%budget%begin()
       call begin_steps(self%scheme)
       self%branch = self%scheme%branch1
       steps = max(1_i8, ceiling(t_end/self%step - shortest, i8))
       do k = 1, steps
-         if (k > self%most_steps) then
-            outcome%status = status_step_limit
-            exit
-         end if
+         call self%budget%spend()
+         outcome%status = self%budget%status
+         if (outcome%status /= status_ok) exit
          call time_of(k - 1, self%step, time, time_low)
          h = self%step
          if (k == steps) h = (t_end - time) - time_low

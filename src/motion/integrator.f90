@@ -11,16 +11,20 @@ module razy_motion_integrator
    implicit none(type, external)
    private
 
-   public :: glimpse_t, integrator_t, observer_slot_t, observer_t, outcome_t, piece_t, show_piece, status_meanings
+   public :: ask_stop, budget_t, glimpse_t, integrator_t, observer_slot_t, observer_t, outcome_t, piece_t, show_piece, &
+      & status_meanings
    public :: status_ok, status_event_limit, status_chatter, status_blow_up, status_no_modes, status_no_machine
-   public :: status_step_underflow, status_step_limit, status_no_contact_forces
+   public :: status_step_underflow, status_step_limit, status_no_contact_forces, status_time_limit, status_interrupted
 
    !> How a run ended.
    integer, parameter :: status_ok = 0, status_event_limit = 1, status_chatter = 2, status_blow_up = 3, status_no_modes = 4, &
-                         status_no_machine = 5, status_step_underflow = 6, status_step_limit = 7, status_no_contact_forces = 8
-   character(*), parameter :: status_meanings(0:8) = [character(32) :: "ok", "event limit reached", "chatter limit reached", &
-                                                                   "blow-up", "eigenproblem failed", "no machine with this value", &
-                                                             "step underflow", "step limit reached", "no admissible contact forces"]
+                         status_no_machine = 5, status_step_underflow = 6, status_step_limit = 7, status_no_contact_forces = 8, &
+                         status_time_limit = 9, status_interrupted = 10
+   character(*), parameter :: status_meanings(0:10) = [character(32) :: &
+                                                       "ok", "event limit reached", "chatter limit reached", "blow-up", &
+                                                       "eigenproblem failed", "no machine with this value", "step underflow", &
+                                                       "step limit reached", "no admissible contact forces", &
+                                                       "time limit reached", "interrupted"]
 
    !> Result and counters of a run; a counter that a method does not have stays 0.
    type :: outcome_t
@@ -38,6 +42,23 @@ module razy_motion_integrator
    contains
       procedure :: columns
    end type outcome_t
+
+   !> What a motion may take, and who may end it. A method calls `spend` for each of its steps; from then on `status` says whether
+   !> the motion may go on.
+   type :: budget_t
+      integer(i8) :: most_steps = huge(1_i8)
+      !> Time on the clock, s.
+      real(wp) :: most_seconds = huge(1.0_wp)
+      procedure(ask_stop), pointer, nopass :: stop_is_asked => null()
+      integer :: status = status_ok
+      !> Steps so far, and those after which clock and `stop_is_asked` are looked at.
+      integer(i8), private :: steps = 0, next_look = 0
+      real(wp), private :: begun = 0.0_wp
+   contains
+      procedure :: begin
+      procedure :: spend
+      procedure, private :: look
+   end type budget_t
 
    !> An observable at a moment, for those who look for its extrema.
    type :: glimpse_t
@@ -74,6 +95,7 @@ module razy_motion_integrator
 
    !> A method of integration. Times `tau` are s after the start of the piece, in [0, duration].
    type, abstract :: integrator_t
+      type(budget_t) :: budget
    contains
       !> Take a machine; `keep_all` follows every coordinate, not only those that contacts and observables feel.
       procedure(take_machine), deferred :: prepare
@@ -100,7 +122,15 @@ module razy_motion_integrator
       procedure :: contact_sums
    end type integrator_t
 
+   !> Steps from one look at the clock to the next.
+   integer(i8), parameter :: steps_between_looks = 1024_i8
+
    abstract interface
+      !> Whether a motion is to end at once.
+      logical function ask_stop()
+         implicit none(type, external)
+      end function ask_stop
+
       subroutine on_piece(self, part)
          import :: observer_t, piece_t
          implicit none(type, external)
@@ -197,6 +227,50 @@ module razy_motion_integrator
    end interface
 
 contains
+
+   !> A motion begins.
+   subroutine begin(self)
+      class(budget_t), intent(inout) :: self
+
+      self%status = status_ok
+      self%steps = 0
+      self%next_look = 0
+      self%begun = seconds()
+   end subroutine begin
+
+   !> One step more.
+   subroutine spend(self)
+      class(budget_t), intent(inout) :: self
+
+      self%steps = self%steps + 1
+      if (self%steps > self%next_look) call self%look()
+   end subroutine spend
+
+   !> See what is left.
+   subroutine look(self)
+      class(budget_t), intent(inout) :: self
+
+      logical :: stop
+
+      stop = .false.
+      if (associated(self%stop_is_asked)) stop = self%stop_is_asked()
+      if (stop) then
+         self%status = status_interrupted
+      else if (self%steps > self%most_steps) then
+         self%status = status_step_limit
+      else if (seconds() - self%begun > self%most_seconds) then
+         self%status = status_time_limit
+      else
+         self%next_look = min(self%steps + steps_between_looks, self%most_steps)
+      end if
+   end subroutine look
+
+   real(wp) function seconds()
+      integer(i8) :: ticks, rate
+
+      call system_clock(ticks, rate)
+      seconds = real(ticks, wp)/real(rate, wp)
+   end function seconds
 
    !> Of contact j from `tau` to the end of the piece: integral of its reported force, work done on its law, and `largest` raised
    !> to the largest magnitude of the force. `known` is false where the integrator has no closed form, as here; then the others

@@ -24,7 +24,9 @@ module razy_motion_method
       real(wp) :: step = 0.0_wp
       !> Sharpness of smoothed jumps (per unit of the contact variable), half width of the band of sticking (m/s, rad/s).
       real(wp) :: sharpness = 1.0e6_wp, band = 1.0e-6_wp
+      !> Steps, and time on the clock (s), after which a motion is given up.
       integer(i8) :: most_steps = 1000000000_i8
+      real(wp) :: most_seconds = 3600.0_wp
    end type method_t
 
 contains

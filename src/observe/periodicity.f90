@@ -5,6 +5,11 @@
 !! of k successive sections, at least four, are those k sections before to a tolerance times the size of the state: the largest
 !! |s| or |T s'/2π| of all contacts of the same unit, at four times in each of the last four periods and at all sections. The
 !! smallest k is taken.
+!!
+!! A transient that dies away repeats itself nearly, too, after as many periods as its own vibration fits in. So
+!! - a machine whose laws are piecewise linear and that has no event at the sections is linear: its motion settles to k = 1 or not;
+!! - k > 1 needs states that differ clearly within the k periods, and stay where they are over half of the sections;
+!! - what has no period is not settled while its differences from period to period still shrink, and not periodic otherwise.
 module razy_observe_periodicity
    use, intrinsic :: iso_fortran_env, only: int64
    use razy_core_kinds, only: pi, wp
@@ -16,12 +21,16 @@ module razy_observe_periodicity
    implicit none(type, external)
    private
 
-   public :: not_periodic, periodicity_t, undetermined
+   public :: not_periodic, not_settled, periodicity_t, undetermined
 
    !> The largest k that is looked for, and what `found` says instead of it.
-   integer, parameter :: longest = 32, not_periodic = 0, undetermined = -1
+   integer, parameter :: longest = 32, not_periodic = 0, undetermined = -1, not_settled = -2
    !> Sections that are compared at least; periods whose quarters give the size of the state.
    integer, parameter :: fewest = 4, quartered = 4
+   !> Sections without which a motion that has no period cannot be told from one on its way; periods of which the way is looked at.
+   integer, parameter :: enough = 32, tried = 8
+   !> Tolerances by which states have to differ to be two.
+   real(wp), parameter :: clearly = 10.0_wp
    !> The last bit of `touched` stands for all contacts from this on.
    integer, parameter :: last_bit = 62
 
@@ -34,6 +43,8 @@ module razy_observe_periodicity
       character(64), allocatable, private :: name(:)
       real(wp), private :: t_end = 0.0_wp, period = 0.0_wp
       integer, private :: contacts = 0, sections = 0, next = -1
+      !> Whether all laws are piecewise linear, and no event was seen since the first section.
+      logical, private :: linear = .false.
       !> Linear observables that are the state where there are no contacts; first contact of the same unit as each.
       integer, allocatable, private :: form(:), group(:)
       !> States (components, 0:sections), number 0 at the end of the motion; size of each component's group.
@@ -46,6 +57,9 @@ module razy_observe_periodicity
       procedure :: columns
       procedure, private :: touch
       procedure, private :: look
+      procedure, private :: step_after
+      procedure, private :: stays
+      procedure, private :: shrinks
    end type periodicity_t
 
 contains
@@ -66,6 +80,7 @@ contains
       if (self%period > 0.0_wp) self%sections = int(min(real(2*longest, wp), t_end/self%period))
       self%next = -1
       if (self%sections > 0) self%next = 4*self%sections
+      self%linear = .true.
       self%form = [integer ::]
       self%group = [integer ::]
       if (allocated(self%name)) deallocate (self%name)
@@ -73,6 +88,7 @@ contains
       if (self%contacts == 0) self%form = pack([(i, i=1, size(machine%observable))], machine%observable%kind == observe_linear)
       do j = 1, self%contacts
          self%name(j) = machine%contact(j)%name
+         self%linear = self%linear .and. machine%contact(j)%law%piecewise_linear
          do i = 1, j
             if (machine%contact(i)%unit == machine%contact(j)%unit) exit
          end do
@@ -91,6 +107,8 @@ contains
 
       real(wp) :: tau
 
+      tau = (self%t_end - part%time) - (part%time_low + part%duration)
+      if (part%contact > 0 .and. tau < self%sections*self%period) self%linear = .false.
       if (part%time + (part%time_low + part%duration) > self%from) call self%touch(part)
       do while (self%next >= 0)
          tau = ((self%t_end - part%time) - part%time_low) - self%next*0.25_wp*self%period
@@ -137,13 +155,13 @@ contains
    end subroutine look
 
    !> The period of the motion that was seen, as a multiple of that of the excitation; `not_periodic` if no multiple up to 32
-   !> will do, as far as the motion is long enough to tell; `undetermined` if there is no period of excitation, or the motion
-   !> had less than five, or ended early.
+   !> will do; `not_settled` if the motion is still on its way, or too short to tell; `undetermined` if there is no period of
+   !> excitation, or the motion had less than five, or ended early.
    pure integer function found(self) result(multiple)
       class(periodicity_t), intent(in) :: self
 
       real(wp) :: limit(size(self%size))
-      integer :: i, j
+      integer :: j, k
 
       multiple = undetermined
       if (self%next >= 0 .or. self%sections < fewest + 1 .or. size(self%size) == 0) return
@@ -151,15 +169,85 @@ contains
       do j = 1, self%contacts
          limit(2*j - 1:2*j) = self%tolerance*self%size(2*self%group(j))
       end do
-      do multiple = 1, longest
-         if (multiple + max(multiple, fewest) - 1 > self%sections) exit
-         do i = 0, max(multiple, fewest) - 1
-            if (any(abs(self%state(:, i) - self%state(:, i + multiple)) > limit)) exit
-         end do
-         if (i == max(multiple, fewest)) return
+      do k = 1, longest
+         if (k + max(k, fewest) - 1 > self%sections) exit
+         if (self%step_after(k, 0, max(k, fewest) - 1, limit) > 1.0_wp) cycle
+         multiple = k
+         if (k > 1) then
+            if (self%linear .or. .not. self%stays(k, limit)) multiple = not_settled
+         end if
+         return
       end do
-      multiple = not_periodic
+      multiple = merge(not_settled, not_periodic, self%linear .or. self%sections < enough .or. self%shrinks(limit))
    end function found
+
+   !> Largest difference between the sections `first` to `last` and those k before them, in limits.
+   pure real(wp) function step_after(self, k, first, last, limit)
+      class(periodicity_t), intent(in) :: self
+      integer, intent(in) :: k, first, last
+      real(wp), intent(in) :: limit(:)
+
+      integer :: i
+
+      step_after = 0.0_wp
+      do i = first, last
+         step_after = max(step_after, maxval(abs(self%state(:, i) - self%state(:, i + k))/max(limit, tiny(limit))))
+      end do
+   end function step_after
+
+   !> Whether the k states that follow each other are apart, and where they were over half of the sections.
+   pure logical function stays(self, k, limit)
+      class(periodicity_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: limit(:)
+
+      integer :: j
+
+      stays = .false.
+      do j = 1, k - 1
+         if (self%step_after(j, 0, k - 1, limit) < clearly) return
+      end do
+      do j = 2*k, self%sections/2, k
+         if (self%step_after(j, 0, k - 1, limit) > 2.0_wp) return
+      end do
+      stays = .true.
+   end function stays
+
+   !> Whether the differences from period to period, or over some more, shrink: by half from the older half of the sections to
+   !> the newer, or from each eighth to the next.
+   pure logical function shrinks(self, limit)
+      class(periodicity_t), intent(in) :: self
+      real(wp), intent(in) :: limit(:)
+
+      integer, parameter :: parts = 8
+      real(wp) :: mean(parts)
+      integer :: i, k, width
+
+      shrinks = .true.
+      do k = 1, tried
+         width = (self%sections - k)/parts
+         do i = 1, parts
+            mean(i) = mean_square(k, (i - 1)*width, i*width - 1)
+         end do
+         if (sum(mean(:parts/2)) < 0.25_wp*sum(mean(parts/2 + 1:))) return
+         if (all(mean(:parts - 1) < mean(2:))) return
+      end do
+      shrinks = .false.
+
+   contains
+
+      pure real(wp) function mean_square(k, first, last)
+         integer, intent(in) :: k, first, last
+
+         integer :: i
+
+         mean_square = 0.0_wp
+         do i = first, last
+            mean_square = mean_square + self%step_after(k, i, i, limit)**2/(last - first + 1)
+         end do
+      end function mean_square
+
+   end function shrinks
 
    !> Nothing is seen, until `attach`.
    subroutine forget(self)
@@ -175,7 +263,7 @@ contains
       type(table_t), intent(inout) :: table
 
       call table%add("/point/period", self%found(), "1", "period of the motion in periods of the excitation")
-      call table%note("meanings", "0 = not periodic within 32, -1 = not determined")
+      call table%note("meanings", "0 = not periodic within 32, -1 = not determined, -2 = not settled")
       call table%add("/point/touched", self%touched, "1", "contacts touched, bit by bit")
       call table%note("names", self%name)
    end subroutine columns

@@ -15,7 +15,7 @@ module razy_runge_kutta_runge_kutta
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_flow, only: ends_in_event, ends_noted, ends_open, flow_t
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: glimpse_t, outcome_t, piece_t, status_blow_up, status_ok, status_step_limit, &
+   use razy_motion_integrator, only: glimpse_t, outcome_t, piece_t, status_blow_up, status_ok, &
                                      status_step_underflow
    use razy_motion_method, only: method_t
    use razy_runge_kutta_event_finder, only: event_finder_t
@@ -279,7 +279,8 @@ contains
                h = longest
                last = .false.
             end if
-            if (stepper%accepted_steps + stepper%rejected_steps >= self%method%most_steps) outcome%status = status_step_limit
+            call self%budget%spend()
+            outcome%status = self%budget%status
             if (outcome%status /= status_ok) return
             call stepper%attempt(self%rhs, self%system, self%z, h, accepted, failed)
             again = .false.

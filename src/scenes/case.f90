@@ -27,6 +27,9 @@ module razy_scenes_case
       type(method_t) :: method
    end type motion_t
 
+   !> Points that a trajectory may have.
+   real(wp), parameter :: most_points = 1.0e8_wp
+
 contains
 
    !> The schema of a kind of scene.
@@ -126,6 +129,12 @@ contains
          call input%complain(error, "record", i, "from", "less than the end of the motion, &motion t_end")
          return
       end do
+      do i = 1, size(records)
+         if (.not. (records(i)%trajectory .and. records(i)%interval > 0.0_wp)) cycle
+         if (motion%t_end - records(i)%from <= most_points*records(i)%interval) cycle
+         call input%complain(error, "record", i, "interval", "longer: the trajectory would have more than 1e8 points")
+         return
+      end do
       call set_start(machine, scene, input, error)
    end subroutine from_scene
 
@@ -162,6 +171,7 @@ contains
       call input%get("motion", 1, "band", method%band)
       call input%get("motion", 1, "max_steps", most_steps)
       method%most_steps = most_steps
+      call input%get("motion", 1, "max_seconds", method%most_seconds)
       call check_method(method, machine, key, allowed)
       if (len(key) > 0) call input%complain(error, "motion", 1, key, allowed)
    end subroutine read_method

@@ -39,6 +39,8 @@ contains
                      key_real("band", "half width of the band of sticking, for switching", unit="m/s or rad/s", rule=nonnegative, &
                               default="1.0e-6"), &
                      key_integer("max_steps", "steps after which a motion is given up", rule=positive, default="1000000000"), &
+                     key_real("max_seconds", "time on the clock after which a motion is given up", unit="s", rule=positive, &
+                              default="3600.0"), &
                      key_integer("max_events", "events after which a motion is given up", rule=positive, default="10000000"), &
                      key_integer("lyapunov", "Lyapunov exponents that are found, the largest ones, from t_end on; 0: none", &
                                  low=0, high=10000, default="0"), &
@@ -68,7 +70,10 @@ contains
                      key_logical("kind_of_motion", "whether the period of each motion and the contacts it touches are found", &
                                  default=".true."), &
                      key_real("period_tolerance", "difference from period to period up to which a motion is periodic, relative "// &
-                              "to the size of the state", rule=positive, default="1.0e-6")]), &
+                              "to the size of the state", rule=positive, default="1.0e-6"), &
+                     key_logical("until_periodic", "whether a motion is followed only until it is periodic, t_end being the most", &
+                                 default=".false."), &
+                     key_logical("processor_time", "whether the processor time of each point is stored", default=".false.")]), &
                group("follow", "The periodic motions that razy-follow follows over a parameter", keys=[ &
                      key_string("parameter", "group%key of the value that varies, as in --set", required=.true.), &
                      key_real("first", "one end of the range, in the unit of the key", required=.true.), &
@@ -94,7 +99,9 @@ contains
                      key_integer("points", "values of the parameter for which frequencies are stored", low=2, high=100000, &
                                  default="201"), &
                      key_integer("modes", "number of frequencies that are stored; all if there are fewer", rule=positive, &
-                                 default="6")]), &
+                                 default="6"), &
+                     key_logical("apply", "whether razy-run and razy-sweep compute the tuned machine, tuned at each point", &
+                                 default=".false.")]), &
                group("duel", "A method that razy-duel sets beside others", repeatable=.true., keys=[ &
                      key_string("integrator", "method", choices=integrators, required=.true.), &
                      key_string("treatment", "of jumps and kinks of the laws", choices=treatments, default="automatic"), &

@@ -26,8 +26,10 @@ contains
 
       type(machine_t) :: at_rest
       character(:), allocatable :: start
+      character(16) :: number
+      real(wp) :: rest
       logical :: found
-      integer :: j, n
+      integer :: at, j, n
 
       n = size(machine%load)
       allocate (machine%displacement(n), machine%velocity(n), source=0.0_wp)
@@ -49,9 +51,11 @@ contains
          if (any(abs(machine%stiffness - transpose(machine%stiffness)) > 1.0e-12_wp*maxval(abs(machine%stiffness)))) then
             at_rest%stiffness = symmetric_part(machine%stiffness)
          end if
-         call find_equilibrium(at_rest, machine%displacement, found)
-         if (.not. found) call input%complain(error, "motion", 1, "start", "the constant loads are in no equilibrium: balance "// &
-                                              "them, or start from 'zero' or 'given'")
+         call find_equilibrium(at_rest, machine%displacement, found, at, rest)
+         write (number, "(es10.3)") rest
+         if (.not. found) call input%complain(error, "motion", 1, "start", "the constant loads are in no equilibrium, "// &
+                                              trim(adjustl(number))//" N or N m are left at '"//trim(machine%coordinate(at))// &
+                                              "': balance them, or start from 'zero' or 'given'")
       case ("zero")
       case default
          call read_initial(machine, scene, input, error)

@@ -280,6 +280,7 @@ contains
          difference%matched = i
          difference%event_time = max(difference%event_time, abs(answer%log%time(i) - reference%log%time(i)))
       end do
+      if (difference%matched == 0 .and. reference%log%count > 0) difference%event_time = nan()
    end function compare
 
    real(wp) function nan()

@@ -4,7 +4,7 @@ module razy_study_motion
    use razy_core_kinds, only: i8, wp
    use razy_exact_exact, only: exact_t
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: integrator_t, observer_slot_t, outcome_t
+   use razy_motion_integrator, only: ask_stop, integrator_t, observer_slot_t, outcome_t
    use razy_moreau_moreau, only: moreau_t
    use razy_runge_kutta_runge_kutta, only: new_runge_kutta, runge_kutta_t
    use razy_motion_method, only: check_method, method_t
@@ -21,9 +21,10 @@ contains
    !> Run a machine from 0 to `t_end`, s, by a method and show the motion to the observers; how it ended is in `outcome`.
    !>
    !> `keep_all` follows every coordinate, which observers of the whole state and `integrator%final_state` need. An `integrator`
-   !> of the same method is taken up with what it knows of the machine before; that changes no bit of a motion.
+   !> of the same method is taken up with what it knows of the machine before; that changes no bit of a motion. `stop_is_asked` is
+   !> looked at now and then, and ends the motion as interrupted.
    !> Errors: a method that the machine's laws do not allow, a machine that the integrator refuses.
-   subroutine run_motion(machine, method, t_end, observers, outcome, error, most_events, keep_all, integrator)
+   subroutine run_motion(machine, method, t_end, observers, outcome, error, most_events, keep_all, integrator, stop_is_asked)
       type(machine_t), intent(in) :: machine
       type(method_t), intent(in) :: method
       real(wp), intent(in) :: t_end
@@ -33,6 +34,7 @@ contains
       integer(i8), intent(in), optional :: most_events
       logical, intent(in), optional :: keep_all
       class(integrator_t), allocatable, intent(inout), target, optional :: integrator
+      procedure(ask_stop), pointer, intent(in), optional :: stop_is_asked
 
       class(integrator_t), allocatable, target :: own
 
@@ -63,7 +65,10 @@ contains
          limit = usual_events
          if (present(most_events)) limit = most_events
          call new_integrator(by, checked, error)
-         if (.not. allocated(error)) call by%prepare(machine, all, error)
+         if (allocated(error)) return
+         by%budget%stop_is_asked => null()
+         if (present(stop_is_asked)) by%budget%stop_is_asked => stop_is_asked
+         call by%prepare(machine, all, error)
          if (.not. allocated(error)) call by%run(t_end, limit, observers, outcome)
       end subroutine run_by
 
@@ -75,39 +80,31 @@ contains
       type(method_t), intent(in) :: method
       type(error_t), allocatable, intent(out) :: error
 
+      class(integrator_t), allocatable :: fresh
+      logical :: known
+
       select case (method%integrator)
       case ("exact")
-         if (allocated(integrator)) then
-            select type (integrator)
-            type is (exact_t)
-               integrator%most_steps = method%most_steps
-               return
-            end select
-            deallocate (integrator)
-         end if
-         allocate (exact_t :: integrator)
-         select type (integrator)
-         type is (exact_t)
-            integrator%most_steps = method%most_steps
-         end select
+         allocate (exact_t :: fresh)
       case ("rk4", "bogacki_shampine", "dormand_prince", "dop853", "radau5")
-         if (allocated(integrator)) deallocate (integrator)
-         allocate (runge_kutta_t :: integrator)
-         select type (integrator)
-         type is (runge_kutta_t)
-            call new_runge_kutta(integrator, method)
-         end select
+         allocate (runge_kutta_t :: fresh)
       case ("moreau_jean")
-         if (allocated(integrator)) deallocate (integrator)
-         allocate (moreau_t :: integrator)
-         select type (integrator)
-         type is (moreau_t)
-            integrator%step = method%step
-            integrator%most_steps = method%most_steps
-         end select
+         allocate (moreau_t :: fresh)
       case default
          call raise(error, "there is no integrator '"//trim(method%integrator)//"'")
+         return
       end select
+      known = .false.
+      if (allocated(integrator)) known = same_type_as(integrator, fresh)
+      if (.not. known) call move_alloc(fresh, integrator)
+      select type (integrator)
+      type is (runge_kutta_t)
+         call new_runge_kutta(integrator, method)
+      type is (moreau_t)
+         integrator%step = method%step
+      end select
+      integrator%budget%most_steps = method%most_steps
+      integrator%budget%most_seconds = method%most_seconds
    end subroutine new_integrator
 
 end module razy_study_motion

@@ -2,7 +2,7 @@
 module razy_study_run
    use razy_core_drawing, only: drawing_t
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: i8
+   use razy_core_kinds, only: i8, wp
    use razy_core_number, only: to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
@@ -15,6 +15,7 @@ module razy_study_run
    use razy_scenes_scene, only: scene_t
    use razy_scenes_start, only: check_start
    use razy_study_sweep_starts, only: new_starts, starts_t
+   use razy_study_tune, only: apply_tune
    use razy_study_watch, only: watch_t
    implicit none(type, external)
    private
@@ -31,6 +32,7 @@ module razy_study_run
    contains
       procedure :: compute
       procedure :: columns
+      procedure :: answer
       procedure :: words
    end type run_t
 
@@ -44,8 +46,13 @@ contains
 
       class(scene_t), allocatable :: scene
       type(record_t), allocatable :: records(:)
+      type(input_t) :: tuned
+      character(:), allocatable :: unit
+      real(wp), allocatable :: value
 
-      call new_machine(self%machine, self%motion, records, input, error, scene)
+      tuned = input
+      call apply_tune(tuned, value, unit, error)
+      if (.not. allocated(error)) call new_machine(self%machine, self%motion, records, tuned, error, scene)
       if (.not. allocated(error)) call apply_single_start(self%machine, input, error)
       if (.not. allocated(error)) call draw_scene(scene, self%drawing, input, error)
       if (allocated(error)) return
@@ -89,6 +96,26 @@ contains
       call self%watch%columns(table, self%machine)
       if (allocated(self%drawing)) call self%drawing%columns(table)
    end subroutine columns
+
+   !> The largest and smallest values found, and the number of events, in lines.
+   function answer(self) result(lines)
+      class(run_t), intent(in) :: self
+      type(string_t), allocatable :: lines(:)
+
+      character(64) :: range
+      integer :: i
+
+      allocate (lines(0))
+      do i = 1, size(self%watch%extrema)
+         associate (found => self%watch%extrema(i))
+            range = "no extrema"
+            if (found%count > 0) write (range, "(es13.6, a, es13.6, 1x, a)") minval(found%value(:found%count)), " to ", &
+               maxval(found%value(:found%count)), found%unit
+            call append_text(lines, found%name//": "//trim(adjustl(range)))
+         end associate
+      end do
+      call append_text(lines, to_text(self%outcome%events)//" events")
+   end function answer
 
    !> What a user has to know of the motion, in lines; none if it came to its end and no event was missed nearly.
    function words(self) result(lines)

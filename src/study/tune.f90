@@ -16,7 +16,7 @@ module razy_study_tune
    implicit none(type, external)
    private
 
-   public :: new_tune, solve_tune, tune_t
+   public :: apply_tune, new_tune, solve_tune, tune_t
 
    !> More changes of a mode than this are counted, not listed.
    integer, parameter :: most_lines = 8
@@ -50,6 +50,27 @@ module razy_study_tune
    end type tune_t
 
 contains
+
+   !> Put the tuned value into an input whose &tune says so; `value` and `unit` are of it, unallocated if there is none.
+   subroutine apply_tune(input, value, unit, error)
+      type(input_t), intent(inout) :: input
+      real(wp), allocatable, intent(out) :: value
+      character(:), allocatable, intent(out) :: unit
+      type(error_t), allocatable, intent(out) :: error
+
+      type(tune_t) :: self
+      logical :: apply
+
+      if (input%count("tune") == 0) return
+      call input%get("tune", 1, "apply", apply)
+      if (.not. apply) return
+      call new_tune(self, input, error)
+      if (.not. allocated(error)) call solve_tune(self, error)
+      if (allocated(error)) return
+      value = self%answer%parameter
+      unit = self%unit
+      call input%put(self%family%slot, value, error)
+   end subroutine apply_tune
 
    !> Read and check what is asked for.
    subroutine new_tune(self, input, error)

@@ -8,7 +8,7 @@ module razy_study_watch
    use razy_io_result_file, only: check_name
    use razy_machine_excitation, only: period_of_loads, turn_tones
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: integrator_t, observer_slot_t, observer_t, outcome_t, status_ok
+   use razy_motion_integrator, only: ask_stop, integrator_t, observer_slot_t, observer_t, outcome_t, status_ok
    use razy_observe_contact_statistics, only: contact_statistics_t
    use razy_observe_event_log, only: event_log_t
    use razy_observe_extrema, only: extrema_t
@@ -35,8 +35,14 @@ module razy_study_watch
       !> The kind of the motion is asked for, and to this tolerance.
       logical :: asks_kind = .false.
       real(wp) :: period_tolerance = 1.0e-6_wp
+      !> The motion is followed only until it is periodic.
+      logical :: until_periodic = .false.
+      !> How long the motion was followed, s.
+      real(wp) :: followed = 0.0_wp
       !> Every coordinate is followed, whoever sees it.
       logical :: keep_all = .false.
+      !> Asked now and then during a motion, if it is associated: whether the motion is to end at once.
+      procedure(ask_stop), pointer, nopass :: stop_is_asked => null()
       !> Periods of the excitation before the end of the motion at which its state is stored, 0: no state is; the period, s.
       integer :: strobe_periods = 0
       real(wp) :: strobe_period = 0.0_wp
@@ -150,6 +156,9 @@ contains
    end subroutine forget
 
    !> Run a machine as `motion` says, and watch; see `run_motion` for `integrator` and errors.
+   !>
+   !> Where the motion is to be followed only until it is periodic, it is tried with twice the recorded time, and anew with twice
+   !> that as long as it has no period; the end of the recorded time is the end of the motion, and `t_end` the longest.
    subroutine run(self, machine, motion, outcome, error, integrator)
       class(watch_t), intent(inout), target :: self
       type(machine_t), intent(in) :: machine
@@ -158,10 +167,43 @@ contains
       type(error_t), allocatable, intent(out) :: error
       class(integrator_t), allocatable, intent(inout), target, optional :: integrator
 
+      type(motion_t) :: tried
+      real(wp) :: recorded
+
+      tried = motion
+      if (self%until_periodic) then
+         recorded = motion%t_end - self%periodicity%from
+         tried%t_end = min(2*recorded, motion%t_end)
+      end if
+      do
+         self%followed = tried%t_end
+         call follow(self, machine, tried, motion%t_end - tried%t_end, outcome, error, integrator)
+         if (allocated(error) .or. outcome%status /= status_ok .or. tried%t_end >= motion%t_end) return
+         if (self%periodicity%found() > 0) return
+         tried%t_end = min(2*tried%t_end, motion%t_end)
+      end do
+   end subroutine run
+
+   !> One motion, recorded from `earlier` s before what &record says.
+   subroutine follow(self, machine, motion, earlier, outcome, error, integrator)
+      class(watch_t), intent(inout), target :: self
+      type(machine_t), intent(in) :: machine
+      type(motion_t), intent(in) :: motion
+      real(wp), intent(in) :: earlier
+      type(outcome_t), intent(out) :: outcome
+      type(error_t), allocatable, intent(out) :: error
+      class(integrator_t), allocatable, intent(inout), target, optional :: integrator
       class(integrator_t), allocatable, target :: own
       type(observer_slot_t) :: slots(size(self%extrema) + 5)
+      real(wp) :: from(size(self%extrema)), from_statistics, from_kind
       integer :: i, n
 
+      from = self%extrema%from
+      from_statistics = self%statistics%from
+      from_kind = self%periodicity%from
+      self%extrema%from = max(from - earlier, 0.0_wp)
+      self%statistics%from = max(from_statistics - earlier, 0.0_wp)
+      self%periodicity%from = max(from_kind - earlier, 0.0_wp)
       call self%attach(machine, motion%t_end)
       n = 0
       do i = 1, size(self%extrema)
@@ -177,6 +219,9 @@ contains
       else
          call run_by(own)
       end if
+      self%extrema%from = from
+      self%statistics%from = from_statistics
+      self%periodicity%from = from_kind
       if (allocated(error)) call self%forget()
       if (outcome%status /= status_ok) self%strobe%count = 0
       do i = 1, self%strobe%count
@@ -189,7 +234,7 @@ contains
          class(integrator_t), allocatable, intent(inout), target :: by
 
          call run_motion(machine, motion%method, motion%t_end, slots(:n), outcome, error, motion%most_events, &
-                         self%keep_all .or. self%strobe_periods > 0, by)
+                         self%keep_all .or. self%strobe_periods > 0, by, self%stop_is_asked)
          if (.not. allocated(error) .and. outcome%status == status_ok .and. motion%lyapunov > 0) then
             call find_exponents(self, machine, motion, by, error)
          end if
@@ -202,7 +247,7 @@ contains
          slots(n)%observer => observer
       end subroutine show
 
-   end subroutine run
+   end subroutine follow
 
    !> Lyapunov exponents from the end of a motion on.
    subroutine find_exponents(self, machine, motion, by, error)
@@ -247,6 +292,7 @@ contains
          call self%extrema(i)%columns(table)
       end do
       if (self%asks_kind) call self%periodicity%columns(table)
+      if (self%until_periodic) call table%add("/point/duration", self%followed, "s", "time that the motion was followed")
       if (size(self%contacts) > 0) call self%statistics%columns(table)
       if (self%lyapunov%asked > 0) call self%lyapunov%columns(table)
       if (self%strobe_periods == 0) return

@@ -258,7 +258,7 @@ contains
       begun = seconds()
       call units%run(task, manager%own, manager%packet, more)
       manager%tallies(0)%busy = manager%tallies(0)%busy + (seconds() - begun)
-      manager%tallies(0)%points = manager%tallies(0)%points + 1
+      if (.not. task%broken_off) manager%tallies(0)%points = manager%tallies(0)%points + 1
       if (.not. more) manager%own = 0
       call collect(manager, collector, manager%packet)
    end subroutine compute_row

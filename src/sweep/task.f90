@@ -14,6 +14,8 @@ module razy_sweep_task
 
    !> The work at a point.
    type, abstract :: point_task
+      !> The last point was interrupted: its row is none.
+      logical :: broken_off = .false.
    contains
       procedure(describe_row), deferred :: describe
       procedure(run_point), deferred :: run

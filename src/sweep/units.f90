@@ -60,7 +60,8 @@ contains
       self%before = self%row
    end subroutine begin
 
-   !> Compute a missing point, or the next link of a chain, and append its row to a packet; `more`: the unit has another.
+   !> Compute a missing point, or the next link of a chain, and append its row to a packet, unless it was
+   !> interrupted; `more`: the unit has another.
    subroutine run(self, task, unit, packet, more)
       class(units_t), intent(inout) :: self
       class(point_task), intent(inout) :: task
@@ -78,7 +79,13 @@ contains
          point = self%plan%point_of_unit(unit)
          call task%run(point, self%row)
       end if
-      call packet%put(point, self%row)
+      if (task%broken_off) then
+         ! A chain is taken up again from its last whole link.
+         self%at = 0
+         more = .false.
+      else
+         call packet%put(point, self%row)
+      end if
    end subroutine run
 
    subroutine run_link(self, task, unit, point, more)

@@ -87,7 +87,7 @@ contains
          call units%run(task, unit, worker%results(worker%filling)%packet, more)
          ended = seconds()
          worker%tally%busy = worker%tally%busy + (ended - begun)
-         worker%tally%points = worker%tally%points + 1
+         if (.not. task%broken_off) worker%tally%points = worker%tally%points + 1
          call send_if_due(worker, communicator, options, ended, error)
          if (.not. allocated(error)) call listen(worker, communicator, error)
          if (allocated(error)) return

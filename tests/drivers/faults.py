@@ -85,7 +85,7 @@ def paused(process):
 
 
 def has_pending(process, number):
-    """Whether a signal that the process holds back has come."""
+    """Whether a signal waits for the process, which has stopped, to go on."""
     line = next(line for line in Path(f"/proc/{process}/status").read_text().splitlines() if line.startswith("ShdPnd"))
     return bool(int(line.split()[1], 16) >> (number - 1) & 1)
 
@@ -97,11 +97,12 @@ def resume(process):
 
 
 def stop(process, number, rank=None):
-    """Send a signal to all ranks, or to one; once it is there the writer goes on. Return the exit code."""
+    """Send a signal to all ranks, or to one; once it waits for the writer that one goes on. Return the exit code."""
     targets = [target for target in processes_of(process.pid) if rank in (None, rank_of(target))]
     assert targets
     os.kill(process.pid if rank is None else targets[0], number)
-    wait_for(lambda: all(has_pending(target, number) for target in targets), "the signal does not come")
+    waiting = [target for target in paused(process) if target in targets]
+    wait_for(lambda: all(has_pending(target, number) for target in waiting), "the signal does not come")
     resume(process)
     return process.wait(timeout=PATIENCE)
 

@@ -32,8 +32,8 @@ def succeed(program, *arguments, **options):
     return done
 
 
-def plot(*arguments):
-    code = "import sys; from razy_post.cli import main; sys.exit(main())"
+def plot(*arguments, module="razy_post.cli"):
+    code = f"import sys; from {module} import main; sys.exit(main())"
     environment = os.environ | {"PYTHONPATH": str(SOURCE / "post" / "src")}
     return subprocess.run(
         [sys.executable, "-c", code, *map(str, arguments)],
@@ -87,3 +87,9 @@ def names(path):
     with h5py.File(path) as file:
         file.visit(found.append)
     return found
+
+
+def folder_of_openblas():
+    """A folder with BLAS and LAPACK by OpenBLAS with threads, or None."""
+    folders = Path("/usr/lib").glob("*/openblas-pthread")
+    return next((folder for folder in folders if (folder / "liblapack.so.3").exists()), None)

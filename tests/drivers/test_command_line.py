@@ -32,7 +32,7 @@ def test_version(program):
 def test_default_output_is_the_name_of_the_case_in_the_current_folder(program):
     done = succeed(program, GEAR_PAIR, *SHORT)
     assert left() == ["torsional_gear_pair.h5"]
-    assert done.stdout == ""
+    assert done.stdout.endswith("events\n") == (program == "razy-run")
     assert "wrote torsional_gear_pair.h5" in done.stderr
     assert attribute("torsional_gear_pair.h5", "program") == program
     assert attribute("torsional_gear_pair.h5", "title") == "Torsional gear pair"

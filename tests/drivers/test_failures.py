@@ -52,7 +52,7 @@ def start_and_kill(program, *arguments, until=None):
 
 
 def test_killed_run_leaves_no_file_of_the_final_name():
-    start_and_kill("razy-run", GEAR_PAIR, *sets(motion__t_end=1e9, record__from=1e8))
+    start_and_kill("razy-run", GEAR_PAIR, *sets(motion__t_end=1e7, record__from=1e6))
     assert left() == []
 
 

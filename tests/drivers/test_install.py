@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 import h5py
@@ -34,6 +35,15 @@ def test_install_and_use(folder):
     run(cmake, "--install", BUILD, "--prefix", prefix)
     for program in ("razy-run", "razy-sweep"):
         assert run(prefix / "bin" / program, "--version").startswith(program)
+    with_tools = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
+    for tool in ("razy-csv", "razy-merge", "razy-plot"):
+        said = subprocess.run(
+            [prefix / "bin" / tool, "--version"], capture_output=True, text=True, env=with_tools, check=True
+        )
+        assert said.stdout.startswith(tool)
+    assert (prefix / "share" / "razy" / "inputs" / GEAR_PAIR.name).read_text() == GEAR_PAIR.read_text()
+    library = next(prefix.rglob("librazy.a")).read_bytes()
+    assert b".gnu.lto_" not in library
     assert not [path for path in prefix.rglob("*") if path.suffix == ".mod" and not path.name.startswith("razy_")]
     run(
         cmake, "-S", Path(__file__).parent / "consumer", "-B", consumer, f"-DCMAKE_PREFIX_PATH={prefix}",

@@ -14,7 +14,7 @@ OPEN = ("--set", "modes%contacts='open'")
 def modes(case, *options):
     done = succeed("razy-modes", case, *options, "--output", "modes.h5", "--force")
     with h5py.File("modes.h5") as file:
-        return done.stderr, {name: item[()] for name, item in file.items() if isinstance(item, h5py.Dataset)}
+        return done.stdout, {name: item[()] for name, item in file.items() if isinstance(item, h5py.Dataset)}
 
 
 def test_natural_modes_of_the_gearbox():
@@ -116,3 +116,31 @@ def test_the_gear_pair():
 def test_bad_input(option, words):
     done = start("razy-modes", GEARBOX, "--set", option)
     assert done.returncode == 2 and words in done.stderr and done.stderr.count("\n") == 1
+
+
+OVERHUNG = """
+&scene     kind='rotor', title='Overhung rotor' /
+&shaft     name='rotor', young_modulus=2.1e11, shear_modulus=8.0e10, density=7850.0 /
+&section   shaft='rotor', length=0.6, outer_diameter=0.03, elements=8 /
+&disk      shaft='rotor', node=9, mass=4.0, polar_inertia=2.0e-2, diametral_inertia=1.0e-2 /
+&bearing   shaft='rotor', node=1, kind='matrix', stiffness={0},{0},{0},0.0,0.0,0.0 /
+&bearing   shaft='rotor', node=6, kind='matrix', stiffness=0.0,{0},{0},0.0,0.0,0.0 /
+&support   shaft='rotor', node=1, held='phi' /
+"""
+
+
+def test_a_stiff_bearing_holds_or_is_refused(folder):
+    (folder / "stiff.nml").write_text(OVERHUNG.format(1e14))
+    held = OVERHUNG.format(0.0).replace(
+        "held='phi' /", "held='phi','u','v','w' /\n&support shaft='rotor', node=6, held='v','w' /"
+    )
+    (folder / "held.nml").write_text(held)
+    for name in ("stiff", "held"):
+        succeed("razy-modes", f"{name}.nml")
+    with h5py.File("stiff.h5") as stiff, h5py.File("held.h5") as held:
+        assert np.allclose(stiff["natural_frequency"][:6], held["natural_frequency"][:6], rtol=3e-6)
+    for stiffness in (1e18, 1e20, 1e22):
+        (folder / "stiff.nml").write_text(OVERHUNG.format(stiffness))
+        done = start("razy-modes", "stiff.nml", "--force")
+        assert done.returncode == 2
+        assert " stiffness = " in done.stderr and "hold the node by &support" in done.stderr

@@ -8,8 +8,7 @@ from programs import SOURCE, succeed
 INPUTS = SOURCE / "inputs"
 NAMES = (
     "listing_oscillator", "belt_oscillator", "bouncing_ball", "bouncing_ball_table", "drop_test", "block_on_belt",
-    "incline", "filippov", "two_sided_stop", "thesis/fig_2_2", "thesis/fig_2_5", "thesis/fig_2_6", "thesis/fig_2_7",
-    "thesis/fig_3_5", "thesis/fig_3_6", "thesis/fig_3_7", "thesis/fig_3_9", "thesis/listing_a_1", "thesis/listing_a_2",
+    "incline", "filippov", "two_sided_stop",
 )  # fmt: skip
 OPEN, LOWER, FORWARD, BACKWARD, STICKING = 1, 3, 6, 7, 8
 GRAVITY = 9.81
@@ -135,7 +134,7 @@ def test_two_sided_stop_keeps_its_energy():
 
 
 def test_damped_stop_loses_energy():
-    with run("thesis/fig_2_6") as file:
+    with run("thesis/fig_2_6_damped") as file:
         place, velocity = file["state/displacement"][:, 0], file["state/velocity"][:, 0]
     over = np.maximum(np.abs(place) - 7e-4, 0.0)
     energy = 0.5 * 3.5 * velocity**2 + 0.5e5 * place**2 + 0.5e6 * over**2

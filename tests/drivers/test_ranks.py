@@ -4,9 +4,10 @@ import os
 from pathlib import Path
 
 import pytest
-from programs import GEAR_PAIR, attribute, changed, datasets, left, sets, start, succeed
+from programs import GEAR_PAIR, SOURCE, attribute, changed, datasets, folder_of_openblas, left, sets, start, succeed
 
 RANKS = [1, 2, 3]
+VIBROPRESS = SOURCE / "inputs" / "vibropress.nml"
 
 
 def test_results_do_not_depend_on_the_number_of_ranks():
@@ -21,9 +22,9 @@ def test_results_do_not_depend_on_the_number_of_ranks():
 
 def test_more_ranks_than_points_and_failed_points():
     options = sets(sweep__first=1800, sweep__last=1900, sweep__step=100, motion__max_events=100)
-    succeed("razy-sweep", GEAR_PAIR, *options, "--output", "alone.h5")
-    done = succeed("razy-sweep", GEAR_PAIR, *options, "--output", "three.h5", ranks=3)
-    assert "2 points, 2 failed" in done.stderr
+    assert start("razy-sweep", GEAR_PAIR, *options, "--output", "alone.h5").returncode == 1
+    done = start("razy-sweep", GEAR_PAIR, *options, "--output", "three.h5", ranks=3)
+    assert done.returncode == 1 and "2 points, 2 failed" in done.stderr
     assert datasets("three.h5") == datasets("alone.h5")
 
 
@@ -67,3 +68,14 @@ def test_help_version_and_check_are_printed_once():
     assert len(ours(succeed("razy-sweep", "--version", ranks=3), os.environ["RAZY_VERSION"])) == 1
     assert len(ours(succeed("razy-sweep", GEAR_PAIR, "--check", ranks=3), "&scene")) == 1
     assert left() == []
+
+
+@pytest.mark.skipif(folder_of_openblas() is None, reason="no OpenBLAS beside the BLAS of this machine")
+def test_threads_of_the_library_change_no_bit(monkeypatch):
+    monkeypatch.setenv("LD_LIBRARY_PATH", str(folder_of_openblas()))
+    for name, threads in (("one", 1), ("two", 2), ("four", 4)):
+        monkeypatch.setenv("OPENBLAS_NUM_THREADS", str(threads))
+        succeed("razy-sweep", VIBROPRESS, *sets(sweep__step=4), "--output", f"{name}.h5")
+        succeed("razy-modes", VIBROPRESS, "--output", f"{name}_modes.h5")
+    assert datasets("two.h5") == datasets("one.h5") == datasets("four.h5")
+    assert datasets("two_modes.h5") == datasets("one_modes.h5") == datasets("four_modes.h5")

@@ -30,7 +30,7 @@ CAMPBELL = "&campbell first_rpm=0.0, last_rpm=60000.0, points=31, damped=.true. 
 
 def modes(case, *options):
     done = succeed("razy-modes", case, *options, "--output", "modes.h5", "--force")
-    return done.stderr
+    return done.stdout
 
 
 def test_reductions_beside_the_unreduced_model():

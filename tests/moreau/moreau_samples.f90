@@ -93,7 +93,7 @@ contains
       if (present(second)) call enter(second)
       scheme%step = h
       if (present(theta)) scheme%theta = theta
-      if (present(most_steps)) scheme%most_steps = most_steps
+      if (present(most_steps)) scheme%budget%most_steps = most_steps
       most = huge(1_i8)
       if (present(most_events)) most = most_events
       call scheme%prepare(machine, .true., error)

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from razy_post import __version__, output
 from razy_post.errors import ResultError
-from razy_post.plot import KINDS, QUANTITIES, PlotNote, PlotOptions, draw
+from razy_post.plot import ARRANGEMENTS, KINDS, QUANTITIES, PlotNote, PlotOptions, draw, draw_several
 from razy_post.plot.style import provenance
 from razy_post.read import ResultFile, SweepResult, open_result
 
@@ -37,9 +37,8 @@ def parser() -> argparse.ArgumentParser:
         epilog="Exit code: 0 done, 2 bad input or usage, 1 anything else.",
         allow_abbrev=False,
     )
-    result.add_argument("file", metavar="FILE.h5", type=Path, help="result file")
     result.add_argument(
-        "sweep", metavar="SWEEP.h5", type=Path, nargs="?", help="with branches: a sweep to draw below them"
+        "files", metavar="FILE.h5", type=Path, nargs="+", help="result file; several of a kind go into one picture, and a sweep below branches"
     )
     result.add_argument(
         "--save", metavar="FILE", type=Path, help="write the picture (.png, .pdf, .svg, ...) instead of showing it"
@@ -50,6 +49,13 @@ def parser() -> argparse.ArgumentParser:
     )
     result.add_argument(
         "--coordinate", metavar="NAME", action="append", default=[], help="coordinate to draw; repeat for several"
+    )
+    result.add_argument(
+        "--arrange", choices=ARRANGEMENTS, default="overlay",
+        help="several files: over one another (of two the first grey, the second black), side by side, with difference",
+    )  # fmt: skip
+    result.add_argument(
+        "--label", metavar="TEXT", action="append", default=[], help="words for a file of several; repeat for each"
     )
     result.add_argument(
         "--quantity",
@@ -98,19 +104,21 @@ def _plot(given: argparse.Namespace) -> None:
         quantity=given.quantity,
     )
     if given.save is not None:
-        output.check_target(given.save)
-    with ExitStack() as files:
-        result = files.enter_context(open_result(given.file))
-        if given.sweep is not None:
-            options = replace(options, sweep=_sweep(files.enter_context(open_result(given.sweep))))
-        if given.save is None:
-            figure = output.new_window(f"{PROGRAM} {given.file}")
-            draw(result, figure, options, given.kind)
+        output.check_target(given.save, given.files)
+    with ExitStack() as stack:
+        results = [stack.enter_context(open_result(file)) for file in given.files]
+        if len(results) == 2 and results[0].program == "razy-follow":
+            options = replace(options, sweep=_sweep(results.pop()))
+        show = given.save is None
+        figure = output.new_window(f"{PROGRAM} {given.files[0]}") if show else Figure(dpi=given.dpi)
+        if len(results) == 1:
+            draw(results[0], figure, options, given.kind)
+        else:
+            draw_several(results, figure, options, given.kind, given.label, given.arrange)
+        if show:
             output.show_window()
         else:
-            figure = Figure(dpi=given.dpi)
-            draw(result, figure, options, given.kind)
-            output.save(figure, given.save, provenance(result))
+            output.save(figure, given.save, provenance(results[0]))
 
 
 def _sweep(result: ResultFile) -> SweepResult:

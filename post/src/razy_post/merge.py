@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from razy_post.errors import ResultError
 from razy_post.read import SweepResult, open_result
 from razy_post.read.extrema import CHUNK_VALUES
+from razy_post.target import check_output
 
 OFFSET = "offset"
 KNOWN = {"attractor", "axis", "contact", "extrema", "point", "scene"}
@@ -87,10 +88,7 @@ def merge(paths: list[Path], output: Path, overwrite: bool = False) -> int:
     ResultError
         The files are not sweeps that belong together, or the output exists.
     """
-    if output.exists() and not overwrite:
-        raise ResultError(f"{output}: exists already; --force overwrites it")
-    if output.resolve() in [path.resolve() for path in paths]:
-        raise ResultError(f"{output}: is one of the files to be merged")
+    check_output(output, paths, overwrite)
     results = []
     try:
         for path in paths:

@@ -11,18 +11,18 @@ from matplotlib.figure import Figure
 from razy_post import __version__
 from razy_post.errors import ResultError
 from razy_post.plot.style import look
+from razy_post.target import check_output
 
 WINDOW_DPI = 140
 
 
-def check_target(path: Path) -> None:
-    """Raise a `ResultError` if no picture can be written to `path`: unknown suffix, no such folder."""
+def check_target(path: Path, sources: list[Path]) -> None:
+    """Raise a `ResultError` if no picture can be written to `path`: unknown suffix, no such folder, a result itself."""
     formats = FigureCanvasBase.get_supported_filetypes()
     suffix = path.suffix.lower().removeprefix(".")
     if suffix not in formats:
         raise ResultError(f"--save {path}: unknown kind of picture '{path.suffix}' (can: {', '.join(sorted(formats))})")
-    if path.is_dir():
-        raise ResultError(f"--save {path}: is a folder")
+    check_output(path, sources, overwrite=True)
     if not path.parent.is_dir():
         raise ResultError(f"--save {path}: no folder '{path.parent}'")
 

@@ -11,6 +11,7 @@ from razy_post.errors import ResultError
 from razy_post.merge import merge
 from razy_post.read import FollowResult, SweepResult, open_result
 from razy_post.table import write_extrema, write_points
+from razy_post.target import check_output
 
 
 class Parser(argparse.ArgumentParser):
@@ -42,8 +43,7 @@ def csv_main(arguments: list[str] | None = None) -> int:
 
     def export() -> str:
         target = given.output or Path(given.file.with_suffix(".csv").name)
-        if target.exists() and not given.force:
-            raise ResultError(f"{target}: exists already; --force overwrites it")
+        check_output(target, [given.file], given.force)
         with open_result(given.file) as result:
             if not isinstance(result, SweepResult | FollowResult):
                 raise ResultError(f"{given.file}: not a file of razy-sweep or razy-follow")

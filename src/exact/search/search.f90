@@ -17,6 +17,7 @@ module razy_exact_search_search
    use razy_exact_search_screening, only: screen, find_safe
    use razy_exact_search_sign_proof, only: proved_curvature, proved_margin, proved_monotone
    use razy_linalg_wide_sums, only: sum_of, wide
+   use razy_motion_integrator, only: budget_t, status_ok, status_step_underflow
    implicit none(type, external)
    private
 
@@ -42,8 +43,6 @@ module razy_exact_search_search
       integer :: level = 10
       !> Steps tried and halvings among them.
       integer(i8) :: steps = 0, halvings = 0
-      !> Steps at which the search is given up, where it is.
-      integer(i8) :: most_steps = huge(1_i8)
    end type search_t
 
    !> What is smaller than this part of the terms it is the sum of is rounding.
@@ -62,9 +61,10 @@ contains
    !> Search from `start` at `tau_from` to `tau_end` along `response`.
    !>
    !> `watched(:)`: functions on `rows`; one with `from_zero` starts on its bound and moves inwards. The exit is in `found`,
-   !> the amplitudes there in `self%probe`. With `self%most_steps` the search ends at once, without an exit.
-   subroutine first_exit(self, response, rows, start, tau_from, tau_end, watched, found)
+   !> the amplitudes there in `self%probe`. The search ends without one when the budget is spent, or steps would be too short.
+   subroutine first_exit(self, budget, response, rows, start, tau_from, tau_end, watched, found)
       type(search_t), intent(inout) :: self
+      type(budget_t), intent(inout) :: budget
       type(response_t), intent(inout) :: response
       type(rows_t), intent(in) :: rows
       type(amplitudes_t), intent(in) :: start
@@ -73,7 +73,7 @@ contains
       type(exit_t), intent(out) :: found
 
       integer :: i, leaves, since_resync
-      logical :: decided, roomy
+      logical :: decided, roomy, stuck
 
       call prepare(self, response, rows, start, tau_from, tau_end, watched, leaves)
       do i = 1, size(watched)
@@ -87,8 +87,11 @@ contains
          watched(i)%f0 = max(watched(i)%f0, 0.0_wp)
       end do
       since_resync = 0
+      stuck = .false.
       do while (self%point(self%now)%tau < tau_end)
-         if (self%steps >= self%most_steps) then
+         call budget%spend()
+         if (self%level > finest_level .or. stuck) budget%status = status_step_underflow
+         if (budget%status /= status_ok) then
             found = exit_t(0, self%point(self%now)%tau)
             return
          end if
@@ -103,6 +106,8 @@ contains
          end if
          call accept(self, response, watched, roomy)
          if (self%point(self%now)%tau >= tau_end) exit
+         ! A step below the rounding of the time leads nowhere.
+         stuck = .not. self%point(self%now)%tau > self%point(3 - self%now)%tau
          since_resync = modulo(since_resync + 1, resync)
          if (since_resync == 0 .or. response%growing) call resynchronise(self, response, rows, start, watched)
       end do

@@ -138,9 +138,9 @@ contains
    end function known_point
 
    !> Names of all coordinates, such as table.y.
-   function coordinate_names(self) result(names)
+   subroutine coordinate_names(self, names)
       type(bodies_t), intent(in) :: self
-      type(string_t), allocatable :: names(:)
+      type(string_t), allocatable, intent(out) :: names(:)
 
       integer :: i, k
 
@@ -150,7 +150,7 @@ contains
             names(3*(i - 1) + k)%text = self%name(i)%text//"."//trim(components(k))
          end do
       end do
-   end function coordinate_names
+   end subroutine coordinate_names
 
    !> Add the motion of a point along `direction` to a row (coordinates).
    pure subroutine add_motion(row, point, direction)

@@ -72,18 +72,18 @@ contains
       type(bodies_t), intent(in) :: bodies
       type(input_t), intent(in) :: input
 
+      type(string_t), allocatable :: names(:)
       integer :: b, i, n
 
       n = 3*bodies%count
       call input%get("scene", 1, "title", machine%title)
       allocate (machine%coordinate(n), machine%unit(n), machine%rate_unit(n))
-      associate (names => coordinate_names(bodies))
-         do i = 1, n
-            machine%coordinate(i) = names(i)%text
-            machine%unit(i) = merge("rad", "m  ", modulo(i, 3) == 0)
-            machine%rate_unit(i) = merge("rad/s", "m/s  ", modulo(i, 3) == 0)
-         end do
-      end associate
+      call coordinate_names(bodies, names)
+      do i = 1, n
+         machine%coordinate(i) = names(i)%text
+         machine%unit(i) = merge("rad", "m  ", modulo(i, 3) == 0)
+         machine%rate_unit(i) = merge("rad/s", "m/s  ", modulo(i, 3) == 0)
+      end do
       allocate (machine%mass(n, n), machine%damping(n, n), machine%stiffness(n, n), machine%load(n), source=0.0_wp)
       do b = 1, bodies%count
          machine%mass(3*b - 2, 3*b - 2) = bodies%mass(b)
@@ -147,7 +147,7 @@ contains
       logical :: right
       integer :: component, dot
 
-      known = coordinate_names(self%bodies)
+      call coordinate_names(self%bodies, known)
       if (.not. input%given(group, i, key)) then
          call input%complain(error, group, i, key, "required: a coordinate such as '"//known(1)%text// &
                              "', or a point of a body with .x or .y")

@@ -47,6 +47,8 @@ module razy_scenes_rotor_scene
    !> Groups that say what is done with a machine, or load it.
    character(*), parameter :: left_out(*) = [character(9) :: "motion", "record", "sweep", "initial", "load", "stop", "friction", &
                                                                                                        "starts", "duel"]
+   !> Beyond, fewer than six digits of the lowest frequencies are right.
+   real(wp), parameter :: stiffest_bearing = 1.0e6_wp
    character(*), parameter :: nl = new_line("a")
 
 contains
@@ -63,7 +65,33 @@ contains
       if (.not. allocated(error)) call new_rotor_model(self%model, rotor, error)
       if (allocated(error)) return
       if (self%model%numbering%n == 0) call input%complain(error, "support", 1, "held", "not all coordinates there are")
+      if (.not. allocated(error)) call check_bearings(self%model, input, error)
    end subroutine build_model
+
+   !> Refuse a bearing so stiff that the shafts' own stiffness is lost in the rounding of sums with it.
+   subroutine check_bearings(model, input, error)
+      type(rotor_model_t), intent(in) :: model
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: shaft(model%numbering%n)
+      integer :: at(6), j, k
+
+      shaft = model%shaft_stiffness%diagonal()
+      do j = 1, size(model%rotor%bearing)
+         associate (bearing => model%rotor%bearing(j))
+            at = model%numbering%of(bearing%shaft, bearing%node)
+            do k = 1, 6
+               if (at(k) == 0) cycle
+               if (bearing%stiffness(k, k) <= stiffest_bearing*shaft(at(k))) cycle
+               call input%complain(error, "bearing", j, trim(merge("stiffness       ", "radial_stiffness", &
+                                                                   input%given("bearing", j, "stiffness"))), &
+                                   "at most 1e6 times that of the shaft at the node; hold the node by &support instead")
+               return
+            end do
+         end associate
+      end do
+   end subroutine check_bearings
 
    !> Reduce it, after `build_model`.
    subroutine build_reduced(self, input, error)

@@ -52,7 +52,7 @@ contains
                      key_real("density", "density", unit="kg/m^3", rule=positive, required=.true.), &
                      key_string("element", "bending without shear (Euler, Bernoulli, Rayleigh) or with it (Timoshenko, "// &
                                 "Cowper's coefficient)", choices=["rayleigh  ", "timoshenko"], default="rayleigh"), &
-                     key_real("damping_ratio", "D of the internal damping", rule=nonnegative, default="0.0"), &
+                     key_real("damping_ratio", "D of the internal damping", low=0.0_wp, high=1.0e6_wp, default="0.0"), &
                      key_string("damping", "internal damping: dampers on the nodes (the source's), or the ratio D in every "// &
                                 "mode of the shaft on its bearings; one kind for all shafts", choices=damping_choices(2:), &
                                 default="nodal"), &

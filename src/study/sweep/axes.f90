@@ -97,7 +97,8 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      character(*), parameter :: common(*) = [character(16) :: "direction", "kind_of_motion", "period_tolerance"]
+      character(*), parameter :: common(*) = [character(16) :: "direction", "kind_of_motion", "until_periodic", &
+                                                                                               "processor_time", "period_tolerance"]
       integer :: k
 
       do k = 1, size(varied(2)%slot)
@@ -130,6 +131,8 @@ contains
          case ("kind_of_motion")
             call input%get("sweep", 2, key, asked)
             differs = .not. asked
+         case ("until_periodic", "processor_time")
+            call input%get("sweep", 2, key, differs)
          case default
             call input%get("sweep", 2, key, tolerance)
             differs = abs(tolerance - 1.0e-6_wp) > epsilon(tolerance)*tolerance

@@ -40,6 +40,7 @@ contains
 
       call take_sample(task, found)
       allocate (lines(0))
+      if (task%broken_off) return
       associate (plan => task%plan)
          mean = found%sum/found%points
          serial = mean*plan%points
@@ -89,6 +90,7 @@ contains
          begun = seconds()
          call task%run(point, row)
          time = seconds() - begun
+         if (task%broken_off) return
          found%points = i
          found%sum = found%sum + time
          found%least = min(found%least, time)

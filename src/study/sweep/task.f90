@@ -14,7 +14,7 @@ module razy_study_sweep_task
    use razy_input_input, only: input_t
    use razy_io_result_file, only: check_name, new_header, result_header_t
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: integrator_t, outcome_t, status_no_machine, status_ok
+   use razy_motion_integrator, only: integrator_t, outcome_t, status_interrupted, status_no_machine, status_ok
    use razy_scenes_case, only: motion_t, new_machine
    use razy_scenes_factory, only: draw_scene
    use razy_scenes_records, only: record_t
@@ -23,6 +23,7 @@ module razy_study_sweep_task
    use razy_study_sweep_axes, only: new_axes, put_point, put_value, varied_t
    use razy_study_sweep_continuation_state, only: continuation_state_t
    use razy_study_sweep_starts, only: new_starts, starts_t
+   use razy_study_tune, only: apply_tune
    use razy_study_watch, only: watch_t
    use razy_sweep_clock, only: seconds
    use razy_sweep_grid, only: grid_t
@@ -47,6 +48,10 @@ module razy_study_sweep_task
       type(machine_t) :: machine
       type(motion_t) :: motion
       type(watch_t) :: watch
+      !> The tuned value of the point and its unit, if &tune is applied; whether processor time is stored.
+      real(wp), allocatable, private :: tuned
+      character(:), allocatable, private :: tuned_unit
+      logical, private :: asks_time = .false.
       class(scene_t), allocatable, private :: scene
       class(integrator_t), allocatable, private :: integrator
    contains
@@ -85,6 +90,12 @@ contains
       end if
       call input%get("sweep", 1, "kind_of_motion", self%watch%asks_kind)
       call input%get("sweep", 1, "period_tolerance", self%watch%period_tolerance)
+      call input%get("sweep", 1, "until_periodic", self%watch%until_periodic)
+      call input%get("sweep", 1, "processor_time", self%asks_time)
+      if (self%watch%until_periodic .and. .not. self%watch%asks_kind) then
+         call input%complain(error, "sweep", 1, "until_periodic", "only with kind_of_motion=.true.")
+         return
+      end if
       self%watch%keep_all = self%plan%has_chains()
       call self%watch%ask(records, self%machine, self%motion, error)
       do i = 1, size(self%varied)
@@ -142,7 +153,7 @@ contains
             end associate
             if (allocated(error)) return
          end do
-         call new_machine(self%machine, self%motion, records, self%input, error, self%scene)
+         call make_machine(self, records, error)
          if (self%starts%wanted .and. .not. allocated(error)) then
             call self%starts%strobe_period(self%machine, self%motion%t_end, self%input, self%watch%strobe_period, error)
          end if
@@ -159,8 +170,7 @@ contains
       type(record_t), allocatable :: records(:)
 
       call put_point(self%varied, self%grid, self%input, self%plan%grid_point(point), error)
-      if (allocated(error)) return
-      call new_machine(self%machine, self%motion, records, self%input, error, self%scene)
+      if (.not. allocated(error)) call make_machine(self, records, error)
       if (allocated(error)) return
       call self%watch%ask(records, self%machine, self%motion, error)
       if (allocated(error) .or. .not. self%starts%wanted) return
@@ -169,6 +179,19 @@ contains
       if (allocated(error)) return
       call self%starts%strobe_period(self%machine, self%motion%t_end, self%input, self%watch%strobe_period, error)
    end subroutine machine_at
+
+   !> The machine of the input as it is now, tuned if it says so.
+   subroutine make_machine(self, records, error)
+      class(sweep_task_t), intent(inout) :: self
+      type(record_t), allocatable, intent(inout) :: records(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      type(input_t) :: tuned
+
+      tuned = self%input
+      call apply_tune(tuned, self%tuned, self%tuned_unit, error)
+      if (.not. allocated(error)) call new_machine(self%machine, self%motion, records, tuned, error, self%scene)
+   end subroutine make_machine
 
    !> The columns of a row.
    subroutine describe(self, row)
@@ -180,18 +203,21 @@ contains
       call self%watch%attach(self%machine, self%motion%t_end)
       call self%watch%forget()
       call continuation%take_from()
-      call fill(self, row, outcome_t(), 0.0_wp, continuation)
+      call fill(self, row, outcome_t(), 0.0_wp, 0.0_wp, continuation)
    end subroutine describe
 
-   subroutine fill(self, row, outcome, took, continuation)
+   !> `took` and `worked`: time on the clock and of the processor, s.
+   subroutine fill(self, row, outcome, took, worked, continuation)
       class(sweep_task_t), intent(in) :: self
       type(table_t), intent(inout) :: row
       type(outcome_t), intent(in) :: outcome
-      real(wp), intent(in) :: took
+      real(wp), intent(in) :: took, worked
       type(continuation_state_t), intent(in) :: continuation
 
       call outcome%columns(row, "/point/", brief=.true.)
       call self%watch%columns(row, self%machine)
+      if (allocated(self%tuned)) call row%add("/point/tuned", self%tuned, self%tuned_unit, "tuned value")
+      if (self%asks_time) call row%add("/point/processor_time", worked, "s", "processor time")
       call row%add("seconds", took, "s", "time that the point took")
       if (self%plan%has_chains()) call continuation%columns(row)
    end subroutine fill
@@ -207,23 +233,26 @@ contains
       type(outcome_t) :: outcome
       type(continuation_state_t) :: continuation
       real(wp), allocatable :: displacement(:), velocity(:)
-      real(wp) :: begun
+      real(wp) :: begun, work_begun, work_ended
 
       begun = seconds()
+      call cpu_time(work_begun)
       call self%watch%forget()
       call continuation%take_from(before)
       call self%machine_at(point, error)
       if (self%plan%has_chains() .and. .not. allocated(error)) call continuation%begin(self%machine)
       if (.not. allocated(error)) call self%watch%run(self%machine, self%motion, outcome, error, self%integrator)
       if (allocated(error)) outcome%status = status_no_machine
+      self%broken_off = outcome%status == status_interrupted
       if (self%plan%has_chains() .and. outcome%status == status_ok) then
          allocate (displacement(size(self%machine%displacement)), velocity(size(self%machine%velocity)))
          call self%integrator%final_state(displacement, velocity)
-         call continuation%finish(self%machine, self%motion%t_end, displacement, velocity)
+         call continuation%finish(self%machine, self%watch%followed, displacement, velocity)
       else
          call continuation%take_from()
       end if
-      call fill(self, row, outcome, seconds() - begun, continuation)
+      call cpu_time(work_ended)
+      call fill(self, row, outcome, seconds() - begun, work_ended - work_begun, continuation)
    end subroutine run_point
 
 end module razy_study_sweep_task

@@ -5,7 +5,7 @@ default, the others are chosen by kind. A further kind of picture is one more mo
 ``draw(result, figure, options)``, entered in `PICTURES`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,17 +18,20 @@ from razy_post.plot import (
     branches,
     campbell,
     contacts,
+    eigenvalues,
     machine,
     maps,
     motion,
+    several,
     tuning,
     work_precision,
 )
 from razy_post.plot.options import QUANTITIES, PlotNote, PlotOptions
+from razy_post.plot.several import ARRANGEMENTS
 from razy_post.plot.style import look
 from razy_post.read import ResultFile, SweepResult
 
-__all__ = ["KINDS", "PICTURES", "QUANTITIES", "Picture", "PlotNote", "PlotOptions", "draw"]
+__all__ = ["ARRANGEMENTS", "KINDS", "PICTURES", "QUANTITIES", "Picture", "PlotNote", "PlotOptions", "draw", "draw_several"]
 
 
 @dataclass(frozen=True)
@@ -45,12 +48,14 @@ PICTURES = (
     Picture("razy-sweep", "basins", basins.draw),
     Picture("razy-sweep", "contacts", contacts.draw),
     Picture("razy-sweep", "map", maps.draw),
+    Picture("razy-sweep", "column", several.draw_column),
     Picture("razy-run", "overview", motion.draw_overview),
     Picture("razy-run", "time", motion.draw_time),
     Picture("razy-run", "phase", motion.draw_phase),
     Picture("razy-run", "loop", motion.draw_loop),
     *(Picture(program, "machine", machine.draw) for program in ("razy-run", "razy-sweep")),
     Picture("razy-modes", "campbell", campbell.draw),
+    Picture("razy-modes", "eigenvalues", eigenvalues.draw),
     Picture("razy-tune", "tuning", tuning.draw),
     Picture("razy-follow", "branches", branches.draw),
     Picture("razy-duel", "work-precision", work_precision.draw),
@@ -86,6 +91,21 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | N
         raise ResultError(f"{result.path}: a quantity and a second file go with branches of razy-follow alone")
     with look():
         fitting[kind].draw(result, figure, options)
+
+
+def draw_several(
+    results: Sequence[ResultFile],
+    figure: Figure,
+    options: PlotOptions,
+    kind: str | None = None,
+    labels: Sequence[str] = (),
+    arrange: str = "overlay",
+) -> None:
+    """Draw several files in one picture; see `razy_post.plot.several.draw`."""
+    if kind is None:
+        kind = "contacts" if isinstance(results[0], SweepResult) and results[0].contacts else "time"
+    with look():
+        several.draw(results, figure, options, kind, labels, arrange)
 
 
 def _default_kind(result: ResultFile, first: str) -> str:

@@ -15,16 +15,17 @@ CLASSES = (
     ("9 to 32", "#e0a060"),
     ("not periodic", "#c1272d"),
     ("not determined", "#ffffff"),
+    ("not settled", "#b0b0b0"),
 )
 COLOURS = ListedColormap([colour for _, colour in CLASSES])
 NORM = BoundaryNorm(np.arange(len(CLASSES) + 1) - 0.5, len(CLASSES))
 
 
 def classes_of(period: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the index into `CLASSES` of each period; 0 is not periodic, below it not determined."""
+    """Return the index into `CLASSES` of each period; 0 is not periodic, -1 not determined, -2 not settled."""
     index = np.searchsorted([1, 2, 3, 4, 8, 32], period, side="left")
     index = np.where(period == 0, 6, index)
-    return np.where(period < 0, 7, index)
+    return np.where(period < 0, np.where(period == -2, 8, 7), index)
 
 
 def legend(axes: Axes, classes: NDArray[np.int64]) -> None:

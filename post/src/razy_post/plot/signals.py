@@ -13,6 +13,8 @@ from razy_post.plot.units import per_second, readable_name
 from razy_post.read import Quantity, RunResult
 
 CHUNK_TIMES = 1 << 18
+# Displacements that are smaller than this beside the largest are rounding.
+ROUNDING = 1e-12
 
 Reader = Callable[[slice], NDArray[np.float64]]
 Pair = tuple[NDArray[np.float64], NDArray[np.float64]]
@@ -71,7 +73,7 @@ def signals(result: RunResult, options: PlotOptions, most: int) -> list[Signal]:
         ]
     make, names, option = _observable, result.observables, "--observable"
     if not names:
-        make, names, option = _coordinate, result.coordinates, "--coordinate"
+        make, names, option = _coordinate, _moving(result), "--coordinate"
     if not names:
         raise ResultError(f"{result.path}: missing datasets '/observable/<name>' and '/state/displacement'")
     if len(names) > most:
@@ -81,6 +83,23 @@ def signals(result: RunResult, options: PlotOptions, most: int) -> list[Signal]:
             stacklevel=2,
         )
     return [make(result, name) for name in names[:most]]
+
+
+def _moving(result: RunResult) -> tuple[str, ...]:
+    """Return the coordinates that move, beside the largest of their unit, by more than rounding."""
+    part = slice(0, result.time.size)
+    largest: dict[str, tuple[str, float]] = {}
+    for name in result.coordinates:
+        sizes = [float(np.nanmax(np.abs(result.displacement(name, p)), initial=0.0)) for p in _pieces(part)]
+        largest[name] = result.coordinate_quantity(name).units, max(sizes, default=0.0)
+    tops: dict[str, float] = {}
+    for unit, size in largest.values():
+        tops[unit] = max(tops.get(unit, 0.0), size)
+    if "m" in tops and "rad" in tops:
+        # A rotation that is rounding has no larger one beside it: over a length of 1 m it would be a displacement.
+        tops["rad"] = max(tops["rad"], tops["m"])
+    moving = tuple(name for name, (unit, size) in largest.items() if size > ROUNDING * tops[unit])
+    return moving or result.coordinates
 
 
 def force_loop(result: RunResult, options: PlotOptions) -> Signal:

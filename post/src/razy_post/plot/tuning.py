@@ -48,7 +48,11 @@ def draw(result: TuneResult, figure: Figure, options: PlotOptions) -> None:
         Line2D([], [], color=style.BLACK, linewidth=1.2, label=result.mode or "mode tuned"),
         Line2D([], [], color=style.GREY, label="other modes"),
         Line2D(
-            [], [], color=style.RED, linewidth=0.5, label=f"{result.goal:g} Hz at {result.optimum * scale.factor:.6g}"
+            [],
+            [],
+            color=style.RED,
+            linewidth=0.5,
+            label=f"{result.goal:g} Hz at {result.optimum * scale.factor:.6g} {scale.unit}",
         ),
     ]
     style.set_footer(figure, result, options)

@@ -13,6 +13,21 @@ PREFIXED_UNITS = ("m", "s", "rad", "N", "Pa", "Hz", "W", "J", "V", "A")
 NO_LARGE_PREFIX = ("m", "s", "rad")
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
+# Parameters of the namelist whose names alone do not say what they are.
+PARAMETERS = {
+    "exciter.frequency": "frequency of the exciter",
+    "gear_mesh.backlash": "backlash",
+    "load.amplitude": "amplitude of the load",
+    "load.frequency": "frequency of the load",
+    "load.value": "load",
+    "reduction.modes": "modes kept of each part",
+    "rotation.speed_rpm": "speed",
+    "spring.stiffness": "stiffness of the spring",
+    "stop.clearance": "clearance of the stop",
+    "stop.restitution": "coefficient of restitution",
+    "stop.stiffness": "stiffness of the stop",
+}
+
 # Letters on a line of the label of a panel in a column.
 LABEL_WIDTH = 26
 
@@ -69,10 +84,18 @@ def readable_name(quantity: Quantity) -> str:
     name = quantity.long_name or quantity.name
     if " " in name or "$" in name:
         return name
+    name = re.sub(r"\(\d+\)", "", name).replace("%", ".")
+    if name in PARAMETERS:
+        return PARAMETERS[name]
     words = re.split(r"[.%_]", name)
     if len(words) > 1 and words[-1] == quantity.units:
         words.pop()
     return " ".join(words)
+
+
+def in_words(name: str) -> str:
+    """Return a name of the namelist in words: ``table_pallet_left`` becomes ``table pallet left``."""
+    return re.sub(r"[._]+", " ", name)
 
 
 def axis_label(quantity: Quantity, scale: Scale, width: int | None = None) -> str:

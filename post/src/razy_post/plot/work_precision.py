@@ -21,7 +21,7 @@ def draw(result: DuelResult, figure: Figure, options: PlotOptions) -> None:
     series = result.series
     _panel(left, series, [one.error for one in series], "largest relative error of a displacement")
     if result.reference_error > 0:
-        left.axhline(result.reference_error, color=style.GREY, linestyle=":", linewidth=0.8)
+        left.axhline(result.reference_error, color=style.GREY, linestyle=":", linewidth=0.8, label="error of exact")
     _panel(right, series, [one.event_time_error for one in series], "largest error of an event time, s")
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=7)
     style.set_footer(figure, result, options)
@@ -32,6 +32,9 @@ def _panel(axes: Axes, series: list[Series], errors: list[NDArray[np.float64]], 
     colours = (style.BLACK, *style.EVENT_COLOURS)
     for i, (one, error) in enumerate(zip(series, errors, strict=True)):
         colour = colours[i % len(colours)]
+        if one.name == "exact" and not np.any(error > 0.0):
+            # It is the reference itself, so it has no measured error.
+            continue
         good = np.isfinite(error)
         whole = good & (one.event_surplus == 0)
         line = {"color": colour, "marker": MARKERS[i % len(MARKERS)], "markersize": 3.5, "linewidth": 0.7}

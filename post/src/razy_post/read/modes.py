@@ -26,6 +26,16 @@ class ModesResult(ResultFile):
         return self._table("frequency")
 
     @property
+    def eigenvalue(self) -> NDArray[np.complex128]:
+        """Eigenvalues over the speed, in the order of `frequency`, 1/s, shape (speeds, modes)."""
+        values = self._read("eigenvalue")
+        if values.shape != (*self.frequency.shape, 2):
+            raise ResultError(
+                f"{self.path}: dataset 'eigenvalue' has shape {values.shape}, expected (speeds, modes, 2)"
+            )
+        return values[..., 0] + 1j * values[..., 1]
+
+    @property
     def branch(self) -> NDArray[np.float64]:
         """Branch of each frequency, NaN where a speed has fewer modes, shape (speeds, modes)."""
         return self._table("branch")

@@ -180,7 +180,7 @@ class SweepResult(ExtremaFile):
     def period(self) -> NDArray[np.int64] | None:
         """Period of each motion in periods of the excitation, shape (points,); None if the file has none.
 
-        0: not periodic within 32 periods; -1: not determined.
+        0: not periodic within 32 periods; -1: not determined; -2: not settled.
         """
         return self._counter("period")
 

@@ -1,0 +1,268 @@
+"""The manifest of a report, read from TOML and checked before anything runs."""
+
+import tomllib
+from collections.abc import Iterator
+from dataclasses import MISSING, dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from razy_post.errors import ResultError
+from razy_post.plot import ARRANGEMENTS, PICTURES
+
+AGREES, CONTRADICTS, UNDECIDED, CHOSEN, FAILED = "agrees", "contradicts", "cannot be decided", "chosen here", "failed"
+VERDICTS = (AGREES, CONTRADICTS, UNDECIDED, CHOSEN)
+PROGRAMS = ("run", "sweep", "modes", "tune", "duel")
+REDUCTIONS = (
+    "first",
+    "last",
+    "max",
+    "min",
+    "mean",
+    "median",
+    "sum",
+    "count",
+    "share",
+    "spread",
+    "share_positive",
+    "max_over_min",
+    "last_over_first",
+)
+CONDITIONS = ("==", "!=", "<", "<=", ">", ">=")
+SEVERAL = {"run": ("time", "phase", "loop"), "sweep": ("column", "contacts")}
+
+
+@dataclass(frozen=True)
+class Case:
+    """An input with options, computed by one program; `quick` are further options of a quick report."""
+
+    input: str
+    program: str
+    name: str = ""
+    set: tuple[str, ...] = ()
+    quick: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A picture of one case or of several; by default of the first case of its item."""
+
+    cases: tuple[str, ...] = ()
+    kind: str = ""
+    arrange: str = "overlay"
+    labels: tuple[str, ...] = ()
+    observables: tuple[str, ...] = ()
+    coordinates: tuple[str, ...] = ()
+    start: float | None = None
+    stop: float | None = None
+    title: str | None = None
+    size: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Table:
+    """Datasets of one case as columns of a table, at most `rows` long, in descending order of one of them if asked."""
+
+    datasets: tuple[str, ...]
+    heads: tuple[str, ...]
+    case: str = ""
+    digits: int = 4
+    rows: int = 20
+    order: int = 0
+    magnitude: bool = False
+    number: bool = False
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number that is read from a case, and what it should be.
+
+    Of `dataset`, or of one `column` along its last dimension, the values with `index` are taken, or those for which all
+    `where` (dataset, condition, value) hold; less or over the same of another case where `minus` or `over` names one;
+    then reduced to one number, times `scale`. With `reduced` the other case is reduced first.
+    """
+
+    text: str
+    dataset: str
+    case: str = ""
+    index: tuple[int, ...] | None = None
+    column: int | None = None
+    where: tuple[tuple[str, str, float], ...] = ()
+    magnitude: bool = False
+    reduce: str = "first"
+    minus: str | None = None
+    over: str | None = None
+    reduced: bool = False
+    scale: float = 1.0
+    digits: int = 4
+    should_be: float | None = None
+    tolerance: float | None = None
+    at_least: float | None = None
+    at_most: float | None = None
+
+    @property
+    def decides(self) -> bool:
+        """Whether something is said of what it should be."""
+        return (self.should_be, self.at_least, self.at_most) != (None, None, None)
+
+
+@dataclass(frozen=True)
+class Item:
+    """A figure, table or statement of the source.
+
+    `verdict` is said where no number decides; `expected` is what the verdict is to be, or the report fails.
+    """
+
+    name: str
+    caption: str
+    caption_cs: str = ""
+    source: str = ""
+    note: str = ""
+    verdict: str = ""
+    expected: str = ""
+    case: tuple[Case, ...] = ()
+    plot: tuple[Plot, ...] = ()
+    table: tuple[Table, ...] = ()
+    number: tuple[Number, ...] = ()
+
+    def case_called(self, name: str) -> Case:
+        """Return a case by its name; the first if the name is empty."""
+        return next(case for case in self.case if not name or case.name == name)
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """A report; inputs are relative to `folder`."""
+
+    title: str
+    item: tuple[Item, ...]
+    introduction: str = ""
+    folder: Path = field(default=Path())
+
+
+class ManifestError(ResultError):
+    """What is wrong with a manifest, a line for each thing."""
+
+
+def read_manifest(path: Path) -> Manifest:
+    """Read a manifest, or the ``report.toml`` of a folder; a `ManifestError` says all that is wrong."""
+    if path.is_dir():
+        path = path / "report.toml"
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as cause:
+        raise ManifestError(f"{path}: {cause.strerror}") from cause
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as cause:
+        raise ManifestError(f"{path}: {cause}") from cause
+    problems: list[str] = []
+    manifest = _make(Manifest, {**data, "folder": path.parent}, "", problems)
+    if not problems:
+        problems = list(_problems(manifest))
+    if problems:
+        raise ManifestError("\n".join(f"{path}: {problem}" for problem in problems))
+    return manifest
+
+
+PARTS = {"item": Item, "case": Case, "plot": Plot, "table": Table, "number": Number}
+
+
+def _make(kind: type, data: dict[str, Any], where: str, problems: list[str]) -> Any:
+    """Make an object of a table of the manifest; note what is wrong with it."""
+    known = {one.name: one for one in fields(kind)}
+    for key in data:
+        if key not in known:
+            problems.append(f"{where}unknown key '{key}' (known: {', '.join(k for k in known if k != 'folder')})")
+    needed = [one.name for one in known.values() if one.default is MISSING and one.default_factory is MISSING]
+    missing = [key for key in needed if key not in data]
+    problems.extend(f"{where}'{key}' is missing" for key in missing)
+    if missing:
+        return None
+    values = {}
+    for key, value in data.items():
+        if key in known:
+            values[key] = _value(known[key].type, key, value, f"{where}{data.get('name', '')} ".lstrip(), problems)
+    return kind(**values)
+
+
+def _value(wanted: Any, key: str, value: Any, where: str, problems: list[str]) -> Any:
+    if key in PARTS and isinstance(value, list):
+        parts = (f"{where}{key} {number}: " for number in range(1, len(value) + 1))
+        return tuple(_make(PARTS[key], part, at, problems) for part, at in zip(value, parts, strict=True))
+    text = str(wanted)
+    fits = (
+        (isinstance(value, list) and "tuple" in text)
+        or (isinstance(value, bool) and "bool" in text)
+        or (isinstance(value, str) and "str" in text and "tuple" not in text)
+        or (isinstance(value, int) and not isinstance(value, bool) and ("int" in text or "float" in text))
+        or (isinstance(value, float) and "float" in text and "tuple" not in text)
+        or isinstance(value, Path)
+    )
+    if not fits:
+        problems.append(f"{where}{key} = {value!r}: has to be {getattr(wanted, '__name__', text)}")
+    return tuple(tuple(v) if isinstance(v, list) else v for v in value) if isinstance(value, list) else value
+
+
+def _problems(manifest: Manifest) -> Iterator[str]:
+    names = [item.name for item in manifest.item]
+    for item in manifest.item:
+        at = f"item {item.name}: "
+        if names.count(item.name) > 1:
+            yield at + "the name is given twice"
+        for key in ("verdict", "expected"):
+            if getattr(item, key) and getattr(item, key) not in VERDICTS:
+                yield f"{at}{key} = '{getattr(item, key)}': one of {', '.join(VERDICTS)}"
+        for case in item.case:
+            if case.program not in PROGRAMS:
+                yield f"{at}program = '{case.program}': one of {', '.join(PROGRAMS)}"
+            if not (manifest.folder / case.input).is_file():
+                yield f"{at}input = '{case.input}': no such file"
+        called = {case.name for case in item.case}
+        if len(called) < len(item.case):
+            yield at + "two cases have the same name"
+        for plot in item.plot:
+            yield from (at + problem for problem in _plot_problems(item, plot, called))
+        for part in (*item.number, *item.table):
+            for case in (part.case, getattr(part, "minus", None), getattr(part, "over", None)):
+                if case and case not in called:
+                    yield f"{at}no case '{case}'"
+            if not item.case:
+                yield f"{at}numbers and tables need a case"
+        yield from (at + problem for number in item.number for problem in _number_problems(number))
+        for table in item.table:
+            if len(table.heads) != len(table.datasets) or not table.datasets:
+                yield f"{at}a table has one head for each dataset"
+        if not item.verdict and not any(number.decides for number in item.number):
+            yield f"{at}neither a verdict nor a number that decides one"
+
+
+def _plot_problems(item: Item, plot: Plot, called: set[str]) -> Iterator[str]:
+    unknown = [case for case in plot.cases if case not in called]
+    for case in unknown:
+        yield f"no case '{case}'"
+    if plot.arrange not in ARRANGEMENTS:
+        yield f"arrange = '{plot.arrange}': one of {', '.join(ARRANGEMENTS)}"
+    if unknown or not item.case:
+        return
+    programs = {item.case_called(case).program for case in plot.cases or ("",)}
+    if len(programs) > 1:
+        yield "a picture of files of different programs"
+        return
+    (program,) = programs
+    kinds = SEVERAL.get(program, ()) if len(plot.cases) > 1 else _kinds(program)
+    if (plot.kind and plot.kind not in kinds) or not kinds:
+        yield f"kind = '{plot.kind}': no such picture of razy-{program} (has: {', '.join(kinds) or 'none of several'})"
+
+
+def _kinds(program: str) -> tuple[str, ...]:
+    return tuple(picture.kind for picture in PICTURES if picture.program == f"razy-{program}")
+
+
+def _number_problems(number: Number) -> Iterator[str]:
+    if number.reduce not in REDUCTIONS:
+        yield f"reduce = '{number.reduce}': one of {', '.join(REDUCTIONS)}"
+    if number.should_be is not None and number.tolerance is None:
+        yield f"'{number.text}': should_be needs a tolerance"
+    for condition in number.where:
+        if len(condition) != 3 or condition[1] not in CONDITIONS:
+            yield f"'{number.text}': where is a list of [dataset, one of {' '.join(CONDITIONS)}, value]"

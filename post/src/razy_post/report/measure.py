@@ -1,0 +1,137 @@
+"""Numbers and tables out of result files, and the verdict that follows."""
+
+import operator
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from razy_post.errors import ResultError
+from razy_post.read.file import open_hdf5
+from razy_post.report.cases import Done
+from razy_post.report.manifest import AGREES, CONTRADICTS, FAILED, Item, Number, Table
+
+COMPARE = {
+    "==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A number as it was found; `holds` is None where nothing is said of what it should be."""
+
+    number: Number
+    value: float
+    holds: bool | None
+    problem: str = ""
+
+    @property
+    def wanted(self) -> str:
+        """What it should be, in words."""
+        number, parts = self.number, []
+        if number.should_be is not None:
+            parts.append(f"{number.should_be:g} ± {number.tolerance:g}")
+        if number.at_least is not None:
+            parts.append(f"at least {number.at_least:g}")
+        if number.at_most is not None:
+            parts.append(f"at most {number.at_most:g}")
+        return ", ".join(parts)
+
+
+def measure(item: Item, done: Mapping[str, Done]) -> list[Measured]:
+    """Read all numbers of an item; `done` holds its cases by name."""
+    return [_measured(item, number, done) for number in item.number]
+
+
+def verdict(item: Item, measured: list[Measured], problems: list[str]) -> str:
+    """Return what the item says of the source."""
+    if problems or any(one.problem for one in measured):
+        return FAILED
+    if item.verdict:
+        return item.verdict
+    return AGREES if all(one.holds for one in measured if one.holds is not None) else CONTRADICTS
+
+
+def table_rows(table: Table, file: h5py.File) -> list[list[str]]:
+    """Return the rows of a table as text."""
+    columns = [_values(file, name).reshape(-1) for name in table.datasets]
+    if table.magnitude:
+        columns = [np.abs(column) for column in columns]
+    count = min(column.size for column in columns)
+    rows = np.arange(count)
+    if table.order:
+        rows = np.argsort(-columns[table.order - 1][:count], kind="stable")
+    texts = [[f"{column[row]:.{table.digits}f}".rstrip("0").rstrip(".") for column in columns] for row in rows]
+    if table.number:
+        texts = [[*text, str(row + 1)] for text, row in zip(texts, rows, strict=True)]
+    return texts[: table.rows]
+
+
+def _measured(item: Item, number: Number, done: Mapping[str, Done]) -> Measured:
+    try:
+        value = _read(item, number, done)
+    except (ResultError, ValueError, IndexError, KeyError) as cause:
+        return Measured(number, np.nan, False if number.decides else None, str(cause))
+    holds = None
+    if number.decides:
+        holds = (
+            (number.should_be is None or abs(value - number.should_be) <= number.tolerance)
+            and (number.at_least is None or value >= number.at_least)
+            and (number.at_most is None or value <= number.at_most)
+        )
+    return Measured(number, value, holds)
+
+
+def _read(item: Item, number: Number, done: Mapping[str, Done]) -> float:
+    values = _selected(number, done[item.case_called(number.case).name])
+    if number.reduced:
+        values = np.atleast_1d(_reduce(values, number))
+    for other, combine in ((number.minus, np.subtract), (number.over, np.divide)):
+        if other is not None:
+            beside = _selected(number, done[other])
+            values = combine(values, _reduce(beside, number) if number.reduced else beside)
+    if number.magnitude:
+        values = np.abs(values)
+    scale = 1.0 if number.reduced and number.over else number.scale
+    return float(values[0] if number.reduced else _reduce(values, number)) * scale
+
+
+def _selected(number: Number, case: Done) -> NDArray[np.float64]:
+    with open_hdf5(case.file) as file:
+        values = _values(file, number.dataset)
+        if number.column is not None:
+            values = values[..., number.column]
+        elif values.ndim > 1 and values.shape[-1] == 1:
+            values = values[..., 0]
+        if number.index is not None:
+            values = np.atleast_1d(values[number.index])
+        keep = np.ones(values.shape, dtype=bool)
+        for name, condition, bound in number.where:
+            keep &= COMPARE[condition](_values(file, name).reshape(values.shape), bound)
+        if number.reduce == "share":
+            return keep.astype(np.float64)
+        return values[keep]
+
+
+def _values(file: h5py.File, name: str) -> NDArray[np.float64]:
+    if not isinstance(file.get(name), h5py.Dataset):
+        raise ResultError(f"no dataset '{name}'")
+    return np.atleast_1d(np.asarray(file[name][()], dtype=np.float64))
+
+
+def _reduce(values: NDArray[np.float64], number: Number) -> float:
+    if number.reduce == "count":
+        return values.size
+    if values.size == 0:
+        raise ResultError(f"{number.dataset}: no value to take the {number.reduce} of")
+    return {
+        "first": lambda: values.flat[0],
+        "last": lambda: values.flat[-1],
+        "spread": lambda: np.ptp(values),
+        "share": values.mean,
+        "share_positive": lambda: np.mean(values > 0.0),
+        "max_over_min": lambda: values.max() / values.min(),
+        "last_over_first": lambda: values.flat[-1] / values.flat[0],
+    }.get(number.reduce, lambda: getattr(np, number.reduce)(values))()

@@ -1,0 +1,128 @@
+"""Motions that would not end, and numbers that no machine has: each ends at once, right or with what is wrong."""
+
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from faults import kill_all, points_done, processes_of, wait_for
+from programs import SOURCE, command, folder_of_openblas, sets, start, succeed
+
+CASE = """
+&scene   kind='lumped', title='Mass against a stop' /
+&mass    name='block', value=2.0 /
+&spring  between='block','frame', stiffness=2.0e4, damping=8.0 /
+&stop    name='bumper', between='block','frame', clearance=1.0e-3, stiffness=1.0e6, damping=50.0 /
+&load    on='block', amplitude=30.0, frequency=14.0 /
+&motion  t_end=4.0, start='zero' /
+&record  observable='displacement', what='extrema', from=3.0 /
+&sweep   parameter='load%frequency', first=8.0, last=30.0, points=5 /
+"""
+LONG = sets(load__frequency=1e6, motion__max_steps=2000000000)
+AT_ONCE = 20
+WITH_OPENBLAS = pytest.mark.skipif(folder_of_openblas() is None, reason="no OpenBLAS beside the BLAS of this machine")
+
+
+@pytest.fixture
+def case(folder):
+    path = folder / "case.nml"
+    path.write_text(CASE)
+    return path
+
+
+def single(path, name):
+    with h5py.File(path) as file:
+        return file[name][()].reshape(-1)[0]
+
+
+@pytest.mark.parametrize("mass", [1e-12, 1e-20, 1e-30])
+def test_a_body_almost_without_mass_is_followed(case, mass):
+    succeed("razy-run", case, *sets(mass__value=mass), timeout=AT_ONCE)
+    with h5py.File("case.h5") as file:
+        extrema = file["extrema/displacement/value"][:]
+    # Without inertia the force of spring and dampers is that of the load.
+    reach = 30.0 / np.hypot(2.0e4, 8.0 * 2 * np.pi * 14.0)
+    assert extrema.min() == pytest.approx(-reach, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("values", "key"),
+    [
+        ({"mass__value": 1e-308}, "mass%value = 1e-308: is less than 1e-30"),
+        ({"load__amplitude": 1e200}, "load%amplitude = 1e+200: is beyond 1e30"),
+        ({"load__frequency": 1e300}, "load%frequency = 1e+300: is beyond 1e30"),
+        (
+            {"record__interval": 1e-300, "record__what": "'trajectory'"},
+            "interval = 1e-300: longer: the trajectory would",
+        ),
+        ({"record__interval": 1e-9, "record__what": "'trajectory'"}, "interval = 1e-09: longer: the trajectory would"),
+    ],
+)
+def test_numbers_that_no_machine_has_are_refused(case, values, key):
+    done = start("razy-run", case, *sets(**values), timeout=AT_ONCE)
+    assert done.returncode == 2 and key in done.stderr and len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize("values", [{"load__frequency": 1e12}, {"load__frequency": 1e18}, {"spring__stiffness": 1e25}])
+def test_a_motion_too_fast_to_reach_its_end_says_so_at_once(case, values):
+    done = start("razy-run", case, *sets(**values), timeout=AT_ONCE)
+    assert done.returncode == 1 and "step limit reached" in done.stderr
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853", "moreau_jean"])
+def test_steps_and_time_are_limited(case, integrator):
+    method = {"motion__integrator": f"'{integrator}'", "load__frequency": 1e5}
+    if integrator == "moreau_jean":
+        method["motion__step"] = 1e-7
+    done = start("razy-run", case, *sets(**method, motion__max_steps=2000), timeout=AT_ONCE)
+    assert done.returncode == 1 and "step limit reached" in done.stderr
+    assert single("case.h5", "outcome/steps") <= 2000
+    done = start(
+        "razy-run", case, "--force", *sets(**method, motion__t_end=4000, motion__max_seconds=0.3), timeout=AT_ONCE
+    )
+    assert done.returncode == 1 and "time limit reached" in done.stderr
+
+
+# An mpirun that gets SIGTERM kills its ranks.
+@pytest.mark.parametrize(("ranks", "number"), [(None, signal.SIGTERM), (None, signal.SIGUSR1), (2, signal.SIGUSR1)])
+@pytest.mark.parametrize("threads", [False, pytest.param(True, marks=WITH_OPENBLAS)])
+def test_a_signal_ends_a_sweep_in_the_middle_of_a_motion(case, ranks, number, threads, monkeypatch):
+    if threads:
+        monkeypatch.setenv("LD_LIBRARY_PATH", str(folder_of_openblas()))
+        monkeypatch.setenv("OPENBLAS_NUM_THREADS", "4")
+    words = command(
+        "razy-sweep", case, *LONG, *sets(sweep__first=1e6, sweep__last=1.1e6, motion__t_end=400), ranks=ranks
+    )
+    with Path("log").open("w") as log:
+        process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True)
+    try:
+        wait_for(lambda: Path("case.h5.checkpoint").exists(), "the sweep does not begin")
+        time.sleep(0.5)
+        assert len(processes_of(process.pid)) == (ranks or 1)
+        process.send_signal(number)
+        assert process.wait(timeout=AT_ONCE) == 3
+        assert points_done(Path("log").read_text()) == 0
+    finally:
+        kill_all(process)
+
+
+def test_a_signal_ends_a_forecast(case):
+    words = command(
+        "razy-sweep", case, "--dry-run", *LONG, *sets(sweep__first=1e6, sweep__last=1.1e6, motion__t_end=400)
+    )
+    with subprocess.Popen(
+        words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    ) as process:
+        time.sleep(1.0)
+        process.send_signal(signal.SIGTERM)
+        assert process.communicate(timeout=AT_ONCE)[0] == ""
+        assert process.returncode == 3
+
+
+def test_a_damping_ratio_beyond_sense_is_refused():
+    path = SOURCE / "inputs" / "thesis" / "fig_4_21.nml"
+    done = start("razy-sweep", path, "--set", "shaft(1)%damping_ratio=1e20", timeout=AT_ONCE)
+    assert done.returncode == 2 and "must be a real number from 0.0 to 1000000.0" in done.stderr

@@ -1,0 +1,98 @@
+"""No output destroys anything: not what the command reads, nor another of its files, nor what is no file."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from faults import CHECKPOINT, Sweep, kill_all
+from programs import GEAR_PAIR, PATIENCE, SOURCE, left, sets, start, succeed
+
+SHORT = sets(motion__t_end=0.02, record__from=0.01, sweep__step=400)
+
+
+@pytest.fixture(params=["razy-run", "razy-sweep", "razy-modes"])
+def program(request):
+    return request.param
+
+
+@pytest.fixture
+def case():
+    path = Path("case.nml")
+    path.write_text(GEAR_PAIR.read_text())
+    return path
+
+
+def refused(done, *words):
+    assert done.returncode == 2, done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    for word in words:
+        assert word in done.stderr
+
+
+@pytest.mark.parametrize("name", ["case.nml", "./case.nml", "../same/case.nml"])
+def test_the_input_is_not_the_output(program, case, name, tmp_path):
+    Path("../same").symlink_to(tmp_path)
+    try:
+        before = case.read_text()
+        refused(start(program, case, *SHORT, "--force", "--output", name), "case.nml")
+        assert case.read_text() == before
+    finally:
+        Path("../same").unlink()
+
+
+def test_what_is_no_file_is_not_replaced(program, case):
+    os.mkfifo("pipe")
+    Path("link").symlink_to("case.nml")
+    Path("dangling").symlink_to("nothing")
+    for name in ("pipe", "link", "dangling", "/dev/null"):
+        for force in ([], ["--force"]):
+            refused(start(program, case, *SHORT, *force, "--output", name, timeout=20), name)
+    assert Path("pipe").is_fifo() and Path("link").is_symlink() and Path("dangling").is_symlink()
+    assert Path("/dev/null").is_char_device()
+    assert left() == ["case.nml", "dangling", "link", "pipe"]
+
+
+@pytest.mark.parametrize("log", ["case.nml", "case.h5", "./case.h5.checkpoint"])
+def test_the_log_is_a_file_of_its_own(case, log):
+    before = case.read_text()
+    refused(start("razy-sweep", case, *SHORT, "--log", log), "needs for something else")
+    assert case.read_text() == before and left() == ["case.nml"]
+
+
+def test_a_name_that_leaves_no_room_is_refused_at_once(program, case):
+    refused(start(program, case, *sets(motion__t_end=1e9), "--output", "n" * 245, timeout=20), "244 characters")
+    succeed(program, case, *SHORT, "--output", "n" * 244)
+
+
+def test_what_killed_runs_left_of_this_sweep_goes_with_them():
+    sweep = Sweep(GEAR_PAIR, *sets(sweep__step=8, motion__t_end=0.9))
+    kill_all(sweep.begin(40000))
+    for name in ("case.h5.partial", "case.h5.2.partial", "other.h5.partial"):
+        Path(name).write_text("unfinished")
+    assert sweep.start().returncode == 0
+    sweep.expect_whole()
+    assert CHECKPOINT not in left() and left() == ["case.h5", "log", "other.h5.partial", "whole.h5"]
+
+
+def tool(name, *arguments):
+    code = f"import sys; from razy_post.tools import {name}_main; sys.exit({name}_main())"
+    environment = os.environ | {"PYTHONPATH": str(SOURCE / "post" / "src")}
+    return subprocess.run(
+        [sys.executable, "-c", code, *map(str, arguments)],
+        stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE, env=environment,
+    )  # fmt: skip
+
+
+def test_tools_keep_what_they_read():
+    succeed("razy-sweep", GEAR_PAIR, *SHORT, "--output", "sweep.h5")
+    before = Path("sweep.h5").read_bytes()
+    Path("hard.h5").hardlink_to("sweep.h5")
+    Path("link.csv").symlink_to("sweep.h5")
+    Path("dangling.csv").symlink_to("nothing")
+    for output in ("sweep.h5", "./sweep.h5", "hard.h5", "link.csv", "dangling.csv", "/dev/null"):
+        refused(tool("csv", "sweep.h5", "--output", output, "--force"), output.split("/")[-1])
+        refused(tool("merge", "sweep.h5", "--output", output, "--force"), output.split("/")[-1])
+    assert Path("sweep.h5").read_bytes() == before
+    assert tool("csv", "sweep.h5").returncode == 0

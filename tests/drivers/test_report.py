@@ -1,0 +1,134 @@
+"""razy-report on small manifests, and the manifest of the source."""
+
+import json
+
+from programs import BUILD, SOURCE, plot
+
+CASE = """&scene kind='lumped', title='Free vibration' /
+&mass name='block', value=1.0 /
+&spring between='block','frame', stiffness=100.0 /
+&initial on='block', displacement=1.0 /
+&motion t_end=1.0, start='given' /
+&record observable='state', what='trajectory', interval=0.01 /
+"""
+MANIFEST = """title = "Two items"
+[[item]]
+name = "First"
+caption = "A vibration & its size"
+expected = "agrees"
+[[item.case]]
+name = "one"
+input = "case.nml"
+program = "run"
+[[item.case]]
+name = "two"
+input = "case.nml"
+program = "run"
+set = ["initial%displacement=2"]
+[[item.plot]]
+cases = ["one", "two"]
+kind = "phase"
+[[item.number]]
+text = "largest displacement (m)"
+dataset = "/state/displacement"
+reduce = "max"
+should_be = 1.0
+tolerance = 1e-9
+[[item.number]]
+text = "twice that"
+case = "two"
+dataset = "/state/displacement"
+reduce = "max"
+over = "one"
+reduced = true
+should_be = 2.0
+tolerance = 1e-9
+[[item]]
+name = "Second"
+caption = "Another"
+[[item.case]]
+input = "case.nml"
+program = "run"
+[[item.number]]
+text = "a wrong claim"
+dataset = "/state/displacement"
+at_least = 5.0
+"""
+
+
+def report(*arguments):
+    return plot(*arguments, "--programs", BUILD / "bin", module="razy_post.report.cli")
+
+
+def written(folder, manifest=MANIFEST):
+    (folder / "case.nml").write_text(CASE)
+    (folder / "report.toml").write_text(manifest)
+    return folder
+
+
+def test_page_and_pdf_say_what_agrees(folder):
+    done = report(written(folder), "--output", "out")
+    assert done.returncode == 0, done.stderr
+    page = (folder / "out/report.html").read_text()
+    assert page.count("data:image/png;base64,") == 1
+    assert "1 agrees, 1 contradicts" in page
+    assert "A vibration &amp; its size" in page
+    assert "src='http" not in page
+    assert (folder / "out/report.pdf").read_bytes().startswith(b"%PDF")
+    assert len(list((folder / "out/cases").glob("*.h5"))) == 2
+
+
+def test_what_is_done_is_kept_and_what_changed_is_not(folder):
+    report(written(folder), "--output", "out")
+    assert report(folder, "--output", "out").stdout.count(": kept") == 2
+    (folder / "case.nml").write_text(CASE.replace("100.0", "101.0"))
+    assert report(folder, "--output", "out").stdout.count(": kept") == 0
+
+
+def test_a_failed_case_is_shown_and_the_others_are_done(folder):
+    broken = CASE.replace("100.0", "100.0").replace("t_end=1.0", "t_end=1.0, max_steps=1, integrator='rk4', step=1e-3")
+    (folder / "broken.nml").write_text(broken)
+    manifest = MANIFEST.replace('input = "case.nml"', 'input = "broken.nml"', 1)
+    done = report(written(folder, manifest), "--output", "out")
+    assert done.returncode == 1
+    page = (folder / "out/report.html").read_text()
+    assert "1 contradicts, 1 failed" in page
+    notes = [json.loads(path.read_text()) for path in (folder / "out/cases").glob("*.json")]
+    assert sum(bool(note["problem"]) for note in notes) == 1
+
+
+def test_a_verdict_that_turns_fails(folder):
+    manifest = MANIFEST.replace("should_be = 1.0", "should_be = 3.0")
+    done = report(written(folder, manifest), "--output", "out")
+    assert done.returncode == 1
+    assert "First: contradicts, expected agrees" in done.stderr
+
+
+def test_bad_manifests_are_refused_line_by_line_before_anything_runs(folder):
+    bad = MANIFEST.replace('kind = "phase"', 'kind = "campbell"').replace("reduce =", "reduces =", 1)
+    bad = bad.replace('input = "case.nml"', 'input = "no.nml"', 1)
+    done = report(written(folder, bad), "--output", "out")
+    assert done.returncode == 2
+    assert "unknown key 'reduces'" in done.stderr
+    bad = bad.replace("reduces =", "reduce =")
+    lines = report(written(folder, bad), "--output", "out").stderr.splitlines()
+    assert [line.rsplit("report.toml: ")[-1] for line in lines] == [
+        "item First: input = 'no.nml': no such file",
+        "item First: kind = 'campbell': no such picture of razy-run (has: time, phase, loop)",
+    ]
+    (folder / "bad.toml").write_text("title = ")
+    assert "bad.toml: " in report("bad.toml").stderr
+    done = report(written(folder, MANIFEST.replace("initial%displacement=2", "initial%place=2")), "--output", "out")
+    assert done.returncode == 2
+    assert "item First: " in done.stderr
+    assert not (folder / "out").exists()
+
+
+def test_every_input_and_picture_of_the_source_exists():
+    from razy_post.report.manifest import read_manifest
+
+    manifest = read_manifest(SOURCE / "inputs/thesis")
+    used = {case.input for item in manifest.item for case in item.case}
+    assert used == {path.name for path in (SOURCE / "inputs/thesis").glob("*.nml")}
+    assert all(item.verdict or item.expected or item.name == "Figure 4.18" for item in manifest.item)
+    assert all(item.caption_cs for item in manifest.item)

@@ -1,0 +1,82 @@
+"""Motions that settle: what has a period and what is on its way; tuned machines; time of points."""
+
+import h5py
+import numpy as np
+import pytest
+from programs import SOURCE, sets, start, succeed
+
+NOT_SETTLED = -2
+# A linear machine whose transient dies away to near the tolerance by the end of the motion.
+LINEAR = """&scene kind='lumped', title='linear' /
+&mass name='block', value=1.0 /
+&spring between='block','frame', stiffness=1.0e5, damping_factor=1.4e-4 /
+&load on='block', amplitude=1.0, frequency=310.0 /
+&motion t_end=2.0, start='zero' /
+&record observable='displacement', what='extrema', from=1.9 /
+&sweep parameter='load%frequency', first=290.0, last=340.0, step=0.5 /
+"""
+
+
+def swept(case, *arguments):
+    succeed("razy-sweep", case, "--output", "swept.h5", "--force", *arguments)
+    with h5py.File("swept.h5") as file:
+        return {name: file["point"][name][()] for name in file["point"] if file["point"][name].ndim == 1}
+
+
+@pytest.fixture
+def linear(folder):
+    path = folder / "linear.nml"
+    path.write_text(LINEAR)
+    return path
+
+
+def test_a_transient_is_no_period(linear):
+    """From 296 to 306.5 Hz it repeats itself within the tolerance after six periods."""
+    assert set(swept(linear)["period"]) == {NOT_SETTLED}
+
+
+def test_a_motion_is_followed_until_it_is_periodic(linear):
+    longer = sets(sweep__until_periodic=True, motion__t_end=8.0, record__from=7.9)
+    point = swept(linear, *longer)
+    assert set(point["period"]) == {1}
+    assert 2.0 < point["duration"].max() < 8.0
+
+
+def test_the_extrema_are_those_of_the_end_of_the_motion(linear):
+    swept(linear, *sets(sweep__until_periodic=True, motion__t_end=8.0, record__from=7.9))
+    with h5py.File("swept.h5") as file:
+        times, offset = file["extrema/displacement/time"][:], file["extrema/displacement/offset"][:]
+        duration = file["point/duration"][:]
+    first, last = times[offset[:-1]], times[offset[1:] - 1]
+    assert np.all(first >= duration - 0.1)
+    assert np.all(last <= duration)
+
+
+def test_gear_pair_has_its_periods_and_no_others_before_teeth_part():
+    case = SOURCE / "inputs/thesis/fig_4_6.nml"
+    point = swept(case, *sets(sweep__last=1100.0, sweep__step=20.0))
+    assert set(point["period"]) <= {1, NOT_SETTLED}
+
+
+def test_until_periodic_needs_the_kind_of_motion(linear):
+    done = start("razy-sweep", linear, "--check", *sets(sweep__until_periodic=True, sweep__kind_of_motion=False))
+    assert done.returncode == 2
+    assert "&sweep until_periodic" in done.stderr
+
+
+def test_the_press_is_tuned_at_each_frequency():
+    case = SOURCE / "inputs/thesis/fig_4_30.nml"
+    few = sets(sweep__step=10.0, motion__t_end=0.3, tune__apply=True)
+    few += [word for i in (1, 2, 3) for word in ("--set", f"record({i})%from=0.2")]
+    tuned = swept(case, *few)["tuned"]
+    for frequency, value in zip((40.0, 50.0, 60.0), tuned, strict=True):
+        alone = ["--set", f"tune%frequency={frequency}", "--output", "tuned.h5", "--force"]
+        succeed("razy-tune", case, *alone)
+        with h5py.File("tuned.h5") as file:
+            assert file["optimum"][()] == pytest.approx(value, rel=1e-9)
+    assert "tuned" not in swept(case, *few, *sets(tune__apply=False))
+
+
+def test_time_of_points_is_stored_when_asked(linear):
+    assert "processor_time" not in swept(linear)
+    assert np.all(swept(linear, *sets(sweep__processor_time=True))["processor_time"] >= 0.0)
