@@ -47,7 +47,7 @@ def test_curves_are_full_where_stable_and_dashed_elsewhere(follow):
     at = np.flatnonzero(x == x[-1])
     assert sorted(y[at]) == pytest.approx([-6.9, -5.9, 5.9, 6.9])
     assert axes.get_ylabel() == "displacement of block (mm)"
-    assert axes.get_xlabel() == "load frequency (Hz)"
+    assert axes.get_xlabel() == "frequency of the load (Hz)"
     dashes = {item.get_label(): item.get_linestyle() for item in axes.get_lines()}
     assert dashes["period 1, stable"] == "-" and dashes["period 1, unstable"] == "--"
 
@@ -171,10 +171,10 @@ def test_points_of_a_sweep_below(tmp_path, follow):
     ("arguments", "message"),
     [
         (["{follow}", "{other}"], "sweeps over load.value; the branches of {follow} are over load.frequency"),
-        (["{follow}", "{follow}"], "a file of razy-follow; the second file is one of razy-sweep"),
-        (["{sweep}", "{follow}"], "the second file is one of razy-sweep"),
-        (["{sweep}", "{sweep}"], "a second file go with branches of razy-follow alone"),
-        (["{sweep}", "--quantity", "largest"], "go with branches of razy-follow alone"),
+        (["{other}", "{follow}"], "sweeps over load.value; the branches of {follow} are over load.frequency"),
+        (["{follow}", "{follow}"], "a file of razy-follow; beside branches goes one of razy-sweep"),
+        (["{sweep}", "{sweep}", "--quantity", "largest"], "--quantity goes with branches of razy-follow alone"),
+        (["{sweep}", "--quantity", "largest"], "--quantity goes with branches of razy-follow alone"),
         (["{follow}", "--quantity", "size"], "invalid choice"),
         (["{follow}", "{sweep}", "--quantity", "multiplier"], "multipliers belong to no observable"),
         (["{follow}", "--coordinate", "block"], "no coordinates"),
