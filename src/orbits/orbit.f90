@@ -33,7 +33,8 @@ module razy_orbits_orbit
       real(wp) :: step = 1.0e-5_wp
       !> Correction with which Newton's method may end, and distance at which what lies beside a change of contacts is told
       !> apart from it, relative to the state.
-      real(wp) :: accuracy = 1.0e-9_wp, resolution = 0.0_wp
+      real(wp), private :: accuracy = 1.0e-9_wp
+      real(wp) :: resolution = 0.0_wp
       !> Scales of displacements, velocities and the parameter; period, s, where there is no excitation (also its scale).
       real(wp) :: displacement = 1.0_wp, velocity = 1.0_wp, range = 1.0_wp, period = 0.0_wp
       !> The section, without excitation: x0 and v, in scaled unknowns.
