@@ -40,7 +40,7 @@ module razy_orbits_branch
    end type branch_t
 
    !> Steps in scaled unknowns; the largest angle between tangents, as its cosine; changes of the sequence looked for in one step.
-   real(wp), parameter :: first_step = 2.0e-3_wp, largest_step = 1.0e-2_wp, least_step = 1.0e-9_wp, least_cosine = 0.95_wp
+   real(wp), parameter :: first_step = 2.0e-3_wp, largest_step = 5.0e-3_wp, least_step = 1.0e-9_wp, least_cosine = 0.95_wp
    !> Shorter steps may turn by any angle: the branch has a kink where contacts change.
    real(wp), parameter :: kink = 1.0e-6_wp
    integer, parameter :: most_changes = 40
@@ -98,14 +98,12 @@ contains
          call self%search(problem, here, next)
          call self%add(next)
          last = size(here%tangent)
-         if (here%tangent(last)*next%tangent(last) < 0.0_wp) then
-            if (meets_half(problem, here, next, 0.0_wp)) then
-               call join_half(self)
-               return
-            end if
+         if (meets_half(problem, here, next, 0.0_wp)) then
+            call join_half(self)
+            return
          end if
          if (next%orbit%rounds <= 5 .and. dot_product(here%tangent, next%tangent) > 0.99_wp) then
-            h = min(1.6_wp*h, largest_step*max(1.0_wp, norm2(next%orbit%u)))
+            h = min(1.6_wp*h, largest_step*max(1.0_wp, norm2(next%orbit%u(:last - 1))))
          end if
          if (next%orbit%rounds > 7) h = h/2
          here = next

@@ -237,7 +237,7 @@ contains
       integer :: round
 
       before = huge(1.0_wp)
-      nearly = self%accuracy*max(1.0_wp, norm2(guess))
+      nearly = self%accuracy*max(1.0_wp, norm2(guess(:self%order())))
       orbit%u = guess
       do round = 1, most_rounds
          orbit%rounds = round
@@ -256,7 +256,7 @@ contains
             self%reason = "Newton's method does not converge"
             return
          end if
-         if (orbit%correction <= converged*max(1.0_wp, norm2(orbit%u))) return
+         if (orbit%correction <= converged*max(1.0_wp, norm2(orbit%u(:self%order())))) return
          if (orbit%correction <= nearly .and. orbit%correction > 0.25_wp*before) return
          orbit%u = orbit%u + change
          before = orbit%correction

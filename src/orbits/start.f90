@@ -16,15 +16,17 @@ module razy_orbits_start
    real(wp), parameter :: near = 1.0e-4_wp
    !> Close returns that Newton's method begins from, one after the other.
    integer, parameter :: most_trials = 12
+   !> States in the time of &motion, and as many after it, in which a closed motion is looked for.
+   integer, parameter :: samples = 2000
 
 contains
 
    !> The motion that settles, after `settle` periods of the excitation, from the machine's own start at `parameter`, or the
-   !> motion of `period` periods (0: whichever) that it comes nearest to; with `range` the scale of the parameter. `settled`:
-   !> the motion is the one that was settled to.
-   subroutine find_periodic(problem, parameter, range, period, settle, orbit, settled, error)
+   !> motion of `period` periods (0: whichever) that it comes nearest to; with `range` the scale of the parameter, `time`, s,
+   !> how long a motion without excitation is followed. `settled`: the motion is the one that was settled to.
+   subroutine find_periodic(problem, parameter, range, period, settle, time, orbit, settled, error)
       type(problem_t), intent(inout) :: problem
-      real(wp), intent(in) :: parameter(:), range
+      real(wp), intent(in) :: parameter(:), range, time
       integer, intent(in) :: period, settle
       type(orbit_t), intent(out) :: orbit
       logical, intent(out) :: settled
@@ -38,7 +40,11 @@ contains
       problem%parameter = parameter
       call problem%map%go_to(parameter, error)
       if (allocated(error)) return
-      call march(problem, settle, x, error)
+      if (.not. problem%map%period > 0.0_wp) then
+         call from_section(problem, time, range, orbit, settled, error)
+         return
+      end if
+      call march(problem, settle, problem%map%period, x, error)
       if (allocated(error)) return
       call problem%begin(x(:, settle), 0.0_wp, range)
       do k = merge(period, 1, period > 0), merge(period, longest, period > 0)
@@ -46,6 +52,7 @@ contains
          problem%periods = k
          call refine(problem, x(:, settle), orbit, ok)
          settled = ok .and. norm2(orbit%u(:problem%map%n) - x(:, settle)/first_scales(problem)) < 100*near
+         if (settled) settled = minimal(problem, orbit)
          if (settled) return
       end do
       problem%periods = max(period, 1)
@@ -54,10 +61,49 @@ contains
                                " periods of the excitation: "//problem%reason)
    end subroutine find_periodic
 
-   !> The states after each of `count` periods.
-   subroutine march(problem, count, x, error)
+   !> Without excitation: the closed motion that comes after `time`, s, from the machine's own start. Its period is the time
+   !> until it goes through the plane across itself, near where it was, again.
+   subroutine from_section(problem, time, range, orbit, settled, error)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: time, range
+      type(orbit_t), intent(out) :: orbit
+      logical, intent(out) :: settled
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: apart(:), x(:, :)
+      real(wp) :: amplitude, dt
+      integer :: i, n
+      logical :: ok
+
+      settled = .false.
+      dt = time/samples
+      call march(problem, 2*samples, dt, x, error)
+      if (allocated(error)) return
+      n = samples
+      problem%periods = 1
+      call problem%begin(x(:, n), time, range)
+      allocate (apart(0:samples))
+      do i = 0, samples
+         apart(i) = distance(problem, x(:, n + i), x(:, n))
+      end do
+      amplitude = maxval(apart)
+      problem%reason = "the motion after &motion t_end does not come back"
+      do i = 2, samples - 1
+         if (apart(i) > 0.05_wp*amplitude .or. apart(i) > apart(i - 1) .or. apart(i) > apart(i + 1)) cycle
+         if (maxval(apart(:i)) < 0.5_wp*amplitude) cycle
+         call problem%begin(x(:, n), i*dt, range)
+         call refine(problem, x(:, n), orbit, ok)
+         settled = ok .and. orbit%u(problem%map%n + 1) > 0.5_wp .and. orbit%u(problem%map%n + 1) < 2.0_wp
+         if (settled) return
+      end do
+      call raise(error, "no closed motion was found: "//problem%reason)
+   end subroutine from_section
+
+   !> The states after each of `count` intervals.
+   subroutine march(problem, count, interval, x, error)
       type(problem_t), intent(inout) :: problem
       integer, intent(in) :: count
+      real(wp), intent(in) :: interval
       real(wp), allocatable, intent(out) :: x(:, :)
       type(error_t), allocatable, intent(out) :: error
 
@@ -67,7 +113,7 @@ contains
       allocate (x(problem%map%n, 0:count))
       x(:, 0) = problem%map%first_state()
       do i = 1, count
-         call problem%map%go(x(:, i - 1), problem%map%period, .false., back)
+         call problem%map%go(x(:, i - 1), interval, .false., back)
          if (back%outcome%status /= status_ok) then
             call raise(error, "the motion from the start of &motion does not come through "//to_text(i)//" periods")
             return
@@ -100,7 +146,8 @@ contains
 
       real(wp), allocatable :: guess(:), row(:)
 
-      guess = [x/first_scales(problem), problem%parameter(problem%active)/problem%range]
+      guess = [x/first_scales(problem), spread(1.0_wp, 1, problem%order() - problem%map%n), &
+               problem%parameter(problem%active)/problem%range]
       row = 0*guess
       row(size(row)) = 1.0_wp
       call problem%correct(guess, row, orbit, ok)

@@ -20,6 +20,7 @@ module razy_study_follow_follow
       !> What &follow says.
       character(:), allocatable :: name, unit
       real(wp) :: first = 0.0_wp, last = 0.0_wp, from = 0.0_wp
+      real(wp), private :: time = 0.0_wp
       integer, private :: period = 0, most_points = 0, settle = 0, doublings = 0
       logical :: settled = .false.
    contains
@@ -93,6 +94,7 @@ contains
       end do
       select type (made => self%problem%map%family)
       type is (case_family_t)
+         self%time = made%motion%t_end
          if (made%motion%method%integrator /= "exact") call self%problem%take_steps()
       end select
    end subroutine new_follow
@@ -106,11 +108,11 @@ contains
       integer :: from, i
 
       allocate (self%branch(most_branches))
-      call find_periodic(self%problem, [self%from], abs(self%last - self%first), self%period, self%settle, orbit, self%settled, &
-                         error)
+      call find_periodic(self%problem, [self%from], abs(self%last - self%first), self%period, self%settle, self%time, orbit, &
+                         self%settled, error)
       if (allocated(error)) return
-      call self%one_branch(orbit, 1.0_wp)
-      if (abs(self%from - self%first) > 0.0_wp .and. abs(self%from - self%last) > 0.0_wp) call self%one_branch(orbit, -1.0_wp)
+      if (abs(self%from - self%last) > 0.0_wp) call self%one_branch(orbit, 1.0_wp)
+      if (abs(self%from - self%first) > 0.0_wp) call self%one_branch(orbit, -1.0_wp)
       i = 0
       do while (i < self%count)
          i = i + 1
@@ -162,7 +164,7 @@ contains
 
       label = self%branch(parent)%point(place)%label
       if (label /= "PD" .and. label /= "BP") return
-      if (self%branch(parent)%periods*merge(2, 1, label == "PD") > max(1, self%period)*2**self%doublings) return
+      if (self%branch(parent)%periods*merge(2, 1, label == "PD") > self%branch(1)%periods*2**self%doublings) return
       if (generation(self, parent) >= self%doublings) return
       if (label == "PD" .and. reached(self, parent, place)) return
       do side = 1, merge(1, 2, label == "PD")
