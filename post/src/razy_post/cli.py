@@ -38,7 +38,11 @@ def parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     result.add_argument(
-        "files", metavar="FILE.h5", type=Path, nargs="+", help="result file; several of a kind go into one picture, and a sweep below branches"
+        "files",
+        metavar="FILE.h5",
+        type=Path,
+        nargs="+",
+        help="result file; several of a kind go into one picture, and a sweep below branches",
     )
     result.add_argument(
         "--save", metavar="FILE", type=Path, help="write the picture (.png, .pdf, .svg, ...) instead of showing it"

@@ -31,7 +31,17 @@ from razy_post.plot.several import ARRANGEMENTS
 from razy_post.plot.style import look
 from razy_post.read import ResultFile, SweepResult
 
-__all__ = ["ARRANGEMENTS", "KINDS", "PICTURES", "QUANTITIES", "Picture", "PlotNote", "PlotOptions", "draw", "draw_several"]
+__all__ = [
+    "ARRANGEMENTS",
+    "KINDS",
+    "PICTURES",
+    "QUANTITIES",
+    "Picture",
+    "PlotNote",
+    "PlotOptions",
+    "draw",
+    "draw_several",
+]
 
 
 @dataclass(frozen=True)
