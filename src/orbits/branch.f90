@@ -104,8 +104,9 @@ contains
                return
             end if
          end if
-         if (next%orbit%rounds <= 5 .and. dot_product(here%tangent, next%tangent) > 0.99_wp) &
+         if (next%orbit%rounds <= 5 .and. dot_product(here%tangent, next%tangent) > 0.99_wp) then
             h = min(1.6_wp*h, largest_step*max(1.0_wp, norm2(next%orbit%u)))
+         end if
          if (next%orbit%rounds > 7) h = h/2
          here = next
       end do
