@@ -152,7 +152,8 @@ def razy_motion(folder, frequency, place):
 
 def razy_time(folder, place):
     """Processor time of a point of the sweep of 401 frequencies, s."""
-    command = [folder / "razy-sweep", CASE, "--output", place / "all.h5", "--force"]
+    command = [folder / "razy-sweep", CASE, "--output", place / "all.h5", "--force", "--set", "sweep%step=0.05"]
+    command += [word for i in (1, 2, 3) for word in ("--set", f"record({i})%what='extrema'")]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run([*command, "--set", f"gravity%acceleration={GRAVITY}"], check=True, capture_output=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)

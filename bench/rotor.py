@@ -82,7 +82,7 @@ def timed(command, folder):
 
 def programs(options):
     """Lines of the table of razy-modes on the gearbox."""
-    case = BENCH.parent / "inputs" / "thesis" / "fig_4_14.nml"
+    case = BENCH.parent / "inputs" / "thesis" / "fig_4_13.nml"
     lines = []
     with tempfile.TemporaryDirectory() as folder:
         for compare in ("none", "asked"):
@@ -143,7 +143,7 @@ def markdown(options, place, shafts, campbell):
         "",
         "## Campbell diagram of the reduced gearbox",
         f"{SPEEDS} speeds, 48 coordinates, mesh closed, circulatory matrix, eigenvalues and shapes by the library: "
-        f"{campbell:.2f} s. `razy-modes inputs/thesis/fig_4_14.nml` with as many speeds, from the input to the file, "
+        f"{campbell:.2f} s. `razy-modes inputs/thesis/fig_4_13.nml` with as many speeds, from the input to the file, "
         f"the least of {REPEATS} runs:",
         "",
         "| razy-modes | wall, s | processor, s |",

@@ -22,7 +22,7 @@ program machine_in_code
                            stiffness=reshape([2.0e4_wp], [1, 1]))
    machine%load = [30.0_wp]
    call add_contact(machine, "bumper", [1.0_wp], new_clearance_law(clearance_side_t(), &
-                                            clearance_side_t(.true., edge=1.0e-3_wp, stiffness=1.0e6_wp, damping=50.0_wp), .false.))
+                                             clearance_side_t(.true., edge=1.0e-3_wp, stiffness=1.0e6_wp, damping=50.0_wp), .true.))
    call add_observable(machine, "displacement", "m", [1.0_wp], [0.0_wp])
    call extrema%reset()
    observers(1)%observer => extrema

@@ -154,7 +154,8 @@ contains
          call look_up(parent_directory(first), 0_c_int, a, found(1))
          call look_up(parent_directory(second), 0_c_int, b, found(2))
       end if
-      same = same .and. all(found) .and. a%number == b%number .and. all(a%device == b%device)
+      same = same .and. all(found)
+      if (same) same = a%number == b%number .and. all(a%device == b%device)
    end function same_file
 
    subroutine look_up(path, flags, found, exists)

@@ -48,10 +48,9 @@ module razy_orbits_period_map
 
    type :: period_map_t
       class(family_t), allocatable :: family
-      !> Unknowns, twice the coordinates that are felt; period of the excitation, s; motions computed.
+      !> Unknowns, twice the coordinates that are felt; period of the excitation, s
       integer :: n = 0
       real(wp) :: period = 0.0_wp
-      integer(i8), private :: runs = 0
       class(integrator_t), allocatable :: by
       real(wp), allocatable, private :: parameter(:), basis(:, :)
       integer, private :: structure = -1
@@ -60,7 +59,6 @@ module razy_orbits_period_map
       procedure :: go
       procedure :: first_state
       procedure :: to_coordinates
-      procedure :: forget
    end type period_map_t
 
    integer(i8), parameter :: most_events = 100000_i8
@@ -96,13 +94,6 @@ contains
       end select
       self%parameter = parameter
    end subroutine go_to
-
-   !> Make the machine anew the next time.
-   subroutine forget(self)
-      class(period_map_t), intent(inout) :: self
-
-      if (allocated(self%parameter)) deallocate (self%parameter)
-   end subroutine forget
 
    !> Orthonormal Q without the free motions: of what is left of the unit vectors, one after the other, what is new.
    subroutine find_basis(basis, system)
@@ -162,7 +153,6 @@ contains
       allocate (slots(1))
       slots(1)%observer => back%sequence
       if (present(observers)) slots = [slots, observers]
-      self%runs = self%runs + 1
       select type (by => self%by)
       class is (flow_t)
          by%first = matmul(self%basis, x)

@@ -34,7 +34,7 @@ contains
                        "'hunt_crossley', else n = 1; not for 'rigid'", unit="N/m^n or N m/rad^n", rule=positive), &
               key_real("damping", "damping of the closed contact, for 'kelvin_voigt' and 'switched_spring'; 0 if not given", &
                        unit="N s/m or N m s/rad", rule=nonnegative), &
-              key_string("separation", "where a damped contact is lost; 'zero_deformation' if not given", &
+              key_string("separation", "where a damped contact is lost; 'zero_force' if not given", &
                          choices=["zero_deformation", "zero_force      "]), &
               key_real("exponent", "exponent n of the deformation, for 'hunt_crossley'; 1.5 if not given", &
                        low=1.0_wp, high=10.0_wp), &
@@ -96,6 +96,8 @@ contains
       end if
       call input%get(group, i, "separation", separation)
       by_force = lower(separation) == "zero_force"
+      ! Surfaces do not pull; only the spring that is switched does, as its source has it.
+      if (.not. input%given(group, i, "separation")) by_force = max(damping, hysteresis) > 0.0_wp .and. kind /= "switched_spring"
       select case (kind)
       case ("hunt_crossley", "hertz")
          law = new_power_law(power_side_t(sides(1), edges(1), stiffness, exponent, hysteresis), &

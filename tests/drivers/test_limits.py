@@ -126,3 +126,14 @@ def test_a_damping_ratio_beyond_sense_is_refused():
     path = SOURCE / "inputs" / "thesis" / "fig_4_21.nml"
     done = start("razy-sweep", path, "--set", "shaft(1)%damping_ratio=1e20", timeout=AT_ONCE)
     assert done.returncode == 2 and "must be a real number from 0.0 to 1000000.0" in done.stderr
+
+
+@pytest.mark.parametrize("law", ["damping=50.0", "law='hunt_crossley', hysteresis=0.5"])
+def test_a_bumper_does_not_pull(case, law):
+    case.write_text(
+        case.read_text().replace("damping=50.0", law).replace("observable='displacement'", "observable='contact_force'")
+    )
+    succeed("razy-run", case, timeout=AT_ONCE)
+    with h5py.File("case.h5") as file:
+        force = file["extrema/contact_force/value"][:]
+    assert force.max() > 1.0 and force.min() >= -1e-9 * force.max()

@@ -134,7 +134,7 @@ def test_two_sided_stop_keeps_its_energy():
 
 
 def test_damped_stop_loses_energy():
-    with run("thesis/fig_2_6_damped") as file:
+    with run("thesis/fig_2_5_damped") as file:
         place, velocity = file["state/displacement"][:, 0], file["state/velocity"][:, 0]
     over = np.maximum(np.abs(place) - 7e-4, 0.0)
     energy = 0.5 * 3.5 * velocity**2 + 0.5e5 * place**2 + 0.5e6 * over**2

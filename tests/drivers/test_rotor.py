@@ -65,7 +65,7 @@ def test_nothing_to_compare():
     assert "errors against" not in modes(GEARBOX, *sets(reduction__compare="none", campbell__points=2))
     with h5py.File("modes.h5") as file:
         assert "reduction" not in file
-    assert "errors against" not in modes(THESIS / "table_4_2.nml")
+    assert "errors against" not in modes(THESIS / "table_4_2.nml", *sets(reduction__method="none"))
 
 
 def limit(case):
@@ -127,7 +127,8 @@ def test_critical_speeds_do_not_depend_on_the_modes_asked_for():
 
 def test_number_of_modes_as_an_axis():
     case = THESIS / "fig_4_19.nml"
-    short = [*sets(motion__t_end=0.004, record__from=0.002), "--set", "sweep(1)%last=12", "--set", "sweep(2)%last=1000"]
+    axes = ("sweep(1)%first=10", "sweep(1)%last=12", "sweep(1)%step=1", "sweep(2)%first=1000", "sweep(2)%last=1000")
+    short = sets(motion__t_end=0.004, record__from=0.002) + [word for value in axes for word in ("--set", value)]
     succeed("razy-sweep", case, *short, "--output", "sweep.h5", "--force")
     with h5py.File("sweep.h5") as file:
         np.testing.assert_array_equal(file["axis/reduction.modes"][()], [10, 11, 12])

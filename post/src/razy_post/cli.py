@@ -14,7 +14,7 @@ from razy_post import __version__, output
 from razy_post.errors import ResultError
 from razy_post.plot import ARRANGEMENTS, KINDS, QUANTITIES, PlotNote, PlotOptions, draw, draw_several
 from razy_post.plot.style import provenance
-from razy_post.read import ResultFile, SweepResult, open_result
+from razy_post.read import FollowResult, ResultFile, SweepResult, open_result
 
 PROGRAM = "razy-plot"
 
@@ -42,7 +42,7 @@ def parser() -> argparse.ArgumentParser:
         metavar="FILE.h5",
         type=Path,
         nargs="+",
-        help="result file; several of a kind go into one picture, and a sweep below branches",
+        help="result file; several of a kind, or branches and a sweep, go together",
     )
     result.add_argument(
         "--save", metavar="FILE", type=Path, help="write the picture (.png, .pdf, .svg, ...) instead of showing it"
@@ -111,7 +111,9 @@ def _plot(given: argparse.Namespace) -> None:
         output.check_target(given.save, given.files)
     with ExitStack() as stack:
         results = [stack.enter_context(open_result(file)) for file in given.files]
-        if len(results) == 2 and results[0].program == "razy-follow":
+        if any(isinstance(result, FollowResult) for result in results[1:]):
+            results.sort(key=lambda result: not isinstance(result, FollowResult))
+        if len(results) == 2 and isinstance(results[0], FollowResult):
             options = replace(options, sweep=_sweep(results.pop()))
         show = given.save is None
         figure = output.new_window(f"{PROGRAM} {given.files[0]}") if show else Figure(dpi=given.dpi)
@@ -127,7 +129,7 @@ def _plot(given: argparse.Namespace) -> None:
 
 def _sweep(result: ResultFile) -> SweepResult:
     if not isinstance(result, SweepResult):
-        raise ResultError(f"{result.path}: a file of {result.program}; the second file is one of razy-sweep")
+        raise ResultError(f"{result.path}: a file of {result.program}; beside branches goes one of razy-sweep")
     return result
 
 

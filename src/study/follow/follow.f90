@@ -20,8 +20,7 @@ module razy_study_follow_follow
       !> What &follow says.
       character(:), allocatable :: name, unit
       real(wp) :: first = 0.0_wp, last = 0.0_wp, from = 0.0_wp
-      integer :: period = 0, most_points = 0, settle = 0
-      integer, private :: doublings = 0
+      integer, private :: period = 0, most_points = 0, settle = 0, doublings = 0
       logical :: settled = .false.
    contains
       procedure :: compute

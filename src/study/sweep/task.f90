@@ -6,6 +6,7 @@
 !! A number more of each point is a column more in `run`, in an observer or in the outcome: packets, checkpoint and file go
 !! through the columns of a row, whatever they are.
 module razy_study_sweep_task
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_core_drawing, only: drawing_t
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
@@ -187,9 +188,17 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(input_t) :: tuned
+      character(:), allocatable :: unit
+      real(wp), allocatable :: value
 
       tuned = self%input
-      call apply_tune(tuned, self%tuned, self%tuned_unit, error)
+      call apply_tune(tuned, value, unit, error)
+      ! Every row has the same columns, also that of a point that cannot be tuned.
+      if (allocated(self%tuned)) self%tuned = ieee_value(self%tuned, ieee_quiet_nan)
+      if (allocated(value)) then
+         self%tuned = value
+         self%tuned_unit = unit
+      end if
       if (.not. allocated(error)) call new_machine(self%machine, self%motion, records, tuned, error, self%scene)
    end subroutine make_machine
 

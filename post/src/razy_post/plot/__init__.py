@@ -98,7 +98,7 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | N
     if kind not in fitting:
         raise ResultError(f"{result.path}: no {kind} picture of a file of {result.program} (has: {', '.join(fitting)})")
     if kind != "branches" and (options.quantity is not None or options.sweep is not None):
-        raise ResultError(f"{result.path}: a quantity and a second file go with branches of razy-follow alone")
+        raise ResultError(f"{result.path}: --quantity goes with branches of razy-follow alone")
     with look():
         fitting[kind].draw(result, figure, options)
 
@@ -112,6 +112,8 @@ def draw_several(
     arrange: str = "overlay",
 ) -> None:
     """Draw several files in one picture; see `razy_post.plot.several.draw`."""
+    if options.quantity is not None:
+        raise ResultError("--quantity goes with branches of razy-follow alone")
     if kind is None:
         kind = "contacts" if isinstance(results[0], SweepResult) and results[0].contacts else "time"
     with look():

@@ -145,7 +145,7 @@ class _Page:
         self.top = 0.955
 
     def write(self, text: str, size: float, colour: str = "black") -> None:
-        for line in textwrap.wrap(text, int(1000 / size)) if text else ():
+        for line in textwrap.wrap(text, int(1300 / size)) if text else ():
             self.figure.text(0.09, self.top, line.replace("$", r"\$"), fontsize=size, color=colour, va="top")
             self.top -= 1.35 * size / 842.0
 
