@@ -44,7 +44,7 @@ contains
                               count=3, required=.true.), &
                      key_real("clearance", "gap in the reference position; a negative one is preload", unit="m", default="0.0"), &
                      gap_law_keys()]), &
-               group("friction", "Dry friction of a node with the frame or with a node of another shaft, with the velocity "// &
+               group("friction", "Dry friction of a node with the frame or another shaft, with the velocity "// &
                      "of sliding v = direction*(u1' - u2') - radius1*omega1 - radius2*omega2 - belt_speed", &
                      repeatable=.true., keys=[ &
                      key_name(), ends(), &
