@@ -48,6 +48,8 @@ module razy_orbits_branch
    real(wp), parameter :: short = 1.0e-4_wp
    !> Special points nearer than this, relative to the state, are one.
    real(wp), parameter :: coincident = 1.0e-8_wp
+   !> A motion whose halves differ by less than this part of those before is one of half the period.
+   real(wp), parameter :: least_part = 1.0e-3_wp
    real(wp), parameter :: eps = epsilon(1.0_wp)
 
 contains
@@ -75,6 +77,7 @@ contains
       self%ending = "the most points"
       do while (ok .and. self%count < most)
          call step(problem, here, h, next, ok)
+         if (ok) ok = .not. falls_to_half(problem, here, next)
          if (.not. ok) then
             h = h/4
             ok = h > least_step
@@ -128,30 +131,45 @@ contains
       real(wp), intent(in) :: near
 
       real(wp), allocatable :: before(:), after(:)
+
+      call half_way(problem, here, before)
+      call half_way(problem, next, after)
+      meets_half = dot_product(before, after) < 0.0_wp .or. (size(after) > 0 .and. norm2(after) <= near)
+   end function meets_half
+
+   !> Whether a step from a motion of an even number of periods has left its branch for that of a motion of half as many.
+   logical function falls_to_half(problem, here, next) result(falls)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here, next
+
+      real(wp), allocatable :: before(:), after(:)
+
+      call half_way(problem, here, before)
+      call half_way(problem, next, after)
+      falls = size(after) > 0 .and. norm2(after) < least_part*norm2(before)
+      ! Through a motion of half the period the branch goes where the parameter turns; else the step has come to its other side.
+      associate (last => size(here%tangent))
+         falls = falls .or. (dot_product(before, after) < 0.0_wp .and. here%tangent(last)*next%tangent(last) > 0.0_wp)
+      end associate
+      if (falls) problem%reason = "the next motion has half the period"
+   end function falls_to_half
+
+   !> How far a motion of an even number of periods is from its start after half its period; nothing of other motions.
+   subroutine half_way(problem, point, apart)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: point
+      real(wp), allocatable, intent(out) :: apart(:)
+
+      type(orbit_t) :: orbit
       logical :: ok
 
-      meets_half = .false.
+      allocate (apart(0))
       if (modulo(problem%periods, 2) /= 0 .or. problem%is_autonomous()) return
-      call half(here, before)
-      if (ok) call half(next, after)
-      if (ok) meets_half = dot_product(before, after) < 0.0_wp .or. norm2(after) <= near
-
-   contains
-
-      !> How far the motion is from its start after half its period.
-      subroutine half(point, apart)
-         type(point_t), intent(in) :: point
-         real(wp), allocatable, intent(out) :: apart(:)
-
-         type(orbit_t) :: orbit
-
-         problem%periods = problem%periods/2
-         call problem%evaluate(point%orbit%u, .false., orbit, ok)
-         problem%periods = 2*problem%periods
-         if (ok) apart = orbit%residual
-      end subroutine half
-
-   end function meets_half
+      problem%periods = problem%periods/2
+      call problem%evaluate(point%orbit%u, .false., orbit, ok)
+      problem%periods = 2*problem%periods
+      if (ok) apart = orbit%residual
+   end subroutine half_way
 
    subroutine add(self, point)
       class(branch_t), intent(inout) :: self

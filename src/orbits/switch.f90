@@ -9,8 +9,9 @@ module razy_orbits_switch
 
    public :: switch_branch
 
-   !> First distances from the point, in scaled unknowns, one after the other.
-   real(wp), parameter :: distances(*) = [1.0e-3_wp, 1.0e-4_wp, 1.0e-2_wp, 1.0e-5_wp]
+   !> First distances from the point, in scaled unknowns, one after the other; a motion farther off than so many of them is another.
+   real(wp), parameter :: nearest = 50.0_wp
+   real(wp), parameter :: distances(*) = [1.0e-3_wp, 1.0e-4_wp, 1.0e-5_wp, 1.0e-2_wp]
 
 contains
 
@@ -32,6 +33,8 @@ contains
       do i = 1, size(distances)
          if (allocated(orbit%column)) deallocate (orbit%column)
          call problem%correct(point%orbit%u + distances(i)*guide, guide, orbit, ok)
+         ! Of all motions in the plane across the direction the nearest.
+         if (ok) ok = norm2(orbit%u - point%orbit%u) < nearest*distances(i)
          if (ok) call problem%differentiate(orbit, ok)
          if (.not. ok) cycle
          call orbit%find_multipliers(problem%is_autonomous())
