@@ -236,7 +236,7 @@ contains
       real(wp) :: before, nearly
       integer :: round
 
-      before = huge(1.0_wp)
+      before = far/epsilon(1.0_wp)
       nearly = self%accuracy*max(1.0_wp, norm2(guess(:self%order())))
       orbit%u = guess
       do round = 1, most_rounds

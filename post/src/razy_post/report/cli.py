@@ -19,7 +19,7 @@ from razy_post.plot import PlotNote, PlotOptions, draw, draw_several
 from razy_post.plot.style import look
 from razy_post.read import open_result
 from razy_post.report.cases import Done, Workshop
-from razy_post.report.manifest import Item, Manifest, ManifestError, Plot, read_manifest
+from razy_post.report.manifest import FAILED, Item, Manifest, ManifestError, Plot, read_manifest
 from razy_post.report.measure import measure, table_rows, verdict
 from razy_post.report.page import Entry, counts, write_html, write_pdf
 
@@ -68,7 +68,7 @@ def main(arguments: list[str] | None = None) -> int:
     write_html(manifest, entries, given.output / "report.html")
     write_pdf(manifest, entries, given.output / "report.pdf")
     print(f"{counts(entries)}: {given.output / 'report.html'}, {given.output / 'report.pdf'}")
-    bad = [entry for entry in entries if entry.turned or entry.problems]
+    bad = [entry for entry in entries if entry.turned or entry.verdict == FAILED]
     for entry in bad:
         expected = f", expected {entry.item.expected}" if entry.turned else ""
         print(f"{entry.item.name}: {entry.verdict}{expected} {' '.join(entry.problems)}".rstrip(), file=sys.stderr)
