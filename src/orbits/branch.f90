@@ -388,8 +388,8 @@ contains
          integer :: i
 
          shortest = 1.0_wp
-         last = -huge(1.0_wp)
          associate (changes => orbit%sequence)
+            if (changes%count > 0) last = -changes%time(changes%count)
             do i = 1, changes%count
                if (changes%contact(i) /= j) cycle
                shortest = min(shortest, (changes%time(i) - last)/changes%time(changes%count))
