@@ -178,6 +178,7 @@ contains
       character(*), parameter :: group = "/special/", along = "/special/special"
       character(2), allocatable :: label(:)
       character(64), allocatable :: contact(:)
+      character(64) :: name
       integer, allocatable :: branch(:), place(:)
       real(wp), allocatable :: parameter(:)
       integer :: b, i, k
@@ -190,7 +191,8 @@ contains
             associate (point => self%branch(b)%point(i))
                if (point%label == "") cycle
                label = [label, point%label]
-               contact = [contact, [character(64) :: contact_name(self, point)]]
+               name = contact_name(self, point)
+               contact = [contact, name]
                branch = [branch, b]
                place = [place, k - 1]
                parameter = [parameter, point%orbit%u(size(point%orbit%u))*self%problem%range]
