@@ -193,7 +193,7 @@ contains
                if (other%periods /= 2*self%branch(parent)%periods .or. other%parent == 0) cycle
                associate (last => other%point(other%count))
                   reached = reached .or. (last%label == "EP" .and. abs(last%orbit%u(size(u)) - u(size(u))) < same**2 .and. &
-                                      norm2(last%orbit%u(:size(u) - 1) - u(:size(u) - 1)) < same*norm2(u(:size(u) - 1)))
+                                          norm2(last%orbit%u(:size(u) - 1) - u(:size(u) - 1)) < same*norm2(u(:size(u) - 1)))
                end associate
             end associate
          end do
