@@ -281,7 +281,11 @@ contains
       character(*), intent(in) :: name, unit, long_name, along
       integer(int8), intent(in) :: values(:)
 
-      call self%add_longs(name, int(values, i8), unit, long_name, along)
+      integer(i8), allocatable :: longs(:)
+
+      allocate (longs(size(values)))
+      longs(:) = int(values, i8)
+      call self%add_longs(name, longs, unit, long_name, along)
       self%column(self%at)%bits = 8
    end subroutine add_bytes
 

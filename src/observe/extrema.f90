@@ -143,13 +143,17 @@ contains
       type(table_t), intent(inout) :: table
 
       character(:), allocatable :: along, group
+      integer(int8), allocatable :: kind(:)
 
       group = "/extrema/"//self%name//"/"
       along = group//"extremum"
       associate (n => self%count)
          call table%add(group//"value", self%value(:n), self%unit, "extrema of "//self%long_name, along)
          call table%add(group//"time", self%time(:n), "s", "time of the extremum", along)
-         call table%add(group//"kind", int(self%kind(:n), int8), "1", "kind of extremum", along)
+         ! Not as an expression, whose value would stand on the stack.
+         allocate (kind(n))
+         kind(:) = int(self%kind(:n), int8)
+         call table%add(group//"kind", kind, "1", "kind of extremum", along)
       end associate
       call table%note_meanings([1, -1], ["maximum", "minimum"])
    end subroutine columns
