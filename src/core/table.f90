@@ -253,7 +253,11 @@ contains
       character(*), intent(in) :: name, unit, long_name, along
       integer, intent(in) :: values(:)
 
-      call self%add_longs(name, int(values, i8), unit, long_name, along)
+      integer(i8), allocatable :: longs(:)
+
+      allocate (longs(size(values)))
+      longs(:) = int(values, i8)
+      call self%add_longs(name, longs, unit, long_name, along)
       self%column(self%at)%bits = 32
    end subroutine add_integers
 

@@ -6,8 +6,14 @@
 !! A sequence is cut short when its flights are below the rounding of the first one's height (u_n² <= eps u_1²), or of the gap
 !! itself: the speed of the gap is taken out by an impulse, the contact is held closed, and the end of the sequence is
 !! reported T later. What is neglected is then below rounding of the path. The contact presses m (a T - u_n) in all that is still
-!! to come and m a T while it is held, so friction that slides under it takes back its part of the impulse m u_n as well.
+!! to come and m a T while it is held, so friction that slides under it takes back its part of the impulse m u_n as well. Friction
+!! that acts only while the contact is closed (`only_with`) begins at the end of the sequence: what sliding would give in T is taken
+!! back at once.
+!!
+!! A flight lower than 16 roundings of the gap cannot be followed: its end is found too late, and so too fast. A contact that
+!! would take one ends its sequence here, whatever the ratio, also where the impact of another one has thrown it up.
 module razy_hybrid_accumulation
+   use razy_contact_contact_law, only: branch_lower, branch_open
    use razy_core_kinds, only: wp
    use razy_hybrid_constraints, only: constraints_t, new_constraints
    use razy_hybrid_dynamics, only: dynamics_t
@@ -66,49 +72,69 @@ contains
    end subroutine pass
 
    !> Follow the impacts, now, at `tau` of the piece and z, of the contacts `impacted`, whose gaps then open with `speed` in
-   !> `direction` of s. If sequences end here, `gathered`, z is left without the speeds of their gaps.
-   subroutine follow(self, system, dynamics, guards, impacted, speed, direction, tau, z, saltation, gathered)
+   !> `direction` of s, as do those of the contacts `thrown` up by them. If sequences end here, `gathered`, z is left without the
+   !> speeds of their gaps.
+   subroutine follow(self, system, dynamics, guards, impacted, thrown, speed, direction, tau, z, saltation, gathered)
       class(accumulation_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
       type(guards_t), intent(in) :: guards
-      logical, intent(in) :: impacted(:)
+      logical, intent(in) :: impacted(:), thrown(:)
       real(wp), intent(in) :: speed(:), direction(:), tau
       real(wp), intent(inout) :: z(:)
       type(saltation_t), intent(inout) :: saltation
       logical, intent(out) :: gathered
 
-      real(wp) :: a(system%m), pull
+      real(wp) :: a(system%m), pull, ways(size(impacted))
       integer, allocatable :: list(:)
-      integer :: j
+      integer :: j, n
+      logical :: low
 
       allocate (list(0))
       call dynamics%accelerate(system, tau, z, a)
       do j = 1, size(impacted)
-         if (.not. impacted(j)) cycle
-         call take_up(self, j, speed(j))
+         if (.not. (impacted(j) .or. thrown(j))) cycle
          pull = -direction(j)*dynamics%second_rate(system, j, a)
+         low = pull > 0.0_wp .and. speed(j)**2 <= 2*pull*16*guards%on_s(j)
          associate (restitution => system%machine%contact(j)%law%restitution)
-            if (.not. ended(self, j, pull, guards%on_s(j), alone(self, system, dynamics%mode%branch, j), restitution)) cycle
+            if (impacted(j)) then
+               call take_up(self, j, speed(j))
+               if (.not. ended(self, j, pull, low, alone(self, system, dynamics%mode%branch, j), restitution)) cycle
+            else
+               if (.not. low) cycle
+               self%ratio(j) = restitution
+            end if
          end associate
          list = [list, j]
          self%whose(j) = .true.
-         self%ends(j) = 2*speed(j)/(pull*(1.0_wp - self%ratio(j)))
+         self%ends(j) = 0.0_wp
+         if (self%ratio(j) < 1.0_wp) self%ends(j) = 2*speed(j)/(pull*(1.0_wp - self%ratio(j)))
          self%count(j) = 0
       end do
       gathered = size(list) > 0
       if (.not. gathered) return
       call dynamics%look_at_contacts(system, tau, z)
-      call take_out(system, dynamics, list, direction(list), z(system%m + 1:), saltation)
+      n = size(list)
+      ways = direction
+      do j = 1, size(impacted)
+         associate (branch => dynamics%mode%branch(j))
+            if (any(list(:n) == j) .or. .not. system%machine%contact(j)%law%impacts .or. branch == branch_open) cycle
+            list = [list, j]
+            ways(j) = merge(1.0_wp, -1.0_wp, branch == branch_lower)
+         end associate
+      end do
+      call take_out(system, dynamics, list, n, ways(list), self%ends(list), z(system%m + 1:), saltation)
    end subroutine follow
 
-   !> Take the speeds of the gaps of the contacts `list`, which open in `direction` of s, out of y' (m), with the friction that
-   !> slides under them. In the limit gap and speed are none, whatever they were.
-   subroutine take_out(system, dynamics, list, direction, speed, saltation)
+   !> Take the speeds of the gaps of the contacts `list`, which open in `direction` of s, out of y' (m). The first `n` end their
+   !> sequences; the others are held, and have none to the last bit, or these would be thrown up by that. Out goes also the friction that
+   !> slides under them, and for the time until their `ends`, s, with that which slides only while they are closed. In the limit
+   !> gap and speed are none, whatever they were.
+   subroutine take_out(system, dynamics, list, n, direction, ends, speed, saltation)
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(in) :: dynamics
-      integer, intent(in) :: list(:)
-      real(wp), intent(in) :: direction(:)
+      integer, intent(in) :: list(:), n
+      real(wp), intent(in) :: direction(:), ends(:)
       real(wp), intent(inout) :: speed(:)
       type(saltation_t), intent(inout) :: saltation
 
@@ -139,6 +165,13 @@ contains
          effect(:, i) = effect_of(unit)
       end do
       speed = speed + matmul(effect, dynamics%rate(list))
+      do j = 1, size(dynamics%mode%branch)
+         associate (contact => system%machine%contact(j), branch => dynamics%mode%branch(j))
+            i = findloc(list(:n), contact%only_with, 1)
+            if (i == 0 .or. contact%law%constraint(branch)) cycle
+            speed = speed + system%w(:, j)*(contact%law%force(branch, dynamics%s(j), dynamics%rate(j), contact%normal)*ends(i))
+         end associate
+      end do
       if (.not. saltation%wanted) return
       still = 0.0_wp
       call saltation%add_impulses(effect, system%w(:, list), [(dynamics%second_rate(system, list(i), still), i=1, size(list))])
@@ -204,24 +237,26 @@ contains
       end do
    end function alone
 
-   !> Whether what is left of the sequence of contact j is below rounding; `pull` closes the gap, `noise` is the rounding of s. Of a
-   !> contact that is alone, `single`, the ratio is the restitution; the last one measured has lost half of its digits.
-   function ended(self, j, pull, noise, single, restitution)
+   !> Whether the sequence of contact j is to end; `pull` closes the gap, `low`: the flight is rounding of s. Of a contact that is
+   !> alone, `single`, the ratio is the restitution, unless friction makes it another: the last one measured has lost half of its
+   !> digits.
+   function ended(self, j, pull, low, single, restitution)
       type(accumulation_t), intent(inout) :: self
       integer, intent(in) :: j
-      real(wp), intent(in) :: pull, noise, restitution
-      logical, intent(in) :: single
+      real(wp), intent(in) :: pull, restitution
+      logical, intent(in) :: low, single
       logical :: ended
 
       ended = .false.
       if (self%count(j) == 0 .or. .not. pull > 0.0_wp) return
-      if (self%last(j)**2 <= 2*pull*16*noise) then
-         if (self%count(j) < 3) self%ratio(j) = restitution
-      else if (self%count(j) < 3 .or. self%last(j)**2 > epsilon(1.0_wp)*self%first(j)**2) then
+      if (self%count(j) < 3) then
+         if (low) self%ratio(j) = restitution
+         ended = low
          return
       end if
-      if (single) self%ratio(j) = restitution
-      ended = self%ratio(j) < 1.0_wp
+      if (.not. low .and. self%last(j)**2 > epsilon(1.0_wp)*self%first(j)**2) return
+      if (single .and. abs(self%ratio(j) - restitution) <= steady*restitution) self%ratio(j) = restitution
+      ended = low .or. self%ratio(j) < 1.0_wp
    end function ended
 
    !> Keep of the sequences that are ending only those whose contacts are held closed in their branches (contacts).

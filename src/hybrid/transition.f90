@@ -38,8 +38,9 @@ module razy_hybrid_transition
       integer, allocatable :: contact(:), branch(:)
       !> Impacts, and ends of accumulations.
       integer :: impacts = 0, landed = 0
-      !> Contacts that had an impact, and the speeds of their gaps after it with their directions in s (contacts).
-      logical, allocatable, private :: impacted(:)
+      !> Contacts that had an impact, those that were closed and are thrown up by one, and the speeds of their gaps after it with
+      !> their directions in s (contacts).
+      logical, allocatable, private :: impacted(:), thrown(:)
       real(wp), allocatable, private :: speed(:), direction(:)
       !> Rigid sides that touch (the first `sides`).
       integer, private :: sides = 0
@@ -80,11 +81,11 @@ contains
       call self%dynamics%make_room(system, sharpness)
       call self%guards%make_room(system)
       if (allocated(self%contact)) then
-         deallocate (self%contact, self%branch, self%next, self%before, self%impacted, self%resting, self%let_go, self%left, &
-                     self%none, self%speed, self%direction, self%noise_s, self%noise_rate, self%side)
+         deallocate (self%contact, self%branch, self%next, self%before, self%impacted, self%thrown, self%resting, &
+                     self%let_go, self%left, self%none, self%speed, self%direction, self%noise_s, self%noise_rate, self%side)
       end if
       allocate (self%contact(most_passed*n), self%branch(most_passed*n), self%next(n), self%before(n), source=0)
-      allocate (self%impacted(n), self%resting(n), self%let_go(n), self%left(2, n), self%none(8*n), source=.false.)
+      allocate (self%impacted(n), self%thrown(n), self%resting(n), self%let_go(n), self%left(2, n), self%none(8*n), source=.false.)
       allocate (self%speed(n), self%direction(n), self%noise_s(n), self%noise_rate(n), source=0.0_wp)
       allocate (self%side(2*n))
    end subroutine make_room
@@ -182,6 +183,7 @@ contains
       self%impacts = 0
       self%landed = 0
       self%impacted = .false.
+      self%thrown = .false.
    end subroutine clear
 
    !> Add a change to the list.
@@ -207,8 +209,8 @@ contains
       logical :: gathered
 
       if (.not. self%found .or. self%impacts == 0) return
-      call self%accumulation%follow(system, self%dynamics, self%guards, self%impacted, self%speed, self%direction, tau, z, &
-                                    self%saltation, gathered)
+      call self%accumulation%follow(system, self%dynamics, self%guards, self%impacted, self%thrown, self%speed, &
+                                    self%direction, tau, z, self%saltation, gathered)
       if (.not. gathered) return
       contact = self%contact
       branch = self%branch
@@ -239,6 +241,7 @@ contains
          self%resting = .false.
          self%let_go = .false.
          self%impacted = .false.
+         self%thrown = .false.
          self%impacts = 0
          call guards%measure(system, tau, z, .false.)
          call take_hits(self, system, hit, tau, z)
@@ -379,10 +382,12 @@ contains
       do i = 1, self%sides
          associate (side => self%side(i))
             self%let_go(side%contact) = .false.
-            if (.not. side%before < 0.0_wp) cycle
-            self%impacted(side%contact) = .true.
+            if (side%before > 0.0_wp .or. (.not. side%before < 0.0_wp .and. .not. side%after > 0.0_wp)) cycle
             self%speed(side%contact) = side%after
             self%direction(side%contact) = side%direction
+            self%thrown(side%contact) = .not. side%before < 0.0_wp
+            if (self%thrown(side%contact)) cycle
+            self%impacted(side%contact) = .true.
             self%impacts = self%impacts + 1
          end associate
       end do
