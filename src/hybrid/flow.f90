@@ -105,6 +105,19 @@ module razy_hybrid_flow
    real(wp), parameter :: largest = 1.0e100_wp
    !> Pieces one after the other that are shorter than the rounding of the time: the end will not be reached.
    integer, parameter :: most_creeping = 10000
+   !> The pace of events is looked at after so many; a motion is given up if so many times one after the other it would have more
+   !> than it may before its end. Accumulations are over by then, unless their ratio is above 0.9998.
+   integer(i8), parameter :: stretch = 32768
+   integer, parameter :: most_hurried = 8
+
+   !> The pace of events: when, s, and after how many it was looked at last; how often it was too fast.
+   type :: pace_t
+      real(wp) :: time = 0.0_wp
+      integer(i8) :: events = 0
+      integer :: hurried = 0
+   contains
+      procedure :: look
+   end type pace_t
 
 contains
 
@@ -134,6 +147,7 @@ contains
       type(outcome_t), intent(out) :: outcome
 
       type(piece_t) :: piece
+      type(pace_t) :: pace
       integer :: creeping, ending, standing
       real(wp) :: longest
 
@@ -143,7 +157,8 @@ contains
       call self%budget%begin()
       call begin(self, t_end, piece, observers, outcome)
       do while (outcome%status == status_ok .and. self%remaining(t_end) > 0.0_wp)
-         if (outcome%events >= most_events) outcome%status = status_event_limit
+         call pace%look(outcome%events, most_events, self%time, t_end)
+         if (outcome%events >= most_events .or. pace%hurried >= most_hurried) outcome%status = status_event_limit
          if (outcome%status /= status_ok) exit
          call self%enter(t_end, outcome)
          self%starting = .false.
@@ -173,6 +188,21 @@ contains
       if (outcome%status == status_ok) outcome%time = t_end
       call self%tally(outcome)
    end subroutine run
+
+   !> Look at the pace at `time`, s, after so many events, if it is time to.
+   pure subroutine look(self, events, most_events, time, t_end)
+      class(pace_t), intent(inout) :: self
+      integer(i8), intent(in) :: events, most_events
+      real(wp), intent(in) :: time, t_end
+
+      real(wp) :: to_come
+
+      if (events - self%events < stretch) return
+      to_come = real(events - self%events, wp)*(t_end - time)
+      self%hurried = merge(self%hurried + 1, 0, to_come > real(most_events - events, wp)*(time - self%time))
+      self%events = events
+      self%time = time
+   end subroutine look
 
    !> State and mode at the time 0, made consistent, and the impacts of that.
    subroutine begin(self, t_end, piece, observers, outcome)

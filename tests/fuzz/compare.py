@@ -1,0 +1,107 @@
+"""One scene by `exact`, by `dop853` and by the code in follow.py: where two of them part, and whether a disturbance of 1e-12 explains it."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+# Threads cost more than products of matrices of this size.
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import follow
+import h5py
+import numpy as np
+import scenes
+
+RUN = Path(os.environ["RAZY_BUILD"]) / "bin" / "razy-run"
+PATIENCE = 60
+# Parts of the largest displacement: what is not looked at, and what an explained difference may be of the effect of a disturbance.
+FLOOR = {"exact": 1e-9, "dop853": 1e-6}
+FACTOR = 100.0
+LOST = 1e-3
+FAST = ["motion%integrator='dop853'", "motion%relative_tolerance=1e-12", "motion%absolute_tolerance=1e-14"]
+
+
+def library(folder, text, name, settings):
+    """Times, displacements, what razy-run says of its end, and its near misses."""
+    (folder / "scene.nml").write_text(text)
+    words = [word for setting in settings for word in ("--set", setting)]
+    result = folder / f"{name}.h5"
+    command = [RUN, folder / "scene.nml", "--force", "--output", result, *words]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
+    if done.returncode not in (0, 1) or not result.exists():
+        return None, None, f"{name}: exit {done.returncode}: {done.stderr.strip()[-200:]}", 0
+    with h5py.File(result) as file:
+        missed = int(file["outcome/near_misses"][0])
+        end = "" if done.returncode == 0 else f"{name}: {done.stderr.strip()[-200:]}"
+        return file["state/time"][:], file["state/displacement"][:], end, missed
+
+
+def own(text, times, disturbed):
+    follower = follow.Follower(text, most_events=4000, most_steps=60000, disturbed=disturbed)
+    return follower.run(times)[:, : follower.machine.n]
+
+
+def part(a, b, size):
+    """The largest difference so far, at every time, in parts of the largest displacement."""
+    return np.maximum.accumulate(np.max(np.abs(a - b), axis=1)) / size
+
+
+def compare(text, folder):
+    """(verdict, what is wrong): 'agree', 'undecided' where the code in follow.py gives up, 'differ'."""
+    times, exact, end, _ = library(folder, text, "exact", [])
+    wrong = [end] if end else []
+    if times is None:
+        return "differ", wrong
+    if other is None or len(times) < 2:
+        return "undecided", []
+    speed = float(re.search(r"velocity=([-+.0-9e]+)", text)[1])
+    _, shaken, _, _ = library(folder, text, "shaken", [f"initial(1)%velocity={speed * (1 + 1e-12):.17g}"])
+    # Where a method with tolerances ends early it says so.
+    _, other, _, missed = library(folder, text, "dop853", FAST)
+    try:
+        mine = own(text, times, False)
+        disturbed = own(text, times, True)
+    except follow.GaveUp:
+        mine = None
+        # Laws that contradict each other, or events without end: both say so.
+        if wrong and all("limit reached" in line for line in wrong):
+            return "undecided", []
+    size = np.max(np.abs(exact)) + 1e-300
+    rows = min(len(values) for values in (exact, shaken, other, mine) if values is not None)
+    explained = part(exact[:rows], shaken[:rows], size) if shaken is not None else np.zeros(rows)
+    if mine is not None:
+        explained = np.maximum(explained, part(mine[:rows], disturbed[:rows], size))
+        wrong += excess("exact", part(exact[:rows], mine[:rows], size), explained, times)
+    if missed == 0:
+        wrong += excess("dop853", part(exact[:rows], other[:rows], size), explained, times)
+    if wrong:
+        return "differ", wrong
+    return ("agree" if mine is not None else "undecided"), []
+
+
+def excess(name, apart, explained, times):
+    """Where a difference is more than a disturbance makes, before that has grown beyond use."""
+    bad = (apart > FLOOR[name] + FACTOR * explained) & (explained < LOST)
+    if not bad.any():
+        return []
+    i = int(np.argmax(bad))
+    return [f"{name} parts by {apart[i]:.1e} at {times[i]:.6g} s, where a disturbance of 1e-12 makes {explained[i]:.1e}"]
+
+
+def main(first, last, folder):
+    """Print what is to be looked at, and how many scenes there were of each verdict."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    verdicts = {}
+    for seed in range(int(first), int(last)):
+        verdict, wrong = compare(scenes.text_of(seed), folder)
+        verdicts[verdict] = verdicts.get(verdict, 0) + 1
+        if verdict != "agree":
+            print(seed, verdict, *wrong, flush=True)
+    print(verdicts)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

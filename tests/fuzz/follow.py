@@ -1,0 +1,670 @@
+"""A second opinion on a lumped machine: matrix exponentials, events to rounding, own laws of impact, sticking and friction.
+
+Nothing here is taken from the library. In one mode of the contacts x' = A x with x = (q, q', 1, cos w t, sin w t, ...), so that a
+step is a product with exp(A h), h a power of two times the longest step. What ends a mode are linear forms g x, which must not
+become negative.
+"""
+
+import itertools
+
+import f90nml
+import numpy as np
+from scipy.linalg import expm
+
+EPS = np.finfo(float).eps
+LEVELS = 60
+OPEN, STICK = 0, 0
+
+
+class GaveUp(Exception):
+    """The motion has too many events, or no mode was found that obeys the laws."""
+
+
+def listed(value):
+    return value if isinstance(value, list) else [value]
+
+
+class Machine:
+    """Matrices of an input of kind 'lumped', with masses, springs, dampers, loads, stops and friction."""
+
+    def __init__(self, text):
+        nml = f90nml.Parser().reads(text)
+
+        def groups(name):
+            return [dict(group) for group in listed(nml.get(name, []))]
+
+        masses = groups("mass")
+        self.names = [mass["name"] for mass in masses]
+        n = self.n = len(masses)
+        self.mass = np.array([mass["value"] for mass in masses])
+        stiffness, damping = np.zeros((n, n)), np.zeros((n, n))
+        for spring in groups("spring") + groups("damper"):
+            w = self.direction(spring["between"])
+            k = spring.get("stiffness", 0.0)
+            stiffness += k * np.outer(w, w)
+            damping += (spring.get("damping", 0.0) + spring.get("damping_factor", 0.0) * k) * np.outer(w, w)
+        loads, stops, frictions = groups("load"), groups("stop"), groups("friction")
+        tones = [load["angular_frequency"] for load in loads if load.get("amplitude", 0.0)]
+        tones += [stop["motion_angular_frequency"] for stop in stops if stop.get("motion_amplitude", 0.0)]
+        self.tones = sorted(set(tones))
+        size = self.size = 2 * n + 1 + 2 * len(self.tones)
+        self.one = 2 * n
+        self.free = np.zeros((size, size))
+        self.free[:n, n : 2 * n] = np.eye(n)
+        self.free[n : 2 * n, :n] = -stiffness / self.mass[:, None]
+        self.free[n : 2 * n, n : 2 * n] = -damping / self.mass[:, None]
+        for i, omega in enumerate(self.tones):
+            c = self.one + 1 + 2 * i
+            self.free[c, c + 1], self.free[c + 1, c] = -omega, omega
+        for load in loads:
+            i = self.names.index(load["on"])
+            force = self.constant(load.get("value", 0.0))
+            if load.get("amplitude", 0.0):
+                force += self.sine(load["amplitude"], load["angular_frequency"], load.get("phase", 0.0))
+            self.free[n + i] += force / self.mass[i]
+        self.start = np.zeros(size)
+        for initial in groups("initial"):
+            i = self.names.index(initial["on"])
+            self.start[i] = initial.get("displacement", 0.0)
+            self.start[n + i] = initial.get("velocity", 0.0)
+        self.start[self.one] = 1.0
+        self.start[self.one + 1 :: 2] = 1.0
+        self.t_end = nml["motion"]["t_end"]
+        self.interval = nml["record"]["interval"]
+        self.contacts = [Stop(self, stop) for stop in stops] + [Friction(self, friction) for friction in frictions]
+        names = [contact.name for contact in self.contacts]
+        for contact in self.contacts[len(stops) :]:
+            contact.with_stop = names.index(contact.only_with) if contact.only_with else None
+        self.reach = max([abs(stop.get("clearance", 0.0)) for stop in stops] + [1e-6])
+
+    def direction(self, between):
+        w = np.zeros(self.n)
+        for name, sign in zip(between, (1.0, -1.0), strict=True):
+            if name != "frame":
+                w[self.names.index(name)] += sign
+        return w
+
+    def constant(self, value):
+        form = np.zeros(self.size)
+        form[self.one] = value
+        return form
+
+    def sine(self, amplitude, omega, degrees):
+        form = np.zeros(self.size)
+        c = self.one + 1 + 2 * self.tones.index(omega)
+        form[c : c + 2] = amplitude * np.sin(np.radians(degrees)), amplitude * np.cos(np.radians(degrees))
+        return form
+
+    def forms(self, w):
+        """s and s' of a direction."""
+        s, rate = np.zeros(self.size), np.zeros(self.size)
+        s[: self.n] = w
+        rate[self.n : 2 * self.n] = w
+        return s, rate
+
+    def push(self, x, w, amount):
+        """Velocities after an impulse."""
+        x[self.n : 2 * self.n] += w * amount / self.mass
+
+
+class Stop:
+    def __init__(self, machine, given):
+        self.name, self.law = given["name"], given.get("law", "kelvin_voigt")
+        self.w = machine.direction(given["between"])
+        self.s, self.rate = machine.forms(self.w)
+        if given.get("motion_amplitude", 0.0):
+            motion = given["motion_amplitude"], given["motion_angular_frequency"], given.get("motion_phase", 0.0)
+            self.s = self.s - machine.sine(*motion)
+            self.rate = self.s @ machine.free
+        self.rigid = self.law == "rigid"
+        self.signs = {"upper": (1,), "lower": (-1,), "both": (1, -1)}[given.get("side", "upper")]
+        self.one = machine.constant(1.0)
+        self.clearance = given["clearance"]
+        self.restitution = given.get("restitution", 0.0)
+        # What is held between two edges in one place cannot bounce.
+        if len(self.signs) == 2 and self.clearance == 0:
+            self.restitution = 0.0
+        self.stiffness, self.damping = given.get("stiffness", 0.0), given.get("damping", 0.0)
+        self.jump = self.stiffness * self.clearance if self.law == "switched_spring" else 0.0
+        default = "zero_deformation" if self.law == "switched_spring" else "zero_force"
+        self.parts = given.get("separation", default) == "zero_force" and self.damping > 0
+        self.friction = False
+
+    def depth(self, sign):
+        """The deformation of a side, a form."""
+        return sign * self.s - self.clearance * self.one
+
+    def pressed(self, sign):
+        """The force of a side, positive in compression."""
+        return self.stiffness * self.depth(sign) + self.damping * sign * self.rate + self.jump * self.one
+
+    def bounds(self, branch):
+        """What must not become negative in a compliant branch, and which follows: (form, next branch)."""
+        if branch == OPEN:
+            return [(-self.depth(sign), (sign, "closed")) for sign in self.signs]
+        sign, kind = branch
+        if kind == "parting":
+            return [(-self.pressed(sign), (sign, "closed")), (self.depth(sign), OPEN)]
+        ends = []
+        if self.parts:
+            ends.append((self.pressed(sign), (sign, "parting")))
+        if not self.parts or self.jump > 0:
+            ends.append((self.depth(sign), OPEN))
+        return ends
+
+
+class Friction:
+    def __init__(self, machine, given):
+        self.name = given["name"]
+        self.w = machine.direction(given["between"])
+        _, self.rate = machine.forms(self.w)
+        self.rate = self.rate - machine.constant(given.get("belt_speed", 0.0))
+        load, static = given["normal_load"], given["static_coefficient"]
+        self.most, self.sliding = static * load, given.get("kinetic_coefficient", static) * load
+        self.only_with = given.get("only_with")
+        self.friction, self.rigid = True, False
+
+
+class Mode:
+    """The motion while no contact changes: a branch for each. Of rigid stops 0 or the closed side, of friction -1, 0 or 1."""
+
+    def __init__(self, machine, branches):
+        n, contacts = machine.n, machine.contacts
+        self.branches, self.held = branches, []
+        rates = machine.free.copy()
+        for i, contact in enumerate(contacts):
+            branch = branches[i]
+            force = None
+            if contact.friction:
+                acts = contact.with_stop is None or is_closed(branches[contact.with_stop])
+                if acts and branch == STICK:
+                    self.held.append(i)
+                elif acts:
+                    force = machine.constant(branch * contact.sliding)
+            elif contact.rigid:
+                if branch != OPEN:
+                    self.held.append(i)
+            elif branch != OPEN and branch[1] == "closed":
+                force = branch[0] * contact.pressed(branch[0])
+            if force is not None:
+                rates[n : 2 * n] -= np.outer(contact.w / machine.mass, force)
+        self.unheld = rates.copy()
+        self.force = {}
+        if self.held:
+            w = np.array([contacts[i].w for i in self.held])
+            compliance = w / machine.mass @ w.T
+            wanted = np.array([contacts[i].rate @ rates for i in self.held])
+            forces = np.linalg.pinv(compliance, rcond=1e-10) @ wanted
+            rates[n : 2 * n] -= (w / machine.mass).T @ forces
+            self.force = dict(zip(self.held, forces, strict=True))
+        self.rates = rates
+        self.guards = []
+        for i, contact in enumerate(contacts):
+            branch = branches[i]
+            if contact.friction:
+                if i in self.force:
+                    limit = machine.constant(contact.most)
+                    self.guards += [(limit - self.force[i], i, 1), (limit + self.force[i], i, -1)]
+                elif branch != STICK and (contact.with_stop is None or is_closed(branches[contact.with_stop])):
+                    self.guards.append((branch * contact.rate, i, STICK))
+            elif contact.rigid:
+                if branch != OPEN:
+                    self.guards.append((branch * self.force[i], i, OPEN))
+                else:
+                    self.guards += [(-contact.depth(sign), i, sign) for sign in contact.signs]
+            else:
+                self.guards += [(form, i, after) for form, after in contact.bounds(branch)]
+        forms = np.array([guard[0] for guard in self.guards]).reshape(len(self.guards), machine.size)
+        self.forms = np.stack([forms, forms @ rates, forms @ rates @ rates, forms @ rates @ rates @ rates])
+        values = np.linalg.eigvals(rates)
+        self.speeds = sorted(zip(np.abs(values), values.real, strict=True), reverse=True)
+        fastest = max(self.speeds[0][0], 1e-3)
+        self.longest = 2.0 ** np.floor(np.log2(0.25 / max(min(s for s, _ in self.speeds if s > 0), 1e-3)))
+        self.longest = min(self.longest, 2.0 ** np.floor(np.log2(machine.t_end)))
+        self.shortest = 0.25 / fastest
+        self.maps = {}
+        self.scale = np.ones(machine.size)
+        self.scale[n : 2 * n] = fastest
+        self.scale[machine.one :] = 1.0 / machine.reach
+
+    def move(self, x, level):
+        """The state 2^-level of the longest step later."""
+        if level not in self.maps:
+            h = self.longest * 2.0**-level
+            balanced = expm(h * self.rates * self.scale / self.scale[:, None])
+            self.maps[level] = balanced * self.scale[:, None] / self.scale
+        return self.maps[level] @ x
+
+    def level(self, since):
+        """The longest step that no term outruns which is still felt."""
+        rate = max((speed for speed, real in self.speeds if real * since > -45), default=1.0)
+        return max(0, int(np.ceil(np.log2(max(rate, 1e-3) * self.longest / 0.25))))
+
+
+def is_closed(branch):
+    return branch != OPEN and (not isinstance(branch, tuple) or branch[1] == "closed")
+
+
+class Follower:
+    """One motion. `disturbed`: as it would be if velocities were known to 1e-12 at every event, gaps to 1e-14, and sequences ended earlier."""
+
+    def __init__(self, text, most_events=20000, most_steps=400000, disturbed=False):
+        self.machine = Machine(text)
+        self.most_events, self.most_steps = most_events, most_steps
+        self.coarse = 20.0 if disturbed else 1.0
+        self.random = np.random.default_rng(1) if disturbed else None
+        self.modes = {}
+        self.events = []
+        self.size = np.zeros(self.machine.size)
+
+    def mode(self, branches):
+        key = tuple(branches)
+        if key not in self.modes:
+            self.modes[key] = Mode(self.machine, key)
+        return self.modes[key]
+
+    def noise(self, form, x):
+        """What a form is known to."""
+        return 64 * EPS * (np.abs(form) @ np.maximum(np.abs(x), self.size))
+
+    def run(self, times):
+        """States at the times."""
+        machine = self.machine
+        x = machine.start.copy()
+        self.disturb(x)
+        self.size = 1e-3 * np.abs(x)
+        t, out, k, steps = 0.0, [], 0, 0
+        mode = self.begin(x)
+        while k < len(times):
+            since, armed = 0.0, np.zeros(len(mode.guards), dtype=bool)
+            while k < len(times):
+                steps += 1
+                if steps > self.most_steps:
+                    raise GaveUp(f"steps, at {t}")
+                level = mode.level(since)
+                level = max(level, self.first_level(mode, x, armed, level))
+                h = mode.longest * 2.0**-level
+                after = mode.move(x, level)
+                found = self.first_exit(mode, x, after, level, armed)
+                upto = h if found is None else found[0]
+                while k < len(times) and times[k] <= t + upto:
+                    out.append(self.at(mode, x, times[k] - t)[: 2 * machine.n])
+                    k += 1
+                t += upto
+                since += upto
+                if found is not None:
+                    x = found[1]
+                    break
+                x = after
+                self.size = np.maximum(self.size, 1e-3 * np.abs(x))
+                self.size[: 2 * machine.n] = np.maximum(self.size[: 2 * machine.n] * 0.999, np.abs(x[: 2 * machine.n]))
+            if k == len(times):
+                break
+            hit = found[2]
+            before = mode
+            self.disturb(x)
+            mode = self.settle(mode, x, hit)
+            self.events.append((t, [mode_guard(before, i) for i in hit]))
+            if len(self.events) > self.most_events:
+                raise GaveUp(f"events, at {t}")
+        return np.array(out)
+
+    def disturb(self, x):
+        """Change velocities by 1e-12 of themselves."""
+        if self.random is not None:
+            n = self.machine.n
+            x[n : 2 * n] *= 1.0 + 1e-12 * self.random.uniform(-1.0, 1.0, n)
+
+    def at(self, mode, x, h):
+        """The state h later, by dyadic steps."""
+        level = 0
+        while h > 0 and level < LEVELS:
+            if h >= mode.longest * 2.0**-level:
+                x = mode.move(x, level)
+                h -= mode.longest * 2.0**-level
+            else:
+                level += 1
+        return x
+
+    def first_level(self, mode, x, armed, level):
+        """Short first steps where a guard is about to come back."""
+        for i in np.flatnonzero(~armed):
+            g, rate, second, _ = mode.forms[:, i] @ x
+            if rate > 0 and second < 0 and g <= -(rate**2) / second:
+                flight = (rate + np.sqrt(max(rate**2 - 2 * g * second, 0.0))) / -second
+                level = max(level, min(LEVELS - 12, int(np.ceil(np.log2(4 * mode.longest / flight)))))
+        return level
+
+    def first_exit(self, mode, x, after, level, armed):
+        """(time, state, guards) where the first guard is left in a step; `armed` are those that have been inside."""
+        forms, rates = mode.forms[0], mode.forms[1]
+        start, end = forms @ x, forms @ after
+        slope, last = rates @ x, rates @ after
+        noise = 64 * EPS * (np.abs(forms) @ np.maximum(np.maximum(np.abs(x), np.abs(after)), self.size))
+        armed |= start > noise
+        suspects = (end < -noise) | ((slope < 0) & (last > 0))
+        # It may rise, fall and rise again.
+        near = np.minimum(start, end) < mode.longest * 2.0**-level * np.maximum(np.abs(slope), np.abs(last))
+        suspects |= near & (mode.forms[2] @ x < 0) & (mode.forms[2] @ after > 0)
+        for i in np.flatnonzero(~armed & ((start < -noise) | ((slope < 0) & (np.abs(start) <= noise)))):
+            suspects[i] = True
+        best = None
+        for i in np.flatnonzero(suspects):
+            found = self.leaves(mode, i, x, level, armed[i], noise[i], slope[i])
+            if found is None:
+                continue
+            offset, state = found
+            h = mode.longest * 2.0**-level
+            if best is None or offset < best[0] - 4 * EPS * h:
+                best = (offset, state, [i])
+            elif abs(offset - best[0]) <= 4 * EPS * h:
+                best[2].append(i)
+        armed |= end > noise
+        if best is None:
+            return None
+        # What is on its bound there as well is left with it.
+        for i in range(len(mode.guards)):
+            if i in best[2]:
+                continue
+            value, rate = forms[i] @ best[1], rates[i] @ best[1]
+            if abs(value) <= self.noise(forms[i], best[1]) and rate < 0 and armed[i]:
+                best[2].append(i)
+        return best
+
+    def leaves(self, mode, i, x, level, armed, noise, slope):
+        """(time, state) where guard i becomes negative within a step, or None."""
+        form, rate = mode.forms[0, i], mode.forms[1, i]
+        parts = 3
+        states, times = [x], [0.0]
+        for _ in range(2**parts):
+            states.append(mode.move(states[-1], level + parts))
+            times.append(times[-1] + mode.longest * 2.0 ** -(level + parts))
+        values = [form @ state for state in states]
+        slopes = [rate @ state for state in states]
+        inside = armed or values[0] > noise
+        for j in range(1, len(states)):
+            if inside and values[j] < 0:
+                return self.bisect(mode, form, states[j - 1], times[j - 1], level + parts)
+            if not inside and values[j] < -noise:
+                # From its bound the guard goes outside: at once, or after a rise within this part.
+                if j > 1 or slopes[0] > 0:
+                    found = self.rise(mode, i, states[j - 1], times[j - 1], level + parts)
+                    if found is not None:
+                        return found
+                return times[j - 1], states[j - 1].copy()
+            if slopes[j - 1] < 0 < slopes[j] and inside:
+                low, state = self.bisect(mode, rate, states[j - 1], times[j - 1], level + parts, upwards=True)
+                if form @ state < -noise:
+                    return self.bisect(mode, form, states[j - 1], times[j - 1], level + parts, until=low)
+            inside = inside or values[j] > noise
+        return None
+
+    def rise(self, mode, i, x, t, level):
+        """Where a guard that rises from its bound comes back to it, within a step."""
+        form, rate = mode.forms[0, i], mode.forms[1, i]
+        if not rate @ x > 0:
+            return None
+        top, state = self.bisect(mode, rate, x, t, level)
+        if form @ state <= 0:
+            return None
+        offset, step = top - t, level
+        while step < level + LEVELS - 8:
+            step += 1
+            if mode.longest * 2.0**-step > mode.longest * 2.0**-level - offset:
+                continue
+            after = mode.move(state, step)
+            if form @ after >= 0:
+                state = after
+                offset += mode.longest * 2.0**-step
+        return t + offset, state
+
+    def bisect(self, mode, form, x, t, level, upwards=False, until=None):
+        """The last time, and the state, before the form changes sign (downwards) in a step from t."""
+        state, now = x, t
+        for step in range(level + 1, level + 56):
+            h = mode.longest * 2.0**-step
+            if until is not None and now + h > until:
+                continue
+            after = mode.move(state, step)
+            value = form @ after
+            if (value <= 0) if upwards else (value >= 0):
+                state, now = after, now + h
+        return now, state.copy()
+
+    def begin(self, x):
+        branches = []
+        for contact in self.machine.contacts:
+            branch = OPEN
+            if contact.friction:
+                branch = int(np.sign(contact.rate @ x))
+            else:
+                for sign in contact.signs:
+                    depth, rate = contact.depth(sign) @ x, sign * contact.rate @ x
+                    if depth > 0 or (depth == 0 and rate > 0):
+                        branch = sign if contact.rigid else (sign, "closed")
+                if not contact.rigid and branch != OPEN and contact.parts and contact.pressed(branch[0]) @ x < 0:
+                    branch = (branch[0], "parting")
+            branches.append(branch)
+        return self.settle(self.mode(branches), x, [])
+
+    def settle(self, mode, x, hit):
+        """The mode after guards were hit; x gets the jumps."""
+        machine, contacts = self.machine, self.machine.contacts
+        branches = list(mode.branches)
+        let_go, touched, rest = set(), set(), set()
+        for i in hit:
+            form, j, after = mode.guards[i]
+            contact = contacts[j]
+            if j in mode.held:
+                branches[j] = after
+                let_go.add(j)
+            else:
+                within = 0.0
+                if contact.rigid and self.random is not None:
+                    within = self.noise(form, x) * self.random.uniform(0.0, 1.0)
+                self.put(x, form, within)
+                if contact.rigid:
+                    touched.add((j, after))
+                elif contact.friction:
+                    rest.add(j)
+                else:
+                    branches[j] = after
+        sides = []
+        for j, contact in enumerate(contacts):
+            if not contact.rigid:
+                continue
+            for sign in contact.signs:
+                gap = -contact.depth(sign)
+                if (j, sign) in touched or branches[j] == sign or gap @ x <= self.noise(gap, x):
+                    if not (j in let_go and mode.branches[j] == sign):
+                        sides.append((j, sign))
+        struck = self.impact(x, sides)
+        closed = []
+        for j, sign in sides:
+            rate = -sign * contacts[j].rate
+            speed = rate @ x
+            if speed <= self.noise(rate, x) or (struck and self.flight_is_noise(branches, x, j, sign, speed)):
+                closed.append((j, sign))
+        if struck:
+            self.hold(x, closed)
+        for j, contact in enumerate(contacts):
+            if contact.rigid:
+                branches[j] = next((sign for i, sign in closed if i == j), OPEN)
+        # Friction that an impact has set moving, or that acts again.
+        for j, contact in enumerate(contacts):
+            if not contact.friction or (j in let_go and not struck):
+                continue
+            rate = contact.rate @ x
+            if abs(rate) <= self.noise(contact.rate, x) or j in rest:
+                rest.add(j)
+                branches[j] = STICK
+            else:
+                branches[j] = int(np.sign(rate))
+        rest -= let_go if not struck else set()
+        rest = {j for j in rest if contacts[j].with_stop is None or is_closed(branches[contacts[j].with_stop])}
+        if self.machine.contacts and not any(c.rigid or c.friction for c in contacts):
+            return self.mode(self.pass_on(branches, x))
+        branches = self.pass_on(branches, x)
+        for _ in range(20):
+            branches = list(self.forces(branches, closed, rest, x))
+            mode = self.mode(branches)
+            leaving = self.leaving(mode, x, let_go)
+            if not leaving:
+                return mode
+            for j, after in leaving:
+                let_go.add(j)
+                rest.discard(j)
+                closed = [side for side in closed if side[0] != j]
+                branches[j] = after
+        raise GaveUp("no mode")
+
+    def put(self, x, form, within=0.0):
+        """Put the state on a bound that its rounding has missed, or so far within."""
+        n, machine = self.machine.n, self.machine
+        value = form @ x - within
+        part = slice(0, n) if np.any(form[:n]) else slice(n, 2 * n)
+        effect = form[part] @ (form[part] / machine.mass)
+        x[part] -= form[part] / machine.mass * value / effect
+
+    def impact(self, x, sides):
+        """Newton's and Moreau's law for all sides that touch; which of them were hit."""
+        contacts, machine = self.machine.contacts, self.machine
+        d = np.array([-sign * contacts[j].w for j, sign in sides]).reshape(len(sides), machine.n)
+        u = np.array([-sign * contacts[j].rate @ x for j, sign in sides])
+        noise = np.array([self.noise(contacts[j].rate, x) for j, _ in sides])
+        struck = {side for side, speed, least in zip(sides, u, noise, strict=True) if speed < -least}
+        if not struck:
+            return struck
+        u = np.where(np.abs(u) <= noise, 0.0, u)
+        e = np.array([contacts[j].restitution for j, _ in sides])
+        effect = d / machine.mass @ d.T
+        best = None
+        for active in itertools.product((False, True), repeat=len(sides)):
+            a = np.flatnonzero(active)
+            impulse = np.zeros(len(sides))
+            if len(a):
+                impulse[a] = np.linalg.lstsq(effect[np.ix_(a, a)], -(1 + e[a]) * u[a], rcond=1e-10)[0]
+            after = u + effect @ impulse
+            wrong = max(np.max(-(after + e * u)), np.max(-(impulse * np.diag(effect))), np.max(np.abs((after + e * u)[a]), initial=0.0))
+            if best is None or wrong < best[0]:
+                best = (wrong, impulse, after)
+        x[machine.n : 2 * machine.n] += d.T @ best[1] / machine.mass
+        for (j, sign), speed, least in zip(sides, best[2], noise, strict=True):
+            if abs(speed) <= least:
+                self.put(x, contacts[j].rate)
+        return struck
+
+    def hold(self, x, closed):
+        """Take the speeds of closed gaps out of the state."""
+        contacts, machine = self.machine.contacts, self.machine
+        if not closed:
+            return
+        d = np.array([contacts[j].w for j, _ in closed])
+        u = np.array([contacts[j].rate @ x for j, _ in closed])
+        effect = d / machine.mass @ d.T
+        x[machine.n : 2 * machine.n] -= (d / machine.mass).T @ np.linalg.lstsq(effect, u, rcond=1e-10)[0]
+
+    def flight_is_noise(self, branches, x, j, sign, speed):
+        """Whether what is left of a sequence of impacts is below the rounding of the gap."""
+        contacts = self.machine.contacts
+        contact = contacts[j]
+        flying = list(branches)
+        for i, other in enumerate(contacts):
+            if other.rigid:
+                flying[i] = OPEN
+            elif other.friction and abs(other.rate @ x) > self.noise(other.rate, x):
+                flying[i] = int(np.sign(other.rate @ x))
+        pull = sign * (contact.rate @ self.mode(flying).rates) @ x
+        return pull > 0 and speed**2 <= 2 * pull * 4 * self.coarse * self.noise(contact.depth(sign), x)
+
+    def pass_on(self, branches, x):
+        """Compliant contacts whose new branch ends at once go on."""
+        branches = list(branches)
+        for j, contact in enumerate(self.machine.contacts):
+            if contact.rigid or contact.friction:
+                continue
+            for _ in range(4):
+                for form, after in contact.bounds(branches[j]):
+                    if form @ x < -self.noise(form, x):
+                        branches[j] = after
+                        break
+                else:
+                    break
+        return branches
+
+    def forces(self, branches, closed, rest, x):
+        """Which of the closed sides stay, which of the friction that rests sticks; the fastest that begins to slide goes first."""
+        contacts, machine, n = self.machine.contacts, self.machine, self.machine.n
+        branches, rest = list(branches), set(rest)
+        while True:
+            rates = machine.free.copy()
+            for i, contact in enumerate(contacts):
+                if contact.friction:
+                    acts = contact.with_stop is None or is_closed(branches[contact.with_stop])
+                    if acts and i not in rest and branches[i] != STICK:
+                        rates[n : 2 * n] -= np.outer(contact.w / machine.mass, machine.constant(branches[i] * contact.sliding))
+                elif not contact.rigid and branches[i] != OPEN and branches[i][1] == "closed":
+                    force = branches[i][0] * contact.pressed(branches[i][0])
+                    rates[n : 2 * n] -= np.outer(contact.w / machine.mass, force)
+            sticking = sorted(rest)
+            d = np.array([-sign * contacts[j].w for j, sign in closed] + [contacts[j].w for j in sticking]).reshape(-1, n)
+            forms = [-sign * contacts[j].rate for j, sign in closed] + [contacts[j].rate for j in sticking]
+            if not forms:
+                return tuple(branches)
+            u = np.array([form @ rates @ x for form in forms])
+            size = np.array([np.abs(form) @ np.abs(rates) @ np.abs(x) for form in forms])
+            effect = d / machine.mass @ d.T
+            limits = np.array([contacts[j].most for j in sticking])
+            m = len(closed)
+            best = None
+            for choice in itertools.product(*[(0, 1)] * m, *[(0, 1, -1)] * len(sticking)):
+                force = np.zeros(len(forms))
+                fixed = [i for i, c in enumerate(choice) if (c == 1) == (i < m) and (c == 1 or c == 0) and not (i >= m and c != 0)]
+                for i in range(m, len(forms)):
+                    force[i] = -choice[i] * limits[i - m]
+                a = np.array(fixed, dtype=int)
+                if len(a):
+                    force[a] = np.linalg.lstsq(effect[np.ix_(a, a)], -(u + effect @ force)[a], rcond=1e-10)[0]
+                after = u + effect @ force
+                scale = np.max(size) + 1e-300
+                wrong = np.max(np.abs(after[a]), initial=0.0) / scale
+                for i, c in enumerate(choice):
+                    unit = effect[i, i] / scale
+                    if i < m:
+                        wrong = max(wrong, -force[i] * unit, -after[i] / scale)
+                    elif c == 0:
+                        wrong = max(wrong, (abs(force[i]) - limits[i - m]) * unit)
+                    else:
+                        wrong = max(wrong, -c * after[i] / scale)
+                if best is None or wrong < best[0] - 1e-13:
+                    best = (wrong, choice, after)
+            if best[0] > 1e-9:
+                raise GaveUp("no forces")
+            for (j, sign), c in zip(closed, best[1][:m], strict=True):
+                branches[j] = sign if c else OPEN
+            weak = []
+            for j, c, a in zip(sticking, best[1][m:], best[2][m:], strict=True):
+                branches[j] = c
+                if c and contacts[j].sliding < contacts[j].most:
+                    weak.append((abs(a) / np.sqrt(contacts[j].w @ (contacts[j].w / machine.mass)), j))
+            if not weak:
+                return tuple(branches)
+            rest.discard(max(weak)[1])
+            for j, sign in closed:
+                branches[j] = sign
+
+    def leaving(self, mode, x, let_go):
+        """Constraints whose force is on its bound and about to leave it."""
+        out = []
+        for i, (form, j, after) in enumerate(mode.guards):
+            if j not in mode.held or j in let_go:
+                continue
+            value, rate = form @ x, mode.forms[1, i] @ x
+            noise = self.noise(form, x)
+            if abs(value) <= noise and rate * 1e-3 * mode.shortest < -1e-3 * noise and rate < 0:
+                out.append((j, after))
+        return out
+
+
+def mode_guard(mode, i):
+    return mode.guards[i][1], mode.guards[i][2]

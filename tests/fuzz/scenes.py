@@ -1,0 +1,103 @@
+"""Random machines of the lumped kind, each from its seed, in which forces are unique: no rigid stop or friction in line with others."""
+
+import numpy as np
+
+
+def text_of(seed):
+    """The text of an input: chains of one to four bodies with piecewise-linear stops, and for every other seed rigid ones and friction."""
+    random = np.random.default_rng(seed)
+    n = int(random.integers(1, 5))
+    mass = 10 ** random.uniform(-0.7, 1.0, n)
+    speed = 10 ** random.uniform(1.0, 2.5)
+    lines = ["&scene kind='lumped' /"]
+    lines += [f"&mass name='b{i}', value={m:.17g} /" for i, m in enumerate(mass)]
+    lines += springs(random, mass, speed)
+    reach = 10 ** random.uniform(-4.0, -2.5)
+    push = speed**2 * reach * float(np.mean(mass))
+    tones = list(speed * 10 ** random.uniform(-0.5, 0.8, 2))
+    stops, rigid = stops_of(random, mass, speed, reach, tones, seed % 2 == 1)
+    lines += stops
+    if seed % 2 == 1:
+        lines += frictions_of(random, n, push, speed * reach, rigid, [f"s{i}" for i in range(len(stops))])
+    for _ in range(int(random.integers(1, 3))):
+        body, amplitude = random.integers(n), push * random.uniform(0.2, 2.0)
+        angle = int(random.integers(360))
+        lines.append(f"&load on='b{body}', amplitude={amplitude:.17g}, angular_frequency={random.choice(tones):.17g}, phase={angle} /")
+    if random.random() < 0.4:
+        lines.append(f"&load on='b{random.integers(n)}', value={push * random.uniform(-1.0, 1.0):.17g} /")
+    for i in range(n):
+        lines.append(f"&initial on='b{i}', velocity={speed * reach * random.uniform(-2.0, 2.0):.17g} /")
+    end = 60.0 / speed
+    lines.append(f"&motion t_end={end:.17g}, start='given', integrator='exact', max_seconds=30.0 /")
+    lines.append(f"&record observable='state', what='trajectory', interval={end / 60:.17g} /")
+    return "\n".join(lines) + "\n"
+
+
+def springs(random, mass, speed):
+    lines = []
+    for i, m in enumerate(mass):
+        for other in ["frame"] * (i == 0 or random.random() < 0.4) + [f"b{i - 1}"] * (i > 0 and random.random() < 0.8):
+            k = m * speed**2 * 10 ** random.uniform(-0.7, 0.7)
+            ratio = random.choice([0.0, 0.005, 0.05, 3.0], p=[0.25, 0.35, 0.3, 0.1])
+            lines.append(f"&spring between='b{i}','{other}', stiffness={k:.17g}, damping={2 * ratio * np.sqrt(k * m):.17g} /")
+    return lines
+
+
+def pair(random, n):
+    """Two bodies, or a body and the frame."""
+    i = int(random.integers(n))
+    others = ["frame"] + [f"b{j}" for j in range(n) if j != i]
+    return f"b{i}", str(random.choice(others))
+
+
+def independent(found, n, between):
+    """The directions with one more, or None where it depends on them."""
+    w = np.zeros(n)
+    for name, sign in zip(between, (1.0, -1.0), strict=True):
+        if name != "frame":
+            w[int(name[1:])] += sign
+    more = [*found, w]
+    return more if np.linalg.matrix_rank(np.array(more)) == len(more) else None
+
+
+def stops_of(random, mass, speed, reach, tones, may_be_rigid):
+    lines, rigid = [], []
+    for i in range(int(random.integers(1, 4))):
+        between = pair(random, len(mass))
+        start = f"&stop name='s{i}', between='{between[0]}','{between[1]}', side='{random.choice(['upper', 'lower', 'both'])}'"
+        clearance = reach * 10 ** random.uniform(-0.7, 0.5)
+        start += f", clearance={clearance:.17g}"
+        if random.random() < 0.2:
+            amplitude, angle = clearance * random.uniform(0.1, 0.9), int(random.integers(360))
+            start += f", motion_amplitude={amplitude:.17g}, motion_angular_frequency={random.choice(tones):.17g}, motion_phase={angle}"
+        more = independent(rigid, len(mass), between)
+        if may_be_rigid and more is not None and random.random() < 0.7:
+            rigid = more
+            lines.append(f"{start}, law='rigid', restitution={random.choice([0.0, 0.3, 0.5, 0.8, 0.95, 1.0])} /")
+            continue
+        m = min(float(mass[int(name[1:])]) for name in between if name != "frame")
+        k = m * speed**2 * 10 ** random.uniform(0.0, 4.0)
+        b = 2 * np.sqrt(k * m) * random.choice([0.0, 0.02, 0.2, 3.0], p=[0.3, 0.3, 0.3, 0.1])
+        law = random.choice(["kelvin_voigt", "switched_spring"], p=[0.8, 0.2])
+        part = random.choice(["zero_force", "zero_deformation"])
+        lines.append(f"{start}, law='{law}', stiffness={k:.17g}, damping={b:.17g}, separation='{part}' /")
+    return lines, rigid
+
+
+def frictions_of(random, n, push, speed, rigid, stops):
+    lines = []
+    for i in range(int(random.integers(0, 3))):
+        between = pair(random, n)
+        more = independent(rigid, n, between)
+        if more is None:
+            continue
+        rigid = more
+        static = random.uniform(0.1, 0.6)
+        kinetic = static * random.choice([1.0, random.uniform(0.3, 1.0)])
+        line = f"&friction name='f{i}', between='{between[0]}','{between[1]}', static_coefficient={static:.17g}"
+        line += f", kinetic_coefficient={kinetic:.17g}, normal_load={push * 10 ** random.uniform(-1.0, 0.5):.17g}"
+        line += f", belt_speed={random.choice([0.0, 0.0, speed * random.uniform(-1.0, 1.0)]):.17g}"
+        if random.random() < 0.3:
+            line += f", only_with='{random.choice(stops)}'"
+        lines.append(line + " /")
+    return lines
