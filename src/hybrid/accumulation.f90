@@ -127,7 +127,7 @@ contains
    end subroutine follow
 
    !> Take the speeds of the gaps of the contacts `list`, which open in `direction` of s, out of y' (m). The first `n` end their
-   !> sequences; the others are held, and have none to the last bit, or these would be thrown up by that. Out goes also the friction that
+   !> sequences; the others are held, and would be thrown up by that. Out goes also what has been given by the friction that
    !> slides under them, and for the time until their `ends`, s, with that which slides only while they are closed. In the limit
    !> gap and speed are none, whatever they were.
    subroutine take_out(system, dynamics, list, n, direction, ends, speed, saltation)

@@ -33,7 +33,7 @@ contains
               key_real("stiffness", "stiffness of the closed contact, with n = 1.5 for 'hertz', n = exponent for "// &
                        "'hunt_crossley', else n = 1; not for 'rigid'", unit="N/m^n or N m/rad^n", rule=positive), &
               key_real("damping", "damping of the closed contact, for 'kelvin_voigt' and 'switched_spring'; 0 if not given", &
-                       unit="N s/m or N m s/rad", rule=nonnegative), &
+                       unit="N s/m or N m s/rad", low=0.0_wp, high=1.0e15_wp), &
               key_string("separation", "where a damped contact is lost; 'zero_force' if not given", &
                          choices=["zero_deformation", "zero_force      "]), &
               key_real("exponent", "exponent n of the deformation, for 'hunt_crossley'; 1.5 if not given", &

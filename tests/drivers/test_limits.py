@@ -1,5 +1,6 @@
 """Motions that would not end, and numbers that no machine has: each ends at once, right or with what is wrong."""
 
+import shlex
 import signal
 import subprocess
 import time
@@ -137,3 +138,33 @@ def test_a_bumper_does_not_pull(case, law):
     with h5py.File("case.h5") as file:
         force = file["extrema/contact_force/value"][:]
     assert force.max() > 1.0 and force.min() >= -1e-9 * force.max()
+
+
+ELASTIC = """
+&scene   kind='lumped' /
+&mass    name='ball', value=1.0 /
+&stop    name='floor', between='ball','frame', side='lower', clearance=0.0, law='rigid', restitution=1.0 /
+&load    on='ball', value=-2.0 /
+&initial on='ball', displacement=1.0e-3 /
+&motion  t_end=3.0, start='given' /
+&record  observable='state', what='trajectory', interval=0.01 /
+"""
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853"])
+def test_bounces_that_drag_alone_slows_end_with_a_status(folder, integrator):
+    path = folder / "drag.nml"
+    path.write_text(ELASTIC + "&damper between='ball','frame', damping=70.0 /\n")
+    done = start("razy-run", path, *sets(motion__integrator=f"'{integrator}'"), timeout=2 * AT_ONCE)
+    assert done.returncode == 1 and "event limit reached" in done.stderr
+
+
+def test_a_long_list_of_events_needs_no_stack(folder):
+    path = folder / "elastic.nml"
+    path.write_text(ELASTIC)
+    words = command("razy-run", path, *sets(initial__displacement=1e-9, motion__t_end=12.0))
+    script = f"ulimit -s 1024; exec {shlex.join(words)}"
+    done = subprocess.run(["bash", "-c", script], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    with h5py.File("elastic.h5") as file:
+        assert file["event/time"].size > 150000

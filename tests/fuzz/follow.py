@@ -1,8 +1,8 @@
-"""A second opinion on a lumped machine: matrix exponentials, events to rounding, own laws of impact, sticking and friction.
+"""A second opinion on a lumped machine: matrix exponentials, events to rounding, own laws of impact and friction.
 
-Nothing here is taken from the library. In one mode of the contacts x' = A x with x = (q, q', 1, cos w t, sin w t, ...), so that a
-step is a product with exp(A h), h a power of two times the longest step. What ends a mode are linear forms g x, which must not
-become negative.
+Nothing here is taken from the library. In one mode of the contacts x' = A x with x = (q, q', 1, cos w t, sin w t, ...),
+so that a step is a product with exp(A h), h a power of two times the longest step. What ends a mode are linear forms
+g x, which must not become negative.
 """
 
 import itertools
@@ -16,7 +16,7 @@ LEVELS = 60
 OPEN, STICK = 0, 0
 
 
-class GaveUp(Exception):
+class GaveUpError(Exception):
     """The motion has too many events, or no mode was found that obeys the laws."""
 
 
@@ -166,7 +166,7 @@ class Friction:
 
 
 class Mode:
-    """The motion while no contact changes: a branch for each. Of rigid stops 0 or the closed side, of friction -1, 0 or 1."""
+    """The motion while no contact changes: a branch for each: of rigid stops 0 or the closed side."""
 
     def __init__(self, machine, branches):
         n, contacts = machine.n, machine.contacts
@@ -246,7 +246,7 @@ def is_closed(branch):
 
 
 class Follower:
-    """One motion. `disturbed`: as it would be if velocities were known to 1e-12 at every event, gaps to 1e-14, and sequences ended earlier."""
+    """One motion. `disturbed`: velocities are known to 1e-12 at events, gaps to 1e-14, and sequences end earlier."""
 
     def __init__(self, text, most_events=20000, most_steps=400000, disturbed=False):
         self.machine = Machine(text)
@@ -280,7 +280,7 @@ class Follower:
             while k < len(times):
                 steps += 1
                 if steps > self.most_steps:
-                    raise GaveUp(f"steps, at {t}")
+                    raise GaveUpError(f"steps, at {t}")
                 level = mode.level(since)
                 level = max(level, self.first_level(mode, x, armed, level))
                 h = mode.longest * 2.0**-level
@@ -306,7 +306,7 @@ class Follower:
             mode = self.settle(mode, x, hit)
             self.events.append((t, [mode_guard(before, i) for i in hit]))
             if len(self.events) > self.most_events:
-                raise GaveUp(f"events, at {t}")
+                raise GaveUpError(f"events, at {t}")
         return np.array(out)
 
     def disturb(self, x):
@@ -449,7 +449,7 @@ class Follower:
 
     def settle(self, mode, x, hit):
         """The mode after guards were hit; x gets the jumps."""
-        machine, contacts = self.machine, self.machine.contacts
+        contacts = self.machine.contacts
         branches = list(mode.branches)
         let_go, touched, rest = set(), set(), set()
         for i in hit:
@@ -475,9 +475,9 @@ class Follower:
                 continue
             for sign in contact.signs:
                 gap = -contact.depth(sign)
-                if (j, sign) in touched or branches[j] == sign or gap @ x <= self.noise(gap, x):
-                    if not (j in let_go and mode.branches[j] == sign):
-                        sides.append((j, sign))
+                touches = (j, sign) in touched or branches[j] == sign or gap @ x <= self.noise(gap, x)
+                if touches and not (j in let_go and mode.branches[j] == sign):
+                    sides.append((j, sign))
         struck = self.impact(x, sides)
         closed = []
         for j, sign in sides:
@@ -516,7 +516,7 @@ class Follower:
                 rest.discard(j)
                 closed = [side for side in closed if side[0] != j]
                 branches[j] = after
-        raise GaveUp("no mode")
+        raise GaveUpError("no mode")
 
     def put(self, x, form, within=0.0):
         """Put the state on a bound that its rounding has missed, or so far within."""
@@ -545,11 +545,15 @@ class Follower:
             if len(a):
                 impulse[a] = np.linalg.lstsq(effect[np.ix_(a, a)], -(1 + e[a]) * u[a], rcond=1e-10)[0]
             after = u + effect @ impulse
-            wrong = max(np.max(-(after + e * u)), np.max(-(impulse * np.diag(effect))), np.max(np.abs((after + e * u)[a]), initial=0.0))
+            wrong = max(
+                np.max(-(after + e * u)),
+                np.max(-(impulse * np.diag(effect))),
+                np.max(np.abs((after + e * u)[a]), initial=0.0),
+            )
             if best is None or wrong < best[0]:
                 best = (wrong, impulse, after)
         x[machine.n : 2 * machine.n] += d.T @ best[1] / machine.mass
-        for (j, sign), speed, least in zip(sides, best[2], noise, strict=True):
+        for (j, _), speed, least in zip(sides, best[2], noise, strict=True):
             if abs(speed) <= least:
                 self.put(x, contacts[j].rate)
         return struck
@@ -593,7 +597,7 @@ class Follower:
         return branches
 
     def forces(self, branches, closed, rest, x):
-        """Which of the closed sides stay, which of the friction that rests sticks; the fastest that begins to slide goes first."""
+        """Which closed sides stay, which friction that rests sticks; the fastest that begins to slide goes first."""
         contacts, machine, n = self.machine.contacts, self.machine, self.machine.n
         branches, rest = list(branches), set(rest)
         while True:
@@ -602,12 +606,16 @@ class Follower:
                 if contact.friction:
                     acts = contact.with_stop is None or is_closed(branches[contact.with_stop])
                     if acts and i not in rest and branches[i] != STICK:
-                        rates[n : 2 * n] -= np.outer(contact.w / machine.mass, machine.constant(branches[i] * contact.sliding))
+                        rates[n : 2 * n] -= np.outer(
+                            contact.w / machine.mass, machine.constant(branches[i] * contact.sliding)
+                        )
                 elif not contact.rigid and branches[i] != OPEN and branches[i][1] == "closed":
                     force = branches[i][0] * contact.pressed(branches[i][0])
                     rates[n : 2 * n] -= np.outer(contact.w / machine.mass, force)
             sticking = sorted(rest)
-            d = np.array([-sign * contacts[j].w for j, sign in closed] + [contacts[j].w for j in sticking]).reshape(-1, n)
+            d = np.array([-sign * contacts[j].w for j, sign in closed] + [contacts[j].w for j in sticking]).reshape(
+                -1, n
+            )
             forms = [-sign * contacts[j].rate for j, sign in closed] + [contacts[j].rate for j in sticking]
             if not forms:
                 return tuple(branches)
@@ -619,7 +627,11 @@ class Follower:
             best = None
             for choice in itertools.product(*[(0, 1)] * m, *[(0, 1, -1)] * len(sticking)):
                 force = np.zeros(len(forms))
-                fixed = [i for i, c in enumerate(choice) if (c == 1) == (i < m) and (c == 1 or c == 0) and not (i >= m and c != 0)]
+                fixed = [
+                    i
+                    for i, c in enumerate(choice)
+                    if (c == 1) == (i < m) and (c == 1 or c == 0) and not (i >= m and c != 0)
+                ]
                 for i in range(m, len(forms)):
                     force[i] = -choice[i] * limits[i - m]
                 a = np.array(fixed, dtype=int)
@@ -639,7 +651,7 @@ class Follower:
                 if best is None or wrong < best[0] - 1e-13:
                     best = (wrong, choice, after)
             if best[0] > 1e-9:
-                raise GaveUp("no forces")
+                raise GaveUpError("no forces")
             for (j, sign), c in zip(closed, best[1][:m], strict=True):
                 branches[j] = sign if c else OPEN
             weak = []
@@ -650,8 +662,7 @@ class Follower:
             if not weak:
                 return tuple(branches)
             rest.discard(max(weak)[1])
-            for j, sign in closed:
-                branches[j] = sign
+            branches = [dict(closed).get(j, branch) for j, branch in enumerate(branches)]
 
     def leaving(self, mode, x, let_go):
         """Constraints whose force is on its bound and about to leave it."""

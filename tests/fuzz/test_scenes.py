@@ -1,10 +1,11 @@
-"""Random machines, and those that once parted: `exact`, `dop853` and an independent code agree, or a disturbance of 1e-12 says why not."""
+"""Random machines, and those that once parted: `exact`, `dop853` and an independent code agree."""
 
 import os
 from pathlib import Path
 
 import compare
 import pytest
+
 import scenes
 
 FIRST, LAST = (int(number) for number in os.environ.get("RAZY_FUZZ_SEEDS", "0:20").split(":"))
