@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 import compare
+import h5py
 import pytest
 
 import scenes
@@ -22,3 +23,10 @@ def test_what_once_parted_agrees(path, tmp_path):
 def test_random_scene_agrees(seed, tmp_path):
     verdict, wrong = compare.compare(scenes.text_of(seed), tmp_path)
     assert verdict != "differ", wrong
+
+
+def test_two_contacts_that_come_to_rest_together_take_few_events(tmp_path):
+    text = (Path(__file__).parent / "data" / "rigid_11_25.nml").read_text()
+    compare.library(tmp_path, text, "exact", [])
+    with h5py.File(tmp_path / "exact.h5") as file:
+        assert file["outcome/events"][0] < 1000
