@@ -13,7 +13,7 @@ module razy_orbits_branch
    implicit none(type, external)
    private
 
-   public :: branch_t, point_t
+   public :: branch_t, find_tangent, point_t
 
    !> A motion of a branch; `label` is empty where nothing happens. `tangent` of the branch, in scaled unknowns.
    type :: point_t
@@ -34,6 +34,7 @@ module razy_orbits_branch
       character(:), allocatable :: ending
    contains
       procedure :: follow
+      procedure :: search_between
       procedure, private :: add
       procedure, private :: search
       procedure, private :: search_smooth
@@ -282,6 +283,17 @@ contains
 
       length = dot_product(a%tangent, b%orbit%u - a%orbit%u)
    end function length
+
+   !> Only the special points between two motions, with tangents and all that is asked of them.
+   subroutine search_between(self, problem, a, b)
+      class(branch_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: a, b
+
+      self%count = 0
+      if (.not. allocated(self%point)) allocate (self%point(8))
+      call self%search(problem, a, b)
+   end subroutine search_between
 
    !> What happens between two points of the branch: changes of the sequence one after the other, and on each side what else does.
    subroutine search(self, problem, here, next)

@@ -74,8 +74,12 @@ contains
                      key_logical("until_periodic", "whether a motion is followed only until it is periodic, t_end being the most", &
                                  default=".false."), &
                      key_logical("processor_time", "whether the processor time of each point is stored", default=".false.")]), &
-               group("follow", "The periodic motions that razy-follow follows over a parameter", keys=[ &
-                     key_string("parameter", "group%key of the value that varies, as in --set", required=.true.), &
+               group("follow", "The periodic motions that razy-follow follows over a parameter; a second group is a second "// &
+                     "parameter, over which their special points are followed", repeatable=.true., keys=[ &
+                     key_string("parameter", "group%key of the value that varies, as in --set; or of several that vary together", &
+                                least=1, most=16, required=.true.), &
+                     key_real("factor", "each parameter is the first's value times its factor, the first 1; all 1 if not given", &
+                              least=1, most=16), &
                      key_real("first", "one end of the range, in the unit of the key", required=.true.), &
                      key_real("last", "the other end", required=.true.), &
                      key_real("from", "where the first motion is looked for; first, if not given"), &

@@ -4,7 +4,7 @@ module razy_study_follow_family
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
    use razy_hybrid_flow, only: flow_t
-   use razy_input_input, only: input_t, slot_t
+   use razy_input_input, only: input_t
    use razy_machine_excitation, only: period_of_loads
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: integrator_t
@@ -13,6 +13,7 @@ module razy_study_follow_family
    use razy_scenes_records, only: record_t
    use razy_scenes_scene, only: scene_t
    use razy_study_motion, only: new_integrator
+   use razy_study_sweep_axes, only: put_value, varied_t
    implicit none(type, external)
    private
 
@@ -21,7 +22,7 @@ module razy_study_follow_family
    !> The input, and which of its values vary; the machine that was made last.
    type, extends(family_t) :: case_family_t
       type(input_t) :: input
-      type(slot_t), allocatable :: slot(:)
+      type(varied_t), allocatable :: varied(:)
       type(machine_t) :: machine
       type(motion_t) :: motion
       type(record_t), allocatable :: records(:)
@@ -44,7 +45,7 @@ contains
 
       period = 0.0_wp
       do i = 1, size(parameter)
-         call self%input%put(self%slot(i), parameter(i), error)
+         call put_value(self%varied(i), self%input, parameter(i), error)
          if (allocated(error)) return
       end do
       call new_machine(self%machine, self%motion, self%records, self%input, error, self%scene)

@@ -1,13 +1,17 @@
-!! What &follow asks for: the first motion, its branch, and the branches that begin where periods double or symmetry breaks.
+!! What &follow asks for: the first motion, its branch, and the branches that begin where periods double or symmetry breaks; with a
+!! second &follow the curves of their special points over two parameters.
 module razy_study_follow_follow
-   use razy_core_error, only: error_t, raise
+   use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
+   use razy_core_number, only: to_text
    use razy_input_input, only: input_t
    use razy_orbits_branch, only: branch_t
+   use razy_orbits_curve, only: curve_t
    use razy_orbits_orbit, only: orbit_t, problem_t
    use razy_orbits_start, only: find_periodic
    use razy_orbits_switch, only: switch_branch
    use razy_study_follow_family, only: case_family_t
+   use razy_study_sweep_axes, only: new_varied, varied_t
    implicit none(type, external)
    private
 
@@ -17,23 +21,29 @@ module razy_study_follow_follow
       type(problem_t) :: problem
       type(branch_t), allocatable :: branch(:)
       integer :: count = 0
-      !> What &follow says.
-      character(:), allocatable :: name, unit
-      real(wp) :: first = 0.0_wp, last = 0.0_wp, from = 0.0_wp
+      type(curve_t), allocatable :: curve(:)
+      integer :: curves = 0
+      !> What each &follow says: what varies (1 or 2), from where to where.
+      type(varied_t), allocatable :: varied(:)
+      real(wp), allocatable :: first(:), last(:)
+      real(wp) :: from = 0.0_wp
       real(wp), private :: time = 0.0_wp
       integer, private :: period = 0, most_points = 0, settle = 0, doublings = 0
       logical :: settled = .false.
    contains
       procedure :: compute
       procedure, private :: one_branch
+      procedure, private :: curve_through
    end type follow_t
 
    !> Groups whose values are not the machine's.
-   character(*), parameter :: machineless(*) = [character(8) :: "follow%", "sweep%", "tune%", "record%", "motion%", "starts%"]
+   character(*), parameter :: machineless(*) = [character(6) :: "sweep", "tune", "record", "motion", "starts"]
    !> Motions nearer than this, relative to the state, where a branch ends in a doubling.
    real(wp), parameter :: same = 0.02_wp
    !> The branches that a file holds at most.
-   integer, parameter :: most_branches = 64
+   integer, parameter :: most_branches = 64, most_curves = 64
+   !> Points of a curve on each side of where it was found.
+   integer, parameter :: most_on_curve = 150
 
 contains
 
@@ -45,38 +55,26 @@ contains
 
       type(case_family_t) :: family
       type(error_t), allocatable :: problem
-      character(:), allocatable :: path
-      integer :: i
+      integer :: i, n
 
-      if (input%count("follow") == 0) then
+      n = input%count("follow")
+      if (n == 0) then
          call input%complain(error, "follow", 1, "parameter", "required: the group%key that razy-follow varies")
          return
+      else if (n > 2) then
+         call input%complain(error, "follow", 3, "parameter", "at most two &follow groups, one for each parameter")
+         return
       end if
+      allocate (self%varied(n), self%first(n), self%last(n))
+      do i = 1, n
+         call read_parameter(self, input, i, error)
+         if (allocated(error)) return
+      end do
       family%input = input
-      allocate (family%slot(1))
-      call input%get("follow", 1, "parameter", path)
-      call input%locate(path, family%slot(1), problem)
-      if (.not. allocated(problem)) then
-         if (family%slot(1)%whole) call raise(problem, "a real number: motions are followed over a continuous value")
-         if (any([(index(family%slot(1)%path, trim(machineless(i))) == 1, i=1, size(machineless))])) then
-            call raise(problem, "a value that the machine has")
-         end if
-      end if
-      if (allocated(problem)) then
-         call input%complain(error, "follow", 1, "parameter", problem%message)
-         return
-      end if
-      self%name = family%slot(1)%path
-      self%unit = family%slot(1)%unit
-      call input%get("follow", 1, "first", self%first)
-      call input%get("follow", 1, "last", self%last)
-      if (.not. abs(self%last - self%first) > 1.0e-9_wp*max(abs(self%first), abs(self%last))) then
-         call input%complain(error, "follow", 1, "last", "a value apart from first")
-         return
-      end if
-      self%from = self%first
+      family%varied = self%varied
+      self%from = self%first(1)
       if (input%given("follow", 1, "from")) call input%get("follow", 1, "from", self%from)
-      if ((self%from - self%first)*(self%from - self%last) > 0.0_wp) then
+      if ((self%from - self%first(1))*(self%from - self%last(1)) > 0.0_wp) then
          call input%complain(error, "follow", 1, "from", "a value between first and last")
          return
       end if
@@ -85,9 +83,10 @@ contains
       call input%get("follow", 1, "max_points", self%most_points)
       call input%get("follow", 1, "settle", self%settle)
       self%problem%map%family = family
-      self%problem%parameter = [self%first]
+      self%problem%parameter = [(self%varied(i)%slot(1)%number, i=1, n)]
       do i = 1, 2
-         call self%problem%map%go_to([merge(self%last, self%from, i == 1)], problem)
+         self%problem%parameter(1) = merge(self%last(1), self%from, i == 1)
+         call self%problem%map%go_to(self%problem%parameter, problem)
          if (.not. allocated(problem)) cycle
          call input%complain(error, "follow", 1, "parameter", problem%message)
          return
@@ -99,20 +98,63 @@ contains
       end select
    end subroutine new_follow
 
+   !> What &follow number i varies, and its range.
+   subroutine read_parameter(self, input, i, error)
+      class(follow_t), intent(inout) :: self
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      character(*), parameter :: common(*) = [character(10) :: "from", "period", "settle", "doublings", "max_points"]
+      integer :: k
+
+      call new_varied(self%varied(i), input, "follow", i, error)
+      if (allocated(error)) return
+      associate (slot => self%varied(i)%slot)
+         do k = 1, size(slot)
+            if (slot(k)%whole) then
+               call input%complain(error, "follow", i, "parameter", "a real number: motions are followed over a continuous value")
+            else if (any(slot(k)%path(:scan(slot(k)%path, "(%") - 1) == machineless)) then
+               call input%complain(error, "follow", i, "parameter", "a value that the machine has")
+            end if
+            if (allocated(error)) return
+         end do
+      end associate
+      call input%get("follow", i, "first", self%first(i))
+      call input%get("follow", i, "last", self%last(i))
+      associate (first => self%first(i), last => self%last(i), now => self%varied(i)%slot(1)%number)
+         if (.not. abs(last - first) > 1.0e-9_wp*max(abs(first), abs(last))) then
+            call input%complain(error, "follow", i, "last", "a value apart from first")
+         else if (i == 2 .and. (now - first)*(now - last) > 0.0_wp) then
+            call input%complain(error, "follow", 2, "first", "a range that holds "//to_text(now)//", the value that "// &
+                                self%varied(2)%parameter//" has in the input")
+         end if
+      end associate
+      if (i == 1) return
+      do k = 1, size(common)
+         if (allocated(error)) return
+         if (input%given("follow", 2, trim(common(k)))) call input%complain(error, "follow", 2, trim(common(k)), &
+                                                                            "given in the first &follow only")
+      end do
+   end subroutine read_parameter
+
    !> Find the first motion and follow all branches that begin from it.
    subroutine compute(self, error)
       class(follow_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
 
       type(orbit_t) :: orbit
+      real(wp), allocatable :: begin(:)
       integer :: from, i
 
       allocate (self%branch(most_branches))
-      call find_periodic(self%problem, [self%from], abs(self%last - self%first), self%period, self%settle, self%time, orbit, &
+      begin = self%problem%parameter
+      begin(1) = self%from
+      call find_periodic(self%problem, begin, abs(self%last(1) - self%first(1)), self%period, self%settle, self%time, orbit, &
                          self%settled, error)
       if (allocated(error)) return
-      if (abs(self%from - self%last) > 0.0_wp) call self%one_branch(orbit, 1.0_wp)
-      if (abs(self%from - self%first) > 0.0_wp) call self%one_branch(orbit, -1.0_wp)
+      if (abs(self%from - self%last(1)) > 0.0_wp) call self%one_branch(orbit, 1.0_wp)
+      if (abs(self%from - self%first(1)) > 0.0_wp) call self%one_branch(orbit, -1.0_wp)
       i = 0
       do while (i < self%count)
          i = i + 1
@@ -122,7 +164,42 @@ contains
             call follow_switched(self, i, from)
          end do
       end do
+      allocate (self%curve(most_curves))
+      if (size(self%varied) < 2) return
+      do i = 1, self%count
+         do from = 1, self%branch(i)%count
+            call self%curve_through(i, from)
+         end do
+      end do
    end subroutine compute
+
+   !> The curve of a special point over both parameters, unless one goes through it already.
+   subroutine curve_through(self, branch, place)
+      class(follow_t), intent(inout) :: self
+      integer, intent(in) :: branch, place
+
+      real(wp) :: at(2), range(2)
+      integer :: i
+
+      associate (problem => self%problem, point => self%branch(branch)%point(place))
+         if (.not. any(point%label == ["LP", "PD", "TR", "GR"]) .or. self%curves == most_curves) return
+         at = [point%orbit%u(size(point%orbit%u))*problem%range, problem%parameter(2)]
+         range = abs(self%last - self%first)
+         do i = 1, self%curves
+            if (self%curve(i)%periods == self%branch(branch)%periods .and. &
+                self%curve(i)%passes(point%label, at, range)) return
+         end do
+         self%curves = self%curves + 1
+         problem%periods = self%branch(branch)%periods
+         associate (curve => self%curve(self%curves))
+            curve%label = point%label
+            curve%contact = point%contact
+            curve%periods = problem%periods
+            curve%branch = branch
+            call curve%follow(problem, point, min(self%first, self%last), max(self%first, self%last), range(2), most_on_curve)
+         end associate
+      end associate
+   end subroutine curve_through
 
    !> The branch of a motion, towards `last` with `side` 1.
    subroutine one_branch(self, orbit, side)
@@ -133,7 +210,7 @@ contains
       real(wp) :: guide(size(orbit%u))
 
       guide = 0.0_wp
-      guide(size(guide)) = side*sign(1.0_wp, self%last - self%first)
+      guide(size(guide)) = side*sign(1.0_wp, self%last(1) - self%first(1))
       self%count = self%count + 1
       call self%branch(self%count)%follow(self%problem, orbit, guide, low_of(self), high_of(self), self%most_points)
    end subroutine one_branch
@@ -141,13 +218,13 @@ contains
    pure real(wp) function low_of(self)
       class(follow_t), intent(in) :: self
 
-      low_of = min(self%first, self%last)/self%problem%range
+      low_of = min(self%first(1), self%last(1))/self%problem%range
    end function low_of
 
    pure real(wp) function high_of(self)
       class(follow_t), intent(in) :: self
 
-      high_of = max(self%first, self%last)/self%problem%range
+      high_of = max(self%first(1), self%last(1))/self%problem%range
    end function high_of
 
    !> The branches that begin at a point, if it is a doubling or a branch point of a branch that is not itself the child of

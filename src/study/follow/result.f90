@@ -52,6 +52,7 @@ contains
       end do
       call branch_columns(self, table)
       call special_columns(self, table)
+      call curve_columns(self, table)
       select type (family => self%problem%map%family)
       type is (case_family_t)
          call file%begin(path, new_header("razy-follow", family%machine%title, family%motion%method%integrator, &
@@ -87,7 +88,8 @@ contains
       associate (orbit => point%orbit, map => self%problem%map)
          s = self%problem%scales()
          value = orbit%u(size(orbit%u))*s(size(s))
-         call map%go_to([value], error)
+         self%problem%parameter(1) = value
+         call map%go_to(self%problem%parameter, error)
          if (allocated(error)) return
          duration = self%branch(branch)%periods*map%period
          if (self%problem%is_autonomous()) duration = orbit%u(map%n + 1)*self%problem%period
@@ -102,7 +104,7 @@ contains
          call map%go(orbit%u(:map%n)*s(:map%n), duration, .false., back, slots)
          state = map%to_coordinates(orbit%u(:map%n)*s(:map%n))
          call row%add(group//"branch", branch, "1", "number of the branch")
-         call row%add(group//dotted(self%name), value, self%unit, self%name)
+         call row%add(group//self%varied(1)%dotted(), value, self%varied(1)%unit, self%varied(1)%parameter)
          call row%add(group//"period", duration, "s", "period of the motion")
          call row%add(group//"multiplicity", self%branch(branch)%periods, "1", "periods of the excitation in one of the motion")
          call row%add(group//"stable", merge(1, 0, orbit%is_stable()), "1", "1: all multipliers are within the unit circle")
@@ -140,17 +142,6 @@ contains
          call extrema(k)%reset()
       end do
    end subroutine ask_extrema
-
-   pure function dotted(name)
-      character(*), intent(in) :: name
-      character(:), allocatable :: dotted
-
-      integer :: i
-
-      dotted = name
-      i = index(dotted, "%")
-      if (i > 0) dotted(i:i) = "."
-   end function dotted
 
    !> Where each branch comes from and why it ends.
    subroutine branch_columns(self, table)
@@ -191,7 +182,7 @@ contains
             associate (point => self%branch(b)%point(i))
                if (point%label == "") cycle
                label = [label, point%label]
-               name = contact_name(self, point)
+               name = name_of(self, point%contact)
                contact = [contact, name]
                branch = [branch, b]
                place = [place, k - 1]
@@ -201,24 +192,61 @@ contains
       end do
       call table%add(group//"label", label, "1", "LP fold, PD period doubling, TR torus, BP branch point, GR grazing, ST, SL "// &
                      "sticking or sliding begins or ends, CH another change of contacts, EP end, MX no motion further on", along)
-      call table%add(group//"parameter", parameter, self%unit, self%name, along)
+      call table%add(group//"parameter", parameter, self%varied(1)%unit, self%varied(1)%parameter, along)
       call table%add(group//"branch", branch, "1", "number of the branch", along)
       call table%add(group//"point", place, "1", "row of /point, from 0", along)
       call table%add(group//"contact", contact, "1", "the contact that it is about", along)
    end subroutine special_columns
 
-   function contact_name(self, point) result(name)
+   !> The curves over two parameters: what each is, and all their points one after the other.
+   subroutine curve_columns(self, table)
       type(follow_t), intent(in) :: self
-      type(point_t), intent(in) :: point
+      type(table_t), intent(inout) :: table
+
+      character(*), parameter :: along = "/curve/curve", points = "/curve_point/point"
+      character(2) :: label(self%curves)
+      character(64) :: contact(self%curves)
+      real(wp), allocatable :: largest(:), place(:, :)
+      integer, allocatable :: curve(:)
+      integer :: i, k
+
+      if (size(self%varied) < 2) return
+      allocate (largest(0), place(2, 0), curve(0))
+      do i = 1, self%curves
+         associate (one => self%curve(i))
+            label(i) = one%label
+            contact(i) = name_of(self, one%contact)
+            curve = [curve, [(i, k=1, one%count)]]
+            largest = [largest, one%largest]
+            place = reshape([place, one%place], [2, size(curve)])
+         end associate
+      end do
+      call table%add("/curve/label", label, "1", "kind of the special points, as in /special", along)
+      call table%add("/curve/contact", contact, "1", "the contact that they are about", along)
+      call table%add("/curve/branch", self%curve(:self%curves)%branch, "1", "branch that the curve was found on", along)
+      call table%add("/curve/multiplicity", self%curve(:self%curves)%periods, "1", "periods of the excitation in a motion", along)
+      call table%add("/curve_point/curve", curve, "1", "number of the curve", points)
+      do i = 1, 2
+         associate (varied => self%varied(i))
+            call table%add("/curve_point/"//varied%dotted(), place(i, :), varied%unit, varied%parameter, points)
+         end associate
+      end do
+      call table%add("/curve_point/largest_multiplier", largest, "1", "modulus of the largest Floquet multiplier", points)
+   end subroutine curve_columns
+
+   !> Name of a contact, if it is one.
+   function name_of(self, contact) result(name)
+      type(follow_t), intent(in) :: self
+      integer, intent(in) :: contact
       character(:), allocatable :: name
 
       name = ""
-      if (point%contact == 0) return
+      if (contact == 0) return
       select type (family => self%problem%map%family)
       type is (case_family_t)
-         name = family%machine%contact(point%contact)%name
+         name = family%machine%contact(contact)%name
       end select
-   end function contact_name
+   end function name_of
 
    !> One line for each special point, as AUTO prints them, and one for the end of each branch.
    function follow_words(self) result(lines)
@@ -230,7 +258,8 @@ contains
       allocate (lines(0))
       if (.not. self%settled) call append_text(lines, "the start settles to no motion of such a period: that which it comes "// &
                                                "nearest to is followed")
-      call append_text(lines, "branch  point  label  "//self%name//" ("//self%unit//")  periods  largest multiplier  contact")
+      call append_text(lines, "branch  point  label  "//self%varied(1)%parameter//" ("//self%varied(1)%unit// &
+                       ")  periods  largest multiplier  contact")
       do b = 1, self%count
          do i = 1, self%branch(b)%count
             associate (point => self%branch(b)%point(i))
@@ -239,10 +268,19 @@ contains
                                 right(decimal(point%orbit%u(size(point%orbit%u))*self%problem%range, 12), 20)// &
                                 right(to_text(self%branch(b)%periods), 6)// &
                                 right(decimal(maxval([0.0_wp, abs(point%orbit%multiplier)]), 6), 14)//"  "// &
-                                contact_name(self, point))
+                                name_of(self, point%contact))
             end associate
          end do
          call append_text(lines, "branch "//to_text(b)//" ends: "//self%branch(b)%ending)
+      end do
+      do i = 1, self%curves
+         associate (curve => self%curve(i))
+            call append_text(lines, "curve "//to_text(i)//": "//curve%label//" of branch "//to_text(curve%branch)//", "// &
+                             to_text(curve%count)//" points, "//self%varied(1)%parameter//" "// &
+                             decimal(minval(curve%place(1, :)), 7)//" to "//decimal(maxval(curve%place(1, :)), 7)//", "// &
+                             self%varied(2)%parameter//" "//decimal(minval(curve%place(2, :)), 7)//" to "// &
+                             decimal(maxval(curve%place(2, :)), 7)//"; ends: "//trim(curve%ending(1))//"; "//trim(curve%ending(2)))
+         end associate
       end do
    end function follow_words
 

@@ -10,7 +10,7 @@ module razy_study_sweep_axes
    implicit none(type, external)
    private
 
-   public :: new_axes, put_point, put_value, varied_t
+   public :: new_axes, new_varied, put_point, put_value, varied_t
 
    !> What one &sweep varies: places of the input (places) and factors (places); name of the first, and its unit, of which the
    !> values of the axis are.
@@ -44,7 +44,7 @@ contains
       if (allocated(error)) return
       allocate (varied(n), axes(n))
       do i = 1, n
-         call read_places(varied(i), input, i, error)
+         call new_varied(varied(i), input, "sweep", i, error)
          if (.not. allocated(error)) call read_axis(axes(i), input, i, error)
          if (.not. allocated(error)) call check_whole(varied(i), input, i, error)
          if (.not. allocated(error) .and. i == 2) call check_second(varied, input, error)
@@ -54,10 +54,11 @@ contains
       if (allocated(problem)) call input%complain(error, "sweep", n, "points", "fewer points: "//problem%message)
    end subroutine new_axes
 
-   !> Where the values of &sweep number i go.
-   subroutine read_places(varied, input, i, error)
+   !> Where the values of this group, number i, go.
+   subroutine new_varied(varied, input, group, i, error)
       type(varied_t), intent(out) :: varied
       type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
@@ -65,31 +66,31 @@ contains
       type(string_t), allocatable :: paths(:)
       integer :: k
 
-      call input%get("sweep", i, "parameter", paths)
+      call input%get(group, i, "parameter", paths)
       allocate (varied%slot(size(paths)))
       do k = 1, size(paths)
          call input%locate(paths(k)%text, varied%slot(k), problem)
          if (allocated(problem)) then
-            call input%complain(error, "sweep", i, "parameter", problem%message)
-         else if (index(varied%slot(k)%path, "sweep%") == 1 .or. index(varied%slot(k)%path, "sweep(") == 1) then
-            call input%complain(error, "sweep", i, "parameter", "a value of another group than &sweep")
+            call input%complain(error, group, i, "parameter", problem%message)
+         else if (index(varied%slot(k)%path, group//"%") == 1 .or. index(varied%slot(k)%path, group//"(") == 1) then
+            call input%complain(error, group, i, "parameter", "a value of another group than &"//group)
          else if (any(varied%slot(:k - 1)%instance == varied%slot(k)%instance .and. varied%slot(:k - 1)%key == varied%slot(k)%key &
                       .and. varied%slot(:k - 1)%element == varied%slot(k)%element)) then
-            call input%complain(error, "sweep", i, "parameter", "each value once")
+            call input%complain(error, group, i, "parameter", "each value once")
          end if
          if (allocated(error)) return
       end do
       varied%factor = spread(1.0_wp, 1, size(paths))
-      if (input%given("sweep", i, "factor")) call input%get("sweep", i, "factor", varied%factor)
+      if (input%given(group, i, "factor")) call input%get(group, i, "factor", varied%factor)
       if (size(varied%factor) /= size(paths)) then
-         call input%complain(error, "sweep", i, "factor", "one factor for each parameter")
+         call input%complain(error, group, i, "factor", "one factor for each parameter")
       else if (abs(varied%factor(1) - 1.0_wp) > 0.0_wp) then
-         call input%complain(error, "sweep", i, "factor", "1 for the first parameter, whose values are those of the axis")
+         call input%complain(error, group, i, "factor", "1 for the first parameter, whose values are those of the axis")
       end if
       if (allocated(error)) return
       varied%parameter = varied%slot(1)%path
       varied%unit = varied%slot(1)%unit
-   end subroutine read_places
+   end subroutine new_varied
 
    !> Refuse a second axis that varies what the first one does, or says what is said for the whole sweep.
    subroutine check_second(varied, input, error)

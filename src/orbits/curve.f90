@@ -1,0 +1,295 @@
+!! Curves of special points of periodic motions - folds, doublings, tori, grazings - over two parameters.
+!!
+!! One parameter is held at its next value, that of the two in which the curve goes farther; over the other, a short branch of motions
+!! (razy_orbits_branch) through the place where the curve is expected has the point, located there to rounding. So the curve may
+!! turn in either parameter. It ends where such a branch has no point of its kind: at a cusp, or where the point becomes another.
+module razy_orbits_curve
+   use razy_core_kinds, only: wp
+   use razy_orbits_branch, only: branch_t, find_tangent, point_t
+   use razy_orbits_orbit, only: problem_t
+   implicit none(type, external)
+   private
+
+   public :: curve_t
+
+   !> `place` (2, points): the two parameters; modulus of the largest multiplier (points).
+   type :: curve_t
+      character(2) :: label = ""
+      !> The contact of a grazing; periods of the excitation in one of the motion; the branch that the first point is on.
+      integer :: contact = 0, periods = 1, branch = 0
+      integer :: count = 0
+      real(wp), allocatable :: place(:, :), largest(:)
+      !> Why it ends on both sides, in words.
+      character(:), allocatable :: ending(:)
+   contains
+      procedure :: follow
+      procedure :: passes
+      procedure, private :: add
+   end type curve_t
+
+   !> Where a curve has come to: the point, its parameters in units of their ranges, the number of the one along which it was found,
+   !> the length of the curve up to there.
+   type :: station_t
+      type(point_t) :: point
+      real(wp) :: at(2) = 0.0_wp, length = 0.0_wp
+      integer :: active = 1
+   end type station_t
+
+   !> Steps in units of the ranges.
+   real(wp), parameter :: first_step = 1.0e-3_wp, largest_step = 0.02_wp, least_step = 1.0e-8_wp
+   !> Half lengths of the branches in which a point is looked for, in scaled unknowns; at first no more than a share of the step.
+   real(wp), parameter :: narrow = 1.0e-4_wp, narrow_share = 0.1_wp, wide = 0.3_wp, wider = 3.0_wp
+   !> Share of a step by which the place expected may err.
+   real(wp), parameter :: straight = 0.2_wp
+
+contains
+
+   !> Follow the curve of a special point of a branch over parameter 1, where the problem is, both ways, in the box from `low` to
+   !> `high`, for at most `most` points on each side; the parameter that was followed has its range as scale, the other `range`.
+   subroutine follow(self, problem, point, low, high, range, most)
+      class(curve_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: point
+      real(wp), intent(in) :: low(2), high(2), range
+      integer, intent(in) :: most
+
+      type(station_t) :: first
+      real(wp) :: parameter(2), scale(2)
+      integer :: half, side
+
+      scale = [problem%range, range]
+      parameter = problem%parameter
+      first%point = point
+      first%at = [point%orbit%u(size(point%orbit%u)), parameter(2)/range]
+      allocate (character(48) :: self%ending(2))
+      allocate (self%place(2, 2*most + 1), self%largest(2*most + 1))
+      do side = 1, 2
+         call one_side(self, problem, first, merge(-1.0_wp, 1.0_wp, side == 1), low/scale, high/scale, scale, &
+                       most, self%ending(side))
+         if (side == 2) exit
+         half = self%count
+         self%place(:, :half) = self%place(:, half:1:-1)
+         self%largest(:half) = self%largest(half:1:-1)
+         call self%add(first, scale)
+      end do
+      problem%active = 1
+      problem%range = scale(1)
+      problem%parameter = parameter
+      self%place = self%place(:, :self%count)
+      self%largest = self%largest(:self%count)
+   end subroutine follow
+
+   pure subroutine add(self, station, scale)
+      class(curve_t), intent(inout) :: self
+      type(station_t), intent(in) :: station
+      real(wp), intent(in) :: scale(2)
+
+      self%count = self%count + 1
+      self%place(:, self%count) = station%at*scale
+      self%largest(self%count) = maxval([0.0_wp, abs(station%point%orbit%multiplier)])
+   end subroutine add
+
+   !> Whether the curve, of these ranges, goes through a place or, if the point there is of another kind, so near by that no picture
+   !> tells them apart (a fold beside a grazing).
+   pure logical function passes(self, label, at, range)
+      class(curve_t), intent(in) :: self
+      character(*), intent(in) :: label
+      real(wp), intent(in) :: at(2), range(2)
+
+      real(wp) :: same, share
+      integer :: i
+
+      passes = .false.
+      same = merge(1.0e-3_wp, 1.0e-5_wp, label == self%label)
+      do i = 2, self%count
+         associate (a => self%place(:, i - 1), b => self%place(:, i))
+            if ((a(2) - at(2))*(b(2) - at(2)) > 0.0_wp .or. .not. abs(b(2) - a(2)) > 0.0_wp) cycle
+            share = (at(2) - a(2))/(b(2) - a(2))
+            passes = passes .or. abs(a(1) + share*(b(1) - a(1)) - at(1)) < same*range(1)
+         end associate
+      end do
+   end function passes
+
+   !> From a point on, at first towards higher or lower values of parameter 2.
+   subroutine one_side(self, problem, first, way, low, high, scale, most, ending)
+      class(curve_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      type(station_t), intent(in) :: first
+      real(wp), intent(in) :: way, low(2), high(2), scale(2)
+      integer, intent(in) :: most
+      character(*), intent(out) :: ending
+
+      type(station_t) :: last(3), next
+      real(wp), allocatable :: expected(:)
+      real(wp) :: error, h
+      integer :: count, held, known, n
+      logical :: at_end, found
+
+      last(1) = first
+      known = 1
+      n = size(first%point%orbit%u) - 1
+      h = first_step
+      ending = "the most points"
+      do count = 1, most
+         do
+            expected = ahead(last(:known), last(1)%length + h)
+            if (known == 1) expected(n + 2) = expected(n + 2) + way*h
+            associate (at => expected(n + 1:))
+               held = merge(2, 1, abs(at(2) - last(1)%at(2)) >= abs(at(1) - last(1)%at(1)))
+               if (at(3 - held) < low(3 - held) .or. at(3 - held) > high(3 - held)) held = 3 - held
+               at_end = at(held) <= low(held) .or. at(held) >= high(held)
+               at(held) = max(low(held), min(high(held), at(held)))
+            end associate
+            call look(problem, self%label, self%contact, last(1), expected, held, h, scale, next, error, found)
+            if (found) found = error <= straight*h .or. h <= first_step
+            if (found) exit
+            h = h/4
+            if (h > least_step) cycle
+            ending = "no such point further on"
+            return
+         end do
+         if (at_end .or. any(next%at < low .or. next%at > high)) ending = "the end of the range"
+         if (any(next%at < low .or. next%at > high)) return
+         call self%add(next, scale)
+         if (at_end) return
+         next%length = last(1)%length + norm2(next%at - last(1)%at)
+         if (error < 0.25_wp*straight*h) h = min(2*h, largest_step)
+         last(2:) = last(:2)
+         last(1) = next
+         known = min(known + 1, 3)
+      end do
+   end subroutine one_side
+
+   !> Unknowns without the parameter, and both parameters, where the curve is expected at this length, by the polynomial through where
+   !> it was last.
+   pure function ahead(last, length) result(expected)
+      type(station_t), intent(in) :: last(:)
+      real(wp), intent(in) :: length
+      real(wp), allocatable :: expected(:)
+
+      real(wp) :: weight
+      integer :: i, j, n
+
+      n = size(last(1)%point%orbit%u) - 1
+      expected = spread(0.0_wp, 1, n + 2)
+      do i = 1, size(last)
+         weight = 1.0_wp
+         do j = 1, size(last)
+            if (j /= i) weight = weight*(length - last(j)%length)/(last(i)%length - last(j)%length)
+         end do
+         expected = expected + weight*[last(i)%point%orbit%u(:n), last(i)%at]
+      end do
+   end function ahead
+
+   !> The special point near where the curve is expected, a step h from `here`, with parameter `held` as it is there. `error`: how far
+   !> it is from where it was expected.
+   subroutine look(problem, label, contact, here, there, held, h, scale, next, error, found)
+      type(problem_t), intent(inout) :: problem
+      character(*), intent(in) :: label
+      integer, intent(in) :: contact, held
+      type(station_t), intent(in) :: here
+      real(wp), intent(in) :: there(:), h, scale(2)
+      type(station_t), intent(out) :: next
+      real(wp), intent(out) :: error
+      logical, intent(out) :: found
+
+      type(branch_t) :: short
+      type(point_t) :: a, b, before_a, before_b
+      real(wp), allocatable :: expected(:), row(:)
+      real(wp) :: half
+      integer :: last
+      logical :: ends(2)
+
+      last = size(there) - 1
+      next%active = 3 - held
+      next%at = there(last:)
+      problem%active = next%active
+      problem%range = scale(next%active)
+      problem%parameter(held) = next%at(held)*scale(held)
+      expected = [there(:last - 1), next%at(next%active)]
+      error = huge(error)
+      call along(problem, here, expected, next%active, row, found)
+      if (.not. found) return
+      half = min(narrow, narrow_share*h)
+      ends = .true.
+      call end_of(0.0_wp, a, found)
+      if (.not. found) return
+      b = a
+      do while (half < wide .and. any(ends))
+         before_a = a
+         before_b = b
+         if (ends(1)) call end_of(-half, a, ends(1))
+         if (ends(2)) call end_of(half, b, ends(2))
+         if (.not. ends(1)) a = before_a
+         if (.not. ends(2)) b = before_b
+         call short%search_between(problem, a, b)
+         call pick(short, label, contact, expected, next%point, found)
+         if (found) exit
+         half = wider*half
+      end do
+      if (.not. found) return
+      next%at(next%active) = next%point%orbit%u(last)
+      error = abs(next%at(next%active) - expected(last))
+
+   contains
+
+      subroutine end_of(s, point, ok)
+         real(wp), intent(in) :: s
+         type(point_t), intent(out) :: point
+         logical, intent(out) :: ok
+
+         call problem%correct(expected + s*row, row, point%orbit, ok)
+         if (ok) call problem%differentiate(point%orbit, ok)
+         if (.not. ok) return
+         call point%orbit%find_multipliers(problem%is_autonomous())
+         call find_tangent(problem, point, row, ok)
+      end subroutine end_of
+
+   end subroutine look
+
+   !> The direction of the branch over parameter `active` near a point: its tangent, or that of a motion there if it was found along
+   !> the other parameter.
+   subroutine along(problem, here, expected, active, row, ok)
+      type(problem_t), intent(inout) :: problem
+      type(station_t), intent(in) :: here
+      real(wp), intent(in) :: expected(:)
+      integer, intent(in) :: active
+      real(wp), allocatable, intent(out) :: row(:)
+      logical, intent(out) :: ok
+
+      type(point_t) :: there
+
+      ok = .true.
+      row = here%point%tangent
+      if (active == here%active) return
+      row = 0*expected
+      row(size(row)) = 1.0_wp
+      call problem%correct(expected, row, there%orbit, ok)
+      if (ok) call problem%differentiate(there%orbit, ok)
+      if (ok) call find_tangent(problem, there, row, ok)
+      if (ok) row = there%tangent
+   end subroutine along
+
+   !> Of the points of a branch the one of this kind nearest to where it is expected.
+   subroutine pick(short, label, contact, expected, point, found)
+      type(branch_t), intent(in) :: short
+      character(*), intent(in) :: label
+      integer, intent(in) :: contact
+      real(wp), intent(in) :: expected(:)
+      type(point_t), intent(inout) :: point
+      logical, intent(out) :: found
+
+      real(wp) :: nearest
+      integer :: i
+
+      nearest = huge(nearest)
+      do i = 1, short%count
+         if (short%point(i)%label /= label .or. short%point(i)%contact /= contact) cycle
+         if (norm2(short%point(i)%orbit%u - expected) >= nearest) cycle
+         nearest = norm2(short%point(i)%orbit%u - expected)
+         point = short%point(i)
+      end do
+      found = nearest < huge(nearest)
+   end subroutine pick
+
+end module razy_orbits_curve
