@@ -18,6 +18,7 @@ from razy_post.plot import (
     branches,
     campbell,
     contacts,
+    curves,
     eigenvalues,
     machine,
     maps,
@@ -68,6 +69,7 @@ PICTURES = (
     Picture("razy-modes", "eigenvalues", eigenvalues.draw),
     Picture("razy-tune", "tuning", tuning.draw),
     Picture("razy-follow", "branches", branches.draw),
+    Picture("razy-follow", "curves", curves.draw),
     Picture("razy-duel", "work-precision", work_precision.draw),
 )
 KINDS = tuple(dict.fromkeys(picture.kind for picture in PICTURES))
@@ -97,7 +99,7 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | N
         kind = _default_kind(result, next(iter(fitting)))
     if kind not in fitting:
         raise ResultError(f"{result.path}: no {kind} picture of a file of {result.program} (has: {', '.join(fitting)})")
-    if kind != "branches" and (options.quantity is not None or options.sweep is not None):
+    if kind not in ("branches", "curves") and (options.quantity is not None or options.sweep is not None):
         raise ResultError(f"{result.path}: --quantity goes with branches of razy-follow alone")
     with look():
         fitting[kind].draw(result, figure, options)

@@ -20,7 +20,7 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
         )
     if options.coordinates:
         raise ResultError(f"{result.path}: a map takes --observable period or CONTACT.QUANTITY, no coordinates")
-    names = options.observables or _defaults(result)
+    names = options.observables or default_names(result)
     if not names:
         raise ResultError(f"{result.path}: holds neither statistics of contacts nor the period of the motions")
     style.set_size(figure, options, 16.0, 9.5 if len(names) == 1 else 8.0 * len(names) + 1.0)
@@ -36,8 +36,8 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
     x_scale = scale_for(result.parameter(first).units, float(np.abs(x).max()))
     y_scale = scale_for(result.parameter(second).units, float(np.abs(y).max()))
     for axes, name in zip(column, names, strict=True):
-        values = _values(result, name).reshape(-1, x.size, y.size)[0][selected]
-        _fill(result, axes, name, (_edges(x[selected] * x_scale.factor), _edges(y * y_scale.factor)), values)
+        shown = values(result, name).reshape(-1, x.size, y.size)[0][selected]
+        fill(result, axes, name, (edges(x[selected] * x_scale.factor), edges(y * y_scale.factor)), shown)
         axes.set_ylabel(axis_label(result.parameter(second), y_scale))
     column[-1].set_xlabel(axis_label(result.parameter(first), x_scale))
     title = style.title_of(result, options)
@@ -46,12 +46,14 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
     style.set_heading(figure, (column[0], column[0]), title, [])
 
 
-def _defaults(result: SweepResult) -> tuple[str, ...]:
+def default_names(result: SweepResult) -> tuple[str, ...]:
+    """Return what is drawn if nothing is asked for."""
     force = tuple(f"{contact}.largest_force" for contact in result.contacts[:1])
     return force + (("period",) if result.period is not None else ())
 
 
-def _values(result: SweepResult, name: str) -> NDArray[np.float64]:
+def values(result: SweepResult, name: str) -> NDArray[np.float64]:
+    """Return one number of each point, such as the period."""
     if name == "period":
         if result.period is None:
             raise ResultError(f"{result.path}: does not hold the period of the motions (&sweep kind_of_motion)")
@@ -61,9 +63,10 @@ def _values(result: SweepResult, name: str) -> NDArray[np.float64]:
     return np.where(result.status == 0, values, np.nan)
 
 
-def _fill(
+def fill(
     result: SweepResult, axes: Axes, name: str, edges: tuple[NDArray, NDArray], values: NDArray[np.float64]
 ) -> None:
+    """Fill the cells between the edges with colours."""
     axes.tick_params(which="both", direction="out")
     if name == "period":
         classes = periods.classes_of(values)
@@ -78,7 +81,7 @@ def _fill(
     axes.figure.colorbar(mesh, ax=axes, label=axis_label(described, scale), pad=0.02)
 
 
-def _edges(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def edges(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the edges of the cells around ascending or descending values."""
     if values.size == 1:
         return np.array([values[0] - 0.5, values[0] + 0.5])
