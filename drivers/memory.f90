@@ -3,7 +3,7 @@
 !! gfortran does not look at what malloc returns in most of its assignments, and an end in the nowhere follows. The linker puts
 !! these procedures in the place of malloc and realloc of all that is compiled here (ld --wrap).
 module memory
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_loc, c_ptr, c_size_t
    implicit none(type, external)
    private
 
@@ -24,10 +24,10 @@ module memory
       end function real_realloc
 
       function c_write(file, text, length) result(written) bind(c, name="write")
-         import :: c_char, c_int, c_size_t
+         import :: c_int, c_ptr, c_size_t
          implicit none(type, external)
          integer(c_int), value, intent(in) :: file
-         character(kind=c_char), intent(in) :: text(*)
+         type(c_ptr), value, intent(in) :: text
          integer(c_size_t), value, intent(in) :: length
          integer(c_size_t) :: written
       end function c_write
@@ -60,10 +60,11 @@ contains
 
    !> Nothing that Fortran does to write or to stop goes without memory.
    subroutine give_up()
-      character(kind=c_char, len=*), parameter :: line = "out of memory: fewer ranks on a machine, or smaller results, need less" &
-                                                  //new_line("a")
+      character(kind=c_char, len=*), parameter :: words = "out of memory: fewer ranks on a machine, or shorter lists, need less"
+      character(kind=c_char, len=len(words) + 1), target :: line
 
-      if (c_write(2_c_int, line, len(line, c_size_t)) > 0) continue
+      line = words//new_line("a")
+      if (c_write(2_c_int, c_loc(line), len(line, c_size_t)) > 0) continue
       call c_exit(1_c_int)
    end subroutine give_up
 

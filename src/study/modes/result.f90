@@ -134,22 +134,15 @@ contains
 
       real(wp), parameter :: rounding = 1.0e-7_wp
       real(wp), allocatable :: modulus(:, :)
-      real(wp) :: none
+      real(wp) :: least
 
-      none = ieee_value(none, ieee_quiet_nan)
       modulus = hypot(eigenvalue(1, :, :), eigenvalue(2, :, :))
-      ratio = modulus
-      decrement = modulus
-      where (modulus > rounding*maxval(modulus, mask=modulus >= 0.0_wp))
-         ratio = -eigenvalue(1, :, :)/modulus
-      elsewhere
-         ratio = none
-      end where
-      where (eigenvalue(2, :, :) > rounding*maxval(modulus, mask=modulus >= 0.0_wp))
-         decrement = -2*pi*eigenvalue(1, :, :)/eigenvalue(2, :, :)
-      elsewhere
-         decrement = none
-      end where
+      least = rounding*maxval(modulus, mask=modulus >= 0.0_wp)
+      allocate (ratio, decrement, mold=modulus)
+      ratio = ieee_value(least, ieee_quiet_nan)
+      decrement = ratio
+      where (modulus > least) ratio = -eigenvalue(1, :, :)/modulus
+      where (eigenvalue(2, :, :) > least) decrement = -2*pi*eigenvalue(1, :, :)/eigenvalue(2, :, :)
    end subroutine dampings
 
    subroutine critical_columns(self, table)
