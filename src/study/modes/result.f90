@@ -1,7 +1,7 @@
 !! What razy-modes finds: natural frequencies and shapes, for rotors eigenvalues over the speed, reduced models beside the unreduced
 !! one; as a table and in words.
 module razy_study_modes_result
-   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use razy_core_kinds, only: pi, wp
    use razy_core_number, only: decimal, to_text
    use razy_core_table, only: table_t
@@ -110,13 +110,13 @@ contains
       type(table_t), intent(inout) :: table
 
       character(*), parameter :: along(2) = [character(6) :: mode, speed]
-      character(5) :: roots(2)
+      character(6) :: roots(2)
       real(wp), allocatable :: ratio(:, :), decrement(:, :)
 
       call table%add(speed, self%speed, "rad/s", "angular speed of the shaft of &rotation", speed)
       call table%add("/frequency", self%frequency, "Hz", "frequency in ascending order", along)
       if (.not. allocated(self%eigenvalue)) return
-      roots = [character(5) :: merge(mode, "/root", allocated(self%branch)), speed]
+      roots = [character(6) :: merge(mode, "/root", allocated(self%branch)), speed]
       call table%add("/eigenvalue", self%eigenvalue, "1/s", "eigenvalue, imaginary part ascending", &
                      [character(8) :: "/complex", roots])
       call dampings(self%eigenvalue, ratio, decrement)
@@ -135,14 +135,22 @@ contains
       real(wp), parameter :: rounding = 1.0e-7_wp
       real(wp), allocatable :: modulus(:, :)
       real(wp) :: least
+      integer :: i, k
 
       modulus = hypot(eigenvalue(1, :, :), eigenvalue(2, :, :))
-      least = rounding*maxval(modulus, mask=modulus >= 0.0_wp)
+      least = rounding*maxval(modulus, mask=.not. ieee_is_nan(modulus))
       allocate (ratio, decrement, mold=modulus)
       ratio = ieee_value(least, ieee_quiet_nan)
       decrement = ratio
-      where (modulus > least) ratio = -eigenvalue(1, :, :)/modulus
-      where (eigenvalue(2, :, :) > least) decrement = -2*pi*eigenvalue(1, :, :)/eigenvalue(2, :, :)
+      do k = 1, size(modulus, 2)
+         do i = 1, size(modulus, 1)
+            if (ieee_is_nan(modulus(i, k))) cycle
+            associate (re => eigenvalue(1, i, k), im => eigenvalue(2, i, k))
+               if (modulus(i, k) > least) ratio(i, k) = -re/modulus(i, k)
+               if (im > least) decrement(i, k) = -2*pi*re/im
+            end associate
+         end do
+      end do
    end subroutine dampings
 
    subroutine critical_columns(self, table)
@@ -241,7 +249,7 @@ contains
       call dampings(eigenvalue, ratio, decrement)
       found = 0
       do i = 1, size(eigenvalue, 2)
-         if (.not. decrement(i, 1) > -huge(1.0_wp)) cycle
+         if (ieee_is_nan(decrement(i, 1))) cycle
          found = found + 1
          if (found > most_lines) cycle
          call append_text(lines, "damped: "//decimal(eigenvalue(2, i, 1)/(2*pi), 3)//" Hz, damping ratio "// &
