@@ -164,12 +164,16 @@ contains
 
       associate (n => side%exponent, c => 1.5_wp*side%hysteresis)
          p = max(-farthest, min(farthest, deformation))
-         slope = side%stiffness*abs(p)**(n - 1)
+         if (abs(n - 1.5_wp) > 0.0_wp) then
+            slope = side%stiffness*abs(p)**(n - 1)
+         else
+            slope = side%stiffness*sqrt(abs(p))
+         end if
          power = slope*p
          slope = n*slope
-         if (.not. abs(modulo(n, 2.0_wp)) > 0.0_wp) then
-            power = abs(power)
-            slope = sign(slope, p)
+         if (p < 0.0_wp .and. .not. abs(modulo(n, 2.0_wp)) > 0.0_wp) then
+            power = -power
+            slope = -slope
          end if
          factor = 1 + c*max(-farthest, min(farthest, deformation_rate))
          force = power*factor

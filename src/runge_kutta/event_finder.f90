@@ -49,6 +49,7 @@ module razy_runge_kutta_event_finder
       procedure :: make_room
       procedure :: start
       procedure :: advance
+      procedure :: expected
       procedure :: find
       procedure :: keep_at_rest
    end type event_finder_t
@@ -113,6 +114,27 @@ contains
          self%bend0 = self%bend1
       end associate
    end subroutine advance
+
+   !> The time, s after the start of the step, at which the parabolas of the guards of s alone that fall there reach 0 first; huge
+   !> if none does.
+   pure function expected(self, guards) result(h)
+      class(event_finder_t), intent(in) :: self
+      type(guards_t), intent(in) :: guards
+      real(wp) :: h
+
+      real(wp) :: bend, root
+      integer :: i
+
+      h = huge(h)
+      do i = 1, guards%count
+         if (.not. of_s_alone(guards, i) .or. self%g0(i) <= guards%noise(i) .or. self%rate0(i) >= 0.0_wp) cycle
+         associate (guard => guards%entry(i))
+            bend = guard%side*guard%alpha*self%bend0(guard%contact)
+         end associate
+         root = self%rate0(i)**2 - 2*self%g0(i)*bend
+         if (root > 0.0_wp) h = min(h, 2*self%g0(i)/(sqrt(root) - self%rate0(i)))
+      end do
+   end function expected
 
    !> Look for the first event in the accepted step of the stepper from z. If one is `found`, it is at `theta` of the step,
    !> and `hit` are the guards that are left there together. `dense`: the dense output has been made. Errors within `relative`

@@ -6,7 +6,7 @@ module razy_runge_kutta_right_hand_side
    use razy_contact_contact_law, only: branch_sticking
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_dynamics, only: dynamics_t
-   use razy_hybrid_mode, only: affine, constrained, idle, press_of
+   use razy_hybrid_mode, only: constrained, idle, lawful, press_of
    use razy_hybrid_system, only: system_t
    implicit none(type, external)
    private
@@ -23,11 +23,15 @@ module razy_runge_kutta_right_hand_side
       real(wp) :: band = 0.0_wp
       !> Right-hand sides and Jacobian matrices formed so far.
       integer(i8) :: evaluations = 0, jacobians = 0
-      !> Whether all forces of the mode are affine and in its matrices, y'' = f - (K B) z: (K B) (m, 2m), constant part of f
-      !> (m), its phasors (m, tones).
-      logical, private :: linear = .false.
+      !> Whether the mode is y'' = f - (K B) z - Σ w F with few coordinates, no constraints and no friction that a contact presses.
+      !> (K B) (m, 2m), constant part of f (m), its phasors (m, tones): with all forces that are affine.
+      logical, private :: direct = .false.
       real(wp), allocatable, private :: matrix(:, :), load(:)
       complex(wp), allocatable, private :: harmonic(:, :)
+      !> Contacts whose forces F are not, their directions (m, those), and the constants and phasors (tones, those) of s and s'.
+      integer, allocatable, private :: lawful(:)
+      real(wp), allocatable, private :: w(:, :), of_s(:), of_rate(:)
+      complex(wp), allocatable, private :: tone_of_s(:, :), tone_of_rate(:, :)
    contains
       procedure :: enter
       procedure :: derivative
@@ -45,15 +49,33 @@ contains
       class(right_hand_side_t), intent(inout) :: self
       type(system_t), intent(in) :: system
 
-      associate (mode => self%dynamics%mode, m => system%m)
+      integer :: i, j
+
+      associate (mode => self%dynamics%mode, m => system%m, tones => size(system%omega))
          call mode%enter(system)
-         self%linear = self%treatment == treat_by_events .and. m <= most_dense .and. mode%constraints%count == 0 &
-                       .and. all(mode%does(mode%acting(:mode%acts)) == affine)
-         if (.not. self%linear) return
-         if (allocated(self%matrix)) deallocate (self%matrix, self%load, self%harmonic)
-         allocate (self%matrix(m, 2*m), self%load(m), self%harmonic(m, size(system%omega)))
+         self%direct = .false.
+         if (self%treatment /= treat_by_events .or. m > most_dense .or. mode%constraints%count > 0) return
+         self%lawful = pack(mode%acting(:mode%acts), mode%does(mode%acting(:mode%acts)) == lawful)
+         do i = 1, size(self%lawful)
+            if (system%machine%contact(self%lawful(i))%law%of_normal) return
+         end do
+         self%direct = .true.
+         if (allocated(self%matrix)) deallocate (self%matrix, self%load, self%harmonic, self%w, self%of_s, self%of_rate, &
+                                                 self%tone_of_s, self%tone_of_rate)
+         associate (count => size(self%lawful))
+            allocate (self%matrix(m, 2*m), self%load(m), self%harmonic(m, tones), self%w(m, count), self%of_s(count), &
+                      self%of_rate(count), self%tone_of_s(tones, count), self%tone_of_rate(tones, count))
+         end associate
          call mode%matrices(system, self%matrix(:, :m), self%matrix(:, m + 1:))
          call mode%loads(system, self%load, self%harmonic)
+         do i = 1, size(self%lawful)
+            j = self%lawful(i)
+            self%w(:, i) = system%w(:, j)
+            self%of_s(i) = system%gap(j)%constant
+            self%of_rate(i) = system%machine%contact(j)%drive
+            self%tone_of_s(:, i) = system%gap(j)%error
+            self%tone_of_rate(:, i) = (0.0_wp, 1.0_wp)*system%omega*system%gap(j)%error
+         end do
       end associate
    end subroutine enter
 
@@ -61,37 +83,79 @@ contains
    subroutine derivative(self, system, tau, z, dz)
       class(right_hand_side_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: tau, z(:)
-      real(wp), intent(out) :: dz(:)
+      real(wp), intent(in) :: tau
+      real(wp), intent(in), contiguous :: z(:)
+      real(wp), intent(out), contiguous :: dz(:)
 
-      integer :: i, j, m
+      real(wp) :: force, rate, s
+      integer :: i, k, m, tones
 
       m = system%m
-      do i = 1, m
-         dz(i) = z(m + i)
-      end do
       self%evaluations = self%evaluations + 1
-      if (.not. self%linear) then
+      if (.not. self%direct) then
+         dz(:m) = z(m + 1:)
          call self%accelerate(system, tau, z, dz(m + 1:))
          return
       end if
       call self%dynamics%excitation%look(system%omega, tau)
       associate (phasor => self%dynamics%excitation%phasor)
-         do i = 1, m
-            dz(m + i) = self%load(i)
-         end do
-         do j = 1, size(phasor)
-            do i = 1, m
-               dz(m + i) = dz(m + i) + (self%harmonic(i, j)%re*phasor(j)%re - self%harmonic(i, j)%im*phasor(j)%im)
+         tones = size(phasor)
+         call affine_part(m, tones, self%matrix, self%load, self%harmonic, phasor, z, dz)
+         do i = 1, size(self%lawful)
+            call look_at_gap(m, tones, self%w(:, i), self%of_s(i), self%tone_of_s(:, i), phasor, z, s)
+            call look_at_gap(m, tones, self%w(:, i), self%of_rate(i), self%tone_of_rate(:, i), phasor, z(m + 1:), rate)
+            associate (j => self%lawful(i))
+               force = system%machine%contact(j)%law%force(self%dynamics%mode%branch(j), s, rate, 0.0_wp)
+            end associate
+            do k = 1, m
+               dz(m + k) = dz(m + k) - self%w(k, i)*force
             end do
          end do
       end associate
-      do j = 1, 2*m
+   end subroutine derivative
+
+   !> z' (2m) of y'' = f - (K B) z.
+   pure subroutine affine_part(m, tones, matrix, load, harmonic, phasor, z, dz)
+      integer, intent(in) :: m, tones
+      real(wp), intent(in) :: matrix(m, 2*m), load(m), z(2*m)
+      complex(wp), intent(in) :: harmonic(m, tones), phasor(tones)
+      real(wp), intent(out) :: dz(2*m)
+
+      integer :: i, j
+
+      do i = 1, m
+         dz(i) = z(m + i)
+         dz(m + i) = load(i)
+      end do
+      do j = 1, tones
          do i = 1, m
-            dz(m + i) = dz(m + i) - self%matrix(i, j)*z(j)
+            dz(m + i) = dz(m + i) + (harmonic(i, j)%re*phasor(j)%re - harmonic(i, j)%im*phasor(j)%im)
          end do
       end do
-   end subroutine derivative
+      do j = 1, 2*m
+         do i = 1, m
+            dz(m + i) = dz(m + i) - matrix(i, j)*z(j)
+         end do
+      end do
+   end subroutine affine_part
+
+   !> w·y + constant + Re(Σ tone E).
+   pure subroutine look_at_gap(m, tones, w, constant, tone, phasor, y, value)
+      integer, intent(in) :: m, tones
+      real(wp), intent(in) :: w(m), constant, y(m)
+      complex(wp), intent(in) :: tone(tones), phasor(tones)
+      real(wp), intent(out) :: value
+
+      integer :: i
+
+      value = constant
+      do i = 1, m
+         value = value + w(i)*y(i)
+      end do
+      do i = 1, tones
+         value = value + (tone(i)%re*phasor(i)%re - tone(i)%im*phasor(i)%im)
+      end do
+   end subroutine look_at_gap
 
    !> y'' (m) there; leaves the forces of all contacts. Not counted as a right-hand side.
    subroutine accelerate(self, system, tau, z, a)

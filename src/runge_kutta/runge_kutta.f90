@@ -64,6 +64,8 @@ module razy_runge_kutta_runge_kutta
    real(wp), parameter :: least_step = 1.0e-6_wp*eps
    !> Growth of the first step of a mode from visit to visit that pays.
    real(wp), parameter :: worth_a_refusal = 1.15_wp
+   !> Part of the way to an expected event that a step goes.
+   real(wp), parameter :: beyond = 1.05_wp
    !> An event before this part of a step is looked for again in a shorter step.
    real(wp), parameter :: least_share = 0.125_wp
    !> Part of a step that may be made along its slope: the square is rounding.
@@ -272,6 +274,7 @@ contains
          rest = self%remaining(t_end)
          h = stepper%h_next
          if (self%sticking%watching) h = min(h, self%sticking%longest)
+         if (self%finds_events .and. stepper%adaptive) h = min(h, beyond*self%finder%expected(self%transition%guards))
          do
             last = h >= rest*(1.0_wp - 4*eps)
             if (last) h = rest

@@ -126,7 +126,8 @@ contains
       class(stepper_t), intent(inout) :: self
       type(right_hand_side_t), intent(inout) :: rhs
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: z(:), longest
+      real(wp), intent(in), contiguous :: z(:)
+      real(wp), intent(in) :: longest
       real(wp), intent(out) :: h
 
       real(wp), dimension(size(z)) :: slope, there, unit
@@ -159,7 +160,7 @@ contains
       class(stepper_t), intent(inout) :: self
       type(right_hand_side_t), intent(inout) :: rhs
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: z(:)
+      real(wp), intent(in), contiguous :: z(:)
 
       call know_start(self, rhs, system, z)
       self%dz_end = self%dz_start
@@ -229,7 +230,7 @@ contains
       call form_stages(self, rhs, system, h)
       if (self%adaptive) then
          do e = 1, self%tableau%errors
-            call add_up(self%k, self%tableau%error(e), self%estimates(:, e))
+            call add_up(size(self%k, 1), size(self%k, 2), self%k, self%tableau%error(e), self%estimates(:, e))
          end do
          self%error = abs(h)*scaled_error(self%n, size(self%estimates, 1), self%tableau%errors, self%estimates, self%z_start, &
                                           self%z_end, self%absolute, self%relative)
@@ -248,10 +249,10 @@ contains
 
       last = self%stages + 1
       do i = 2, self%stages
-         call combine(self%z_start, h, self%k, self%tableau%row(i), self%z_stage)
+         call combine(size(self%k, 1), size(self%k, 2), self%z_start, h, self%k, self%tableau%row(i), self%z_stage)
          call rhs%derivative(system, self%tableau%node(i)*h, self%z_stage(:self%n), self%k(:self%n, i))
       end do
-      call combine(self%z_start, h, self%k, self%tableau%row(last), self%z_stage)
+      call combine(size(self%k, 1), size(self%k, 2), self%z_start, h, self%k, self%tableau%row(last), self%z_stage)
       self%z_end = self%z_stage(:self%n)
       if (self%tableau%fsal) call rhs%derivative(system, h, self%z_end, self%k(:self%n, last))
    end subroutine form_stages
@@ -328,7 +329,7 @@ contains
       type(stepper_t), intent(inout) :: self
       type(right_hand_side_t), intent(inout) :: rhs
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: z(:)
+      real(wp), intent(in), contiguous :: z(:)
 
       self%z_start(:self%n) = z
       if (self%known == unknown) then
@@ -364,11 +365,11 @@ contains
             r(i, 3) = r(i, 1) - self%h*self%dz_end(i) - r(i, 2)
          end do
          do i = self%stages + 2, self%stages + 1 + self%tableau%extra
-            call combine(self%z_start, self%h, self%k, self%tableau%row(i), self%z_stage)
+            call combine(size(self%k, 1), size(self%k, 2), self%z_start, self%h, self%k, self%tableau%row(i), self%z_stage)
             call rhs%derivative(system, self%tableau%node(i)*self%h, self%z_stage(:self%n), self%k(:self%n, i))
          end do
          do l = 1, self%tableau%polynomials
-            call add_up(self%k, self%tableau%dense(l), self%z_stage)
+            call add_up(size(self%k, 1), size(self%k, 2), self%k, self%tableau%dense(l), self%z_stage)
             do i = 1, self%n
                r(i, 3 + l) = self%h*self%z_stage(i)
             end do
@@ -507,16 +508,17 @@ contains
       error = first*((first/largest)/sqrt((first/largest)**2 + (second/largest)**2))
    end function scaled_error
 
-   !> out = Σ_j value_j k_column(j), four components at a time.
-   pure subroutine add_up(k, sum, out)
-      real(wp), intent(in), contiguous :: k(:, :)
+   !> out = Σ_j value_j k_column(j), with rows of a multiple of four.
+   pure subroutine add_up(rows, columns, k, sum, out)
+      integer, intent(in) :: rows, columns
+      real(wp), intent(in) :: k(rows, columns)
       type(sum_t), intent(in) :: sum
-      real(wp), intent(out), contiguous :: out(:)
+      real(wp), intent(out) :: out(rows)
 
       real(wp) :: a, b, c, d, value
       integer :: i, j, l
 
-      do i = 1, size(k, 1), 4
+      do i = 1, rows, 4
          a = 0.0_wp
          b = 0.0_wp
          c = 0.0_wp
@@ -537,16 +539,16 @@ contains
    end subroutine add_up
 
    !> out = base + h Σ_j value_j k_column(j).
-   pure subroutine combine(base, h, k, sum, out)
-      real(wp), intent(in), contiguous :: base(:), k(:, :)
-      real(wp), intent(in) :: h
+   pure subroutine combine(rows, columns, base, h, k, sum, out)
+      integer, intent(in) :: rows, columns
+      real(wp), intent(in) :: base(rows), h, k(rows, columns)
       type(sum_t), intent(in) :: sum
-      real(wp), intent(inout), contiguous :: out(:)
+      real(wp), intent(out) :: out(rows)
 
       integer :: i
 
-      call add_up(k, sum, out)
-      do i = 1, size(base)
+      call add_up(rows, columns, k, sum, out)
+      do i = 1, rows
          out(i) = base(i) + h*out(i)
       end do
    end subroutine combine
