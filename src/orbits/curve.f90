@@ -6,6 +6,7 @@
 !! becomes another.
 module razy_orbits_curve
    use razy_core_kinds, only: wp
+   use razy_core_text, only: string_t
    use razy_orbits_branch, only: branch_t, find_tangent, point_t
    use razy_orbits_orbit, only: problem_t
    implicit none(type, external)
@@ -21,7 +22,7 @@ module razy_orbits_curve
       integer :: count = 0
       real(wp), allocatable :: place(:, :), largest(:)
       !> Why it ends on both sides, in words.
-      character(:), allocatable :: ending(:)
+      type(string_t) :: ending(2)
    contains
       procedure :: follow
       procedure :: passes
@@ -65,11 +66,10 @@ contains
       parameter = problem%parameter
       first%point = point
       first%at = [point%orbit%u(size(point%orbit%u)), parameter(2)/range]
-      allocate (character(48) :: self%ending(2))
       allocate (self%place(2, 2*most + 1), self%largest(2*most + 1))
       do side = 1, 2
          call one_side(self, problem, first, merge(-1.0_wp, 1.0_wp, side == 1), low/scale, high/scale, scale, &
-                       most, self%ending(side))
+                       most, self%ending(side)%text)
          if (side == 2) exit
          half = self%count
          self%place(:, :half) = self%place(:, half:1:-1)
@@ -121,7 +121,7 @@ contains
       type(station_t), intent(in) :: first
       real(wp), intent(in) :: way, low(2), high(2), scale(2)
       integer, intent(in) :: most
-      character(*), intent(out) :: ending
+      character(:), allocatable, intent(out) :: ending
 
       type(station_t) :: last(3), next
       real(wp), allocatable :: expected(:)

@@ -137,3 +137,13 @@ def test_a_bumper_does_not_pull(case, law):
     with h5py.File("case.h5") as file:
         force = file["extrema/contact_force/value"][:]
     assert force.max() > 1.0 and force.min() >= -1e-9 * force.max()
+
+
+def test_long_texts_take_no_time(case):
+    case.write_text(case.read_text().replace("Mass against a stop", 300000 * "x"))
+    succeed("razy-run", case, timeout=5)
+    names = ",".join(["block.displacement", *(f"c{number}" for number in range(100000))])
+    Path("wide.csv").write_text(f"{names}\n{','.join(100001 * ['0.0'])}\n")
+    starts = "&starts method='file', file='wide.csv' /\n&start_range coordinate='block' /\n"
+    Path("wide.nml").write_text(CASE + starts)
+    succeed("razy-sweep", "wide.nml", timeout=5)
