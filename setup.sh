@@ -153,7 +153,7 @@ demo() {
   echo "mpirun -n $ranks razy-sweep inputs/$scene.nml"
   start=$(date +%s%N)
   mpirun -n "$ranks" build/bin/razy-sweep "inputs/$scene.nml" --output "$folder/$scene.h5" --force </dev/null
-  build/bin/razy-plot "$folder/$scene.h5" --save "$folder/$scene.png"
+  build/bin/razy-plot "$folder/$scene.h5" --save "$folder/$scene.png" --force
   echo "results: $PWD/$folder/$scene.h5"
   echo "picture: $PWD/$folder/$scene.png"
   LC_ALL=C awk -v start="$start" -v end="$(date +%s%N)" \

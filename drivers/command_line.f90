@@ -21,6 +21,8 @@ module command_line
       logical :: force = .false., check = .false., help = .false., version = .false.
       !> Of a sweep: forget the checkpoint; least time between two writings to disk that are waited for, s.
       logical :: anew = .false., dry_run = .false.
+      !> Of a sweep: only write what the checkpoint has.
+      logical :: so_far = .false.
       real(wp) :: checkpoint = 60.0_wp
       !> Of a sweep: results after which they are written to disk before that time is over; 0: however many.
       integer(i8) :: checkpoint_points = 0
@@ -31,7 +33,7 @@ module command_line
    !> Options without and with a value, of all programs and of a sweep alone.
    character(*), parameter :: plain(*) = [character(9) :: "--force", "--check", "--help", "-h", "--version"]
    character(*), parameter :: valued(*) = [character(8) :: "--output", "--set"]
-   character(*), parameter :: plain_of_sweep(*) = [character(9) :: "--anew", "--dry-run"]
+   character(*), parameter :: plain_of_sweep(*) = [character(9) :: "--anew", "--dry-run", "--so-far"]
    character(*), parameter :: valued_of_sweep(*) = [character(19) :: "--checkpoint", "--checkpoint-points", "--log"]
 
    interface
@@ -126,6 +128,8 @@ contains
          command%check = .true.
       case ("--anew")
          command%anew = .true.
+      case ("--so-far")
+         command%so_far = .true.
       case default
          command%dry_run = .true.
       end select
@@ -201,6 +205,8 @@ contains
          "                           an interrupted sweep goes on when the same command is given again", &
          "  --checkpoint-points N    and after so many points, if that is sooner", &
          "  --anew                   do not go on: delete the checkpoint, and begin again", &
+         "  --so-far                 compute nothing: write the result file of the points that the checkpoint has, a copy of", &
+         "                           that of a sweep under way, and delete it", &
          "  --dry-run                compute a few points, print what all will take, and stop", &
          "  --log FILE               append to a log: start, speed, slowest points, failures; - is the error channel"
       write (output_unit, "(a)") "  --help, --version"

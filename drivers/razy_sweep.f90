@@ -6,13 +6,15 @@ program razy_sweep
    use mpi_f08, only: mpi_comm_world
    use program_frame, only: check_files
    use progress, only: show_progress
-   use razy_core_error, only: error_t
+   use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
+   use razy_core_number, only: to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
    use razy_core_text_file, only: read_text_file
    use razy_input_input, only: input_t
    use razy_io_hdf5_file, only: delete_partial_files
+   use razy_io_posix, only: path_exists
    use razy_linalg_threads, only: use_one_thread
    use razy_scenes_case, only: read_study
    use razy_study_sweep_forecast, only: forecast
@@ -96,9 +98,33 @@ contains
             if (command%log /= "-") call append_text(written, command%log)
          end if
          call check_files(command, input, written, error)
-         go_on = .true.
+         if (command%so_far .and. .not. allocated(error)) then
+            call write_so_far(error)
+         else
+            go_on = .true.
+         end if
       end if
    end subroutine read_case
+
+   !> The result file of the points that are in the checkpoint.
+   subroutine write_so_far(error)
+      type(error_t), allocatable, intent(out) :: error
+
+      if (.not. path_exists(checkpoint_path(command%output))) then
+         call raise(error, checkpoint_path(command%output)//": there is no such file; make it a copy of the checkpoint "// &
+                    "of a sweep under way")
+      else if (task%starts%wanted) then
+         call raise(error, "--so-far: not for a sweep with &starts, whose attractors are found when all points are there")
+      end if
+      if (allocated(error)) return
+      units%plan = task%plan
+      call open_checkpoint(error)
+      if (allocated(error)) return
+      call write_sweep(task, checkpoint, command%output, command%force, error)
+      if (.not. allocated(error)) call checkpoint%remove(error)
+      if (.not. allocated(error)) call say("wrote "//command%output//": "//to_text(checkpoint%n_done)//" of "// &
+                                           to_text(task%plan%points)//" points")
+   end subroutine write_so_far
 
    subroutine compute()
       type(input_t) :: input

@@ -12,6 +12,7 @@ ROOT = {
     "input": "&scene kind='lumped' /\n",
 }
 
+SPEEDS, TORQUES = np.array([1000.0, 1100.0, 1300.0]), np.array([50.0, 60.0])
 
 # As the programs write it.
 BRANCHES = (
@@ -191,4 +192,86 @@ def write_follow(path: Path, name: str = "load.frequency") -> Path:
         dataset(file, "special/contact", ["stop" if item == "GR" else "" for item in labels[at]])
         dataset(file, "branch/parent", np.array([0, 1], dtype=np.int32))
         dataset(file, "branch/ending", ["the end of the range", "the most points"])
+    return path
+
+
+def write_modes(path: Path, limit: float = 80.0) -> Path:
+    """Write a forward and a backward branch, and a branch without whirl that crosses the forward one at 50 rad/s."""
+    speed = np.linspace(0.0, 100.0, 11)
+    curves = np.stack((10.0 - 0.02 * speed, 10.0 + 0.02 * speed, np.full(11, 11.0)), axis=1)
+    order = np.argsort(curves, axis=1, kind="stable")
+    with root(path, "razy-modes", "Rotor") as file:
+        dataset(file, "speed", speed, "rad/s")
+        dataset(file, "frequency", np.take_along_axis(curves, order, axis=1), "Hz")
+        dataset(file, "branch", order + 1.0)
+        dataset(file, "direction", np.array([-1.0, 1.0, 0.0])[order])
+        dimension_only(file, "critical", 1)
+        dataset(file, "critical_speed", np.array([60.0]), "rad/s")
+        dataset(file, "critical_order", np.array([1.0]))
+        dataset(file, "critical_frequency", np.array([60.0 / (2 * np.pi)]), "Hz")
+        dataset(file, "stability_limit", limit, "rad/s")
+    return path
+
+
+def write_duel(path: Path) -> Path:
+    """Write a duel of a method with two settings and of exact."""
+    with root(path, "razy-duel", "Two methods") as file:
+        dataset(file, "series", np.array([1, 1, 2], dtype=np.int32))
+        text = h5py.string_dtype()
+        dataset(file, "method", np.array(["dop853", "dop853", "exact"], dtype=object).astype(text))
+        dataset(file, "treatment", np.array(["event", "event", "event"], dtype=object).astype(text))
+        dataset(file, "sharpness", np.zeros(3))
+        dataset(file, "setting_is_step", np.zeros(3, dtype=np.int32))
+        dataset(file, "setting", np.array([1e-6, 1e-9, 1e-9]))
+        dataset(file, "error", np.array([1e-5, np.nan, 0.0]))
+        dataset(file, "event_time_error", np.array([1e-7, np.nan, 0.0]), "s")
+        dataset(file, "cpu_time", np.array([1e-3, 2e-3, 1e-4]), "s")
+        dataset(file, "rhs_evaluations", np.array([1000, 2000, 0]))
+        dataset(file, "event_surplus", np.array([1, 0, 0]))
+        dataset(file, "status", np.array([0, 6, 0], dtype=np.int32))
+        dataset(file, "reference/error", np.array([1e-12]), reference="exact", check="dop853")
+    return path
+
+
+def write_scene(path: Path, with_elements: bool = True) -> Path:
+    """Add to a file a block on the ground: a spring below it, a stop above, an exciter on it."""
+    with h5py.File(path, "r+") as file:
+        group = file.create_group("scene")
+        dataset(group, "axis", ["x", "y"])
+        dataset(group, "body", ["block", "cover"])
+        dataset(group, "centre", np.array([[0.0, 0.5], [0.0, 1.5]]), "m")
+        dataset(group, "size", np.array([[1.0, 0.6], [1.0, 0.4]]), "m")
+        dataset(group, "point", ["foot", "top", "under"])
+        dataset(group, "point_body", np.array([1, 1, 2], dtype=np.int32))
+        dataset(group, "position", np.array([[0.3, 0.2], [0.0, 0.8], [0.0, 1.3]]), "m")
+        if not with_elements:
+            return path
+        dataset(group, "element", ["support", "lid", "shaker", "load 1"])
+        kinds = "1 = spring, 2 = damper, 3 = stop, 4 = exciter, 5 = load"
+        dataset(group, "kind", np.array([1, 3, 4, 5], dtype=np.int32), meanings=kinds)
+        dataset(group, "first_body", np.array([1, 2, 1, 1], dtype=np.int32))
+        dataset(group, "second_body", np.array([0, 1, 1, 0], dtype=np.int32))
+        dataset(group, "first", np.array([[0.3, 0.2], [0.0, 1.3], [-0.2, 0.5], [0.0, 0.8]]), "m")
+        dataset(group, "second", np.array([[0.3, 0.2], [0.0, 0.8], [0.2, 0.5], [0.0, 0.8]]), "m")
+        dataset(group, "direction", np.array([[0.0, 1.0], [0.0, 1.0], [0.0, 1.0], [0.0, 0.0]]))
+    return path
+
+
+def write_grid(path: Path) -> Path:
+    """Write a sweep over two axes, the second fastest; the force of `mesh` is 10 speed + torque, that of `stop` 1."""
+    with root(path, "razy-sweep", "grid") as file:
+        names = ("rotation.speed_rpm", "load(1).value")
+        for name, axis, values in zip(
+            names, (SPEEDS, TORQUES), (np.repeat(SPEEDS, 2), np.tile(TORQUES, 3)), strict=True
+        ):
+            dataset(file, f"axis/{name}", axis, "rpm", name)
+            dataset(file, f"point/{name}", values, "rpm", name)
+        dimension_only(file, "point/point", 6)
+        dataset(file, "point/status", np.array([0, 0, 0, 0, 0, 2], dtype=np.int32), coordinates=" ".join(names))
+        dataset(file, "point/period", np.array([1, 2, 3, 5, 0, -1], dtype=np.int32))
+        dataset(file, "point/touched", np.array([1, 2, 3, 0, 1, 0], dtype=np.int64), names=["mesh", "stop"])
+        dimension_only(file, "contact/point", 6)
+        force = 10 * np.repeat(SPEEDS, 2) + np.tile(TORQUES, 3)
+        dataset(file, "contact/mesh/largest_force", force, "N", "mesh: largest force")
+        dataset(file, "contact/stop/largest_force", np.ones(6), "N", "stop: largest force")
     return path

@@ -31,6 +31,8 @@ from razy_post.read import Quantity
         ("1", 0.5, "", 1.0),
         ("", 0.0, "", 1.0),
         ("s", 0.3, "s", 1.0),
+        ("m or rad", 2e-3, "m or rad", 1.0),
+        ("m or rad", 2e-4, "10⁻⁶ m or rad", 1e6),
     ],
 )
 def test_scale(units, largest, unit, factor):

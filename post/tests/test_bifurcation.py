@@ -207,6 +207,17 @@ def test_both_ways_stand_in_one_picture(tmp_path, limit):
         np.testing.assert_allclose(y, 1e6 * np.concatenate(values[half]))
 
 
+def test_band_of_periods_has_both_ways(tmp_path):
+    values, kinds = ragged(40)
+    path = both_ways(write_sweep(tmp_path / "both.h5", np.arange(40.0), {"mesh_deformation": (values, kinds)}))
+    with h5py.File(path, "r+") as file:
+        file["point/period"] = np.repeat([1, 2], 20).astype(np.int32)
+    _, band = drawn(path).axes
+    assert band.get_ylabel() == "period up\nperiod down"
+    stripes = {mesh.get_coordinates()[0, 0, 1]: mesh.get_array().tolist() for mesh in band.collections}
+    assert stripes == {1.0: [[0] * 20], 0.0: [[1] * 20]}
+
+
 def test_directions_of_wrong_number_are_refused(tmp_path):
     values, kinds = ragged(40)
     path = both_ways(write_sweep(tmp_path / "both.h5", np.arange(40.0), {"mesh_deformation": (values, kinds)}))

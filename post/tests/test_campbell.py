@@ -1,32 +1,12 @@
 """Files of razy-modes: what is read, and what the Campbell diagram shows."""
 
-from pathlib import Path
-
+import h5py
 import numpy as np
 import pytest
 from pictures import drawn, line
-from samples import dataset, dimension_only, root
+from samples import dataset, root, write_modes
 
 from razy_post.read import ModesResult, ResultError, open_result
-
-SPEED = np.linspace(0.0, 100.0, 11)
-
-
-def write_modes(path: Path, limit: float = 80.0) -> Path:
-    """Write a forward and a backward branch, and a branch without whirl that crosses the forward one at 50 rad/s."""
-    curves = np.stack((10.0 - 0.02 * SPEED, 10.0 + 0.02 * SPEED, np.full(11, 11.0)), axis=1)
-    order = np.argsort(curves, axis=1, kind="stable")
-    with root(path, "razy-modes", "Rotor") as file:
-        dataset(file, "speed", SPEED, "rad/s")
-        dataset(file, "frequency", np.take_along_axis(curves, order, axis=1), "Hz")
-        dataset(file, "branch", order + 1.0)
-        dataset(file, "direction", np.array([-1.0, 1.0, 0.0])[order])
-        dimension_only(file, "critical", 1)
-        dataset(file, "critical_speed", np.array([60.0]), "rad/s")
-        dataset(file, "critical_order", np.array([1.0]))
-        dataset(file, "critical_frequency", np.array([60.0 / (2 * np.pi)]), "Hz")
-        dataset(file, "stability_limit", limit, "rad/s")
-    return path
 
 
 def test_branches_go_through_crossings(tmp_path):
@@ -62,3 +42,23 @@ def test_refused(tmp_path):
     path = write_modes(tmp_path / "modes.h5")
     with pytest.raises(ResultError, match="holds no observables"):
         drawn(path, observables=["d"])
+
+
+def test_vertical_axis_ends_above_the_lines_of_excitation(tmp_path):
+    path = write_modes(tmp_path / "modes.h5")
+    with h5py.File(path, "r+") as file:
+        high = np.full((11, 1), 500.0)
+        for name, column in (("frequency", high), ("branch", high / 125.0), ("direction", 0.0 * high)):
+            values, attributes = np.hstack((file[name][:], column)), dict(file[name].attrs)
+            del file[name]
+            file[name] = values
+            file[name].attrs.update(attributes)
+    # The line of the order 1 reaches 100 rad/s over 2 pi.
+    assert drawn(path).axes[0].get_ylim()[1] == pytest.approx(1.25 * 100.0 / (2 * np.pi))
+    assert drawn(path, top=600.0).axes[0].get_ylim() == (0.0, 600.0)
+    assert drawn(write_modes(tmp_path / "low.h5")).axes[0].get_ylim()[1] == pytest.approx(1.05 * 12.0)
+    with h5py.File(path, "r+") as file:
+        for name in ("critical_speed", "critical_order", "critical_frequency"):
+            del file[name]
+            file[name] = np.zeros(0)
+    assert drawn(path).axes[0].get_ylim()[1] == pytest.approx(1.05 * 500.0)

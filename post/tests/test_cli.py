@@ -56,10 +56,13 @@ def test_format_follows_the_suffix(diagram, tmp_path, suffix, start):
     assert target.read_bytes().startswith(start)
 
 
-def test_existing_picture_is_overwritten(diagram, tmp_path):
+def test_existing_picture_is_overwritten_if_asked(diagram, tmp_path, capsys):
     target = tmp_path / "picture.png"
     target.write_text("old")
-    assert code(diagram, "--save", target, "--size", "10x6", "--dpi", "100") == 0
+    assert code(diagram, "--save", target) == 2
+    assert capsys.readouterr().err == f"razy-plot: error: {target}: exists already; --force overwrites it\n"
+    assert target.read_text() == "old"
+    assert code(diagram, "--save", target, "--size", "10x6", "--dpi", "100", "--force") == 0
     assert imread(target).shape[:2] == (int(6 / 2.54 * 100), int(10 / 2.54 * 100))
 
 
@@ -88,7 +91,7 @@ def test_failure_leaves_the_old_picture_and_nothing_else(diagram, tmp_path, monk
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(matplotlib.figure.Figure, "savefig", broken)
-    assert code(diagram, "--save", target) == 1
+    assert code(diagram, "--save", target, "--force") == 1
     assert target.read_text() == "old"
     assert list(target.parent.iterdir()) == [target]
     assert capsys.readouterr().err == "razy-plot: error: OSError: [Errno 28] No space left on device\n"
@@ -119,6 +122,7 @@ def bad_file(tmp_path):
         (["{good}", "--save", "{out}.png", "--size", "1x1"], "3 to 200 cm"),
         (["{good}", "--save", "{out}.png", "--dpi", "0"], "whole number"),
         (["{good}", "--sav", "{out}.png"], "unrecognized arguments"),
+        (["{good}", "--save", "{out}.png", "--top", "5"], "--top goes with files of razy-modes alone"),
         ([], "FILE.h5"),
     ],
 )

@@ -4,31 +4,15 @@ import h5py
 import numpy as np
 import pytest
 from pictures import drawn
-from samples import dataset, dimension_only, ragged, root, write_sweep
+from samples import SPEEDS, dataset, ragged, write_grid, write_sweep
 
 from razy_post.plot import periods
 from razy_post.read import ResultError, open_result
 
-SPEED, TORQUE = np.array([1000.0, 1100.0, 1300.0]), np.array([50.0, 60.0])
-
 
 @pytest.fixture
 def grid(tmp_path):
-    """Two axes, the second fastest; the force of `mesh` is 10 speed + torque, that of `stop` 1."""
-    with root(tmp_path / "grid.h5", "razy-sweep", "grid") as file:
-        names = ("rotation.speed_rpm", "load(1).value")
-        for name, axis, values in zip(names, (SPEED, TORQUE), (np.repeat(SPEED, 2), np.tile(TORQUE, 3)), strict=True):
-            dataset(file, f"axis/{name}", axis, "rpm", name)
-            dataset(file, f"point/{name}", values, "rpm", name)
-        dimension_only(file, "point/point", 6)
-        dataset(file, "point/status", np.array([0, 0, 0, 0, 0, 2], dtype=np.int32), coordinates=" ".join(names))
-        dataset(file, "point/period", np.array([1, 2, 3, 5, 0, -1], dtype=np.int32))
-        dataset(file, "point/touched", np.array([1, 2, 3, 0, 1, 0], dtype=np.int64), names=["mesh", "stop"])
-        dimension_only(file, "contact/point", 6)
-        force = 10 * np.repeat(SPEED, 2) + np.tile(TORQUE, 3)
-        dataset(file, "contact/mesh/largest_force", force, "N", "mesh: largest force")
-        dataset(file, "contact/stop/largest_force", np.ones(6), "N", "stop: largest force")
-    return tmp_path / "grid.h5"
+    return write_grid(tmp_path / "grid.h5")
 
 
 def test_reading(grid):
@@ -50,7 +34,7 @@ def test_map_shows_each_point_in_its_cell(grid):
     mesh = force.collections[0]
     shown = mesh.get_array()
     assert shown.shape == (2, 3)
-    np.testing.assert_allclose(shown[0], 1e-3 * (10 * SPEED + 50))
+    np.testing.assert_allclose(shown[0], 1e-3 * (10 * SPEEDS + 50))
     assert np.ma.getmaskarray(np.ma.masked_invalid(shown)).tolist() == [[False, False, False], [False, False, True]]
     edges = mesh.get_coordinates()
     np.testing.assert_allclose(edges[0, :, 0], [950.0, 1050.0, 1200.0, 1400.0])
@@ -93,3 +77,22 @@ def test_lines_and_band_of_one_parameter(tmp_path):
     np.testing.assert_allclose(lines["stop"], 1e-6 * speed[speed >= 1100.0])
     with pytest.raises(ResultError, match="statistics"):
         drawn(write_sweep(tmp_path / "none.h5", speed, {"x": ragged(50)}), kind="contacts")
+
+
+def test_map_of_an_amplitude(grid):
+    """Half the distance from the smallest to the largest extremum; nothing where there is none or the point failed."""
+    with h5py.File(grid, "r+") as file:
+        group = file.create_group("extrema/deflection")
+        dataset(group, "offset", np.array([0, 2, 4, 5, 5, 7, 9]))
+        dataset(
+            group, "value", np.array([-1.0, 3.0, 0.0, 0.5, 2.0, -4.0, 4.0, 9.0, -9.0]), "m", "extrema of deflection"
+        )
+        del file["contact"]
+    amplitude, period = drawn(grid).axes[:2]
+    shown = np.ma.filled(np.ma.masked_invalid(amplitude.collections[0].get_array()), np.nan).T.ravel()
+    np.testing.assert_array_equal(shown, [2.0, 0.25, 0.0, np.nan, 4.0, np.nan])
+    assert period.collections[0].get_array().tolist() == [[0, 2, 6], [1, 4, 7]]
+    figure = drawn(grid, observables=("deflection",))
+    assert [axes.get_ylabel() for axes in figure.axes][1] == "amplitude of deflection (m)"
+    with pytest.raises(ResultError, match="no observable 'deflections'; did you mean 'deflection'"):
+        drawn(grid, observables=("deflections",))

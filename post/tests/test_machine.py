@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 from pictures import drawn, inside
-from samples import dataset
+from samples import write_scene
 
 from razy_post.cli import main
 from razy_post.errors import ResultError
@@ -12,32 +12,8 @@ from razy_post.read import open_result
 from razy_post.read.scene import read_scene
 
 
-def add_scene(path, with_elements=True):
-    """Add a block on the ground: a spring below it, a stop above, an exciter on it."""
-    with h5py.File(path, "r+") as file:
-        group = file.create_group("scene")
-        dataset(group, "axis", ["x", "y"])
-        dataset(group, "body", ["block", "cover"])
-        dataset(group, "centre", np.array([[0.0, 0.5], [0.0, 1.5]]), "m")
-        dataset(group, "size", np.array([[1.0, 0.6], [1.0, 0.4]]), "m")
-        dataset(group, "point", ["foot", "top", "under"])
-        dataset(group, "point_body", np.array([1, 1, 2], dtype=np.int32))
-        dataset(group, "position", np.array([[0.3, 0.2], [0.0, 0.8], [0.0, 1.3]]), "m")
-        if not with_elements:
-            return path
-        dataset(group, "element", ["support", "lid", "shaker", "load 1"])
-        kinds = "1 = spring, 2 = damper, 3 = stop, 4 = exciter, 5 = load"
-        dataset(group, "kind", np.array([1, 3, 4, 5], dtype=np.int32), meanings=kinds)
-        dataset(group, "first_body", np.array([1, 2, 1, 1], dtype=np.int32))
-        dataset(group, "second_body", np.array([0, 1, 1, 0], dtype=np.int32))
-        dataset(group, "first", np.array([[0.3, 0.2], [0.0, 1.3], [-0.2, 0.5], [0.0, 0.8]]), "m")
-        dataset(group, "second", np.array([[0.3, 0.2], [0.0, 0.8], [0.2, 0.5], [0.0, 0.8]]), "m")
-        dataset(group, "direction", np.array([[0.0, 1.0], [0.0, 1.0], [0.0, 1.0], [0.0, 0.0]]))
-    return path
-
-
 def test_scene_is_read(run):
-    with open_result(add_scene(run)) as result:
+    with open_result(write_scene(run)) as result:
         scene = read_scene(result)
     assert [body.name for body in scene.bodies] == ["block", "cover"]
     assert scene.points[2].body == 2
@@ -47,7 +23,7 @@ def test_scene_is_read(run):
 
 
 def test_picture_shows_bodies_and_elements(run):
-    figure = drawn(add_scene(run), "machine")
+    figure = drawn(write_scene(run), "machine")
     (axes,) = figure.axes
     boxes = [(patch.get_xy(), patch.get_width(), patch.get_height()) for patch in axes.patches]
     assert np.allclose(boxes[0][0], (-0.5, 0.2)) and boxes[0][1:] == (1.0, 0.6)
@@ -61,7 +37,7 @@ def test_picture_shows_bodies_and_elements(run):
 
 
 def test_machine_of_a_sweep_and_without_elements(sweep):
-    assert len(drawn(add_scene(sweep, with_elements=False), "machine").axes[0].patches) == 2
+    assert len(drawn(write_scene(sweep, with_elements=False), "machine").axes[0].patches) == 2
 
 
 def test_file_without_geometry(run, capsys):
@@ -70,7 +46,7 @@ def test_file_without_geometry(run, capsys):
 
 
 def test_incomplete_geometry(run):
-    with h5py.File(add_scene(run), "r+") as file:
+    with h5py.File(write_scene(run), "r+") as file:
         del file["scene/centre"]
     with open_result(run) as result, pytest.raises(ResultError, match="geometry of the machine is incomplete"):
         read_scene(result)

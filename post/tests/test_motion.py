@@ -108,6 +108,21 @@ def test_force_over_deformation(run):
         drawn(run, kind="loop", observables=("contact_force",))
 
 
+def test_a_force_jumps_at_events(run):
+    """Its events are marked at the lower edge; beside it stands no rate but the force over the deformation."""
+    with h5py.File(run, "r+") as file:
+        file["observable/contact_force"] = np.linspace(0.0, 5.0, 2000)
+        file["observable/contact_force"].attrs.update({"units": "N", "long_name": "contact force"})
+    axes = {item.get_ylabel(): item for item in drawn(run, observables=("mesh_deformation", "contact_force")).axes}
+    assert set(axes) == {"mesh deformation (mm)", "rate of mesh deformation (m/s)", "contact force (N)"}
+    history, path = [item for item in drawn(run).axes if item.get_ylabel() == "contact force (N)"]
+    assert path.get_xlabel() == "mesh deformation (mm)"
+    marks = [item for item in history.get_lines() if item.get_label().startswith("mesh")]
+    assert len(marks) == 2
+    assert all(np.all(item.get_ydata() == 0.03) and item.get_marker() != "|" for item in marks)
+    assert [item.get_xlabel() for item in drawn(run, kind="phase").axes] == ["mesh deformation (mm)"]
+
+
 def test_coordinates_where_there_are_no_observables(tmp_path):
     figure = drawn(write_run(tmp_path / "run.h5", observable=False), kind="time")
     assert [axes.get_ylabel() for axes in figure.axes] == ["displacement of x (mm)", "displacement of y (mm)"]

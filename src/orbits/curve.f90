@@ -1,10 +1,12 @@
 !! Curves of special points of periodic motions - folds, doublings, tori, grazings - over two parameters.
 !!
-!! One parameter is held at its next value, that of the two in which the curve goes farther; over the other, a short branch of motions
-!! (razy_orbits_branch) through the place where the curve is expected has the point, located there to rounding. So the curve may
-!! turn in either parameter. It ends where such a branch has no point of its kind: at a cusp, or where the point becomes another.
+!! One parameter is held at its next value, that of the two in which the curve goes farther; over the other, a short branch of
+!! motions (razy_orbits_branch) through the place where the curve is expected has the point, located there to rounding. So the
+!! curve may turn in either parameter. It ends where such a branch has no point of its kind: at a cusp, or where the point
+!! becomes another.
 module razy_orbits_curve
    use razy_core_kinds, only: wp
+   use razy_core_text, only: string_t
    use razy_orbits_branch, only: branch_t, find_tangent, point_t
    use razy_orbits_orbit, only: problem_t
    implicit none(type, external)
@@ -20,7 +22,7 @@ module razy_orbits_curve
       integer :: count = 0
       real(wp), allocatable :: place(:, :), largest(:)
       !> Why it ends on both sides, in words.
-      character(:), allocatable :: ending(:)
+      type(string_t) :: ending(2)
    contains
       procedure :: follow
       procedure :: passes
@@ -39,8 +41,11 @@ module razy_orbits_curve
    real(wp), parameter :: first_step = 1.0e-3_wp, largest_step = 0.02_wp, least_step = 1.0e-8_wp
    !> Half lengths of the branches in which a point is looked for, in scaled unknowns; at first no more than a share of the step.
    real(wp), parameter :: narrow = 1.0e-4_wp, narrow_share = 0.1_wp, wide = 0.3_wp, wider = 3.0_wp
-   !> Share of a step by which the place expected may err.
-   real(wp), parameter :: straight = 0.2_wp
+   !> Shares of a step by which the place expected may err: of any step, of the first.
+   real(wp), parameter :: straight = 0.2_wp, steepest = 20.0_wp
+   !> So near the end of the range a curve may end.
+   real(wp), parameter :: near_end = 1.0e-4_wp
+   character(*), parameter :: at_border = "the end of the range"
 
 contains
 
@@ -61,11 +66,10 @@ contains
       parameter = problem%parameter
       first%point = point
       first%at = [point%orbit%u(size(point%orbit%u)), parameter(2)/range]
-      allocate (character(48) :: self%ending(2))
       allocate (self%place(2, 2*most + 1), self%largest(2*most + 1))
       do side = 1, 2
          call one_side(self, problem, first, merge(-1.0_wp, 1.0_wp, side == 1), low/scale, high/scale, scale, &
-                       most, self%ending(side))
+                       most, self%ending(side)%text)
          if (side == 2) exit
          half = self%count
          self%place(:, :half) = self%place(:, half:1:-1)
@@ -117,13 +121,13 @@ contains
       type(station_t), intent(in) :: first
       real(wp), intent(in) :: way, low(2), high(2), scale(2)
       integer, intent(in) :: most
-      character(*), intent(out) :: ending
+      character(:), allocatable, intent(out) :: ending
 
       type(station_t) :: last(3), next
       real(wp), allocatable :: expected(:)
       real(wp) :: error, h
       integer :: count, held, known, n
-      logical :: at_end, found
+      logical :: at_end, found, outside
 
       last(1) = first
       known = 1
@@ -141,16 +145,18 @@ contains
                at(held) = max(low(held), min(high(held), at(held)))
             end associate
             call look(problem, self%label, self%contact, last(1), expected, held, h, scale, next, error, found)
-            if (found) found = error <= straight*h .or. h <= first_step
-            if (found) exit
+            ! Nothing is known of the slope at first.
+            if (found) found = error <= merge(steepest, straight, known == 1)*h
+            outside = found .and. any(next%at < low .or. next%at > high)
+            if (found .and. .not. outside) exit
             h = h/4
-            if (h > least_step) cycle
+            if (h > merge(near_end, least_step, outside)) cycle
             ending = "no such point further on"
+            if (outside) ending = at_border
             return
          end do
-         if (at_end .or. any(next%at < low .or. next%at > high)) ending = "the end of the range"
-         if (any(next%at < low .or. next%at > high)) return
          call self%add(next, scale)
+         if (at_end) ending = at_border
          if (at_end) return
          next%length = last(1)%length + norm2(next%at - last(1)%at)
          if (error < 0.25_wp*straight*h) h = min(2*h, largest_step)
@@ -160,8 +166,8 @@ contains
       end do
    end subroutine one_side
 
-   !> Unknowns without the parameter, and both parameters, where the curve is expected at this length, by the polynomial through where
-   !> it was last.
+   !> Unknowns without the parameter, and both parameters, where the curve is expected at this length, by the polynomial
+   !> through where it was last.
    pure function ahead(last, length) result(expected)
       type(station_t), intent(in) :: last(:)
       real(wp), intent(in) :: length
@@ -181,8 +187,8 @@ contains
       end do
    end function ahead
 
-   !> The special point near where the curve is expected, a step h from `here`, with parameter `held` as it is there. `error`: how far
-   !> it is from where it was expected.
+   !> The special point near where the curve is expected, a step h from `here`, with parameter `held` as it is there. `error`:
+   !> how far it is from where it was expected.
    subroutine look(problem, label, contact, here, there, held, h, scale, next, error, found)
       type(problem_t), intent(inout) :: problem
       character(*), intent(in) :: label

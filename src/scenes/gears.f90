@@ -7,6 +7,7 @@ module razy_scenes_gears
    use razy_contact_clearance_law, only: clearance_side_t, new_clearance_law
    use razy_core_error, only: error_t
    use razy_core_kinds, only: qp, wp
+   use razy_core_number, only: to_text
    use razy_core_text, only: lower
    use razy_input_input, only: input_t
    use razy_input_schema, only: key_real, key_spec_t, key_string, nonnegative
@@ -18,6 +19,8 @@ module razy_scenes_gears
    public :: gear_keys, join_speeds, read_gear_mesh
 
    integer, parameter :: most_harmonics = 32
+   !> Radii may be rounded by this share.
+   real(wp), parameter :: ratio_tolerance = 1.0e-2_wp
 
 contains
 
@@ -48,13 +51,20 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(clearance_side_t) :: back, front
-      real(wp), allocatable :: cosine(:), sine(:)
+      real(wp), allocatable :: cosine(:), radius(:), sine(:)
       integer, allocatable :: teeth(:)
       character(:), allocatable :: separation
       real(wp) :: backlash, share, speed
       real(qp) :: hertz
       integer :: k
 
+      call input%get("gear_mesh", i, "radius", radius)
+      call input%get("gear_mesh", i, "teeth", teeth)
+      if (abs(radius(1)*teeth(2) - radius(2)*teeth(1)) > ratio_tolerance*radius(2)*teeth(1)) then
+         call input%complain(error, "gear_mesh", i, "radius", "two radii in the ratio of teeth = "//to_text(teeth(1))//", "// &
+                             to_text(teeth(2))//", to a hundredth")
+         return
+      end if
       call input%get("gear_mesh", i, "name", contact%name)
       contact%w = w
       contact%unit = "m"
@@ -85,7 +95,6 @@ contains
                              "an error needs &rotation of "//joined//" join to this one")
          return
       end if
-      call input%get("gear_mesh", i, "teeth", teeth)
       call input%get("rotation", 1, "speed_rpm", speed)
       hertz = teeth(1)*abs(ratio)*speed/60.0_qp
       do k = 1, size(sine)

@@ -10,6 +10,7 @@ module razy_study_watch
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: ask_stop, integrator_t, observer_slot_t, observer_t, outcome_t, status_ok
    use razy_observe_contact_statistics, only: contact_statistics_t
+   use razy_observe_cycle, only: cycle_time
    use razy_observe_event_log, only: event_log_t
    use razy_observe_extrema, only: extrema_t
    use razy_observe_periodicity, only: periodicity_t
@@ -35,6 +36,8 @@ module razy_study_watch
       !> The kind of the motion is asked for, and to this tolerance.
       logical :: asks_kind = .false.
       real(wp) :: period_tolerance = 1.0e-6_wp
+      !> Nothing excites the machine, so that its motions have periods of their own.
+      logical, private :: free = .false.
       !> The motion is followed only until it is periodic.
       logical :: until_periodic = .false.
       !> How long the motion was followed, s.
@@ -88,7 +91,11 @@ contains
          if (allocated(error)) return
       end do
 
-      if (.not. allocated(self%extrema)) allocate (self%extrema(count(records%extrema)))
+      if (.not. allocated(self%extrema)) then
+         allocate (self%extrema(count(records%extrema)))
+         ! All points of a sweep have the same columns.
+         self%free = .not. any(machine%tone%hertz > 0.0_wp)
+      end if
       k = 0
       do i = 1, size(records)
          if (.not. records(i)%extrema) cycle
@@ -292,6 +299,13 @@ contains
          call self%extrema(i)%columns(table)
       end do
       if (self%asks_kind) call self%periodicity%columns(table)
+      if (self%asks_kind .and. self%free .and. size(self%extrema) > 0) then
+         associate (first => self%extrema(1))
+            call table%add("/point/cycle_time", cycle_time(first%value(:first%count), first%time(:first%count), &
+                                                           first%kind(:first%count), self%period_tolerance), "s", &
+                           "time in which "//first%long_name//" repeats itself")
+         end associate
+      end if
       if (self%until_periodic) call table%add("/point/duration", self%followed, "s", "time that the motion was followed")
       if (size(self%contacts) > 0) call self%statistics%columns(table)
       if (self%lyapunov%asked > 0) call self%lyapunov%columns(table)

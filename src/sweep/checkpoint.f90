@@ -30,7 +30,7 @@ module razy_sweep_checkpoint
       !> Points that are here, and for each column of a row the length of its lists in all, or the rows in which it is not 0.
       integer(i8) :: n_done = 0
       integer(i8), allocatable :: tally(:)
-      !> The columns of a row; its values mean nothing.
+      !> The columns of a row, as they are for a point that is not here.
       type(table_t) :: row
       type(journal_t), private :: journal
       !> Where the record of each point begins (points); -1: nowhere yet.

@@ -6,10 +6,11 @@ import subprocess
 import time
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from faults import CHECKPOINT, Sweep, kill_all, points_done, processes_of, rank_of, resume, stop
-from programs import GEAR_PAIR, datasets, left, sets, start, succeed
+from programs import GEAR_PAIR, datasets, left, plot, sets, start, succeed
 
 # A mark of the checkpoint (docs/file_format.md).
 MARK = -7070701
@@ -207,3 +208,32 @@ def test_results_are_flushed_after_a_number_of_points(sweep):
     done = sweep.start()
     assert done.returncode == 0, done.stderr
     sweep.expect_whole()
+
+
+def test_a_sweep_under_way_has_a_picture(sweep):
+    """A copy of its checkpoint becomes a file in which the points that are missing say so; the sweep itself goes on."""
+    now = [*sweep.arguments[:-1], "now.h5", "--so-far"]
+    refused = start("razy-sweep", *now)
+    assert refused.returncode == 2 and "now.h5.checkpoint: there is no such file" in refused.stderr
+    process = sweep.begin(40000)
+    try:
+        Path("now.h5.checkpoint").write_bytes(Path(CHECKPOINT).read_bytes())
+        done = succeed("razy-sweep", *now)
+    finally:
+        resume(process)
+    assert process.wait(timeout=120) == 0
+    sweep.expect_whole()
+    with h5py.File("now.h5") as file, h5py.File("whole.h5") as whole:
+        status = file["point/status"]
+        there = status[:] == 0
+        assert 0 < there.sum() < there.size and set(status[:][~there]) == {11}
+        assert "11 = not computed yet" in status.attrs["meanings"]
+        assert f"wrote now.h5: {there.sum()} of {there.size} points" in done.stderr
+        lists = []
+        for one in (file, whole):
+            offset, value = (one[f"extrema/mesh_deformation/{name}"][:] for name in ("offset", "value"))
+            lists.append(np.split(value, offset[1:-1]))
+        assert all(np.array_equal(a, b if here else []) for a, b, here in zip(*lists, there, strict=True))
+    assert "now.h5.checkpoint" not in left()
+    drawn = plot("now.h5", "--save", "now.png", "--dpi", "50")
+    assert drawn.returncode == 0, drawn.stderr

@@ -9,6 +9,7 @@ import pytest
 from programs import GEAR_PAIR, SOURCE, attribute, left, plot, sets, start, succeed
 
 NORMAL_FORM = SOURCE / "inputs" / "gear_normal_form.nml"
+PAIR_MAP = SOURCE / "inputs" / "gear_pair_map.nml"
 IMPACT = SOURCE / "inputs" / "impact_oscillator.nml"
 HYSTERESIS = SOURCE / "inputs" / "hysteresis.nml"
 
@@ -158,6 +159,35 @@ def test_what_it_refuses_is_one_line(changes, message):
     assert done.returncode == 2
     assert message in done.stderr and done.stderr.count("\n") == 1
     assert left() == []
+
+
+def test_curve_over_two_parameters():
+    """At its end the curve of the doubling has the speed that a branch finds at that torque."""
+    speed = {"follow(1)%first": 2420, "follow(1)%last": 2330}
+    narrow = [word for key, value in speed.items() for word in ("--set", f"{key}={value}")]
+    torque = ["--set", "follow(2)%first=99", "--set", "follow(2)%last=101"]
+    succeed("razy-follow", PAIR_MAP, *narrow, *torque, "--output", "curve.h5")
+    balanced = ["--set", "load(1)%value=101", "--set", "load(2)%value=-101", "--set", "follow(2)%first=100"]
+    succeed("razy-follow", PAIR_MAP, *narrow, *balanced, "--output", "branch.h5")
+    with h5py.File("curve.h5") as file:
+        assert file["curve/label"].asstr()[:].tolist() == ["PD"]
+        curve = file["curve_point"]
+        last = np.argmax(curve["load(1).value"][:])
+        assert curve["load(1).value"][last] == pytest.approx(101, rel=1e-12)
+        found = curve["rotation.speed_rpm"][last]
+        assert curve["largest_multiplier"][:] == pytest.approx(1.0, abs=1e-7)
+    with h5py.File("branch.h5") as file:
+        (doubling,) = points(file, "PD")
+    assert found == pytest.approx(doubling, rel=1e-11)
+    done = plot("curve.h5", "--kind", "curves", "--save", "curves.png")
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_second_parameter_has_to_hold_its_value():
+    done = start("razy-follow", PAIR_MAP, "--set", "follow(2)%first=150")
+    assert done.returncode == 2
+    assert "&follow number 2" in done.stderr or "follow(2)" in done.stderr
+    assert "a range that holds 100" in done.stderr and done.stderr.count("\n") == 1
 
 
 def test_picture():

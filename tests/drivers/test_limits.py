@@ -168,3 +168,13 @@ def test_a_long_list_of_events_needs_no_stack(folder):
     assert done.returncode == 0, done.stderr
     with h5py.File("elastic.h5") as file:
         assert file["event/time"].size > 150000
+
+
+def test_long_texts_take_no_time(case):
+    case.write_text(case.read_text().replace("Mass against a stop", 300000 * "x"))
+    succeed("razy-run", case, timeout=5)
+    names = ",".join(["block.displacement", *(f"c{number}" for number in range(100000))])
+    Path("wide.csv").write_text(f"{names}\n{','.join(100001 * ['0.0'])}\n")
+    starts = "&starts method='file', file='wide.csv' /\n&start_range coordinate='block' /\n"
+    Path("wide.nml").write_text(CASE + starts)
+    succeed("razy-sweep", "wide.nml", timeout=5)

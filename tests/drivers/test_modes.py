@@ -145,3 +145,30 @@ def test_a_stiff_bearing_holds_or_is_refused(folder):
         done = start("razy-modes", "stiff.nml", "--force")
         assert done.returncode == 2
         assert " stiffness = " in done.stderr and "hold the node by &support" in done.stderr
+
+
+def test_damping_of_machines_and_rotors(folder):
+    path = folder / "chain.nml"
+    path.write_text("""
+&scene   kind='lumped' /
+&mass    name='block', value=2.0 /
+&mass    name='slow', value=1.0 /
+&spring  between='block','frame', stiffness=2.0e4, damping=8.0 /
+&damper  between='slow','frame', damping=5.0 /
+&modes   contacts='open' /
+""")
+    said, data = modes(path)
+    ratio = 8.0 / (2 * np.sqrt(2.0 * 2.0e4))
+    decrement = 2 * np.pi * ratio / np.sqrt(1 - ratio**2)
+    vibrates = np.isfinite(data["logarithmic_decrement"])
+    assert vibrates.sum() == 1
+    assert data["logarithmic_decrement"][vibrates] == pytest.approx(decrement, rel=1e-9)
+    assert data["damping_ratio"][vibrates] == pytest.approx(ratio, rel=1e-9)
+    hertz = 100.0 / (2 * np.pi) * np.sqrt(1 - ratio**2)
+    line = f"damped: {hertz:.3f} Hz, damping ratio {ratio:.6f}, logarithmic decrement {decrement:.6f}"
+    assert [text for text in said.splitlines() if "damped" in text] == [line]
+    said, _ = modes(path, *sets(spring__damping=0.0, damper__damping=0.0))
+    assert "damped" not in said
+    _, data = modes(GEARBOX, *UNREDUCED, *OPEN, *sets(modes__count=4, campbell__points=2, campbell__orders=1.0))
+    real, imaginary = np.moveaxis(data["eigenvalue"], -1, 0)
+    np.testing.assert_allclose(data["damping_ratio"], -real / np.hypot(real, imaginary), rtol=1e-12)

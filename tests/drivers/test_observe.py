@@ -137,11 +137,12 @@ def test_bad_input(grid, old, new, said):
 def test_pictures(grid):
     succeed("razy-sweep", grid)
     for options in ((), ("--observable", "period"), ("--observable", "mesh.dissipated_energy")):
-        done = plot("grid.h5", "--save", "map.png", *options)
+        done = plot("grid.h5", "--force", "--save", "map.png", *options)
         assert done.returncode == 0, done.stderr
-    assert plot("grid.h5", "--save", "map.png", "--observable", "mesh.nothing").returncode == 2
+    for wrong in ("mesh.nothing", "nothing"):
+        assert plot("grid.h5", "--save", "other.png", "--observable", wrong).returncode == 2
     (grid.parent / "line.nml").write_text(without(grid.read_text(), "sweep") + SPEED)
     succeed("razy-sweep", "line.nml")
     for options in (("--kind", "contacts"), ("--kind", "contacts", "--observable", "impulse"), ()):
-        done = plot("line.h5", "--save", "line.png", *options)
+        done = plot("line.h5", "--force", "--save", "line.png", *options)
         assert done.returncode == 0, done.stderr

@@ -186,3 +186,13 @@ def test_planar_stops_take_all_laws(folder):
         assert file["outcome/impacts"][0] == 4
     done = start("razy-run", case, "--set", "stop(1)%law='hertz'", "--force")
     assert done.returncode == 2 and "law = 'hertz' takes stiffness" in done.stderr
+
+
+def test_a_run_says_what_it_found_and_a_start_what_is_not_balanced(folder):
+    said = succeed("razy-run", GEAR_PAIR, "--output", "found.h5").stdout
+    with h5py.File("found.h5") as file:
+        value, events = file["extrema/mesh_deformation/value"][:], file["outcome/events"][0]
+    assert " ".join(said.split()) == f"mesh_deformation: {value.min():.6E} to {value.max():.6E} m {events} events"
+    refused = start("razy-run", GEAR_PAIR, *sets(**{"load(2)__value": -99.9}))
+    assert refused.returncode == 2
+    assert "the constant loads are in no equilibrium" in refused.stderr and "N or N m are left at '" in refused.stderr

@@ -80,3 +80,22 @@ def test_the_press_is_tuned_at_each_frequency():
 def test_time_of_points_is_stored_when_asked(linear):
     assert "processor_time" not in swept(linear)
     assert np.all(swept(linear, *sets(sweep__processor_time=True))["processor_time"] >= 0.0)
+
+
+def test_a_cycle_without_excitation_has_a_time_of_its_own(folder):
+    path = folder / "free.nml"
+    path.write_text("""
+&scene   kind='lumped', title='Free vibration' /
+&mass    name='block', value=1.0 /
+&mass    name='other', value=4.0 /
+&spring  between='block','frame', stiffness=400.0 /
+&spring  between='other','frame', stiffness=400.0 /
+&motion  t_end=10.0, start='given' /
+&initial on='block', displacement=1.0e-3 /
+&record  observable='displacement', of='block', what='extrema', from=2.0 /
+&sweep   parameter='spring(1)%stiffness', first=400.0, last=1600.0, points=3 /
+""")
+    point = swept(path)
+    np.testing.assert_allclose(point["cycle_time"], 2 * np.pi / np.sqrt([400.0, 1000.0, 1600.0]), rtol=1e-9)
+    assert set(point["period"]) == {-1}
+    assert np.all(np.isnan(swept(path, "--set", "spring(1)%damping=0.1")["cycle_time"]))

@@ -1,5 +1,7 @@
 """Starts from a file: the same sweep as from a list, and one line for each mistake."""
 
+import os
+import random
 from pathlib import Path
 
 import h5py
@@ -139,3 +141,41 @@ def test_other_mistakes():
         ("holes", "is not finite at place 1, from 0"),
     ):
         refuse(case("method='file', file='some.h5'", ", column='flat'", f", column='{name}'"), says)
+
+
+@pytest.mark.parametrize(
+    ("dataset", "says"),
+    [
+        ({"shape": (2**31,), "dtype": "f8"}, "has more than 1e8 values"),
+        ({"shape": (2**40,), "dtype": "f8", "chunks": (1024,)}, "has more than 1e8 values"),
+        ({"data": "three"}, "has not one dimension"),
+        ({"data": ["a", "b"]}, "cannot be read as real numbers"),
+        ({"data": np.zeros(3, dtype=[("a", "f8"), ("b", "i4")])}, "cannot be read as real numbers"),
+        (None, "is no dataset"),
+    ],
+)
+def test_datasets_that_are_no_starts(dataset, says):
+    with h5py.File("bad.h5", "w") as file:
+        file["good"] = np.zeros(3)
+        file.create_group("bad") if dataset is None else file.create_dataset("bad", **dataset)
+    refuse(case("method='file', file='bad.h5'", ", column='bad'", ", column='good'"), says)
+
+
+def test_damaged_files():
+    with h5py.File("good.h5", "w") as file:
+        file["x"], file["v"] = np.array(X), np.array(V)
+    good, choice = Path("good.h5").read_bytes(), random.Random(int(os.environ.get("RAZY_HOSTILE_SEED", "18")))
+    name = case("method='file', file='bad.h5'", ", column='x'", ", column='v'")
+    codes = []
+    for number in range(int(os.environ.get("RAZY_HOSTILE_FILES", "6"))):
+        content = bytearray(good[: choice.randrange(len(good)) if number % 4 == 0 else None])
+        for _ in range(choice.choice((1, 10, 100)) if number % 4 else 0):
+            content[choice.randrange(len(content))] = choice.choice((0, 1, 255, choice.randrange(256)))
+        Path("bad.h5").write_bytes(content)
+        done = start("razy-sweep", name, "--check", timeout=20)
+        codes.append(done.returncode)
+        assert done.returncode in (0, 2), done.stderr
+        assert (len(done.stderr.splitlines()), "bad.h5" in done.stderr) == (
+            (1, True) if done.returncode else (0, False)
+        )
+    assert codes.count(2) > 1

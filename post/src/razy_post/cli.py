@@ -15,6 +15,7 @@ from razy_post.errors import ResultError
 from razy_post.plot import ARRANGEMENTS, KINDS, QUANTITIES, PlotNote, PlotOptions, draw, draw_several
 from razy_post.plot.style import provenance
 from razy_post.read import FollowResult, ResultFile, SweepResult, open_result
+from razy_post.read.file import making_sense_of
 
 PROGRAM = "razy-plot"
 
@@ -47,6 +48,7 @@ def parser() -> argparse.ArgumentParser:
     result.add_argument(
         "--save", metavar="FILE", type=Path, help="write the picture (.png, .pdf, .svg, ...) instead of showing it"
     )
+    result.add_argument("--force", action="store_true", help="overwrite the picture if it exists")
     result.add_argument("--kind", choices=KINDS, help="kind of picture; by default the one that fits the file")
     result.add_argument(
         "--observable", metavar="NAME", action="append", default=[], help="observable to draw; repeat for several"
@@ -68,6 +70,9 @@ def parser() -> argparse.ArgumentParser:
     )
     result.add_argument("--from", dest="start", metavar="X", type=_number, help="least parameter, or time in s")
     result.add_argument("--to", dest="stop", metavar="X", type=_number, help="largest parameter, or time in s")
+    result.add_argument(
+        "--top", metavar="Y", type=_number, help="highest frequency in Hz of a Campbell diagram (rad/s of eigenvalues)"
+    )
     result.add_argument("--title", metavar="TEXT", help="title instead of the one in the file; '' for none")
     result.add_argument("--size", metavar="WxH", type=_size, help="width and height in cm, such as 16x9.5")
     result.add_argument(
@@ -106,9 +111,10 @@ def _plot(given: argparse.Namespace) -> None:
         size=given.size,
         footer=given.footer,
         quantity=given.quantity,
+        top=given.top,
     )
     if given.save is not None:
-        output.check_target(given.save, given.files)
+        output.check_target(given.save, given.files, given.force)
     with ExitStack() as stack:
         results = [stack.enter_context(open_result(file)) for file in given.files]
         if any(isinstance(result, FollowResult) for result in results[1:]):
@@ -117,6 +123,8 @@ def _plot(given: argparse.Namespace) -> None:
             options = replace(options, sweep=_sweep(results.pop()))
         show = given.save is None
         figure = output.new_window(f"{PROGRAM} {given.files[0]}") if show else Figure(dpi=given.dpi)
+        with making_sense_of(results[0].path):
+            source = provenance(results[0])
         if len(results) == 1:
             draw(results[0], figure, options, given.kind)
         else:
@@ -124,7 +132,7 @@ def _plot(given: argparse.Namespace) -> None:
         if show:
             output.show_window()
         else:
-            output.save(figure, given.save, provenance(results[0]))
+            output.save(figure, given.save, source)
 
 
 def _sweep(result: ResultFile) -> SweepResult:

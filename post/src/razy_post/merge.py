@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from razy_post.errors import ResultError
 from razy_post.read import SweepResult, open_result
 from razy_post.read.extrema import CHUNK_VALUES
+from razy_post.read.file import making_sense_of
 from razy_post.target import check_output
 
 OFFSET = "offset"
@@ -96,14 +97,15 @@ def merge(paths: list[Path], output: Path, overwrite: bool = False) -> int:
             results.append(result)
             if not isinstance(result, SweepResult):
                 raise ResultError(f"{path}: not a file of razy-sweep")
-        plan = _arrange(results)
-        partial = output.with_name(output.name + ".partial")
-        try:
-            with h5py.File(partial, "w") as file:
-                points = _write(file, plan)
-            partial.replace(output)
-        finally:
-            partial.unlink(missing_ok=True)
+        with making_sense_of(", ".join(map(str, paths))):
+            plan = _arrange(results)
+            partial = output.with_name(output.name + ".partial")
+            try:
+                with h5py.File(partial, "w") as file:
+                    points = _write(file, plan)
+                partial.replace(output)
+            finally:
+                partial.unlink(missing_ok=True)
         return points
     finally:
         for result in results:

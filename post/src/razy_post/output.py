@@ -16,13 +16,13 @@ from razy_post.target import check_output
 WINDOW_DPI = 140
 
 
-def check_target(path: Path, sources: list[Path]) -> None:
-    """Raise a `ResultError` if no picture can be written to `path`: unknown suffix, no such folder, a result itself."""
+def check_target(path: Path, sources: list[Path], overwrite: bool) -> None:
+    """Raise a `ResultError` if no picture can go to `path`: its suffix, its folder, what is there."""
     formats = FigureCanvasBase.get_supported_filetypes()
     suffix = path.suffix.lower().removeprefix(".")
     if suffix not in formats:
         raise ResultError(f"--save {path}: unknown kind of picture '{path.suffix}' (can: {', '.join(sorted(formats))})")
-    check_output(path, sources, overwrite=True)
+    check_output(path, sources, overwrite)
     if not path.parent.is_dir():
         raise ResultError(f"--save {path}: no folder '{path.parent}'")
 

@@ -1,7 +1,11 @@
 """Points or extrema of a sweep, or of branches, as a table of text: a line each, comma-separated, with all digits."""
 
 import csv
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 
@@ -34,7 +38,9 @@ def write_points(result: SweepResult | FollowResult, target: Path) -> int:
     for name, item in result.file.get("point", {}).items():
         if name in wanted or name.startswith("start."):
             names.append(name)
-            columns.append(item[()])
+            columns.append(np.asarray(item[()]))
+            if columns[-1].shape != columns[0].shape:
+                raise ResultError(f"{result.path}: dataset '{item.name}' has not one value for each point")
     if isinstance(result, FollowResult):
         names += ["largest_multiplier", "label"]
         columns += [result.largest_multiplier, result.labels]
@@ -45,8 +51,17 @@ def write_points(result: SweepResult | FollowResult, target: Path) -> int:
     return int(columns[0].size)
 
 
-def _opened(target: Path):
+@contextmanager
+def _opened(target: Path) -> Iterator[TextIO]:
+    """Write a file that appears when it is complete."""
+    partial = target.with_name(f".{target.name[:200]}.{os.getpid()}.partial")
     try:
-        return target.open("w", newline="", encoding="utf-8")
+        file = partial.open("w", newline="", encoding="utf-8")
     except OSError as cause:
         raise ResultError(f"{target}: cannot be written ({cause.strerror})") from cause
+    try:
+        with file:
+            yield file
+        partial.replace(target)
+    finally:
+        partial.unlink(missing_ok=True)

@@ -10,6 +10,7 @@ from razy_post import __version__
 from razy_post.errors import ResultError
 from razy_post.merge import merge
 from razy_post.read import FollowResult, SweepResult, open_result
+from razy_post.read.file import making_sense_of
 from razy_post.table import write_extrema, write_points
 from razy_post.target import check_output
 
@@ -44,7 +45,7 @@ def csv_main(arguments: list[str] | None = None) -> int:
     def export() -> str:
         target = given.output or Path(given.file.with_suffix(".csv").name)
         check_output(target, [given.file], given.force)
-        with open_result(given.file) as result:
+        with open_result(given.file) as result, making_sense_of(given.file):
             if not isinstance(result, SweepResult | FollowResult):
                 raise ResultError(f"{given.file}: not a file of razy-sweep or razy-follow")
             if given.observable is None:

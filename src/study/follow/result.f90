@@ -279,7 +279,7 @@ contains
                              to_text(curve%count)//" points, "//self%varied(1)%parameter//" "// &
                              decimal(minval(curve%place(1, :)), 7)//" to "//decimal(maxval(curve%place(1, :)), 7)//", "// &
                              self%varied(2)%parameter//" "//decimal(minval(curve%place(2, :)), 7)//" to "// &
-                             decimal(maxval(curve%place(2, :)), 7)//"; ends: "//trim(curve%ending(1))//"; "//trim(curve%ending(2)))
+                             decimal(maxval(curve%place(2, :)), 7)//"; ends: "//curve%ending(1)%text//"; "//curve%ending(2)%text)
          end associate
       end do
    end function follow_words

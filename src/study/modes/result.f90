@@ -1,6 +1,7 @@
 !! What razy-modes finds: natural frequencies and shapes, for rotors eigenvalues over the speed, reduced models beside the unreduced
 !! one; as a table and in words.
 module razy_study_modes_result
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use razy_core_kinds, only: pi, wp
    use razy_core_number, only: decimal, to_text
    use razy_core_table, only: table_t
@@ -109,16 +110,48 @@ contains
       type(table_t), intent(inout) :: table
 
       character(*), parameter :: along(2) = [character(6) :: mode, speed]
+      character(6) :: roots(2)
+      real(wp), allocatable :: ratio(:, :), decrement(:, :)
 
       call table%add(speed, self%speed, "rad/s", "angular speed of the shaft of &rotation", speed)
       call table%add("/frequency", self%frequency, "Hz", "frequency in ascending order", along)
       if (.not. allocated(self%eigenvalue)) return
+      roots = [character(6) :: merge(mode, "/root", allocated(self%branch)), speed]
       call table%add("/eigenvalue", self%eigenvalue, "1/s", "eigenvalue, imaginary part ascending", &
-                     [character(8) :: "/complex", merge(mode, "/root", allocated(self%branch)), speed])
+                     [character(8) :: "/complex", roots])
+      call dampings(self%eigenvalue, ratio, decrement)
+      call table%add("/damping_ratio", ratio, "1", "damping ratio of an eigenvalue", roots)
+      call table%add("/logarithmic_decrement", decrement, "1", "logarithmic decrement of an eigenvalue", roots)
       if (.not. allocated(self%branch)) return
       call table%add("/branch", self%branch, "1", "number of the branch of an eigenvalue", along)
       call table%add("/direction", self%direction, "1", "direction of whirl: +1 forward, -1 backward", along)
    end subroutine speed_columns
+
+   !> Damping ratio -Re λ/|λ| and logarithmic decrement -2π Re λ/Im λ (eigenvalues, speeds each); NaN where nothing vibrates.
+   pure subroutine dampings(eigenvalue, ratio, decrement)
+      real(wp), intent(in) :: eigenvalue(:, :, :)
+      real(wp), allocatable, intent(out) :: ratio(:, :), decrement(:, :)
+
+      real(wp), parameter :: rounding = 1.0e-7_wp
+      real(wp), allocatable :: modulus(:, :)
+      real(wp) :: least
+      integer :: i, k
+
+      modulus = hypot(eigenvalue(1, :, :), eigenvalue(2, :, :))
+      least = rounding*maxval(modulus, mask=.not. ieee_is_nan(modulus))
+      allocate (ratio, decrement, mold=modulus)
+      ratio = ieee_value(least, ieee_quiet_nan)
+      decrement = ratio
+      do k = 1, size(modulus, 2)
+         do i = 1, size(modulus, 1)
+            if (ieee_is_nan(modulus(i, k))) cycle
+            associate (re => eigenvalue(1, i, k), im => eigenvalue(2, i, k))
+               if (modulus(i, k) > least) ratio(i, k) = -re/modulus(i, k)
+               if (im > least) decrement(i, k) = -2*pi*re/im
+            end associate
+         end do
+      end do
+   end subroutine dampings
 
    subroutine critical_columns(self, table)
       class(modes_result_t), intent(in) :: self
@@ -183,6 +216,7 @@ contains
       end do
       if (size(content%natural) > most_lines) call append_text(lines, "and "//to_text(size(content%natural) - most_lines)// &
                                                                " more modes")
+      if (allocated(content%eigenvalue) .and. .not. allocated(content%branch)) call append_dampings(lines, content%eigenvalue)
       if (allocated(content%reduction)) call append_reduction(lines, content%reduction)
       if (.not. allocated(content%critical)) return
       do i = 1, min(most_lines, size(content%critical))
@@ -201,6 +235,28 @@ contains
          call append_text(lines, "stability limit: "//content%limit_words)
       end if
    end function words
+
+   !> Frequencies and damping of a machine at rest, where anything damps it.
+   subroutine append_dampings(lines, eigenvalue)
+      type(string_t), allocatable, intent(inout) :: lines(:)
+      real(wp), intent(in) :: eigenvalue(:, :, :)
+
+      real(wp), parameter :: rounding = 1.0e-9_wp
+      real(wp), allocatable :: decrement(:, :), ratio(:, :)
+      integer :: i, found
+
+      if (.not. maxval(abs(eigenvalue(1, :, 1))) > rounding*maxval(abs(eigenvalue))) return
+      call dampings(eigenvalue, ratio, decrement)
+      found = 0
+      do i = 1, size(eigenvalue, 2)
+         if (ieee_is_nan(decrement(i, 1))) cycle
+         found = found + 1
+         if (found > most_lines) cycle
+         call append_text(lines, "damped: "//decimal(eigenvalue(2, i, 1)/(2*pi), 3)//" Hz, damping ratio "// &
+                          decimal(ratio(i, 1), 6)//", logarithmic decrement "//decimal(decrement(i, 1), 6))
+      end do
+      if (found > most_lines) call append_text(lines, "and "//to_text(found - most_lines)//" more damped frequencies")
+   end subroutine append_dampings
 
    !> The parts with a share in a mode, largest first, and the mesh.
    function nature(content, mode) result(text)

@@ -17,7 +17,7 @@ module razy_study_sweep_result
 
 contains
 
-   !> Write the complete file.
+   !> Write the file; points that the checkpoint has not are not computed yet.
    subroutine write_sweep(task, checkpoint, path, overwrite, error)
       class(sweep_task_t), intent(inout) :: task
       type(checkpoint_t), intent(inout) :: checkpoint
@@ -26,7 +26,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(rows_file_t) :: file
-      type(table_t) :: row, table
+      type(table_t) :: missing, row, table
       integer(i8) :: point
 
       call axis_columns(task, table)
@@ -36,11 +36,16 @@ contains
       row = checkpoint%row
       ! By this name CF readers know the coordinates of the points.
       call row%note_group("/point/", "coordinates", coordinates_of(task))
+      missing = row
       call file%begin(path, task%header, table, row, task%plan%points, checkpoint%tally, error)
       do point = 1, task%plan%points
          if (allocated(error)) exit
-         call checkpoint%get(point, row, error)
-         if (.not. allocated(error)) call file%append(row, error)
+         if (checkpoint%has(point)) then
+            call checkpoint%get(point, row, error)
+            if (.not. allocated(error)) call file%append(row, error)
+         else
+            call file%append(missing, error)
+         end if
       end do
       if (allocated(error)) then
          call file%discard()

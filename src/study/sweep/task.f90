@@ -15,7 +15,8 @@ module razy_study_sweep_task
    use razy_input_input, only: input_t
    use razy_io_result_file, only: check_name, new_header, result_header_t
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: integrator_t, outcome_t, status_interrupted, status_no_machine, status_ok
+   use razy_motion_integrator, only: integrator_t, outcome_t, status_interrupted, status_no_machine, &
+                                     status_not_computed, status_ok
    use razy_scenes_case, only: motion_t, new_machine
    use razy_scenes_factory, only: draw_scene
    use razy_scenes_records, only: record_t
@@ -202,7 +203,7 @@ contains
       if (.not. allocated(error)) call new_machine(self%machine, self%motion, records, tuned, error, self%scene)
    end subroutine make_machine
 
-   !> The columns of a row.
+   !> The columns of a row, with what they are for a point that is not computed yet.
    subroutine describe(self, row)
       class(sweep_task_t), intent(inout) :: self
       type(table_t), intent(inout) :: row
@@ -212,7 +213,7 @@ contains
       call self%watch%attach(self%machine, self%motion%t_end)
       call self%watch%forget()
       call continuation%take_from()
-      call fill(self, row, outcome_t(), 0.0_wp, 0.0_wp, continuation)
+      call fill(self, row, outcome_t(status=status_not_computed), 0.0_wp, 0.0_wp, continuation)
    end subroutine describe
 
    !> `took` and `worked`: time on the clock and of the processor, s.

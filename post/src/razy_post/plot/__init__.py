@@ -18,6 +18,7 @@ from razy_post.plot import (
     branches,
     campbell,
     contacts,
+    curves,
     eigenvalues,
     machine,
     maps,
@@ -30,6 +31,7 @@ from razy_post.plot.options import QUANTITIES, PlotNote, PlotOptions
 from razy_post.plot.several import ARRANGEMENTS
 from razy_post.plot.style import look
 from razy_post.read import ResultFile, SweepResult
+from razy_post.read.file import making_sense_of
 
 __all__ = [
     "ARRANGEMENTS",
@@ -68,6 +70,7 @@ PICTURES = (
     Picture("razy-modes", "eigenvalues", eigenvalues.draw),
     Picture("razy-tune", "tuning", tuning.draw),
     Picture("razy-follow", "branches", branches.draw),
+    Picture("razy-follow", "curves", curves.draw),
     Picture("razy-duel", "work-precision", work_precision.draw),
 )
 KINDS = tuple(dict.fromkeys(picture.kind for picture in PICTURES))
@@ -92,15 +95,20 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | N
     ResultError
         The file has no such picture, or lacks what the picture needs.
     """
-    fitting = {picture.kind: picture for picture in PICTURES if picture.program == result.program}
-    if kind is None:
-        kind = _default_kind(result, next(iter(fitting)))
-    if kind not in fitting:
-        raise ResultError(f"{result.path}: no {kind} picture of a file of {result.program} (has: {', '.join(fitting)})")
-    if kind != "branches" and (options.quantity is not None or options.sweep is not None):
-        raise ResultError(f"{result.path}: --quantity goes with branches of razy-follow alone")
-    with look():
-        fitting[kind].draw(result, figure, options)
+    with making_sense_of(result.path):
+        fitting = {picture.kind: picture for picture in PICTURES if picture.program == result.program}
+        if kind is None:
+            kind = _default_kind(result, next(iter(fitting)))
+        if kind not in fitting:
+            raise ResultError(
+                f"{result.path}: no {kind} picture of a file of {result.program} (has: {', '.join(fitting)})"
+            )
+        if kind not in ("branches", "curves") and (options.quantity is not None or options.sweep is not None):
+            raise ResultError(f"{result.path}: --quantity goes with branches of razy-follow alone")
+        if kind not in ("campbell", "eigenvalues") and options.top is not None:
+            raise ResultError(f"{result.path}: --top goes with files of razy-modes alone")
+        with look():
+            fitting[kind].draw(result, figure, options)
 
 
 def draw_several(
@@ -114,9 +122,9 @@ def draw_several(
     """Draw several files in one picture; see `razy_post.plot.several.draw`."""
     if options.quantity is not None:
         raise ResultError("--quantity goes with branches of razy-follow alone")
-    if kind is None:
-        kind = "contacts" if isinstance(results[0], SweepResult) and results[0].contacts else "time"
-    with look():
+    with making_sense_of(", ".join(result.path for result in results)), look():
+        if kind is None:
+            kind = "contacts" if isinstance(results[0], SweepResult) and results[0].contacts else "time"
         several.draw(results, figure, options, kind, labels, arrange)
 
 

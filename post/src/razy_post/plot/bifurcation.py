@@ -82,7 +82,10 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
     height = 9.5 if len(observables) == 1 else 5.0 * len(observables) + 1.5
     style.set_size(figure, options, 16.0, height)
     style.set_footer(figure, result, options)
-    ratios = [1.0] * len(observables) + ([0.05 * len(observables)] if result.period is not None else [])
+    stripes = (
+        0 if result.period is None else 1 if result.direction is None else np.unique(result.direction[selected]).size
+    )
+    ratios = [1.0] * len(observables) + ([0.05 * stripes * len(observables)] if stripes else [])
     column = figure.subplots(len(ratios), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
     column[-1].set_xlabel(axis_label(quantity, x_scale))
     if result.period is not None:
@@ -107,11 +110,13 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
 
 
 def _draw_periods(result: SweepResult, axes: Axes, parameter: NDArray[np.float64], selected: NDArray[np.bool_]) -> None:
-    """Draw the period of the motions as a band of colours; of a sweep in both directions that of the way up."""
-    if result.direction is not None and np.any(result.direction == UP):
-        selected = selected & (result.direction == UP)
-    if np.any(selected):
-        periods.band(axes, parameter[selected], result.period[selected])
+    """Draw the period of the motions as a band of colours; of a sweep in both directions one for each way."""
+    chosen = [("period", selected)]
+    if result.direction is not None and np.unique(result.direction[selected]).size == 2:
+        chosen = [
+            (f"period {words}", selected & (result.direction == way)) for way, words in ((UP, "up"), (DOWN, "down"))
+        ]
+    periods.band(axes, [(words, parameter[keep], result.period[keep]) for words, keep in chosen])
 
 
 def observables_of(result: ExtremaFile, options: PlotOptions) -> tuple[str, ...]:

@@ -26,10 +26,13 @@ def draw(result: ModesResult, figure: Figure, options: PlotOptions) -> None:
     style.set_footer(figure, result, options)
     if not result.is_campbell:
         _bars(axes, result)
+        axes.set_ylim(0.0, options.top)
         style.set_heading(figure, (axes, axes), style.title_of(result, options), [])
         return
     rpm = result.speed * RPM
-    top = 1.05 * float(np.nanmax(result.frequency))
+    low = rpm[0] if options.start is None else options.start
+    high = rpm[-1] if options.stop is None else options.stop
+    top = _top(result, high) if options.top is None else options.top
     _branches(axes, result, rpm)
     _excitation(axes, result, rpm, top)
     if np.isfinite(result.stability_limit):
@@ -37,11 +40,19 @@ def draw(result: ModesResult, figure: Figure, options: PlotOptions) -> None:
             result.stability_limit * RPM, color=style.RED, linewidth=0.8, linestyle="-.", label="stability limit"
         )
     axes.set_xlabel("speed (rpm)")
-    low = rpm[0] if options.start is None else options.start
-    high = rpm[-1] if options.stop is None else options.stop
     axes.set_xlim(low, high)
     axes.set_ylim(0.0, top)
     style.set_heading(figure, (axes, axes), style.title_of(result, options), _legend(result))
+
+
+def _top(result: ModesResult, rpm: float) -> float:
+    """Return the highest frequency to show: a little more than lines of excitation reach, no more than there is."""
+    highest = 1.05 * float(np.nanmax(result.frequency))
+    _, orders, critical = result.critical
+    if orders.size == 0:
+        return highest
+    lowest = result.frequency[:, 0] if result.frequency.shape[1] else np.zeros(1)
+    return min(highest, 1.25 * float(max(orders.max() * rpm / 60.0, critical.max(), np.nanmax(lowest))))
 
 
 def _bars(axes: Axes, result: ModesResult) -> None:

@@ -24,7 +24,7 @@ def draw(result: ModesResult, figure: Figure, options: PlotOptions) -> None:
         upper.plot(speed[rows], values.real, color=style.BLACK, label=f"branch {number:.0f}")
         lower.plot(speed[rows], values.imag, color=style.BLACK, label=f"branch {number:.0f}")
     upper.axhline(0.0, color=style.GREY, linewidth=0.6)
-    top = 1.04 * float(np.nanmax(eigenvalue.imag))
+    top = 1.04 * float(np.nanmax(eigenvalue.imag)) if options.top is None else options.top
     critical, orders, _ = result.critical
     for order in np.unique(orders):
         lower.plot(speed, order * speed, color=style.GREY, linewidth=0.6, linestyle="--", label=f"order {order:g}")

@@ -67,11 +67,12 @@ class Marks:
         factor
             From s to the unit of the time axis.
         curve
-            Time (s) and value (unit of the axis) of the curve to mark; None marks at the lower edge of the axes.
+            Time (s) and value (unit of the axis) of the curve to mark; None, as of a force, which may jump at
+            an event, marks at the lower edge of the axes.
         """
         if curve is None or self.size == 0.0:
-            at, low = self.time * factor, np.full(self.time.shape, 0.02)
-            axes.plot(at, low, transform=axes.get_xaxis_transform(), label=self.label, **_tick(self.colour))
+            at, low = self.time * factor, np.full(self.time.shape, 0.03)
+            axes.plot(at, low, transform=axes.get_xaxis_transform(), label=self.label, zorder=3, **self._look())
             return
         value = np.interp(self.time, *curve)
         axes.plot(self.time * factor, value, label=self.label, zorder=3, **self._look())

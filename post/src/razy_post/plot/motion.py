@@ -13,7 +13,7 @@ from razy_post.errors import ResultError
 from razy_post.plot import density, extrema_over_time, style
 from razy_post.plot.events import Marks, event_marks
 from razy_post.plot.options import PlotOptions
-from razy_post.plot.signals import Pair, Signal, force_loop, signals
+from razy_post.plot.signals import Pair, Signal, force_loop, loop, signals
 from razy_post.plot.units import Scale, axis_label, scale_for
 from razy_post.read import Quantity, RunResult
 
@@ -61,8 +61,10 @@ def draw_time(result: RunResult, figure: Figure, options: PlotOptions) -> None:
 
 
 def draw_phase(result: RunResult, figure: Figure, options: PlotOptions) -> None:
-    """Draw phase paths side by side."""
+    """Draw phase paths side by side; those of forces, which jump, only if named."""
     chosen = signals(result, options, MOST_PANELS)
+    if not options.observables:
+        chosen = [signal for signal in chosen if not signal.is_force] or chosen
     motion = replace(_motion(result, options), marks=[])
     across = min(len(chosen), 2)
     down = -(-len(chosen) // across)
@@ -86,7 +88,10 @@ def draw_loop(result: RunResult, figure: Figure, options: PlotOptions) -> None:
 
 
 def draw_overview(result: RunResult, figure: Figure, options: PlotOptions) -> None:
-    """Draw for each signal its time history and, beside it, its phase path; without a trajectory, extrema over time."""
+    """Draw for each signal its time history and, beside it, its phase path; without a trajectory, extrema over time.
+
+    Beside a force stands the force over the first signal that is none.
+    """
     if not result.has_trajectory and result.extrema_observables:
         extrema_over_time.draw(result, figure, options)
         return
@@ -98,8 +103,10 @@ def draw_overview(result: RunResult, figure: Figure, options: PlotOptions) -> No
         axes.sharex(grid[-1, 0])
         axes.tick_params(labelbottom=False)
     _time_column(figure, grid[:, 0], chosen, motion, options)
+    smooth = [signal for signal in chosen if not signal.is_force]
     for axes, signal in zip(grid[:, 1], chosen, strict=True):
-        _phase(figure, axes, signal, motion, options, 0.3)
+        beside = loop(smooth[0], signal) if smooth and signal.is_force else signal
+        _phase(figure, axes, beside, motion, options, 0.3)
     _finish(figure, result, (grid[0, 0], grid[0, 1]), motion, options)
 
 
@@ -137,7 +144,7 @@ def _time_column(figure: Figure, column: NDArray, chosen: list[Signal], motion: 
             curve = time, value * scale.factor
             axes.plot(time * factor, curve[1], color=style.BLACK)
         for mark in motion.marks:
-            mark.draw(axes, factor, curve)
+            mark.draw(axes, factor, None if signal.is_force else curve)
 
 
 def _envelope(figure: Figure, axes: Axes, signal: Signal, motion: Motion, scale: Scale) -> None:

@@ -27,6 +27,8 @@ class PlotOptions:
         What of branches stands on the vertical axis, one of `QUANTITIES`; extrema where None.
     sweep
         A sweep whose points are drawn below branches.
+    top
+        Upper end of the vertical axis of a Campbell diagram or of eigenvalues; the picture chooses where None.
     point_limit
         Largest number of points of one panel that are drawn one by one; more become a density image.
     """
@@ -40,6 +42,7 @@ class PlotOptions:
     footer: bool = False
     quantity: str | None = None
     sweep: SweepResult | None = None
+    top: float | None = None
     point_limit: int = 1_000_000
 
     def range_text(self) -> str:

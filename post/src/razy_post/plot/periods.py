@@ -34,15 +34,30 @@ def legend(axes: Axes, classes: NDArray[np.int64]) -> None:
     axes.figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), title="period of the motion")
 
 
-def band(axes: Axes, at: NDArray[np.float64], period: NDArray[np.int64]) -> None:
-    """Fill axes with the colour of the period of each point, from half way to half way to its neighbours."""
+def band(axes: Axes, ways: list[tuple[str, NDArray[np.float64], NDArray[np.int64]]]) -> None:
+    """Fill axes with the colour of the period of each point, from half way to half way to its neighbours.
+
+    Parameters
+    ----------
+    axes
+        Axes, low and wide.
+    ways
+        Words, parameter and period of the points of each way, the first at the top.
+    """
+    found = [_stripe(axes, len(ways) - 1 - row, at, period) for row, (_, at, period) in enumerate(ways)]
+    axes.set_ylim(0.0, float(len(ways)))
+    axes.set_yticks([])
+    axes.minorticks_off()
+    words = "\n".join(name for name, _, _ in ways)
+    axes.set_ylabel(words, rotation=0, ha="right", va="center", fontsize=7.5)
+    legend(axes, np.unique(np.concatenate(found)))
+
+
+def _stripe(axes: Axes, low: float, at: NDArray[np.float64], period: NDArray[np.int64]) -> NDArray[np.int64]:
     order = np.argsort(at, kind="stable")
     at, classes = at[order], classes_of(period[order])
     middle = 0.5 * (at[1:] + at[:-1])
     half = 0.5 * float(np.median(np.diff(at))) if at.size > 1 else 0.5
     edges = np.concatenate(([at[0] - half], middle, [at[-1] + half]))
-    axes.pcolormesh(edges, [0.0, 1.0], classes[None, :], cmap=COLOURS, norm=NORM, rasterized=True)
-    axes.set_yticks([])
-    axes.minorticks_off()
-    axes.set_ylabel("period", rotation=0, ha="right", va="center", fontsize=7.5)
-    legend(axes, np.unique(classes))
+    axes.pcolormesh(edges, [low, low + 1.0], classes[None, :], cmap=COLOURS, norm=NORM, rasterized=True)
+    return classes

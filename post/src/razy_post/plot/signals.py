@@ -15,6 +15,7 @@ from razy_post.read import Quantity, RunResult
 CHUNK_TIMES = 1 << 18
 # Displacements that are smaller than this beside the largest are rounding.
 ROUNDING = 1e-12
+FORCES = ("N", "N m")
 
 Reader = Callable[[slice], NDArray[np.float64]]
 Pair = tuple[NDArray[np.float64], NDArray[np.float64]]
@@ -38,6 +39,11 @@ class Signal:
     rate: Quantity
     read: Reader
     read_rate: Reader | None
+
+    @property
+    def is_force(self) -> bool:
+        """Whether it is a force or moment, which may jump at events."""
+        return self.value.units in FORCES
 
     def over_time(self, time: NDArray[np.float64], part: slice) -> Iterator[Pair]:
         """Read (time, value) in parts."""
@@ -113,7 +119,11 @@ def force_loop(result: RunResult, options: PlotOptions) -> Signal:
         names = (*others[:1], *forces[:1])
     if len(names) != 2:
         raise ResultError(f"{result.path}: a loop needs two observables, over which and which: give --observable twice")
-    over, drawn = (_observable(result, name) for name in names)
+    return loop(*(_observable(result, name) for name in names))
+
+
+def loop(over: Signal, drawn: Signal) -> Signal:
+    """Return a signal with another in the place of its rate."""
     return Signal(over.value, drawn.value, over.read, drawn.read)
 
 

@@ -43,7 +43,7 @@ class Scale:
 def scale_for(units: str, largest: float) -> Scale:
     """Choose the unit in which values up to `largest` (absolute, in `units`) read well.
 
-    A unit that starts with a symbol of the SI to the first power takes a prefix; any other takes a power of ten.
+    A unit that starts with a symbol of the SI to the first power has a prefix, any other (m or rad) a power of ten.
     Values between 0.09 and 900 are left alone; else the largest number on the axis becomes about 0.9 to 900.
     """
     unit = pretty(units)
@@ -51,7 +51,7 @@ def scale_for(units: str, largest: float) -> Scale:
         return Scale(1.0, unit)
     power = 3 * math.floor(math.log10(1.1 * largest) / 3)
     symbol = unit[: len(unit) - len(unit.lstrip(string.ascii_letters))]
-    if symbol in PREFIXED_UNITS and not unit[len(symbol) :].startswith(tuple("⁻⁰¹²³⁴⁵⁶⁷⁸⁹")):
+    if symbol in PREFIXED_UNITS and " or " not in unit and not unit[len(symbol) :].startswith(tuple("⁻⁰¹²³⁴⁵⁶⁷⁸⁹")):
         highest = 0 if symbol in NO_LARGE_PREFIX else max(PREFIXES)
         power = min(max(power, min(PREFIXES)), highest)
         return Scale(10.0**-power, PREFIXES[power] + unit)

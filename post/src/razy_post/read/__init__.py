@@ -9,7 +9,7 @@ from pathlib import Path
 from razy_post.errors import ResultError
 from razy_post.read.duel import DuelResult, Series
 from razy_post.read.extrema import Chunk, Extrema, ExtremaFile, SweepExtrema
-from razy_post.read.file import Quantity, ResultFile, open_hdf5, program_of
+from razy_post.read.file import Quantity, ResultFile, making_sense_of, open_hdf5, program_of
 from razy_post.read.follow import FollowResult, Special
 from razy_post.read.modes import ModesResult
 from razy_post.read.run import Events, RunResult
@@ -70,11 +70,12 @@ def open_result(path: str | Path) -> ResultFile:
     """
     file = open_hdf5(path)
     try:
-        program = program_of(file)
-        if program not in READERS:
-            known = ", ".join(READERS)
-            raise ResultError(f"{path}: cannot read files of program '{program}' (can: {known})")
-        return READERS[program](file)
+        with making_sense_of(path):
+            program = program_of(file)
+            if program not in READERS:
+                known = ", ".join(READERS)
+                raise ResultError(f"{path}: cannot read files of program '{program}' (can: {known})")
+            return READERS[program](file)
     except BaseException:
         file.close()
         raise

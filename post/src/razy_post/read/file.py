@@ -3,7 +3,8 @@
 import difflib
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -13,6 +14,9 @@ import h5py
 import numpy as np
 
 from razy_post.errors import ResultError
+
+# What the compression of HDF5 can come to; the programs compress nothing.
+MOST_COMPRESSION = 1100
 
 
 @dataclass(frozen=True)
@@ -69,6 +73,31 @@ def open_hdf5(path: str | Path) -> h5py.File:
             "another program is writing it" if isinstance(cause, BlockingIOError) else "damaged or incomplete HDF5 file"
         )
         raise ResultError(f"{path}: {reason} ({str(cause).splitlines()[0]})") from cause
+
+
+@contextmanager
+def making_sense_of(path: str | Path) -> Iterator[None]:
+    """Turn what goes wrong inside into a `ResultError` that names the file: its data are not those of its program."""
+    try:
+        yield
+    except ResultError:
+        raise
+    except Exception as cause:
+        if isinstance(cause, OSError) and cause.errno is not None:
+            # That of a file that is written.
+            raise
+        words = " ".join(f"{type(cause).__name__}: {cause}".split())[:200]
+        raise ResultError(f"{path}: damaged, no sense can be made of its data ({words})") from cause
+
+
+def check_storage(item: h5py.Dataset) -> None:
+    """Raise a `ResultError` if a dataset claims to be larger than what the file holds can be, compressed or not."""
+    stored = item.id.get_storage_size()
+    if item.nbytes > MOST_COMPRESSION * min(stored, Path(item.file.filename).stat().st_size):
+        raise ResultError(
+            f"{item.file.filename}: dataset '{item.name}' is damaged: "
+            f"its shape {item.shape} takes {item.nbytes} bytes, but {stored} are stored"
+        )
 
 
 def program_of(file: h5py.File) -> str:
@@ -153,7 +182,10 @@ class ResultFile:
 
     def _find(self, path: str) -> h5py.Dataset | None:
         item = self.file.get(path)
-        return item if isinstance(item, h5py.Dataset) else None
+        if not isinstance(item, h5py.Dataset):
+            return None
+        check_storage(item)
+        return item
 
     def _dataset(self, path: str) -> h5py.Dataset:
         item = self._find(path)

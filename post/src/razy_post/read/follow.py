@@ -36,6 +36,29 @@ class Special:
     contact: NDArray[np.str_]
 
 
+@dataclass(frozen=True)
+class Curves:
+    """Curves of special points over two parameters.
+
+    Attributes
+    ----------
+    label, contact, multiplicity
+        Kind of the points, the contact that they are about, periods of the excitation in a motion, shape (curves,).
+    curve
+        Number of the curve of each point, from 1, shape (points,).
+    parameters, quantities, places
+        Names, descriptions and values of both parameters; values have shape (points,).
+    """
+
+    label: NDArray[np.str_]
+    contact: NDArray[np.str_]
+    multiplicity: NDArray[np.int64]
+    curve: NDArray[np.int64]
+    parameters: tuple[str, ...]
+    quantities: tuple[Quantity, ...]
+    places: tuple[NDArray[np.float64], ...]
+
+
 class FollowResult(ExtremaFile):
     """Periodic motions, in the order of their branches and along each; they are counted from 0."""
 
@@ -104,6 +127,26 @@ class FollowResult(ExtremaFile):
         if point.size and not 0 <= point.min() <= point.max() < self.n_points:
             raise ResultError(f"{self.path}: dataset 'special/point' names motions that are not there")
         return Special(label, parameter, branch, point, self._texts("special/contact"))
+
+    @property
+    def curves(self) -> Curves | None:
+        """The curves over two parameters; None where one parameter was followed."""
+        names = tuple(name for name in self._members("curve_point", h5py.Dataset) if "." in name)
+        if not names:
+            return None
+        names = tuple(sorted(names, key=lambda name: name not in self.parameters))
+        label, contact = self._texts("curve/label"), self._texts("curve/contact")
+        curve = self._vector("curve_point/curve")[()].astype(np.int64)
+        items = [self._vector(f"curve_point/{name}", curve.size) for name in names]
+        return Curves(
+            label,
+            contact,
+            self._vector("curve/multiplicity", label.size)[()].astype(np.int64),
+            curve,
+            names,
+            tuple(quantity_of(item, name) for item, name in zip(items, names, strict=True)),
+            tuple(np.asarray(item[()], dtype=np.float64) for item in items),
+        )
 
     @property
     def labels(self) -> NDArray[np.str_]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from razy_post.errors import ResultError
-from razy_post.read.file import open_hdf5
+from razy_post.read.file import check_storage, making_sense_of, open_hdf5
 from razy_post.report.cases import Done
 from razy_post.report.manifest import AGREES, CONTRADICTS, FAILED, Item, Number, Table
 
@@ -116,9 +116,12 @@ def _selected(number: Number, case: Done) -> NDArray[np.float64]:
 
 
 def _values(file: h5py.File, name: str) -> NDArray[np.float64]:
-    if not isinstance(file.get(name), h5py.Dataset):
-        raise ResultError(f"no dataset '{name}'")
-    return np.atleast_1d(np.asarray(file[name][()], dtype=np.float64))
+    with making_sense_of(file.filename):
+        item = file.get(name)
+        if not isinstance(item, h5py.Dataset):
+            raise ResultError(f"no dataset '{name}'")
+        check_storage(item)
+        return np.atleast_1d(np.asarray(item[()], dtype=np.float64))
 
 
 def _reduce(values: NDArray[np.float64], number: Number) -> float:
