@@ -6,10 +6,21 @@ import h5py
 import numpy as np
 import pytest
 from pictures import drawn, inside, line, near
-from samples import logistic, ragged, write_sweep
+from samples import dataset, logistic, ragged, write_sweep
 
 from razy_post.plot import PlotNote
 from razy_post.read import ResultError
+
+
+def test_exponents_stand_below(tmp_path):
+    path = write_sweep(tmp_path / "s.h5", np.linspace(1000.0, 2000.0, 3), {"mesh_deformation": ragged(3)})
+    with h5py.File(path, "r+") as file:
+        dataset(file, "lyapunov/exponent", np.array([[-1.0, -2.0], [3.0, -2.0], [-np.inf, -np.inf]]), "1/s")
+    _, axes = drawn(path).axes[:2]
+    lines = {item.get_label(): item for item in axes.get_lines()}
+    assert lines["Lyapunov exponent 1"].get_xdata().tolist() == [1000.0, 1500.0]
+    assert lines["Lyapunov exponent 1"].get_ydata().tolist() == [-1.0, 3.0]
+    assert axes.get_ylim()[0] < -2.0 and axes.get_ylim()[1] > 3.0
 
 
 def test_each_extremum_is_a_point_of_its_kind(sweep):

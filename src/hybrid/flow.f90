@@ -105,14 +105,16 @@ module razy_hybrid_flow
    real(wp), parameter :: largest = 1.0e100_wp
    !> Pieces one after the other that are shorter than the rounding of the time: the end will not be reached.
    integer, parameter :: most_creeping = 10000
-   !> The pace of events is looked at after so many; a motion is given up if so many times one after the other it would have more
-   !> than it may before its end. Accumulations are over by then, unless their ratio is above 0.9998.
+   !> The pace of events is looked at after so many; a motion is given up if so many times one after the other they come in less than
+   !> this part of the time before, and so fast that there would be more than there may before its end. Accumulations are over by then,
+   !> unless their ratio is above 0.9998.
    integer(i8), parameter :: stretch = 32768
    integer, parameter :: most_hurried = 8
+   real(wp), parameter :: faster = 0.99_wp
 
-   !> The pace of events: when, s, and after how many it was looked at last; how often it was too fast.
+   !> The pace of events: when, s, and after how many it was looked at last; how long those took; how often it was too fast.
    type :: pace_t
-      real(wp) :: time = 0.0_wp
+      real(wp) :: time = 0.0_wp, took = huge(1.0_wp)
       integer(i8) :: events = 0
       integer :: hurried = 0
    contains
@@ -199,8 +201,10 @@ contains
 
       if (events - self%events < stretch) return
       to_come = real(events - self%events, wp)*(t_end - time)
-      self%hurried = merge(self%hurried + 1, 0, to_come > real(most_events - events, wp)*(time - self%time))
+      self%hurried = merge(self%hurried + 1, 0, to_come > real(most_events - events, wp)*(time - self%time) .and. &
+                           time - self%time < faster*self%took)
       self%events = events
+      self%took = time - self%time
       self%time = time
    end subroutine look
 

@@ -27,9 +27,17 @@ module razy_input_input
       integer :: spec = 0
       !> Line where it begins; 0 when the command line made it
       integer :: line = 0
+      !> Which of the groups of this name it is
+      integer :: number = 0
       !> In the order of the specification's keys
       type(value_t), allocatable :: values(:)
    end type group_t
+
+   !> Places of the groups of one name
+   type :: members_t
+      integer :: count = 0
+      integer, allocatable :: at(:)
+   end type members_t
 
    !> Where one number of an input is, for `put`; valid for inputs of the same text and schema.
    type :: slot_t
@@ -53,6 +61,9 @@ module razy_input_input
       type(group_spec_t), allocatable :: schema(:)
       !> In the order of the text; those that the command line made are last
       type(group_t), allocatable :: groups(:)
+      !> Groups so far, and those of each specification
+      integer :: filled = 0
+      type(members_t), allocatable :: members(:)
       !> A group of each specification to which nobody gave a value
       type(group_t), allocatable :: defaults(:)
    contains
@@ -84,7 +95,9 @@ contains
 
       self%file = said%file
       self%schema = schema
-      allocate (self%groups(0))
+      ! The command line can make one of each name.
+      allocate (self%groups(count([(len(said%list(i)%path%key) == 0, i=1, size(said%list))]) + size(schema)))
+      allocate (self%members(size(schema)))
       call set_defaults(self, error)
       ! heads of groups first, because messages about keys tell how often a group is there
       do pass = 1, 2
@@ -94,8 +107,8 @@ contains
             call admit(self, said%list(i), present(lenient), error)
          end do
       end do
-      do g = 1, size(self%groups)
-         associate (spec => self%schema(self%groups(g)%spec), number => count(self%groups(:g)%spec == self%groups(g)%spec))
+      do g = 1, self%filled
+         associate (spec => self%schema(self%groups(g)%spec), number => self%groups(g)%number)
             do k = 1, size(spec%keys)
                if (allocated(error)) return
                call self%groups(g)%values(k)%check(spec%keys(k), problem)
@@ -174,11 +187,11 @@ contains
             end do
             problem = "there is no such group; "//did_you_mean(path%group, names, "groups")
          else if (len(path%key) == 0) then
-            g = findloc(self%groups%spec, s, dim=1)
-            if (g == 0 .or. self%schema(s)%repeatable) then
+            if (self%members(s)%count == 0 .or. self%schema(s)%repeatable) then
                call add_group(self, s, item%line)
                return
             end if
+            g = self%members(s)%at(1)
             problem = "this group is allowed once, the first is in line "//to_text(self%groups(g)%line)
          else if (k == 0) then
             do k = 1, size(self%schema(s)%keys)
@@ -209,19 +222,22 @@ contains
    pure subroutine add_group(self, s, line)
       type(input_t), intent(inout) :: self
       integer, intent(in) :: s, line
-      type(group_t), allocatable :: longer(:)
-      integer :: g, n
+      integer, allocatable :: longer(:)
 
-      n = size(self%groups) + 1
-      allocate (longer(n))
-      do g = 1, n - 1
-         longer(g)%spec = self%groups(g)%spec
-         longer(g)%line = self%groups(g)%line
-         call move_alloc(self%groups(g)%values, longer(g)%values)
-      end do
-      longer(n) = self%defaults(s)
-      longer(n)%line = line
-      call move_alloc(longer, self%groups)
+      self%filled = self%filled + 1
+      associate (group => self%groups(self%filled), members => self%members(s))
+         group = self%defaults(s)
+         group%line = line
+         if (.not. allocated(members%at)) allocate (members%at(1))
+         if (members%count == size(members%at)) then
+            allocate (longer(2*members%count))
+            longer(:members%count) = members%at
+            call move_alloc(longer, members%at)
+         end if
+         members%count = members%count + 1
+         members%at(members%count) = self%filled
+         group%number = members%count
+      end associate
    end subroutine add_group
 
    !> The group that a path means; its index may be left out where the group is there once.
@@ -259,10 +275,10 @@ contains
       type(string_t), allocatable :: names(:)
       integer :: g, k, other
 
-      allocate (names(size(self%groups)))
+      allocate (names(self%filled))
       do g = 1, size(names)
          names(g)%text = ""
-         associate (spec => self%schema(self%groups(g)%spec), number => count(self%groups(:g)%spec == self%groups(g)%spec))
+         associate (spec => self%schema(self%groups(g)%spec), number => self%groups(g)%number)
             k = key_at(spec, "name")
             if (k == 0) cycle
             if (size(self%groups(g)%values(k)%words) == 0) cycle
@@ -321,8 +337,8 @@ contains
       integer, intent(in) :: g
       character(:), allocatable :: text
 
-      associate (s => self%groups(g)%spec, all => self%groups%spec)
-         text = indexed(self%schema(s)%name, merge(count(all(:g) == s), 0, count(all == s) > 1))
+      associate (s => self%groups(g)%spec)
+         text = indexed(self%schema(s)%name, merge(self%groups(g)%number, 0, self%members(s)%count > 1))
       end associate
    end function label_of
 
@@ -335,20 +351,14 @@ contains
       !> 1, 2, ... among the groups of this name
       integer, intent(in) :: index
       integer, intent(out) :: s, g, k
-      integer :: same
 
       g = 0
       k = 0
       s = group_at(self%schema, group)
       if (s == 0) return
       k = key_at(self%schema(s), key)
-      same = 0
-      do g = 1, size(self%groups)
-         if (self%groups(g)%spec /= s) cycle
-         same = same + 1
-         if (same == index) return
-      end do
-      g = 0
+      if (.not. allocated(self%members)) return
+      if (index >= 1 .and. index <= self%members(s)%count) g = self%members(s)%at(index)
    end subroutine find
 
    !> Whether the schema has a group of this name.
@@ -364,7 +374,11 @@ contains
       class(input_t), intent(in) :: self
       character(*), intent(in) :: group
 
-      group_count = count(self%groups%spec == group_at(self%schema, group))
+      integer :: s
+
+      s = group_at(self%schema, group)
+      group_count = 0
+      if (s > 0) group_count = self%members(s)%count
    end function group_count
 
    !> Whether the user gave a key. Reading the effective input back makes every default given, so this is to be asked only
@@ -555,7 +569,7 @@ contains
       logical :: single
 
       allocate (paths(0))
-      do g = 1, size(self%groups)
+      do g = 1, self%filled
          associate (group => self%groups(g), spec => self%schema(self%groups(g)%spec))
             do k = 1, size(spec%keys)
                if (spec%keys(k)%type == type_logical .or. spec%keys(k)%type == type_string) cycle
@@ -592,18 +606,31 @@ contains
    pure function effective(self) result(text)
       class(input_t), intent(in) :: self
       character(:), allocatable :: text
-      integer :: g, k
+      integer :: g, k, length
 
-      text = ""
-      do g = 1, size(self%groups)
+      length = 0
+      text = repeat(" ", 4096)
+      do g = 1, self%filled
          associate (values => self%groups(g)%values, spec => self%schema(self%groups(g)%spec))
-            text = text//"&"//spec%name//newline
+            call add_line(text, length, "&"//spec%name)
             do k = 1, size(spec%keys)
-               if (size(values(k)%words) > 0) text = text//values(k)%as_namelist(spec%keys(k))//newline
+               if (size(values(k)%words) > 0) call add_line(text, length, values(k)%as_namelist(spec%keys(k)))
             end do
-            text = text//"/"//newline
+            call add_line(text, length, "/")
          end associate
       end do
+      text = text(:length)
    end function effective
+
+   !> A line more in the first `length` letters of a text; its room is doubled, so that long inputs are written in linear time.
+   pure subroutine add_line(text, length, line)
+      character(:), allocatable, intent(inout) :: text
+      integer, intent(inout) :: length
+      character(*), intent(in) :: line
+
+      if (length + len(line) + 1 > len(text)) text = text//repeat(" ", len(text) + len(line))
+      text(length + 1:length + len(line) + 1) = line//newline
+      length = length + len(line) + 1
+   end subroutine add_line
 
 end module razy_input_input

@@ -7,6 +7,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 from programs import GEAR_PAIR, SOURCE, attribute, left, plot, sets, start, succeed
+from scipy.integrate import solve_ivp
 
 NORMAL_FORM = SOURCE / "inputs" / "gear_normal_form.nml"
 PAIR_MAP = SOURCE / "inputs" / "gear_pair_map.nml"
@@ -188,6 +189,54 @@ def test_second_parameter_has_to_hold_its_value():
     assert done.returncode == 2
     assert "&follow number 2" in done.stderr or "follow(2)" in done.stderr
     assert "a range that holds 100" in done.stderr and done.stderr.count("\n") == 1
+
+
+def one_period(frequency, state):
+    """Move the block of inputs/hysteresis.nml by SciPy: each contact state by itself, up to the event that ends it."""
+    end, time, state = 1.0 / frequency, 0.0, np.array(state)
+    side = int(np.sign(state[0])) if abs(state[0]) > 1e-3 else 0
+    while time < end:
+        edges = [edge for edge in (-1e-3, 1e-3) if side == 0 or edge * side > 0]
+
+        def rates(t, z, side=side):
+            contact = 3e4 * (z[0] - side * 1e-3) if side else 0.0
+            return [z[1], 2.0 * np.sin(2.0 * np.pi * frequency * t) - 4.0 * z[1] - 1e4 * z[0] - contact]
+
+        def to_edge(edge, side=side):
+            def distance(t, z):
+                return z[0] - edge
+
+            distance.terminal, distance.direction = True, -side if side else np.sign(edge)
+            return distance
+
+        done = solve_ivp(
+            rates, (time, end), state, "DOP853", events=[to_edge(e) for e in edges], rtol=1e-12, atol=1e-15
+        )
+        time, state = done.t[-1], done.y[:, -1]
+        if done.status == 1:
+            edge = next(e for e, times in zip(edges, done.t_events, strict=True) if times.size)
+            side = 0 if side else int(np.sign(edge))
+    return state
+
+
+def test_independent_integrator():
+    """Stable and unstable motions repeat themselves in SciPy, and finite differences there give the multipliers."""
+    with follow(HYSTERESIS) as file:
+        stable = file["point/stable"][:] == 1
+        frequency, states = file["point/load.frequency"][:], file["point/state"][:]
+        touching = (file["point/events"][:] > 0) & (file["point/multiplicity"][:] == 1)
+        located = np.isin(np.arange(stable.size), file["special/point"][:])
+        chosen = [np.flatnonzero(kind & touching & ~located)[20] for kind in (stable, ~stable)]
+        expected = [multipliers(file, point) for point in chosen]
+    for point, known in zip(chosen, expected, strict=True):
+        at, state = frequency[point], states[point]
+        assert one_period(at, state) == pytest.approx(state, rel=1e-8, abs=1e-11)
+        columns = []
+        for step in (np.array([1e-7, 0.0]), np.array([0.0, 1e-5])):
+            change = one_period(at, state + step) - one_period(at, state - step)
+            columns.append(change / (2.0 * step.max()))
+        found = np.sort_complex(np.linalg.eigvals(np.transpose(columns)))
+        assert found == pytest.approx(known, rel=1e-5)
 
 
 def test_picture():

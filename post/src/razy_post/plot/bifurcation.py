@@ -1,6 +1,7 @@
 """Bifurcation diagram: extrema of an observable over the swept parameter, maxima grey and minima black.
 
 Of a sweep up and down, both ways in one picture, each in its own colour: where they differ is hysteresis.
+Lyapunov exponents, if the file has them, stand below.
 """
 
 import warnings
@@ -21,6 +22,7 @@ from razy_post.plot.units import LABEL_WIDTH, Scale, axis_label, scale_for
 from razy_post.read import DOWN, UP, ExtremaFile, SweepExtrema, SweepResult
 
 MOST_PANELS = 3
+LYAPUNOV_HEIGHT = 0.45
 
 
 @dataclass(frozen=True)
@@ -85,11 +87,17 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
     stripes = (
         0 if result.period is None else 1 if result.direction is None else np.unique(result.direction[selected]).size
     )
-    ratios = [1.0] * len(observables) + ([0.05 * stripes * len(observables)] if stripes else [])
+    exponents = result.lyapunov
+    below = [LYAPUNOV_HEIGHT * len(observables)] if exponents is not None else []
+    ratios = [1.0] * len(observables) + below + ([0.05 * stripes * len(observables)] if stripes else [])
     column = figure.subplots(len(ratios), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
     column[-1].set_xlabel(axis_label(quantity, x_scale))
     if result.period is not None:
         _draw_periods(result, column[-1], grid * x_scale.factor, selected)
+        column = column[:-1]
+    if exponents is not None:
+        _draw_exponents(column[-1], grid[selected] * x_scale.factor, exponents[selected])
+        style.set_axis(column[-1].xaxis, *x_limits, space_cm=figure.get_figwidth() / style.CM - 2.0)
         column = column[:-1]
     width = figure.get_figwidth() / style.CM - 2.0
     style.set_axis(column[-1].xaxis, *x_limits, space_cm=width)
@@ -107,6 +115,22 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
             _draw_density(figure, axes, panel)
         else:
             _draw_points(axes, panel)
+
+
+def _draw_exponents(axes: Axes, parameter: NDArray[np.float64], exponents: NDArray[np.float64]) -> None:
+    """Draw the largest exponent of each motion black, the others grey; exponents of -inf are left out."""
+    finite = np.isfinite(exponents)
+    shown = exponents[finite] if np.any(finite) else np.zeros(1)
+    y_limits = style.limits(min(float(shown.min()), 0.0), max(float(shown.max()), 0.0), 0.08)
+    axes.axhline(0.0, color=style.GREY, linewidth=0.5)
+    size = style.marker_size(exponents.size)
+    for number in reversed(range(exponents.shape[1])):
+        keep = finite[:, number]
+        look = {"color": style.GREY if number else style.BLACK, "label": f"Lyapunov exponent {number + 1}"}
+        axes.plot(parameter[keep], exponents[keep, number], "o", markersize=size, markeredgewidth=0.0, **look)
+    axes.set_ylabel("exponent (1/s)")
+    style.set_axis(axes.yaxis, *y_limits)
+    axes.set_ylim(y_limits)
 
 
 def _draw_periods(result: SweepResult, axes: Axes, parameter: NDArray[np.float64], selected: NDArray[np.bool_]) -> None:

@@ -185,6 +185,17 @@ class SweepResult(ExtremaFile):
         return self._counter("period")
 
     @property
+    def lyapunov(self) -> NDArray[np.float64] | None:
+        """Lyapunov exponents of each motion, 1/s, descending, shape (points, exponents); None if they were not asked for."""
+        if "exponent" not in self._members("lyapunov", h5py.Dataset):
+            return None
+        item = self._dataset("lyapunov/exponent")
+        if item.ndim != 2 or item.shape[0] != self.n_points:
+            wanted = f"({self.n_points}, exponents)"
+            raise ResultError(f"{self.path}: dataset 'lyapunov/exponent' has shape {item.shape}, expected {wanted}")
+        return np.asarray(item[()], dtype=np.float64)
+
+    @property
     def touched(self) -> dict[str, NDArray[np.bool_]] | None:
         """Whether each point touched a contact, shape (points,), by its name; None if the file has none."""
         bits = self._counter("touched")
