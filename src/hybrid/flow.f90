@@ -105,9 +105,9 @@ module razy_hybrid_flow
    real(wp), parameter :: largest = 1.0e100_wp
    !> Pieces one after the other that are shorter than the rounding of the time: the end will not be reached.
    integer, parameter :: most_creeping = 10000
-   !> The pace of events is looked at after so many; a motion is given up if so many times one after the other they come in less than
-   !> this part of the time before, and so fast that there would be more than there may before its end. Accumulations are over by then,
-   !> unless their ratio is above 0.9998.
+   !> The pace of events is looked at after so many; a motion is given up if so many times one after the other they come in
+   !> less than this part of the time before, and so fast that there would be more than there may before its end.
+   !> Accumulations are over by then, unless their ratio is above 0.9998.
    integer(i8), parameter :: stretch = 32768
    integer, parameter :: most_hurried = 8
    real(wp), parameter :: faster = 0.99_wp
