@@ -115,24 +115,27 @@ contains
       end associate
    end subroutine advance
 
-   !> The time, s after the start of the step, at which the parabolas of the guards of s alone that fall there reach 0 first; huge
-   !> if none does.
-   pure function expected(self, guards) result(h)
+   !> The time, s after the start of the step, at which the parabolas of the guards of s alone that fall there reach 0 first;
+   !> at most `longest`.
+   pure function expected(self, guards, longest) result(h)
       class(event_finder_t), intent(in) :: self
       type(guards_t), intent(in) :: guards
+      real(wp), intent(in) :: longest
       real(wp) :: h
 
       real(wp) :: bend, root
       integer :: i
 
-      h = huge(h)
+      h = longest
       do i = 1, guards%count
          if (.not. of_s_alone(guards, i) .or. self%g0(i) <= guards%noise(i) .or. self%rate0(i) >= 0.0_wp) cycle
          associate (guard => guards%entry(i))
             bend = guard%side*guard%alpha*self%bend0(guard%contact)
          end associate
          root = self%rate0(i)**2 - 2*self%g0(i)*bend
-         if (root > 0.0_wp) h = min(h, 2*self%g0(i)/(sqrt(root) - self%rate0(i)))
+         if (root < 0.0_wp) cycle
+         root = sqrt(root) - self%rate0(i)
+         if (2*self%g0(i) < h*root) h = 2*self%g0(i)/root
       end do
    end function expected
 

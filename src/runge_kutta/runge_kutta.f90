@@ -274,7 +274,7 @@ contains
          rest = self%remaining(t_end)
          h = stepper%h_next
          if (self%sticking%watching) h = min(h, self%sticking%longest)
-         if (self%finds_events .and. stepper%adaptive) h = min(h, beyond*self%finder%expected(self%transition%guards))
+         if (self%finds_events .and. stepper%adaptive) h = min(h, beyond*self%finder%expected(self%transition%guards, h))
          do
             last = h >= rest*(1.0_wp - 4*eps)
             if (last) h = rest

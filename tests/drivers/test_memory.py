@@ -1,13 +1,11 @@
-"""Memory of a sweep does not grow with the number of its points; where there is none left, a program says so."""
+"""Memory of a sweep does not grow with the number of its points."""
 
-import resource
 import subprocess
 import time
 from pathlib import Path
 
 import pytest
-from faults import kill_all, processes_of, rank_of, wait_for
-from programs import GEAR_PAIR, PATIENCE, SOURCE, command, sets
+from programs import GEAR_PAIR, SOURCE, command
 
 RECORDS = {f"record({i})%from": 0.01 for i in range(1, 6)}
 CASES = {
@@ -52,21 +50,3 @@ def test_memory_does_not_grow_with_the_points(case):
         process.kill()
     # What is written is about 300 bytes a point; what stays in memory is far less than a tenth of it.
     assert 1024 * grown < 0.1 * rows, (grown, rows)
-
-
-def test_a_rank_without_memory_says_so():
-    words = command("razy-sweep", GEAR_PAIR, *sets(motion__t_end=1e5, record__from=0, sweep__step=100), ranks=2)
-    with Path("log").open("w") as log:
-        process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True)
-    try:
-        wait_for(lambda: Path("torsional_gear_pair.h5.checkpoint").exists(), "the sweep does not begin")
-        last = next(number for number in processes_of(process.pid) if rank_of(number) == 1)
-        lines = Path(f"/proc/{last}/status").read_text().splitlines()
-        size = 1024 * int(next(line for line in lines if line.startswith("VmSize")).split()[1])
-        resource.prlimit(last, resource.RLIMIT_AS, (size + 2**22, size + 2**22))
-        assert process.wait(timeout=PATIENCE) != 0
-    finally:
-        kill_all(process)
-    said = Path("log").read_text()
-    assert "out of memory" in said and "SIGSEGV" not in said and "Segmentation" not in said
-    assert Path("torsional_gear_pair.h5.checkpoint").exists()

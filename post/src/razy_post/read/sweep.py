@@ -186,7 +186,7 @@ class SweepResult(ExtremaFile):
 
     @property
     def lyapunov(self) -> NDArray[np.float64] | None:
-        """Lyapunov exponents of each motion, 1/s, descending, shape (points, exponents); None if they were not asked for."""
+        """Lyapunov exponents of each motion, 1/s, descending, shape (points, exponents); None without them."""
         if "exponent" not in self._members("lyapunov", h5py.Dataset):
             return None
         item = self._dataset("lyapunov/exponent")
