@@ -214,7 +214,7 @@ contains
       problem%parameter(held) = next%at(held)*scale(held)
       expected = [there(:last - 1), next%at(next%active)]
       error = huge(error)
-      call along(problem, here, expected, next%active, row, found)
+      call along(problem, here, next%active, scale, row, found)
       if (.not. found) return
       half = min(narrow, narrow_share*h)
       ends = .true.
@@ -253,26 +253,31 @@ contains
 
    end subroutine look
 
-   !> The direction of the branch over parameter `active` near a point: its tangent, or that of a motion there if it was found along
-   !> the other parameter.
-   subroutine along(problem, here, expected, active, row, ok)
+   !> The direction at a point of the branch over parameter `active`: its tangent, or that by the derivatives with respect to this
+   !> parameter if the point was found along the other. It exists at a fold too.
+   subroutine along(problem, here, active, scale, row, ok)
       type(problem_t), intent(inout) :: problem
       type(station_t), intent(in) :: here
-      real(wp), intent(in) :: expected(:)
       integer, intent(in) :: active
+      real(wp), intent(in) :: scale(2)
       real(wp), allocatable, intent(out) :: row(:)
       logical, intent(out) :: ok
 
       type(point_t) :: there
+      real(wp) :: held_value
 
       ok = .true.
       row = here%point%tangent
       if (active == here%active) return
-      row = 0*expected
-      row(size(row)) = 1.0_wp
-      call problem%correct(expected, row, there%orbit, ok)
-      if (ok) call problem%differentiate(there%orbit, ok)
-      if (ok) call find_tangent(problem, there, row, ok)
+      there%orbit = here%point%orbit
+      there%orbit%u(size(row)) = here%at(active)
+      associate (held => problem%parameter(3 - active))
+         held_value = held
+         held = here%at(3 - active)*scale(3 - active)
+         call problem%differentiate(there%orbit, ok)
+         if (ok) call find_tangent(problem, there, row, ok)
+         held = held_value
+      end associate
       if (ok) row = there%tangent
    end subroutine along
 

@@ -164,7 +164,7 @@ def test_what_it_refuses_is_one_line(changes, message):
 
 def test_curve_over_two_parameters():
     """At its end the curve of the doubling has the speed that a branch finds at that torque."""
-    speed = {"follow(1)%first": 2420, "follow(1)%last": 2330}
+    speed = {"follow(1)%first": 2420, "follow(1)%last": 2330, "follow(1)%doublings": 0}
     narrow = [word for key, value in speed.items() for word in ("--set", f"{key}={value}")]
     torque = ["--set", "follow(2)%first=99", "--set", "follow(2)%last=101"]
     succeed("razy-follow", PAIR_MAP, *narrow, *torque, "--output", "curve.h5")
