@@ -192,6 +192,10 @@ contains
       character(:), allocatable :: unit
       real(wp), allocatable :: value
 
+      if (self%input%count("tune") == 0) then
+         call new_machine(self%machine, self%motion, records, self%input, error, self%scene)
+         return
+      end if
       tuned = self%input
       call apply_tune(tuned, value, unit, error)
       ! Every row has the same columns, also that of a point that cannot be tuned.
