@@ -24,7 +24,7 @@ LOST = 1e-3
 FAST = ["motion%integrator='dop853'", "motion%relative_tolerance=1e-12", "motion%absolute_tolerance=1e-14"]
 
 
-def library(folder, text, name, settings):
+def run_razy(folder, text, name, settings):
     """Times, displacements, what razy-run says of its end, and its near misses."""
     (folder / "scene.nml").write_text(text)
     words = [word for setting in settings for word in ("--set", setting)]
@@ -51,14 +51,14 @@ def part(a, b, size):
 
 def compare(text, folder):
     """(verdict, what is wrong): 'agree', 'undecided' where the code in follow.py gives up, 'differ'."""
-    times, exact, end, _ = library(folder, text, "exact", [])
+    times, exact, end, _ = run_razy(folder, text, "exact", [])
     wrong = [end] if end else []
     if times is None:
         return "differ", wrong
     speed = float(re.search(r"velocity=([-+.0-9e]+)", text)[1])
-    _, shaken, _, _ = library(folder, text, "shaken", [f"initial(1)%velocity={speed * (1 + 1e-12):.17g}"])
+    _, shaken, _, _ = run_razy(folder, text, "shaken", [f"initial(1)%velocity={speed * (1 + 1e-12):.17g}"])
     # Where a method with tolerances ends early it says so.
-    _, other, _, missed = library(folder, text, "dop853", FAST)
+    _, other, _, missed = run_razy(folder, text, "dop853", FAST)
     if len(times) < 2:
         return "undecided", wrong
     try:
