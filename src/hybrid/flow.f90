@@ -105,16 +105,18 @@ module razy_hybrid_flow
    real(wp), parameter :: largest = 1.0e100_wp
    !> Pieces one after the other that are shorter than the rounding of the time: the end will not be reached.
    integer, parameter :: most_creeping = 10000
-   !> The pace of events is looked at after so many; a motion is given up if so many times one after the other they come in
-   !> less than this part of the time before, and so fast that there would be more than there may before its end.
-   !> Accumulations are over by then, unless their ratio is above 0.9998.
+   !> The pace of events is looked at after so many. A motion is given up if so many times one after the other they come no slower
+   !> than the time before but for this factor, in less than this part of what the first took, and so fast that there would be
+   !> more than there may before its end. Accumulations are over by then, unless their ratio is above 0.9998; what goes on at
+   !> one pace from its first event is not meant.
    integer(i8), parameter :: stretch = 32768
    integer, parameter :: most_hurried = 8
-   real(wp), parameter :: faster = 0.99_wp
+   real(wp), parameter :: no_slower = 1.01_wp, much_faster = 0.5_wp
 
-   !> The pace of events: when, s, and after how many it was looked at last; how long those took; how often it was too fast.
+   !> The pace of events: when, s, and after how many it was looked at last; how long those took, and the first; how often it was
+   !> too fast.
    type :: pace_t
-      real(wp) :: time = 0.0_wp, took = huge(1.0_wp)
+      real(wp) :: time = 0.0_wp, took = huge(1.0_wp), first = 0.0_wp
       integer(i8) :: events = 0
       integer :: hurried = 0
    contains
@@ -197,14 +199,18 @@ contains
       integer(i8), intent(in) :: events, most_events
       real(wp), intent(in) :: time, t_end
 
-      real(wp) :: to_come
+      real(wp) :: takes, to_come
+      logical :: too_fast
 
       if (events - self%events < stretch) return
+      takes = time - self%time
+      if (self%events == 0) self%first = takes
       to_come = real(events - self%events, wp)*(t_end - time)
-      self%hurried = merge(self%hurried + 1, 0, to_come > real(most_events - events, wp)*(time - self%time) .and. &
-                           time - self%time < faster*self%took)
+      too_fast = takes < no_slower*self%took .and. takes < much_faster*self%first .and. &
+                 to_come > real(most_events - events, wp)*takes
+      self%hurried = merge(self%hurried + 1, 0, too_fast)
       self%events = events
-      self%took = time - self%time
+      self%took = takes
       self%time = time
    end subroutine look
 
