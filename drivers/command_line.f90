@@ -11,30 +11,36 @@ module command_line
 
    public :: command_t, finish, is_terminal, print_help, print_version, read_command, say
    public :: exit_failure, exit_interrupted, exit_ok, exit_usage
+   public :: of_a_sweep, of_one, of_ranks
 
    integer, parameter :: exit_ok = 0, exit_failure = 1, exit_usage = 2, exit_interrupted = 3
+
+   !> What a program does: one computation, tasks on several ranks that a checkpoint keeps, a sweep.
+   integer, parameter :: of_one = 0, of_ranks = 1, of_a_sweep = 2
 
    !> The options; `output` has its default already.
    type :: command_t
       character(:), allocatable :: input, output
       type(string_t), allocatable :: overrides(:)
       logical :: force = .false., check = .false., help = .false., version = .false.
-      !> Of a sweep: forget the checkpoint; least time between two writings to disk that are waited for, s.
+      !> On several ranks: forget the checkpoint; least time between two writings to disk that are waited for, s.
       logical :: anew = .false., dry_run = .false.
       !> Of a sweep: only write what the checkpoint has.
       logical :: so_far = .false.
       real(wp) :: checkpoint = 60.0_wp
-      !> Of a sweep: results after which they are written to disk before that time is over; 0: however many.
+      !> On several ranks: results after which they are written to disk before that time is over; 0: however many.
       integer(i8) :: checkpoint_points = 0
       !> Of a sweep: file of its log, not allocated if there is none.
       character(:), allocatable :: log
    end type command_t
 
-   !> Options without and with a value, of all programs and of a sweep alone.
+   !> Options without and with a value, of all programs, of those on several ranks, of a sweep alone.
    character(*), parameter :: plain(*) = [character(9) :: "--force", "--check", "--help", "-h", "--version"]
    character(*), parameter :: valued(*) = [character(8) :: "--output", "--set"]
-   character(*), parameter :: plain_of_sweep(*) = [character(9) :: "--anew", "--dry-run", "--so-far"]
-   character(*), parameter :: valued_of_sweep(*) = [character(19) :: "--checkpoint", "--checkpoint-points", "--log"]
+   character(*), parameter :: plain_of_ranks(*) = [character(9) :: "--anew", "--dry-run"]
+   character(*), parameter :: valued_of_ranks(*) = [character(19) :: "--checkpoint", "--checkpoint-points"]
+   character(*), parameter :: plain_of_sweep(*) = [character(9) :: "--so-far"]
+   character(*), parameter :: valued_of_sweep(*) = [character(5) :: "--log"]
 
    interface
       !> isatty of POSIX: 1 if the descriptor is a terminal.
@@ -48,10 +54,10 @@ module command_line
 
 contains
 
-   !> Read the arguments of the program; a sweep has more options than a single run.
-   subroutine read_command(command, sweep, error)
+   !> Read the arguments of a program, which has the options of its scope.
+   subroutine read_command(command, scope, error)
       type(command_t), intent(out) :: command
-      logical, intent(in) :: sweep
+      integer, intent(in) :: scope
       type(error_t), allocatable, intent(out) :: error
 
       character(:), allocatable :: option, value
@@ -63,9 +69,9 @@ contains
          i = i + 1
          option = argument(i)
          equals = index(option, "=")
-         if (any(plain == option) .or. (sweep .and. any(plain_of_sweep == option))) then
+         if (is_plain(option, scope)) then
             call set_plain(command, option)
-         else if (takes_value(option(:merge(equals - 1, len(option), equals > 0)), sweep)) then
+         else if (takes_value(option(:merge(equals - 1, len(option), equals > 0)), scope)) then
             if (equals > 0) then
                value = option(equals + 1:)
                option = option(:equals - 1)
@@ -76,7 +82,7 @@ contains
             if (i > command_argument_count()) call raise(error, option//" needs a value; see --help")
             if (.not. allocated(error)) call set_value(command, option, value, error)
          else if (index(option, "-") == 1 .and. len(option) > 1) then
-            call raise(error, option//": no such option; "//did_you_mean(option, known_options(sweep), "options"))
+            call raise(error, option//": no such option; "//did_you_mean(option, known_options(scope), "options"))
          else if (allocated(command%input)) then
             call raise(error, option//": one input file only, and "//command%input//" is given already")
          else
@@ -91,22 +97,32 @@ contains
       end if
    end subroutine read_command
 
-   pure logical function takes_value(option, sweep)
+   pure logical function is_plain(option, scope)
       character(*), intent(in) :: option
-      logical, intent(in) :: sweep
+      integer, intent(in) :: scope
 
-      takes_value = any(valued == option) .or. (sweep .and. any(valued_of_sweep == option))
+      is_plain = any(plain == option) .or. (scope >= of_ranks .and. any(plain_of_ranks == option)) .or. &
+                 (scope >= of_a_sweep .and. any(plain_of_sweep == option))
+   end function is_plain
+
+   pure logical function takes_value(option, scope)
+      character(*), intent(in) :: option
+      integer, intent(in) :: scope
+
+      takes_value = any(valued == option) .or. (scope >= of_ranks .and. any(valued_of_ranks == option)) .or. &
+                    (scope >= of_a_sweep .and. any(valued_of_sweep == option))
    end function takes_value
 
-   pure function known_options(sweep) result(known)
-      logical, intent(in) :: sweep
+   pure function known_options(scope) result(known)
+      integer, intent(in) :: scope
       type(string_t), allocatable :: known(:)
 
       character(20), allocatable :: names(:)
       integer :: i
 
       names = [character(20) :: plain, valued]
-      if (sweep) names = [character(20) :: names, plain_of_sweep, valued_of_sweep]
+      if (scope >= of_ranks) names = [character(20) :: names, plain_of_ranks, valued_of_ranks]
+      if (scope >= of_a_sweep) names = [character(20) :: names, plain_of_sweep, valued_of_sweep]
       allocate (known(size(names)))
       do i = 1, size(names)
          known(i)%text = trim(names(i))
@@ -186,10 +202,10 @@ contains
       output = output//".h5"
    end function default_output
 
-   !> Help of program `name`.
-   subroutine print_help(name, does, sweep)
+   !> Help of program `name`, with the options of its scope.
+   subroutine print_help(name, does, scope)
       character(*), intent(in) :: name, does
-      logical, intent(in) :: sweep
+      integer, intent(in) :: scope
 
       write (output_unit, "(a)") &
          name//": "//does, &
@@ -200,19 +216,23 @@ contains
          "  --set GROUP%KEY=VALUE    change a value of the input, e.g. --set motion%t_end=0.5;", &
          "                           of a repeated group: --set 'load(2)%value=-50'", &
          "  --check                  check the input, print it with all defaults, and stop"
-      if (sweep) write (output_unit, "(a)") &
+      if (scope >= of_ranks) write (output_unit, "(a)") &
          "  --checkpoint SECONDS     have results on the disk itself after this time (default: 60);", &
-         "                           an interrupted sweep goes on when the same command is given again", &
+         "                           an interrupted run goes on when the same command is given again", &
          "  --checkpoint-points N    and after so many points, if that is sooner", &
-         "  --anew                   do not go on: delete the checkpoint, and begin again", &
+         "  --anew                   do not go on: delete the checkpoint, and begin again"
+      if (scope >= of_a_sweep) write (output_unit, "(a)") &
          "  --so-far                 compute nothing: write the result file of the points that the checkpoint has, a copy of", &
          "                           that of a sweep under way, and delete it", &
-         "  --dry-run                compute a few points, print what all will take, and stop", &
          "  --log FILE               append to a log: start, speed, slowest points, failures; - is the error channel"
+      if (scope >= of_ranks) write (output_unit, "(a)") &
+         "  --dry-run                compute a few points, print what all will take, and stop"
       write (output_unit, "(a)") "  --help, --version"
-      if (sweep) then
+      if (scope >= of_a_sweep) then
          write (output_unit, "(a)") &
             "exit code: 0 done, 2 bad input or usage, 3 stopped by SIGTERM or SIGUSR1, 1 all points failed, or anything else"
+      else if (scope >= of_ranks) then
+         write (output_unit, "(a)") "exit code: 0 done, 2 bad input or usage, 3 stopped by SIGTERM or SIGUSR1, 1 anything else"
       else
          write (output_unit, "(a)") "exit code: 0 done, 2 bad input or usage, 1 anything else"
       end if

@@ -1,7 +1,7 @@
 !! What programs that run alone do before they compute, and how they give up.
 module program_frame
    use, intrinsic :: iso_fortran_env, only: output_unit
-   use command_line, only: command_t, exit_failure, exit_usage, finish, print_help, print_version, read_command, say
+   use command_line, only: command_t, exit_failure, exit_usage, finish, of_one, print_help, print_version, read_command, say
    use razy_core_error, only: error_t
    use razy_input_input, only: input_t
    use razy_core_text_file, only: read_text_file
@@ -28,9 +28,9 @@ contains
       character(:), allocatable :: text
 
       call use_one_thread()
-      call read_command(command, .false., error)
+      call read_command(command, of_one, error)
       if (allocated(error)) call fail(name//": "//error%message, exit_usage)
-      if (command%help) call print_help(name, does, .false.)
+      if (command%help) call print_help(name, does, of_one)
       if (command%version) call print_version(name)
       if (command%help .or. command%version) stop
       call read_text_file(command%input, text, error)

@@ -1,33 +1,168 @@
-!! razy-follow: periodic motions over a parameter, stable or not, and where they change their kind.
+!! razy-follow: periodic motions over a parameter, stable or not, and where they change their kind; all of them under mpirun too.
 program razy_follow
-   use command_line, only: command_t, exit_failure, exit_usage, say
-   use program_frame, only: begin_program, end_checks, fail
+   use, intrinsic :: iso_fortran_env, only: output_unit
+   use command_line, only: command_t, exit_failure, exit_interrupted, exit_ok, exit_usage, of_ranks, print_help, print_version, &
+                           read_command, say
+   use program_frame, only: check_files
+   use progress, only: show_progress
+   use rank_frame, only: begin_ranks, end_ranks, leave_if
    use razy_core_error, only: error_t
-   use razy_core_text, only: string_t
+   use razy_core_kinds, only: i8, wp
+   use razy_core_number, only: to_text
+   use razy_core_table, only: table_t
+   use razy_core_text, only: append_text, string_t
+   use razy_core_text_file, only: read_text_file
    use razy_input_input, only: input_t
-   use razy_study_follow_follow, only: follow_t, new_follow
+   use razy_scenes_case, only: read_study
+   use razy_study_follow_cells, only: cells_t, new_cells
    use razy_study_follow_result, only: follow_words, write_follow
+   use razy_study_follow_rounds, only: follow_all, forecast_rounds, plan_rounds
+   use razy_study_follow_summary, only: summary_of
+   use razy_sweep_checkpoint, only: checkpoint_path, checkpoint_t
+   use razy_sweep_communicator, only: communicator_t
+   use razy_sweep_units, only: units_t
+   use signals, only: time_is_up
    implicit none(type, external)
 
+   type(communicator_t) :: ranks
    type(command_t) :: command
    type(error_t), allocatable :: error
-   type(input_t) :: input
-   type(follow_t) :: task
-   type(string_t), allocatable :: lines(:)
-   integer :: i
+   type(cells_t) :: cells
+   type(checkpoint_t) :: checkpoint
+   character(:), allocatable :: effective
+   logical :: go_on, stopped = .false.
 
-   call begin_program("razy-follow", "follow periodic motions over a parameter, stable or not, through their bifurcations", &
-                      command, input)
-   call new_follow(task, input, error)
-   call end_checks(command, input, error)
-   call task%compute(error)
-   if (allocated(error)) call fail(error%message, exit_usage)
-   lines = follow_words(task)
-   do i = 1, size(lines)
-      call say(lines(i)%text)
-   end do
-   call write_follow(task, command%output, command%force, error)
-   if (allocated(error)) call fail(error%message, exit_failure)
-   call say("wrote "//command%output)
+   call begin_ranks(ranks, "razy-follow")
+   if (ranks%is_root()) call read_case(error)
+   call leave_if(ranks, error, exit_usage)
+   call ranks%broadcast(go_on, error)
+   call leave_if(ranks, error, exit_failure)
+   if (go_on) call follow_and_write()
+   call end_ranks(ranks, merge(exit_interrupted, exit_ok, stopped))
+
+contains
+
+   !> Rank 0 reads and checks everything, and follows one motion alone.
+   subroutine read_case(error)
+      type(error_t), allocatable, intent(out) :: error
+
+      type(input_t) :: input
+      type(string_t), allocatable :: lines(:), written(:)
+      character(:), allocatable :: text
+      integer :: i
+
+      go_on = .false.
+      call read_command(command, of_ranks, error)
+      if (allocated(error)) return
+      if (command%help) call print_help("razy-follow", "follow periodic motions over a parameter, stable or not, through "// &
+                                        "their bifurcations; also under mpirun", of_ranks)
+      if (command%version) call print_version("razy-follow")
+      if (command%help .or. command%version) return
+      call read_text_file(command%input, text, error)
+      if (.not. allocated(error)) call read_study(input, text, command%input, command%overrides, error)
+      if (.not. allocated(error)) call new_cells(cells, input, error)
+      if (allocated(error)) return
+      effective = input%effective()
+      if (command%check) then
+         write (output_unit, "(a)", advance="no") effective
+      else if (command%dry_run) then
+         call forecast_rounds(cells, ranks%size, lines, error)
+         if (.not. allocated(error)) write (output_unit, "(a)") (lines(i)%text, i=1, size(lines))
+      else
+         allocate (written(0))
+         call append_text(written, checkpoint_path(command%output))
+         call check_files(command, input, written, error)
+         if (.not. allocated(error) .and. .not. cells%follow%all_motions) call cells%follow%compute(error)
+         go_on = .not. allocated(error)
+      end if
+   end subroutine read_case
+
+   !> One motion is followed already, on rank 0.
+   subroutine follow_and_write()
+      type(input_t) :: input
+      type(string_t) :: none(0)
+      logical :: all_motions
+
+      all_motions = cells%follow%all_motions
+      call ranks%broadcast(all_motions, error)
+      call leave_if(ranks, error, exit_failure)
+      if (.not. all_motions) then
+         if (ranks%is_root()) call end_follow(error)
+         call leave_if(ranks, error, exit_failure)
+         return
+      end if
+      call ranks%broadcast(effective, error)
+      call leave_if(ranks, error, exit_failure)
+      if (.not. ranks%is_root()) then
+         call read_study(input, effective, "effective input", none, error)
+         if (.not. allocated(error)) call new_cells(cells, input, error)
+      else
+         call open_checkpoint(error)
+      end if
+      call leave_if(ranks, error, exit_usage)
+      call follow_all(ranks, cells, checkpoint, show_long_rounds, time_is_up, stopped, error)
+      if (ranks%is_root()) call end_together(error)
+      call leave_if(ranks, error, exit_failure)
+   end subroutine follow_and_write
+
+   !> Progress of the first round, and of others that take their time.
+   subroutine show_long_rounds(done, total, elapsed)
+      integer(i8), intent(in) :: done, total
+      real(wp), intent(in) :: elapsed
+
+      if (total == cells%cells .or. elapsed > 1.0_wp) call show_progress(done, total, elapsed)
+   end subroutine show_long_rounds
+
+   subroutine open_checkpoint(error)
+      type(error_t), allocatable, intent(out) :: error
+
+      type(table_t) :: row
+      type(units_t) :: units
+
+      checkpoint%interval = command%checkpoint
+      checkpoint%most_rows = command%checkpoint_points
+      call cells%describe(row)
+      call plan_rounds(units%plan, cells)
+      if (command%anew) call checkpoint%discard_old(command%output, error)
+      if (.not. allocated(error)) call checkpoint%open(command%output, effective, row, units, error)
+      if (allocated(error) .or. checkpoint%n_done == 0) return
+      call say("going on: "//to_text(checkpoint%n_done)//" cells are in "//checkpoint_path(command%output))
+   end subroutine open_checkpoint
+
+   subroutine end_together(error)
+      type(error_t), allocatable, intent(inout) :: error
+
+      if (.not. allocated(error)) call checkpoint%secure(error)
+      if (.not. allocated(error) .and. stopped) then
+         call say("stopped: "//to_text(checkpoint%n_done)//" cells are safe in "//checkpoint_path(command%output)// &
+                  "; the same command goes on from there")
+         return
+      end if
+      if (.not. allocated(error)) call end_follow(error)
+      if (allocated(error)) then
+         call checkpoint%give_up(error)
+      else
+         call checkpoint%remove(error)
+      end if
+   end subroutine end_together
+
+   !> Say what was found, and write it.
+   subroutine end_follow(error)
+      type(error_t), allocatable, intent(out) :: error
+
+      type(string_t), allocatable :: lines(:)
+      integer :: i
+
+      lines = follow_words(cells%follow)
+      do i = 1, size(lines)
+         call say(lines(i)%text)
+      end do
+      call write_follow(cells%follow, command%output, command%force, error)
+      if (allocated(error)) return
+      call say("wrote "//command%output)
+      if (.not. cells%follow%all_motions) return
+      lines = summary_of(cells%follow)
+      write (output_unit, "(a)") (lines(i)%text, i=1, size(lines))
+   end subroutine end_follow
 
 end program razy_follow

@@ -1,11 +1,11 @@
 !! razy-sweep: many motions over a parameter, under mpirun or alone.
 program razy_sweep
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-   use command_line, only: command_t, exit_failure, exit_interrupted, exit_ok, exit_usage, finish, print_help, print_version, &
-                           read_command, say
-   use mpi_f08, only: mpi_comm_world
+   use command_line, only: command_t, exit_failure, exit_interrupted, exit_ok, exit_usage, of_a_sweep, print_help, &
+                           print_version, read_command, say
    use program_frame, only: check_files
    use progress, only: show_progress
+   use rank_frame, only: begin_ranks, end_ranks, leave_if
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
@@ -15,7 +15,6 @@ program razy_sweep
    use razy_input_input, only: input_t
    use razy_io_hdf5_file, only: delete_partial_files
    use razy_io_posix, only: path_exists
-   use razy_linalg_threads, only: use_one_thread
    use razy_scenes_case, only: read_study
    use razy_study_sweep_forecast, only: forecast
    use razy_study_sweep_log, only: log_end, log_start, open_log, points_done, what_was_written
@@ -23,12 +22,11 @@ program razy_sweep
    use razy_study_sweep_starts, only: identity_of, read_start_file
    use razy_study_sweep_task, only: new_sweep, sweep_task_t
    use razy_sweep_checkpoint, only: checkpoint_path, checkpoint_t
-   use razy_sweep_communicator, only: communicator_t, new_communicator
-   use razy_sweep_mpi, only: finish_mpi, start_mpi
+   use razy_sweep_communicator, only: communicator_t
    use razy_sweep_protocol, only: sweep_options_t
    use razy_sweep_scheduler, only: run_sweep, sweep_outcome_t
    use razy_sweep_units, only: units_t
-   use signals, only: hold_signals, time_is_up
+   use signals, only: time_is_up
    implicit none(type, external)
 
    type(communicator_t) :: ranks
@@ -45,21 +43,14 @@ program razy_sweep
    !> Whether there is anything to compute; whether all points failed.
    logical :: go_on, failed = .false.
 
-   call use_one_thread()
-   call hold_signals()
-   call start_mpi(error)
-   if (.not. allocated(error)) call new_communicator(ranks, mpi_comm_world, error)
-   if (allocated(error)) then
-      call say("razy-sweep: "//error%message)
-      call finish(exit_failure)
-   end if
+   call begin_ranks(ranks, "razy-sweep")
    if (ranks%is_root()) call read_case(error)
-   call leave_if(exit_usage)
+   call leave_if(ranks, error, exit_usage)
    call ranks%broadcast(go_on, error)
-   call leave_if(exit_failure)
+   call leave_if(ranks, error, exit_failure)
    if (go_on) call compute()
-   if (outcome%stopped) call end_ranks(exit_interrupted)
-   call end_ranks(merge(exit_failure, exit_ok, failed))
+   if (outcome%stopped) call end_ranks(ranks, exit_interrupted)
+   call end_ranks(ranks, merge(exit_failure, exit_ok, failed))
 
 contains
 
@@ -73,9 +64,9 @@ contains
       integer :: i
 
       go_on = .false.
-      call read_command(command, .true., error)
+      call read_command(command, of_a_sweep, error)
       if (allocated(error)) return
-      if (command%help) call print_help("razy-sweep", "compute many motions over a parameter; also under mpirun", .true.)
+      if (command%help) call print_help("razy-sweep", "compute many motions over a parameter; also under mpirun", of_a_sweep)
       if (command%version) call print_version("razy-sweep")
       if (command%help .or. command%version) return
       call read_text_file(command%input, text, error)
@@ -132,24 +123,24 @@ contains
 
       call ranks%broadcast(effective, error)
       if (.not. allocated(error)) call ranks%broadcast(starts, error)
-      call leave_if(exit_failure)
+      call leave_if(ranks, error, exit_failure)
       if (.not. ranks%is_root()) then
          call read_study(input, effective, "effective input", none, error)
          if (.not. allocated(error)) call new_sweep(task, input, starts, error)
       end if
-      call leave_if(exit_failure)
+      call leave_if(ranks, error, exit_failure)
       task%watch%stop_is_asked => time_is_up
       units%plan = task%plan
       if (ranks%is_root()) call open_checkpoint(error)
-      call leave_if(exit_usage)
+      call leave_if(ranks, error, exit_usage)
       call units%share(ranks, error)
-      call leave_if(exit_failure)
+      call leave_if(ranks, error, exit_failure)
       options%ask_ahead = .not. task%plan%has_chains()
       call run_sweep(ranks, task, units, checkpoint, options, show_progress, outcome, error, time_is_up)
       if (ranks%is_root()) call end_sweep(error)
-      call leave_if(exit_failure)
+      call leave_if(ranks, error, exit_failure)
       call ranks%broadcast(failed, error)
-      call leave_if(exit_failure)
+      call leave_if(ranks, error, exit_failure)
    end subroutine compute
 
    !> Lock the checkpoint, say what is there already, and begin the log.
@@ -207,25 +198,5 @@ contains
       call checkpoint%remove(error)
       if (.not. allocated(error)) call say(what_was_written(task, checkpoint, outcome, command%output))
    end subroutine end_sweep
-
-   !> Leave together with one message if any rank has an error.
-   subroutine leave_if(code)
-      integer, intent(in) :: code
-
-      call ranks%agree(error)
-      if (.not. allocated(error)) return
-      if (ranks%is_root()) call say(error%message)
-      call end_ranks(code)
-   end subroutine leave_if
-
-   subroutine end_ranks(code)
-      integer, intent(in) :: code
-
-      type(error_t), allocatable :: ignored
-
-      call ranks%free(ignored)
-      call finish_mpi(ignored)
-      call finish(code)
-   end subroutine end_ranks
 
 end program razy_sweep

@@ -107,6 +107,7 @@ contains
          self%crossed = crossed_t()
          self%standing = 0
          self%now = 0
+         call self%solutions%begin_run()
       end if
       self%before = self%now
       call self%budget%spend()

@@ -37,8 +37,9 @@ module razy_exact_solutions
       type(rows_t) :: touching, force
       !> Coordinates while constraints are held.
       type(constrained_motion_t) :: constrained
-      !> Step level that the last search ended with.
+      !> Step level that the last search ended with, and that which a motion begins with.
       integer :: level = 10
+      integer, private :: first_level = 10
       !> Machine for which the response was made, and the rows of contacts.
       integer, private :: version = 0, touching_version = 0
    end type solution_t
@@ -53,6 +54,7 @@ module razy_exact_solutions
       type(open_modes_t), private :: open
    contains
       procedure :: attach
+      procedure :: begin_run
       procedure :: find
       procedure :: lay_out_contacts
    end type solutions_t
@@ -71,6 +73,17 @@ contains
       allocate (self%of(4))
       call new_open_modes(self%open, system)
    end subroutine attach
+
+   !> A motion begins: its bits do not depend on the one before.
+   pure subroutine begin_run(self)
+      class(solutions_t), intent(inout) :: self
+
+      integer :: i
+
+      do i = 1, self%count
+         self%of(i)%level = self%of(i)%first_level
+      end do
+   end subroutine begin_run
 
    !> The number of the solution in `mode`, made ready for the system; 0: there is none.
    subroutine find(self, system, mode, i)
@@ -199,7 +212,8 @@ contains
       self%version = system%version
       if (self%basis%info /= 0) return
       ! Not taken over from the machine before: no bit of a result may depend on what was computed earlier.
-      self%level = min(exponent(max(self%basis%fastest, 1.0_wp)), finest_level)
+      self%first_level = min(exponent(max(self%basis%fastest, 1.0_wp)), finest_level)
+      self%level = self%first_level
       call mode%loads(system, load, harmonic)
       do j = 1, size(force)
          force(j) = mode%force_form(system, j)

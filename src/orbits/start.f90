@@ -9,7 +9,7 @@ module razy_orbits_start
    implicit none(type, external)
    private
 
-   public :: find_periodic
+   public :: distance, find_periodic, march, minimal, refine
 
    !> Longest period that is recognised; a motion that comes back this near, relative to its size, has settled.
    integer, parameter :: longest = 16
@@ -44,7 +44,7 @@ contains
          call from_section(problem, time, range, orbit, settled, error)
          return
       end if
-      call march(problem, settle, problem%map%period, x, error)
+      call march(problem, problem%map%first_state(), settle, problem%map%period, x, error)
       if (allocated(error)) return
       call problem%begin(x(:, settle), 0.0_wp, range)
       do k = merge(period, 1, period > 0), merge(period, longest, period > 0)
@@ -77,7 +77,7 @@ contains
 
       settled = .false.
       dt = time/samples
-      call march(problem, 2*samples, dt, x, error)
+      call march(problem, problem%map%first_state(), 2*samples, dt, x, error)
       if (allocated(error)) return
       n = samples
       problem%periods = 1
@@ -99,9 +99,10 @@ contains
       call raise(error, "no closed motion was found: "//problem%reason)
    end subroutine from_section
 
-   !> The states after each of `count` intervals.
-   subroutine march(problem, count, interval, x, error)
+   !> The states after each of `count` intervals, from `first` on.
+   subroutine march(problem, first, count, interval, x, error)
       type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: first(:)
       integer, intent(in) :: count
       real(wp), intent(in) :: interval
       real(wp), allocatable, intent(out) :: x(:, :)
@@ -111,7 +112,7 @@ contains
       integer :: i
 
       allocate (x(problem%map%n, 0:count))
-      x(:, 0) = problem%map%first_state()
+      x(:, 0) = first
       do i = 1, count
          call problem%map%go(x(:, i - 1), interval, .false., back)
          if (back%outcome%status /= status_ok) then
@@ -130,6 +131,7 @@ contains
       scales = scales(:problem%map%n)
    end function first_scales
 
+   !> Distance of two states, in scaled unknowns.
    pure real(wp) function distance(problem, a, b)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: a(:), b(:)

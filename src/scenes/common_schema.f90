@@ -88,7 +88,13 @@ contains
                      key_integer("settle", "periods of the excitation after which a motion counts as settled", low=20, &
                                  high=1000000, default="300"), &
                      key_integer("doublings", "how often a doubling or branching is followed on", low=0, high=10, default="1"), &
-                     key_integer("max_points", "points of a branch", rule=positive, default="2000")]), &
+                     key_integer("max_points", "points of a branch", rule=positive, default="2000"), &
+                     key_string("motions", "whether the motion that the start leads to is followed, or all that are found; "// &
+                                "period is then the most periods looked for (0: 4)", choices=["one", "all"], default="one"), &
+                     key_integer("samples", "values of the parameter at which all motions are looked for", low=1, high=100000, &
+                                 default="20"), &
+                     key_integer("starts", "starts beside the machine's own at each of these values", low=0, high=10000, &
+                                 default="8")]), &
                group("tune", "A parameter that razy-tune looks for, and the natural frequency it is to give", keys=[ &
                      key_string("parameter", "group%key of the value that is looked for, as in --set", required=.true.), &
                      key_real("first", "first value of the range, in the unit of the key", required=.true.), &

@@ -8,6 +8,7 @@ module razy_study_follow_follow
    use razy_orbits_branch, only: branch_t
    use razy_orbits_curve, only: curve_t
    use razy_orbits_orbit, only: orbit_t, problem_t
+   use razy_orbits_search, only: found_t, is_on, new_found, search_t
    use razy_orbits_start, only: find_periodic
    use razy_orbits_switch, only: switch_branch
    use razy_study_follow_family, only: case_family_t
@@ -15,7 +16,17 @@ module razy_study_follow_follow
    implicit none(type, external)
    private
 
-   public :: follow_t, new_follow
+   public :: follow_t, new_follow, sample_t
+
+   !> What was seen at a value of the parameter: largest Lyapunov exponent of the machine's own motion and its standard error,
+   !> 1/s; of the motions that starts settled to, the branch and the number of starts; starts that settled to none.
+   type :: sample_t
+      real(wp) :: parameter = 0.0_wp, exponent = 0.0_wp, error = 0.0_wp
+      integer :: unsettled = 0
+      integer, allocatable :: branch(:), starts(:)
+      !> Why nothing was found; empty if something was.
+      character(:), allocatable :: reason
+   end type sample_t
 
    type :: follow_t
       type(problem_t) :: problem
@@ -28,10 +39,19 @@ module razy_study_follow_follow
       real(wp), allocatable :: first(:), last(:)
       real(wp) :: from = 0.0_wp
       real(wp), private :: time = 0.0_wp
-      integer, private :: period = 0, most_points = 0, settle = 0, doublings = 0
+      integer, private :: period = 0, most_points = 0, settle = 0
+      integer :: doublings = 0
       logical :: settled = .false.
+      !> All motions are wanted, looked for at so many values of the parameter, and how.
+      logical :: all_motions = .false.
+      integer :: samples = 0
+      type(search_t) :: search
+      type(sample_t), allocatable :: sample(:)
    contains
       procedure :: compute
+      procedure :: reset
+      procedure :: follow_from
+      procedure :: place_on
       procedure, private :: one_branch
       procedure, private :: curve_through
    end type follow_t
@@ -82,6 +102,8 @@ contains
       call input%get("follow", 1, "doublings", self%doublings)
       call input%get("follow", 1, "max_points", self%most_points)
       call input%get("follow", 1, "settle", self%settle)
+      call read_all(self, input, error)
+      if (allocated(error)) return
       self%problem%map%family = family
       self%problem%parameter = [(self%varied(i)%slot(1)%number, i=1, n)]
       do i = 1, 2
@@ -91,12 +113,48 @@ contains
          call input%complain(error, "follow", 1, "parameter", problem%message)
          return
       end do
+      if (self%all_motions .and. self%problem%is_autonomous()) then
+         call input%complain(error, "follow", 1, "motions", "'one': all motions are looked for where there is an excitation")
+         return
+      end if
       select type (made => self%problem%map%family)
       type is (case_family_t)
          self%time = made%motion%t_end
          if (made%motion%method%integrator /= "exact") call self%problem%take_steps()
       end select
    end subroutine new_follow
+
+   !> Whether all motions are wanted, and where they are looked for.
+   subroutine read_all(self, input, error)
+      class(follow_t), intent(inout) :: self
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      !> Periods of a motion that are looked for if nothing is said.
+      integer, parameter :: usual_periods = 4
+      character(*), parameter :: of_all(*) = [character(7) :: "samples", "starts"]
+      character(:), allocatable :: motions
+      integer :: i
+
+      call input%get("follow", 1, "motions", motions)
+      self%all_motions = motions == "all"
+      call input%get("follow", 1, "samples", self%samples)
+      call input%get("follow", 1, "starts", self%search%starts)
+      self%search%settle = self%settle
+      self%search%most_periods = merge(self%period, usual_periods, self%period > 0)
+      if (self%all_motions .and. size(self%varied) > 1) then
+         call input%complain(error, "follow", 1, "motions", "'one': curves over two parameters begin on the branches of one motion")
+      else if (self%all_motions .and. input%given("follow", 1, "from")) then
+         call input%complain(error, "follow", 1, "from", "not with motions='all', which looks at samples= values")
+      else if (self%all_motions .and. self%settle < 2*self%search%most_periods) then
+         call input%complain(error, "follow", 1, "settle", "at least twice the periods of a motion")
+      end if
+      do i = 1, size(of_all)
+         if (allocated(error) .or. self%all_motions) return
+         if (input%given("follow", 1, trim(of_all(i)))) call input%complain(error, "follow", 1, trim(of_all(i)), &
+                                                                            "only with motions='all'")
+      end do
+   end subroutine read_all
 
    !> What &follow number i varies, and its range.
    subroutine read_parameter(self, input, i, error)
@@ -138,32 +196,27 @@ contains
       end do
    end subroutine read_parameter
 
-   !> Find the first motion and follow all branches that begin from it.
-   subroutine compute(self, error)
+   !> Find the first motion and follow all branches that begin from it; with `few` no more than so many points of each.
+   subroutine compute(self, error, few)
       class(follow_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
+      integer, intent(in), optional :: few
 
       type(orbit_t) :: orbit
       real(wp), allocatable :: begin(:)
-      integer :: from, i
+      integer :: from, i, side
 
-      allocate (self%branch(most_branches))
+      call self%reset()
+      if (present(few)) self%most_points = min(few, self%most_points)
       begin = self%problem%parameter
       begin(1) = self%from
       call find_periodic(self%problem, begin, abs(self%last(1) - self%first(1)), self%period, self%settle, self%time, orbit, &
                          self%settled, error)
       if (allocated(error)) return
-      if (abs(self%from - self%last(1)) > 0.0_wp) call self%one_branch(orbit, 1.0_wp)
-      if (abs(self%from - self%first(1)) > 0.0_wp) call self%one_branch(orbit, -1.0_wp)
-      i = 0
-      do while (i < self%count)
-         i = i + 1
-         from = 0
-         do while (from < self%branch(i)%count)
-            from = from + 1
-            call follow_switched(self, i, from)
-         end do
-      end do
+      side = 0
+      if (.not. abs(self%from - self%last(1)) > 0.0_wp) side = -1
+      if (.not. abs(self%from - self%first(1)) > 0.0_wp) side = 1
+      call self%follow_from(orbit, side)
       allocate (self%curve(most_curves))
       if (size(self%varied) < 2) return
       do i = 1, self%count
@@ -172,6 +225,52 @@ contains
          end do
       end do
    end subroutine compute
+
+   !> Forget all branches.
+   subroutine reset(self)
+      class(follow_t), intent(inout) :: self
+
+      self%count = 0
+      self%curves = 0
+      if (allocated(self%branch)) deallocate (self%branch)
+      allocate (self%branch(most_branches))
+      if (.not. allocated(self%sample)) allocate (self%sample(0))
+   end subroutine reset
+
+   !> Follow a motion of the problem's periods to both sides (0), towards `last` (1) or `first` (-1), and all branches that
+   !> begin on these.
+   subroutine follow_from(self, orbit, side)
+      class(follow_t), intent(inout) :: self
+      type(orbit_t), intent(in) :: orbit
+      integer, intent(in) :: side
+
+      integer :: from, i, periods
+
+      i = self%count
+      periods = self%problem%periods
+      if (side >= 0) call self%one_branch(orbit, 1.0_wp)
+      self%problem%periods = periods
+      if (side <= 0) call self%one_branch(orbit, -1.0_wp)
+      do while (i < self%count)
+         i = i + 1
+         from = 0
+         do while (from < self%branch(i)%count)
+            from = from + 1
+            call follow_switched(self, i, from)
+         end do
+      end do
+   end subroutine follow_from
+
+   !> The first branch that a motion lies on; 0: none.
+   integer function place_on(self, motion) result(place)
+      class(follow_t), intent(inout) :: self
+      type(found_t), intent(in) :: motion
+
+      do place = 1, self%count
+         if (is_on(motion, self%problem, self%branch(place))) return
+      end do
+      place = 0
+   end function place_on
 
    !> The curve of a special point over both parameters, unless one goes through it already.
    subroutine curve_through(self, branch, place)
@@ -211,6 +310,7 @@ contains
 
       guide = 0.0_wp
       guide(size(guide)) = side*sign(1.0_wp, self%last(1) - self%first(1))
+      if (self%count == most_branches) return
       self%count = self%count + 1
       call self%branch(self%count)%follow(self%problem, orbit, guide, low_of(self), high_of(self), self%most_points)
    end subroutine one_branch
@@ -234,14 +334,14 @@ contains
       integer, intent(in) :: parent, place
 
       type(orbit_t) :: orbit
+      type(found_t) :: motion
       real(wp), allocatable :: guide(:)
       character(2) :: label
-      integer :: side
+      integer :: periods, side
       logical :: ok
 
       label = self%branch(parent)%point(place)%label
       if (label /= "PD" .and. label /= "BP") return
-      if (self%branch(parent)%periods*merge(2, 1, label == "PD") > self%branch(1)%periods*2**self%doublings) return
       if (generation(self, parent) >= self%doublings) return
       if (label == "PD" .and. reached(self, parent, place)) return
       do side = 1, merge(1, 2, label == "PD")
@@ -249,6 +349,12 @@ contains
          self%problem%periods = self%branch(parent)%periods
          call switch_branch(self%problem, self%branch(parent)%point(place), side == 1, orbit, guide, ok)
          if (.not. ok) cycle
+         if (self%all_motions) then
+            periods = self%problem%periods
+            call new_found(motion, self%problem, orbit)
+            if (self%place_on(motion) > 0) cycle
+            self%problem%periods = periods
+         end if
          self%count = self%count + 1
          self%branch(self%count)%parent = parent
          self%branch(self%count)%origin = place

@@ -53,6 +53,7 @@ contains
       call branch_columns(self, table)
       call special_columns(self, table)
       call curve_columns(self, table)
+      call sample_columns(self, table)
       select type (family => self%problem%map%family)
       type is (case_family_t)
          call file%begin(path, new_header("razy-follow", family%machine%title, family%motion%method%integrator, &
@@ -234,6 +235,33 @@ contains
       call table%add("/curve_point/largest_multiplier", largest, "1", "modulus of the largest Floquet multiplier", points)
    end subroutine curve_columns
 
+   !> Of all motions: what was seen at the values at which they were looked for, and how many starts settled to which.
+   subroutine sample_columns(self, table)
+      type(follow_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
+
+      character(*), parameter :: along = "/sample/sample", settled = "/basin/basin"
+      integer, allocatable :: branch(:), sample(:), starts(:)
+      integer :: i, k
+
+      if (.not. self%all_motions) return
+      allocate (branch(0), sample(0), starts(0))
+      do i = 1, size(self%sample)
+         branch = [branch, self%sample(i)%branch]
+         sample = [sample, [(i - 1, k=1, size(self%sample(i)%branch))]]
+         starts = [starts, self%sample(i)%starts]
+      end do
+      associate (varied => self%varied(1), seen => self%sample)
+         call table%add("/sample/"//varied%dotted(), seen%parameter, varied%unit, varied%parameter, along)
+         call table%add("/sample/lyapunov", seen%exponent, "1/s", "largest Lyapunov exponent of the machine's own motion", along)
+         call table%add("/sample/lyapunov_error", seen%error, "1/s", "standard error of the exponent", along)
+         call table%add("/sample/unsettled", seen%unsettled, "1", "starts that settle to no periodic motion", along)
+      end associate
+      call table%add("/basin/sample", sample, "1", "row of /sample, from 0", settled)
+      call table%add("/basin/branch", branch, "1", "branch that starts settle to", settled)
+      call table%add("/basin/starts", starts, "1", "how many of them", settled)
+   end subroutine sample_columns
+
    !> Name of a contact, if it is one.
    function name_of(self, contact) result(name)
       type(follow_t), intent(in) :: self
@@ -256,8 +284,9 @@ contains
       integer :: b, i
 
       allocate (lines(0))
-      if (.not. self%settled) call append_text(lines, "the start settles to no motion of such a period: that which it comes "// &
-                                               "nearest to is followed")
+      if (.not. (self%settled .or. self%all_motions)) then
+         call append_text(lines, "the start settles to no motion of such a period: that which it comes nearest to is followed")
+      end if
       call append_text(lines, "branch  point  label  "//self%varied(1)%parameter//" ("//self%varied(1)%unit// &
                        ")  periods  largest multiplier  contact")
       do b = 1, self%count

@@ -96,7 +96,7 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
         _draw_periods(result, column[-1], grid * x_scale.factor, selected)
         column = column[:-1]
     if exponents is not None:
-        _draw_exponents(column[-1], grid[selected] * x_scale.factor, exponents[selected])
+        draw_exponents(column[-1], grid[selected] * x_scale.factor, exponents[selected])
         style.set_axis(column[-1].xaxis, *x_limits, space_cm=figure.get_figwidth() / style.CM - 2.0)
         column = column[:-1]
     width = figure.get_figwidth() / style.CM - 2.0
@@ -117,7 +117,7 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
             _draw_points(axes, panel)
 
 
-def _draw_exponents(axes: Axes, parameter: NDArray[np.float64], exponents: NDArray[np.float64]) -> None:
+def draw_exponents(axes: Axes, parameter: NDArray[np.float64], exponents: NDArray[np.float64]) -> None:
     """Draw the largest exponent of each motion black, the others grey; exponents of -inf are left out."""
     finite = np.isfinite(exponents)
     shown = exponents[finite] if np.any(finite) else np.zeros(1)

@@ -2,6 +2,7 @@
 
 What stands on the vertical axis is chosen by ``quantity``: the extrema of an observable over one period, the largest
 or the smallest of them, or the absolute value of the largest Floquet multiplier. Points of a sweep may lie below.
+Where all motions were looked for, the largest Lyapunov exponent of the machine's own motion stands beneath.
 """
 
 import warnings
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from razy_post.errors import ResultError
 from razy_post.plot import labels, style
-from razy_post.plot.bifurcation import observables_of
+from razy_post.plot.bifurcation import LYAPUNOV_HEIGHT, draw_exponents, observables_of
 from razy_post.plot.options import PlotNote, PlotOptions
 from razy_post.plot.units import LABEL_WIDTH, Scale, axis_label, scale_for
 from razy_post.read import Extrema, ExtremaFile, FollowResult, Quantity, SweepResult
@@ -40,6 +41,8 @@ MARKS = {
 }
 # Bounds within which an extremum of the next motion goes on from one of this: part of a period, part of the picture.
 NEAR_PHASE, NEAR_VALUE = 0.15, 0.35
+# More labels than these nobody reads.
+MOST_LABELS = 30
 # Multipliers at a located point are on the unit circle to this.
 ON_CIRCLE = 1e-5
 
@@ -86,10 +89,15 @@ def draw(result: FollowResult, figure: Figure, options: PlotOptions) -> None:
 
     style.set_size(figure, options, 16.0, 9.5 if len(names) == 1 else 5.0 * len(names) + 1.5)
     style.set_footer(figure, result, options)
-    column = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    samples = result.samples
+    ratios = [1.0] * len(names) + ([LYAPUNOV_HEIGHT * len(names)] if samples is not None else [])
+    column = figure.subplots(len(ratios), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
     column[-1].set_xlabel(axis_label(quantity, x_scale))
     style.set_axis(column[-1].xaxis, *x_limits, space_cm=figure.get_figwidth() / style.CM - 2.0)
     column[-1].set_xlim(x_limits)
+    if samples is not None:
+        draw_exponents(column[-1], samples.parameter * x_scale.factor, samples.lyapunov[:, None])
+        column = column[:-1]
     width = LABEL_WIDTH * (2 if len(names) == 1 else 1)
     panels = [_panel(result, options, name, chosen, selected, width) for name in names]
     stable = _stable_pieces(result)
@@ -351,6 +359,8 @@ class _Specials:
     def write(self, axes: Axes, x: NDArray[np.float64], panel: Panel) -> int:
         """Write labels where there is room, with the parameter if all have room; return how many have none."""
         named = [(label, row) for label in NAMED for row in self._rows(axes, x, panel.top, label)]
+        if len(named) > MOST_LABELS:
+            return len(named)
         at = [(x[row], panel.top[row]) for _, row in named]
         marks = [(x[row], panel.top[row]) for label in MARKS for row in self._rows(axes, x, panel.top, label)]
         curves = [(x[rows], values) for rows, values in panel.curves]

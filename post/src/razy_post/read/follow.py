@@ -59,6 +59,30 @@ class Curves:
     places: tuple[NDArray[np.float64], ...]
 
 
+@dataclass(frozen=True)
+class Samples:
+    """What was seen at the values of the parameter at which all motions were looked for.
+
+    Attributes
+    ----------
+    parameter, lyapunov
+        Value of the parameter, in its units; largest Lyapunov exponent of the machine's own motion there, 1/s; shape
+        (samples,) both.
+    unsettled
+        Starts that settle to no periodic motion, shape (samples,).
+    sample, branch, starts
+        Of each motion that starts settle to: row of the sample, from 0, number of the branch, number of starts;
+        shape (motions,).
+    """
+
+    parameter: NDArray[np.float64]
+    lyapunov: NDArray[np.float64]
+    unsettled: NDArray[np.int64]
+    sample: NDArray[np.int64]
+    branch: NDArray[np.int64]
+    starts: NDArray[np.int64]
+
+
 class FollowResult(ExtremaFile):
     """Periodic motions, in the order of their branches and along each; they are counted from 0."""
 
@@ -112,6 +136,18 @@ class FollowResult(ExtremaFile):
             raise ResultError(f"{self.path}: dataset 'point/multiplier' has shape {item.shape}, expected {wanted}")
         parts = np.asarray(item[()], dtype=np.float64)
         return parts[:, 0, :] + 1j * parts[:, 1, :]
+
+    @property
+    def samples(self) -> Samples | None:
+        """What was seen beside the branches; None if one motion was followed."""
+        if "lyapunov" not in self._members("sample", h5py.Dataset):
+            return None
+        count = self._dataset("sample/lyapunov").size
+        settled = self._dataset("basin/branch").size
+        return Samples(
+            *(self._vector(f"sample/{name}", count)[()] for name in (self.parameters[0], "lyapunov", "unsettled")),
+            *(self._vector(f"basin/{name}", settled)[()].astype(np.int64) for name in ("sample", "branch", "starts")),
+        )
 
     @property
     def largest_multiplier(self) -> NDArray[np.float64]:

@@ -1,0 +1,57 @@
+!! What programs that run on several ranks do when they begin and end.
+module rank_frame
+   use command_line, only: exit_failure, finish, say
+   use mpi_f08, only: mpi_comm_world
+   use razy_core_error, only: error_t
+   use razy_linalg_threads, only: use_one_thread
+   use razy_sweep_communicator, only: communicator_t, new_communicator
+   use razy_sweep_mpi, only: finish_mpi, start_mpi
+   use signals, only: hold_signals
+   implicit none(type, external)
+   private
+
+   public :: begin_ranks, end_ranks, leave_if
+
+contains
+
+   !> Begin on all ranks; program `name` ends if that fails.
+   subroutine begin_ranks(ranks, name)
+      type(communicator_t), intent(out) :: ranks
+      character(*), intent(in) :: name
+
+      type(error_t), allocatable :: error
+
+      call use_one_thread()
+      call hold_signals()
+      call start_mpi(error)
+      if (.not. allocated(error)) call new_communicator(ranks, mpi_comm_world, error)
+      if (.not. allocated(error)) return
+      call say(name//": "//error%message)
+      call finish(exit_failure)
+   end subroutine begin_ranks
+
+   !> Leave together with one message if any rank has an error.
+   subroutine leave_if(ranks, error, code)
+      type(communicator_t), intent(inout) :: ranks
+      type(error_t), allocatable, intent(inout) :: error
+      integer, intent(in) :: code
+
+      call ranks%agree(error)
+      if (.not. allocated(error)) return
+      if (ranks%is_root()) call say(error%message)
+      call end_ranks(ranks, code)
+   end subroutine leave_if
+
+   !> Leave together.
+   subroutine end_ranks(ranks, code)
+      type(communicator_t), intent(inout) :: ranks
+      integer, intent(in) :: code
+
+      type(error_t), allocatable :: ignored
+
+      call ranks%free(ignored)
+      call finish_mpi(ignored)
+      call finish(code)
+   end subroutine end_ranks
+
+end module rank_frame

@@ -1,0 +1,311 @@
+!! All periodic motions at one value of the parameter, as far as they are found: what motions from several starts settle to,
+!! and, by Newton's method from where they come back most nearly after some periods of the excitation, those that nothing
+!! settles to. What is near a motion that is known is not tried. (Deflating what is known, so that Newton's method keeps away
+!! from it, was tried: with the gear pair it finds a third fewer.)
+module razy_orbits_search
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: i8, wp
+   use razy_core_uniform, only: uniform
+   use razy_orbits_branch, only: branch_t
+   use razy_orbits_lyapunov, only: lyapunov_t
+   use razy_orbits_orbit, only: orbit_t, problem_t
+   use razy_orbits_period_map, only: return_t
+   use razy_orbits_start, only: distance, march, minimal, refine
+   use razy_hybrid_flow, only: flow_t
+   implicit none(type, external)
+   private
+
+   public :: found_t, is_on, new_found, search_t
+
+   !> A motion: of how many periods of the excitation, its states after each of them in scaled unknowns (n, periods), how
+   !> many starts settled to it.
+   type :: found_t
+      type(orbit_t) :: orbit
+      integer :: periods = 1, starts = 0
+      real(wp), allocatable :: phase(:, :)
+   contains
+      procedure :: is_near
+      procedure :: is_same_as
+   end type found_t
+
+   !> What to look for: starts besides that of the machine, periods of the excitation that they are followed, most periods of
+   !> a motion. What was found: motions, starts that settle to none of them, the largest Lyapunov exponent of what the
+   !> machine's own start leads to, 1/s, and its standard error.
+   type :: search_t
+      integer :: starts = 0, settle = 0, most_periods = 1
+      type(found_t), allocatable :: found(:)
+      integer :: unsettled = 0
+      real(wp) :: exponent = 0.0_wp, error = 0.0_wp
+   contains
+      procedure :: run
+      procedure, private :: settled_to
+      procedure, private :: try_from
+      procedure, private :: try_returns
+      procedure, private :: add
+   end type search_t
+
+   !> Motions that come back this near, relative to their size, have settled; those nearer than this to each other are one.
+   real(wp), parameter :: near = 1.0e-4_wp, same = 1.0e-5_wp
+   !> Starts lie in boxes of these half widths, in scaled unknowns, around what the machine's own start settles to, in turn.
+   real(wp), parameter :: widths(*) = [2.0_wp, 10.0_wp, 50.0_wp]
+   !> Close returns of each number of periods that Newton's method begins from; returns at motions that are known do not count.
+   integer, parameter :: most_trials = 8
+   real(wp), parameter :: beside = 1.0e-2_wp
+   integer(i8), parameter :: key(2) = [20261123_i8, 0_i8]
+
+contains
+
+   !> Look at `parameter`, whose scale is `range`.
+   subroutine run(self, problem, parameter, range, error)
+      class(search_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: parameter(:), range
+      type(error_t), allocatable, intent(out) :: error
+
+      type(error_t), allocatable :: lost
+      real(wp), allocatable :: first(:), x(:, :), history(:, :, :)
+      integer :: coordinate, i, n
+
+      allocate (self%found(0))
+      problem%parameter = parameter
+      call problem%map%go_to(parameter, error)
+      if (allocated(error)) return
+      call march(problem, problem%map%first_state(), self%settle, problem%map%period, x, error)
+      if (allocated(error)) return
+      call problem%begin(x(:, self%settle), 0.0_wp, range)
+      call find_exponent(self, problem, x(:, self%settle))
+      n = problem%map%n
+      allocate (history(n, 0:self%settle, self%starts + 1))
+      history(:, :, 1) = x
+      associate (s => problem%scales())
+         do i = 1, self%starts
+            first = [(uniform(key, [int(i, i8), int(coordinate, i8)]), coordinate=1, n)]
+            first = x(:, self%settle) + widths(1 + modulo(i - 1, size(widths)))*(2*first - 1.0_wp)*s(:n)
+            call march(problem, first, self%settle, problem%map%period, x, lost)
+            ! What cannot be begun there is not looked at: the machine's own motion stands for it.
+            history(:, :, i + 1) = x
+            if (allocated(lost)) history(:, :, i + 1) = history(:, :, 1)
+            x = history(:, :, 1)
+         end do
+         ! In units of the largest motion Newton's method reaches all of them.
+         i = maxloc([(norm2(history(:, self%settle, i)/s(:n)), i=1, self%starts + 1)], dim=1)
+      end associate
+      call problem%begin(history(:, self%settle, i), 0.0_wp, range)
+      do i = 1, self%starts + 1
+         call self%settled_to(problem, history(:, :, i))
+      end do
+      do i = 1, self%most_periods
+         call self%try_returns(problem, history, i)
+      end do
+   end subroutine run
+
+   !> Newton's method from a state.
+   subroutine try_from(self, problem, x)
+      class(search_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: x(:)
+
+      type(found_t) :: motion
+      integer :: place
+      logical :: ok
+
+      call refine(problem, x, motion%orbit, ok)
+      if (ok) ok = minimal(problem, motion%orbit)
+      if (.not. ok) return
+      call new_found(motion, problem, motion%orbit)
+      call self%add(motion, place)
+   end subroutine try_from
+
+   subroutine find_exponent(self, problem, x)
+      class(search_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: x(:)
+
+      type(lyapunov_t) :: lyapunov
+      type(return_t) :: back
+
+      lyapunov%asked = 1
+      lyapunov%intervals = self%settle
+      call problem%map%go(x, problem%map%period, .false., back)
+      select type (by => problem%map%by)
+      class is (flow_t)
+         call lyapunov%follow(by, by%z, problem%map%period)
+      end select
+      self%exponent = lyapunov%exponent(1)
+      self%error = lyapunov%error(1)
+   end subroutine find_exponent
+
+   !> Count a start for the motion that it settles to, which may be a new one.
+   subroutine settled_to(self, problem, x)
+      class(search_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: x(:, 0:)
+
+      type(found_t) :: motion
+      integer :: k, last, place
+      logical :: ok
+
+      last = ubound(x, 2)
+      do k = 1, self%most_periods
+         if (distance(problem, x(:, last), x(:, last - k)) > near) cycle
+         problem%periods = k
+         call refine(problem, x(:, last), motion%orbit, ok)
+         if (ok) ok = minimal(problem, motion%orbit)
+         if (.not. ok) cycle
+         call new_found(motion, problem, motion%orbit)
+         call self%add(motion, place)
+         ! A chaotic motion can pass by one that nothing settles to.
+         if (.not. self%found(place)%orbit%is_stable()) exit
+         self%found(place)%starts = self%found(place)%starts + 1
+         return
+      end do
+      self%unsettled = self%unsettled + 1
+   end subroutine settled_to
+
+   !> Newton's method from the states after which the motions come back most nearly after `periods`.
+   subroutine try_returns(self, problem, history, periods)
+      class(search_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: history(:, 0:, :)
+      integer, intent(in) :: periods
+
+      real(wp) :: apart(0:ubound(history, 2) - periods, size(history, 3))
+      integer :: at(2), i, k, trial
+
+      do k = 1, size(history, 3)
+         do i = 0, ubound(apart, 1)
+            apart(i, k) = distance(problem, history(:, i, k), history(:, i + periods, k))
+         end do
+      end do
+      problem%periods = periods
+      trial = 0
+      do while (trial < most_trials)
+         at = minloc(apart) + [-1, 0]
+         if (apart(at(1), at(2)) > 1.0_wp) exit
+         apart(at(1), at(2)) = huge(1.0_wp)
+         associate (x => history(:, at(1), at(2)))
+            if (any([(self%found(i)%is_near(problem, x, beside), i=1, size(self%found))])) cycle
+            trial = trial + 1
+            call self%try_from(problem, x)
+         end associate
+      end do
+   end subroutine try_returns
+
+   !> `place` of the motion among those found; at the end if it is new.
+   subroutine add(self, motion, place)
+      class(search_t), intent(inout) :: self
+      type(found_t), intent(in) :: motion
+      integer, intent(out) :: place
+
+      do place = 1, size(self%found)
+         if (self%found(place)%periods == motion%periods .and. is_same(self%found(place), motion%orbit%u)) return
+      end do
+      self%found = [self%found, motion]
+   end subroutine add
+
+   !> The motion of an orbit of the problem's periods that was corrected, with its states after each period of the excitation.
+   subroutine new_found(motion, problem, orbit)
+      type(found_t), intent(inout) :: motion
+      type(problem_t), intent(inout) :: problem
+      type(orbit_t), intent(in) :: orbit
+
+      type(return_t) :: back
+      real(wp), allocatable :: s(:), x(:)
+      integer :: i, n
+
+      n = problem%map%n
+      s = problem%scales()
+      motion%orbit = orbit
+      motion%periods = problem%periods
+      motion%phase = spread(orbit%u(:n), 2, problem%periods)
+      x = orbit%u(:n)*s(:n)
+      do i = 2, problem%periods
+         call problem%map%go(x, problem%map%period, .false., back)
+         x = back%x
+         motion%phase(:, i) = x/s(:n)
+      end do
+   end subroutine new_found
+
+   !> Whether a state is within `part` of the size of one of the motion.
+   pure logical function is_near(self, problem, x, part)
+      class(found_t), intent(in) :: self
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: x(:), part
+
+      associate (s => problem%scales())
+         is_near = nearest(self, x/s(:size(x))) <= part*size_of(self)
+      end associate
+   end function is_near
+
+   !> Whether another motion is this, at parameters that differ by no more than `value` in its scale.
+   pure logical function is_same_as(self, other, value)
+      class(found_t), intent(in) :: self
+      type(found_t), intent(in) :: other
+      real(wp), intent(in) :: value
+
+      associate (last => size(self%orbit%u))
+         is_same_as = self%periods == other%periods .and. abs(self%orbit%u(last) - other%orbit%u(last)) <= value
+      end associate
+      if (is_same_as) is_same_as = is_same(self, other%orbit%u)
+   end function is_same_as
+
+   pure logical function is_same(self, u)
+      type(found_t), intent(in) :: self
+      real(wp), intent(in) :: u(:)
+
+      is_same = nearest(self, u(:size(self%phase, 1))) <= same*size_of(self)
+   end function is_same
+
+   pure real(wp) function nearest(self, u)
+      type(found_t), intent(in) :: self
+      real(wp), intent(in) :: u(:)
+
+      integer :: i
+
+      nearest = minval([(norm2(self%phase(:, i) - u), i=1, self%periods)])
+   end function nearest
+
+   pure real(wp) function size_of(self)
+      type(found_t), intent(in) :: self
+
+      size_of = max(norm2(self%phase(:, 1)), tiny(1.0_wp))
+   end function size_of
+
+   !> Whether a motion, found at the parameter where it is, lies on a branch of as many periods.
+   logical function is_on(motion, problem, branch)
+      type(found_t), intent(in) :: motion
+      type(problem_t), intent(inout) :: problem
+      type(branch_t), intent(in) :: branch
+
+      !> Motions farther off, in their size, than so many times the length of the step are not looked at.
+      real(wp), parameter :: far = 3.0_wp
+      type(orbit_t) :: there
+      real(wp), allocatable :: guess(:), row(:)
+      real(wp) :: share
+      integer :: i, last
+      logical :: ok
+
+      is_on = .false.
+      if (branch%periods /= motion%periods) return
+      problem%periods = motion%periods
+      last = size(motion%orbit%u)
+      row = 0*motion%orbit%u
+      row(last) = 1.0_wp
+      associate (p => motion%orbit%u(last))
+         do i = 2, branch%count
+            associate (a => branch%point(i - 1)%orbit%u, b => branch%point(i)%orbit%u)
+               if ((a(last) - p)*(b(last) - p) > 0.0_wp .or. .not. abs(b(last) - a(last)) > 0.0_wp) cycle
+               share = (p - a(last))/(b(last) - a(last))
+               guess = a + share*(b - a)
+               guess(last) = p
+               if (nearest(motion, guess(:last - 1)) > far*norm2(b - a) + same*size_of(motion)) cycle
+            end associate
+            if (allocated(there%column)) deallocate (there%column)
+            call problem%correct(guess, row, there, ok)
+            if (ok) is_on = is_same(motion, there%u)
+            if (is_on) return
+         end do
+      end associate
+   end function is_on
+
+end module razy_orbits_search
