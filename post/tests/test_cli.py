@@ -147,7 +147,7 @@ def test_missing_dataset(diagram, tmp_path):
 
 
 def test_unexpected_error_is_exit_code_1(diagram, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("razy_post.cli.draw", lambda *_: {}["a\nb"])
+    monkeypatch.setattr("razy_post.cli.draw_files", lambda *_: {}["a\nb"])
     assert code(diagram, "--save", tmp_path / "p.png") == 1
     assert capsys.readouterr().err.count("\n") == 1
 

@@ -6,7 +6,7 @@ default, the others are chosen by kind. A further kind of picture is one more mo
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -30,7 +30,7 @@ from razy_post.plot import (
 from razy_post.plot.options import QUANTITIES, PlotNote, PlotOptions
 from razy_post.plot.several import ARRANGEMENTS
 from razy_post.plot.style import look
-from razy_post.read import ResultFile, SweepResult
+from razy_post.read import FollowResult, ResultFile, SweepResult
 from razy_post.read.file import making_sense_of
 
 __all__ = [
@@ -42,6 +42,7 @@ __all__ = [
     "PlotNote",
     "PlotOptions",
     "draw",
+    "draw_files",
     "draw_several",
 ]
 
@@ -109,6 +110,26 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | N
             raise ResultError(f"{result.path}: --top goes with files of razy-modes alone")
         with look():
             fitting[kind].draw(result, figure, options)
+
+
+def draw_files(
+    results: Sequence[ResultFile],
+    figure: Figure,
+    options: PlotOptions,
+    kind: str | None = None,
+    labels: Sequence[str] = (),
+    arrange: str = "overlay",
+) -> None:
+    """Draw a file as `draw` does, branches with a sweep below them, or several files as `draw_several` does."""
+    files = sorted(results, key=lambda result: not isinstance(result, FollowResult))
+    if len(files) == 2 and isinstance(files[0], FollowResult):
+        if not isinstance(files[1], SweepResult):
+            raise ResultError(f"{files[1].path}: a file of {files[1].program}; beside branches goes one of razy-sweep")
+        draw(files[0], figure, replace(options, sweep=files[1]), kind)
+    elif len(files) == 1:
+        draw(files[0], figure, options, kind)
+    else:
+        draw_several(results, figure, options, kind, labels, arrange)
 
 
 def draw_several(

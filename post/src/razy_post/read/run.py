@@ -135,12 +135,14 @@ class RunResult(ResultFile):
         return self._extrema_data(observable).quantity(observable)
 
     def to_xarray(self) -> "xarray.Dataset":
-        """Read the whole file as an `xarray.Dataset`.
+        """Return the whole file as an `xarray.Dataset`; numbers are read when they are looked at.
 
         Dimensions are ``time`` and ``coordinate``, ``event`` and, for each observable whose extrema were recorded,
         ``<observable>_extremum``; only those that the file has.
         """
         import xarray
+
+        from razy_post.read.lazy import stored
 
         variables: dict[str, tuple] = {}
         coordinates: dict[str, tuple] = {}
@@ -149,10 +151,12 @@ class RunResult(ResultFile):
         for name in ("displacement", "velocity"):
             if self._find(f"state/{name}") is not None:
                 item = self._state(name)
-                variables[name] = (("time", "coordinate"), item[()], {"units": quantity_of(item, name).units})
+                # An observable may have the same name.
+                free = f"state.{name}" if name in self.observables else name
+                variables[free] = (("time", "coordinate"), stored(item), quantity_of(item, name).attributes())
                 coordinates["coordinate"] = ("coordinate", list(self.coordinates), {})
         for name in self.observables:
-            variables[name] = ("time", self.observable(name), self.observable_quantity(name).attributes())
+            variables[name] = ("time", stored(self._observable(name)), self.observable_quantity(name).attributes())
         events = self.events
         if events is not None:
             variables["event_time"] = ("event", events.time, {"units": "s"})
