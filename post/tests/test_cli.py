@@ -122,7 +122,10 @@ def bad_file(tmp_path):
         (["{good}", "--save", "{out}.png", "--size", "1x1"], "3 to 200 cm"),
         (["{good}", "--save", "{out}.png", "--dpi", "0"], "whole number"),
         (["{good}", "--sav", "{out}.png"], "unrecognized arguments"),
-        (["{good}", "--save", "{out}.png", "--top", "5"], "--top goes with files of razy-modes alone"),
+        (
+            ["{good}", "--save", "{out}.png", "--top", "5"],
+            "--top goes with pictures of the kinds campbell, eigenvalues, spectrum",
+        ),
         ([], "FILE.h5"),
     ],
 )

@@ -78,6 +78,12 @@ def test_case_as_file_text_and_dict(tmp_path):
         razy.write_case(BLOCK, "block.nml")
 
 
+def test_period_of_the_excitation():
+    short = {"motion%t_end": 0.01, "record%from": 0.0}
+    assert float(razy.run(GEAR_PAIR, short)["outcome.excitation_period"]) == pytest.approx(1e-3)
+    assert float(razy.run(BLOCK, {"load(1)%amplitude": 0.0})["outcome.excitation_period"]) == 0.0
+
+
 def test_other_programs():
     assert float(razy.modes(BLOCK).natural_frequency[0]) == pytest.approx(100.0 / (2 * np.pi))
     tuned = razy.tune(BLOCK)

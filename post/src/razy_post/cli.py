@@ -70,7 +70,13 @@ def parser() -> argparse.ArgumentParser:
     result.add_argument("--from", dest="start", metavar="X", type=_number, help="least parameter, or time in s")
     result.add_argument("--to", dest="stop", metavar="X", type=_number, help="largest parameter, or time in s")
     result.add_argument(
-        "--top", metavar="Y", type=_number, help="highest frequency in Hz of a Campbell diagram (rad/s of eigenvalues)"
+        "--top",
+        metavar="Y",
+        type=_number,
+        help="highest frequency in Hz of a Campbell diagram or spectrum (rad/s of eigenvalues)",
+    )
+    result.add_argument(
+        "--period", metavar="S", type=_period, help="period in s of a Poincare section or of an orbit's marks"
     )
     result.add_argument("--title", metavar="TEXT", help="title instead of the one in the file; '' for none")
     result.add_argument("--size", metavar="WxH", type=_size, help="width and height in cm, such as 16x9.5")
@@ -111,6 +117,7 @@ def _plot(given: argparse.Namespace) -> None:
         footer=given.footer,
         quantity=given.quantity,
         top=given.top,
+        period=given.period,
     )
     if given.save is not None:
         output.check_target(given.save, given.files, given.force)
@@ -136,6 +143,13 @@ def _number(text: str) -> float:
     value = float(text)
     if value != value:
         raise argparse.ArgumentTypeError("not a number")
+    return value
+
+
+def _period(text: str) -> float:
+    value = _number(text)
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a time above 0")
     return value
 
 

@@ -19,18 +19,22 @@ from razy_post.plot import (
     campbell,
     contacts,
     curves,
+    damping,
     eigenvalues,
     machine,
     maps,
     motion,
+    pattern,
+    section,
     several,
+    spectrum,
     tuning,
     work_precision,
 )
 from razy_post.plot.options import QUANTITIES, PlotNote, PlotOptions
 from razy_post.plot.several import ARRANGEMENTS
 from razy_post.plot.style import look
-from razy_post.read import FollowResult, ResultFile, SweepResult
+from razy_post.read import FollowResult, ResultFile, RunResult, SweepResult
 from razy_post.read.file import making_sense_of
 
 __all__ = [
@@ -66,14 +70,22 @@ PICTURES = (
     Picture("razy-run", "time", motion.draw_time),
     Picture("razy-run", "phase", motion.draw_phase),
     Picture("razy-run", "loop", motion.draw_loop),
+    Picture("razy-run", "spectrum", spectrum.draw_spectrum),
+    Picture("razy-run", "spectrogram", spectrum.draw_spectrogram),
+    Picture("razy-run", "waterfall", lambda result, *rest: spectrum.draw_waterfall([result], *rest)),
+    Picture("razy-run", "poincare", section.draw_poincare),
+    Picture("razy-run", "orbit", section.draw_orbit),
+    Picture("razy-run", "pattern", pattern.draw),
     *(Picture(program, "machine", machine.draw) for program in ("razy-run", "razy-sweep")),
     Picture("razy-modes", "campbell", campbell.draw),
     Picture("razy-modes", "eigenvalues", eigenvalues.draw),
+    Picture("razy-modes", "damping", damping.draw),
     Picture("razy-tune", "tuning", tuning.draw),
     Picture("razy-follow", "branches", branches.draw),
     Picture("razy-follow", "curves", curves.draw),
     Picture("razy-duel", "work-precision", work_precision.draw),
 )
+WITH_TOP = ("campbell", "eigenvalues", "spectrum", "spectrogram", "waterfall")
 KINDS = tuple(dict.fromkeys(picture.kind for picture in PICTURES))
 
 
@@ -106,8 +118,12 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | N
             )
         if kind not in ("branches", "curves") and (options.quantity is not None or options.sweep is not None):
             raise ResultError(f"{result.path}: --quantity goes with branches of razy-follow alone")
-        if kind not in ("campbell", "eigenvalues") and options.top is not None:
-            raise ResultError(f"{result.path}: --top goes with files of razy-modes alone")
+        if kind not in WITH_TOP and options.top is not None:
+            raise ResultError(f"{result.path}: --top goes with pictures of the kinds {', '.join(WITH_TOP)} alone")
+        if kind not in ("poincare", "orbit", "spectrum") and options.period is not None:
+            raise ResultError(
+                f"{result.path}: --period goes with pictures of the kinds poincare, orbit, spectrum alone"
+            )
         with look():
             fitting[kind].draw(result, figure, options)
 
@@ -146,6 +162,9 @@ def draw_several(
     with making_sense_of(", ".join(result.path for result in results)), look():
         if kind is None:
             kind = "contacts" if isinstance(results[0], SweepResult) and results[0].contacts else "time"
+        if kind == "waterfall" and all(isinstance(result, RunResult) for result in results):
+            spectrum.draw_waterfall(results, figure, options)
+            return
         several.draw(results, figure, options, kind, labels, arrange)
 
 

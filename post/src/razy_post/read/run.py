@@ -53,6 +53,21 @@ class RunResult(ResultFile):
         return quantity_of(self._vector("time"), "time")
 
     @property
+    def excitation_period(self) -> float | None:
+        """Period of the excitation in s; None where there is none, or the file does not say."""
+        item = self._find("outcome/excitation_period")
+        return float(item[0]) or None if item is not None and item.size == 1 else None
+
+    @property
+    def end(self) -> float:
+        """Time in s that the motion reached."""
+        item = self._find("outcome/time")
+        if item is not None and item.size == 1:
+            return float(item[0])
+        times = [self.time if self.has_trajectory else np.zeros(0), self._vector("event/time")[()]]
+        return max((float(part.max()) for part in times if part.size), default=0.0)
+
+    @property
     def coordinates(self) -> tuple[str, ...]:
         """Names of the coordinates; ``q1``, ``q2``, ... where the file gives none."""
         state = self._find("state/displacement")
@@ -167,6 +182,12 @@ class RunResult(ResultFile):
             variables[rows] = (rows, extrema.value, self.extrema_quantity(name).attributes())
             variables[f"{rows}_time"] = (rows, extrema.time, {"units": "s"})
             variables[f"{rows}_kind"] = (rows, extrema.kind)
+        for group in ("outcome", *(f"contact/{name}" for name in self._members("contact", h5py.Group))):
+            for name in self._members(group, h5py.Dataset):
+                item = self._dataset(f"{group}/{name}")
+                if item.size == 1:
+                    own = f"{group.removeprefix('contact/')}.{name}"
+                    variables[own] = ((), item[()].item(), quantity_of(item, name).attributes())
         return xarray.Dataset(variables, coordinates, attrs=self.attributes())
 
     def _state(self, name: str) -> h5py.Dataset:
