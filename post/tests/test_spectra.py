@@ -156,3 +156,44 @@ def test_options_where_they_do_not_belong(tmp_path):
         drawn(sweep, period=1.0)
     with pytest.raises(ResultError, match="fewer than four stored times"):
         drawn(write_run(tmp_path / "run.h5"), kind="spectrum", start=0.24999)
+
+
+def write_response(path):
+    """Write the response 1/(1 - s² + 0.2 i s) of `d` and a velocity over s, and its peak."""
+    at = np.linspace(0.0, 2.0, 201)
+    value = 1e-3 / (1 - at**2 + 0.2j * at)
+    write_modes(path)
+    with h5py.File(path, "r+") as file:
+        file.attrs["input"] = "&response\n   operating = 1.5, 1.75\n/\n"
+        dataset(file, "response/parameter", at, "rpm", "rotation%speed_rpm")
+        for name, units in (("displacement.a.v", "m"), ("velocity.a.v", "m/s")):
+            parts = np.stack((value.real, value.imag), axis=-1)[:, None, :]
+            dataset(file, f"response/phasor/{name}", parts, units, f"{name}, real and imaginary part of its phasor")
+        dataset(file, "response/peak_observable", ["displacement.a.v"])
+        for name, number in (
+            ("peak_tone", 1.0), ("peak_parameter", 0.99), ("peak_amplitude", 5.025e-3), ("amplification_factor", 5.0),
+        ):  # fmt: skip
+            dataset(file, f"response/{name}", np.array([number]))
+    return path
+
+
+def test_bode_and_polar(tmp_path):
+    path = write_response(tmp_path / "modes.h5")
+    upper, lower = drawn(path, kind="bode").axes
+    x, y = line(upper, "displacement a v")
+    np.testing.assert_allclose(y, 1.0 / np.abs(1 - x**2 + 0.2j * x))
+    np.testing.assert_allclose(line(lower, "displacement a v")[1], -np.degrees(np.arctan2(0.2 * x, 1 - x**2)))
+    assert line(upper, "peak")[0] == pytest.approx([0.99])
+    assert [text.get_text() for text in upper.texts] == ["0.99, AF 5.0"]
+    assert upper.patches[0].get_x() == 1.5 and upper.patches[0].get_width() == 0.25
+    assert lower.get_xlabel() == "speed (rpm)"
+    (axes,) = drawn(path, kind="polar", start=0.5, stop=1.5).axes
+    angle, size = line(axes, "displacement a v")
+    x = x[50:151]
+    np.testing.assert_allclose(size * np.exp(1j * angle), 1.0 / (1 - x**2 + 0.2j * x))
+    with pytest.raises(ResultError, match="one unit, not m, m/s"):
+        drawn(path, kind="bode", observables=("displacement.a.v", "velocity.a.v"))
+    with pytest.raises(ResultError, match=r"did you mean 'velocity\.a\.v'"):
+        drawn(path, kind="polar", observables=("velocity.a.w",))
+    with pytest.raises(ResultError, match="has no response"):
+        drawn(write_modes(tmp_path / "plain.h5"), kind="bode")

@@ -15,6 +15,7 @@ from razy_post.errors import ResultError
 from razy_post.plot import (
     basins,
     bifurcation,
+    bode,
     branches,
     campbell,
     contacts,
@@ -80,6 +81,8 @@ PICTURES = (
     Picture("razy-modes", "campbell", campbell.draw),
     Picture("razy-modes", "eigenvalues", eigenvalues.draw),
     Picture("razy-modes", "damping", damping.draw),
+    Picture("razy-modes", "bode", bode.draw_bode),
+    Picture("razy-modes", "polar", bode.draw_polar),
     Picture("razy-tune", "tuning", tuning.draw),
     Picture("razy-follow", "branches", branches.draw),
     Picture("razy-follow", "curves", curves.draw),
