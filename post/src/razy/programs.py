@@ -36,7 +36,8 @@ def run(case: Case, values: Mapping[str, Any] | None = None, **options: Any) -> 
         ``output``: file for the result; without it the result is there until Python ends. ``force``: whether to
         overwrite that file. ``progress``: whether to pass on what the program says of its progress, default True.
         ``programs``: folder of razy's programs; otherwise the environment variable ``RAZY_BIN``, the search path
-        ``PATH``, the folder of this Python, and ``build/bin`` of a clone of razy, in this order.
+        ``PATH``, the folder of this Python, ``build/bin`` of a clone of razy, and ``bin`` of an installation, in this
+        order.
 
     Returns
     -------
@@ -94,7 +95,9 @@ def find_program(name: str, folder: str | Path | None = None) -> Path:
         if not (Path(chosen) / name).is_file():
             raise ResultError(f"{chosen}: there is no program {name} in this folder")
         return Path(chosen) / name
-    beside = (Path(sys.executable).parent, Path(__file__).resolve().parents[3] / "build" / "bin")
+    # The package lies in post/src of a clone, or in share/razy/python below the prefix of an installation.
+    above = Path(__file__).resolve().parents
+    beside = (Path(sys.executable).parent, above[3] / "build" / "bin", above[4] / "bin")
     found = shutil.which(name) or shutil.which(name, path=os.pathsep.join(map(str, beside)))
     if found is None:
         raise ResultError(f"there is no program {name} on PATH; name its folder by programs= or RAZY_BIN")
