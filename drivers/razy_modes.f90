@@ -19,7 +19,8 @@ program razy_modes
    type(table_t) :: table
    type(string_t) :: none(0)
 
-   call begin_program("razy-modes", "natural frequencies and shapes, Campbell diagram, critical speeds, stability", command, input)
+   call begin_program("razy-modes", "natural frequencies and shapes, Campbell diagram, critical speeds, stability, response", &
+                      command, input)
    call new_modes(task, input, error)
    call end_checks(command, input, error)
    call find_modes(task, result, error)

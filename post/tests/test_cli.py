@@ -122,7 +122,10 @@ def bad_file(tmp_path):
         (["{good}", "--save", "{out}.png", "--size", "1x1"], "3 to 200 cm"),
         (["{good}", "--save", "{out}.png", "--dpi", "0"], "whole number"),
         (["{good}", "--sav", "{out}.png"], "unrecognized arguments"),
-        (["{good}", "--save", "{out}.png", "--top", "5"], "--top goes with files of razy-modes alone"),
+        (
+            ["{good}", "--save", "{out}.png", "--top", "5"],
+            "--top goes with pictures of the kinds campbell, eigenvalues, spectrum",
+        ),
         ([], "FILE.h5"),
     ],
 )
@@ -147,7 +150,7 @@ def test_missing_dataset(diagram, tmp_path):
 
 
 def test_unexpected_error_is_exit_code_1(diagram, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("razy_post.cli.draw", lambda *_: {}["a\nb"])
+    monkeypatch.setattr("razy_post.cli.draw_files", lambda *_: {}["a\nb"])
     assert code(diagram, "--save", tmp_path / "p.png") == 1
     assert capsys.readouterr().err.count("\n") == 1
 

@@ -24,12 +24,13 @@ module razy_machine_linearised
 
 contains
 
-   !> K and B (n, n) with the contacts in a state; `culprit` is the contact that a status belongs to.
-   subroutine linearise(machine, contacts, stiffness, damping, status, culprit)
+   !> K and B (n, n) with the contacts in a state; `culprit` is the contact that a status belongs to. `slope` (2, contacts): k, b.
+   subroutine linearise(machine, contacts, stiffness, damping, status, culprit, slope)
       type(machine_t), intent(in) :: machine
       integer, intent(in) :: contacts
       real(wp), allocatable, intent(out) :: stiffness(:, :), damping(:, :)
       integer, intent(out) :: status, culprit
+      real(wp), allocatable, intent(out), optional :: slope(:, :)
 
       real(wp) :: q(size(machine%mass, 1)), k, b
       logical :: found
@@ -38,6 +39,7 @@ contains
       damping = machine%damping
       status = linear_ok
       q = 0.0_wp
+      if (present(slope)) allocate (slope(2, size(machine%contact)), source=0.0_wp)
       if (contacts == contacts_equilibrium) then
          ! Equilibrium is known for these laws only.
          do culprit = 1, size(machine%contact)
@@ -57,6 +59,7 @@ contains
             if (status /= linear_ok) return
             call add_outer(stiffness, k, w)
             call add_outer(damping, b, w)
+            if (present(slope)) slope(:, culprit) = [k, b]
          end associate
       end do
    end subroutine linearise

@@ -16,7 +16,7 @@ module razy_scenes_case
    implicit none(type, external)
    private
 
-   public :: motion_t, new_machine, new_structure, read_study, study_schema
+   public :: motion_t, new_machine, new_observed, new_structure, read_study, study_schema
 
    !> What &motion says.
    type :: motion_t
@@ -137,6 +137,20 @@ contains
       end do
       call set_start(machine, scene, input, error)
    end subroutine from_scene
+
+   !> The machine that an input describes with observables but without start; `kept` as of `new_machine`.
+   subroutine new_observed(machine, input, error, kept)
+      type(machine_t), intent(out) :: machine
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+      class(scene_t), allocatable, intent(inout) :: kept
+
+      type(record_t), allocatable :: records(:)
+
+      if (.not. allocated(kept)) call scene_of(kept, input)
+      call kept%build(machine, input, error)
+      if (.not. allocated(error)) call read_records(machine, records, kept, input, error)
+   end subroutine new_observed
 
    !> The machine that an input describes without observables and start: its matrices, contacts and loads.
    subroutine new_structure(machine, input, error)

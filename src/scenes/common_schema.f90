@@ -124,6 +124,16 @@ contains
                      key_real("band", "half width of the band of sticking; as in &motion if not given", unit="m/s or rad/s", &
                               rule=nonnegative)]), &
                start_groups(), &
+               group("response", "The linear response to harmonic loads and unbalance that razy-modes finds over a parameter", &
+                     keys=[ &
+                     key_string("parameter", "group%key of the value that varies, as in --set; or of several that vary together", &
+                                least=1, most=16, required=.true.), &
+                     key_real("factor", "each parameter is the first's value times its factor, the first 1; all 1 if not given", &
+                              least=1, most=16), &
+                     key_real("first", "first value, in the unit of the key", required=.true.), &
+                     key_real("last", "last value", required=.true.), &
+                     key_integer("points", "number of values", low=3, high=1000000, default="401"), &
+                     key_real("operating", "lowest and highest value in operation, for separation margins", least=2, most=2)]), &
                group("modes", "What razy-modes finds", keys=[ &
                      key_integer("count", "number of modes; all if there are fewer", low=1, high=100000, default="20"), &
                      key_string("contacts", "state of the contacts: open, closed as two-way springs, or as in static "// &

@@ -7,6 +7,7 @@ module razy_study_run
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
    use razy_input_input, only: input_t
+   use razy_machine_excitation, only: period_of_loads
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: outcome_t, status_meanings, status_ok
    use razy_scenes_case, only: motion_t, new_machine
@@ -92,6 +93,7 @@ contains
       type(table_t) :: outcome
 
       call self%outcome%columns(outcome, "/outcome/", brief=.false.)
+      call outcome%add("/outcome/excitation_period", period_of_loads(self%machine), "s", "period of the excitation; 0 = none")
       call table%stack(outcome, "/outcome/single")
       call self%watch%columns(table, self%machine)
       if (allocated(self%drawing)) call self%drawing%columns(table)

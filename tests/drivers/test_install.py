@@ -1,8 +1,11 @@
 """The installed package: programs, and a library that another CMake project finds."""
 
+import ast
 import os
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import h5py
@@ -36,11 +39,16 @@ def test_install_and_use(folder):
     for program in ("razy-run", "razy-sweep"):
         assert run(prefix / "bin" / program, "--version").startswith(program)
     with_tools = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
-    for tool in ("razy-csv", "razy-merge", "razy-plot"):
+    for tool in ("razy-csv", "razy-merge", "razy-plot", "razy-report"):
         said = subprocess.run(
             [prefix / "bin" / tool, "--version"], capture_output=True, text=True, env=with_tools, check=True
         )
         assert said.stdout.startswith(tool)
+    python = prefix / "share" / "razy" / "python"
+    code = f"import razy; print(razy.run({str(GEAR_PAIR)!r}).program, razy.programs.find_program('razy-run'))"
+    alone = os.environ | {"PYTHONPATH": str(python), "PATH": ""}
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=alone, check=True)
+    assert said.stdout.split() == ["razy-run", str(prefix / "bin" / "razy-run")]
     assert (prefix / "share" / "razy" / "inputs" / GEAR_PAIR.name).read_text() == GEAR_PAIR.read_text()
     library = next(prefix.rglob("librazy.a")).read_bytes()
     assert b".gnu.lto_" not in library
@@ -62,3 +70,20 @@ def test_install_and_use(folder):
     mine, theirs = datasets("case_from_file.h5"), datasets("by_program.h5")
     assert mine == theirs
     assert printed == f"ok: {int.from_bytes(theirs['outcome/events'][2], 'little')} events until .300 s\n"
+
+
+def test_recipes_ask_for_what_setup_and_python_ask_for():
+    recipes = SOURCE / "docs" / "packaging"
+    wanted = set()
+    for line in re.findall(r"\|\| echo ([\w -]+)$", (SOURCE / "setup.sh").read_text(), flags=re.MULTILINE):
+        wanted |= set(line.split()) - {"make"}
+    assert {"gfortran", "libarpack2-dev", "python3-venv"} <= wanted
+    for name in ("Dockerfile", "razy.def"):
+        assert wanted <= set((recipes / name).read_text().split()), wanted - set((recipes / name).read_text().split())
+    project = tomllib.loads((SOURCE / "post" / "pyproject.toml").read_text())["project"]
+    python = {re.split("[<>=]", name)[0] for name in project["dependencies"]}
+    spack, conda = (recipes / "spack" / "package.py").read_text(), (recipes / "conda" / "meta.yaml").read_text()
+    ast.parse(spack)
+    for name in python:
+        assert f'"{name}"' in spack and re.search(rf"- {name}(-base)?\n", conda), name
+    assert f'version: "{os.environ["RAZY_VERSION"]}"' in conda

@@ -172,3 +172,64 @@ def test_damping_of_machines_and_rotors(folder):
     _, data = modes(GEARBOX, *UNREDUCED, *OPEN, *sets(modes__count=4, campbell__points=2, campbell__orders=1.0))
     real, imaginary = np.moveaxis(data["eigenvalue"], -1, 0)
     np.testing.assert_allclose(data["damping_ratio"], -real / np.hypot(real, imaginary), rtol=1e-12)
+
+
+ROTOR = """
+&scene     kind='rotor', title='A disc on a shaft' /
+&shaft     name='rotor', young_modulus=2.1e11, shear_modulus=8.0e10, density=7850.0 /
+&section   shaft='rotor', length=0.6, outer_diameter=0.03, elements=6 /
+&disk      shaft='rotor', node=3, mass=8.0, polar_inertia=0.06, diametral_inertia=0.035 /
+&bearing   shaft='rotor', node=1, kind='matrix', stiffness=2.0e7,3.0e5,-2.0e5,1.0e7,
+           damping_matrix=4.0e3,0.0,0.0,4.0e3 /
+&bearing   shaft='rotor', node=7, kind='matrix', stiffness=2.0e7,0.0,0.0,1.0e7,
+           damping_matrix=4.0e3,0.0,0.0,4.0e3 /
+&support   shaft='rotor', node=1, held='u','phi' /
+&unbalance shaft='rotor', node=3, moment=1.0e-4 /
+&rotation  speed_rpm=3000.0 /
+&motion    t_end=15.0, start='zero' /
+&record    observable='displacement', of='rotor.3.v', what='extrema', from=14.9 /
+&record    observable='displacement', of='rotor.3.w', what='extrema', from=14.9 /
+&response  parameter='rotation%speed_rpm', first=3000.0, last=6000.0, points=4 /
+"""
+
+
+def test_response_is_what_long_motions_end_in(folder):
+    """Unbalance with gyroscopic and skew matrices; tooth errors of a gear pair that stays closed."""
+    case = folder / "rotor.nml"
+    case.write_text(ROTOR)
+    gears = folder / "gears.nml"
+    gears.write_text(
+        (SOURCE / "inputs" / "torsional_gear_pair.nml").read_text()
+        + "&response parameter='rotation%speed_rpm', first=700.0, last=1000.0, points=4 /\n"
+    )
+    long = sets(motion__t_end=2.0, record__from=1.95)
+    for file, options, names, speeds in (
+        (case, [], ["displacement.rotor.3.v", "displacement.rotor.3.w"], {0: 3000.0, 2: 5000.0}),
+        (gears, long, ["mesh_deformation"], {0: 700.0, 1: 800.0}),
+    ):
+        succeed("razy-modes", file, *options, "--output", "modes.h5", "--force")
+        for point, speed in speeds.items():
+            succeed("razy-run", file, *options, *sets(rotation__speed_rpm=speed), "--output", "run.h5", "--force")
+            with h5py.File("modes.h5") as found, h5py.File("run.h5") as run:
+                assert found["response/parameter"][point] == speed
+                for name in names:
+                    extrema = run[f"extrema/{name}/value"][()]
+                    (phasor,) = found[f"response/phasor/{name}"][point]
+                    assert np.hypot(*phasor) == pytest.approx(0.5 * np.ptp(extrema), rel=1e-9)
+
+
+def test_response_is_refused_in_one_line(folder):
+    case = folder / "rotor.nml"
+    case.write_text(ROTOR.replace("rotation%speed_rpm', first", "rotation%sped', first"))
+    done = start("razy-modes", case)
+    assert done.returncode == 2
+    assert "&response parameter = 'rotation%sped': " in done.stderr
+    assert done.stderr.count("\n") == 1
+    stop = folder / "stop.nml"
+    stop.write_text(
+        (SOURCE / "inputs" / "impact_oscillator.nml").read_text()
+        + "&response parameter='load%angular_frequency', first=1.0, last=2.0 /\n"
+    )
+    done = start("razy-modes", stop)
+    assert done.returncode == 2 and "'open': the contact wall is rigid" in done.stderr
+    assert start("razy-modes", stop, *OPEN).returncode == 0

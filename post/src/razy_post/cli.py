@@ -4,7 +4,6 @@ import argparse
 import sys
 import warnings
 from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
 
@@ -12,9 +11,9 @@ from matplotlib.figure import Figure
 
 from razy_post import __version__, output
 from razy_post.errors import ResultError
-from razy_post.plot import ARRANGEMENTS, KINDS, QUANTITIES, PlotNote, PlotOptions, draw, draw_several
+from razy_post.plot import ARRANGEMENTS, KINDS, QUANTITIES, PlotNote, PlotOptions, draw_files
 from razy_post.plot.style import provenance
-from razy_post.read import FollowResult, ResultFile, SweepResult, open_result
+from razy_post.read import open_result
 from razy_post.read.file import making_sense_of
 
 PROGRAM = "razy-plot"
@@ -71,7 +70,13 @@ def parser() -> argparse.ArgumentParser:
     result.add_argument("--from", dest="start", metavar="X", type=_number, help="least parameter, or time in s")
     result.add_argument("--to", dest="stop", metavar="X", type=_number, help="largest parameter, or time in s")
     result.add_argument(
-        "--top", metavar="Y", type=_number, help="highest frequency in Hz of a Campbell diagram (rad/s of eigenvalues)"
+        "--top",
+        metavar="Y",
+        type=_number,
+        help="highest frequency in Hz of a Campbell diagram or spectrum (rad/s of eigenvalues)",
+    )
+    result.add_argument(
+        "--period", metavar="S", type=_period, help="period in s of a Poincare section or of an orbit's marks"
     )
     result.add_argument("--title", metavar="TEXT", help="title instead of the one in the file; '' for none")
     result.add_argument("--size", metavar="WxH", type=_size, help="width and height in cm, such as 16x9.5")
@@ -112,33 +117,21 @@ def _plot(given: argparse.Namespace) -> None:
         footer=given.footer,
         quantity=given.quantity,
         top=given.top,
+        period=given.period,
     )
     if given.save is not None:
         output.check_target(given.save, given.files, given.force)
     with ExitStack() as stack:
         results = [stack.enter_context(open_result(file)) for file in given.files]
-        if any(isinstance(result, FollowResult) for result in results[1:]):
-            results.sort(key=lambda result: not isinstance(result, FollowResult))
-        if len(results) == 2 and isinstance(results[0], FollowResult):
-            options = replace(options, sweep=_sweep(results.pop()))
         show = given.save is None
         figure = output.new_window(f"{PROGRAM} {given.files[0]}") if show else Figure(dpi=given.dpi)
         with making_sense_of(results[0].path):
             source = provenance(results[0])
-        if len(results) == 1:
-            draw(results[0], figure, options, given.kind)
-        else:
-            draw_several(results, figure, options, given.kind, given.label, given.arrange)
+        draw_files(results, figure, options, given.kind, given.label, given.arrange)
         if show:
             output.show_window()
         else:
             output.save(figure, given.save, source)
-
-
-def _sweep(result: ResultFile) -> SweepResult:
-    if not isinstance(result, SweepResult):
-        raise ResultError(f"{result.path}: a file of {result.program}; beside branches goes one of razy-sweep")
-    return result
 
 
 def _fail(message: str, code: int) -> int:
@@ -150,6 +143,13 @@ def _number(text: str) -> float:
     value = float(text)
     if value != value:
         raise argparse.ArgumentTypeError("not a number")
+    return value
+
+
+def _period(text: str) -> float:
+    value = _number(text)
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a time above 0")
     return value
 
 

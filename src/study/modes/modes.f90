@@ -11,6 +11,7 @@ module razy_study_modes_modes
    use razy_scenes_rotor_scene, only: rotor_scene_t
    use razy_study_modes_machine, only: find_machine_modes
    use razy_study_modes_reduction, only: compare_reductions
+   use razy_study_modes_response, only: new_response, response_t, solve_response
    use razy_study_modes_result, only: modes_result_t
    use razy_study_modes_rotor, only: find_campbell, find_rotor_modes
    implicit none(type, external)
@@ -26,6 +27,7 @@ module razy_study_modes_modes
       !> One of the two is allocated.
       type(machine_t), allocatable :: machine
       type(rotor_scene_t), allocatable :: rotor
+      type(response_t), allocatable :: response
    end type modes_task_t
 
 contains
@@ -33,6 +35,17 @@ contains
    !> Read and check what is asked for.
    subroutine new_modes(self, input, error)
       type(modes_task_t), intent(out) :: self
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      call read_modes(self, input, error)
+      if (allocated(error) .or. input%count("response") == 0) return
+      allocate (self%response)
+      call new_response(self%response, input, self%contacts, error)
+   end subroutine new_modes
+
+   subroutine read_modes(self, input, error)
+      type(modes_task_t), intent(inout) :: self
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
@@ -63,7 +76,7 @@ contains
       call input%get("campbell", 1, "first_rpm", first)
       call input%get("campbell", 1, "last_rpm", last)
       if (.not. last > first) call input%complain(error, "campbell", 1, "last_rpm", "more than the first speed")
-   end subroutine new_modes
+   end subroutine read_modes
 
    !> Find them. An error is one of the input, or an eigenproblem that was not solved.
    subroutine find_modes(self, content, error)
@@ -73,6 +86,11 @@ contains
 
       logical :: closed, reduced
 
+      if (allocated(self%response)) then
+         content%response = self%response
+         call solve_response(content%response, error)
+         if (allocated(error)) return
+      end if
       if (allocated(self%machine)) then
          call find_machine_modes(content, self%machine, self%input, self%count, self%contacts, error)
          return

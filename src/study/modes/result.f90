@@ -6,6 +6,7 @@ module razy_study_modes_result
    use razy_core_number, only: decimal, to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
+   use razy_study_modes_response, only: response_t
    implicit none(type, external)
    private
 
@@ -58,6 +59,8 @@ module razy_study_modes_result
       !> The stability limit, rad/s, NaN if there is none; what it is, in words.
       real(wp), allocatable :: limit
       character(:), allocatable :: limit_words
+      !> The response to harmonic loads.
+      type(response_t), allocatable :: response
    contains
       procedure :: columns
       procedure :: words
@@ -102,6 +105,7 @@ contains
       call speed_columns(self, table)
       if (allocated(self%reduction)) call reduction_columns(self%reduction, table)
       if (allocated(self%critical)) call critical_columns(self, table)
+      if (allocated(self%response)) call self%response%columns(table)
    end subroutine columns
 
    !> What depends on the speed.
@@ -218,7 +222,17 @@ contains
                                                                " more modes")
       if (allocated(content%eigenvalue) .and. .not. allocated(content%branch)) call append_dampings(lines, content%eigenvalue)
       if (allocated(content%reduction)) call append_reduction(lines, content%reduction)
-      if (.not. allocated(content%critical)) return
+      if (allocated(content%critical)) call append_criticals(lines, content)
+      if (allocated(content%response)) lines = [lines, content%response%words()]
+   end function words
+
+   !> Critical speeds and stability limit.
+   subroutine append_criticals(lines, content)
+      type(string_t), allocatable, intent(inout) :: lines(:)
+      class(modes_result_t), intent(in) :: content
+
+      integer :: i
+
       do i = 1, min(most_lines, size(content%critical))
          call append_text(lines, "critical speed of order "//to_text(content%critical_order(i))//": "// &
                           decimal(content%critical(i), 3)//" rad/s = "//decimal(content%critical(i)*30/pi, 2)//" rpm, "// &
@@ -234,7 +248,7 @@ contains
       else
          call append_text(lines, "stability limit: "//content%limit_words)
       end if
-   end function words
+   end subroutine append_criticals
 
    !> Frequencies and damping of a machine at rest, where anything damps it.
    subroutine append_dampings(lines, eigenvalue)

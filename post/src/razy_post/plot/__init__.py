@@ -6,7 +6,7 @@ default, the others are chosen by kind. A further kind of picture is one more mo
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -15,22 +15,27 @@ from razy_post.errors import ResultError
 from razy_post.plot import (
     basins,
     bifurcation,
+    bode,
     branches,
     campbell,
     contacts,
     curves,
+    damping,
     eigenvalues,
     machine,
     maps,
     motion,
+    pattern,
+    section,
     several,
+    spectrum,
     tuning,
     work_precision,
 )
 from razy_post.plot.options import QUANTITIES, PlotNote, PlotOptions
 from razy_post.plot.several import ARRANGEMENTS
 from razy_post.plot.style import look
-from razy_post.read import ResultFile, SweepResult
+from razy_post.read import FollowResult, ResultFile, RunResult, SweepResult
 from razy_post.read.file import making_sense_of
 
 __all__ = [
@@ -42,6 +47,7 @@ __all__ = [
     "PlotNote",
     "PlotOptions",
     "draw",
+    "draw_files",
     "draw_several",
 ]
 
@@ -65,14 +71,24 @@ PICTURES = (
     Picture("razy-run", "time", motion.draw_time),
     Picture("razy-run", "phase", motion.draw_phase),
     Picture("razy-run", "loop", motion.draw_loop),
+    Picture("razy-run", "spectrum", spectrum.draw_spectrum),
+    Picture("razy-run", "spectrogram", spectrum.draw_spectrogram),
+    Picture("razy-run", "waterfall", lambda result, *rest: spectrum.draw_waterfall([result], *rest)),
+    Picture("razy-run", "poincare", section.draw_poincare),
+    Picture("razy-run", "orbit", section.draw_orbit),
+    Picture("razy-run", "pattern", pattern.draw),
     *(Picture(program, "machine", machine.draw) for program in ("razy-run", "razy-sweep")),
     Picture("razy-modes", "campbell", campbell.draw),
     Picture("razy-modes", "eigenvalues", eigenvalues.draw),
+    Picture("razy-modes", "damping", damping.draw),
+    Picture("razy-modes", "bode", bode.draw_bode),
+    Picture("razy-modes", "polar", bode.draw_polar),
     Picture("razy-tune", "tuning", tuning.draw),
     Picture("razy-follow", "branches", branches.draw),
     Picture("razy-follow", "curves", curves.draw),
     Picture("razy-duel", "work-precision", work_precision.draw),
 )
+WITH_TOP = ("campbell", "eigenvalues", "spectrum", "spectrogram", "waterfall")
 KINDS = tuple(dict.fromkeys(picture.kind for picture in PICTURES))
 
 
@@ -105,10 +121,34 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | N
             )
         if kind not in ("branches", "curves") and (options.quantity is not None or options.sweep is not None):
             raise ResultError(f"{result.path}: --quantity goes with branches of razy-follow alone")
-        if kind not in ("campbell", "eigenvalues") and options.top is not None:
-            raise ResultError(f"{result.path}: --top goes with files of razy-modes alone")
+        if kind not in WITH_TOP and options.top is not None:
+            raise ResultError(f"{result.path}: --top goes with pictures of the kinds {', '.join(WITH_TOP)} alone")
+        if kind not in ("poincare", "orbit", "spectrum") and options.period is not None:
+            raise ResultError(
+                f"{result.path}: --period goes with pictures of the kinds poincare, orbit, spectrum alone"
+            )
         with look():
             fitting[kind].draw(result, figure, options)
+
+
+def draw_files(
+    results: Sequence[ResultFile],
+    figure: Figure,
+    options: PlotOptions,
+    kind: str | None = None,
+    labels: Sequence[str] = (),
+    arrange: str = "overlay",
+) -> None:
+    """Draw a file as `draw` does, branches with a sweep below them, or several files as `draw_several` does."""
+    files = sorted(results, key=lambda result: not isinstance(result, FollowResult))
+    if len(files) == 2 and isinstance(files[0], FollowResult):
+        if not isinstance(files[1], SweepResult):
+            raise ResultError(f"{files[1].path}: a file of {files[1].program}; beside branches goes one of razy-sweep")
+        draw(files[0], figure, replace(options, sweep=files[1]), kind)
+    elif len(files) == 1:
+        draw(files[0], figure, options, kind)
+    else:
+        draw_several(results, figure, options, kind, labels, arrange)
 
 
 def draw_several(
@@ -125,6 +165,9 @@ def draw_several(
     with making_sense_of(", ".join(result.path for result in results)), look():
         if kind is None:
             kind = "contacts" if isinstance(results[0], SweepResult) and results[0].contacts else "time"
+        if kind == "waterfall" and all(isinstance(result, RunResult) for result in results):
+            spectrum.draw_waterfall(results, figure, options)
+            return
         several.draw(results, figure, options, kind, labels, arrange)
 
 

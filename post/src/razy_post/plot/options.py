@@ -28,7 +28,10 @@ class PlotOptions:
     sweep
         A sweep whose points are drawn below branches.
     top
-        Upper end of the vertical axis of a Campbell diagram or of eigenvalues; the picture chooses where None.
+        Highest frequency of a Campbell diagram, of eigenvalues (rad/s) or of spectra; the picture chooses where None.
+    period
+        Period of a Poincaré section or of the marks of an orbit, s; that of the excitation, or of a revolution, where
+        None.
     point_limit
         Largest number of points of one panel that are drawn one by one; more become a density image.
     """
@@ -43,6 +46,7 @@ class PlotOptions:
     quantity: str | None = None
     sweep: SweepResult | None = None
     top: float | None = None
+    period: float | None = None
     point_limit: int = 1_000_000
 
     def range_text(self) -> str:

@@ -74,10 +74,10 @@ def signals(result: RunResult, options: PlotOptions, most: int) -> list[Signal]:
     if not result.has_trajectory:
         raise ResultError(f"{result.path}: missing dataset '/time': the motion was not stored over time")
     if options.observables or options.coordinates:
-        return [_observable(result, name) for name in options.observables] + [
+        return [observable(result, name) for name in options.observables] + [
             _coordinate(result, name) for name in options.coordinates
         ]
-    make, names, option = _observable, result.observables, "--observable"
+    make, names, option = observable, result.observables, "--observable"
     if not names:
         make, names, option = _coordinate, _moving(result), "--coordinate"
     if not names:
@@ -119,7 +119,7 @@ def force_loop(result: RunResult, options: PlotOptions) -> Signal:
         names = (*others[:1], *forces[:1])
     if len(names) != 2:
         raise ResultError(f"{result.path}: a loop needs two observables, over which and which: give --observable twice")
-    return loop(*(_observable(result, name) for name in names))
+    return loop(*(observable(result, name) for name in names))
 
 
 def loop(over: Signal, drawn: Signal) -> Signal:
@@ -127,7 +127,8 @@ def loop(over: Signal, drawn: Signal) -> Signal:
     return Signal(over.value, drawn.value, over.read, drawn.read)
 
 
-def _observable(result: RunResult, name: str) -> Signal:
+def observable(result: RunResult, name: str) -> Signal:
+    """Return an observable as a signal."""
     value = result.observable_quantity(name)
     rate = Quantity(name, per_second(value.units), f"rate of {readable_name(value)}")
     return Signal(value, rate, lambda part: result.observable(name, part), None)

@@ -108,11 +108,11 @@ class SweepExtrema:
             )
         self.quantity = quantity
         self.offset = offset
-        self._data = data
+        self.data = data
 
     def __len__(self) -> int:
         """Return the number of extrema at all points together."""
-        return len(self._data)
+        return len(self.data)
 
     @property
     def counts(self) -> NDArray[np.int64]:
@@ -124,11 +124,11 @@ class SweepExtrema:
         points = self.offset.size - 1
         if not 0 <= index < points:
             raise IndexError(f"point {index} of {points}")
-        return self._data.read(slice(int(self.offset[index]), int(self.offset[index + 1])))
+        return self.data.read(slice(int(self.offset[index]), int(self.offset[index + 1])))
 
     def all(self) -> Extrema:
         """Read the extrema of all points, one point after the other."""
-        return self._data.read(slice(0, len(self)))
+        return self.data.read(slice(0, len(self)))
 
     def chunks(self, selected: NDArray[np.bool_] | None = None, size: int = CHUNK_VALUES) -> Iterator[Chunk]:
         """Read the extrema of the selected points in parts of at most `size` values.
@@ -144,7 +144,7 @@ class SweepExtrema:
             stop = int(self.offset[last])
             for start in range(int(self.offset[first]), stop, size):
                 part = slice(start, min(start + size, stop))
-                yield Chunk(self._points(part), self._data.values(part), self._data.kinds(part))
+                yield Chunk(self._points(part), self.data.values(part), self.data.kinds(part))
 
     def _points(self, part: slice) -> NDArray[np.int64]:
         """Return the point that each value of `part` belongs to."""

@@ -8,12 +8,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import h5py
 import numpy as np
 
 from razy_post.errors import ResultError
+
+if TYPE_CHECKING:
+    import xarray
 
 # What the compression of HDF5 can come to; the programs compress nothing.
 MOST_COMPRESSION = 1100
@@ -177,6 +180,29 @@ class ResultFile:
         """Return all root attributes as text."""
         return {name: text(value) for name, value in self.file.attrs.items()}
 
+    def to_xarray(self) -> "xarray.Dataset":
+        """Return all datasets of the file as an `xarray.Dataset`; numbers are read when they are looked at.
+
+        Variables are named by their paths in the file, ``reduction/error`` as ``reduction.error``, and have its units
+        and long names; attributes are those of the file.
+        """
+        import xarray
+
+        from razy_post.read.lazy import stored
+
+        variables: dict[str, tuple] = {}
+
+        def keep(name: str, item: h5py.Dataset | h5py.Group) -> None:
+            if not isinstance(item, h5py.Dataset) or _dimension_only(item):
+                return
+            check_storage(item)
+            dimensions = [_dimension(item, axis) for axis in range(item.ndim)]
+            attributes = {key: text(item.attrs[key]) for key in item.attrs if key.islower()}
+            variables[name.replace("/", ".")] = (dimensions, stored(item), attributes)
+
+        self.file.visititems(keep)
+        return xarray.Dataset(variables, attrs=self.attributes())
+
     def _attribute(self, name: str) -> str:
         return text(self.file.attrs[name]) if name in self.file.attrs else ""
 
@@ -212,6 +238,15 @@ class ResultFile:
 def quantity_of(item: h5py.Dataset, name: str) -> Quantity:
     """Describe a dataset called `name` by its attributes ``units`` and ``long_name``."""
     return Quantity(name, text(item.attrs.get("units", "")), text(item.attrs.get("long_name", "")) or name)
+
+
+def _dimension(item: h5py.Dataset, axis: int) -> str:
+    """Name a dimension by its scale, ``point/point`` as ``point``."""
+    scales = item.dims[axis]
+    if len(scales) == 0 and not (item.is_scale and item.ndim == 1):
+        return f"{item.name[1:]}/{axis}".replace("/", ".")
+    parts = (scales[0] if len(scales) else item).name.strip("/").split("/")
+    return ".".join(parts[:-1] if parts[-1:] == parts[-2:-1] else parts)
 
 
 def _dimension_only(item: h5py.Dataset | h5py.Group) -> bool:

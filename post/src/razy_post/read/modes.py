@@ -1,10 +1,11 @@
 """Result files of razy-modes: natural frequencies and shapes, and for rotors eigenvalues over the speed."""
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from razy_post.errors import ResultError
-from razy_post.read.file import ResultFile
+from razy_post.read.file import Quantity, ResultFile, quantity_of, text
 
 
 class ModesResult(ResultFile):
@@ -54,6 +55,41 @@ class ModesResult(ResultFile):
     def stability_limit(self) -> float:
         """Speed above which motion grows, rad/s; NaN if there is none."""
         return float(self._read("stability_limit"))
+
+    @property
+    def response_observables(self) -> tuple[str, ...]:
+        """Names of the observables whose linear response was found; empty without ``&response``."""
+        return self._members("response/phasor", h5py.Dataset)
+
+    @property
+    def response_parameter(self) -> Quantity:
+        """The parameter over which the response was found."""
+        item = self._vector("response/parameter")
+        return quantity_of(item, quantity_of(item, "").long_name)
+
+    @property
+    def response_grid(self) -> NDArray[np.float64]:
+        """Its values, shape (points,)."""
+        return self._read("response/parameter")
+
+    def phasor(self, observable: str) -> NDArray[np.complex128]:
+        """Read phasors, Re(phasor exp(i omega t)), shape (points, tones)."""
+        values = self._read(f"response/phasor/{observable}")
+        if values.ndim != 3 or values.shape[0] != self.response_grid.size or values.shape[2] != 2:
+            raise ResultError(f"{self.path}: the response of '{observable}' has shape {values.shape}")
+        return values[..., 0] + 1j * values[..., 1]
+
+    def phasor_quantity(self, observable: str) -> Quantity:
+        """Describe an observable whose response was found."""
+        return quantity_of(self._dataset(f"response/phasor/{observable}"), observable)
+
+    def response_peaks(self, observable: str, tone: int) -> list[tuple[float, float, float]]:
+        """Return parameter, amplitude and amplification factor of each peak; tones are counted from 0."""
+        names = [text(item) for item in self._vector("response/peak_observable")[()]]
+        numbers = [self._read(f"response/{name}") for name in
+                   ("peak_tone", "peak_parameter", "peak_amplitude", "amplification_factor")]  # fmt: skip
+        rows = zip(names, *numbers, strict=True)
+        return [tuple(row[2:]) for row in rows if row[0] == observable and row[1] == tone + 1]
 
     def _table(self, name: str) -> NDArray[np.float64]:
         values = self._read(name)

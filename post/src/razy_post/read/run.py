@@ -53,6 +53,21 @@ class RunResult(ResultFile):
         return quantity_of(self._vector("time"), "time")
 
     @property
+    def excitation_period(self) -> float | None:
+        """Period of the excitation in s; None where there is none, or the file does not say."""
+        item = self._find("outcome/excitation_period")
+        return float(item[0]) or None if item is not None and item.size == 1 else None
+
+    @property
+    def end(self) -> float:
+        """Time in s that the motion reached."""
+        item = self._find("outcome/time")
+        if item is not None and item.size == 1:
+            return float(item[0])
+        times = [self.time if self.has_trajectory else np.zeros(0), self._vector("event/time")[()]]
+        return max((float(part.max()) for part in times if part.size), default=0.0)
+
+    @property
     def coordinates(self) -> tuple[str, ...]:
         """Names of the coordinates; ``q1``, ``q2``, ... where the file gives none."""
         state = self._find("state/displacement")
@@ -135,12 +150,14 @@ class RunResult(ResultFile):
         return self._extrema_data(observable).quantity(observable)
 
     def to_xarray(self) -> "xarray.Dataset":
-        """Read the whole file as an `xarray.Dataset`.
+        """Return the whole file as an `xarray.Dataset`; numbers are read when they are looked at.
 
         Dimensions are ``time`` and ``coordinate``, ``event`` and, for each observable whose extrema were recorded,
         ``<observable>_extremum``; only those that the file has.
         """
         import xarray
+
+        from razy_post.read.lazy import stored
 
         variables: dict[str, tuple] = {}
         coordinates: dict[str, tuple] = {}
@@ -149,10 +166,12 @@ class RunResult(ResultFile):
         for name in ("displacement", "velocity"):
             if self._find(f"state/{name}") is not None:
                 item = self._state(name)
-                variables[name] = (("time", "coordinate"), item[()], {"units": quantity_of(item, name).units})
+                # An observable may have the same name.
+                free = f"state.{name}" if name in self.observables else name
+                variables[free] = (("time", "coordinate"), stored(item), quantity_of(item, name).attributes())
                 coordinates["coordinate"] = ("coordinate", list(self.coordinates), {})
         for name in self.observables:
-            variables[name] = ("time", self.observable(name), self.observable_quantity(name).attributes())
+            variables[name] = ("time", stored(self._observable(name)), self.observable_quantity(name).attributes())
         events = self.events
         if events is not None:
             variables["event_time"] = ("event", events.time, {"units": "s"})
@@ -163,6 +182,12 @@ class RunResult(ResultFile):
             variables[rows] = (rows, extrema.value, self.extrema_quantity(name).attributes())
             variables[f"{rows}_time"] = (rows, extrema.time, {"units": "s"})
             variables[f"{rows}_kind"] = (rows, extrema.kind)
+        for group in ("outcome", *(f"contact/{name}" for name in self._members("contact", h5py.Group))):
+            for name in self._members(group, h5py.Dataset):
+                item = self._dataset(f"{group}/{name}")
+                if item.size == 1:
+                    own = f"{group.removeprefix('contact/')}.{name}"
+                    variables[own] = ((), item[()].item(), quantity_of(item, name).attributes())
         return xarray.Dataset(variables, coordinates, attrs=self.attributes())
 
     def _state(self, name: str) -> h5py.Dataset:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from razy_post.errors import ResultError
-from razy_post.read.extrema import UNKNOWN, ExtremaFile
+from razy_post.read.extrema import ExtremaFile
 from razy_post.read.file import Quantity, choose, meanings, quantity_of, text, text_list
 
 if TYPE_CHECKING:
@@ -256,12 +256,14 @@ class SweepResult(ExtremaFile):
         return np.asarray(self._vector(f"point/{name}", self.n_points)[()], dtype=np.float64)
 
     def to_xarray(self) -> "xarray.Dataset":
-        """Read the whole file as an `xarray.Dataset`.
+        """Return the whole file as an `xarray.Dataset`; extrema are read when they are looked at.
 
         Dimensions are ``point`` and, for each observable, ``<observable>_extremum``; the coordinates carry the
         parameters of each, so that ``ds.groupby`` and ``ds.where`` work without the offsets.
         """
         import xarray
+
+        from razy_post.read.lazy import repeated, stored
 
         coordinates: dict[str, tuple] = {
             name: ("point", self.grid(name), self.parameter(name).attributes()) for name in self.parameters
@@ -284,15 +286,14 @@ class SweepResult(ExtremaFile):
                 variables[f"{contact}.{quantity}"] = ("point", self.contact_value(contact, quantity), described)
         for name in self.observables:
             extrema, rows = self.extrema(name), f"{name}_extremum"
-            read = extrema.all()
-            variables[name] = (rows, read.value, extrema.quantity.attributes())
-            variables[f"{name}_time"] = (rows, read.time, {"units": "s"})
-            if np.any(read.kind != UNKNOWN):
-                variables[f"{name}_kind"] = (rows, read.kind)
-            point = np.repeat(np.arange(self.n_points), extrema.counts)
-            coordinates[f"{name}_point"] = (rows, point, {})
+            variables[name] = (rows, stored(extrema.data.value), extrema.quantity.attributes())
+            if extrema.data.time is not None:
+                variables[f"{name}_time"] = (rows, stored(extrema.data.time), {"units": "s"})
+            if extrema.data.kind is not None:
+                variables[f"{name}_kind"] = (rows, stored(extrema.data.kind))
+            coordinates[f"{name}_point"] = (rows, repeated(np.arange(self.n_points), extrema.offset), {})
             for parameter in self.parameters:
-                at = self.grid(parameter)[point]
+                at = repeated(self.grid(parameter), extrema.offset)
                 coordinates[f"{name}_{parameter}"] = (rows, at, self.parameter(parameter).attributes())
         return xarray.Dataset(variables, coordinates, attrs=self.attributes())
 

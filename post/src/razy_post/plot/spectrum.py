@@ -1,0 +1,158 @@
+"""Amplitude spectra of a motion, over time, and of several motions over a parameter."""
+
+from collections.abc import Sequence
+
+import f90nml
+import numpy as np
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from razy_post.errors import ResultError
+from razy_post.plot import style
+from razy_post.plot.options import PlotOptions
+from razy_post.plot.sampled import Course, period_of
+from razy_post.plot.signals import signals
+from razy_post.plot.units import Scale, axis_label, readable_name, scale_for
+from razy_post.read import Quantity, RunResult
+
+MOST_PANELS = 4
+# Amplitudes below this share of the largest are not shown.
+RANGE = 1e-6
+# The time-frequency picture: times in a window, at least, and windows side by side in the motion.
+LEAST_WINDOW = 64
+WINDOWS = 12
+
+
+def spectrum(value: NDArray[np.float64], step: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return frequencies, Hz, and amplitudes of a signal (…, times) at times `step` s apart, its mean taken off.
+
+    The window is Hann's, scaled so that a sine on one of the frequencies has its amplitude.
+    """
+    count = value.shape[-1]
+    window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(count) / count)
+    moved = (value - value.mean(axis=-1, keepdims=True)) * window
+    return np.fft.rfftfreq(count, step), np.abs(np.fft.rfft(moved)) * 2 / window.sum()
+
+
+def draw_spectrum(result: RunResult, figure: Figure, options: PlotOptions) -> None:
+    """Draw amplitudes over the frequency, one signal above the other, and a line where the excitation repeats."""
+    chosen = signals(result, options, MOST_PANELS)
+    style.set_size(figure, options, 16.0, 3.0 + 4.5 * len(chosen))
+    column = figure.subplots(len(chosen), 1, sharex=True, squeeze=False)[:, 0]
+    period, top = period_of(result, options), 0.0
+    for axes, signal in zip(column, chosen, strict=True):
+        step, value = Course(result, signal, options).even()
+        frequency, amplitude = spectrum(value, step)
+        top = max(top, float(frequency[-1]))
+        largest = float(amplitude[1:].max())
+        if not largest > 0.0:
+            raise ResultError(f"{result.path}: '{signal.value.name}' is constant {options.range_text()}")
+        scale = scale_for(signal.value.units, largest)
+        axes.semilogy(frequency[1:], amplitude[1:] * scale.factor, color=style.BLACK, label=signal.value.name)
+        axes.set_ylim(RANGE * largest * scale.factor, 3 * largest * scale.factor)
+        axes.set_ylabel(_amplitude_label(signal.value, scale))
+        if period is not None:
+            axes.axvline(1 / period, color=style.RED, linewidth=0.6, linestyle="--", zorder=0, label="excitation")
+    column[-1].set_xlabel("frequency (Hz)")
+    column[-1].set_xlim(0.0, options.top or top)
+    handles = [] if period is None else [Line2D([], [], color=style.RED, linewidth=0.6, linestyle="--",
+                                                label=f"excitation, {1 / period:.4g} Hz")]  # fmt: skip
+    style.set_footer(figure, result, options)
+    style.set_heading(figure, (column[0], column[0]), style.title_of(result, options), handles)
+
+
+def draw_spectrogram(result: RunResult, figure: Figure, options: PlotOptions) -> None:
+    """Draw amplitudes over time and frequency: spectra of windows that overlap by three quarters."""
+    chosen = signals(result, options, MOST_PANELS)
+    style.set_size(figure, options, 16.0, 2.0 + 5.5 * len(chosen))
+    column = figure.subplots(len(chosen), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, signal in zip(column, chosen, strict=True):
+        course = Course(result, signal, options)
+        step, value = course.even()
+        length = max(value.size // WINDOWS, LEAST_WINDOW)
+        if value.size < 2 * length:
+            raise ResultError(f"{result.path}: fewer than {2 * length} stored times {options.range_text()}")
+        parts = np.lib.stride_tricks.sliding_window_view(value, length)[:: length // 4]
+        frequency, amplitude = spectrum(parts, step)
+        middle = course.time[0] + step * (np.arange(len(parts)) * (length // 4) + 0.5 * length)
+        scale = scale_for(signal.value.units, float(amplitude.max()))
+        _colours(figure, axes, (middle, frequency[1:], amplitude[:, 1:].T), signal.value, scale)
+        axes.set_ylabel("frequency (Hz)")
+        axes.set_ylim(0.0, options.top or frequency[-1])
+    column[-1].set_xlabel("time (s)")
+    style.set_footer(figure, result, options)
+    style.set_heading(figure, (column[0], column[0]), style.title_of(result, options), [])
+
+
+def draw_waterfall(results: Sequence[RunResult], figure: Figure, options: PlotOptions) -> None:
+    """Draw spectra of motions over the value of the input in which they differ; over the speed with lines of orders."""
+    name, values = _parameter(results)
+    order = np.argsort(values)
+    signal = signals(results[0], options, 1)[0]
+    # Where motions differ in number and distance of times, the coarsest decides.
+    spectra = []
+    for index in order:
+        chosen = signals(results[index], options, 1)[0]
+        spectra.append(spectrum(*reversed(Course(results[index], chosen, options).even())))
+    frequency = np.linspace(0.0, min(f[-1] for f, _ in spectra), max(f.size for f, _ in spectra))
+    amplitude = np.stack([np.interp(frequency, *pair) for pair in spectra], axis=1)
+    scale = scale_for(signal.value.units, float(amplitude.max()))
+    style.set_size(figure, options, 16.0, 11.0)
+    axes = figure.subplots()
+    at = np.asarray(values)[order]
+    _colours(figure, axes, (at, frequency[1:], amplitude[1:]), signal.value, scale)
+    top = options.top or float(frequency[-1])
+    period = period_of(results[order[-1]], options)
+    if name == "rotation.speed_rpm" and period is not None:
+        turns = 60.0 / (period * at[-1])
+        for multiple in range(1, min(6, int(top * period) + 1)):
+            line = multiple * turns * at / 60.0
+            axes.plot(at, line, color="white", linewidth=0.5, linestyle="--", label=f"order {multiple * turns:g}")
+            axes.annotate(f"{multiple * turns:g}\N{MULTIPLICATION SIGN}", (at[0], line[0]), (3, 2), fontsize=7.0,
+                          textcoords="offset points", color="white")  # fmt: skip
+    axes.set_xlabel(readable_name(Quantity(name, "rpm" if name.endswith("_rpm") else "", name))
+                    + (" (rpm)" if name.endswith("_rpm") else ""))  # fmt: skip
+    axes.set_ylabel("frequency (Hz)")
+    axes.set_ylim(0.0, top)
+    style.set_footer(figure, results[0], options)
+    style.set_heading(figure, (axes, axes), style.title_of(results[0], options), [])
+
+
+def _colours(figure: Figure, axes, data: tuple[NDArray, NDArray, NDArray], value: Quantity, scale: Scale) -> None:
+    x, y, amplitude = data
+    largest = float(amplitude.max()) * scale.factor
+    if not largest > 0.0:
+        raise ResultError(f"'{value.name}' is constant in the range asked for")
+    image = axes.pcolormesh(x, y, np.maximum(amplitude * scale.factor, 1e-4 * largest), cmap="magma", rasterized=True,
+                            norm=LogNorm(1e-4 * largest, largest), shading="nearest")  # fmt: skip
+    figure.colorbar(image, ax=axes, pad=0.02).set_label(_amplitude_label(value, scale))
+
+
+def _amplitude_label(value: Quantity, scale: Scale) -> str:
+    return "amplitude of " + axis_label(value, scale, 40)
+
+
+def _parameter(results: Sequence[RunResult]) -> tuple[str, list[float]]:
+    """Return the one number of the input in which motions differ, and its values."""
+    inputs = [_numbers(f90nml.reads(result.input)) for result in results]
+    differ = [key for key in inputs[0] if len({one.get(key) for one in inputs}) > 1 and not key.startswith("record")]
+    differ = [key for key in differ if all(key in one for one in inputs)]
+    if len(results) < 2 or not differ:
+        raise ResultError(f"{results[0].path}: a waterfall is of motions that differ in a number of the input")
+    # Of several that vary together the first names the picture.
+    name = differ[0]
+    if len({one[name] for one in inputs}) < len(inputs):
+        raise ResultError(f"{results[0].path}: two of the motions have the same {name}")
+    return name, [one[name] for one in inputs]
+
+
+def _numbers(groups: dict) -> dict[str, float]:
+    found = {}
+    for name, members in groups.items():
+        several = members if isinstance(members, list) else [members]
+        for number, group in enumerate(several, 1):
+            place = f"{name}({number})" if len(several) > 1 else name
+            found |= {f"{place}.{key}": value for key, value in group.items() if isinstance(value, float | int)}
+    return found

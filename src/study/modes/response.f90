@@ -1,0 +1,360 @@
+!! The linear response of a machine to its harmonic loads over one of its parameters, such as the speed: amplitude and phase of what
+!! &record names, peaks with their amplification factors, and the separation margins of API 617 (7th edition, 2.6.2).
+module razy_study_modes_response
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: wp
+   use razy_core_number, only: decimal, to_text
+   use razy_core_table, only: table_t
+   use razy_core_text, only: append_text, string_t
+   use razy_input_input, only: input_t
+   use razy_linalg_bracketed_root, only: bracketed_root_t
+   use razy_machine_linearised, only: linear_ok, linear_rigid
+   use razy_machine_machine, only: machine_t
+   use razy_machine_response, only: find_response
+   use razy_scenes_case, only: new_observed
+   use razy_scenes_scene, only: scene_t
+   use razy_study_sweep_axes, only: new_varied, put_value, varied_t
+   implicit none(type, external)
+   private
+
+   public :: new_response, response_t, solve_response
+
+   !> A maximum of an amplitude; values of the parameter in its unit.
+   type :: peak_t
+      integer :: observable = 0, tone = 0
+      real(wp) :: at = 0.0_wp, amplitude = 0.0_wp
+      !> N_c/(N_2 - N_1), N_1 and N_2 where the amplitude is that of the peak over sqrt(2); not a number where one is out of range.
+      real(wp) :: factor = 0.0_wp
+      !> Distance from the operating range over its nearer end, and the least that is asked for; not a number without a range.
+      real(wp) :: margin = 0.0_wp, required = 0.0_wp
+   end type peak_t
+
+   !> What &response asks for, and the answer.
+   type :: response_t
+      type(input_t), private :: input
+      type(varied_t), private :: varied
+      class(scene_t), allocatable, private :: scene
+      integer, private :: contacts = 0
+      !> Ends of the operating range; not allocated if there is none.
+      real(wp), allocatable, private :: operating(:)
+      character(64), allocatable, private :: name(:), unit(:), long_name(:)
+      !> Values of the parameter (points), frequencies, Hz (tones, points), phasors (observables, tones, points).
+      real(wp), allocatable, private :: grid(:), hertz(:, :)
+      complex(wp), allocatable, private :: value(:, :, :)
+      type(peak_t), allocatable, private :: peak(:)
+   contains
+      procedure :: columns
+      procedure :: words
+   end type response_t
+
+   !> Peaks lower than this share of the largest amplitude are rounding.
+   real(wp), parameter :: least = 1.0e-9_wp
+   !> Relative error of the place of a peak, to which its amplitude is flat.
+   real(wp), parameter :: place_error = 1.0e-8_wp
+   !> The amplitude where there is none.
+   real(wp), parameter :: missing = -1.0_wp
+   real(wp), parameter :: golden = 0.6180339887498949_wp
+   !> More peaks than this are counted, not listed.
+   integer, parameter :: most_lines = 20
+   character(*), parameter :: group = "/response/"
+
+contains
+
+   !> Read and check what is asked for; `contacts` is a state of razy_machine_linearised.
+   subroutine new_response(self, input, contacts, error)
+      type(response_t), intent(out) :: self
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: contacts
+      type(error_t), allocatable, intent(out) :: error
+
+      type(machine_t) :: machine
+      real(wp) :: first, last
+      integer :: i, points
+
+      self%input = input
+      self%contacts = contacts
+      call new_varied(self%varied, input, "response", 1, error)
+      if (allocated(error)) return
+      if (any(self%varied%slot%whole)) then
+         call input%complain(error, "response", 1, "parameter", "a real number")
+         return
+      end if
+      call input%get("response", 1, "first", first)
+      call input%get("response", 1, "last", last)
+      call input%get("response", 1, "points", points)
+      if (.not. last > first) then
+         call input%complain(error, "response", 1, "last", "more than the first value")
+         return
+      end if
+      if (input%given("response", 1, "operating")) then
+         call input%get("response", 1, "operating", self%operating)
+         if (.not. (self%operating(1) > 0.0_wp .and. self%operating(2) >= self%operating(1))) then
+            call input%complain(error, "response", 1, "operating", "lowest and highest value, both above 0")
+            return
+         end if
+      end if
+      self%grid = [(first + (last - first)*(real(i, wp)/(points - 1)), i=0, points - 1)]
+      call machine_at(self, last, machine, error)
+      if (allocated(error)) return
+      allocate (self%name(size(machine%observable)), self%unit(size(machine%observable)), self%long_name(size(machine%observable)))
+      do i = 1, size(machine%observable)
+         self%name(i) = machine%observable(i)%name
+         self%unit(i) = machine%observable(i)%unit
+         self%long_name(i) = machine%observable(i)%long_name
+      end do
+      if (size(self%name) == 0) then
+         call input%complain(error, "record", 1, "observable", "required: a quantity whose response &response finds")
+      else if (size(machine%tone) == 0) then
+         call input%complain(error, "response", 1, "parameter", "harmonic loads or unbalance, to which the machine responds")
+      end if
+   end subroutine new_response
+
+   !> The machine with a value of the parameter.
+   subroutine machine_at(self, value, machine, error)
+      type(response_t), intent(inout) :: self
+      real(wp), intent(in) :: value
+      type(machine_t), intent(out) :: machine
+      type(error_t), allocatable, intent(out) :: error
+
+      call put_value(self%varied, self%input, value, error)
+      if (.not. allocated(error)) call new_observed(machine, self%input, error, self%scene)
+   end subroutine machine_at
+
+   !> Phasors (observables, tones) and frequencies, Hz (tones), with a value of the parameter.
+   subroutine respond(self, at, value, hertz, error)
+      type(response_t), intent(inout) :: self
+      real(wp), intent(in) :: at
+      complex(wp), allocatable, intent(out) :: value(:, :)
+      real(wp), allocatable, intent(out) :: hertz(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      type(machine_t) :: machine
+      integer :: culprit, status
+
+      call machine_at(self, at, machine, error)
+      if (allocated(error)) return
+      call find_response(machine, self%contacts, value, status, culprit)
+      if (status == linear_rigid) then
+         call self%input%complain(error, "modes", 1, "contacts", "'open': the contact "//machine%contact(culprit)%name//" is rigid")
+      else if (status /= linear_ok) then
+         call self%input%complain(error, "modes", 1, "contacts", "'open' or 'closed', with piecewise linear contacts")
+      end if
+      hertz = machine%tone%hertz
+   end subroutine respond
+
+   !> Find response and peaks.
+   subroutine solve_response(self, error)
+      type(response_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+
+      complex(wp), allocatable :: value(:, :)
+      real(wp), allocatable :: hertz(:)
+      real(wp) :: nan
+      integer :: k, tones
+
+      nan = ieee_value(nan, ieee_quiet_nan)
+      do k = size(self%grid), 1, -1
+         call respond(self, self%grid(k), value, hertz, error)
+         if (allocated(error)) return
+         if (.not. allocated(self%value)) then
+            tones = size(hertz)
+            allocate (self%hertz(tones, size(self%grid)), source=nan)
+            allocate (self%value(size(self%name), tones, size(self%grid)), source=cmplx(nan, nan, wp))
+         end if
+         ! At a speed of 0 there is no tone, and where frequencies meet there are fewer.
+         if (size(hertz) /= tones) cycle
+         self%hertz(:, k) = hertz
+         self%value(:, :, k) = value
+      end do
+      call find_peaks(self, error)
+   end subroutine solve_response
+
+   !> The maxima of all amplitudes within the range.
+   subroutine find_peaks(self, error)
+      type(response_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+
+      type(peak_t) :: peak
+      real(wp) :: amplitude(size(self%grid)), largest
+      integer :: i, k, t
+
+      allocate (self%peak(0))
+      do i = 1, size(self%value, 1)
+         largest = maxval(abs(self%value(i, :, :)), mask=.not. ieee_is_nan(self%value(i, :, :)%re))
+         do t = 1, size(self%value, 2)
+            amplitude = abs(self%value(i, t, :))
+            where (ieee_is_nan(amplitude)) amplitude = missing
+            do k = 2, size(amplitude) - 1
+               if (.not. (amplitude(k) > amplitude(k - 1) .and. amplitude(k) >= amplitude(k + 1))) cycle
+               if (.not. amplitude(k) > least*largest) cycle
+               peak%observable = i
+               peak%tone = t
+               call climb(self, peak, self%grid(k - 1), self%grid(k + 1), error)
+               if (.not. allocated(error)) call widen(self, peak, amplitude, k, error)
+               if (allocated(error)) return
+               call set_margins(self, peak)
+               self%peak = [self%peak, peak]
+            end do
+         end do
+      end do
+   end subroutine find_peaks
+
+   !> The amplitude of a peak's observable and tone with a value of the parameter.
+   subroutine amplitude_at(self, peak, at, amplitude, error)
+      type(response_t), intent(inout) :: self
+      type(peak_t), intent(in) :: peak
+      real(wp), intent(in) :: at
+      real(wp), intent(out) :: amplitude
+      type(error_t), allocatable, intent(out) :: error
+
+      complex(wp), allocatable :: value(:, :)
+      real(wp), allocatable :: hertz(:)
+
+      amplitude = 0.0_wp
+      call respond(self, at, value, hertz, error)
+      if (allocated(error)) return
+      if (peak%tone <= size(value, 2)) amplitude = abs(value(peak%observable, peak%tone))
+   end subroutine amplitude_at
+
+   !> The maximum between two values of the parameter, by golden sections.
+   subroutine climb(self, peak, low, high, error)
+      type(response_t), intent(inout) :: self
+      type(peak_t), intent(inout) :: peak
+      real(wp), intent(in) :: low, high
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: a, b, f(2), x(2)
+
+      a = low
+      b = high
+      x = [b - golden*(b - a), a + golden*(b - a)]
+      call amplitude_at(self, peak, x(1), f(1), error)
+      if (.not. allocated(error)) call amplitude_at(self, peak, x(2), f(2), error)
+      do while (.not. allocated(error) .and. b - a > place_error*max(abs(a), abs(b)))
+         if (f(1) > f(2)) then
+            b = x(2)
+            x = [b - golden*(b - a), x(1)]
+            f(2) = f(1)
+            call amplitude_at(self, peak, x(1), f(1), error)
+         else
+            a = x(1)
+            x = [x(2), a + golden*(b - a)]
+            f(1) = f(2)
+            call amplitude_at(self, peak, x(2), f(2), error)
+         end if
+      end do
+      peak%at = x(merge(1, 2, f(1) > f(2)))
+      peak%amplitude = maxval(f)
+   end subroutine climb
+
+   !> The amplification factor of the peak near grid point k, from where the amplitude falls below that of the peak over sqrt(2).
+   subroutine widen(self, peak, amplitude, k, error)
+      type(response_t), intent(inout) :: self
+      type(peak_t), intent(inout) :: peak
+      real(wp), intent(in) :: amplitude(:)
+      integer, intent(in) :: k
+      type(error_t), allocatable, intent(out) :: error
+
+      type(bracketed_root_t) :: root
+      real(wp) :: height, side(2), value
+      integer :: i, step
+
+      height = peak%amplitude/sqrt(2.0_wp)
+      peak%factor = ieee_value(height, ieee_quiet_nan)
+      do step = -1, 1, 2
+         i = k
+         do while (amplitude(i) >= height)
+            i = i + step
+            if (i < 1 .or. i > size(amplitude)) return
+         end do
+         if (amplitude(i) < 0.0_wp) return
+         call root%start(self%grid(i), amplitude(i) - height, peak%at, peak%amplitude - height)
+         do while (.not. root%done())
+            call amplitude_at(self, peak, root%trial, value, error)
+            if (allocated(error)) return
+            call root%take(value - height)
+         end do
+         side((step + 3)/2) = root%best
+      end do
+      peak%factor = peak%at/(side(2) - side(1))
+   end subroutine widen
+
+   !> Separation margins; below an amplification factor of 2.5 none is asked for.
+   pure subroutine set_margins(self, peak)
+      type(response_t), intent(in) :: self
+      type(peak_t), intent(inout) :: peak
+
+      real(wp) :: part
+
+      peak%margin = ieee_value(part, ieee_quiet_nan)
+      peak%required = peak%margin
+      if (.not. allocated(self%operating)) return
+      associate (low => self%operating(1), high => self%operating(2))
+         peak%margin = max((low - peak%at)/low, (peak%at - high)/high, 0.0_wp)
+         if (ieee_is_nan(peak%factor)) return
+         peak%required = 0.0_wp
+         if (peak%factor < 2.5_wp) return
+         part = 0.17_wp*(1 - 1/(peak%factor - 1.5_wp))
+         peak%required = merge(0.10_wp + part, part, peak%at > high)
+      end associate
+   end subroutine set_margins
+
+   !> Hand over what was found.
+   subroutine columns(self, table)
+      class(response_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
+
+      character(*), parameter :: parameter = group//"parameter", tone = group//"tone", peak = group//"peak"
+      character(64) :: names(size(self%peak))
+      real(wp) :: parts(2, size(self%value, 2), size(self%value, 3))
+      integer :: i
+
+      call table%add(parameter, self%grid, self%varied%unit, self%varied%parameter, parameter)
+      call table%add(tone, [(i, i=1, size(self%hertz, 1))], "1", "number of the tone of the excitation", tone)
+      call table%add(group//"frequency", self%hertz, "Hz", "frequency of the tone", [character(20) :: tone, parameter])
+      do i = 1, size(self%name)
+         parts(1, :, :) = self%value(i, :, :)%re
+         parts(2, :, :) = self%value(i, :, :)%im
+         call table%add(group//"phasor/"//trim(self%name(i)), parts, trim(self%unit(i)), &
+                        trim(self%long_name(i))//", real and imaginary part of its phasor", &
+                        [character(20) :: "/complex", tone, parameter])
+      end do
+      do i = 1, size(names)
+         names(i) = self%name(self%peak(i)%observable)
+      end do
+      call table%add(group//"peak_observable", names, "1", "what has a peak", peak)
+      call table%add(group//"peak_tone", self%peak%tone, "1", "number of its tone", peak)
+      call table%add(group//"peak_parameter", self%peak%at, self%varied%unit, self%varied%parameter//" at the peak", peak)
+      call table%add(group//"peak_amplitude", self%peak%amplitude, "1", "amplitude, in the unit of the observable", peak)
+      call table%add(group//"amplification_factor", self%peak%factor, "1", "place of the peak over its width at 1/sqrt(2)", peak)
+      call table%add(group//"separation_margin", self%peak%margin, "1", "distance from the operating range over its end", peak)
+      call table%add(group//"required_margin", self%peak%required, "1", "separation margin that API 617 asks for", peak)
+   end subroutine columns
+
+   !> The peaks, in lines.
+   function words(self) result(lines)
+      class(response_t), intent(in) :: self
+      type(string_t), allocatable :: lines(:)
+
+      character(:), allocatable :: line
+      character(16) :: amplitude
+      integer :: i
+
+      allocate (lines(0))
+      do i = 1, min(most_lines, size(self%peak))
+         associate (peak => self%peak(i))
+            write (amplitude, "(es10.3)") peak%amplitude
+            line = "peak of "//trim(self%name(peak%observable))//" at "//decimal(peak%at, 3)//" "//self%varied%unit//": "// &
+                   trim(adjustl(amplitude))//" "//trim(self%unit(peak%observable))
+            if (.not. ieee_is_nan(peak%factor)) line = line//", amplification factor "//decimal(peak%factor, 2)
+            if (.not. ieee_is_nan(peak%required)) line = line//", separation margin "//decimal(100*peak%margin, 1)// &
+                                                         " %, asked for "//decimal(100*peak%required, 1)//" %"
+         end associate
+         call append_text(lines, line)
+      end do
+      if (size(self%peak) > most_lines) call append_text(lines, "and "//to_text(size(self%peak) - most_lines)//" more peaks")
+      if (size(self%peak) == 0) call append_text(lines, "no peak of the response within the range")
+   end function words
+
+end module razy_study_modes_response
