@@ -55,6 +55,7 @@ class Picture:
     draw: Callable[[Any, Figure, PlotOptions], None]
 
 
+PROGRAMS = ("razy-run", "razy-sweep", "razy-modes", "razy-tune", "razy-follow", "razy-duel")
 PICTURES = (
     Picture("razy-sweep", "bifurcation", bifurcation.draw),
     Picture("razy-sweep", "basins", basins.draw),
@@ -65,13 +66,13 @@ PICTURES = (
     Picture("razy-run", "time", motion.draw_time),
     Picture("razy-run", "phase", motion.draw_phase),
     Picture("razy-run", "loop", motion.draw_loop),
-    *(Picture(program, "machine", machine.draw) for program in ("razy-run", "razy-sweep")),
     Picture("razy-modes", "campbell", campbell.draw),
     Picture("razy-modes", "eigenvalues", eigenvalues.draw),
     Picture("razy-tune", "tuning", tuning.draw),
     Picture("razy-follow", "branches", branches.draw),
     Picture("razy-follow", "curves", curves.draw),
     Picture("razy-duel", "work-precision", work_precision.draw),
+    *(Picture(program, "machine", machine.draw) for program in PROGRAMS),
 )
 KINDS = tuple(dict.fromkeys(picture.kind for picture in PICTURES))
 
