@@ -1,7 +1,7 @@
 """Numbers and tables out of result files, and the verdict that follows."""
 
 import operator
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import h5py
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from razy_post.errors import ResultError
-from razy_post.read.file import check_storage, making_sense_of, open_hdf5
+from razy_post.read.file import check_storage, making_sense_of, open_hdf5, text
 from razy_post.report.cases import Done
 from razy_post.report.manifest import AGREES, CONTRADICTS, FAILED, Item, Number, Table
 
@@ -100,19 +100,45 @@ def _read(item: Item, number: Number, done: Mapping[str, Done]) -> float:
 
 def _selected(number: Number, case: Done) -> NDArray[np.float64]:
     with open_hdf5(case.file) as file:
-        values = _values(file, number.dataset)
+        names = [number.dataset, *(name for name, _, _ in number.where)]
+        offsets = _offsets(file, names)
+        values = _repeated(_values(file, number.dataset), number.dataset, offsets)
         if number.column is not None:
             values = values[..., number.column]
         elif values.ndim > 1 and values.shape[-1] == 1:
             values = values[..., 0]
-        if number.index is not None:
-            values = np.atleast_1d(values[number.index])
         keep = np.ones(values.shape, dtype=bool)
         for name, condition, bound in number.where:
-            keep &= COMPARE[condition](_values(file, name).reshape(values.shape), bound)
+            found = _texts(file, name) if isinstance(bound, str) else _values(file, name)
+            keep &= COMPARE[condition](_repeated(found, name, offsets).reshape(values.shape), bound)
         if number.reduce == "share":
             return keep.astype(np.float64)
-        return values[keep]
+        if number.where:
+            values = values[keep]
+        return values if number.index is None else np.atleast_1d(values[number.index])
+
+
+def _offsets(file: h5py.File, names: Sequence[str]) -> NDArray[np.int64] | None:
+    """Return where the extrema of each point of a sweep begin, if any of the datasets is of extrema."""
+    for name in names:
+        group = name.rsplit("/", 1)[0]
+        if name.startswith("/extrema/") and f"{group}/offset" in file:
+            return file[f"{group}/offset"][()]
+    return None
+
+
+def _repeated(values: NDArray, name: str, offsets: NDArray[np.int64] | None) -> NDArray:
+    """Return the values of points once for each extremum of theirs, where extrema are asked for."""
+    return np.repeat(values, np.diff(offsets)) if name.startswith("/point/") and offsets is not None else values
+
+
+def _texts(file: h5py.File, name: str) -> NDArray:
+    with making_sense_of(file.filename):
+        item = file.get(name)
+        if not isinstance(item, h5py.Dataset):
+            raise ResultError(f"no dataset '{name}'")
+        check_storage(item)
+        return np.array([text(value) for value in item[()].flat])
 
 
 def _values(file: h5py.File, name: str) -> NDArray[np.float64]:
@@ -137,4 +163,5 @@ def _reduce(values: NDArray[np.float64], number: Number) -> float:
         "share_positive": lambda: np.mean(values > 0.0),
         "max_over_min": lambda: values.max() / values.min(),
         "last_over_first": lambda: values.flat[-1] / values.flat[0],
+        "ratio_of_intervals": lambda: np.divide(*np.diff(values.flat[-3:])),
     }.get(number.reduce, lambda: getattr(np, number.reduce)(values))()
