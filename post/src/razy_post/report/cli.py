@@ -24,7 +24,7 @@ from razy_post.report.measure import measure, table_rows, verdict
 from razy_post.report.page import Entry, counts, write_html, write_pdf
 
 PROGRAM = "razy-report"
-DPI = 150
+DPI = 200
 
 
 def parser() -> argparse.ArgumentParser:

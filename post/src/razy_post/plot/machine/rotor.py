@@ -366,7 +366,7 @@ def _finish(result: ResultFile, figure: Figure, axes: Axes, options: PlotOptions
     axes.set_xlim(x)
     axes.set_ylim(y)
     width = 17.0
-    style.set_size(figure, options, width, min(max((y[1] - y[0]) / (x[1] - x[0]) * (width - 2.0) + 2.6, 5.0), 24.0))
+    style.set_size(figure, options, width, min(max((y[1] - y[0]) / (x[1] - x[0]) * (width - 2.0) + 3.2, 5.0), 24.0))
     axes.set_xlabel("x (m)")
     axes.set_ylabel("distance from the first axis (m)")
     style.set_axis(axes.xaxis, *x, space_cm=width - 2.0)
