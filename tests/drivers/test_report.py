@@ -74,7 +74,9 @@ def test_page_and_pdf_say_what_agrees(folder):
     assert "1 agrees, 1 contradicts" in page
     assert "A vibration &amp; its size" in page
     assert "src='http" not in page
-    assert (folder / "out/report.pdf").read_bytes().startswith(b"%PDF")
+    pdf = (folder / "out/report.pdf").read_bytes()
+    assert pdf.startswith(b"%PDF")
+    assert b"/Type0" in pdf and b"/Type3" not in pdf
     assert len(list((folder / "out/cases").glob("*.h5"))) == 2
 
 
