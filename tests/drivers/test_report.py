@@ -185,9 +185,14 @@ dataset = "/extrema/mesh_deformation/value"
 {high}
 reduce = "min"
 at_most = -7.6e-6
+[[item.number]]
+text = "where there is no speed"
+dataset = "/point/period"
+where = [["/point/rotation.speed_rpm", ">", 9000.0]]
 """)
     done = report(folder, "--output", "out")
     assert done.returncode == 0, done.stderr + done.stdout
+    assert "<td>where there is no speed<td class=n>none<td>" in (folder / "out/report.html").read_text()
     assert (folder / "out/images/doubling.png").read_bytes().startswith(b"\x89PNG")
 
 

@@ -18,6 +18,10 @@ COMPARE = {
 }  # fmt: skip
 
 
+class NothingThereError(ResultError):
+    """No value meets the conditions of a number."""
+
+
 @dataclass(frozen=True)
 class Measured:
     """A number as it was found; `holds` is None where nothing is said of what it should be."""
@@ -72,6 +76,9 @@ def table_rows(table: Table, file: h5py.File) -> list[list[str]]:
 def _measured(item: Item, number: Number, done: Mapping[str, Done]) -> Measured:
     try:
         value = _read(item, number, done)
+    except NothingThereError as cause:
+        # Of what is only shown that may be so, such as of a window in speeds that a quick report passes over.
+        return Measured(number, np.nan, False, str(cause)) if number.decides else Measured(number, np.nan, None)
     except (ResultError, ValueError, IndexError, KeyError) as cause:
         return Measured(number, np.nan, False if number.decides else None, str(cause))
     holds = None
@@ -154,7 +161,7 @@ def _reduce(values: NDArray[np.float64], number: Number) -> float:
     if number.reduce == "count":
         return values.size
     if values.size == 0:
-        raise ResultError(f"{number.dataset}: no value to take the {number.reduce} of")
+        raise NothingThereError(f"{number.dataset}: no value to take the {number.reduce} of")
     return {
         "first": lambda: values.flat[0],
         "last": lambda: values.flat[-1],

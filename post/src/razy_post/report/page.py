@@ -1,6 +1,7 @@
 """The report as one HTML page with everything in it, and as a PDF."""
 
 import base64
+import math
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -187,6 +188,8 @@ def _anchor(entry: Entry) -> str:
 def _value(one: Measured) -> str:
     if one.problem:
         return one.problem
+    if math.isnan(one.value):
+        return "none"
     size = abs(one.value)
     if size == 0.0 or 1e-4 <= size < 1e7:
         return (
