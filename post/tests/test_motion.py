@@ -220,3 +220,10 @@ def test_signal_without_finite_values(run):
         file["observable/mesh_deformation"][...] = np.nan
     with pytest.raises(ResultError, match="no finite value"):
         drawn(run)
+
+
+def test_legend_without_title_is_within_the_picture(run):
+    figure = drawn(run, "time", title="")
+    figure.draw_without_rendering()
+    legend = figure.axes[0].get_legend().get_window_extent()
+    assert legend.y0 >= 0.0 and legend.y1 <= figure.bbox.height

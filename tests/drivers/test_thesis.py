@@ -95,6 +95,23 @@ def test_laws_are_those_of_the_caption(number):
     assert stop["law"] == LAWS[number]
 
 
+def test_systems_of_table_3_1_are_those_of_its_rows():
+    stop, friction, impact = (read(f"table_3_1_{row}") for row in "abc")
+    assert (stop["stop"]["side"], stop["stop"]["clearance"]) == ("upper", 0.0)
+    assert "stop" not in friction
+    assert "kinetic_coefficient" not in friction["friction"]
+    assert (impact["stop"]["law"], impact["stop"]["side"], impact["stop"]["clearance"]) == ("rigid", "lower", 0.0)
+    assert impact["load"]["value"] == -9.81 * impact["mass"]["value"]
+    assert all(system["spring"]["stiffness"] > 0.0 for system in (stop, friction))
+
+
+def test_laws_of_figure_3_2_are_rigid_contact_and_dry_friction():
+    assert read("fig_3_2")["stop"]["law"] == "rigid"
+    assert "friction" not in read("fig_3_2")
+    assert "stop" not in read("fig_3_2_friction")
+    assert "kinetic_coefficient" not in read("fig_3_2_friction")["friction"]
+
+
 def test_contact_of_figure_3_5_is_at_the_origin_with_viscous_and_with_dry_friction():
     for name in ("fig_3_5", "fig_3_5_friction"):
         assert read(name)["stop"]["clearance"] == 0.0

@@ -61,6 +61,7 @@ class Picture:
     draw: Callable[[Any, Figure, PlotOptions], None]
 
 
+PROGRAMS = ("razy-run", "razy-sweep", "razy-modes", "razy-tune", "razy-follow", "razy-duel")
 PICTURES = (
     Picture("razy-sweep", "bifurcation", bifurcation.draw),
     Picture("razy-sweep", "basins", basins.draw),
@@ -77,7 +78,6 @@ PICTURES = (
     Picture("razy-run", "poincare", section.draw_poincare),
     Picture("razy-run", "orbit", section.draw_orbit),
     Picture("razy-run", "pattern", pattern.draw),
-    *(Picture(program, "machine", machine.draw) for program in ("razy-run", "razy-sweep")),
     Picture("razy-modes", "campbell", campbell.draw),
     Picture("razy-modes", "eigenvalues", eigenvalues.draw),
     Picture("razy-modes", "damping", damping.draw),
@@ -87,6 +87,7 @@ PICTURES = (
     Picture("razy-follow", "branches", branches.draw),
     Picture("razy-follow", "curves", curves.draw),
     Picture("razy-duel", "work-precision", work_precision.draw),
+    *(Picture(program, "machine", machine.draw) for program in PROGRAMS),
 )
 WITH_TOP = ("campbell", "eigenvalues", "spectrum", "spectrogram", "waterfall")
 KINDS = tuple(dict.fromkeys(picture.kind for picture in PICTURES))

@@ -95,8 +95,6 @@ def draw(
     overlaid = arrange != "panels" and len(results) > 1
     handles = [Line2D([], [], color=c, label=text) for c, text in zip(colours, texts, strict=True)] if overlaid else []
     title = options.title if options.title is not None else ("" if len(results) > 1 else results[0].title)
-    # A title of blanks leaves room above single axes for the legend.
-    title = title or (" " if handles else "")
     style.set_footer(figure, results[0], options)
     style.set_heading(figure, (grid[0], grid[min(len(grid), _across(len(panels), paths)) - 1]), title, handles)
 

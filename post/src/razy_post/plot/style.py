@@ -134,7 +134,7 @@ def set_heading(figure: Figure, top: tuple[Axes, Axes], title: str, handles: lis
     Where the two would meet, the title goes higher.
     """
     axes, right = top
-    legend = _legend(right, handles)
+    legend = _legend(right, handles, alone=not title)
     if not title:
         return
     figure.align_ylabels()
@@ -146,8 +146,11 @@ def set_heading(figure: Figure, top: tuple[Axes, Axes], title: str, handles: lis
         axes.set_title(text.get_text(), loc="left", pad=height + 4)
 
 
-def _legend(axes: Axes, handles: list[Line2D]) -> Legend | None:
-    """Write the legend above the axes in as many columns as fit the figure, in room taken from all axes alike."""
+def _legend(axes: Axes, handles: list[Line2D], alone: bool) -> Legend | None:
+    """Write the legend above the axes in as many columns as fit the figure, in room taken from all axes alike.
+
+    Where no title stands beside it (`alone`), that is no room of the title's.
+    """
     if not handles:
         return None
     figure = axes.figure
@@ -160,7 +163,7 @@ def _legend(axes: Axes, handles: list[Line2D]) -> Legend | None:
         if legend.get_window_extent().x0 >= 0.0:
             break
     engine = figure.get_layout_engine()
-    if engine is not None and (len(handles) > columns or len(figure.axes) > 1):
+    if engine is not None and (alone or len(handles) > columns or len(figure.axes) > 1):
         engine.set(rect=(0.0, 0.0, 1.0, 1.0 - legend.get_window_extent().height / figure.bbox.height))
     return legend
 

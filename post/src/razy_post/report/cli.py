@@ -24,7 +24,7 @@ from razy_post.report.measure import measure, table_rows, verdict
 from razy_post.report.page import Entry, counts, write_html, write_pdf
 
 PROGRAM = "razy-report"
-DPI = 150
+DPI = 200
 
 
 def parser() -> argparse.ArgumentParser:
@@ -115,12 +115,12 @@ def _make(items: list[Item], workshop: Workshop, jobs: int) -> list[Entry]:
     done = workshop.compute_all(cases, jobs, show)
     entries = []
     for item in items:
-        entries.append(_entry(item, {case.name: done[case] for case in item.case}))
+        entries.append(_entry(item, {case.name: done[case] for case in item.case}, workshop.folder.parent / "images"))
         print(f"{item.name}: {entries[-1].verdict}", flush=True)
     return entries
 
 
-def _entry(item: Item, done: Mapping[str, Done]) -> Entry:
+def _entry(item: Item, done: Mapping[str, Done], images: Path) -> Entry:
     entry = Entry(item, "", [], seconds=sum(one.seconds for one in done.values()))
     entry.problems = [f"{name or item.case[0].input}: {one.problem}" for name, one in done.items() if one.problem]
     if not entry.problems:
@@ -128,6 +128,9 @@ def _entry(item: Item, done: Mapping[str, Done]) -> Entry:
         for plot in item.plot:
             try:
                 entry.pictures.append(_picture(item, plot, done))
+                if plot.save:
+                    images.mkdir(parents=True, exist_ok=True)
+                    (images / plot.save).write_bytes(entry.pictures[-1])
             except Exception as cause:
                 entry.problems.append(f"picture: {cause}")
         for table in item.table:

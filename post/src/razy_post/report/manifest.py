@@ -11,7 +11,7 @@ from razy_post.plot import ARRANGEMENTS, PICTURES
 
 AGREES, CONTRADICTS, UNDECIDED, CHOSEN, FAILED = "agrees", "contradicts", "cannot be decided", "chosen here", "failed"
 VERDICTS = (AGREES, CONTRADICTS, UNDECIDED, CHOSEN)
-PROGRAMS = ("run", "sweep", "modes", "tune", "duel")
+PROGRAMS = ("run", "sweep", "modes", "tune", "duel", "follow")
 REDUCTIONS = (
     "first",
     "last",
@@ -26,6 +26,7 @@ REDUCTIONS = (
     "share_positive",
     "max_over_min",
     "last_over_first",
+    "ratio_of_intervals",
 )
 CONDITIONS = ("==", "!=", "<", "<=", ">", ">=")
 SEVERAL = {"run": ("time", "phase", "loop"), "sweep": ("column", "contacts")}
@@ -44,7 +45,10 @@ class Case:
 
 @dataclass(frozen=True)
 class Plot:
-    """A picture of one case or of several; by default of the first case of its item."""
+    """A picture of one case or of several; by default of the first case of its item.
+
+    With `save` it is also a file of that name in the folder ``images`` of the report.
+    """
 
     cases: tuple[str, ...] = ()
     kind: str = ""
@@ -56,6 +60,7 @@ class Plot:
     stop: float | None = None
     title: str | None = None
     size: tuple[float, ...] | None = None
+    save: str = ""
 
 
 @dataclass(frozen=True)
@@ -76,9 +81,10 @@ class Table:
 class Number:
     """A number that is read from a case, and what it should be.
 
-    Of `dataset`, or of one `column` along its last dimension, the values with `index` are taken, or those for which all
-    `where` (dataset, condition, value) hold; less or over the same of another case where `minus` or `over` names one;
-    then reduced to one number, times `scale`. With `reduced` the other case is reduced first.
+    Of `dataset`, or of one `column` along its last dimension, those values are taken for which all `where` (dataset,
+    condition, value) hold, and of these the one with `index`; less or over the same of another case where `minus` or
+    `over` names one; then reduced to one number, times `scale`. With `reduced` the other case is reduced first. Values
+    of the points of a sweep may be asked for where extrema are what they are; then each stands once for each extremum.
     """
 
     text: str
@@ -86,7 +92,7 @@ class Number:
     case: str = ""
     index: tuple[int, ...] | None = None
     column: int | None = None
-    where: tuple[tuple[str, str, float], ...] = ()
+    where: tuple[tuple[str, str, float | str], ...] = ()
     magnitude: bool = False
     reduce: str = "first"
     minus: str | None = None
@@ -240,6 +246,8 @@ def _plot_problems(item: Item, plot: Plot, called: set[str]) -> Iterator[str]:
     unknown = [case for case in plot.cases if case not in called]
     for case in unknown:
         yield f"no case '{case}'"
+    if plot.save and (not plot.save.endswith(".png") or Path(plot.save).name != plot.save):
+        yield f"save = '{plot.save}': a name that ends with .png, without a folder"
     if plot.arrange not in ARRANGEMENTS:
         yield f"arrange = '{plot.arrange}': one of {', '.join(ARRANGEMENTS)}"
     if unknown or not item.case:

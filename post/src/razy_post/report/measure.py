@@ -1,7 +1,7 @@
 """Numbers and tables out of result files, and the verdict that follows."""
 
 import operator
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import h5py
@@ -9,13 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from razy_post.errors import ResultError
-from razy_post.read.file import check_storage, making_sense_of, open_hdf5
+from razy_post.read.file import check_storage, making_sense_of, open_hdf5, text
 from razy_post.report.cases import Done
 from razy_post.report.manifest import AGREES, CONTRADICTS, FAILED, Item, Number, Table
 
 COMPARE = {
     "==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge,
 }  # fmt: skip
+
+
+class NothingThereError(ResultError):
+    """No value meets the conditions of a number."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,9 @@ def table_rows(table: Table, file: h5py.File) -> list[list[str]]:
 def _measured(item: Item, number: Number, done: Mapping[str, Done]) -> Measured:
     try:
         value = _read(item, number, done)
+    except NothingThereError as cause:
+        # Of what is only shown that may be so, such as of a window in speeds that a quick report passes over.
+        return Measured(number, np.nan, False, str(cause)) if number.decides else Measured(number, np.nan, None)
     except (ResultError, ValueError, IndexError, KeyError) as cause:
         return Measured(number, np.nan, False if number.decides else None, str(cause))
     holds = None
@@ -100,19 +107,45 @@ def _read(item: Item, number: Number, done: Mapping[str, Done]) -> float:
 
 def _selected(number: Number, case: Done) -> NDArray[np.float64]:
     with open_hdf5(case.file) as file:
-        values = _values(file, number.dataset)
+        names = [number.dataset, *(name for name, _, _ in number.where)]
+        offsets = _offsets(file, names)
+        values = _repeated(_values(file, number.dataset), number.dataset, offsets)
         if number.column is not None:
             values = values[..., number.column]
         elif values.ndim > 1 and values.shape[-1] == 1:
             values = values[..., 0]
-        if number.index is not None:
-            values = np.atleast_1d(values[number.index])
         keep = np.ones(values.shape, dtype=bool)
         for name, condition, bound in number.where:
-            keep &= COMPARE[condition](_values(file, name).reshape(values.shape), bound)
+            found = _texts(file, name) if isinstance(bound, str) else _values(file, name)
+            keep &= COMPARE[condition](_repeated(found, name, offsets).reshape(values.shape), bound)
         if number.reduce == "share":
             return keep.astype(np.float64)
-        return values[keep]
+        if number.where:
+            values = values[keep]
+        return values if number.index is None else np.atleast_1d(values[number.index])
+
+
+def _offsets(file: h5py.File, names: Sequence[str]) -> NDArray[np.int64] | None:
+    """Return where the extrema of each point of a sweep begin, if any of the datasets is of extrema."""
+    for name in names:
+        group = name.rsplit("/", 1)[0]
+        if name.startswith("/extrema/") and f"{group}/offset" in file:
+            return file[f"{group}/offset"][()]
+    return None
+
+
+def _repeated(values: NDArray, name: str, offsets: NDArray[np.int64] | None) -> NDArray:
+    """Return the values of points once for each extremum of theirs, where extrema are asked for."""
+    return np.repeat(values, np.diff(offsets)) if name.startswith("/point/") and offsets is not None else values
+
+
+def _texts(file: h5py.File, name: str) -> NDArray:
+    with making_sense_of(file.filename):
+        item = file.get(name)
+        if not isinstance(item, h5py.Dataset):
+            raise ResultError(f"no dataset '{name}'")
+        check_storage(item)
+        return np.array([text(value) for value in item[()].flat])
 
 
 def _values(file: h5py.File, name: str) -> NDArray[np.float64]:
@@ -128,7 +161,7 @@ def _reduce(values: NDArray[np.float64], number: Number) -> float:
     if number.reduce == "count":
         return values.size
     if values.size == 0:
-        raise ResultError(f"{number.dataset}: no value to take the {number.reduce} of")
+        raise NothingThereError(f"{number.dataset}: no value to take the {number.reduce} of")
     return {
         "first": lambda: values.flat[0],
         "last": lambda: values.flat[-1],
@@ -137,4 +170,5 @@ def _reduce(values: NDArray[np.float64], number: Number) -> float:
         "share_positive": lambda: np.mean(values > 0.0),
         "max_over_min": lambda: values.max() / values.min(),
         "last_over_first": lambda: values.flat[-1] / values.flat[0],
+        "ratio_of_intervals": lambda: np.divide(*np.diff(values.flat[-3:])),
     }.get(number.reduce, lambda: getattr(np, number.reduce)(values))()

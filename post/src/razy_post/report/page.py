@@ -1,6 +1,7 @@
 """The report as one HTML page with everything in it, and as a PDF."""
 
 import base64
+import math
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -17,6 +18,8 @@ from razy_post.report.manifest import AGREES, CHOSEN, CONTRADICTS, FAILED, UNDEC
 from razy_post.report.measure import Measured
 
 COLOURS = {AGREES: "#2a7a3a", CONTRADICTS: "#c1272d", UNDECIDED: "#8a6d00", CHOSEN: "#4a5a6a", FAILED: "#7a007a"}
+# The part of a page that is left below its text, with less of which pictures get a page of their own.
+ENOUGH_FOR_PICTURES = 0.45
 STYLE = """
 body { font: 15px/1.45 Georgia, serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #111; }
 h1 { font-size: 1.6em; } h2 { font-size: 1.15em; margin: 0 0 .3em; }
@@ -111,8 +114,9 @@ def _section(entry: Entry) -> str:
 
 
 def write_pdf(manifest: Manifest, entries: Sequence[Entry], path: Path) -> None:
-    """Write the report for printing: a list of verdicts, then a page of A4 for each item."""
-    with PdfPages(path, metadata={"Title": manifest.title}) as pages, look():
+    """Write the report for printing: a list of verdicts, then for each item a page of A4, or two."""
+    # The look is that of the fonts, too, which are written when the file is closed.
+    with look(), PdfPages(path, metadata={"Title": manifest.title}) as pages:
         for first in range(0, max(len(entries), 1), 60):
             page = _Page()
             page.write(manifest.title, 14.0)
@@ -133,6 +137,9 @@ def write_pdf(manifest: Manifest, entries: Sequence[Entry], path: Path) -> None:
                 for row in table:
                     page.write("     ".join(f"{text:>10}" for text in row), 8.0)
             page.write(_small_print(entry), 6.5, "0.4")
+            if entry.pictures and page.top < ENOUGH_FOR_PICTURES:
+                pages.savefig(page.figure)
+                page = _Page()
             page.pictures(entry.pictures)
             pages.savefig(page.figure)
 
@@ -145,7 +152,7 @@ class _Page:
         self.top = 0.955
 
     def write(self, text: str, size: float, colour: str = "black") -> None:
-        for line in textwrap.wrap(text, int(1300 / size)) if text else ():
+        for line in textwrap.wrap(text, int(1080 / size)) if text else ():
             self.figure.text(0.09, self.top, line.replace("$", r"\$"), fontsize=size, color=colour, va="top")
             self.top -= 1.35 * size / 842.0
 
@@ -181,6 +188,8 @@ def _anchor(entry: Entry) -> str:
 def _value(one: Measured) -> str:
     if one.problem:
         return one.problem
+    if math.isnan(one.value):
+        return "none"
     size = abs(one.value)
     if size == 0.0 or 1e-4 <= size < 1e7:
         return (

@@ -1,4 +1,4 @@
-"""A picture of a machine in its reference position: bodies, points, and what acts between them."""
+"""A picture of a planar machine to scale: bodies, points, and what acts between them."""
 
 import math
 
@@ -10,14 +10,13 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from razy_post.plot import style
+from razy_post.plot.machine.symbols import BLUE, GREEN, OCHRE, across, coils, dashpot, draw_ground
 from razy_post.plot.options import PlotOptions
 from razy_post.read import ResultFile
 from razy_post.read.scene import Element, Scene, read_scene
 
-BLUE, GREEN, OCHRE = style.EVENT_COLOURS[1:4]
 STUB = 0.09
 MARK = 0.028
-COILS = 4
 
 
 def draw(result: ResultFile, figure: Figure, options: PlotOptions) -> None:
@@ -81,36 +80,14 @@ def _draw_element(axes: Axes, element: Element, scale: float) -> Line2D:
         # An end in the frame that has no place of its own, or a closed gap.
         second = first - STUB * scale * element.direction if 0 in element.bodies else second
         if 0 in element.bodies:
-            _draw_ground(axes, second, element.direction, scale)
+            draw_ground(axes, second, element.direction, MARK * scale)
     if element.kind == "stop":
         return _draw_stop(axes, element.first, element.second, element.direction, scale)
     if element.kind == "damper":
-        colour, path = GREEN, _box(first, second, scale)
+        colour, path = GREEN, dashpot(first, second, MARK * scale)
     else:
-        colour, path = BLUE, _coils(first, second, scale)
+        colour, path = BLUE, coils(first, second, MARK * scale)
     return axes.plot(*path.T, color=colour, linewidth=1.0, zorder=3)[0]
-
-
-def _across(direction: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.array([direction[1], -direction[0]])
-
-
-def _coils(first: NDArray[np.float64], second: NDArray[np.float64], scale: float) -> NDArray[np.float64]:
-    """Return a zigzag between two places."""
-    line = second - first
-    along = np.concatenate(([0.0, 0.2], 0.2 + 0.6 * (np.arange(2 * COILS) + 0.5) / (2 * COILS), [0.8, 1.0]))
-    aside = np.concatenate(([0.0, 0.0], np.tile([1.0, -1.0], COILS), [0.0, 0.0])) * MARK * scale / 2
-    normal = _across(line / max(float(np.hypot(*line)), 1e-300))
-    return first + np.outer(along, line) + np.outer(aside, normal)
-
-
-def _box(first: NDArray[np.float64], second: NDArray[np.float64], scale: float) -> NDArray[np.float64]:
-    """Return a dashpot between two places: rod, piston, cylinder."""
-    line = second - first
-    normal = _across(line / max(float(np.hypot(*line)), 1e-300)) * MARK * scale / 2
-    at = first + np.outer([0.0, 0.45, 0.45, 0.45, np.nan, 0.3, 0.6, 0.6, 0.3, np.nan, 0.6, 1.0], line)
-    aside = np.outer([0.0, 0.0, 0.7, -0.7, np.nan, 1.0, 1.0, -1.0, -1.0, np.nan, 0.0, 0.0], normal)
-    return at + aside
 
 
 def _draw_stop(
@@ -121,19 +98,10 @@ def _draw_stop(
     scale: float,
 ) -> Line2D:
     """Draw the two faces of a contact, across its direction."""
-    face = _across(direction) * MARK * scale
+    face = across(direction) * MARK * scale
     for place in (first, second):
         handle = axes.plot(*np.array([place - face, place + face]).T, color=style.RED, linewidth=2.0, zorder=4)[0]
     return handle
-
-
-def _draw_ground(axes: Axes, place: NDArray[np.float64], direction: NDArray[np.float64], scale: float) -> None:
-    """Draw a piece of the frame: a line with hatches behind it."""
-    face, back = _across(direction) * MARK * scale, -direction * MARK * scale / 2
-    lines = [place - face, place + face]
-    for step in np.linspace(-1.0, 0.6, 4):
-        lines += [np.full(2, np.nan), place + step * face, place + (step + 0.4) * face + back]
-    axes.plot(*np.array(lines).T, color="0.35", linewidth=0.8, zorder=2)
 
 
 def _draw_exciter(axes: Axes, element: Element, scale: float) -> Line2D:
