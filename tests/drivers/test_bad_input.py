@@ -166,7 +166,8 @@ def test_messages_quote_few_characters_of_names(source, old, new):
 @pytest.mark.parametrize(
     "words",
     [["LONG.h5"], ["a.h5", "--LONG"], ["a.h5", "--kind", "LONG"], ["a.h5", "--dpi", "LONG"],
-     ["a.h5", "--observable", "LONG", "--save", "a.png"], ["a.h5", "--size", "LONG"], ["a.h5", "--save", "LONG.png"], ["a.h5", "--save", "LONG"]],
+     ["a.h5", "--observable", "LONG", "--save", "a.png"], ["a.h5", "--size", "LONG"],
+     ["a.h5", "--save", "LONG.png"], ["a.h5", "--save", "LONG"]],
 )  # fmt: skip
 def test_pictures_quote_few_characters(words):
     succeed("razy-run", GEAR_PAIR, "--set", "motion%t_end=0.01", "--set", "record(1)%from=0", "--output", "a.h5")
