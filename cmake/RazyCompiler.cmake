@@ -38,5 +38,9 @@ if(razy_ipo AND CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
   # Objects hold machine code too, so that the many test programs need not be optimised again when they are linked.
   set(CMAKE_Fortran_COMPILE_OPTIONS_IPO -flto=auto -ffat-lto-objects)
 endif()
-set(CMAKE_Fortran_FLAGS_COVERAGE "-O0 -g --coverage" CACHE STRING "Flags for coverage builds")
-set(CMAKE_EXE_LINKER_FLAGS_COVERAGE "--coverage" CACHE STRING "Linker flags for coverage builds")
+# Of what another library or the compiler's own run-time library does, sanitizers see nothing.
+set(razy_sanitizers "-O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined")
+set(CMAKE_Fortran_FLAGS_SANITIZE "${razy_sanitizers}")
+set(CMAKE_C_FLAGS_SANITIZE "${razy_sanitizers}")
+set(CMAKE_Fortran_FLAGS_COVERAGE "-O0 -g --coverage")
+set(CMAKE_EXE_LINKER_FLAGS_COVERAGE "--coverage")

@@ -1,4 +1,5 @@
-# razy_add_test: a test program of .pf files, by pFUnit where it is installed, by the stand-in in tests/support otherwise.
+# razy_add_test: a test program of .pf files, by pFUnit (4.14 or newer, with MPI for the tests that need it) where it is installed, by the
+# stand-in in tests/support otherwise, or with CMAKE_DISABLE_FIND_PACKAGE_PFUNIT. razy_pfunit says which.
 #
 #   razy_add_test(name TEST_SOURCES a.pf… [OTHER_SOURCES …] [LINK_LIBRARIES …] [LABELS …] [MAX_PES n] [TIMEOUT seconds])
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
@@ -7,10 +8,20 @@ find_package(PFUNIT QUIET)
 set(RAZY_TEST_ENVIRONMENT
   OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1)
 
-if(PFUNIT_FOUND)
+set(razy_pfunit OFF)
+if(NOT PFUNIT_FOUND)
+  set(razy_reason "not found")
+elseif(NOT PFUNIT_VERSION VERSION_GREATER_EQUAL 4.14)
+  set(razy_reason "${PFUNIT_VERSION} is older than 4.14")
+elseif(RAZY_PROGRAMS AND NOT PFUNIT_MPI_FOUND)
+  set(razy_reason "${PFUNIT_VERSION} was built without MPI")
+else()
+  set(razy_pfunit ON)
+endif()
+if(razy_pfunit)
   message(STATUS "Tests: pFUnit ${PFUNIT_VERSION}")
 else()
-  message(STATUS "Tests: pFUnit not found, its stand-in in tests/support is used")
+  message(STATUS "Tests: pFUnit ${razy_reason}, its stand-in in tests/support is used")
   set(RAZY_PF_PREPROCESS ${PROJECT_SOURCE_DIR}/tests/support/pf_preprocess.py)
 
   # Translate .pf files and build the program `name` of them, with the flags of the project.

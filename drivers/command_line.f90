@@ -4,7 +4,7 @@ module command_line
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
-   use razy_core_text, only: append_text, did_you_mean, string_t
+   use razy_core_text, only: append_text, did_you_mean, excerpt, string_t
    use razy_core_version, only: razy_git_commit, razy_version
    implicit none(type, external)
    private
@@ -82,9 +82,9 @@ contains
             if (i > command_argument_count()) call raise(error, option//" needs a value; see --help")
             if (.not. allocated(error)) call set_value(command, option, value, error)
          else if (index(option, "-") == 1 .and. len(option) > 1) then
-            call raise(error, option//": no such option; "//did_you_mean(option, known_options(scope), "options"))
+            call raise(error, excerpt(option)//": no such option; "//did_you_mean(option, known_options(scope), "options"))
          else if (allocated(command%input)) then
-            call raise(error, option//": one input file only, and "//command%input//" is given already")
+            call raise(error, excerpt(option)//": one input file only, and "//excerpt(command%input)//" is given already")
          else
             command%input = option
          end if
@@ -168,12 +168,12 @@ contains
       case ("--checkpoint")
          read (value, *, iostat=status) command%checkpoint
          if (status /= 0 .or. command%checkpoint < 0.0_wp .or. verify(value, "0123456789.eE+-") > 0) then
-            call raise(error, option//" "//value//": a time in s, 0 or more")
+            call raise(error, option//" "//excerpt(value)//": a time in s, 0 or more")
          end if
       case default
          read (value, *, iostat=status) command%checkpoint_points
          if (status /= 0 .or. command%checkpoint_points < 1 .or. verify(value, "0123456789") > 0) then
-            call raise(error, option//" "//value//": a number of points, 1 or more")
+            call raise(error, option//" "//excerpt(value)//": a number of points, 1 or more")
          end if
       end select
    end subroutine set_value

@@ -41,7 +41,7 @@ program razy_sweep
    !> What the file of starts has, if there is one.
    real(wp), allocatable :: starts(:)
    !> Whether there is anything to compute; whether all points failed.
-   logical :: go_on, failed = .false.
+   logical :: go_on = .false., failed = .false.
 
    call begin_ranks(ranks, "razy-sweep")
    if (ranks%is_root()) call read_case(error)

@@ -2,6 +2,7 @@
 !!
 !! Outcomes of the numerics (a chatter limit, a blow-up) are not errors but status values in the result.
 module razy_core_error
+   use razy_core_text, only: excerpt
    implicit none(type, external)
    private
 
@@ -9,8 +10,6 @@ module razy_core_error
 
    !> Origin of a value that came from the command line and not from a file.
    character(*), parameter :: from_option = "--set"
-   !> Longer values are cut in a message.
-   integer, parameter :: longest_value = 72
 
    !> One line for the user: `file:line: &group key = value: what is allowed`.
    type :: error_t
@@ -29,8 +28,8 @@ contains
    end subroutine raise
 
    !> The line `origin: &group key = value: allowed`, or `--set: &group%key = value: allowed`.
-   !> Empty `group`, `key` or `value` are left out with what leads to them; control characters become question marks, so
-   !> that it stays one line.
+   !> Empty `group`, `key` or `value` are left out with what leads to them, long ones are cut; control characters become question
+   !> marks, so that it stays one line.
    pure function complaint(origin, group, key, value, allowed) result(message)
       !> `file:line`, `file` or `from_option`
       character(*), intent(in) :: origin
@@ -45,13 +44,9 @@ contains
 
       message = origin//": "
       if (len(group) > 0) then
-         message = message//"&"//group
-         if (len(key) > 0) message = message//merge("%", " ", origin == from_option)//key
-         if (len(value) > longest_value) then
-            message = message//" = "//value(:longest_value)//"..."
-         else if (len(value) > 0) then
-            message = message//" = "//value
-         end if
+         message = message//"&"//excerpt(group)
+         if (len(key) > 0) message = message//merge("%", " ", origin == from_option)//excerpt(key)
+         if (len(value) > 0) message = message//" = "//excerpt(value)
          message = message//": "
       end if
       message = message//allowed

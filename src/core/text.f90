@@ -4,7 +4,7 @@ module razy_core_text
    private
 
    public :: letters, name_characters, newline, string_t
-   public :: lower, quoted, append_text, join, position_of, edit_distance, nearest_name, did_you_mean
+   public :: lower, quoted, excerpt, append_text, join, alphabetical, position_of, edit_distance, nearest_name, did_you_mean
 
    !> What a name begins with, and what may follow.
    character(*), parameter :: letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
@@ -16,6 +16,10 @@ module razy_core_text
       character(:), allocatable :: text
    end type string_t
 
+   !> Characters of what the user wrote that a message quotes at most.
+   integer, parameter :: most_quoted = 80
+   !> Longer texts are no misspelt names.
+   integer, parameter :: longest_misspelt = 200
    !> Names that a message lists.
    integer, parameter :: most_known = 40
 
@@ -52,6 +56,15 @@ contains
       written(at + 1:) = "'"
    end function quoted
 
+   !> `text`, or its beginning when it is too long for a message.
+   pure function excerpt(text) result(cut)
+      character(*), intent(in) :: text
+      character(:), allocatable :: cut
+
+      cut = text
+      if (len(text) > most_quoted) cut = text(:most_quoted - 3)//"..."
+   end function excerpt
+
    !> Add a text at the end of a list. (gfortran 12 cuts texts in `[list, string_t(text)]`.)
    pure subroutine append_text(list, text)
       type(string_t), allocatable, intent(inout) :: list(:)
@@ -80,6 +93,49 @@ contains
          joined = joined//list(i)%text
       end do
    end function join
+
+   !> Places of the texts in the order of their characters; equal ones stay as they come. Merging, from runs of one.
+   pure function alphabetical(list) result(order)
+      type(string_t), intent(in) :: list(:)
+      integer, allocatable :: order(:)
+      integer, allocatable :: before(:)
+      integer :: first, i, last, left, middle, right, run
+
+      allocate (order(size(list)))
+      do i = 1, size(order)
+         order(i) = i
+      end do
+      run = 1
+      do while (run < size(list))
+         before = order
+         do first = 1, size(list), 2*run
+            middle = min(first + run, size(list) + 1)
+            last = min(first + 2*run, size(list) + 1) - 1
+            left = first
+            right = middle
+            do i = first, last
+               if (takes_left()) then
+                  order(i) = before(left)
+                  left = left + 1
+               else
+                  order(i) = before(right)
+                  right = right + 1
+               end if
+            end do
+         end do
+         run = 2*run
+      end do
+
+   contains
+
+      pure logical function takes_left()
+
+         takes_left = right > last
+         if (takes_left .or. left >= middle) return
+         takes_left = list(before(left))%text <= list(before(right))%text
+      end function takes_left
+
+   end function alphabetical
 
    !> Place of `text` in `list` without regard to case; 0 when it is not there.
    pure integer function position_of(text, list)
@@ -130,7 +186,9 @@ contains
 
       best = ""
       least = huge(0)
+      if (len(name) > longest_misspelt) return
       do i = 1, size(known)
+         if (len(known(i)%text) > longest_misspelt) cycle
          distance = edit_distance(lower(name), lower(known(i)%text))
          part = min(len(name), len(known(i)%text)) >= least_part &
                 .and. (index(lower(known(i)%text), lower(name)) > 0 .or. index(lower(name), lower(known(i)%text)) > 0)
@@ -149,12 +207,17 @@ contains
       !> What the names are, in the plural
       character(*), intent(in) :: things
       character(:), allocatable :: advice
+      type(string_t) :: listed(min(most_known, size(known)))
+      integer :: i
 
       advice = nearest_name(name, known)
       if (len(advice) > 0) then
          advice = "did you mean '"//advice//"'?"
       else if (size(known) > 0) then
-         advice = "known "//things//": "//join(known(:min(most_known, size(known))), ", ")
+         do i = 1, size(listed)
+            listed(i)%text = excerpt(known(i)%text)
+         end do
+         advice = "known "//things//": "//join(listed, ", ")
          if (size(known) > most_known) advice = advice//", and others"
       else
          advice = "there are no "//things

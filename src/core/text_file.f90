@@ -3,7 +3,7 @@ module razy_core_text_file
    use, intrinsic :: iso_fortran_env, only: iostat_end
    use razy_core_error, only: complaint, error_t, raise
    use razy_core_number, only: to_text
-   use razy_core_text, only: newline
+   use razy_core_text, only: excerpt, newline
    implicit none(type, external)
    private
 
@@ -41,7 +41,7 @@ contains
          close (unit)
       end if
       if (allocated(problem)) then
-         call raise(error, complaint(file, "", "", "", problem))
+         call raise(error, complaint(excerpt(file), "", "", "", problem))
       else
          call clean_text(bytes, file, text, error)
       end if

@@ -1,7 +1,7 @@
 !! Where two effective inputs differ first, in words that name group and key.
 module razy_input_difference
    use razy_core_error, only: error_t
-   use razy_core_text, only: string_t
+   use razy_core_text, only: excerpt, string_t
    use razy_input_reader, only: entries_t, indexed, read_entries, words_text
    implicit none(type, external)
    private
@@ -14,8 +14,6 @@ contains
    pure function first_difference(here, there) result(text)
       character(*), intent(in) :: here, there
       character(:), allocatable :: text
-      !> Longer values are cut
-      integer, parameter :: longest = 80
       type(entries_t) :: mine, other
       type(error_t), allocatable :: error
       character(:), allocatable :: value
@@ -33,9 +31,7 @@ contains
             ! what is there of the same key is told by its value alone
             place = index(text, " = ")
             if (place > 0 .and. index(value, text(:place + 2)) == 1) value = value(place + 3:)
-            if (len(text) > longest) text = text(:longest)//"..."
-            if (len(value) > longest) value = value(:longest)//"..."
-            text = text//", there: "//value
+            text = excerpt(text)//", there: "//excerpt(value)
             return
          end do
       end if

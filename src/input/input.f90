@@ -12,7 +12,7 @@ module razy_input_input
    use razy_core_error, only: complaint, error_t, from_option, raise
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
-   use razy_core_text, only: append_text, did_you_mean, lower, newline, string_t
+   use razy_core_text, only: alphabetical, append_text, did_you_mean, lower, newline, string_t
    use razy_input_reader, only: entries_t, entry_t, indexed, path_t, read_path, words_text
    use razy_input_schema, only: group_at, group_spec_t, key_at, key_spec_t, type_integer, type_logical, type_real, type_string
    use razy_input_value, only: allowed_text, allows, value_t
@@ -273,23 +273,30 @@ contains
       type(input_t), intent(in) :: self
       type(error_t), allocatable, intent(out) :: error
       type(string_t), allocatable :: names(:)
-      integer :: g, k, other
+      integer, allocatable :: order(:)
+      integer :: g, i, k, other
 
       allocate (names(self%filled))
       do g = 1, size(names)
          names(g)%text = ""
-         associate (spec => self%schema(self%groups(g)%spec), number => self%groups(g)%number)
+         associate (spec => self%schema(self%groups(g)%spec))
             k = key_at(spec, "name")
             if (k == 0) cycle
             if (size(self%groups(g)%values(k)%words) == 0) cycle
             names(g)%text = lower(self%groups(g)%values(k)%words(1)%text)
-            do other = 1, g - 1
-               if (names(other)%text /= names(g)%text) cycle
-               call self%complain(error, spec%name, number, "name", "the name must be unique, &"//label_of(self, other)//" has it")
-               return
-            end do
          end associate
       end do
+      order = alphabetical(names)
+      g = self%filled + 1
+      do i = 2, size(order)
+         if (len(names(order(i))%text) == 0 .or. names(order(i))%text /= names(order(i - 1))%text) cycle
+         if (order(i) > g) cycle
+         g = order(i)
+         other = order(i - 1)
+      end do
+      if (g > self%filled) return
+      call self%complain(error, self%schema(self%groups(g)%spec)%name, self%groups(g)%number, "name", &
+                         "the name must be unique, &"//label_of(self, other)//" has it")
    end subroutine check_names
 
    !> An error about a value, for what only the scene can check: `file:line: &group(2) key = value: allowed`.
@@ -565,22 +572,26 @@ contains
    pure function known_paths(self) result(paths)
       class(input_t), intent(in) :: self
       type(string_t), allocatable :: paths(:)
-      integer :: count, element, g, k
+      integer :: count, element, g, k, n, pass
       logical :: single
 
-      allocate (paths(0))
-      do g = 1, self%filled
-         associate (group => self%groups(g), spec => self%schema(self%groups(g)%spec))
-            do k = 1, size(spec%keys)
-               if (spec%keys(k)%type == type_logical .or. spec%keys(k)%type == type_string) cycle
-               count = size(group%values(k)%words)
-               ! of a single number the path has no subscript
-               single = count <= 1 .and. spec%keys(k)%least == 1
-               do element = merge(0, 1, single), merge(0, count, single)
-                  call append_text(paths, label_of(self, g)//"%"//indexed(spec%keys(k)%name, element))
+      do pass = 1, 2
+         if (pass == 2) allocate (paths(n))
+         n = 0
+         do g = 1, self%filled
+            associate (group => self%groups(g), spec => self%schema(self%groups(g)%spec))
+               do k = 1, size(spec%keys)
+                  if (spec%keys(k)%type == type_logical .or. spec%keys(k)%type == type_string) cycle
+                  count = size(group%values(k)%words)
+                  ! of a single number the path has no subscript
+                  single = count <= 1 .and. spec%keys(k)%least == 1
+                  do element = merge(0, 1, single), merge(0, count, single)
+                     n = n + 1
+                     if (pass == 2) paths(n)%text = label_of(self, g)//"%"//indexed(spec%keys(k)%name, element)
+                  end do
                end do
-            end do
-         end associate
+            end associate
+         end do
       end do
    end function known_paths
 

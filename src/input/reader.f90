@@ -8,7 +8,7 @@ module razy_input_reader
    use razy_core_error, only: complaint, error_t, from_option, raise
    use razy_core_kinds, only: wp
    use razy_core_number, only: number_ok, parse_integer, to_text
-   use razy_core_text, only: letters, lower, name_characters, newline, quoted, string_t
+   use razy_core_text, only: excerpt, letters, lower, name_characters, newline, quoted, string_t
    implicit none(type, external)
    private
 
@@ -82,6 +82,7 @@ contains
       type(string_t), intent(in) :: options(:)
       type(error_t), allocatable, intent(out) :: error
       type(scanner_t) :: scanner
+      type(entry_t), allocatable :: shorter(:)
       integer :: equals, i, n
       logical :: ok
 
@@ -112,10 +113,16 @@ contains
             item%last = item%path%element
             item%option = trim(adjustl(option(equals + 1:)))
             if (ok .and. equals <= len(option)) cycle
-            call raise(error, complaint(from_option, "", "", "", "'"//option//"' must be GROUP%KEY=VALUE or GROUP(n)%KEY=VALUE"))
+            call raise(error, complaint(from_option, "", "", "", "'"//excerpt(option)// &
+                                        "' must be GROUP%KEY=VALUE or GROUP(n)%KEY=VALUE"))
          end associate
       end do
-      self%list = self%list(:n)
+      if (n == size(self%list)) return
+      allocate (shorter(n))
+      do i = 1, n
+         shorter(i) = self%list(i)
+      end do
+      call move_alloc(shorter, self%list)
    end subroutine read_entries
 
    !> Read one group: its head and its entries follow the first `n` of the list.
@@ -145,8 +152,11 @@ contains
       list(head)%path%group = scanner%group
       list(head)%path%key = ""
       list(head)%path%index = 1
-      do i = 1, n
-         if (list(i)%path%group == scanner%group) list(head)%path%index = list(i)%path%index + 1
+      ! backwards, as groups of one name mostly follow one another
+      do i = n, 1, -1
+         if (list(i)%path%group /= scanner%group) cycle
+         list(head)%path%index = list(i)%path%index + 1
+         exit
       end do
       list(head)%line = scanner%line
       n = head
@@ -161,7 +171,7 @@ contains
             scanner%at = scanner%at + 1
             call take_name(scanner, name)
             if (lower(name) == "end") return
-            scanner%problem = "this group is not closed by / before &"//name//" in line "//to_text(scanner%line)
+            scanner%problem = "this group is not closed by / before &"//excerpt(name)//" in line "//to_text(scanner%line)
             exit
          case (the_end)
             scanner%problem = "this group is not closed by /"
@@ -346,23 +356,29 @@ contains
       type(scanner_t), intent(inout) :: scanner
       character(:), allocatable, intent(out) :: string
       character(1) :: quote
-      integer :: length
+      integer :: filled, length
 
       quote = scanner%next()
       string = ""
+      filled = 0
       do
          scanner%at = scanner%at + 1
          length = scan(scanner%text(scanner%at:), quote//newline//the_end) - 1
-         string = string//scanner%text(scanner%at:scanner%at + length - 1)
+         ! room for a quote more, doubled so that many of them take linear time
+         if (filled + length + 1 > len(string)) string = string//repeat(" ", filled + length + 1)
+         string(filled + 1:filled + length) = scanner%text(scanner%at:scanner%at + length - 1)
+         filled = filled + length
          scanner%at = scanner%at + length
          if (scanner%next() /= quote) then
             scanner%problem = "the string is not closed on its line"
             return
          end if
          scanner%at = scanner%at + 1
-         if (scanner%next() /= quote) return
-         string = string//quote
+         if (scanner%next() /= quote) exit
+         filled = filled + 1
+         string(filled:filled) = quote
       end do
+      string = string(:filled)
    end subroutine take_string
 
    !> Take a name; empty unless there is one here.

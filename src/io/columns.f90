@@ -11,7 +11,7 @@ module razy_io_columns
    use razy_core_error, only: complaint, error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: number_ok, parse_real, to_text
-   use razy_core_text, only: did_you_mean, lower, newline, string_t
+   use razy_core_text, only: did_you_mean, excerpt, lower, newline, string_t
    use razy_core_text_file, only: read_text_file
    use razy_io_hdf5_library, only: check_hdf5, start_hdf5
    implicit none(type, external)
@@ -135,12 +135,12 @@ contains
       do k = 1, size(names)
          do i = 1, size(header)
             if (lower(header(i)%text) /= lower(names(k)%text)) cycle
-            if (column(k) > 0) call refuse(error, at(file, line), "two columns '"//header(i)%text//"'")
+            if (column(k) > 0) call refuse(error, at(file, line), "two columns '"//excerpt(header(i)%text)//"'")
             if (allocated(error)) return
             column(k) = i
          end do
          if (column(k) > 0) cycle
-         call refuse(error, at(file, line), "no column '"//names(k)%text//"'; "// &
+         call refuse(error, at(file, line), "no column '"//excerpt(names(k)%text)//"'; "// &
                      did_you_mean(names(k)%text, header, "columns"))
          return
       end do
@@ -174,7 +174,7 @@ contains
          associate (word => words(column(k)))
             call parse_real(word%text, row(k), status)
             if (status == number_ok) cycle
-            call refuse(error, at(file, line), "column '"//header(column(k))%text//"' has '"//word%text// &
+            call refuse(error, at(file, line), "column '"//excerpt(header(column(k))%text)//"' has '"//excerpt(word%text)// &
                         "', which is no finite real number")
          end associate
          return
@@ -195,20 +195,20 @@ contains
 
       inquire (file=file, exist=exists)
       if (.not. exists) then
-         call refuse(error, file, "there is no such file")
+         call refuse(error, excerpt(file), "there is no such file")
          return
       end if
       call start_hdf5(error)
       if (allocated(error)) return
       call h5fopen_f(file, h5f_acc_rdonly_f, id, status)
-      call check_hdf5(status, file//": is neither text (.csv, .txt) nor an HDF5 file that can be read", error)
+      call check_hdf5(status, excerpt(file)//": is neither text (.csv, .txt) nor an HDF5 file that can be read", error)
       if (allocated(error)) return
       do k = 1, size(names)
          call read_dataset(file, id, names(k)%text, column, error)
          if (allocated(error)) exit
          if (k == 1) allocate (values(size(column), size(names)))
          if (size(column) /= size(values, 1)) then
-            call refuse(error, file, "'"//names(k)%text//"' and '"//names(1)%text//"' have unequal lengths")
+            call refuse(error, file, "'"//excerpt(names(k)%text)//"' and '"//excerpt(names(1)%text)//"' have unequal lengths")
             exit
          end if
          values(:, k) = column
@@ -232,33 +232,33 @@ contains
 
       call h5lexists_f(id, name, there, status)
       if (status < 0 .or. .not. there) then
-         call refuse(error, file, "has no dataset '"//name//"'")
+         call refuse(error, file, "has no dataset '"//excerpt(name)//"'")
          return
       end if
       call h5dopen_f(id, name, set, status)
-      call check_hdf5(status, file//": '"//name//"' is no dataset", error)
+      call check_hdf5(status, file//": '"//excerpt(name)//"' is no dataset", error)
       if (allocated(error)) return
       call h5dget_space_f(set, space, status)
       call h5sget_simple_extent_ndims_f(space, dimensions, status)
       if (dimensions == 1) then
          call h5sget_simple_extent_dims_f(space, length, most, status)
          if (length(1) > most_values) then
-            call refuse(error, file, "'"//name//"' has more than 1e8 values")
+            call refuse(error, file, "'"//excerpt(name)//"' has more than 1e8 values")
          else
             allocate (column(length(1)))
             buffer = c_loc(column)
             call h5dread_f(set, h5t_native_double, buffer, status)
-            call check_hdf5(status, file//": '"//name//"' cannot be read as real numbers", error)
+            call check_hdf5(status, file//": '"//excerpt(name)//"' cannot be read as real numbers", error)
          end if
       else
-         call refuse(error, file, "'"//name//"' has not one dimension")
+         call refuse(error, file, "'"//excerpt(name)//"' has not one dimension")
       end if
       call h5sclose_f(space, status)
       call h5dclose_f(set, status)
       if (allocated(error)) return
       do i = 1, size(column, kind=i8)
          if (ieee_is_finite(column(i))) cycle
-         call refuse(error, file, "'"//name//"' has a value that is not finite at place "//to_text(i - 1)// &
+         call refuse(error, file, "'"//excerpt(name)//"' has a value that is not finite at place "//to_text(i - 1)// &
                      ", from 0")
          return
       end do

@@ -3,7 +3,7 @@
 module razy_io_posix
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_int16_t, c_int32_t, c_int64_t, c_null_char, c_ptr
    use razy_core_error, only: error_t, raise
-   use razy_core_text, only: string_t
+   use razy_core_text, only: excerpt, string_t
    implicit none(type, external)
    private
 
@@ -179,7 +179,7 @@ contains
       end if
       directory = parent_directory(trim(path))
       if (.not. path_exists(directory)) then
-         call raise(error, trim(path)//": the directory "//directory//" does not exist")
+         call raise(error, excerpt(trim(path))//": the directory "//excerpt(directory)//" does not exist")
       else if (.not. is_directory(directory)) then
          call raise(error, trim(path)//": "//directory//" is not a directory")
       else if (is_directory(trim(path))) then
@@ -187,7 +187,7 @@ contains
       else if (c_access(directory//c_null_char, mode_write_and_search) /= 0_c_int) then
          call raise(error, trim(path)//": the directory "//directory//" is not writable")
       else if (len_trim(path) - index(path, "/", back=.true.) > longest_name) then
-         call raise(error, trim(path)//": a name of more than 244 characters leaves no room for the ends of others")
+         call raise(error, excerpt(trim(path))//": a name of more than 244 characters leaves no room for the ends of others")
       end if
    end subroutine check_directory
 

@@ -55,6 +55,10 @@ module razy_motion_integrator
       !> Steps so far, and those after which clock and `stop_is_asked` are looked at.
       integer(i8), private :: steps = 0, next_look = 0
       real(wp), private :: begun = 0.0_wp
+      !> When the pace was looked at last: steps so far, and what was left of the motion, s; how often it was too slow.
+      integer(i8), private :: steps_then = 0
+      real(wp), private :: rest_then = huge(1.0_wp)
+      integer, private :: slow = 0
    contains
       procedure :: begin
       procedure :: spend
@@ -125,6 +129,10 @@ module razy_motion_integrator
 
    !> Steps from one look at the clock to the next.
    integer(i8), parameter :: steps_between_looks = 1024_i8
+   !> The pace of steps is looked at in so many parts of those there may be; a motion is given up if so many times one after the
+   !> other it was such that the steps that are left would not do.
+   integer(i8), parameter :: parts = 64
+   integer, parameter :: most_slow = 4
 
    abstract interface
       !> Whether a motion is to end at once.
@@ -236,20 +244,25 @@ contains
       self%status = status_ok
       self%steps = 0
       self%next_look = 0
+      self%steps_then = 0
+      self%rest_then = huge(1.0_wp)
+      self%slow = 0
       self%begun = seconds()
    end subroutine begin
 
-   !> One step more.
-   subroutine spend(self)
+   !> One step more. `rest`: what is left of the motion, s, by methods whose steps may become so short that it is never over.
+   subroutine spend(self, rest)
       class(budget_t), intent(inout) :: self
+      real(wp), intent(in), optional :: rest
 
       self%steps = self%steps + 1
-      if (self%steps > self%next_look) call self%look()
+      if (self%steps > self%next_look) call self%look(rest)
    end subroutine spend
 
    !> See what is left.
-   subroutine look(self)
+   subroutine look(self, rest)
       class(budget_t), intent(inout) :: self
+      real(wp), intent(in), optional :: rest
 
       logical :: stop
 
@@ -263,8 +276,26 @@ contains
          self%status = status_time_limit
       else
          self%next_look = min(self%steps + steps_between_looks, self%most_steps)
+         if (present(rest)) call look_at_pace(self, rest)
       end if
    end subroutine look
+
+   !> Whether the motion comes to its end at the pace of the last steps, s of it each.
+   subroutine look_at_pace(self, rest)
+      type(budget_t), intent(inout) :: self
+      real(wp), intent(in) :: rest
+
+      integer(i8) :: taken
+      real(wp) :: passed
+
+      taken = self%steps - self%steps_then
+      if (taken < self%most_steps/parts) return
+      passed = self%rest_then - rest
+      self%slow = merge(self%slow + 1, 0, rest*real(taken, wp) > passed*real(self%most_steps - self%steps, wp))
+      if (self%slow >= most_slow) self%status = status_step_limit
+      self%steps_then = self%steps
+      self%rest_then = rest
+   end subroutine look_at_pace
 
    real(wp) function seconds()
       integer(i8) :: ticks, rate

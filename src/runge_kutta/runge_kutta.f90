@@ -282,7 +282,7 @@ contains
                h = longest
                last = .false.
             end if
-            call self%budget%spend()
+            call self%budget%spend(rest)
             outcome%status = self%budget%status
             if (outcome%status /= status_ok) return
             call stepper%attempt(self%rhs, self%system, self%z, h, accepted, failed)

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from programs import GEAR_PAIR, changed, left, start
+from programs import GEAR_PAIR, SOURCE, changed, left, plot, start, succeed
 
 SHAPE = re.compile(r"bad\.nml(:\d+)?: (&\w+(\(\d+\))?( \w+( = .+?)?)?: )?\S.*\n")
 
@@ -93,3 +93,84 @@ def test_file_without_a_group(text, says):
     assert done.returncode == 2
     assert done.stderr == f"bad.nml: {done.stderr[9:]}"
     assert says in done.stderr and done.stderr.count("\n") == 1
+
+
+LONG = 100000 * "x"
+# what is changed in the input, with LONG for the long text
+PLANAR, ROTOR = SOURCE / "inputs" / "vibropress.nml", SOURCE / "inputs" / "rotor_rub.nml"
+STARTS = "&starts method='file', file='starts.csv' /\n&start_range coordinate='motor' /\n"
+LONG_TEXTS = {
+    "group": (("&rotation", "&LONG"),),
+    "group that is not closed": (("error_sine=5e-5 /", "error_sine=5e-5 &LONG"),),
+    "key": (("teeth=40,40", "LONG=40"),),
+    "number": (("value=-100.0", "value=LONG"),),
+    "many numbers": (("value=-100.0", "value=5000*1.25"),),
+    "choice": (("kind='lumped'", "kind='LONG'"),),
+    "name": (("name='motor',", "name='LONG',"),),
+    "body": (("between='motor',", "between='LONG',"),),
+    "body of a load": (("on='motor'", "on='LONG'"),),
+    "text between groups": (("&rotation", "LONG &rotation"),),
+    "subscript": (("teeth=40,40", "teeth(LONG)=40"),),
+    "path of a sweep": (("'rotation%speed_rpm', first=1000.0", "'rotation%LONG', first=1000.0"),),
+    "coordinate of a start": ((r"\Z", STARTS.replace("motor", "LONG")),),
+    "file of starts": ((r"\Z", STARTS.replace("starts", "LONG")),),
+    "hdf5 file of starts": ((r"\Z", STARTS.replace("starts.csv", "LONG.h5")),),
+    "column": ((r"\Z", STARTS.replace("coordinate", "column='LONG', coordinate")),),
+    "header of starts": ((r"\Z", STARTS),),
+    "word of starts": ((r"\Z", STARTS),),
+}  # fmt: skip
+STARTS_FILES = {"header of starts": "LONG, LONG1\n1, 2\n", "word of starts": "motor.angle\nLONG\n"}
+
+
+def expect_short_quotes(done, code=2):
+    assert done.returncode == code, done.stderr[-500:]
+    assert done.stderr.count("\n") == 1 and len(done.stderr) < 4096
+    assert "x" * 81 not in done.stderr and 20 * "1.25, " not in done.stderr
+
+
+@pytest.mark.parametrize("place", LONG_TEXTS)
+def test_messages_quote_few_characters(place):
+    changes = [(old, new.replace("LONG", LONG)) for old, new in LONG_TEXTS[place]]
+    changed(Path("bad.nml"), GEAR_PAIR.read_text(), *changes)
+    Path("starts.csv").write_text(STARTS_FILES.get(place, "motor.rotation\n0.1\n").replace("LONG", LONG))
+    expect_short_quotes(start("razy-sweep", "bad.nml", timeout=20))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--set", "LONG"], ["--set", "LONG%key=1"], ["--set", "motion%LONG=1"], ["--set", "motion%t_end=LONG"],
+        ["--set", "sweep%parameter=LONG"], ["--set", "record%of=LONG"],
+        ["--LONG"], ["--checkpoint", "LONG"], ["--checkpoint-points", "LONG"], ["--output", "LONG.h5"],
+        ["--output", "LONG/a.h5"], ["--log", "LONG"], ["LONG.nml"],
+    ],
+)  # fmt: skip
+def test_messages_quote_few_characters_of_options(words):
+    words = [word.replace("LONG", LONG) for word in words]
+    expect_short_quotes(start("razy-sweep", GEAR_PAIR, *words, timeout=20))
+    if words[0].endswith(".nml"):
+        expect_short_quotes(start("razy-run", *words, timeout=20))
+
+
+@pytest.mark.parametrize(
+    ("source", "old", "new"),
+    [(PLANAR, "body='[^']+'", "body='LONG'"), (ROTOR, "shaft='[^']+'", "shaft='LONG'")],
+)
+def test_messages_quote_few_characters_of_names(source, old, new):
+    text, count = re.subn(old, new.replace("LONG", LONG), source.read_text(), count=1)
+    assert count == 1
+    Path("bad.nml").write_text(text)
+    expect_short_quotes(start("razy-run", "bad.nml", timeout=20))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["LONG.h5"], ["a.h5", "--LONG"], ["a.h5", "--kind", "LONG"], ["a.h5", "--dpi", "LONG"],
+     ["a.h5", "--observable", "LONG", "--save", "a.png"], ["a.h5", "--size", "LONG"],
+     ["a.h5", "--save", "LONG.png"], ["a.h5", "--save", "LONG"]],
+)  # fmt: skip
+def test_pictures_quote_few_characters(words):
+    succeed("razy-run", GEAR_PAIR, "--set", "motion%t_end=0.01", "--set", "record(1)%from=0", "--output", "a.h5")
+    done = plot(*(word.replace("LONG", LONG) for word in words))
+    expect_short_quotes(done, done.returncode)
+    assert done.returncode in (1, 2)

@@ -87,6 +87,13 @@ def test_steps_and_time_are_limited(case, integrator):
     assert done.returncode == 1 and "time limit reached" in done.stderr
 
 
+def test_a_stiff_damper_ends_an_explicit_method_early(case):
+    values = {"motion__integrator": "'dop853'", "stop__damping": 1e12, "motion__max_steps": 8000000}
+    done = start("razy-run", case, *sets(**values), timeout=AT_ONCE)
+    assert done.returncode == 1 and "step limit reached" in done.stderr
+    assert single("case.h5", "outcome/steps") < 1000000
+
+
 # An mpirun that gets SIGTERM kills its ranks.
 @pytest.mark.parametrize(("ranks", "number"), [(None, signal.SIGTERM), (None, signal.SIGUSR1), (2, signal.SIGUSR1)])
 @pytest.mark.parametrize("threads", [False, pytest.param(True, marks=WITH_OPENBLAS)])

@@ -1,14 +1,25 @@
-"""Random machines of the lumped kind, each from its seed, in which forces are unique and do not contradict each other.
+"""Random machines, each from its seed: of the lumped kind, and rotors that turn.
 
 No rigid stop or friction is in line with others, as one load may then be shared in many ways. Friction goes with
-undamped compliant stops only: where it pulls open the stop that it needs, or presses a damped one from parting to
-closed, no branch of the laws lasts.
+undamped compliant stops, in `bound_text_of` with others too: where it pulls open the stop that it needs, or presses a
+damped one from parting to closed, no branch of the laws lasts.
 """
+
+import re
 
 import numpy as np
 
 
-def text_of(seed):
+def bound_text_of(seed):
+    """The same with friction that goes with damped stops too, and with rigid ones of other bodies than its own.
+
+    Friction that can pull open the rigid stop that it needs is left out: after an accumulation `exact` may take events
+    without end where others find a branch that lasts for a while.
+    """
+    return text_of(2 * seed + 1, any_stop=True)
+
+
+def text_of(seed, any_stop=False):
     """The text of an input: one to four bodies with stops, and for every other seed rigid ones and friction."""
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 5))
@@ -23,7 +34,7 @@ def text_of(seed):
     stops, rigid, calm = stops_of(random, mass, speed, reach, tones, seed % 2 == 1)
     lines += stops
     if seed % 2 == 1:
-        lines += frictions_of(random, n, push, speed * reach, rigid, calm)
+        lines += frictions_of(random, n, push, speed * reach, rigid, stops if any_stop else calm)
     for _ in range(int(random.integers(1, 3))):
         body, amplitude = random.integers(n), push * random.uniform(0.2, 2.0)
         tone, angle = random.choice(tones), int(random.integers(360))
@@ -88,11 +99,11 @@ def stops_of(random, mass, speed, reach, tones, may_be_rigid):
         m = min(float(mass[int(name[1:])]) for name in between if name != "frame")
         k = m * speed**2 * 10 ** random.uniform(0.0, 4.0)
         b = 2 * np.sqrt(k * m) * random.choice([0.0, 0.02, 0.2, 3.0], p=[0.3, 0.3, 0.3, 0.1])
-        if b == 0:
-            calm.append(f"s{i}")
         law = random.choice(["kelvin_voigt", "switched_spring"], p=[0.8, 0.2])
         part = random.choice(["zero_force", "zero_deformation"])
         lines.append(f"{start}, law='{law}', stiffness={k:.17g}, damping={b:.17g}, separation='{part}' /")
+        if b == 0:
+            calm.append(lines[-1])
     return lines, rigid, calm
 
 
@@ -110,6 +121,64 @@ def frictions_of(random, n, push, speed, rigid, stops):
         line += f", kinetic_coefficient={kinetic:.17g}, normal_load={push * 10 ** random.uniform(-1.0, 0.5):.17g}"
         line += f", belt_speed={random.choice([0.0, 0.0, speed * random.uniform(-1.0, 1.0)]):.17g}"
         if stops and random.random() < 0.5:
-            line += f", only_with='{random.choice(stops)}'"
+            stop = str(random.choice(stops))
+            name, *bodies = re.search("name='(.*?)', between='(.*?)','(.*?)'", stop).groups()
+            if "law='rigid'" not in stop or not set(bodies) & set(between) - {"frame"}:
+                line += f", only_with='{name}'"
         lines.append(line + " /")
     return lines
+
+
+def turning_text_of(seed):
+    """The text of a rotor with gyroscopic moments and bearings that drive it around, rigid stops and friction."""
+    random = np.random.default_rng(seed)
+    mass, speed = 10 ** random.uniform(-0.3, 0.7), 10 ** random.uniform(1.7, 2.7)
+    turning = speed * 10 ** random.uniform(-0.3, 0.5)
+    polar = mass * 10 ** random.uniform(-3.0, -1.5)
+    reach = 10 ** random.uniform(-4.5, -3.5)
+    push = mass * speed**2 * reach
+    lines = [
+        "&scene kind='rotor' /",
+        "&freedom axial=.false., torsion=.false. /",
+        "&shaft name='r', young_modulus=2.1e11, shear_modulus=8.0e10, density=7850.0, damping_ratio=0.02, "
+        "damping='nodal' /",
+        f"&section shaft='r', length={random.uniform(0.2, 0.5):.17g}, outer_diameter=0.02, elements=1 /",
+        f"&disk shaft='r', node=2, mass={mass:.17g}, polar_inertia={polar:.17g}, diametral_inertia={polar / 2:.17g} /",
+        f"&rotation speed_rpm={turning * 30 / np.pi:.17g}, circulatory={random.choice(['.true.', '.false.'])} /",
+        f"&unbalance shaft='r', node=2, moment={mass * reach * 10 ** random.uniform(-1.0, 0.3):.17g} /",
+    ]
+    for node in (1, 2):
+        k = mass * speed**2 * 10 ** random.uniform(-0.3, 0.7, 2)
+        cross = np.min(k) * random.choice([0.0, 0.05, 0.3])
+        b = 2 * np.sqrt(np.min(k) * mass) * random.choice([0.005, 0.05, 0.3])
+        lines.append(
+            f"&bearing shaft='r', node={node}, kind='matrix', "
+            f"stiffness={k[0]:.17g},{cross:.17g},{-cross:.17g},{k[1]:.17g}, damping_matrix={b:.17g},0.0,0.0,{b:.17g} /"
+        )
+    for node in (1, 2):
+        angle = random.uniform(0.0, 2 * np.pi)
+        for i in range(2):
+            direction = f"direction=0.0,{np.cos(angle):.17g},{np.sin(angle):.17g}"
+            kind = random.choice(["rigid", "friction", "none"], p=[0.4, 0.3, 0.3])
+            if kind == "rigid":
+                clearance, bounce = (
+                    reach * 10 ** random.uniform(-0.7, 0.3),
+                    random.choice([0.0, 0.3, 0.5, 0.8, 0.95, 1.0]),
+                )
+                lines.append(
+                    f"&stop name='s{node}{i}', between='r.{node}','frame', {direction}, law='rigid', "
+                    f"clearance={clearance:.17g}, restitution={bounce} /"
+                )
+            elif kind == "friction":
+                load, drift = push * 10 ** random.uniform(-1.5, 0.3), speed * reach * random.choice([0.0, 0.5])
+                lines.append(
+                    f"&friction name='f{node}{i}', between='r.{node}','frame', {direction}, "
+                    f"belt_speed={drift:.17g}, static_coefficient=0.3, "
+                    f"kinetic_coefficient={random.choice([0.3, 0.2])}, normal_load={load:.17g} /"
+                )
+            angle += random.uniform(0.3, np.pi - 0.3)
+    lines.append(f"&initial on='r.2.v', velocity={speed * reach * random.uniform(-1.0, 1.0):.17g} /")
+    end = 60.0 / speed
+    lines.append(f"&motion t_end={end:.17g}, start='given', integrator='exact', max_seconds=30.0 /")
+    lines.append(f"&record observable='state', what='trajectory', interval={end / 60:.17g} /")
+    return "\n".join(lines) + "\n"

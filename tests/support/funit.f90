@@ -1,6 +1,7 @@
 !! Serial half of the stand-in for pFUnit: the assertions that the preprocessor writes calls of, and the fixture's type.
 !!
-!! In every comparison a scalar on the left stands for each element of an array on the right, and a NaN fails.
+!! In every comparison a scalar on the left stands for each element of an array on the right, an integer on the left is a real
+!! where the right is real, and a NaN fails. Blanks and tabs around a text do not count.
 module funit
    use, intrinsic :: iso_fortran_env, only: wp => real64
    use funit_report, only: SourceLocation, anyExceptions, begin_test, end_test, has_failed, print_summary, skip_test, throw
@@ -26,15 +27,17 @@ contains
    end subroutine do_nothing
 
    !> Fail where |expected − actual| > tolerance or, if `relative`, > tolerance·|expected|; without tolerance, where they differ.
-   subroutine assert_close(expected, actual, relative, tolerance, message, location)
-      type(values_t), intent(in) :: expected, actual
+   subroutine assert_close(wanted, actual, relative, tolerance, message, location)
+      type(values_t), intent(in) :: wanted, actual
       logical, intent(in) :: relative
       real(wp), intent(in), optional :: tolerance
       character(*), intent(in), optional :: message
       type(SourceLocation), intent(in) :: location
+      type(values_t) :: expected
       real(wp) :: limit
       integer :: k
 
+      expected = converted(wanted, actual%kind)
       if (.not. conform(expected, actual, location, message)) return
       limit = 0.0_wp
       if (present(tolerance)) then
@@ -67,11 +70,33 @@ contains
       case (is_integer)
          same = expected%integer(e) == actual%integer(k)
       case (is_text)
-         same = expected%text(e) == actual%text(k)
+         same = trimmed(expected%text(e)) == trimmed(actual%text(k))
       case default
          same = expected%logical(e) .eqv. actual%logical(k)
       end select
    end function element_is_close
+
+   !> Integers as reals if `kind` is that of reals, anything else as it is.
+   pure function converted(given, kind) result(values)
+      type(values_t), intent(in) :: given
+      integer, intent(in) :: kind
+      type(values_t) :: values
+
+      values = given
+      if (given%kind /= is_integer .or. kind /= is_real) return
+      values%kind = is_real
+      values%real = real(given%integer, wp)
+   end function converted
+
+   !> Without blanks and tabs at both ends.
+   pure function trimmed(text) result(inner)
+      character(*), intent(in) :: text
+      character(:), allocatable :: inner
+      character(*), parameter :: white = " "//achar(9)
+
+      inner = ""
+      if (verify(text, white) > 0) inner = text(verify(text, white):verify(text, white, back=.true.))
+   end function trimmed
 
    !> |expected − actual| ≤ limit (times |expected| ≠ 0), without overflow; nothing is close to a NaN.
    elemental logical function is_close(expected, actual, limit, relative)
@@ -90,13 +115,15 @@ contains
    end function is_close
 
    !> Fail unless `left relation right` holds for all elements; the relation is <, <=, > or >=.
-   subroutine assert_order(left, right, relation, message, location)
-      type(values_t), intent(in) :: left, right
+   subroutine assert_order(first, right, relation, message, location)
+      type(values_t), intent(in) :: first, right
       character(*), intent(in) :: relation
       character(*), intent(in), optional :: message
       type(SourceLocation), intent(in) :: location
+      type(values_t) :: left
       integer :: k
 
+      left = converted(first, right%kind)
       if (.not. conform(left, right, location, message)) return
       if (left%kind /= is_real .and. left%kind /= is_integer) then
          call throw("an order is for reals and integers only", location, message)

@@ -25,12 +25,12 @@ module funit_values
       procedure :: element
    end type values_t
 
-   !> Flatten a scalar or an array of rank 1 to 3.
+   !> Flatten a scalar or an array of rank 1 to 3, texts of rank 1.
    interface pf_values
       procedure :: real_0, real_1, real_2, real_3
       procedure :: integer_0, integer_1, integer_2, integer_3
       procedure :: logical_0, logical_1, logical_2, logical_3
-      procedure :: text_0, text_1, text_2, text_3
+      procedure :: text_0, text_1
    end interface pf_values
 
    !> Bits of the exponent: all set in an infinity, all set and something more in a NaN.
@@ -214,21 +214,4 @@ contains
       allocate (values%text, source=x)
    end function text_1
 
-   pure function text_2(x) result(values)
-      character(*), intent(in) :: x(:, :)
-      type(values_t) :: values
-
-      values%kind = is_text
-      allocate (values%extent, source=shape(x))
-      allocate (values%text, source=reshape(x, [size(x)]))
-   end function text_2
-
-   pure function text_3(x) result(values)
-      character(*), intent(in) :: x(:, :, :)
-      type(values_t) :: values
-
-      values%kind = is_text
-      allocate (values%extent, source=shape(x))
-      allocate (values%text, source=reshape(x, [size(x)]))
-   end function text_3
 end module funit_values

@@ -209,6 +209,8 @@ class Translator:
         elif name == "disable":
             if number < 2 or not re.match(r"\s*@test\b", self.lines[number - 2], re.IGNORECASE):
                 raise PfError(number, "@disable stands on the line after @test")
+            if self.suite.fixture:
+                raise PfError(number, "@disable disables nothing in a file with @testCase")
         elif name != "testcase":
             raise PfError(number, f"@{match[1]} is not one of the directives in use here")
         return []

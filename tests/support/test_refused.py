@@ -79,6 +79,7 @@ REFUSED = [
         8,
         "ignored in a file with @testCase",
     ),
+    (FIXTURE, "   @test\n", "   @test\n   @disable\n", 9, "disables nothing in a file with @testCase"),
     (
         SERIAL,
         "contains\n",

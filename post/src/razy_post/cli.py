@@ -5,12 +5,11 @@ import sys
 import warnings
 from contextlib import ExitStack
 from pathlib import Path
-from typing import NoReturn
 
 from matplotlib.figure import Figure
 
 from razy_post import __version__, output
-from razy_post.errors import ResultError
+from razy_post.errors import Parser, ResultError, one_line
 from razy_post.plot import ARRANGEMENTS, KINDS, QUANTITIES, PlotNote, PlotOptions, draw_files
 from razy_post.plot.style import provenance
 from razy_post.read import open_result
@@ -19,15 +18,7 @@ from razy_post.read.file import making_sense_of
 PROGRAM = "razy-plot"
 
 
-class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line."""
-
-    def error(self, message: str) -> NoReturn:
-        """Print the message and exit with 2."""
-        self.exit(2, f"{PROGRAM}: error: {message} (see {PROGRAM} --help)\n")
-
-
-def parser() -> argparse.ArgumentParser:
+def parser() -> Parser:
     """Return the parser of the command line."""
     result = Parser(
         prog=PROGRAM,
@@ -135,7 +126,7 @@ def _plot(given: argparse.Namespace) -> None:
 
 
 def _fail(message: str, code: int) -> int:
-    print(f"{PROGRAM}: error: {' '.join(message.split())}", file=sys.stderr)
+    print(f"{PROGRAM}: error: {one_line(message)}", file=sys.stderr)
     return code
 
 

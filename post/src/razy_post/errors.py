@@ -1,4 +1,10 @@
-"""The error of this package that is the user's to mend."""
+"""The error of this package that is the user's to mend, and how messages quote what the user wrote."""
+
+import argparse
+import re
+from typing import NoReturn
+
+MOST_QUOTED = 80
 
 
 class ResultError(Exception):
@@ -6,3 +12,22 @@ class ResultError(Exception):
 
     The message is one line that names the file or the option; the command line prints it and exits with 2.
     """
+
+
+def excerpt(text: str) -> str:
+    """Return a text, or its beginning when it is too long for a message."""
+    return text if len(text) <= MOST_QUOTED else text[: MOST_QUOTED - 3] + "..."
+
+
+def one_line(message: str) -> str:
+    """Return a message in one line, in which long words, but not paths of many folders, are cut."""
+    words = re.sub(rf"[^\s/]{{{MOST_QUOTED + 1},}}", lambda word: excerpt(word[0]), message)
+    return " ".join(words.split())
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser of a command line whose errors are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print the message and exit with 2."""
+        self.exit(2, f"{self.prog}: error: {one_line(message)} (see {self.prog} --help)\n")

@@ -1,26 +1,16 @@
 """The commands ``razy-merge`` and ``razy-csv``."""
 
-import argparse
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import NoReturn
 
 from razy_post import __version__
-from razy_post.errors import ResultError
+from razy_post.errors import Parser, ResultError, one_line
 from razy_post.merge import merge
 from razy_post.read import FollowResult, SweepResult, open_result
 from razy_post.read.file import making_sense_of
 from razy_post.table import write_extrema, write_points
 from razy_post.target import check_output
-
-
-class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line."""
-
-    def error(self, message: str) -> NoReturn:
-        """Print the message and exit with 2."""
-        self.exit(2, f"{self.prog}: error: {message} (see {self.prog} --help)\n")
 
 
 def merge_main(arguments: list[str] | None = None) -> int:
@@ -71,9 +61,9 @@ def _run(name: str, work: Callable[[], str]) -> int:
     try:
         print(f"wrote {work()}", file=sys.stderr)
     except ResultError as error:
-        print(f"{name}: error: {' '.join(str(error).split())}", file=sys.stderr)
+        print(f"{name}: error: {one_line(str(error))}", file=sys.stderr)
         return 2
     except Exception as error:
-        print(f"{name}: error: {type(error).__name__}: {' '.join(str(error).split())}", file=sys.stderr)
+        print(f"{name}: error: {type(error).__name__}: {one_line(str(error))}", file=sys.stderr)
         return 1
     return 0

@@ -2,7 +2,7 @@
 module razy_scenes_lumped_bodies
    use razy_core_error, only: error_t
    use razy_core_kinds, only: qp, wp
-   use razy_core_text, only: did_you_mean, lower, position_of, string_t
+   use razy_core_text, only: did_you_mean, excerpt, lower, position_of, string_t
    use razy_input_input, only: input_t
    use razy_scenes_gears, only: join_speeds
    implicit none(type, external)
@@ -63,7 +63,7 @@ contains
 
       call input%get(group, index, key, name)
       body = position_of(name, self%name)
-      if (body == 0) call input%complain(error, group, index, key, "no body is named "//name//"; " &
+      if (body == 0) call input%complain(error, group, index, key, "no body is named "//excerpt(name)//"; " &
                                          //did_you_mean(name, self%name, "bodies"))
    end subroutine find_body
 
@@ -85,7 +85,7 @@ contains
          if (lower(names(i)%text) == "frame") cycle
          ends(i) = position_of(names(i)%text, self%name)
          if (ends(i) == 0) then
-            call input%complain(error, group, index, "between", "no body is named "//names(i)%text//"; " &
+            call input%complain(error, group, index, "between", "no body is named "//excerpt(names(i)%text)//"; " &
                                 //did_you_mean(names(i)%text, [self%name, string_t("frame")], "bodies"))
             return
          end if

@@ -5,7 +5,7 @@
 module razy_scenes_planar_bodies
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
-   use razy_core_text, only: did_you_mean, lower, position_of, string_t
+   use razy_core_text, only: did_you_mean, excerpt, lower, position_of, string_t
    use razy_input_input, only: input_t
    implicit none(type, external)
    private
@@ -76,7 +76,7 @@ contains
             if (lower(body) == "frame") cycle
             point%body = position_of(body, self%name)
             if (point%body == 0) then
-               call input%complain(error, "point", i, "body", "no body is named "//body//"; "// &
+               call input%complain(error, "point", i, "body", "no body is named "//excerpt(body)//"; "// &
                                    did_you_mean(body, [self%name, string_t("frame")], "bodies"))
                return
             end if
@@ -112,7 +112,7 @@ contains
       if (lower(names(element)%text) == "frame") then
          point%located = .false.
       else if (.not. known_point(self, names(element)%text, point)) then
-         call input%complain(error, group, index, key, "no point or body is named "//names(element)%text//"; "// &
+         call input%complain(error, group, index, key, "no point or body is named "//excerpt(names(element)%text)//"; "// &
                              did_you_mean(names(element)%text, [self%point_name, self%name, string_t("frame")], "points"))
       end if
    end subroutine find_point

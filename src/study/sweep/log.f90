@@ -5,7 +5,7 @@ module razy_study_sweep_log
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: decimal, to_text
    use razy_core_table, only: table_t
-   use razy_core_text, only: string_t
+   use razy_core_text, only: excerpt, string_t
    use razy_motion_integrator, only: status_meanings
    use razy_study_sweep_task, only: sweep_task_t
    use razy_sweep_checkpoint, only: checkpoint_path, checkpoint_t
@@ -27,13 +27,14 @@ contains
       integer, intent(out) :: unit
       type(error_t), allocatable, intent(out) :: error
 
-      character(200) :: reason
+      character(len(path) + 200) :: reason
       integer :: status
 
       unit = error_channel
       if (path == "-") return
       open (newunit=unit, file=path, position="append", action="write", iostat=status, iomsg=reason)
-      if (status /= 0) call raise(error, path//": the log cannot be written: "//trim(reason))
+      if (status /= 0) call raise(error, excerpt(path)//": the log cannot be written"// &
+                                  reason(index(reason, ": ", back=.true.):len_trim(reason)))
    end subroutine open_log
 
    !> The line with which a log begins.

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 import h5py
 import numpy as np
 
-from razy_post.errors import ResultError
+from razy_post.errors import ResultError, excerpt
 
 if TYPE_CHECKING:
     import xarray
@@ -116,10 +116,10 @@ def choose(wanted: str, known: Iterable[str], what: str, path: str) -> str:
     if wanted in known:
         return wanted
     if not known:
-        raise ResultError(f"{path}: no {what} '{wanted}': the file has none")
-    near = difflib.get_close_matches(wanted, known, n=1)
+        raise ResultError(f"{path}: no {what} '{excerpt(wanted)}': the file has none")
+    near = difflib.get_close_matches(excerpt(wanted), known, n=1)
     hint = f"; did you mean '{near[0]}'?" if near else ""
-    raise ResultError(f"{path}: no {what} '{wanted}'{hint} (the file has: {', '.join(known)})")
+    raise ResultError(f"{path}: no {what} '{excerpt(wanted)}'{hint} (the file has: {', '.join(known)})")
 
 
 class ResultFile:

@@ -1,6 +1,5 @@
 """The command ``razy-report``."""
 
-import argparse
 import os
 import shutil
 import sys
@@ -14,7 +13,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from razy_post import __version__
-from razy_post.errors import ResultError
+from razy_post.errors import Parser, ResultError, one_line
 from razy_post.plot import PlotNote, PlotOptions, draw, draw_several
 from razy_post.plot.style import look
 from razy_post.read import open_result
@@ -27,9 +26,9 @@ PROGRAM = "razy-report"
 DPI = 200
 
 
-def parser() -> argparse.ArgumentParser:
+def parser() -> Parser:
     """Return the parser of the command line."""
-    result = argparse.ArgumentParser(
+    result = Parser(
         prog=PROGRAM,
         description="Compute the cases of a manifest, draw and measure them, and write one page that says what agrees "
         "with the source: report.html and report.pdf.",
@@ -62,7 +61,7 @@ def main(arguments: list[str] | None = None) -> int:
         _check(items, workshop, max(given.jobs, 1))
     except (ResultError, OSError) as error:
         for line in str(error).splitlines():
-            print(f"{PROGRAM}: error: {line}", file=sys.stderr)
+            print(f"{PROGRAM}: error: {one_line(line)}", file=sys.stderr)
         return 2
     entries = _make(items, workshop, max(given.jobs, 1))
     write_html(manifest, entries, given.output / "report.html")
