@@ -94,9 +94,41 @@ def test_special_points_are_marked_and_labelled(follow):
     assert legend == ["period 1", "period 2", "unstable", "LP fold", "PD period doubling", "GR grazing"]
 
 
-def test_labels_do_not_overlap(follow):
+def test_no_labels_where_there_are_too_many(follow):
     with h5py.File(follow, "r+") as file:
         at = np.arange(0, 161, 2, dtype=np.int32)
+        for name, data in (
+            ("label", ["LP"] * at.size),
+            ("parameter", file["point/load.frequency"][()][at]),
+            ("branch", np.ones(at.size, dtype=np.int32)),
+            ("point", at),
+            ("contact", [""] * at.size),
+        ):
+            del file[f"special/{name}"]
+            file[f"special/{name}"] = data
+    with pytest.warns(PlotNote, match=r"no room for the labels of \d+ points"):
+        (axes,) = drawn(follow).axes
+    assert len(axes.texts) == 0 and line(axes, "LP")[0].size == at.size
+
+
+def test_exponents_stand_beneath_all_motions(follow):
+    parameter, exponent = np.array([8.0, 9.0, 12.0]), np.array([-1.0, 2.0, -0.5])
+    with h5py.File(follow, "r+") as file:
+        file["sample/load.frequency"], file["sample/lyapunov"] = parameter, exponent
+        file["sample/unsettled"] = np.zeros(3, dtype=np.int32)
+        file["basin/sample"] = np.array([0, 2, 2], dtype=np.int32)
+        file["basin/branch"] = np.array([1, 1, 2], dtype=np.int32)
+        file["basin/starts"] = np.array([9, 4, 5], dtype=np.int32)
+    with open_result(follow) as result:
+        samples = result.samples
+        assert samples.starts.tolist() == [9, 4, 5] and samples.sample.tolist() == [0, 2, 2]
+    _, below = drawn(follow).axes
+    np.testing.assert_allclose(line(below, "Lyapunov exponent 1"), [parameter, exponent])
+
+
+def test_labels_do_not_overlap(follow):
+    with h5py.File(follow, "r+") as file:
+        at = np.arange(0, 161, 6, dtype=np.int32)
         p = file["point/load.frequency"][()]
         for name, data in (
             ("label", ["LP"] * at.size),
