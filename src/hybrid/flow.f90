@@ -116,7 +116,7 @@ module razy_hybrid_flow
    !> The pace of events: when, s, and after how many it was looked at last; how long those took, and the first; how often it was
    !> too fast.
    type :: pace_t
-      real(wp) :: time = 0.0_wp, took = huge(1.0_wp), first = 0.0_wp
+      real(wp) :: time = 0.0_wp, took = 1.0e300_wp, first = 0.0_wp
       integer(i8) :: events = 0
       integer :: hurried = 0
    contains

@@ -57,7 +57,7 @@ module razy_motion_integrator
       real(wp), private :: begun = 0.0_wp
       !> When the pace was looked at last: steps so far, and what was left of the motion, s; how often it was too slow.
       integer(i8), private :: steps_then = 0
-      real(wp), private :: rest_then = huge(1.0_wp)
+      real(wp), private :: rest_then = 1.0e200_wp
       integer, private :: slow = 0
    contains
       procedure :: begin
@@ -245,7 +245,7 @@ contains
       self%steps = 0
       self%next_look = 0
       self%steps_then = 0
-      self%rest_then = huge(1.0_wp)
+      self%rest_then = 1.0e200_wp
       self%slow = 0
       self%begun = seconds()
    end subroutine begin

@@ -239,8 +239,10 @@ contains
       before = far/epsilon(1.0_wp)
       nearly = self%accuracy*max(1.0_wp, norm2(guess(:self%order())))
       orbit%u = guess
+      orbit%rounds = 1
       do round = 1, most_rounds
-         orbit%rounds = round
+         ! What goes on below the errors of a method says nothing of the step.
+         if (before > nearly .or. .not. self%resolution > 0.0_wp) orbit%rounds = round
          call self%evaluate(orbit%u, .true., orbit, ok)
          if (ok) then
             if (.not. allocated(orbit%column) .or. (modulo(round, 4) == 2 .and. before > nearly)) call self%differentiate(orbit, ok)

@@ -233,7 +233,7 @@ contains
       real(wp), intent(in) :: x(:), part
 
       associate (s => problem%scales())
-         is_near = nearest(self, x/s(:size(x))) <= part*size_of(self)
+         is_near = closest(self, x/s(:size(x))) <= part*size_of(self)
       end associate
    end function is_near
 
@@ -253,17 +253,17 @@ contains
       type(found_t), intent(in) :: self
       real(wp), intent(in) :: u(:)
 
-      is_same = nearest(self, u(:size(self%phase, 1))) <= same*size_of(self)
+      is_same = closest(self, u(:size(self%phase, 1))) <= same*size_of(self)
    end function is_same
 
-   pure real(wp) function nearest(self, u)
+   pure real(wp) function closest(self, u)
       type(found_t), intent(in) :: self
       real(wp), intent(in) :: u(:)
 
       integer :: i
 
-      nearest = minval([(norm2(self%phase(:, i) - u), i=1, self%periods)])
-   end function nearest
+      closest = minval([(norm2(self%phase(:, i) - u), i=1, self%periods)])
+   end function closest
 
    pure real(wp) function size_of(self)
       type(found_t), intent(in) :: self
@@ -298,7 +298,7 @@ contains
                share = (p - a(last))/(b(last) - a(last))
                guess = a + share*(b - a)
                guess(last) = p
-               if (nearest(motion, guess(:last - 1)) > far*norm2(b - a) + same*size_of(motion)) cycle
+               if (closest(motion, guess(:last - 1)) > far*norm2(b - a) + same*size_of(motion)) cycle
             end associate
             if (allocated(there%column)) deallocate (there%column)
             call problem%correct(guess, row, there, ok)

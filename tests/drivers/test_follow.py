@@ -202,6 +202,16 @@ def test_second_parameter_has_to_hold_its_value():
     assert "a range that holds 100" in done.stderr and done.stderr.count("\n") == 1
 
 
+def test_a_closed_motion_over_its_belt_speed():
+    """Without excitation, by steps: the period grows as sticking ends; no step becomes tiny."""
+    with follow(SOURCE / "inputs" / "belt_oscillator.nml") as file:
+        speed, period = file["point/friction.belt_speed"][:], file["point/period"][:]
+        assert speed[[0, -1]] == pytest.approx([0.2, 0.6], rel=1e-12)
+        assert speed.size < 400 and file["point/stable"][:].all()
+    # It sticks for most of the way from where slip ends to x = 1.
+    assert (np.diff(period) < 0.0).all() and period[0] > 2 * np.pi
+
+
 ALL = sets(follow__motions="'all'", follow__samples=6)
 
 
