@@ -106,6 +106,13 @@ def test_a_verdict_that_turns_fails(folder):
     assert "First: contradicts, expected agrees" in done.stderr
 
 
+def test_a_quick_report_leaves_out_what_is_slow(folder):
+    case = written(folder, MANIFEST.replace('caption = "Another"', 'caption = "Another"\nslow = true'))
+    assert "1 agrees:" in report(case, "--output", "quick", "--quick").stdout
+    assert "1 agrees, 1 contradicts" in report(case, "--output", "whole").stdout
+    assert "1 contradicts:" in report(case, "--output", "named", "--quick", "--only", "Second").stdout
+
+
 def test_bad_manifests_are_refused_line_by_line_before_anything_runs(folder):
     bad = MANIFEST.replace('kind = "phase"', 'kind = "campbell"').replace("reduce =", "reduces =", 1)
     bad = bad.replace('input = "case.nml"', 'input = "no.nml"', 1)

@@ -56,7 +56,7 @@ def main(arguments: list[str] | None = None) -> int:
     given = parser().parse_args(arguments)
     try:
         manifest = read_manifest(given.manifest)
-        items = _chosen(manifest, given.only)
+        items = _chosen(manifest, given.only, given.quick)
         workshop = Workshop(given.output / "cases", _programs(given.programs), manifest.folder, given.quick)
         _check(items, workshop, max(given.jobs, 1))
     except (ResultError, OSError) as error:
@@ -74,12 +74,12 @@ def main(arguments: list[str] | None = None) -> int:
     return 1 if bad else 0
 
 
-def _chosen(manifest: Manifest, names: list[str]) -> list[Item]:
+def _chosen(manifest: Manifest, names: list[str], quick: bool) -> list[Item]:
     known = {item.name: item for item in manifest.item}
     for name in names:
         if name not in known:
             raise ManifestError(f"--only {name}: no such item (has: {', '.join(known)})")
-    return [known[name] for name in names] if names else list(manifest.item)
+    return [known[name] for name in names] if names else [item for item in manifest.item if not (quick and item.slow)]
 
 
 def _programs(given: Path | None) -> Path:

@@ -115,7 +115,8 @@ class Number:
 class Item:
     """A figure, table or statement of the source.
 
-    `verdict` is said where no number decides; `expected` is what the verdict is to be, or the report fails.
+    `verdict` is said where no number decides; `expected` is what the verdict is to be, or the report fails. A quick
+    report leaves out what is `slow`, unless it is asked for by name.
     """
 
     name: str
@@ -125,6 +126,7 @@ class Item:
     note: str = ""
     verdict: str = ""
     expected: str = ""
+    slow: bool = False
     case: tuple[Case, ...] = ()
     plot: tuple[Plot, ...] = ()
     table: tuple[Table, ...] = ()
