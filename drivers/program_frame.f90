@@ -2,7 +2,7 @@
 module program_frame
    use, intrinsic :: iso_fortran_env, only: output_unit
    use command_line, only: command_t, exit_failure, exit_usage, finish, of_one, print_help, print_version, read_command, say
-   use razy_core_error, only: error_t
+   use razy_core_error, only: error_t, raise
    use razy_input_input, only: input_t
    use razy_core_text_file, only: read_text_file
    use razy_core_table, only: table_t
@@ -14,7 +14,7 @@ module program_frame
    implicit none(type, external)
    private
 
-   public :: begin_program, check_files, end_checks, end_program, fail
+   public :: begin_program, check_files, end_checks, end_program, fail, read_case
 
 contains
 
@@ -25,18 +25,39 @@ contains
       type(input_t), intent(out) :: input
 
       type(error_t), allocatable :: error
-      character(:), allocatable :: text
+      logical :: answered
 
       call use_one_thread()
-      call read_command(command, of_one, error)
-      if (allocated(error)) call fail(name//": "//error%message, exit_usage)
-      if (command%help) call print_help(name, does, of_one)
+      call read_case(name, does, of_one, command, input, answered, error)
+      if (allocated(error)) call fail(error%message, exit_usage)
+      if (answered) stop
+   end subroutine begin_program
+
+   !> Read arguments, of this scope, and input; with --help or --version the program has answered.
+   subroutine read_case(name, does, scope, command, input, answered, error)
+      character(*), intent(in) :: name, does
+      integer, intent(in) :: scope
+      type(command_t), intent(out) :: command
+      type(input_t), intent(out) :: input
+      logical, intent(out) :: answered
+      type(error_t), allocatable, intent(out) :: error
+
+      type(error_t), allocatable :: problem
+      character(:), allocatable :: text
+
+      answered = .false.
+      call read_command(command, scope, problem)
+      if (allocated(problem)) then
+         call raise(error, name//": "//problem%message)
+         return
+      end if
+      answered = command%help .or. command%version
+      if (command%help) call print_help(name, does, scope)
       if (command%version) call print_version(name)
-      if (command%help .or. command%version) stop
+      if (answered) return
       call read_text_file(command%input, text, error)
       if (.not. allocated(error)) call read_study(input, text, command%input, command%overrides, error)
-      if (allocated(error)) call fail(error%message, exit_usage)
-   end subroutine begin_program
+   end subroutine read_case
 
    !> All has been read: ends the program with `error`, if there is one, or if the output exists; with --check after the effective
    !> input.

@@ -1,9 +1,8 @@
 !! razy-follow: periodic motions over a parameter, stable or not, and where they change their kind; all of them under mpirun too.
 program razy_follow
    use, intrinsic :: iso_fortran_env, only: output_unit
-   use command_line, only: command_t, exit_failure, exit_interrupted, exit_ok, exit_usage, of_ranks, print_help, print_version, &
-                           read_command, say
-   use program_frame, only: check_files
+   use command_line, only: command_t, exit_failure, exit_interrupted, exit_ok, exit_usage, of_ranks, say
+   use program_frame, only: check_files, read_case
    use progress, only: show_progress
    use rank_frame, only: begin_ranks, end_ranks, leave_if
    use razy_core_error, only: error_t
@@ -11,7 +10,6 @@ program razy_follow
    use razy_core_number, only: to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
-   use razy_core_text_file, only: read_text_file
    use razy_input_input, only: input_t
    use razy_scenes_case, only: read_study
    use razy_study_follow_cells, only: cells_t, new_cells
@@ -33,7 +31,7 @@ program razy_follow
    logical :: go_on, stopped = .false.
 
    call begin_ranks(ranks, "razy-follow")
-   if (ranks%is_root()) call read_case(error)
+   if (ranks%is_root()) call prepare(error)
    call leave_if(ranks, error, exit_usage)
    call ranks%broadcast(go_on, error)
    call leave_if(ranks, error, exit_failure)
@@ -43,23 +41,19 @@ program razy_follow
 contains
 
    !> Rank 0 reads and checks everything, and follows one motion alone.
-   subroutine read_case(error)
+   subroutine prepare(error)
       type(error_t), allocatable, intent(out) :: error
 
       type(input_t) :: input
       type(string_t), allocatable :: lines(:), written(:)
-      character(:), allocatable :: text
       integer :: i
+      logical :: answered
 
       go_on = .false.
-      call read_command(command, of_ranks, error)
-      if (allocated(error)) return
-      if (command%help) call print_help("razy-follow", "follow periodic motions over a parameter, stable or not, through "// &
-                                        "their bifurcations; also under mpirun", of_ranks)
-      if (command%version) call print_version("razy-follow")
-      if (command%help .or. command%version) return
-      call read_text_file(command%input, text, error)
-      if (.not. allocated(error)) call read_study(input, text, command%input, command%overrides, error)
+      call read_case("razy-follow", &
+                     "follow periodic motions over a parameter, stable or not, through their bifurcations; also under mpirun", &
+                     of_ranks, command, input, answered, error)
+      if (answered) return
       if (.not. allocated(error)) call new_cells(cells, input, error)
       if (allocated(error)) return
       effective = input%effective()
@@ -75,7 +69,7 @@ contains
          if (.not. allocated(error) .and. .not. cells%follow%all_motions) call cells%follow%compute(error)
          go_on = .not. allocated(error)
       end if
-   end subroutine read_case
+   end subroutine prepare
 
    !> One motion is followed already, on rank 0.
    subroutine follow_and_write()

@@ -1,9 +1,8 @@
 !! razy-sweep: many motions over a parameter, under mpirun or alone.
 program razy_sweep
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-   use command_line, only: command_t, exit_failure, exit_interrupted, exit_ok, exit_usage, of_a_sweep, print_help, &
-                           print_version, read_command, say
-   use program_frame, only: check_files
+   use command_line, only: command_t, exit_failure, exit_interrupted, exit_ok, exit_usage, of_a_sweep, say
+   use program_frame, only: check_files, read_case
    use progress, only: show_progress
    use rank_frame, only: begin_ranks, end_ranks, leave_if
    use razy_core_error, only: error_t, raise
@@ -11,7 +10,6 @@ program razy_sweep
    use razy_core_number, only: to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
-   use razy_core_text_file, only: read_text_file
    use razy_input_input, only: input_t
    use razy_io_hdf5_file, only: delete_partial_files
    use razy_io_posix, only: path_exists
@@ -44,7 +42,7 @@ program razy_sweep
    logical :: go_on = .false., failed = .false.
 
    call begin_ranks(ranks, "razy-sweep")
-   if (ranks%is_root()) call read_case(error)
+   if (ranks%is_root()) call prepare(error)
    call leave_if(ranks, error, exit_usage)
    call ranks%broadcast(go_on, error)
    call leave_if(ranks, error, exit_failure)
@@ -55,22 +53,19 @@ program razy_sweep
 contains
 
    !> Rank 0 reads and checks everything before anything runs.
-   subroutine read_case(error)
+   subroutine prepare(error)
       type(error_t), allocatable, intent(out) :: error
 
       type(input_t) :: input
       type(string_t), allocatable :: lines(:), written(:)
-      character(:), allocatable :: text
       integer :: i
+      logical :: answered
 
       go_on = .false.
-      call read_command(command, of_a_sweep, error)
-      if (allocated(error)) return
-      if (command%help) call print_help("razy-sweep", "compute many motions over a parameter; also under mpirun", of_a_sweep)
-      if (command%version) call print_version("razy-sweep")
-      if (command%help .or. command%version) return
-      call read_text_file(command%input, text, error)
-      if (.not. allocated(error)) call read_study(input, text, command%input, command%overrides, error)
+      call read_case("razy-sweep", &
+                     "compute many motions over a parameter; also under mpirun", &
+                     of_a_sweep, command, input, answered, error)
+      if (answered) return
       if (.not. allocated(error)) call read_start_file(starts, input, error)
       if (.not. allocated(error)) call new_sweep(task, input, starts, error)
       if (allocated(error)) return
@@ -95,7 +90,7 @@ contains
             go_on = .true.
          end if
       end if
-   end subroutine read_case
+   end subroutine prepare
 
    !> The result file of the points that are in the checkpoint.
    subroutine write_so_far(error)

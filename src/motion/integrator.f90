@@ -44,6 +44,9 @@ module razy_motion_integrator
       procedure :: columns
    end type outcome_t
 
+   !> A time, s, longer than any motion, whose products with numbers of steps are numbers.
+   real(wp), parameter :: long = 1.0e200_wp
+
    !> What a motion may take, and who may end it. A method calls `spend` for each of its steps; from then on `status` says whether
    !> the motion may go on.
    type :: budget_t
@@ -57,7 +60,7 @@ module razy_motion_integrator
       real(wp), private :: begun = 0.0_wp
       !> When the pace was looked at last: steps so far, and what was left of the motion, s; how often it was too slow.
       integer(i8), private :: steps_then = 0
-      real(wp), private :: rest_then = 1.0e200_wp
+      real(wp), private :: rest_then = long
       integer, private :: slow = 0
    contains
       procedure :: begin
@@ -245,7 +248,7 @@ contains
       self%steps = 0
       self%next_look = 0
       self%steps_then = 0
-      self%rest_then = 1.0e200_wp
+      self%rest_then = long
       self%slow = 0
       self%begun = seconds()
    end subroutine begin

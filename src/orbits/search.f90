@@ -1,7 +1,7 @@
 !! All periodic motions at one value of the parameter, as far as they are found: what motions from several starts settle to,
 !! and, by Newton's method from where they come back most nearly after some periods of the excitation, those that nothing
-!! settles to. What is near a motion that is known is not tried. (Deflating what is known, so that Newton's method keeps away
-!! from it, was tried: with the gear pair it finds a third fewer.)
+!! settles to. What is near a motion that is known is not tried. Motions that are known are not deflated: that leads Newton's
+!! method away from many of the others, too.
 module razy_orbits_search
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp

@@ -52,6 +52,7 @@ module razy_study_follow_follow
       procedure :: reset
       procedure :: follow_from
       procedure :: place_on
+      procedure :: contact_name
       procedure, private :: one_branch
       procedure, private :: curve_through
    end type follow_t
@@ -271,6 +272,20 @@ contains
       end do
       place = 0
    end function place_on
+
+   !> Name of a contact, if it is one.
+   function contact_name(self, contact) result(name)
+      class(follow_t), intent(in) :: self
+      integer, intent(in) :: contact
+      character(:), allocatable :: name
+
+      name = ""
+      if (contact == 0) return
+      select type (family => self%problem%map%family)
+      type is (case_family_t)
+         name = family%machine%contact(contact)%name
+      end select
+   end function contact_name
 
    !> The curve of a special point over both parameters, unless one goes through it already.
    subroutine curve_through(self, branch, place)

@@ -183,7 +183,7 @@ contains
             associate (point => self%branch(b)%point(i))
                if (point%label == "") cycle
                label = [label, point%label]
-               name = name_of(self, point%contact)
+               name = self%contact_name(point%contact)
                contact = [contact, name]
                branch = [branch, b]
                place = [place, k - 1]
@@ -216,7 +216,7 @@ contains
       do i = 1, self%curves
          associate (one => self%curve(i))
             label(i) = one%label
-            contact(i) = name_of(self, one%contact)
+            contact(i) = self%contact_name(one%contact)
             curve = [curve, [(i, k=1, one%count)]]
             largest = [largest, one%largest]
             place = reshape([place, one%place], [2, size(curve)])
@@ -262,20 +262,6 @@ contains
       call table%add("/basin/starts", starts, "1", "how many of them", settled)
    end subroutine sample_columns
 
-   !> Name of a contact, if it is one.
-   function name_of(self, contact) result(name)
-      type(follow_t), intent(in) :: self
-      integer, intent(in) :: contact
-      character(:), allocatable :: name
-
-      name = ""
-      if (contact == 0) return
-      select type (family => self%problem%map%family)
-      type is (case_family_t)
-         name = family%machine%contact(contact)%name
-      end select
-   end function name_of
-
    !> One line for each special point, as AUTO prints them, and one for the end of each branch.
    function follow_words(self) result(lines)
       type(follow_t), intent(in) :: self
@@ -297,7 +283,7 @@ contains
                                 right(decimal(point%orbit%u(size(point%orbit%u))*self%problem%range, 12), 20)// &
                                 right(to_text(self%branch(b)%periods), 6)// &
                                 right(decimal(maxval([0.0_wp, abs(point%orbit%multiplier)]), 6), 14)//"  "// &
-                                name_of(self, point%contact))
+                                self%contact_name(point%contact))
             end associate
          end do
          call append_text(lines, "branch "//to_text(b)//" ends: "//self%branch(b)%ending)

@@ -4,8 +4,8 @@ module razy_study_follow_summary
    use razy_core_kinds, only: wp
    use razy_core_number, only: decimal, to_text
    use razy_core_text, only: append_text, string_t
+   use razy_linalg_dense, only: rising_order
    use razy_orbits_branch, only: branch_t
-   use razy_study_follow_family, only: case_family_t
    use razy_study_follow_follow, only: follow_t
    implicit none(type, external)
    private
@@ -75,16 +75,7 @@ contains
             end do
          end associate
       end do
-      do i = 2, size(stretch)
-         one = stretch(i)
-         k = i - 1
-         do while (k >= 1)
-            if (stretch(k)%low <= one%low) exit
-            stretch(k + 1) = stretch(k)
-            k = k - 1
-         end do
-         stretch(k + 1) = one
-      end do
+      stretch = stretch(rising_order(stretch%low))
    end function stable_stretches
 
    !> 1 if point i exists and is a located one.
@@ -116,7 +107,8 @@ contains
       real(wp) :: begun, middle
       integer :: before, count_here, i
 
-      at = sorted([self%first(1), self%last(1), stretch%low, stretch%high])
+      at = [self%first(1), self%last(1), stretch%low, stretch%high]
+      at = at(rising_order(at))
       before = -1
       begun = at(1)
       do i = 2, size(at)
@@ -222,7 +214,7 @@ contains
             higher = merge(1, 2, parameter_at(self, branch, i - 1) > parameter_at(self, branch, i + 1))
             events(higher) = branch%point(i - 1)%orbit%sequence%count
             events(3 - higher) = branch%point(i + 1)%orbit%sequence%count
-            words = name_of(self, point%contact)
+            words = self%contact_name(point%contact)
             if (words == "") words = "contacts"
             if (events(1) == 0 .or. events(2) == 0) then
                words = words//merge(" begins", " ceases", events(1) == 0)//" to touch or to part in the motion of "//periods
@@ -232,24 +224,11 @@ contains
             end if
          case ("ST", "SL")
             words = merge("sticking", "sliding ", point%label == "ST")
-            words = trim(words)//" begins or ends at "//name_of(self, point%contact)//" in the motion of "//periods
+            words = trim(words)//" begins or ends at "//self%contact_name(point%contact)//" in the motion of "//periods
          case default
          end select
       end associate
    end function change_at
-
-   function name_of(self, contact) result(name)
-      type(follow_t), intent(in) :: self
-      integer, intent(in) :: contact
-      character(:), allocatable :: name
-
-      name = ""
-      if (contact == 0) return
-      select type (family => self%problem%map%family)
-      type is (case_family_t)
-         name = family%machine%contact(contact)%name
-      end select
-   end function name_of
 
    pure function periods_of(periods) result(text)
       integer, intent(in) :: periods
@@ -276,25 +255,5 @@ contains
       text = value(self, parameter)
       if (self%varied(1)%unit /= "1") text = text//" "//self%varied(1)%unit
    end function with_unit
-
-   pure function sorted(values) result(order)
-      real(wp), intent(in) :: values(:)
-      real(wp), allocatable :: order(:)
-
-      real(wp) :: one
-      integer :: i, k
-
-      order = values
-      do i = 2, size(order)
-         one = order(i)
-         k = i - 1
-         do while (k >= 1)
-            if (order(k) <= one) exit
-            order(k + 1) = order(k)
-            k = k - 1
-         end do
-         order(k + 1) = one
-      end do
-   end function sorted
 
 end module razy_study_follow_summary
