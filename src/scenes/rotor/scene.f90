@@ -127,10 +127,11 @@ contains
       call take_matrices(machine, self%reduced, input)
       meshes = size(self%model%rotor%mesh)
       allocate (machine%contact(meshes + input%count("stop") + input%count("friction")))
-      call new_harmonics(harmonics, n + size(machine%contact))
+      call new_harmonics(harmonics, n + 2*size(machine%contact))
       do i = 1, meshes
          call read_gear_mesh(machine%contact(i), input, i, self%reduced%mesh_direction(:, i), &
-                             self%ratio(self%model%rotor%mesh(i)%shaft(1)), "a shaft that meshes", harmonics, n + i, error)
+                             self%ratio(self%model%rotor%mesh(i)%shaft(1)), "a shaft that meshes", harmonics, &
+                             [n + i, n + size(machine%contact) + i], error)
          if (allocated(error)) return
       end do
       call read_contacts(machine, self, meshes, input, harmonics, error)
