@@ -47,7 +47,8 @@ contains
    end function gear_keys
 
    !> The contact of mesh i with the direction `w`; its error goes to the first of the rows `row` of the harmonics, those of its
-   !> stiffness to the second. `ratio` is the speed of its first gear over that of `&rotation`, 0 if it is not known; `joined` says what makes it known.
+   !> stiffness to the second. `ratio` is the speed of its first gear over that of `&rotation`, 0 if it is not known; `joined` says
+   !> what makes it known.
    subroutine read_gear_mesh(contact, input, i, w, ratio, joined, harmonics, row, error)
       type(contact_t), intent(out) :: contact
       type(input_t), intent(in) :: input

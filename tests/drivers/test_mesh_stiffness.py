@@ -3,7 +3,7 @@
 import h5py
 import numpy as np
 import pytest
-from programs import GEAR_PAIR, sets, start, succeed
+from programs import GEAR_PAIR, SOURCE, sets, start, succeed
 
 # Two equal wheels without backlash, shafts or load: m d'' + k(t) d = 0 with m = I/(2 r²) and 40 teeth at 60 rpm, 40 Hz.
 INERTIA, RADIUS, HERTZ = 0.01, 0.1, 40.0
@@ -119,3 +119,33 @@ def test_refused(folder, change, says):
     (folder / "wheels.nml").write_text(text)
     done = start("razy-run", "wheels.nml", *sets(motion__treatment="'smoothing'"))
     assert "'event': a mesh stiffness switches" in done.stderr
+
+
+def test_rotor(folder):
+    """The gearbox of two shafts by finite elements."""
+    options = sets(gear_mesh__contact_ratio=1.4, reduction__modes=8, motion__t_end=0.004)
+    options += ["--set", "record(1)%from=0.0"]
+    gearbox = SOURCE / "inputs" / "test_gearbox.nml"
+    exact = run(gearbox, *options, *sets(motion__integrator="'exact'"))
+    other = run(gearbox, *options, *sets(motion__integrator="'dop853'", motion__relative_tolerance=1e-12))
+    names = [name for name in exact if name.startswith("extrema/") and name.endswith("/value")]
+    assert names
+    for name in names:
+        assert len(exact[name]) == len(other[name]) > 5
+        np.testing.assert_allclose(other[name], exact[name], rtol=0, atol=1e-7 * np.abs(exact[name]).max())
+
+
+def test_tangents(folder):
+    """Derivatives pass a switch as they are: without damping the two exponents add up to nothing."""
+    stiffness = 0.98 * MASS * (np.pi * HERTZ) ** 2
+    growth = np.arccosh(abs(meissner(stiffness, 0.6, 1.8)) / 2) * HERTZ
+    found = []
+    for integrator in ("exact", "dop853"):
+        text = WHEELS.format(stiffness=stiffness, variation="contact_ratio=1.6, pair_ratio=1.8", integrator=integrator)
+        (folder / "wheels.nml").write_text(text)
+        found.append(
+            np.ravel(run("wheels.nml", *sets(motion__lyapunov=2, motion__lyapunov_periods=400))["lyapunov/exponent"])
+        )
+    np.testing.assert_allclose(found[0], found[1], rtol=0, atol=1e-7 * growth)
+    assert abs(found[0].sum()) < 1e-9 * growth
+    assert found[0][0] == pytest.approx(growth, rel=0.1)

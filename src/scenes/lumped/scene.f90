@@ -72,7 +72,8 @@ contains
       if (.not. allocated(error)) call take_harmonics(machine, harmonics)
    end subroutine build
 
-   !> Gear mesh i; its error and the harmonics of its stiffness go to the rows `row` of the harmonics. `ratio` (bodies) are mean speeds over that of `&rotation`.
+   !> Gear mesh i; its error and the harmonics of its stiffness go to the rows `row` of the harmonics. `ratio` (bodies) are mean
+   !> speeds over that of `&rotation`.
    subroutine new_mesh(contact, bodies, input, i, ratio, harmonics, row, error)
       type(contact_t), intent(out) :: contact
       type(bodies_t), intent(in) :: bodies
