@@ -264,7 +264,8 @@ contains
       peak%factor = ieee_value(height, ieee_quiet_nan)
       do step = -1, 1, 2
          i = k
-         do while (amplitude(i) >= height)
+         ! Between coarse points the nearest one may be low, and on the other side of the peak.
+         do while (amplitude(i) >= height .or. step*(self%grid(i) - peak%at) <= 0.0_wp)
             i = i + step
             if (i < 1 .or. i > size(amplitude)) return
          end do
