@@ -8,7 +8,23 @@ INPUTS = sorted((SOURCE / "inputs").rglob("*.nml"))
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+\.?\d*(?:[eEdD][-+]?\d+)?(?![\w.])")
 NAME = re.compile(r"\b[a-z_]\w*\b")
 GROUP = re.compile(r"(?ms)^&.*?/[ \t]*$")
-ODD = ["0", "-1", "1e30", "-1e30", "1e308", "1e-308", "1e400", "nan", "-inf", "2147483648", "3*1.0", "1,2,3", "", "'1'", "1.d"]
+ODD = [
+    "0",
+    "-1",
+    "1e30",
+    "-1e30",
+    "1e308",
+    "1e-308",
+    "1e400",
+    "nan",
+    "-inf",
+    "2147483648",
+    "3*1.0",
+    "1,2,3",
+    "",
+    "'1'",
+    "1.d",
+]
 STRAY = ["&", "/", "!", "'", '"', "=", ",", "(", ")", "*", "%", "\n", "\0", "\t", "\x7f", "é", "&end", "--", "1e", "()"]
 
 
@@ -73,7 +89,16 @@ def groups_mixed(text, random):
     return rest[:i] + times * (where[0] + "\n") + rest[i:]
 
 
-EDITS = [another_number, another_number, another_number, another_name, another_name, stray_text, a_part_lost, a_part_twice]
+EDITS = [
+    another_number,
+    another_number,
+    another_number,
+    another_name,
+    another_name,
+    stray_text,
+    a_part_lost,
+    a_part_twice,
+]
 EDITS += [the_end_lost, groups_mixed, groups_mixed]
 
 

@@ -4,10 +4,9 @@ import os
 import subprocess
 from pathlib import Path
 
+import mutants
 import numpy as np
 import pytest
-
-import mutants
 
 BIN = Path(os.environ["RAZY_BUILD"]) / "bin"
 FIRST, LAST = (int(number) for number in os.environ.get("RAZY_FUZZ_SEEDS", "0:20").split(":"))
