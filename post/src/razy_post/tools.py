@@ -15,16 +15,16 @@ from razy_post.target import check_output
 
 def merge_main(arguments: list[str] | None = None) -> int:
     """Run ``razy-merge``; return its exit code."""
-    parser = _parser("razy-merge", "Make one file of sweeps of neighbouring ranges of a parameter.")
+    parser = new_parser("razy-merge", "Make one file of sweeps of neighbouring ranges of a parameter.")
     parser.add_argument("files", metavar="FILE.h5", type=Path, nargs="+", help="files of razy-sweep, in any order")
     parser.add_argument("--output", metavar="FILE.h5", type=Path, required=True, help="file to write")
     given = parser.parse_args(arguments)
-    return _run(parser.prog, lambda: f"{given.output}: {merge(given.files, given.output, given.force)} points")
+    return run_command(parser.prog, lambda: f"{given.output}: {merge(given.files, given.output, given.force)} points")
 
 
 def csv_main(arguments: list[str] | None = None) -> int:
     """Run ``razy-csv``; return its exit code."""
-    parser = _parser(
+    parser = new_parser(
         "razy-csv", "Write a sweep or branches as comma-separated text: points, or an observable's extrema."
     )
     parser.add_argument("file", metavar="FILE.h5", type=Path, help="file of razy-sweep or razy-follow")
@@ -42,10 +42,11 @@ def csv_main(arguments: list[str] | None = None) -> int:
                 return f"{target}: {write_points(result, target)} points"
             return f"{target}: {write_extrema(result, given.observable, target)} extrema"
 
-    return _run(parser.prog, export)
+    return run_command(parser.prog, export)
 
 
-def _parser(name: str, does: str) -> Parser:
+def new_parser(name: str, does: str) -> Parser:
+    """Return the parser of a command that writes a file."""
     parser = Parser(
         prog=name,
         description=does,
@@ -57,7 +58,8 @@ def _parser(name: str, does: str) -> Parser:
     return parser
 
 
-def _run(name: str, work: Callable[[], str]) -> int:
+def run_command(name: str, work: Callable[[], str]) -> int:
+    """Do the work of a command, say what was written; return the exit code."""
     try:
         print(f"wrote {work()}", file=sys.stderr)
     except ResultError as error:
