@@ -128,6 +128,7 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | N
             raise ResultError(
                 f"{result.path}: --period goes with pictures of the kinds poincare, orbit, spectrum alone"
             )
+        _check_swap(kind, options)
         with look():
             fitting[kind].draw(result, figure, options)
 
@@ -169,7 +170,13 @@ def draw_several(
         if kind == "waterfall" and all(isinstance(result, RunResult) for result in results):
             spectrum.draw_waterfall(results, figure, options)
             return
+        _check_swap(kind, options)
         several.draw(results, figure, options, kind, labels, arrange)
+
+
+def _check_swap(kind: str, options: PlotOptions) -> None:
+    if options.swap and kind != "column":
+        raise ResultError("--swap goes with pictures of the kind column alone")
 
 
 def _default_kind(result: ResultFile, first: str) -> str:
