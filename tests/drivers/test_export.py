@@ -49,6 +49,9 @@ def test_matlab_reads_a_sweep():
     np.testing.assert_array_equal(found["extrema"]["mesh_deformation"]["value"], data.mesh_deformation)
     assert found["extrema"]["mesh_deformation"]["offset"].dtype == np.int64
     assert found["units"]["extrema"]["mesh_deformation"] == {"time": "s", "value": "m"}
+    assert data.razy.export("again.mat").read_bytes() == raw
+    with pytest.raises(razy.Error, match=r"again\.mat: exists already"):
+        data.razy.export("again.mat")
     assert found["about"]["program"] == "razy-sweep" and found["about"]["input"] == data.input
 
 
