@@ -30,7 +30,7 @@ def modes():
 
 
 def motion():
-    text = re.sub(r"(?m)^&(record|sweep|motion)\b.*$", "", ROTOR.read_text())
+    text = re.sub(r"(?m)^&(record|sweep|motion|reduction)\b.*$", "", ROTOR.read_text())
     text += "&motion t_end=0.02, start='zero', integrator='dop853' /\n"
     text += "&record observable='state', what='trajectory', interval=1e-3 /\n"
     Path("motion.nml").write_text(text)
@@ -99,6 +99,16 @@ def test_a_motion_over_time():
         float(np.abs(data.displacement.sel(coordinate=[c for c in data.coordinate.values if c[-1] in "uvw"])[7]).max())
     )
     assert code("motion.h5", "--output", "motion.vtk") == 2
+
+
+def test_a_motion_of_reduced_coordinates_has_no_shape(capsys):
+    motion()
+    text = Path("motion.nml").read_text() + re.search(r"(?m)^&reduction\b.*$", ROTOR.read_text())[0] + "\n"
+    Path("reduced.nml").write_text(text)
+    succeed("razy-run", "reduced.nml")
+    for target in ("motion.gif", "motion.xdmf"):
+        assert code("reduced.h5", "--output", target) == 2
+        assert "compute it without &reduction" in capsys.readouterr().err
 
 
 def test_animations():

@@ -130,6 +130,8 @@ def _motion(
 ) -> Iterator[tuple[float, NDArray[np.float64]]]:
     if not result.has_trajectory or not result.coordinates:
         raise ResultError(f"{result.path}: a motion of the shafts needs &record observable='state', what='trajectory'")
+    if not {name.lower().rpartition(".")[0] for name in result.coordinates} & set(bones.names):
+        raise ResultError(f"{result.path}: its coordinates are not those of nodes; compute it without &reduction")
     state, time = result.file["state/displacement"], result.time
     for row in range(time.size) if rows is None else rows:
         yield float(time[row]), bones.deflections(result.coordinates, state[row])
