@@ -39,6 +39,7 @@ module razy_hybrid_mode
       procedure :: force_form
       procedure :: normal_form
       procedure :: matrices
+      procedure :: damping_trace
       procedure :: loads
    end type mode_t
 
@@ -201,6 +202,25 @@ contains
          end do
       end do
    end subroutine matrices
+
+   !> Trace of B, 1/s; volumes of states shrink with it.
+   pure function damping_trace(self, system) result(trace)
+      class(mode_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      real(wp) :: trace
+
+      type(linear_form_t) :: force
+      integer :: i, j
+
+      trace = 0.0_wp
+      do i = 1, system%m
+         trace = trace + system%coupled%damping(i, i)
+      end do
+      do j = 1, size(self%branch)
+         force = self%force_form(system, j)
+         trace = trace + dot_product(system%w(:, j), force%on_v)
+      end do
+   end function damping_trace
 
    !> Load (m) and its phasors (m, tones) with what of the contacts' forces does not depend on the motion.
    pure subroutine loads(self, system, load, harmonic)

@@ -4,15 +4,27 @@
 !! motions (razy_orbits_branch) through the place where the curve is expected has the point, located there to rounding. So the
 !! curve may turn in either parameter. It ends where such a branch has no point of its kind: at a cusp, or where the point
 !! becomes another.
+!!
+!! Where on a curve another multiplier comes to 1 or -1, or the pair of a torus to a third or a fourth of a turn, two things
+!! happen at once (Y. A. Kuznetsov, Elements of Applied Bifurcation Theory, Springer (2004), chapter 9): these places are
+!! located, too.
 module razy_orbits_curve
    use razy_core_kinds, only: wp
    use razy_core_text, only: string_t
+   use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_orbits_branch, only: branch_t, find_tangent, point_t
    use razy_orbits_orbit, only: problem_t
    implicit none(type, external)
    private
 
-   public :: curve_t
+   public :: curve_t, junction_t
+
+   !> A place where two things happen at once: R1 to R4 resonances (multipliers 1 and 1, -1 and -1, a third and a fourth of a
+   !> turn), LPPD a fold and a doubling, GRLP and GRPD a grazing at a fold or a doubling. `place`: the two parameters.
+   type :: junction_t
+      character(4) :: label = ""
+      real(wp) :: place(2) = 0.0_wp
+   end type junction_t
 
    !> `place` (2, points): the two parameters; modulus of the largest multiplier (points).
    type :: curve_t
@@ -21,12 +33,14 @@ module razy_orbits_curve
       integer :: contact = 0, periods = 1, branch = 0
       integer :: count = 0
       real(wp), allocatable :: place(:, :), largest(:)
+      type(junction_t), allocatable :: junction(:)
       !> Why it ends on both sides, in words.
       type(string_t) :: ending(2)
    contains
       procedure :: follow
       procedure :: passes
       procedure, private :: add
+      procedure, private :: find_junctions
    end type curve_t
 
    !> Where a curve has come to: the point, its parameters in units of their ranges, the number of the one along which it was found,
@@ -45,6 +59,8 @@ module razy_orbits_curve
    real(wp), parameter :: straight = 0.2_wp, steepest = 20.0_wp
    !> So near the end of the range a curve may end.
    real(wp), parameter :: near_end = 1.0e-4_wp
+   !> Part of a step to which a junction is located; one at which its test is no less than this part of those beside it is a jump.
+   real(wp), parameter :: close_enough = 1.0e-10_wp, jumps = 1.0e-4_wp
    character(*), parameter :: at_border = "the end of the range"
 
 contains
@@ -66,7 +82,7 @@ contains
       parameter = problem%parameter
       first%point = point
       first%at = [point%orbit%u(size(point%orbit%u)), parameter(2)/range]
-      allocate (self%place(2, 2*most + 1), self%largest(2*most + 1))
+      allocate (self%place(2, 2*most + 1), self%largest(2*most + 1), self%junction(0))
       do side = 1, 2
          call one_side(self, problem, first, merge(-1.0_wp, 1.0_wp, side == 1), low/scale, high/scale, scale, &
                        most, self%ending(side)%text)
@@ -156,15 +172,79 @@ contains
             return
          end do
          call self%add(next, scale)
+         next%length = last(1)%length + norm2(next%at - last(1)%at)
+         call self%find_junctions(problem, [next, last(:min(known, 2))], held, scale)
          if (at_end) ending = at_border
          if (at_end) return
-         next%length = last(1)%length + norm2(next%at - last(1)%at)
          if (error < 0.25_wp*straight*h) h = min(2*h, largest_step)
          last(2:) = last(:2)
          last(1) = next
          known = min(known + 1, 3)
       end do
    end subroutine one_side
+
+   !> What else happens between the last two of some stations, the newest first, along parameter 3 - `held`.
+   subroutine find_junctions(self, problem, station, held, scale)
+      class(curve_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      type(station_t), intent(in) :: station(:)
+      integer, intent(in) :: held
+      real(wp), intent(in) :: scale(2)
+
+      type(bracketed_root_t) :: root
+      type(station_t) :: there
+      character(4) :: name(2)
+      real(wp) :: after(2), before(2), error, now(2)
+      integer :: k
+      logical :: found
+
+      call test_for_others(self%label, station(2)%point%orbit%multiplier, name, before)
+      call test_for_others(self%label, station(1)%point%orbit%multiplier, name, after)
+      do k = 1, 2
+         if (before(k)*after(k) >= 0.0_wp) cycle
+         call root%start(station(2)%length, before(k), station(1)%length, after(k))
+         found = .true.
+         do while (root%width() > close_enough*abs(station(1)%length - station(2)%length) .and. .not. root%done())
+            call look(problem, self%label, self%contact, station(2), ahead(station, root%trial), held, &
+                      abs(root%trial - station(2)%length), scale, there, error, found)
+            if (.not. found) exit
+            call test_for_others(self%label, there%point%orbit%multiplier, name, now)
+            call root%take(now(k))
+         end do
+         if (.not. found .or. abs(root%value) >= jumps*max(abs(before(k)), abs(after(k)))) cycle
+         self%junction = [self%junction, junction_t(name(k), there%at*scale)]
+      end do
+   end subroutine find_junctions
+
+   !> Functions of the multipliers of a point of this kind that change their sign where something else happens, and its name.
+   pure subroutine test_for_others(label, multiplier, name, value)
+      character(*), intent(in) :: label
+      complex(wp), intent(in) :: multiplier(:)
+      character(4), intent(out) :: name(2)
+      real(wp), intent(out) :: value(2)
+
+      integer :: pair
+      logical :: others(size(multiplier))
+
+      others = .true.
+      select case (label)
+      case ("LP")
+         others(minloc(abs(multiplier - 1), dim=1)) = .false.
+         name = [character(4) :: "R1", "LPPD"]
+      case ("PD")
+         others(minloc(abs(multiplier + 1), dim=1)) = .false.
+         name = [character(4) :: "LPPD", "R2"]
+      case ("TR")
+         name = [character(4) :: "R3", "R4"]
+         value = 0.0_wp
+         pair = minloc(abs(abs(multiplier) - 1), dim=1, mask=multiplier%im > 0.0_wp)
+         if (pair > 0) value = real(multiplier(pair), wp) + [0.5_wp, 0.0_wp]
+         return
+      case default
+         name = [character(4) :: "GRLP", "GRPD"]
+      end select
+      value = [real(product(multiplier - 1, mask=others), wp), real(product(multiplier + 1, mask=others), wp)]
+   end subroutine test_for_others
 
    !> Unknowns without the parameter, and both parameters, where the curve is expected at this length, by the polynomial
    !> through where it was last.

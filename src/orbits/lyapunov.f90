@@ -6,6 +6,7 @@ module razy_orbits_lyapunov
    use razy_core_table, only: table_t
    use razy_hybrid_flow, only: flow_t
    use razy_motion_integrator, only: observer_slot_t, outcome_t, status_ok
+   use razy_orbits_volume, only: volume_t
    implicit none(type, external)
    private
 
@@ -18,6 +19,9 @@ module razy_orbits_lyapunov
       real(wp), allocatable :: exponent(:), error(:)
       !> Kaplan-Yorke dimension; NaN where too few exponents were asked for.
       real(wp) :: dimension = 0.0_wp
+      !> What all exponents together have to be, by the trace and the impacts, 1/s; NaN where this rule is not known, or too few
+      !> exponents were asked for.
+      real(wp), private :: sum_rule = 0.0_wp
    contains
       procedure :: forget
       procedure :: follow
@@ -39,6 +43,7 @@ contains
       self%exponent = spread(ieee_value(1.0_wp, ieee_quiet_nan), 1, self%asked)
       self%error = self%exponent
       self%dimension = ieee_value(1.0_wp, ieee_quiet_nan)
+      self%sum_rule = ieee_value(1.0_wp, ieee_quiet_nan)
    end subroutine forget
 
    !> Follow a prepared flow from the state z, at the phase of excitation that the machine begins with, over intervals of
@@ -48,8 +53,9 @@ contains
       class(flow_t), intent(inout) :: by
       real(wp), intent(in) :: z(:), interval
 
-      type(observer_slot_t) :: none(0)
+      type(observer_slot_t), allocatable :: observers(:)
       type(outcome_t) :: outcome
+      type(volume_t), target :: volume
       real(wp), allocatable :: growth(:, :), q(:, :)
       integer :: block, i, k, n
 
@@ -63,11 +69,14 @@ contains
          q(:, i) = [(cos(real(i*block, wp)), block=1, size(z))]
       end do
       call orthonormalise(q)
+      allocate (observers(merge(1, 0, k == size(z))))
+      if (k == size(z)) observers(1)%observer => volume
+      call volume%begin(by)
       by%first = z
       do block = 1, blocks
          do i = 1, n
             by%tangent = q
-            call by%run(interval, most_events, none, outcome)
+            call by%run(interval, most_events, observers, outcome)
             if (outcome%status /= status_ok) exit
             by%first = by%z
             q = by%tangent
@@ -82,6 +91,7 @@ contains
          self%error(i) = sqrt(sum((growth(i, :) - self%exponent(i))**2)/(blocks*(blocks - 1)))
       end do
       where (self%exponent(:k) < log(lost)/interval/2) self%exponent(:k) = ieee_value(1.0_wp, ieee_negative_inf)
+      if (k == size(z)) self%sum_rule = volume%logarithm/(blocks*n*interval)
       self%dimension = kaplan_yorke(self%exponent(:k), k == size(z))
    end subroutine follow
 
@@ -135,6 +145,7 @@ contains
       call table%add(group//"error", self%error, "1/s", "standard error of the exponents, by the scatter of tenths of the time", &
                      group//"order", fixed=.true.)
       call table%add(group//"dimension", self%dimension, "1", "Kaplan-Yorke dimension")
+      call table%add(group//"sum_rule", self%sum_rule, "1/s", "sum of all exponents by the trace of the damping and the impacts")
    end subroutine columns
 
 end module razy_orbits_lyapunov

@@ -195,6 +195,30 @@ def test_curve_over_two_parameters():
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def test_where_a_doubling_ends_in_a_grazing():
+    """The grazing has a multiplier -1 where the curve of the doubling has no next point."""
+    near = {
+        "follow(1)%first": 1574,
+        "follow(1)%last": 1584,
+        "follow(1)%doublings": 0,
+        "follow(2)%first": 98.8,
+        "follow(2)%last": 100.4,
+    }
+    words = [word for key, value in near.items() for word in ("--set", f"{key}={value}")]
+    done = succeed("razy-follow", PAIR_MAP, *words, "--output", "curve.h5")
+    assert "GRPD at rotation%speed_rpm 1576.8252592" in done.stderr
+    with h5py.File("curve.h5") as file:
+        labels = file["curve/label"].asstr()[:].tolist()
+        assert file["junction/label"].asstr()[:].tolist() == ["GRPD"]
+        assert labels[file["junction/curve"][0] - 1] == "GR"
+        points = file["curve_point/curve"][:] == 1 + labels.index("PD")
+        for name in ("rotation.speed_rpm", "load(1).value"):
+            end = file[f"curve_point/{name}"][:][points].min()
+            assert file[f"junction/{name}"][0] == pytest.approx(end, rel=1e-7)
+    done = plot("curve.h5", "--kind", "curves", "--save", "curves.svg")
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_second_parameter_has_to_hold_its_value():
     done = start("razy-follow", PAIR_MAP, "--set", "follow(2)%first=150")
     assert done.returncode == 2

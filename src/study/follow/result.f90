@@ -7,13 +7,16 @@ module razy_study_follow_result
    use razy_core_number, only: decimal, to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
+   use razy_hybrid_flow, only: flow_t
    use razy_io_result_file, only: new_header
    use razy_io_rows_file, only: rows_file_t
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: observer_slot_t
    use razy_observe_extrema, only: extrema_t
    use razy_orbits_branch, only: point_t
+   use razy_orbits_curve, only: junction_t
    use razy_orbits_period_map, only: return_t
+   use razy_orbits_volume, only: volume_t
    use razy_study_follow_family, only: case_family_t
    use razy_study_follow_follow, only: follow_t
    implicit none(type, external)
@@ -82,6 +85,7 @@ contains
       type(extrema_t), allocatable, target :: extrema(:)
       type(observer_slot_t), allocatable :: slots(:)
       type(return_t) :: back
+      type(volume_t), target :: volume
       real(wp), allocatable :: s(:), state(:)
       real(wp) :: duration, value
       integer :: i
@@ -98,7 +102,12 @@ contains
          type is (case_family_t)
             call ask_extrema(extrema, family)
          end select
-         allocate (slots(size(extrema)))
+         allocate (slots(size(extrema) + 1))
+         slots(size(slots))%observer => volume
+         select type (by => map%by)
+         class is (flow_t)
+            call volume%begin(by)
+         end select
          do i = 1, size(extrema)
             slots(i)%observer => extrema(i)
          end do
@@ -112,6 +121,8 @@ contains
          call row%add(group//"multiplier", reshape([real(orbit%multiplier, wp), orbit%multiplier%im], &
                                                    [size(orbit%multiplier), 2]), "1", "Floquet multipliers", &
                       [character(16) :: group//"order", group//"part"])
+         call row%add(group//"determinant_error", sum(log(max(abs(orbit%multiplier), tiny(1.0_wp)))) - volume%logarithm, "1", &
+                      "logarithm of the product of the multipliers, less that by the trace of the damping and the impacts")
          call row%add(group//"state", state, "mixed", "displacements and velocities at phase 0 of the excitation", &
                       group//"coordinate", fixed=.true.)
          call row%add(group//"events", orbit%sequence%count, "1", "changes of branch of contacts in a period")
@@ -233,7 +244,33 @@ contains
          end associate
       end do
       call table%add("/curve_point/largest_multiplier", largest, "1", "modulus of the largest Floquet multiplier", points)
+      call junction_columns(self, table)
    end subroutine curve_columns
+
+   !> Where two things happen at once on a curve.
+   subroutine junction_columns(self, table)
+      type(follow_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
+
+      character(*), parameter :: along = "/junction/junction"
+      type(junction_t), allocatable :: junction(:)
+      integer, allocatable :: curve(:)
+      integer :: i, k
+
+      allocate (junction(0), curve(0))
+      do i = 1, self%curves
+         junction = [junction, self%curve(i)%junction]
+         curve = [curve, [(i, k=1, size(self%curve(i)%junction))]]
+      end do
+      call table%add("/junction/label", junction%label, "1", "R1 to R4 resonances, LPPD fold and doubling, GRLP, GRPD grazing "// &
+                     "at a fold, a doubling", along)
+      call table%add("/junction/curve", curve, "1", "number of the curve", along)
+      do i = 1, 2
+         associate (varied => self%varied(i))
+            call table%add("/junction/"//varied%dotted(), junction%place(i), varied%unit, varied%parameter, along)
+         end associate
+      end do
+   end subroutine junction_columns
 
    !> Of all motions: what was seen at the values at which they were looked for, and how many starts settled to which.
    subroutine sample_columns(self, table)
@@ -267,7 +304,7 @@ contains
       type(follow_t), intent(in) :: self
       type(string_t), allocatable :: lines(:)
 
-      integer :: b, i
+      integer :: b, i, k
 
       allocate (lines(0))
       if (.not. (self%settled .or. self%all_motions)) then
@@ -295,6 +332,13 @@ contains
                              decimal(minval(curve%place(1, :)), 7)//" to "//decimal(maxval(curve%place(1, :)), 7)//", "// &
                              self%varied(2)%parameter//" "//decimal(minval(curve%place(2, :)), 7)//" to "// &
                              decimal(maxval(curve%place(2, :)), 7)//"; ends: "//curve%ending(1)%text//"; "//curve%ending(2)%text)
+            do k = 1, size(curve%junction)
+               associate (junction => curve%junction(k))
+                  call append_text(lines, "curve "//to_text(i)//": "//trim(junction%label)//" at "//self%varied(1)%parameter// &
+                                   " "//decimal(junction%place(1), 12)//", "//self%varied(2)%parameter//" "// &
+                                   decimal(junction%place(2), 12))
+               end associate
+            end do
          end associate
       end do
    end function follow_words

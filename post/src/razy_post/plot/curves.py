@@ -54,6 +54,10 @@ def draw(result: FollowResult, figure: Figure, options: PlotOptions) -> None:
         }
         axes.plot(x, y, label=text, **look)
         handles[text] = Line2D([], [], label=text, **look)
+    x, y = (values * scale.factor for values, scale in zip(curves.junctions, scales, strict=True))
+    axes.plot(x, y, linestyle="none", marker="D", markersize=3.5, color="black", zorder=3)
+    for text, *at in zip(curves.junction, x, y, strict=True):
+        axes.annotate(text, at, xytext=(4, 4), textcoords="offset points", fontsize="x-small")
     axes.set_xlabel(axis_label(curves.quantities[0], scales[0]))
     axes.set_ylabel(axis_label(curves.quantities[1], scales[1]))
     low, high = axes.get_xlim()

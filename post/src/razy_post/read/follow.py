@@ -48,6 +48,8 @@ class Curves:
         Number of the curve of each point, from 1, shape (points,).
     parameters, quantities, places
         Names, descriptions and values of both parameters; values have shape (points,).
+    junction, junctions
+        Places where two things happen at once: label, and values of both parameters.
     """
 
     label: NDArray[np.str_]
@@ -57,6 +59,8 @@ class Curves:
     parameters: tuple[str, ...]
     quantities: tuple[Quantity, ...]
     places: tuple[NDArray[np.float64], ...]
+    junction: NDArray[np.str_]
+    junctions: tuple[NDArray[np.float64], ...]
 
 
 @dataclass(frozen=True)
@@ -182,6 +186,8 @@ class FollowResult(ExtremaFile):
             names,
             tuple(quantity_of(item, name) for item, name in zip(items, names, strict=True)),
             tuple(np.asarray(item[()], dtype=np.float64) for item in items),
+            self._texts("junction/label"),
+            tuple(np.asarray(self._vector(f"junction/{name}")[()], dtype=np.float64) for name in names),
         )
 
     @property
