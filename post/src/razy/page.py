@@ -28,7 +28,6 @@ from razy_post.plot.signals import Signal, signals
 from razy_post.plot.spectrum import spectrum
 from razy_post.plot.units import axis_label, in_words, scale_for
 from razy_post.read import Quantity, RunResult, open_result
-from razy_post.read.extrema import MAXIMUM, MINIMUM
 
 MOTIONS = (style.BLACK, *style.EVENT_COLOURS)
 MOST_SIGNALS = 6
@@ -116,21 +115,26 @@ class View:
         return plot
 
     def _extrema(self, plot: figure, x: NDArray[np.float64]) -> None:
-        """Draw the extrema of the first observable, maxima grey and minima black."""
-        extrema = self.sweep.result.extrema(self.sweep.result.observables[0])
-        all_of_them = extrema.all()
+        """Draw the extrema of the first observable: maxima grey and minima black, or both ways in their colours."""
+        result = self.sweep.result
+        extrema = result.extrema(result.observables[0])
+        found, direction = extrema.all(), result.direction
         at = np.repeat(x, extrema.counts)
+        layer, looks = found.kind, style.EXTREMA
+        if direction is not None:
+            layer, looks = np.repeat(direction, extrema.counts), style.DIRECTIONS
         step = max(1, -(-at.size // MOST_POINTS))
-        scale = scale_for(extrema.quantity.units, float(np.nanmax(np.abs(all_of_them.value), initial=0.0)))
-        for kind in (MAXIMUM, MINIMUM):
-            keep = np.flatnonzero(all_of_them.kind == kind)[::step]
-            name, colour = style.EXTREMA[kind]
-            plot.scatter(
-                at[keep], all_of_them.value[keep] * scale.factor, size=2, color=colour, legend_label=name, line_width=0
-            )
+        scale = scale_for(extrema.quantity.units, float(np.nanmax(np.abs(found.value), initial=0.0)))
+        for key, (name, colour) in looks.items():
+            keep = np.flatnonzero(layer == key)[::step]
+            if keep.size:
+                plot.scatter(
+                    at[keep], found.value[keep] * scale.factor, size=2, color=colour, legend_label=name, line_width=0
+                )
         plot.yaxis.axis_label = axis_label(extrema.quantity, scale)
-        plot.add_layout(plot.legend[0], "above")
-        plot.legend[0].orientation = "horizontal"
+        if plot.legend:
+            plot.add_layout(plot.legend[0], "above")
+            plot.legend[0].orientation = "horizontal"
 
     def _map(self, across: str, up: str) -> figure:
         """Draw a number of each point as colour."""
@@ -223,7 +227,10 @@ def _contacts(results: list[RunResult]) -> list[LayoutDOM]:
             )  # fmt: skip
         seen = {word for name in result.contacts for _, _, word in bars(result, name, first, last) if word}
         legend = " ".join(f"<span style='color:{COLOURS.get(w, style.GREY)}'>&#9632;</span> {w}" for w in sorted(seen))
-        plots += [plot, Div(text=legend, styles={"background": "#dddddd", "padding": "0 4px"})]
+        plots += [
+            plot,
+            Div(text=legend or "no event of a contact", styles={"background": "#dddddd", "padding": "0 4px"}),
+        ]
     return plots
 
 
