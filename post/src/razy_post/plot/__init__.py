@@ -187,4 +187,6 @@ def _default_kind(result: ResultFile, first: str) -> str:
         return "map"
     if isinstance(result, SweepResult) and result.contacts and not result.observables:
         return "contacts"
+    if isinstance(result, SweepResult) and len(result.start_quantities) > 1 and result.n_starts > result.n_grid:
+        return "basins"
     return first
