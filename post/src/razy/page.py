@@ -146,6 +146,9 @@ class View:
             )
         count = int(np.prod([axis.size for _, axis in self.sweep.axes]))
         value = np.asarray(maps.values(result, name), dtype=np.float64)[:count]
+        described = maps.describe(result, name)
+        scale = scale_for(described.units, float(np.nanmax(np.abs(value), initial=0.0)))
+        value *= scale.factor
         plot = _figure(across, up, 640, 480)
         x, y = (self.sweep.grid[:count, k] * self.factors[k] for k in range(2))
         sizes = [
@@ -154,7 +157,7 @@ class View:
         ]
         colours = linear_cmap("value", Viridis256, float(np.nanmin(value)), float(np.nanmax(value)))
         cells = plot.rect("x", "y", *sizes, color=colours, source={"x": x, "y": y, "value": value})
-        plot.add_layout(cells.construct_color_bar(title=in_words(name)), "right")
+        plot.add_layout(cells.construct_color_bar(title=axis_label(described, scale)), "right")
         return plot
 
     def _panels(self) -> LayoutDOM:
