@@ -208,8 +208,9 @@ run_tests() {
   prepare
   build debug all
   build_release all
-  ctest --preset debug --parallel "$cores"
-  ctest --preset release --parallel "$cores"
+  # Programs under mpirun mostly wait for its start and end.
+  ctest --preset debug --parallel $((cores + 2))
+  ctest --preset release --parallel $((cores + 2))
   test_with_other_blas
 }
 
