@@ -10,7 +10,7 @@ if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
     $<${fortran}:-std=f2018 -ffree-line-length-132 -fimplicit-none>
     $<${fortran}:-Wall -Wextra -Wimplicit-interface -Wimplicit-procedure -Wno-maybe-uninitialized -Wno-uninitialized -Wno-compare-reals>)
   # Loops over modes are short and run-time sized, where vector prologues cost more than they save; measured in bench/.
-  set(CMAKE_Fortran_FLAGS_RELEASE "-O3 -fstack-arrays -fno-tree-vectorize")
+  set(CMAKE_Fortran_FLAGS_RELEASE "-O3 -fno-tree-vectorize")
   set(CMAKE_Fortran_FLAGS_DEBUG "-O1 -g -fcheck=all -fcheck=no-array-temps -fbacktrace -ffpe-trap=invalid,zero,overflow -finit-real=snan -finit-derived")
 elseif(CMAKE_Fortran_COMPILER_ID STREQUAL "LLVMFlang")
   # What flang calls a portability warning is standard Fortran; the rest of -pedantic would drown everything else.

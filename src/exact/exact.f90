@@ -308,12 +308,14 @@ contains
    end subroutine note_noise
 
    !> With constraints: what is rounding in the functions at z, and which of them start on their bounds: settled as the
-   !> branches are, these move inwards, or rest if they are fixed.
+   !> branches are, these move inwards, or rest if they are fixed. Where contacts open at rest and no branch of the laws lasts, some
+   !> go outwards at once: their derivatives tell.
    subroutine prepare_settled(self)
       type(exact_t), intent(inout) :: self
 
       real(wp), dimension(self%transition%guards%count) :: g, rate
       integer :: t
+      logical :: on_bound
 
       associate (guards => self%transition%guards, solution => self%solutions%of(self%now))
          call guards%look(self%system, self%transition%dynamics, 0.0_wp, self%z, g, rate)
@@ -324,8 +326,12 @@ contains
                watched%floor = 0.0_wp
                if (guard%function == of_press) cycle
                watched%floor = guards%noise(t)
-               watched%from_zero = abs(g(t)) <= guards%noise(t)
-               watched%at_rest = watched%from_zero .and. solution%fixed(t) &
+               on_bound = abs(g(t)) <= guards%noise(t)
+               watched%from_zero = on_bound
+               if (abs(guard%alpha) > 0.0_wp .and. .not. abs(guard%beta) > 0.0_wp) then
+                  watched%from_zero = on_bound .and. rate(t) > guards%on_rate(guard%contact)
+               end if
+               watched%at_rest = on_bound .and. solution%fixed(t) &
                                  .and. (guard%function == of_force .or. abs(rate(t)) <= guards%on_rate(guard%contact))
             end associate
          end do

@@ -128,8 +128,8 @@ contains
 
    !> Take the speeds of the gaps of the contacts `list`, which open in `direction` of s, out of y' (m). The first `n` end their
    !> sequences; the others are held, and would be thrown up by that. Out goes also what has been given by the friction that
-   !> slides under them, and for the time until their `ends`, s, with that which slides only while they are closed. In the limit
-   !> gap and speed are none, whatever they were.
+   !> slides under them, and for the time until their `ends`, s, what will be given by that which slides only while they are closed,
+   !> with what it does to the gaps. In the limit gap and speed are none, whatever they were.
    subroutine take_out(system, dynamics, list, n, direction, ends, speed, saltation)
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(in) :: dynamics
@@ -140,7 +140,7 @@ contains
 
       type(constraints_t) :: constraints
       real(wp), dimension(system%m, size(list)) :: along, effect
-      real(wp) :: edge(size(list)), unit(size(list)), still(system%m)
+      real(wp) :: edge(size(list)), unit(size(list)), given(system%m), still(system%m)
       real(wp), allocatable :: phi(:)
       integer, allocatable :: row(:), sliding(:)
       integer :: i, j
@@ -164,14 +164,15 @@ contains
          call constraints%displace(system%w, -unit, along(:, i))
          effect(:, i) = effect_of(unit)
       end do
-      speed = speed + matmul(effect, dynamics%rate(list))
+      given = 0.0_wp
       do j = 1, size(dynamics%mode%branch)
          associate (contact => system%machine%contact(j), branch => dynamics%mode%branch(j))
             i = findloc(list(:n), contact%only_with, 1)
             if (i == 0 .or. contact%law%constraint(branch)) cycle
-            speed = speed + system%w(:, j)*(contact%law%force(branch, dynamics%s(j), dynamics%rate(j), contact%normal)*ends(i))
+            given = given + system%w(:, j)*(contact%law%force(branch, dynamics%s(j), dynamics%rate(j), contact%normal)*ends(i))
          end associate
       end do
+      speed = speed + given + matmul(effect, dynamics%rate(list) + matmul(given, system%w(:, list)))
       if (.not. saltation%wanted) return
       still = 0.0_wp
       call saltation%add_impulses(effect, system%w(:, list), [(dynamics%second_rate(system, list(i), still), i=1, size(list))])

@@ -8,7 +8,7 @@ module razy_input_reader
    use razy_core_error, only: complaint, error_t, from_option, raise
    use razy_core_kinds, only: wp
    use razy_core_number, only: number_ok, parse_integer, to_text
-   use razy_core_text, only: excerpt, letters, lower, name_characters, newline, quoted, string_t
+   use razy_core_text, only: alphabetical, excerpt, letters, lower, name_characters, newline, quoted, string_t
    implicit none(type, external)
    private
 
@@ -19,6 +19,8 @@ module razy_input_reader
    integer, parameter :: word_gap = 0, word_bare = 1, word_string = 2
    !> Most words of one key, and the highest subscript.
    integer, parameter :: longest_list = 10000
+   !> Characters of a group's name, as Fortran has it: every entry has a copy of it.
+   integer, parameter :: longest_name = 63
    !> A text that is read has no control characters; one stands behind its end.
    character(*), parameter :: the_end = achar(0), blanks = " "//achar(9)//newline
    !> What ends a bare word, and what may follow any word.
@@ -103,6 +105,7 @@ contains
          call raise(error, complaint(file//":"//to_text(scanner%line), scanner%group, scanner%key, "", scanner%problem))
          return
       end do
+      call number_groups(self%list(:n))
       if (n == 0) call raise(error, complaint(file, "", "", "", "there is no namelist group (&name ... /)"))
       do i = 1, size(options)
          if (allocated(error)) return
@@ -131,7 +134,7 @@ contains
       type(entry_t), intent(inout) :: list(:)
       integer, intent(inout) :: n
       character(:), allocatable :: name
-      integer :: head, i
+      integer :: head
 
       scanner%group = ""
       scanner%key = ""
@@ -145,19 +148,14 @@ contains
          scanner%problem = "&end without a group"
       else if (len(name) == 0 .or. scan(scanner%next(), separators) == 0) then
          scanner%problem = "found "//scanner%found()//" where the name of a group must follow &"
+      else if (len(name) > longest_name) then
+         scanner%problem = "the name &"//excerpt(name)//" has more than "//to_text(longest_name)//" characters"
       end if
       if (allocated(scanner%problem)) return
       scanner%group = lower(name)
       head = n + 1
       list(head)%path%group = scanner%group
       list(head)%path%key = ""
-      list(head)%path%index = 1
-      ! backwards, as groups of one name mostly follow one another
-      do i = n, 1, -1
-         if (list(i)%path%group /= scanner%group) cycle
-         list(head)%path%index = list(i)%path%index + 1
-         exit
-      end do
       list(head)%line = scanner%line
       n = head
       do
@@ -185,6 +183,32 @@ contains
       end do
       scanner%line = list(head)%line
    end subroutine read_group
+
+   !> Number the groups of each name, and their keys with them.
+   pure subroutine number_groups(list)
+      type(entry_t), intent(inout) :: list(:)
+      type(string_t), allocatable :: names(:)
+      integer, allocatable :: heads(:), order(:)
+      integer :: i
+
+      heads = pack([(i, i=1, size(list))], [(len(list(i)%path%key) == 0, i=1, size(list))])
+      allocate (names(size(heads)))
+      do i = 1, size(heads)
+         names(i)%text = list(heads(i))%path%group
+      end do
+      ! groups of one name stay in their order
+      order = alphabetical(names)
+      do i = 1, size(order)
+         associate (path => list(heads(order(i)))%path)
+            path%index = 1
+            if (i == 1) cycle
+            if (names(order(i - 1))%text == path%group) path%index = list(heads(order(i - 1)))%path%index + 1
+         end associate
+      end do
+      do i = 2, size(list)
+         if (len(list(i)%path%key) > 0) list(i)%path%index = list(i - 1)%path%index
+      end do
+   end subroutine number_groups
 
    !> Read `key = words` or `key(first:last) = words`.
    pure subroutine read_entry(scanner, item)

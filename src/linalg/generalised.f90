@@ -287,20 +287,30 @@ contains
       call move_alloc(vector, pairs%vector)
    end subroutine keep_first
 
-   !> Make the first of the largest components of each vector positive, so that signs do not depend on the method.
-   pure subroutine orient(vector)
+   !> Make the first of the largest components of each vector positive, so that signs do not depend on the method: of the vector
+   !> itself, or of what it stands for (`meaning`, as many columns).
+   pure subroutine orient(vector, meaning)
       real(wp), intent(inout) :: vector(:, :)
+      real(wp), intent(in), optional :: meaning(:, :)
 
-      real(wp) :: largest
-      integer :: i, j
+      integer :: j
+      logical :: turn
 
       do j = 1, size(vector, 2)
-         largest = maxval(abs(vector(:, j)))
-         do i = 1, size(vector, 1)
-            if (abs(vector(i, j)) >= (1 - copy)*largest) exit
-         end do
-         if (vector(i, j) < 0.0_wp) vector(:, j) = -vector(:, j)
+         if (present(meaning)) then
+            turn = points_down(meaning(:, j))
+         else
+            turn = points_down(vector(:, j))
+         end if
+         if (turn) vector(:, j) = -vector(:, j)
       end do
    end subroutine orient
+
+   !> Whether the first of the largest components is negative.
+   pure logical function points_down(vector)
+      real(wp), intent(in) :: vector(:)
+
+      points_down = vector(findloc(abs(vector) >= (1 - copy)*maxval(abs(vector)), .true., 1)) < 0.0_wp
+   end function points_down
 
 end module razy_linalg_generalised

@@ -604,6 +604,10 @@ contains
       do i = 1, guards%count
          if (theta > 0.0_wp) then
             hit(i) = self%suspect(i) .and. self%rc(i) < 0.0_wp .and. self%gc(i) <= guards%noise(i) - 8*eps*theta*self%h*self%rc(i)
+            ! What rests on its bound to rounding is not left because something else is.
+            if (of_s_alone(guards, i) .and. self%gc(i) >= -guards%noise(i)) then
+               hit(i) = hit(i) .and. -self%rc(i) > abs(guards%entry(i)%alpha)*guards%on_rate(guards%entry(i)%contact)
+            end if
          else
             hit(i) = self%suspect(i) .and. self%g0(i) <= guards%noise(i) .and. falls(self, system, guards, stepper, i)
          end if

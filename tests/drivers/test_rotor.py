@@ -5,7 +5,7 @@ from itertools import pairwise
 import h5py
 import numpy as np
 import pytest
-from programs import SOURCE, sets, start, succeed
+from programs import SOURCE, changed, sets, start, succeed
 
 GEARBOX = SOURCE / "inputs" / "test_gearbox.nml"
 THESIS = SOURCE / "inputs" / "thesis"
@@ -59,6 +59,21 @@ def test_reductions_beside_the_unreduced_model():
         assert error[f"modal synthesis, level {level} by |d|"].max() < 0.01
     assert error["modal synthesis, level B by signed d"][0] > 0.5
     assert error["Craig-Bampton"][1] < error["modal synthesis"][1]
+
+
+def test_shafts_of_many_elements_need_no_stack(tmp_path):
+    """Their matrices of megabytes do not lie on the stack, neither in a reduction nor without one."""
+    changed(
+        tmp_path / "long.nml",
+        GEARBOX.read_text(),
+        (r"shaft='output', length=0\.26,(.*)elements=10", r"shaft='output', length=0.26,\1elements=2500"),
+    )
+    modes(tmp_path / "long.nml", *sets(campbell__points=2))
+    rub = (SOURCE / "inputs" / "rotor_rub.nml").read_text()
+    rub = changed(
+        tmp_path / "rub.nml", rub, ("elements=4", "elements=80"), ("node=5", "node=81"), ("modes=8", "method='none'")
+    )
+    succeed("razy-run", rub, *sets(motion__integrator="'exact'", motion__t_end=1e-5))
 
 
 def test_nothing_to_compare():

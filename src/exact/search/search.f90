@@ -53,6 +53,8 @@ module razy_exact_search_search
    integer, parameter :: stays = 0, leaves = 1, undecided = 2
    !> Times the fastest exponent, a step on which a change of third order is below rounding: its ends decide.
    real(wp), parameter :: shortest = 1.0e-6_wp
+   !> Times the fastest exponent, a flight within which five terms of the Taylor series are better than the difference of values.
+   real(wp), parameter :: soon = 2.0e-3_wp
    !> A fall within one step of so many times the rounding of the value is a fall.
    real(wp), parameter :: clearly = 16.0_wp
 
@@ -101,8 +103,11 @@ contains
          call try_step(self, response, rows, watched, found, decided, roomy)
          if (.not. decided) cycle
          if (found%watched /= 0) then
-            if (found%tau <= tau_end) return
-            exit
+            if (found%tau > tau_end) exit
+            if (found%tau*response%fastest <= soon) then
+               call sharpen(response, rows, start, watched(found%watched), found%tau, self%probe)
+            end if
+            return
          end if
          call accept(self, response, watched, roomy)
          if (self%point(self%now)%tau >= tau_end) exit
@@ -113,6 +118,34 @@ contains
       end do
       found = exit_t(0, tau_end)
    end subroutine first_exit
+
+   !> The root `tau` of a function that started on its bound soon before. There it is hardly more than its rounding, so what it gains
+   !> is summed up from its derivatives at the start, which are known to rounding of their own terms. `probe` is left at the root.
+   subroutine sharpen(response, rows, start, w, tau, probe)
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(amplitudes_t), intent(in) :: start
+      type(watched_t), intent(in) :: w
+      real(wp), intent(inout) :: tau
+      type(amplitudes_t), intent(inout) :: probe
+
+      real(wp) :: d(4), root, slope, mean
+      integer :: i, p
+
+      if (.not. w%from_zero .or. w%order > 0 .or. .not. tau > 0.0_wp) return
+      d = [(w%side*value_of(rows, response, start, w%form, p), p=1, 4)]
+      root = tau
+      do i = 1, 3
+         ! of f/tau
+         mean = d(1) + root*(d(2)/2 + root*(d(3)/6 + root*d(4)/24))
+         slope = d(2)/2 + root*(d(3)/3 + root*d(4)/8)
+         if (.not. slope < 0.0_wp) return
+         root = root - mean/slope
+         if (abs(root - tau) > 0.5_wp*tau) return
+      end do
+      tau = root
+      call move_to(start, response, tau, probe)
+   end subroutine sharpen
 
    !> Judge all functions on one step; the earliest exit on it, if any, goes to `found`. Undecided: the next is half as long.
    subroutine try_step(self, response, rows, watched, found, decided, roomy)

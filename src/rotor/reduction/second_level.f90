@@ -1,6 +1,6 @@
 !! The second level of a reduction (source thesis, 4.2.2): modes of the reduced model on its bearings with meshes open (A, (4.67))
 !! or closed (B, (4.74)); those kept are the first in the order of |d|, d = wᵀ t, of d itself (which depends on the sign of the
-!! shapes, here with their largest component positive), or of the frequency. Shapes of equal frequencies, which equal shafts have,
+!! shapes, here with the largest displacement or rotation of a node positive), or of the frequency. Shapes of equal frequencies, which equal shafts have,
 !! are arbitrary combinations; they are chosen so that as few of them as possible move the meshes.
 module razy_rotor_reduction_second_level
    use razy_core_error, only: error_t, raise
@@ -45,15 +45,16 @@ contains
          call raise(error, "the modes of the reduced model were not found")
          return
       end if
-      call gather_deformation(pairs, old%mesh_direction)
+      call gather_deformation(pairs, old)
       reduced = select_modes(old, pairs%vector, kept, sorting)
    end subroutine second_level
 
    !> Turn shapes of equal eigenvalues into each other so that the first of them has most of the meshes' deformation, the second
-   !> most of the rest, and so on: the eigenvectors of sum d dᵀ.
-   subroutine gather_deformation(pairs, direction)
+   !> most of the rest, and so on: the eigenvectors of sum d dᵀ. Signs are those of displacements, not of coordinates of `old`,
+   !> which for equal shafts are any combination of each other.
+   subroutine gather_deformation(pairs, old)
       type(eigenpairs_t), intent(inout) :: pairs
-      real(wp), intent(in) :: direction(:, :)
+      type(reduced_t), intent(in) :: old
 
       real(wp), allocatable :: d(:, :), form(:, :), turned(:, :), value(:)
       integer :: first(size(pairs%value)), i, info, last
@@ -62,7 +63,7 @@ contains
       do i = 1, size(first)
          last = i + count(first == i) - 1
          if (last <= i) cycle
-         d = matmul(transpose(pairs%vector(:, i:last)), direction)
+         d = matmul(transpose(pairs%vector(:, i:last)), old%mesh_direction)
          form = -matmul(d, transpose(d))
          value = form(1, :)
          call symmetric_eigen(form, value, info)
@@ -70,7 +71,7 @@ contains
          turned = product_of(pairs%vector(:, i:last), form)
          pairs%vector(:, i:last) = turned
       end do
-      call orient(pairs%vector)
+      call orient(pairs%vector, product_of(old%basis, pairs%vector))
    end subroutine gather_deformation
 
    !> The first `kept` columns of `shapes` (p, m) in the order `sorting` as a model. With several meshes d is the largest
