@@ -264,8 +264,8 @@ class Follower:
         return self.modes[key]
 
     def noise(self, form, x):
-        """What a form is known to."""
-        return 64 * EPS * (np.abs(form) @ np.maximum(np.abs(x), self.size))
+        """What a form is known to. Disturbed it is less, so that impacts soon after each other are not taken as one."""
+        return (2 if self.random is not None else 64) * EPS * (np.abs(form) @ np.maximum(np.abs(x), self.size))
 
     def run(self, times):
         """States at the times."""
