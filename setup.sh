@@ -11,7 +11,7 @@ usage: ./setup.sh COMMAND
   test         build, run the tests with all run-time checks (debug), then optimised (release), then the numerical ones with
                another BLAS and LAPACK; the slow ones: preset slow
   build        build the programs into build/bin/, and the tests
-  docs         pages of all modules, types and procedures, by FORD, in build/docs/
+  docs         the site in build/docs/: pages, inputs, what is validated, the library; docs --gallery draws every input first
   environment  only install what is missing
   help         this text
 Missing Debian or Ubuntu packages are installed by apt-get, as root or by sudo without a password.
@@ -141,7 +141,7 @@ prepare() {
 build_release() {
   build release "$1"
   local program
-  for program in csv merge plot report; do ln -sfn "../../.venv/bin/razy-$program" "build/bin/razy-$program"; done
+  for program in csv export merge plot report view; do ln -sfn "../../.venv/bin/razy-$program" "build/bin/razy-$program"; done
 }
 
 demo() {
@@ -208,16 +208,16 @@ run_tests() {
   prepare
   build debug all
   build_release all
-  ctest --preset debug --parallel "$cores"
-  ctest --preset release --parallel "$cores"
+  # Programs under mpirun mostly wait for its start and end.
+  ctest --preset debug --parallel $((cores + 2))
+  ctest --preset release --parallel $((cores + 2))
   test_with_other_blas
 }
 
 make_docs() {
   make_environment
-  quietly "installing FORD into .venv" .venv/bin/python -m pip install --disable-pip-version-check -r docs/requirements.txt
-  quietly "writing build/docs" env COLUMNS=200 .venv/bin/ford docs/api.md
-  if grep -A 1 '^Warning' build/setup.log; then fail "FORD has warned"; fi
+  quietly "installing FORD and MkDocs into .venv" .venv/bin/python -m pip install --disable-pip-version-check -r docs/requirements.txt
+  quietly "writing build/docs" env COLUMNS=200 PATH="$PWD/.venv/bin:$PATH" .venv/bin/python docs/site/build.py build "$@"
   echo "pages: $PWD/build/docs/index.html"
 }
 
@@ -228,7 +228,10 @@ case ${1-help} in
     thesis "$@"
     ;;
   test) run_tests ;;
-  docs) make_docs ;;
+  docs)
+    shift
+    make_docs "$@"
+    ;;
   build)
     prepare
     build_release all

@@ -21,6 +21,9 @@ def curves(follow):
         dataset(file, "curve_point/curve", np.repeat((1, 2), 5).astype(np.int32))
         dataset(file, "curve_point/load.frequency", np.concatenate((10 + q, 12 + 0 * q)), "Hz", "load%frequency")
         dataset(file, "curve_point/damping.value", np.tile(q, 2), "N s/m", "damping%value")
+        dataset(file, "junction/label", ["LP+PD"])
+        dataset(file, "junction/load.frequency", np.array([12.0]), "Hz", "load%frequency")
+        dataset(file, "junction/damping.value", np.array([2.0]), "N s/m", "damping%value")
     return follow
 
 
@@ -30,11 +33,12 @@ def test_read(curves):
     assert found.parameters == ("load.frequency", "damping.value")
     assert found.label.tolist() == ["LP", "PD"]
     assert found.places[0][found.curve == 2].tolist() == [12.0] * 5
+    assert found.junction.tolist() == ["LP+PD"] and [at.tolist() for at in found.junctions] == [[12.0], [2.0]]
 
 
 def test_picture(curves):
     (axes,) = drawn(curves, "curves").axes
-    lines = {item.get_label(): item for item in axes.get_lines()}
+    lines = {item.get_label(): item for item in axes.get_lines() if not item.get_label().startswith("_")}
     assert set(lines) == {"fold", "period doubling, period 2"}
     np.testing.assert_allclose(lines["fold"].get_xdata(), 10 + lines["fold"].get_ydata())
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("frequency of the load (Hz)", "damping value (N s/m)")

@@ -149,7 +149,7 @@ def test_basins(tmp_path):
         assert basin.period == {1: 1, 2: 2, 0: 0}
         assert basin.value["block.displacement"].tolist() == [-1, -1, 0, 0, 1, 1]
         figure = Figure()
-        draw(result, figure, PlotOptions(start=0.5), "basins")
+        draw(result, figure, PlotOptions(start=0.5))
         axes = figure.axes[0]
         assert axes.collections[0].get_array().tolist() == [[1, 1, 2], [1, 2, -1]]
         assert [text.get_text() for text in axes.get_legend().get_texts()] == [

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from pictures import drawn, line
-from samples import dataset, write_modes, write_run
+from samples import dataset, write_modes, write_run, write_sweep
 
 from razy_post.cli import main
 from razy_post.errors import ResultError
@@ -90,3 +90,18 @@ def test_command_takes_several_files(run, tmp_path):
     arguments = [str(run), str(run), "--kind", "time", "--label", "a", "--label", "b", "--save", str(target)]
     assert main(arguments) == 0
     assert target.read_bytes().startswith(b"\x89PNG")
+
+
+def test_largest_extremum_over_the_parameter_or_the_other_way_round(tmp_path):
+    parameter = np.array([0.1, 0.2, 0.3])
+    values = [np.array([1e-3, -5e-3, 2e-3]), np.array([]), np.array([3e-3])]
+    path = write_sweep(tmp_path / "sweep.h5", parameter, {"d": (values, [np.sign(v) for v in values])})
+    for swap in (False, True):
+        (axes,) = drawn(path, kind="column", observables=("d",), swap=swap).axes
+        x, y = axes.lines[0].get_data()
+        if swap:
+            x, y = y, x
+        np.testing.assert_array_equal(x, parameter)
+        np.testing.assert_allclose(y, [2.0, np.nan, 3.0])
+    with pytest.raises(ResultError, match="--swap goes with pictures of the kind column alone"):
+        drawn(path, swap=True)

@@ -84,6 +84,23 @@ def test_waterfall_over_the_speed_has_lines_of_orders(tmp_path):
         runs[0].razy.plot.waterfall()
 
 
+def test_order_cuts_have_the_amplitudes_at_multiples_of_the_speed(tmp_path):
+    time = np.arange(2000) / 2000.0
+    runs = []
+    for speed in (3000, 1530, 2400):
+        turns = 2 * np.pi * speed / 60.0 * time
+        value = 1e-3 * speed * np.sin(turns) + 0.7 * np.cos(3 * turns + 0.3) + 4.0
+        runs.append(razy.open(write_motion(tmp_path / f"{speed}.h5", time, float(speed), 60.0 / speed, d=value)))
+    (axes,) = runs[0].razy.plot.orders(beside=runs[1:]).axes
+    for name, expected in (("order 1", [1.53, 2.4, 3.0]), ("order 2", [0.0] * 3), ("order 3", [0.7] * 3)):
+        x, y = line(axes, name)
+        np.testing.assert_array_equal(x, [1530.0, 2400.0, 3000.0])
+        np.testing.assert_allclose(y, expected, atol=0.01)
+    assert axes.get_xlabel() == "speed (rpm)" and axes.get_ylabel().startswith("amplitude of d")
+    with pytest.raises(ResultError, match="a picture of orders is of motions that differ"):
+        runs[0].razy.plot.orders()
+
+
 def test_poincare_section_is_taken_once_in_each_period(tmp_path):
     # 50 Hz excites, 50/3 Hz answers: three points.
     time = np.linspace(0.0, 1.0, 2988)

@@ -16,13 +16,13 @@
 !! spring that is switched on when it is already stretched (source thesis, (3.44)-(3.47)), is left at zero deformation too.
 module razy_contact_clearance_law
    use razy_contact_contact_law, only: branch_lower, branch_lower_parting, branch_open, branch_t, branch_upper, &
-                                       branch_upper_parting, contact_law_t
+                                       branch_upper_parting, contact_law_t, with_pairs
    use razy_contact_gap_branches, only: bound, gap_branch
    use razy_core_kinds, only: pi, wp
    implicit none(type, external)
    private
 
-   public :: clearance_law_t, clearance_side_t, new_clearance_law
+   public :: clearance_law_t, clearance_side_t, new_clearance_law, vary_stiffness
 
    !> One side of a law; a side that is not present never touches.
    type :: clearance_side_t
@@ -60,6 +60,29 @@ contains
       if (upper%present) call add_side(law, upper, 1.0_wp, part_at_zero_force)
       if (lower%present) call add_side(law, lower, -1.0_wp, part_at_zero_force)
    end function new_clearance_law
+
+   !> Add the branches with one and with two pairs of teeth in mesh, whose forces are those of the law times `factor`.
+   pure subroutine vary_stiffness(law, factor)
+      type(clearance_law_t), intent(inout) :: law
+      real(wp), intent(in) :: factor(2)
+
+      integer :: branch, f, pairs
+
+      do pairs = 1, 2
+         do branch = branch_open, branch_lower_parting
+            associate (varied => law%branch(with_pairs(branch, pairs)), plain => law%branch(branch))
+               varied = branch_t(factor(pairs)*plain%stiffness, factor(pairs)*plain%damping, factor(pairs)*plain%offset)
+            end associate
+            do f = 1, law%functions
+               associate (guard => law%guard(f, with_pairs(branch, pairs)))
+                  guard = law%guard(f, branch)
+                  if (guard%below /= 0) guard%below = with_pairs(guard%below, pairs)
+                  if (guard%above /= 0) guard%above = with_pairs(guard%above, pairs)
+               end associate
+            end do
+         end do
+      end do
+   end subroutine vary_stiffness
 
    pure subroutine add_side(law, side, direction, part_at_zero_force)
       type(clearance_law_t), intent(inout) :: law

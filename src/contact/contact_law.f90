@@ -8,6 +8,8 @@
 !! In a **constraint** branch (a closed rigid stop, a sticking friction element) F is whatever keeps s' (and for a stop s)
 !! as it is; there a guard on F itself says when the branch ends. A law with **impacts** reverses s' by Newton's rule,
 !! s'+ = -restitution s'-, when the motion arrives at such a branch (source thesis, (2.1)-(2.10)).
+!!
+!! Of a gear mesh whose stiffness switches between that of one and that of two pairs of teeth each branch has a variant for each.
 module razy_contact_contact_law
    use razy_core_kinds, only: wp
    implicit none(type, external)
@@ -16,14 +18,17 @@ module razy_contact_contact_law
    public :: branch_t, contact_law_t, guard_t, same_slopes
    public :: branch_open, branch_upper, branch_lower, branch_upper_parting, branch_lower_parting
    public :: branch_forward, branch_backward, branch_sticking, branch_meanings, branches
+   public :: plain_branch, with_pairs
 
    !> Branches of all laws, as results name them.
    integer, parameter :: branch_open = 1, branch_upper = 2, branch_lower = 3, branch_upper_parting = 4, branch_lower_parting = 5, &
                          branch_forward = 6, branch_backward = 7, branch_sticking = 8
-   integer, parameter :: branches = 8
+   !> Branches 1 to 5 with one pair of teeth in mesh are 9 to 13, with two 14 to 18.
+   integer, parameter :: varied = 5, branches = 8 + 2*varied
    character(*), parameter :: branch_meanings = "1 = open, 2 = closed (upper side), 3 = closed (lower side), "// &
                               "4 = parting (upper side), 5 = parting (lower side), "// &
-                              "6 = sliding forward, 7 = sliding backward, 8 = sticking"
+                              "6 = sliding forward, 7 = sliding backward, 8 = sticking, "// &
+                              "9 to 13 = 1 to 5 with one pair of teeth in mesh, 14 to 18 = 1 to 5 with two"
 
    !> F = stiffness*s + damping*s' + offset.
    type :: branch_t
@@ -106,6 +111,21 @@ module razy_contact_contact_law
    end interface
 
 contains
+
+   !> The branch with so many pairs of teeth in mesh, 1 or 2, of a branch with any.
+   elemental integer function with_pairs(branch, pairs)
+      integer, intent(in) :: branch, pairs
+
+      with_pairs = plain_branch(branch) + 8 + varied*(pairs - 1)
+   end function with_pairs
+
+   !> A branch without the number of pairs in mesh.
+   elemental integer function plain_branch(branch)
+      integer, intent(in) :: branch
+
+      plain_branch = branch
+      if (branch > 8) plain_branch = 1 + modulo(branch - 9, varied)
+   end function plain_branch
 
    !> Whether a closed side has a bound besides that of s: it parts at zero force.
    pure function parts(self, branch)

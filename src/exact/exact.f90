@@ -85,9 +85,9 @@ contains
       integer :: j
 
       do j = 1, size(machine%contact)
-         if (machine%contact(j)%law%piecewise_linear) cycle
+         if (machine%contact(j)%law%piecewise_linear .and. .not. allocated(machine%contact(j)%modulation)) cycle
          call raise(error, "the exact propagator cannot follow contact '"//machine%contact(j)%name// &
-                    "', whose law is not piecewise linear")
+                    "', whose law is not piecewise linear, or whose stiffness varies by harmonics")
          return
       end do
       call self%take(machine, keep_all, 0.0_wp, error)

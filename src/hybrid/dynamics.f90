@@ -34,6 +34,7 @@ module razy_hybrid_dynamics
       procedure :: is_in_play
       procedure :: slopes_of
       procedure :: keep_constraints
+      procedure :: stiffening
    end type dynamics_t
 
 contains
@@ -166,6 +167,7 @@ contains
                else
                   self%force(j) = law%force(branch, self%s(j), self%rate(j), self%normal(j))
                end if
+               self%force(j) = self%stiffening(system, j)*self%force(j)
             end if
          end associate
          do i = 1, system%m
@@ -273,8 +275,23 @@ contains
          else
             call law%slopes(self%mode%branch(j), self%s(j), self%rate(j), self%normal(j), stiffness, damping)
          end if
+         stiffness = self%stiffening(system, j)*stiffness
+         damping = self%stiffening(system, j)*damping
       end associate
    end subroutine slopes_of
+
+   !> The factor of the force of contact j at the time looked at last, where it varies by harmonics; else 1.
+   pure function stiffening(self, system, j) result(factor)
+      class(dynamics_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      real(wp) :: factor
+
+      factor = 1.0_wp
+      associate (contact => system%machine%contact(j))
+         if (allocated(contact%modulation)) factor = 1 + real(sum(contact%modulation*self%excitation%phasor), wp)
+      end associate
+   end function stiffening
 
    !> Bring z at `tau` back to the constraints of the mode, which rounding has left: s of rigid contacts at its edge, s' = 0.
    subroutine keep_constraints(self, system, tau, z)

@@ -2,11 +2,13 @@
 !!
 !! A flow moves the state within a mode, in closed form or step by step, and finds what ends it; the transition says what
 !! follows (razy_hybrid_transition). A change of branch ends a piece; others at the same time are shown as pieces of no
-!! duration. A flow that looks for no events notes changes of branch at the ends of its steps.
+!! duration. A flow that looks for no events notes changes of branch at the ends of its steps. Where the stiffness of gear meshes
+!! switches, at times known beforehand, branches change without a guard (razy_hybrid_switching).
 module razy_hybrid_flow
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_core_tone, only: add_time
+   use razy_hybrid_switching, only: switching_t
    use razy_hybrid_system, only: system_t
    use razy_hybrid_transition, only: transition_t
    use razy_machine_machine, only: machine_t
@@ -25,6 +27,7 @@ module razy_hybrid_flow
       type(system_t) :: system
       !> What happens at events; its mode is the one that the motion is in.
       type(transition_t) :: transition
+      type(switching_t), private :: switching
       !> Whether events are looked for; whether they come one at a time, those at the same time after pieces of no length.
       logical :: finds_events = .true., one_by_one = .false.
       !> Time of the motion, s (sum of both), state z = (y, y') (2m), and branches of the piece under way (contacts).
@@ -156,7 +159,7 @@ contains
       type(piece_t) :: piece
       type(pace_t) :: pace
       integer :: creeping, ending, standing
-      real(wp) :: longest
+      real(wp) :: longest, rest
 
       piece%by => self
       standing = 0
@@ -177,11 +180,14 @@ contains
          piece%last = .false.
          longest = huge(1.0_wp)
          if (self%transition%accumulation%landing) longest = max(self%transition%accumulation%rest, 0.0_wp)
-         call self%advance(t_end, longest, piece, ending, outcome)
+         rest = self%switching%rest(self%time, self%time_low)
+         ! At the end of the motion nothing switches any more.
+         if (.not. rest < (1 - 8*eps)*self%remaining(t_end)) rest = huge(rest)
+         call self%advance(t_end, min(longest, rest), piece, ending, outcome)
          if (.not. all(abs(self%z) <= largest)) outcome%status = status_blow_up
          if (outcome%status == status_ok) outcome%status = self%budget%status
          if (outcome%status /= status_ok) exit
-         call end_piece(self, t_end, ending, piece, observers, outcome)
+         call end_piece(self, t_end, ending, ending == ends_open .and. .not. piece%duration < rest, piece, observers, outcome)
          if (outcome%status == status_ok) outcome%status = self%budget%status
          creeping = merge(creeping + 1, 0, piece%duration <= eps*t_end)
          if (creeping > most_creeping .and. outcome%status == status_ok) outcome%status = status_step_underflow
@@ -241,15 +247,17 @@ contains
       call self%transition%begin(self%system, self%finds_events, delta, self%z)
       if (.not. self%transition%found) outcome%status = status_no_contact_forces
       outcome%impacts = self%transition%impacts
+      call self%switching%begin(self%system%machine, self%transition%dynamics%mode%branch)
       self%branch = self%transition%dynamics%mode%branch
       if (outcome%status == status_ok .and. outcome%impacts > 0) call show_changes(self, 1, piece, observers, outcome)
    end subroutine begin
 
-   !> The end of a piece: what follows the event there, if there is one, and the piece is shown.
-   subroutine end_piece(self, t_end, ending, piece, observers, outcome)
+   !> The end of a piece: what follows the event there, if there is one, or the stiffness that switches, and the piece is shown.
+   subroutine end_piece(self, t_end, ending, switches, piece, observers, outcome)
       class(flow_t), intent(inout) :: self
       real(wp), intent(in) :: t_end
       integer, intent(in) :: ending
+      logical, intent(in) :: switches
       type(piece_t), intent(inout) :: piece
       type(observer_slot_t), intent(in) :: observers(:)
       type(outcome_t), intent(inout) :: outcome
@@ -259,7 +267,9 @@ contains
          call transition%accumulation%pass(piece%duration)
          self%anew = ending == ends_in_event .or. (transition%accumulation%landing &
                                                    .and. .not. transition%accumulation%rest > 0.0_wp)
-         if (ending == ends_in_event .and. self%one_by_one .and. .not. self%system%constrained) then
+         if (switches) then
+            call switch(self, piece)
+         else if (ending == ends_in_event .and. self%one_by_one .and. .not. self%system%constrained) then
             transition%dynamics%mode%branch(piece%contact) = piece%branch
             transition%changes = 1
          else if (self%anew .or. ending == ends_noted) then
@@ -275,13 +285,37 @@ contains
          end if
          if (piece%contact > 0) outcome%events = outcome%events + 1
       end associate
-      if (allocated(self%tangent) .and. self%anew .and. outcome%status == status_ok) call leave(self, piece%duration)
+      ! The time of a switch does not depend on the state, and the tangents go on as they are.
+      if (allocated(self%tangent) .and. self%anew .and. .not. switches .and. outcome%status == status_ok) then
+         call leave(self, piece%duration)
+      end if
       call show_piece(observers, piece)
       call add_time(self%time, self%time_low, piece%duration)
       if (.not. piece%last) return
       self%time = t_end
       self%time_low = 0.0_wp
    end subroutine end_piece
+
+   !> Change the branches of all contacts whose stiffness switches at the end of the piece.
+   subroutine switch(self, piece)
+      class(flow_t), intent(inout) :: self
+      type(piece_t), intent(inout) :: piece
+
+      logical :: switched(size(self%branch))
+      integer :: j
+
+      associate (transition => self%transition)
+         call self%switching%pass(self%system%machine, transition%dynamics%mode%branch, switched)
+         transition%changes = 0
+         do j = 1, size(switched)
+            if (switched(j)) call transition%note(j, transition%dynamics%mode%branch(j))
+         end do
+         call transition%dynamics%mode%enter(self%system)
+         piece%contact = transition%contact(1)
+         piece%branch = transition%branch(1)
+      end associate
+      self%anew = .true.
+   end subroutine switch
 
    !> Carry the tangents through a piece to its end, and into the event there.
    subroutine arrive(self, ending, duration)

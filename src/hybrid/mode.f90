@@ -7,7 +7,7 @@
 !!
 !!     K + Σ_j w_j a_jᵀ,  B + Σ_j w_j b_jᵀ   with   F_j = a_j·y + b_j·y' + c_j + Re(Σ e_jt E_t).
 module razy_hybrid_mode
-   use razy_contact_contact_law, only: branch_lower_parting, branch_open, branch_upper_parting
+   use razy_contact_contact_law, only: branch_lower_parting, branch_open, branch_upper_parting, plain_branch
    use razy_core_kinds, only: wp
    use razy_hybrid_constraints, only: constraints_t, new_constraints
    use razy_hybrid_linear_form, only: linear_form_t, zero_form
@@ -110,9 +110,9 @@ contains
       associate (law => system%machine%contact(j)%law, branch => self%branch(j))
          if (law%constraint(branch)) then
             does = constrained
-         else if (law%impacts .or. (branch == branch_open .and. .not. law%branch(branch_open)%stiffness > 0.0_wp)) then
+         else if (law%impacts .or. (plain_branch(branch) == branch_open .and. .not. law%branch(branch)%stiffness > 0.0_wp)) then
             does = idle
-         else if (law%piecewise_linear .and. .not. law%of_normal) then
+         else if (law%piecewise_linear .and. .not. law%of_normal .and. .not. allocated(system%machine%contact(j)%modulation)) then
             does = affine
          end if
       end associate
@@ -123,7 +123,7 @@ contains
       integer, intent(in) :: branch
       logical :: presses
 
-      presses = branch /= branch_open .and. branch /= branch_upper_parting .and. branch /= branch_lower_parting
+      presses = all(plain_branch(branch) /= [branch_open, branch_upper_parting, branch_lower_parting])
    end function presses
 
    !> Sign by which a contact's force presses: that which it has in the mode, beyond its zero too, so that the field of the mode
@@ -137,7 +137,7 @@ contains
       if (press /= 0) factor = real(press, wp)
    end function press_of
 
-   !> F of contact j, without constraint forces. All laws here are piecewise linear.
+   !> F of contact j, without constraint forces and those that vary by harmonics. All laws here are piecewise linear.
    pure function force_form(self, system, j) result(form)
       class(mode_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -146,7 +146,7 @@ contains
 
       associate (law => system%machine%contact(j)%law)
          associate (piece => law%branch(self%branch(j)))
-            if (law%constraint(self%branch(j))) then
+            if (law%constraint(self%branch(j)) .or. allocated(system%machine%contact(j)%modulation)) then
                form = zero_form(system%m, size(system%omega))
             else if (law%of_normal) then
                form = zero_form(system%m, size(system%omega))

@@ -1,6 +1,6 @@
 !! What acts on a machine with the tones of its excitation: its period, and the same excitation begun at another phase.
 module razy_machine_excitation
-   use razy_core_kinds, only: wp
+   use razy_core_kinds, only: pi, wp
    use razy_core_tone, only: tone_t
    use razy_machine_machine, only: machine_t
    implicit none(type, external)
@@ -26,7 +26,8 @@ contains
       do t = 1, size(acts)
          acts(t) = any(abs(machine%harmonic_load(:, t)) > 0.0_wp)
          do j = 1, size(machine%contact)
-            acts(t) = acts(t) .or. abs(machine%contact(j)%error(t)) > 0.0_wp
+            acts(t) = acts(t) .or. abs(machine%contact(j)%error(t)) > 0.0_wp .or. machine%contact(j)%mesh_tone == t
+            if (allocated(machine%contact(j)%modulation)) acts(t) = acts(t) .or. abs(machine%contact(j)%modulation(t)) > 0.0_wp
          end do
          acts(t) = acts(t) .and. machine%tone(t)%hertz > 0.0_wp
       end do
@@ -62,8 +63,11 @@ contains
       do t = 1, size(phasor)
          machine%harmonic_load(:, t) = machine%harmonic_load(:, t)*phasor(t)
          do j = 1, size(machine%contact)
-            if (.not. allocated(machine%contact(j)%error)) cycle
-            machine%contact(j)%error(t) = machine%contact(j)%error(t)*phasor(t)
+            associate (contact => machine%contact(j))
+               if (allocated(contact%error)) contact%error(t) = contact%error(t)*phasor(t)
+               if (allocated(contact%modulation)) contact%modulation(t) = contact%modulation(t)*phasor(t)
+               if (contact%mesh_tone == t) contact%mesh_phase = contact%mesh_phase + atan2(phasor(t)%im, phasor(t)%re)/(2*pi)
+            end associate
          end do
          do j = 1, size(machine%observable)
             if (.not. allocated(machine%observable(j)%error)) cycle

@@ -4,7 +4,8 @@
 !!     s_j = w_jᵀ q + c_j + Σ_t Re(e_jt e^{iω_t t}),
 !!
 !! with the contact laws F_j. For a friction element s' is the sliding velocity, w_jᵀq' + drive + error rate, and F_j grows with
-!! the normal force: a constant one, or the force of another contact.
+!! the normal force: a constant one, or the force of another contact. The force of a gear mesh may vary with the phase of its teeth:
+!! by a factor 1 + Re Σ_t m_jt e^{iω_t t}, or between branches with one and with two pairs of teeth in mesh.
 !! A machine is made once and not changed; a sweep makes another for each point.
 module razy_machine_machine
    use razy_contact_contact_law, only: contact_law_t, same_slopes
@@ -32,6 +33,11 @@ module razy_machine_machine
       integer :: only_with = 0
       !> +1 if a reported contact force has the sign of F (mesh), -1 if it counts positive on the lower side (stop).
       real(wp) :: force_sign = 1.0_wp
+      !> m (tones), if the stiffness varies by harmonics.
+      complex(wp), allocatable :: modulation(:)
+      !> If it switches, the tone of the teeth; two pairs are in mesh for this share of its period, from the phase on, in turns.
+      integer :: mesh_tone = 0
+      real(wp) :: mesh_share = 0.0_wp, mesh_phase = 0.0_wp
       !> Unit of s and of F.
       character(:), allocatable :: unit, force_unit
    end type contact_t

@@ -40,15 +40,21 @@ contains
 
       character(:), allocatable :: curved
       integer :: j
-      logical :: linear, smoothable, impacts
+      logical :: linear, smoothable, impacts, switched, varied
 
       linear = .true.
       smoothable = .true.
       impacts = .false.
+      switched = .false.
+      varied = .false.
       do j = 1, size(machine%contact)
          associate (law => machine%contact(j)%law)
             if (linear .and. .not. law%piecewise_linear) curved = machine%contact(j)%name
             linear = linear .and. law%piecewise_linear
+            if (linear .and. allocated(machine%contact(j)%modulation)) curved = machine%contact(j)%name
+            linear = linear .and. .not. allocated(machine%contact(j)%modulation)
+            varied = varied .or. machine%contact(j)%mesh_tone > 0 .or. allocated(machine%contact(j)%modulation)
+            switched = switched .or. machine%contact(j)%mesh_tone > 0
             smoothable = smoothable .and. law%smoothable
             impacts = impacts .or. law%impacts
          end associate
@@ -64,7 +70,8 @@ contains
          if (.not. linear) then
             key = "integrator"
             allowed = "'exact' needs laws that are linear in every branch, and that of '"//curved//"' is not (a power of the "// &
-                      "deformation, or friction that falls with the speed); 'dop853' with treatment = 'event' will do"
+                      "deformation, friction that falls with the speed, or a stiffness that varies by harmonics); 'dop853' "// &
+                      "with treatment = 'event' will do"
          else if (method%treatment /= "automatic" .and. method%treatment /= "event") then
             key = "treatment"
             allowed = "'exact' finds every event; leave out the treatment, or take a Runge-Kutta method"
@@ -74,6 +81,9 @@ contains
          if (method%treatment /= "automatic" .and. method%treatment /= "time stepping") then
             key = "treatment"
             allowed = "'moreau_jean' has none; leave it out"
+         else if (varied) then
+            key = "integrator"
+            allowed = "'exact' or a Runge-Kutta method: a mesh stiffness varies"
          else if (.not. method%step > 0.0_wp) then
             key = "step"
             allowed = "required by 'moreau_jean': the step in s"
@@ -87,6 +97,9 @@ contains
          else if (method%treatment == "smoothing" .and. .not. smoothable) then
             key = "treatment"
             allowed = "a rigid stop cannot be smoothed; 'event', or integrator = 'moreau_jean'"
+         else if (method%treatment /= "event" .and. switched) then
+            key = "treatment"
+            allowed = "'event': a mesh stiffness switches"
          else if (method%treatment == "switching" .and. impacts) then
             key = "treatment"
             allowed = "a rigid stop cannot be switched; 'event', or integrator = 'moreau_jean'"

@@ -11,7 +11,8 @@
 !! energy that is still stored then too: it is lost in the relaxation of the surface.
 module razy_observe_contact_tally
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use razy_contact_contact_law, only: branch_lower, branch_lower_parting, branch_open, branch_upper, branch_upper_parting
+   use razy_contact_contact_law, only: branch_lower, branch_lower_parting, branch_open, branch_upper, branch_upper_parting, &
+                                       plain_branch
    use razy_core_kinds, only: wp
    use razy_core_table, only: table_t
    use razy_machine_machine, only: contact_t
@@ -42,7 +43,7 @@ contains
    pure logical function is_closed(branch)
       integer, intent(in) :: branch
 
-      is_closed = branch /= branch_open .and. branch /= branch_upper_parting .and. branch /= branch_lower_parting
+      is_closed = all(plain_branch(branch) /= [branch_open, branch_upper_parting, branch_lower_parting])
    end function is_closed
 
    !> Count an impact with this speed.
@@ -66,10 +67,10 @@ contains
       integer :: k
 
       energy = 0.0_wp
-      if (branch /= branch_upper .and. branch /= branch_lower) return
+      if (all(plain_branch(branch) /= [branch_upper, branch_lower])) return
       associate (law => self%contact%law)
          if (law%constraint(branch)) return
-         edge = merge(law%guard(1, branch_open)%upper, law%guard(1, branch_open)%lower, branch == branch_upper)
+         edge = merge(law%guard(1, branch_open)%upper, law%guard(1, branch_open)%lower, plain_branch(branch) == branch_upper)
          do k = 2, points - 1
             associate (u => abscissa(k))
                energy = energy + weight(k)*2*u*(s - edge)*law%force(branch, edge + (s - edge)*u**2, 0.0_wp, self%contact%normal)

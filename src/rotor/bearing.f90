@@ -10,20 +10,29 @@
 !!
 !! Given matrices need not be symmetric: those of oil films and seals are not. The skew part of the stiffness, the cross
 !! coupling (k_yz - k_zy)/2, has no potential and drives whirl; it is kept apart from the symmetric part, and so is that of damping.
+!! Those of a table change with the speed of the shaft.
 module razy_rotor_bearing
    use razy_core_kinds, only: pi, wp
    use razy_linalg_dense, only: add_outer
+   use razy_rotor_speed_table, only: speed_table_t
    implicit none(type, external)
    private
 
-   public :: bearing_t, rolling_row_t, given_bearing, rolling_bearing
+   public :: bearing_t, rolling_row_t, given_bearing, rolling_bearing, tabled_bearing
+   public :: of_damping, of_stiffness, table_columns
+
+   !> Columns of a table, in N/m and N s/m, and which of them are the rows of the 2 x 2 matrices of stiffness and damping.
+   character(*), parameter :: table_columns(8) = ["kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"]
+   integer, parameter :: of_stiffness(4) = [1, 2, 3, 4], of_damping(4) = [5, 6, 7, 8]
 
    !> A bearing on a node, its matrices in (u, v, w, phi, theta, psi): N/m (N m/rad, N/rad), N s/m. Symmetric parts, and the
-   !> skew parts that are to be added to them.
+   !> skew parts that are to be added to them; with a table these are those of its first speed.
    type :: bearing_t
       integer :: shaft = 0, node = 0
       real(wp) :: stiffness(6, 6) = 0.0_wp, damping(6, 6) = 0.0_wp
       real(wp) :: cross_stiffness(6, 6) = 0.0_wp, cross_damping(6, 6) = 0.0_wp
+      !> The columns of `table_columns` on v (x) and w (y), over the speed of the shaft.
+      type(speed_table_t), allocatable :: table
    end type bearing_t
 
    !> A row of equal rolling elements.
@@ -54,6 +63,22 @@ contains
       bearing%cross_stiffness = 0.5_wp*(stiffness - transpose(stiffness))
       bearing%cross_damping = 0.5_wp*(damping - transpose(damping))
    end function given_bearing
+
+   !> A bearing with the matrices of a table on v and w.
+   pure function tabled_bearing(shaft, node, table) result(bearing)
+      integer, intent(in) :: shaft, node
+      type(speed_table_t), intent(in) :: table
+      type(bearing_t) :: bearing
+
+      real(wp) :: damping(6, 6), stiffness(6, 6)
+
+      stiffness = 0.0_wp
+      damping = 0.0_wp
+      stiffness(2:3, 2:3) = transpose(reshape(table%value(of_stiffness, 1), [2, 2]))
+      damping(2:3, 2:3) = transpose(reshape(table%value(of_damping, 1), [2, 2]))
+      bearing = given_bearing(shaft, node, stiffness, damping)
+      bearing%table = table
+   end function tabled_bearing
 
    !> A bearing of one row of rolling elements at equal angles.
    pure function rolling_bearing(shaft, node, row) result(bearing)

@@ -30,16 +30,17 @@ contains
       type(rotor_model_t), intent(in) :: model
       type(segment_t), allocatable :: list(:)
 
+      integer, allocatable :: first(:)
       integer :: e, i, k, node, s
 
-      allocate (list(sum([(model%rotor%shaft(s)%nodes() - 1, s=1, size(model%rotor%shaft))])))
+      allocate (list(sum([(sum(model%rotor%shaft(s)%section%elements), s=1, size(model%rotor%shaft))])))
       k = 0
       do s = 1, size(model%rotor%shaft)
-         node = 0
-         do i = 1, size(model%rotor%shaft(s)%section)
+         first = model%rotor%shaft(s)%first_nodes()
+         do i = 1, size(first)
             associate (section => model%rotor%shaft(s)%section(i))
                do e = 1, section%elements
-                  node = node + 1
+                  node = first(i) + e - 1
                   k = k + 1
                   list(k)%left = model%numbering%of(s, node)
                   list(k)%right = model%numbering%of(s, node + 1)

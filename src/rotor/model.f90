@@ -87,17 +87,18 @@ contains
 
       type(entries_t) :: gyroscopic, mass, stiffness
       type(element_t) :: element
+      integer, allocatable :: first(:)
       integer :: at(12), e, i, n, node, s
 
       associate (rotor => model%rotor, numbering => model%numbering)
          do s = 1, size(rotor%shaft)
-            node = 0
-            do i = 1, size(rotor%shaft(s)%section)
+            first = rotor%shaft(s)%first_nodes()
+            do i = 1, size(first)
                associate (section => rotor%shaft(s)%section(i))
                   element = new_element(section, section%length/section%elements, rotor%shaft(s)%shear)
                   element%gyroscopic = rotor%shaft(s)%speed_ratio*element%gyroscopic
                   do e = 1, section%elements
-                     node = node + 1
+                     node = first(i) + e - 1
                      at(:6) = numbering%of(s, node)
                      at(7:) = numbering%of(s, node + 1)
                      call mass%add_block(at, element%mass)

@@ -15,14 +15,14 @@ module razy_rotor_rotor
    private
 
    public :: node_load_t, rotor_t, shaft_t, support_t, unbalance_t
-   public :: damping_none, damping_nodal, damping_modal, longest_name
+   public :: check_layers, damping_none, damping_nodal, damping_modal, longest_name
 
    !> Internal damping of the shafts: none, the thesis's on the nodes (4.32), a ratio in every mode.
    integer, parameter :: damping_none = 0, damping_nodal = 1, damping_modal = 2
    !> Longer names of shafts are cut.
    integer, parameter :: longest_name = 40
 
-   !> A shaft: sections in order along +x.
+   !> A shaft: sections in order along +x, layers anywhere among them.
    type :: shaft_t
       character(longest_name) :: name = ""
       type(section_t), allocatable :: section(:)
@@ -35,6 +35,7 @@ module razy_rotor_rotor
    contains
       procedure :: nodes
       procedure :: positions
+      procedure :: first_nodes
    end type shaft_t
 
    !> Coordinates of a node that the frame holds.
@@ -78,7 +79,7 @@ contains
       class(shaft_t), intent(in) :: self
       integer :: nodes
 
-      nodes = 1 + sum(self%section%elements)
+      nodes = 1 + sum(self%section%elements, mask=self%section%first_node == 0)
    end function nodes
 
    !> Positions (nodes) along x from the first node, m.
@@ -95,6 +96,7 @@ contains
       x(1) = 0.0_wp
       do i = 1, size(self%section)
          associate (section => self%section(i))
+            if (section%first_node > 0) cycle
             do e = 1, section%elements
                node = node + 1
                x(node) = start + e*section%length/section%elements
@@ -104,12 +106,50 @@ contains
       end do
    end function positions
 
+   !> The first node of each section (sections).
+   pure function first_nodes(self) result(first)
+      class(shaft_t), intent(in) :: self
+      integer, allocatable :: first(:)
+
+      integer :: i
+
+      first = self%section%first_node
+      do i = 1, size(first)
+         if (first(i) == 0) first(i) = 1 + sum(self%section(:i - 1)%elements, mask=self%section(:i - 1)%first_node == 0)
+      end do
+   end function first_nodes
+
+   !> Whether the nodes of all layers are those of the shaft; `culprit` is a section that has others.
+   pure subroutine check_layers(shaft, culprit)
+      type(shaft_t), intent(in) :: shaft
+      integer, intent(out) :: culprit
+
+      !> Nodes that differ by this share of the length of an element are the same.
+      real(wp), parameter :: same = 1.0e-6_wp
+      real(wp) :: x(shaft%nodes())
+      integer :: e
+
+      x = shaft%positions()
+      do culprit = 1, size(shaft%section)
+         associate (section => shaft%section(culprit))
+            if (section%first_node == 0) cycle
+            if (section%first_node < 1 .or. section%first_node + section%elements > size(x)) return
+            do e = section%first_node, section%first_node + section%elements - 1
+               associate (length => section%length/section%elements)
+                  if (abs(x(e + 1) - x(e) - length) > same*length) return
+               end associate
+            end do
+         end associate
+      end do
+      culprit = 0
+   end subroutine check_layers
+
    !> What makes no rotor: a part without place, length or mass. Names the part by its kind and number.
    subroutine check(self, error)
       class(rotor_t), intent(in) :: self
       type(error_t), allocatable, intent(out) :: error
 
-      integer :: i
+      integer :: culprit, i
 
       do i = 1, size(self%shaft)
          associate (section => self%shaft(i)%section)
@@ -125,6 +165,9 @@ contains
                call raise(error, "shaft "//to_text(i)//": moduli and density of a section are not positive")
             end if
          end associate
+         if (allocated(error)) return
+         call check_layers(self%shaft(i), culprit)
+         if (culprit > 0) call raise(error, "shaft "//to_text(i)//": nodes of a layer are not those of the shaft")
          if (allocated(error)) return
       end do
       call check_places("disk", self%disk%shaft, self%disk%node)

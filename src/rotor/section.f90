@@ -15,11 +15,12 @@ module razy_rotor_section
       real(wp) :: young = 0.0_wp, shear = 0.0_wp, density = 0.0_wp
    end type material_t
 
-   !> A cylinder cut into equal elements: length, outer and inner diameter, m.
+   !> A cylinder cut into equal elements: length, outer and inner diameter, m. `first_node` > 0: a layer on what is there from this
+   !> node on, such as a sleeve; 0: it follows the section before.
    type :: section_t
       type(material_t) :: material
       real(wp) :: length = 0.0_wp, outer = 0.0_wp, inner = 0.0_wp
-      integer :: elements = 1
+      integer :: elements = 1, first_node = 0
    contains
       procedure :: area
       procedure :: second_moment

@@ -105,7 +105,8 @@ contains
             call look_at_gap(m, tones, self%w(:, i), self%of_s(i), self%tone_of_s(:, i), phasor, z, s)
             call look_at_gap(m, tones, self%w(:, i), self%of_rate(i), self%tone_of_rate(:, i), phasor, z(m + 1:), rate)
             associate (j => self%lawful(i))
-               force = system%machine%contact(j)%law%force(self%dynamics%mode%branch(j), s, rate, 0.0_wp)
+               force = self%dynamics%stiffening(system, j) &
+                       *system%machine%contact(j)%law%force(self%dynamics%mode%branch(j), s, rate, 0.0_wp)
             end associate
             do k = 1, m
                dz(m + k) = dz(m + k) - self%w(k, i)*force

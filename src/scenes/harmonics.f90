@@ -11,7 +11,7 @@ module razy_scenes_harmonics
    implicit none(type, external)
    private
 
-   public :: add_harmonic, add_harmonics, frequency_keys, harmonics_t, new_harmonics, read_frequency, take_harmonics
+   public :: add_harmonic, add_harmonics, find_tone, frequency_keys, harmonics_t, new_harmonics, read_frequency, take_harmonics
 
    !> The tones met so far, and the phasors on rows (forces or contact errors) that belong to each.
    type :: harmonics_t
@@ -42,15 +42,25 @@ contains
       real(qp), intent(in) :: hertz
       real(wp), intent(in) :: cosine, sine
 
-      complex(wp), allocatable :: larger(:, :)
-      integer :: t, rows
+      integer :: t
 
-      rows = size(self%constant)
       if (.not. (abs(cosine) > 0.0_wp .or. abs(sine) > 0.0_wp)) return
       if (.not. abs(hertz) > 0.0_qp) then
          self%constant(row) = self%constant(row) + cosine
          return
       end if
+      call find_tone(self, hertz, t)
+      self%phasor(row, t) = self%phasor(row, t) + cmplx(cosine, -sign(1.0_wp, real(hertz, wp))*sine, wp)
+   end subroutine add_harmonic
+
+   !> The number of the tone of a frequency that is not 0, which is added if there is none.
+   pure subroutine find_tone(self, hertz, t)
+      type(harmonics_t), intent(inout) :: self
+      real(qp), intent(in) :: hertz
+      integer, intent(out) :: t
+
+      complex(wp), allocatable :: larger(:, :)
+
       do t = 1, self%count
          if (.not. abs(abs(hertz) - self%hertz(t)) > 4*epsilon(1.0_qp)*abs(hertz)) exit
       end do
@@ -58,12 +68,11 @@ contains
          self%count = t
          self%hertz = [self%hertz, abs(hertz)]
          self%tone = [self%tone, tone_from_hertz(abs(hertz))]
-         allocate (larger(rows, t), source=(0.0_wp, 0.0_wp))
+         allocate (larger(size(self%constant), t), source=(0.0_wp, 0.0_wp))
          larger(:, :t - 1) = self%phasor
          call move_alloc(larger, self%phasor)
       end if
-      self%phasor(row, t) = self%phasor(row, t) + cmplx(cosine, -sign(1.0_wp, real(hertz, wp))*sine, wp)
-   end subroutine add_harmonic
+   end subroutine find_tone
 
    !> The same on the first rows, one for each of the numbers in `cosine` and `sine`.
    pure subroutine add_harmonics(self, hertz, cosine, sine)
@@ -78,7 +87,7 @@ contains
       end do
    end subroutine add_harmonics
 
-   !> Give a machine its tones, and what they do: the rows are those of the coordinates, then of the contacts.
+   !> Give a machine its tones, and what they do: the rows are those of the coordinates, of the contacts, and of their modulation.
    pure subroutine take_harmonics(machine, self)
       type(machine_t), intent(inout) :: machine
       type(harmonics_t), intent(in) :: self
@@ -92,6 +101,9 @@ contains
       do i = 1, size(machine%contact)
          machine%contact(i)%error = self%phasor(n + i, :)
          machine%contact(i)%offset = self%constant(n + i)
+         associate (modulation => self%phasor(n + size(machine%contact) + i, :))
+            if (any(abs(modulation) > 0.0_wp)) machine%contact(i)%modulation = modulation
+         end associate
       end do
    end subroutine take_harmonics
 

@@ -24,11 +24,13 @@ contains
               key_string("on", on, required=.true.), &
               key_real("value", "constant part", unit="N or N m", default="0.0"), &
               key_real("amplitude", "amplitude of the harmonic part", unit="N or N m", default="0.0"), &
+              key_real("unbalance", "amplitude over the square of the angular frequency, added to amplitude", &
+                       unit="kg m or kg m^2", default="0.0"), &
               key_real("phase", "phase of the harmonic part", unit="deg", default="0.0"), &
               frequency_keys("", "the harmonic part", orders)]
    end function load_keys
 
-   !> Add the loads, value + amplitude sin(2πft + phase), to those of the machine and to the harmonics.
+   !> Add the loads, value + (amplitude + unbalance (2πf)²) sin(2πft + phase), to those of the machine and to the harmonics.
    subroutine add_loads(machine, scene, input, harmonics, error)
       type(machine_t), intent(inout) :: machine
       class(scene_t), intent(in) :: scene
@@ -37,7 +39,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(coordinate_t) :: on
-      real(wp) :: amplitude, phase, value
+      real(wp) :: amplitude, phase, unbalance, value
       real(qp) :: hertz
       integer :: i
 
@@ -46,9 +48,11 @@ contains
          if (allocated(error)) return
          call input%get("load", i, "value", value)
          call input%get("load", i, "amplitude", amplitude)
+         call input%get("load", i, "unbalance", unbalance)
          call input%get("load", i, "phase", phase)
-         call read_frequency(hertz, input, "load", i, "", abs(amplitude) > 0.0_wp, error)
+         call read_frequency(hertz, input, "load", i, "", max(abs(amplitude), abs(unbalance)) > 0.0_wp, error)
          if (allocated(error)) return
+         amplitude = amplitude + unbalance*(2*pi*real(hertz, wp))**2
          phase = phase*pi/180
          machine%load = machine%load + value*on%row
          call add_harmonics(harmonics, hertz, amplitude*sin(phase)*on%row, amplitude*cos(phase)*on%row)

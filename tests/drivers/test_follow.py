@@ -1,34 +1,14 @@
 """razy-follow: values that are known, what it leaves, the picture of it."""
 
 import re
-import signal
-import subprocess
-from pathlib import Path
 
 import h5py
 import matplotlib.image
 import numpy as np
 import pytest
-from faults import wait_for
-from programs import GEAR_PAIR, SOURCE, attribute, command, datasets, left, plot, sets, start, succeed
+from branches import HYSTERESIS, IMPACT, NORMAL_FORM, follow, points
+from programs import GEAR_PAIR, SOURCE, attribute, left, plot, sets, start, succeed
 from scipy.integrate import solve_ivp
-
-NORMAL_FORM = SOURCE / "inputs" / "gear_normal_form.nml"
-PAIR_MAP = SOURCE / "inputs" / "gear_pair_map.nml"
-IMPACT = SOURCE / "inputs" / "impact_oscillator.nml"
-HYSTERESIS = SOURCE / "inputs" / "hysteresis.nml"
-
-
-def follow(case, *options, **values):
-    """Follow a case, and open the file."""
-    succeed("razy-follow", case, *options, *sets(**values))
-    return h5py.File(f"{case.stem}.h5")
-
-
-def points(file, label, branch=1):
-    """Return the parameter at the special points of a kind on a branch."""
-    keep = (file["special/label"].asstr()[:] == label) & (file["special/branch"][:] == branch)
-    return file["special/parameter"][:][keep]
 
 
 def multipliers(file, point=0):
@@ -173,59 +153,6 @@ def test_what_it_refuses_is_one_line(changes, message):
     assert left() == []
 
 
-def test_curve_over_two_parameters():
-    """At its end the curve of the doubling has the speed that a branch finds at that torque."""
-    speed = {"follow(1)%first": 2420, "follow(1)%last": 2330, "follow(1)%doublings": 0}
-    narrow = [word for key, value in speed.items() for word in ("--set", f"{key}={value}")]
-    torque = ["--set", "follow(2)%first=99", "--set", "follow(2)%last=101"]
-    succeed("razy-follow", PAIR_MAP, *narrow, *torque, "--output", "curve.h5")
-    balanced = ["--set", "load(1)%value=101", "--set", "load(2)%value=-101", "--set", "follow(2)%first=100"]
-    succeed("razy-follow", PAIR_MAP, *narrow, *balanced, "--output", "branch.h5")
-    with h5py.File("curve.h5") as file:
-        assert file["curve/label"].asstr()[:].tolist() == ["PD"]
-        curve = file["curve_point"]
-        last = np.argmax(curve["load(1).value"][:])
-        assert curve["load(1).value"][last] == pytest.approx(101, rel=1e-12)
-        found = curve["rotation.speed_rpm"][last]
-        assert curve["largest_multiplier"][:] == pytest.approx(1.0, abs=1e-7)
-    with h5py.File("branch.h5") as file:
-        (doubling,) = points(file, "PD")
-    assert found == pytest.approx(doubling, rel=1e-11)
-    done = plot("curve.h5", "--kind", "curves", "--save", "curves.png")
-    assert (done.returncode, done.stderr) == (0, "")
-
-
-def test_where_a_doubling_ends_in_a_grazing():
-    """The grazing has a multiplier -1 where the curve of the doubling has no next point."""
-    near = {
-        "follow(1)%first": 1574,
-        "follow(1)%last": 1584,
-        "follow(1)%doublings": 0,
-        "follow(2)%first": 98.8,
-        "follow(2)%last": 100.4,
-    }
-    words = [word for key, value in near.items() for word in ("--set", f"{key}={value}")]
-    done = succeed("razy-follow", PAIR_MAP, *words, "--output", "curve.h5")
-    assert "GRPD at rotation%speed_rpm 1576.8252592" in done.stderr
-    with h5py.File("curve.h5") as file:
-        labels = file["curve/label"].asstr()[:].tolist()
-        assert file["junction/label"].asstr()[:].tolist() == ["GRPD"]
-        assert labels[file["junction/curve"][0] - 1] == "GR"
-        points = file["curve_point/curve"][:] == 1 + labels.index("PD")
-        for name in ("rotation.speed_rpm", "load(1).value"):
-            end = file[f"curve_point/{name}"][:][points].min()
-            assert file[f"junction/{name}"][0] == pytest.approx(end, rel=1e-7)
-    done = plot("curve.h5", "--kind", "curves", "--save", "curves.svg")
-    assert (done.returncode, done.stderr) == (0, "")
-
-
-def test_second_parameter_has_to_hold_its_value():
-    done = start("razy-follow", PAIR_MAP, "--set", "follow(2)%first=150")
-    assert done.returncode == 2
-    assert "&follow number 2" in done.stderr or "follow(2)" in done.stderr
-    assert "a range that holds 100" in done.stderr and done.stderr.count("\n") == 1
-
-
 def test_a_closed_motion_over_its_belt_speed():
     """Without excitation, by steps: the period grows as sticking ends; no step becomes tiny."""
     with follow(SOURCE / "inputs" / "belt_oscillator.nml") as file:
@@ -234,77 +161,6 @@ def test_a_closed_motion_over_its_belt_speed():
         assert speed.size < 400 and file["point/stable"][:].all()
     # It sticks for most of the way from where slip ends to x = 1.
     assert (np.diff(period) < 0.0).all() and period[0] > 2 * np.pi
-
-
-ALL = sets(follow__motions="'all'", follow__samples=6)
-
-
-def test_all_motions_are_pieced_together():
-    """Cells of the range give the one branch, with both its folds, that goes through it."""
-    with follow(HYSTERESIS) as file:
-        folds, ends = points(file, "LP"), file["special/label"].asstr()[-1]
-    done = succeed("razy-follow", HYSTERESIS, *ALL, "--output", "all.h5")
-    with h5py.File("all.h5") as file:
-        assert file["branch/parent"][:].tolist() == [0]
-        assert np.sort(points(file, "LP")) == pytest.approx(np.sort(folds), rel=1e-12)
-        assert file["special/label"].asstr()[-1] == ends == "EP"
-        parameter = file["point/load.frequency"][:]
-        assert (parameter[0], parameter[-1]) == (12.0, 36.0)
-        # No motion stands twice where two pieces meet, and they meet smoothly.
-        step = np.linalg.norm(
-            np.diff(file["point/state"][:] / np.abs(file["point/state"][:]).max(axis=0), axis=0), axis=1
-        )
-        assert step.min() > 0.0 and step.max() < 0.05
-        started = np.zeros(6, dtype=int)
-        np.add.at(started, file["basin/sample"][:], file["basin/starts"][:])
-        assert (started + file["sample/unsettled"][:] == 9).all()
-        assert (file["sample/lyapunov"][:] < 0.0).all()
-    lines = done.stdout.splitlines()
-    (beside,) = [line for line in lines if "beside each other" in line]
-    assert re.findall(r"[\d.]+", beside)[:3] == [f"{folds.min():.5f}", f"{folds.max():.5f}", "2"]
-    assert sum("ends in a fold" in line for line in lines) == 2
-    assert plot("all.h5", "--save", "picture.png").returncode == 0
-
-
-def test_all_motions_of_a_gear_pair():
-    """Motions that no start settles to, whose branches are apart from that of the machine's own."""
-    succeed(
-        "razy-follow",
-        GEAR_PAIR,
-        *ALL,
-        *sets(follow__first=1600, follow__last=1640, follow__samples=2),
-        "--output",
-        "g.h5",
-    )
-    with h5py.File("g.h5") as file:
-        parent, multiplicity = file["branch/parent"][:], file["point/multiplicity"][:]
-        special = file["special/label"].asstr()[:], file["special/parameter"][:]
-        stable = file["point/stable"][:] == 1
-    assert (parent == 0).sum() > 1 and set(multiplicity) >= {1, 2, 4, 8} and not stable.all()
-    for label, speed in (("PD", 1625.3511), ("LP", 1607.8222)):
-        assert np.abs(special[1][special[0] == label] - speed).min() < 1e-4
-
-
-def test_all_motions_do_not_depend_on_ranks_or_an_end_in_between():
-    case = (GEAR_PAIR, *ALL, *sets(follow__first=1500, follow__last=1640))
-    succeed("razy-follow", *case, "--output", "one.h5")
-    succeed("razy-follow", *case, "--output", "three.h5", ranks=3)
-    assert datasets("three.h5") == datasets("one.h5")
-    process = subprocess.Popen(command("razy-follow", *case, "--output", "again.h5"), stderr=subprocess.PIPE)
-    wait_for(lambda: Path("again.h5.checkpoint").exists(), "no checkpoint")
-    process.send_signal(signal.SIGTERM)
-    _, said = process.communicate(timeout=60)
-    assert process.returncode == 3 and b"goes on from there" in said
-    assert "going on" in succeed("razy-follow", *case, "--output", "again.h5").stderr
-    assert datasets("again.h5") == datasets("one.h5")
-    assert "again.h5.checkpoint" not in left()
-
-
-def test_a_dry_run_says_what_it_takes():
-    done = succeed("razy-follow", HYSTERESIS, *ALL, "--dry-run", ranks=2)
-    assert re.search(r"6 cells, in each 9 starts\n.*\ntime: [\d.]+ s of one core; on 2 ranks [\d.]+ s", done.stdout)
-    assert succeed("razy-follow", HYSTERESIS, "--dry-run").stdout.startswith("timed: the first motion")
-    assert left() == []
 
 
 def one_period(frequency, state):

@@ -7,7 +7,20 @@
 from razy.case import write_case
 from razy.programs import duel, follow, modes, run, sweep, tune
 from razy.results import open_result as open  # noqa: A004
+from razy.ross import import_ross
 from razy_post import __version__
 from razy_post.errors import ResultError as Error
 
-__all__ = ["Error", "__version__", "duel", "follow", "modes", "open", "run", "sweep", "tune", "write_case"]
+__all__ = [
+    "Error",
+    "__version__",
+    "duel",
+    "follow",
+    "import_ross",
+    "modes",
+    "open",
+    "run",
+    "sweep",
+    "tune",
+    "write_case",
+]

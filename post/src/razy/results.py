@@ -11,8 +11,10 @@ from matplotlib.figure import Figure
 
 from razy_post import output, read
 from razy_post.errors import ResultError
+from razy_post.export import export
 from razy_post.plot import PICTURES, PlotOptions, draw_files, style
 from razy_post.read.file import making_sense_of
+from razy_post.target import check_output
 
 
 def open_result(file: str | Path) -> xarray.Dataset:
@@ -117,6 +119,14 @@ class Accessor:
     def plot(self) -> Plot:
         """The pictures."""
         return Plot(self._data)
+
+    def export(self, file: str | Path, force: bool = False, **options: Any) -> Path:
+        """Write the result for other programs by the suffix of `file`; see `razy_post.export.export` for options."""
+        target = Path(file)
+        with self.open() as result:
+            check_output(target, [Path(result.path)], force)
+            export(result, target, **options)
+        return target
 
     def open(self) -> read.ResultFile:
         """Open the file of this result by the reader of its program, for what a dataset does not offer; close it."""

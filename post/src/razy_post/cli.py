@@ -69,6 +69,9 @@ def parser() -> Parser:
     result.add_argument(
         "--period", metavar="S", type=_period, help="period in s of a Poincare section or of an orbit's marks"
     )
+    result.add_argument(
+        "--swap", action="store_true", help="the swept parameter upwards, in pictures of the kind column"
+    )
     result.add_argument("--title", metavar="TEXT", help="title instead of the one in the file; '' for none")
     result.add_argument("--size", metavar="WxH", type=_size, help="width and height in cm, such as 16x9.5")
     result.add_argument(
@@ -109,6 +112,7 @@ def _plot(given: argparse.Namespace) -> None:
         quantity=given.quantity,
         top=given.top,
         period=given.period,
+        swap=given.swap,
     )
     if given.save is not None:
         output.check_target(given.save, given.files, given.force)

@@ -1,4 +1,4 @@
-"""The commands ``razy-merge`` and ``razy-csv``."""
+"""The commands ``razy-merge``, ``razy-csv`` and ``razy-export``."""
 
 import sys
 from collections.abc import Callable
@@ -6,6 +6,7 @@ from pathlib import Path
 
 from razy_post import __version__
 from razy_post.errors import Parser, ResultError, one_line
+from razy_post.export import export
 from razy_post.merge import merge
 from razy_post.read import FollowResult, SweepResult, open_result
 from razy_post.read.file import making_sense_of
@@ -15,16 +16,16 @@ from razy_post.target import check_output
 
 def merge_main(arguments: list[str] | None = None) -> int:
     """Run ``razy-merge``; return its exit code."""
-    parser = _parser("razy-merge", "Make one file of sweeps of neighbouring ranges of a parameter.")
+    parser = new_parser("razy-merge", "Make one file of sweeps of neighbouring ranges of a parameter.")
     parser.add_argument("files", metavar="FILE.h5", type=Path, nargs="+", help="files of razy-sweep, in any order")
     parser.add_argument("--output", metavar="FILE.h5", type=Path, required=True, help="file to write")
     given = parser.parse_args(arguments)
-    return _run(parser.prog, lambda: f"{given.output}: {merge(given.files, given.output, given.force)} points")
+    return run_command(parser.prog, lambda: f"{given.output}: {merge(given.files, given.output, given.force)} points")
 
 
 def csv_main(arguments: list[str] | None = None) -> int:
     """Run ``razy-csv``; return its exit code."""
-    parser = _parser(
+    parser = new_parser(
         "razy-csv", "Write a sweep or branches as comma-separated text: points, or an observable's extrema."
     )
     parser.add_argument("file", metavar="FILE.h5", type=Path, help="file of razy-sweep or razy-follow")
@@ -42,10 +43,32 @@ def csv_main(arguments: list[str] | None = None) -> int:
                 return f"{target}: {write_points(result, target)} points"
             return f"{target}: {write_extrema(result, given.observable, target)} extrema"
 
-    return _run(parser.prog, export)
+    return run_command(parser.prog, export)
 
 
-def _parser(name: str, does: str) -> Parser:
+def export_main(arguments: list[str] | None = None) -> int:
+    """Run ``razy-export``; return its exit code."""
+    parser = new_parser("razy-export", "Write a result for other programs, or the shapes of a rotor as they move.")
+    parser.add_argument("file", metavar="FILE.h5", type=Path, help="result file")
+    parser.add_argument(
+        "--output", metavar="FILE", type=Path, required=True,
+        help=".mat (all results), .vtk, .vtu, .xdmf (shapes of rotors), .gif, .html (a shape or motion, animated)",
+    )  # fmt: skip
+    parser.add_argument("--mode", metavar="N", type=int, default=1, help="mode that is animated (%(default)s)")
+    parser.add_argument("--from", dest="start", metavar="S", type=float, help="of a motion: first time, s")
+    parser.add_argument("--to", dest="stop", metavar="S", type=float, help="of a motion: last time, s")
+    given = parser.parse_args(arguments)
+
+    def export_it() -> str:
+        check_output(given.output, [given.file], given.force)
+        with open_result(given.file) as result, making_sense_of(given.file):
+            return f"{given.output}: {export(result, given.output, given.mode, given.start, given.stop)}"
+
+    return run_command(parser.prog, export_it)
+
+
+def new_parser(name: str, does: str) -> Parser:
+    """Return the parser of a command that writes a file."""
     parser = Parser(
         prog=name,
         description=does,
@@ -57,7 +80,8 @@ def _parser(name: str, does: str) -> Parser:
     return parser
 
 
-def _run(name: str, work: Callable[[], str]) -> int:
+def run_command(name: str, work: Callable[[], str]) -> int:
+    """Do the work of a command, say what was written; return the exit code."""
     try:
         print(f"wrote {work()}", file=sys.stderr)
     except ResultError as error:

@@ -1,13 +1,22 @@
 !! A rotor model in few coordinates, q = T y: dense matrices, projected by T.
 module razy_rotor_reduction_reduced
    use razy_core_kinds, only: wp
-   use razy_linalg_dense, only: add_outer, congruence_of, product_of
+   use razy_linalg_dense, only: add_outer, congruence_of, product_of, symmetric_part
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t
+   use razy_rotor_bearing, only: of_damping, of_stiffness
    use razy_rotor_model, only: rotor_model_t
+   use razy_rotor_speed_table, only: speed_table_t
    implicit none(type, external)
    private
 
    public :: append, reduced_t, new_reduced, transformed
+
+   !> A bearing with a table over |ratio Omega|: v and w of its node are row y (2, p).
+   type :: tabled_t
+      type(speed_table_t) :: table
+      real(wp) :: ratio = 1.0_wp
+      real(wp), allocatable :: row(:, :)
+   end type tabled_t
 
    !> The model with p coordinates,
    !>
@@ -24,10 +33,13 @@ module razy_rotor_reduction_reduced
       !> f (p); U (p, shafts), see `model`.
       real(wp), allocatable :: load(:)
       complex(wp), allocatable :: unbalance(:, :)
+      !> Bearings whose matrices depend on the speed: B, Bx, K and Kx have those of their first speeds.
+      type(tabled_t), allocatable :: tabled(:)
    contains
       procedure :: closed_stiffness
       procedure :: closed_damping
       procedure :: modes
+      procedure :: bearing_change
    end type reduced_t
 
 contains
@@ -49,13 +61,41 @@ contains
       call project_vectors(reduced, basis, model%mesh_direction, model%load, model%unbalance)
       reduced%mesh_stiffness = model%mesh_stiffness
       reduced%mesh_damping = model%mesh_damping
+      call add_tables(reduced, model, basis)
    end function new_reduced
+
+   subroutine add_tables(reduced, model, basis)
+      type(reduced_t), intent(inout) :: reduced
+      type(rotor_model_t), intent(in) :: model
+      real(wp), intent(in) :: basis(:, :)
+
+      type(tabled_t) :: tabled
+      integer :: i, k
+
+      allocate (reduced%tabled(0))
+      do i = 1, size(model%rotor%bearing)
+         associate (bearing => model%rotor%bearing(i))
+            if (.not. allocated(bearing%table)) cycle
+            tabled%table = bearing%table
+            tabled%ratio = model%rotor%shaft(bearing%shaft)%speed_ratio
+            tabled%row = spread(spread(0.0_wp, 1, 2), 2, size(basis, 2))
+            associate (at => model%numbering%of(bearing%shaft, bearing%node))
+               do k = 1, 2
+                  if (at(k + 1) > 0) tabled%row(k, :) = basis(at(k + 1), :)
+               end do
+            end associate
+            reduced%tabled = [reduced%tabled, tabled]
+         end associate
+      end do
+   end subroutine add_tables
 
    !> The same in further coordinates, y = `basis` z, `basis` (p, m).
    function transformed(old, basis) result(reduced)
       type(reduced_t), intent(in) :: old
       real(wp), contiguous, intent(in) :: basis(:, :)
       type(reduced_t) :: reduced
+
+      integer :: i
 
       reduced%basis = product_of(old%basis, basis)
       reduced%mass = congruence_of(old%mass, basis)
@@ -68,6 +108,10 @@ contains
       call project_vectors(reduced, basis, old%mesh_direction, old%load, old%unbalance)
       reduced%mesh_stiffness = old%mesh_stiffness
       reduced%mesh_damping = old%mesh_damping
+      reduced%tabled = old%tabled
+      do i = 1, size(old%tabled)
+         reduced%tabled(i)%row = matmul(old%tabled(i)%row, basis)
+      end do
    end function transformed
 
    subroutine project_vectors(reduced, basis, direction, load, unbalance)
@@ -115,6 +159,39 @@ contains
          call add_outer(damping, self%mesh_damping(j), self%mesh_direction(:, j))
       end do
    end function closed_damping
+
+   !> What tables of bearings add to K + Kx at the speed Omega of the system, rad/s, with `damping` to B + Bx (p, p); with `rate`
+   !> its derivative by Omega. The symmetric part alone where `skew` is not asked for; it is so to the last bit.
+   pure function bearing_change(self, speed, damping, rate, skew) result(change)
+      class(reduced_t), intent(in) :: self
+      real(wp), intent(in) :: speed
+      logical, intent(in) :: damping, rate, skew
+      real(wp), allocatable :: change(:, :)
+
+      real(wp), allocatable :: turn(:, :)
+      real(wp) :: part(4)
+      integer :: column(4), i
+
+      allocate (change(size(self%load), size(self%load)), source=0.0_wp)
+      column = merge(of_damping, of_stiffness, damping)
+      do i = 1, size(self%tabled)
+         associate (table => self%tabled(i)%table, ratio => abs(self%tabled(i)%ratio), row => self%tabled(i)%row)
+            associate (values => table%at(ratio*abs(speed), rate))
+               part = values(column)
+            end associate
+            if (rate) then
+               part = sign(ratio, speed)*part
+            else
+               part = part - table%value(column, 1)
+            end if
+            change = change + symmetric_part(matmul(transpose(row), matmul(reshape([part(1), 0.5_wp*(part(2) + part(3)), &
+                                                                               0.5_wp*(part(2) + part(3)), part(4)], [2, 2]), row)))
+            if (.not. skew) cycle
+            turn = spread(row(1, :), 2, size(row, 2))*spread(row(2, :), 1, size(row, 2))
+            change = change + 0.5_wp*(part(2) - part(3))*(turn - transpose(turn))
+         end associate
+      end do
+   end function bearing_change
 
    !> All undamped modes at rest, meshes closed or open.
    function modes(self, meshed) result(pairs)

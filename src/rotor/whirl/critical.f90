@@ -130,8 +130,7 @@ contains
       associate (problem => family)
          matrix = problem%damping_at(speed)
          right(:, 1) = matmul(matrix, u) + 2*lambda*u
-         right(:, 2) = lambda*matmul(problem%modal%gyroscopic, u)
-         if (family%circulatory) right(:, 2) = right(:, 2) + matmul(problem%modal%circulatory, u)
+         right(:, 2) = lambda*matmul(problem%damping_rate(speed), u) + matmul(problem%cross_rate(speed), u)
          matrix = lambda*matrix + problem%cross_at(speed)
          do i = 1, p
             matrix(i, i) = matrix(i, i) + problem%squared(i) + lambda**2

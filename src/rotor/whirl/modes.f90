@@ -125,8 +125,9 @@ contains
       shift = huge(1.0_wp)
       do s = 1, size(model%rotor%shaft)
          associate (section => model%rotor%shaft(s)%section)
-            length = sum(section%length)
+            length = sum(section%length, mask=section%first_node == 0)
             do i = 1, size(section)
+               if (section(i)%first_node > 0) cycle
                shift = min(shift, (pi/length)**4*section(i)%material%young*section(i)%second_moment() &
                            /(section(i)%material%density*section(i)%area()))
             end do

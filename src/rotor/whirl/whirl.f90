@@ -25,8 +25,8 @@ module razy_rotor_whirl_whirl
    !> modes at rest times their frequencies; `shape_of` turns them into shapes of the model.
    type, extends(family_t) :: whirl_problem_t
       integer :: status = whirl_found
-      !> Whether the circulatory matrix acts.
-      logical :: circulatory = .false.
+      !> Whether the circulatory matrix acts; whether damping and the skew parts of bearings do.
+      logical :: circulatory = .false., damped = .true.
       !> The model in its modes, M = 1 and K = diag(omega²), meshes in it if they are closed.
       type(reduced_t) :: modal
       !> omega², (rad/s)², and the scaling S of razy_eigen_damped, rad/s (p each).
@@ -39,6 +39,8 @@ module razy_rotor_whirl_whirl
       procedure :: shape_of
       procedure :: damping_at
       procedure :: cross_at
+      procedure :: damping_rate
+      procedure :: cross_rate
    end type whirl_problem_t
 
 contains
@@ -62,24 +64,46 @@ contains
       problem%scaling = modal_scaling(pairs%value)
    end function new_whirl
 
-   !> B + Bx + Omega G (p, p).
+   !> Omega G, with damping B + Bx + Omega G (p, p).
    pure function damping_at(self, speed) result(damping)
       class(whirl_problem_t), intent(in) :: self
       real(wp), intent(in) :: speed
       real(wp), allocatable :: damping(:, :)
 
-      damping = self%damping + speed*self%modal%gyroscopic
+      damping = speed*self%modal%gyroscopic
+      if (self%damped) damping = damping + self%damping + self%modal%bearing_change(speed, .true., .false., .true.)
    end function damping_at
 
-   !> Kx, or Kx + Omega C if C acts (p, p).
+   !> Kx, or Kx + Omega C if C acts, and what bearings have more of K and Kx than at their first speeds (p, p).
    pure function cross_at(self, speed) result(cross)
       class(whirl_problem_t), intent(in) :: self
       real(wp), intent(in) :: speed
       real(wp), allocatable :: cross(:, :)
 
-      cross = self%cross_stiffness
+      cross = self%modal%bearing_change(speed, .false., .false., self%damped)
+      if (self%damped) cross = cross + self%cross_stiffness
       if (self%circulatory) cross = cross + speed*self%modal%circulatory
    end function cross_at
+
+   !> The derivative of `damping_at` by the speed.
+   pure function damping_rate(self, speed) result(rate)
+      class(whirl_problem_t), intent(in) :: self
+      real(wp), intent(in) :: speed
+      real(wp), allocatable :: rate(:, :)
+
+      rate = self%modal%gyroscopic
+      if (self%damped) rate = rate + self%modal%bearing_change(speed, .true., .true., .true.)
+   end function damping_rate
+
+   !> The derivative of `cross_at` by the speed.
+   pure function cross_rate(self, speed) result(rate)
+      class(whirl_problem_t), intent(in) :: self
+      real(wp), intent(in) :: speed
+      real(wp), allocatable :: rate(:, :)
+
+      rate = self%modal%bearing_change(speed, .false., .true., self%damped)
+      if (self%circulatory) rate = rate + self%modal%circulatory
+   end function cross_rate
 
    !> Eigenvalues with imaginary part >= 0, 1/s and rad/s, in the order of their imaginary parts, and shapes at the angular speed
    !> `parameter` of the system, rad/s.

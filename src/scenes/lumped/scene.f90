@@ -62,9 +62,9 @@ contains
       if (allocated(error)) return
       meshes = input%count("gear_mesh")
       allocate (machine%contact(meshes + input%count("stop") + input%count("friction")))
-      call new_harmonics(harmonics, n + size(machine%contact))
+      call new_harmonics(harmonics, n + 2*size(machine%contact))
       do i = 1, meshes
-         call new_mesh(machine%contact(i), self%bodies, input, i, ratio, harmonics, n + i, error)
+         call new_mesh(machine%contact(i), self%bodies, input, i, ratio, harmonics, [n + i, n + size(machine%contact) + i], error)
          if (allocated(error)) return
       end do
       call read_contacts(machine, self, meshes, input, harmonics, error)
@@ -72,12 +72,13 @@ contains
       if (.not. allocated(error)) call take_harmonics(machine, harmonics)
    end subroutine build
 
-   !> Gear mesh i; its error goes to row `row` of the harmonics. `ratio` (bodies) are mean speeds over that of `&rotation`.
+   !> Gear mesh i; its error and the harmonics of its stiffness go to the rows `row` of the harmonics. `ratio` (bodies) are mean
+   !> speeds over that of `&rotation`.
    subroutine new_mesh(contact, bodies, input, i, ratio, harmonics, row, error)
       type(contact_t), intent(out) :: contact
       type(bodies_t), intent(in) :: bodies
       type(input_t), intent(in) :: input
-      integer, intent(in) :: i, row
+      integer, intent(in) :: i, row(2)
       real(qp), intent(in) :: ratio(:)
       type(harmonics_t), intent(inout) :: harmonics
       type(error_t), allocatable, intent(out) :: error

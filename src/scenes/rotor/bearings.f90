@@ -1,18 +1,21 @@
-!! Bearings of a rotor scene: rolling elements, matrices, or stiffness from geometry.
+!! Bearings and seals of a rotor scene: rolling elements, matrices, stiffness from geometry, or coefficients over the speed.
 module razy_scenes_rotor_bearings
    use razy_core_error, only: error_t
    use razy_input_input, only: input_t
    use razy_core_kinds, only: pi, wp
-   use razy_core_text, only: lower
-   use razy_rotor_bearing, only: bearing_t, given_bearing, rolling_bearing, rolling_row_t
+   use razy_core_number, only: decimal, to_text
+   use razy_core_text, only: lower, string_t
+   use razy_core_text_columns, only: read_text_columns
+   use razy_rotor_bearing, only: bearing_t, given_bearing, rolling_bearing, rolling_row_t, table_columns, tabled_bearing
    use razy_rotor_hertz, only: ball_race_t, ball_stiffness, roller_stiffness
    use razy_rotor_rotor, only: rotor_t
+   use razy_rotor_speed_table, only: new_speed_table, speed_table_t
    use razy_scenes_rotor_places, only: find_node
-   use razy_scenes_rotor_schema, only: bearing_kinds, bearing_matrix, bearing_roller, bearing_rolling
+   use razy_scenes_rotor_schema, only: bearing_kinds, bearing_matrix, bearing_roller, bearing_rolling, bearing_table
    implicit none(type, external)
    private
 
-   public :: read_bearing
+   public :: check_tables, read_bearing
 
 contains
 
@@ -25,6 +28,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(rolling_row_t) :: row
+      type(speed_table_t) :: table
       real(wp) :: damping(6, 6), stiffness(6, 6)
       character(:), allocatable :: text
       integer :: kind, node, shaft
@@ -40,6 +44,12 @@ contains
          if (.not. allocated(error)) bearing = given_bearing(shaft, node, stiffness, damping)
          return
       end if
+      if (kind == bearing_table) then
+         call need(input, i, kind, ["file"], error)
+         if (.not. allocated(error)) call read_table(table, input, i, error)
+         if (.not. allocated(error)) bearing = tabled_bearing(shaft, node, table)
+         return
+      end if
       call need(input, i, kind, ["elements"], error)
       if (.not. allocated(error)) call read_radial(row%radial, input, i, kind, error)
       if (allocated(error)) return
@@ -52,6 +62,71 @@ contains
       row%first_angle = row%first_angle*pi/180
       bearing = rolling_bearing(shaft, node, row)
    end subroutine read_bearing
+
+   !> The table in the file of bearing i.
+   subroutine read_table(table, input, i, error)
+      type(speed_table_t), intent(out) :: table
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      type(string_t) :: names(1 + size(table_columns))
+      real(wp), allocatable :: values(:, :)
+      character(:), allocatable :: file
+      integer :: k
+
+      names(1)%text = "speed_rpm"
+      do k = 1, size(table_columns)
+         names(1 + k)%text = table_columns(k)
+      end do
+      call input%get("bearing", i, "file", file)
+      call read_text_columns(file, names, values, error)
+      if (allocated(error)) return
+      if (size(values, 1) < 2) then
+         call input%complain(error, "bearing", i, "file", "a file with at least two speeds")
+         return
+      end if
+      do k = 1, size(values, 1)
+         if (k == 1) then
+            if (values(1, 1) >= 0.0_wp) cycle
+         else
+            if (values(k, 1) > values(k - 1, 1)) cycle
+         end if
+       call input%complain(error, "bearing", i, "file", "a file whose speed_rpm is not negative and rises from row to row; row "// &
+                             to_text(k)//" has "//decimal(values(k, 1), 3))
+         return
+      end do
+      table = new_speed_table(values(:, 1)*pi/30, transpose(values(:, 2:)))
+   end subroutine read_table
+
+   !> Whether the speed of &rotation in `key` of `group` is one that all tables of bearings have.
+   subroutine check_tables(rotor, input, group, key, error)
+      type(rotor_t), intent(in) :: rotor
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group, key
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), parameter :: rounding = 1.0e-12_wp
+      real(wp) :: ratio, speed
+      integer :: i
+
+      do i = 1, size(rotor%bearing)
+         if (.not. allocated(rotor%bearing(i)%table)) cycle
+         if (input%count(group) == 0) then
+            call input%complain(error, group, 1, key, "required by the table of bearing "//to_text(i))
+            return
+         end if
+         call input%get(group, 1, key, speed)
+         ratio = abs(rotor%shaft(rotor%bearing(i)%shaft)%speed_ratio)
+         speed = abs(speed)*ratio*pi/30
+         associate (known => rotor%bearing(i)%table%speed)
+            if (speed >= (1 - rounding)*known(1) .and. speed <= (1 + rounding)*known(size(known))) cycle
+           call input%complain(error, group, 1, key, "such that the shaft of bearing "//to_text(i)//" turns with the speeds of "// &
+                                "its table, "//decimal(known(1)*30/pi, 1)//" to "//decimal(known(size(known))*30/pi, 1)//" rpm")
+         end associate
+         return
+      end do
+   end subroutine check_tables
 
    !> Radial stiffness of a rolling element, given or from its geometry.
    subroutine read_radial(radial, input, i, kind, error)

@@ -6,7 +6,7 @@ module razy_scenes_rotor_parts
    use razy_core_number, only: to_text
    use razy_core_text, only: lower, position_of, string_t
    use razy_input_input, only: input_t
-   use razy_rotor_rotor, only: damping_nodal, damping_none, longest_name, rotor_t
+   use razy_rotor_rotor, only: check_layers, damping_nodal, damping_none, longest_name, rotor_t
    use razy_rotor_section, only: material_t, section_t, shear_cowper, shear_none
    use razy_scenes_gears, only: join_speeds
    use razy_scenes_rotor_bearings, only: read_bearing
@@ -61,7 +61,8 @@ contains
       type(material_t), allocatable :: material(:)
       type(section_t) :: section
       character(:), allocatable :: text
-      integer :: i, kind, s
+      integer :: culprit, i, kind, owner(input%count("section")), s
+      integer, allocatable :: own(:)
 
       allocate (material(size(rotor%shaft)))
       do s = 1, size(rotor%shaft)
@@ -90,11 +91,16 @@ contains
          call input%get("section", i, "shaft", text)
          call find_shaft(rotor, input, "section", i, "shaft", text, s, error)
          if (allocated(error)) return
-         section%material = material(s)
+         owner(i) = s
+         section = section_t(material=material(s))
          call input%get("section", i, "length", section%length)
          call input%get("section", i, "outer_diameter", section%outer)
          call input%get("section", i, "inner_diameter", section%inner)
          call input%get("section", i, "elements", section%elements)
+         call input%get("section", i, "first_node", section%first_node)
+         call input%get("section", i, "young_modulus", section%material%young)
+         call input%get("section", i, "shear_modulus", section%material%shear)
+         call input%get("section", i, "density", section%material%density)
          if (section%inner >= section%outer) then
             call input%complain(error, "section", i, "inner_diameter", "less than the outer diameter")
             return
@@ -102,8 +108,15 @@ contains
          rotor%shaft(s)%section = [rotor%shaft(s)%section, section]
       end do
       do s = 1, size(rotor%shaft)
-         if (size(rotor%shaft(s)%section) > 0) cycle
-         call input%complain(error, "shaft", s, "name", "the name of a shaft with at least one &section")
+         if (.not. any(rotor%shaft(s)%section%first_node == 0)) then
+            call input%complain(error, "shaft", s, "name", "the name of a shaft with at least one &section that is no layer")
+            return
+         end if
+         call check_layers(rotor%shaft(s), culprit)
+         if (culprit == 0) cycle
+         own = pack([(i, i=1, size(owner))], owner == s)
+         call input%complain(error, "section", own(culprit), "first_node", "a node from which on the shaft has elements of "// &
+                             "the layer's lengths")
          return
       end do
    end subroutine read_shafts

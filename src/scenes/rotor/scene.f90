@@ -9,6 +9,7 @@ module razy_scenes_rotor_scene
    use razy_input_input, only: input_t
    use razy_linalg_dense, only: symmetric_part
    use razy_machine_machine, only: machine_t
+   use razy_rotor_bearing, only: of_stiffness
    use razy_rotor_model, only: new_rotor_model, rotor_model_t
    use razy_rotor_reduction_reduced, only: reduced_t
    use razy_rotor_rotor, only: rotor_t
@@ -16,6 +17,7 @@ module razy_scenes_rotor_scene
    use razy_scenes_gears, only: read_gear_mesh
    use razy_scenes_harmonics, only: add_harmonics, harmonics_t, new_harmonics, take_harmonics
    use razy_scenes_loads, only: add_loads
+   use razy_scenes_rotor_bearings, only: check_tables
    use razy_scenes_rotor_parts, only: read_parts
    use razy_scenes_rotor_places, only: find_named
    use razy_scenes_rotor_reduction, only: is_reduced, reduce
@@ -74,7 +76,8 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: shaft(model%numbering%n)
+      character(:), allocatable :: key
+      real(wp) :: shaft(model%numbering%n), stiffest
       integer :: at(6), j, k
 
       shaft = model%shaft_stiffness%diagonal()
@@ -83,9 +86,13 @@ contains
             at = model%numbering%of(bearing%shaft, bearing%node)
             do k = 1, 6
                if (at(k) == 0) cycle
-               if (bearing%stiffness(k, k) <= stiffest_bearing*shaft(at(k))) cycle
-               call input%complain(error, "bearing", j, trim(merge("stiffness       ", "radial_stiffness", &
-                                                                   input%given("bearing", j, "stiffness"))), &
+               stiffest = bearing%stiffness(k, k)
+               if (allocated(bearing%table)) stiffest = max(stiffest, maxval(bearing%table%value(of_stiffness, :)))
+               if (stiffest <= stiffest_bearing*shaft(at(k))) cycle
+               key = "radial_stiffness"
+               if (input%given("bearing", j, "stiffness")) key = "stiffness"
+               if (allocated(bearing%table)) key = "file"
+               call input%complain(error, "bearing", j, key, &
                                    "at most 1e6 times that of the shaft at the node; hold the node by &support instead")
                return
             end do
@@ -112,6 +119,7 @@ contains
       integer :: i, meshes, n
 
       call renew_model(self, input, error)
+      if (.not. allocated(error)) call check_tables(self%model%rotor, input, "rotation", "speed_rpm", error)
       if (allocated(error)) return
       n = size(self%reduced%load)
       call name_coordinates(machine, self%model, n, is_reduced(input))
@@ -119,10 +127,11 @@ contains
       call take_matrices(machine, self%reduced, input)
       meshes = size(self%model%rotor%mesh)
       allocate (machine%contact(meshes + input%count("stop") + input%count("friction")))
-      call new_harmonics(harmonics, n + size(machine%contact))
+      call new_harmonics(harmonics, n + 2*size(machine%contact))
       do i = 1, meshes
          call read_gear_mesh(machine%contact(i), input, i, self%reduced%mesh_direction(:, i), &
-                             self%ratio(self%model%rotor%mesh(i)%shaft(1)), "a shaft that meshes", harmonics, n + i, error)
+                             self%ratio(self%model%rotor%mesh(i)%shaft(1)), "a shaft that meshes", harmonics, &
+                             [n + i, n + size(machine%contact) + i], error)
          if (allocated(error)) return
       end do
       call read_contacts(machine, self, meshes, input, harmonics, error)
@@ -224,6 +233,9 @@ contains
       speed = speed*pi/30
       if (gyroscopic) machine%damping = machine%damping + speed*0.5_wp*(reduced%gyroscopic - transpose(reduced%gyroscopic))
       if (circulatory) machine%stiffness = machine%stiffness + speed*reduced%circulatory
+      if (size(reduced%tabled) == 0) return
+      machine%damping = machine%damping + reduced%bearing_change(speed, .true., .false., .true.)
+      machine%stiffness = machine%stiffness + reduced%bearing_change(speed, .false., .false., .true.)
    end subroutine take_matrices
 
    !> A coordinate of the model, moved by those of the machine.

@@ -12,15 +12,15 @@ module razy_scenes_rotor_schema
    private
 
    public :: rotor_schema
-   public :: bearing_kinds, bearing_ball, bearing_matrix, bearing_roller, bearing_rolling
+   public :: bearing_kinds, bearing_ball, bearing_matrix, bearing_roller, bearing_rolling, bearing_table
    public :: coordinate_choices, damping_choices, methods, method_none, method_craig_bampton, sortings
 
    !> What `&record` accepts in a rotor scene.
    character(*), parameter :: rotor_observables(*) = [character(24) :: "mesh_deformation", "relative_displacement", &
                                                            "sliding_velocity", "contact_force", "displacement", "velocity", "state"]
    !> Kinds of bearings, in the order of `bearing_kinds`.
-   integer, parameter :: bearing_rolling = 1, bearing_matrix = 2, bearing_ball = 3, bearing_roller = 4
-   character(*), parameter :: bearing_kinds(4) = [character(7) :: "rolling", "matrix", "ball", "roller"]
+   integer, parameter :: bearing_rolling = 1, bearing_matrix = 2, bearing_ball = 3, bearing_roller = 4, bearing_table = 5
+   character(*), parameter :: bearing_kinds(5) = [character(7) :: "rolling", "matrix", "ball", "roller", "table"]
    character(*), parameter :: coordinate_choices(6) = [character(5) :: "u", "v", "w", "phi", "theta", "psi"]
    !> In the order of damping_none, damping_nodal, damping_modal.
    character(*), parameter :: damping_choices(3) = [character(5) :: "none", "nodal", "modal"]
@@ -64,7 +64,12 @@ contains
                      key_real("length", "length", unit="m", rule=positive, required=.true.), &
                      key_real("outer_diameter", "outer diameter", unit="m", rule=positive, required=.true.), &
                      key_real("inner_diameter", "diameter of the bore", unit="m", rule=nonnegative, default="0.0"), &
-                     key_integer("elements", "number of equal elements", rule=positive, default="1")]), &
+                     key_integer("elements", "number of equal elements", rule=positive, default="1"), &
+                     key_integer("first_node", "makes it a layer on the sections that are there, such as a sleeve: its first "// &
+                                 "node; its elements have the lengths of those below", rule=positive), &
+                     key_real("young_modulus", "if not that of the shaft", unit="Pa", rule=positive), &
+                     key_real("shear_modulus", "if not that of the shaft", unit="Pa", rule=positive), &
+                     key_real("density", "if not that of the shaft", unit="kg/m^3", rule=positive)]), &
                group("disk", "A rigid disk on a node", repeatable=.true., keys=[ &
                      shaft(), node(), &
                      key_real("mass", "mass", unit="kg", rule=nonnegative, required=.true.), &
@@ -81,10 +86,10 @@ contains
                      key_logical("axial", "motion along the axis", default=".true."), &
                      key_logical("bending", "lateral motion and tilting", default=".true."), &
                      key_logical("torsion", "twist", default=".true.")]), &
-               group("bearing", "A bearing between a node and the frame", repeatable=.true., keys=[ &
+               group("bearing", "A bearing or seal between a node and the frame", repeatable=.true., keys=[ &
                      shaft(), node(), &
                      key_string("kind", "rolling elements of given stiffness; matrices; balls or steel rollers, whose radial "// &
-                                "stiffness follows from their geometry", choices=bearing_kinds, default="rolling"), &
+      "stiffness follows from their geometry; coefficients over the speed from a file", choices=bearing_kinds, default="rolling"), &
                      key_integer("elements", "number of rolling elements", low=2, high=1000), &
                      key_real("radial_stiffness", "radial stiffness of each element, for kind = 'rolling'", unit="N/m", &
                               rule=nonnegative), &
@@ -99,6 +104,8 @@ contains
                               "the diagonal", unit="N/m, N/rad, N m/rad", least=4, most=36), &
                      key_real("damping_matrix", "for kind = 'matrix': damping likewise; zero if not given", &
                               unit="N s/m, N s/rad, N m s/rad", least=4, most=36), &
+                     key_string("file", "for kind = 'table': comma-separated text with the columns speed_rpm, the shaft's own, "// &
+                                "kxx, kxy, kyx, kyy [N/m], cxx, cxy, cyx, cyy [N s/m], x being v and y w"), &
                      key_real("ball_diameter", "for kind = 'ball'", unit="m", rule=positive), &
                      key_real("pitch_diameter", "diameter of the circle of the balls' centres", unit="m", rule=positive), &
                      key_real("inner_groove", "radius of the groove of the inner ring", unit="m", rule=positive), &

@@ -7,6 +7,7 @@ module razy_study_modes_modes
    use razy_machine_linearised, only: contact_choices, contacts_closed, contacts_equilibrium
    use razy_machine_machine, only: machine_t
    use razy_scenes_case, only: new_structure
+   use razy_scenes_rotor_bearings, only: check_tables
    use razy_scenes_rotor_reduction, only: is_reduced
    use razy_scenes_rotor_scene, only: rotor_scene_t
    use razy_study_modes_machine, only: find_machine_modes
@@ -76,6 +77,8 @@ contains
       call input%get("campbell", 1, "first_rpm", first)
       call input%get("campbell", 1, "last_rpm", last)
       if (.not. last > first) call input%complain(error, "campbell", 1, "last_rpm", "more than the first speed")
+      if (.not. allocated(error)) call check_tables(self%rotor%model%rotor, input, "campbell", "first_rpm", error)
+      if (.not. allocated(error)) call check_tables(self%rotor%model%rotor, input, "campbell", "last_rpm", error)
    end subroutine read_modes
 
    !> Find them. An error is one of the input, or an eigenproblem that was not solved.

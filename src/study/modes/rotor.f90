@@ -132,10 +132,7 @@ contains
       damped = new_whirl(rotor%reduced, closed)
       if (.not. gyroscopic) damped%modal%gyroscopic = 0.0_wp
       problem = damped
-      if (.not. with_damping) then
-         problem%damping = 0.0_wp
-         problem%cross_stiffness = 0.0_wp
-      end if
+      problem%damped = with_damping
       modes = min(count, size(damped%squared))
       content%speed = [((first + (last - first)*(real(i, wp)/(points - 1)))*pi/30, i=0, points - 1)]
       diagram = new_campbell(problem, rotor%model, content%speed, modes, order, circulatory .and. with_damping)

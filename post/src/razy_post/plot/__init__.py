@@ -75,6 +75,7 @@ PICTURES = (
     Picture("razy-run", "spectrum", spectrum.draw_spectrum),
     Picture("razy-run", "spectrogram", spectrum.draw_spectrogram),
     Picture("razy-run", "waterfall", lambda result, *rest: spectrum.draw_waterfall([result], *rest)),
+    Picture("razy-run", "orders", lambda result, *rest: spectrum.draw_orders([result], *rest)),
     Picture("razy-run", "poincare", section.draw_poincare),
     Picture("razy-run", "orbit", section.draw_orbit),
     Picture("razy-run", "pattern", pattern.draw),
@@ -89,6 +90,7 @@ PICTURES = (
     Picture("razy-duel", "work-precision", work_precision.draw),
     *(Picture(program, "machine", machine.draw) for program in PROGRAMS),
 )
+OVER_MOTIONS = {"waterfall": spectrum.draw_waterfall, "orders": spectrum.draw_orders}
 WITH_TOP = ("campbell", "eigenvalues", "spectrum", "spectrogram", "waterfall")
 KINDS = tuple(dict.fromkeys(picture.kind for picture in PICTURES))
 
@@ -124,10 +126,11 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | N
             raise ResultError(f"{result.path}: --quantity goes with branches of razy-follow alone")
         if kind not in WITH_TOP and options.top is not None:
             raise ResultError(f"{result.path}: --top goes with pictures of the kinds {', '.join(WITH_TOP)} alone")
-        if kind not in ("poincare", "orbit", "spectrum") and options.period is not None:
+        if kind not in ("poincare", "orbit", "spectrum", "orders") and options.period is not None:
             raise ResultError(
-                f"{result.path}: --period goes with pictures of the kinds poincare, orbit, spectrum alone"
+                f"{result.path}: --period goes with pictures of the kinds poincare, orbit, spectrum, orders alone"
             )
+        _check_swap(kind, options)
         with look():
             fitting[kind].draw(result, figure, options)
 
@@ -166,10 +169,16 @@ def draw_several(
     with making_sense_of(", ".join(result.path for result in results)), look():
         if kind is None:
             kind = "contacts" if isinstance(results[0], SweepResult) and results[0].contacts else "time"
-        if kind == "waterfall" and all(isinstance(result, RunResult) for result in results):
-            spectrum.draw_waterfall(results, figure, options)
+        if kind in OVER_MOTIONS and all(isinstance(result, RunResult) for result in results):
+            OVER_MOTIONS[kind](results, figure, options)
             return
+        _check_swap(kind, options)
         several.draw(results, figure, options, kind, labels, arrange)
+
+
+def _check_swap(kind: str, options: PlotOptions) -> None:
+    if options.swap and kind != "column":
+        raise ResultError("--swap goes with pictures of the kind column alone")
 
 
 def _default_kind(result: ResultFile, first: str) -> str:
@@ -178,4 +187,6 @@ def _default_kind(result: ResultFile, first: str) -> str:
         return "map"
     if isinstance(result, SweepResult) and result.contacts and not result.observables:
         return "contacts"
+    if isinstance(result, SweepResult) and len(result.start_quantities) > 1 and result.n_starts > result.n_grid:
+        return "basins"
     return first

@@ -66,6 +66,16 @@ def values(result: SweepResult, name: str) -> NDArray[np.float64]:
     return np.where(result.status == 0, values, np.nan)
 
 
+def describe(result: SweepResult, name: str) -> Quantity:
+    """Describe what `values` returns."""
+    if name == "period":
+        return Quantity(name, "1", "period of the motion")
+    if name in result.observables:
+        quantity = result.extrema(name).quantity
+        return Quantity(name, quantity.units, f"amplitude of {readable_name(quantity)}")
+    return result.contact_quantity(*_statistic(result, name))
+
+
 def _statistic(result: SweepResult, name: str) -> tuple[str, str]:
     """Return contact and quantity."""
     contact, dot, quantity = name.rpartition(".")
@@ -94,11 +104,7 @@ def fill(
         axes.pcolormesh(*edges, classes.T, cmap=periods.COLOURS, norm=periods.NORM, rasterized=True)
         periods.legend(axes, np.unique(classes))
         return
-    if name in result.observables:
-        quantity = result.extrema(name).quantity
-        described = Quantity(name, quantity.units, f"amplitude of {readable_name(quantity)}")
-    else:
-        described = result.contact_quantity(*_statistic(result, name))
+    described = describe(result, name)
     finite = values[np.isfinite(values)]
     scale = scale_for(described.units, float(np.abs(finite).max()) if finite.size else 0.0)
     mesh = axes.pcolormesh(*edges, values.T * scale.factor, cmap="viridis", rasterized=True)

@@ -32,6 +32,8 @@ class PlotOptions:
     period
         Period of a Poincaré section or of the marks of an orbit, s; that of the excitation, or of a revolution, where
         None.
+    swap
+        Whether the swept parameter stands on the vertical axis of a picture of the kind column.
     point_limit
         Largest number of points of one panel that are drawn one by one; more become a density image.
     """
@@ -47,6 +49,7 @@ class PlotOptions:
     sweep: SweepResult | None = None
     top: float | None = None
     period: float | None = None
+    swap: bool = False
     point_limit: int = 1_000_000
 
     def range_text(self) -> str:

@@ -25,8 +25,8 @@ UNKNOWN = "#eeeeee"
 
 def draw(result: RunResult, figure: Figure, options: PlotOptions) -> None:
     """Draw a bar for each contact, in the colour of its state; the state before its first event is not known."""
-    events, names = result.events, result.contacts
-    if events is None or not names:
+    names = result.contacts
+    if result.events is None or not names:
         raise ResultError(f"{result.path}: the file holds no events of contacts")
     for name in options.coordinates:
         if name not in names:
@@ -39,17 +39,12 @@ def draw(result: RunResult, figure: Figure, options: PlotOptions) -> None:
     scale = scale_for("s", last)
     style.set_size(figure, options, 16.0, 2.6 + 0.9 * len(chosen))
     axes = figure.subplots()
-    meanings, shown = result.state_meanings, {}
+    shown = {}
     for row, name in enumerate(chosen):
-        mine = events.contact == names.index(name) + 1
-        time = np.concatenate(([min(first, 0.0)], events.time[mine], [max(last, result.end)]))
-        state = [None, *(meanings.get(int(value), f"state {value}") for value in events.state[mine])]
-        for begin, end, word in zip(time[:-1], time[1:], state, strict=True):
-            if end <= first or begin >= last or end <= begin:
-                continue
+        for begin, end, word in bars(result, name, first, last):
             colour = UNKNOWN if word is None else COLOURS.get(word, style.GREY)
             shown[word or "before the first event"] = colour
-            begin, end = max(begin, first) * scale.factor, min(end, last) * scale.factor
+            begin, end = begin * scale.factor, end * scale.factor
             axes.barh(row, end - begin, left=begin, height=0.7, color=colour, linewidth=0.0)
         axes.barh(row, (last - first) * scale.factor, left=first * scale.factor, height=0.7, fill=False, linewidth=0.4)
     axes.set_yticks(range(len(chosen)), [in_words(name) for name in chosen])
@@ -61,3 +56,13 @@ def draw(result: RunResult, figure: Figure, options: PlotOptions) -> None:
     handles = [Patch(facecolor=colour, edgecolor="0.4", linewidth=0.4, label=word) for word, colour in shown.items()]
     style.set_footer(figure, result, options)
     style.set_heading(figure, (axes, axes), style.title_of(result, options), handles)
+
+
+def bars(result: RunResult, contact: str, first: float, last: float) -> list[tuple[float, float, str | None]]:
+    """Return beginning, end and state of a contact in words between two times; None before its first event."""
+    events, meanings = result.events, result.state_meanings
+    mine = events.contact == result.contacts.index(contact) + 1
+    time = np.concatenate(([min(first, 0.0)], events.time[mine], [max(last, result.end)]))
+    state = [None, *(meanings.get(int(value), f"state {value}") for value in events.state[mine])]
+    pieces = zip(np.clip(time[:-1], first, last), np.clip(time[1:], first, last), state, strict=True)
+    return [(float(begin), float(end), word) for begin, end, word in pieces if end > begin]

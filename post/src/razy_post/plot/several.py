@@ -100,7 +100,7 @@ def draw(
 
 
 def draw_column(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
-    """Draw single numbers of the points, such as their processor time, over the swept parameter."""
+    """Draw single numbers of the points, such as their processor time, or the largest extremum of an observable."""
     draw([result], figure, options, "column")
 
 
@@ -134,9 +134,10 @@ def _sweep_curves(result: SweepResult, label: str, kind: str, options: PlotOptio
         raise ResultError(f"{result.path}: no point of {result.parameters[0]} {options.range_text()}")
     x, at = result.parameter(), result.grid()[keep]
     if kind == "column":
-        names = options.observables or ("steps",)
-        found = [(result.column(name), quantity_of(result.file[f"point/{name}"], name)) for name in names]
-        return [Curve(in_words(y.name), label, x, y, at, np.asarray(v, dtype=np.float64)[keep]) for v, y in found]
+        found = [_column(result, name) for name in options.observables or ("steps",)]
+        if options.swap:
+            return [Curve(in_words(y.name), label, y, x, v[keep], at) for v, y in found]
+        return [Curve(in_words(y.name), label, x, y, at, v[keep]) for v, y in found]
     quantity = (options.observables or ("largest_force",))[0]
     contacts = options.coordinates or result.contacts
     if not contacts:
@@ -147,6 +148,18 @@ def _sweep_curves(result: SweepResult, label: str, kind: str, options: PlotOptio
         y = Quantity(quantity, described.units, described.long_name.split(": ", 1)[-1])
         curves.append(Curve(in_words(contact), label, x, y, at, result.contact_value(contact, quantity)[keep]))
     return curves
+
+
+def _column(result: SweepResult, name: str) -> tuple[NDArray[np.float64], Quantity]:
+    """Return a number of each point, or the largest extremum of an observable there, NaN where there is none."""
+    if name not in result.observables:
+        return np.asarray(result.column(name), dtype=np.float64), quantity_of(result.file[f"point/{name}"], name)
+    extrema = result.extrema(name)
+    largest = np.full(result.n_points, np.nan)
+    for chunk in extrema.chunks():
+        np.fmax.at(largest, chunk.point, chunk.value)
+    described = extrema.quantity
+    return largest, Quantity(name, described.units, f"largest {described.long_name}")
 
 
 def _difference(first: Curve, second: Curve) -> Curve:

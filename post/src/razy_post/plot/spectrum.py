@@ -23,6 +23,8 @@ RANGE = 1e-6
 # The time-frequency picture: times in a window, at least, and windows side by side in the motion.
 LEAST_WINDOW = 64
 WINDOWS = 12
+# Order cuts in one picture.
+ORDERS = 4
 
 
 def spectrum(value: NDArray[np.float64], step: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -88,7 +90,7 @@ def draw_spectrogram(result: RunResult, figure: Figure, options: PlotOptions) ->
 
 def draw_waterfall(results: Sequence[RunResult], figure: Figure, options: PlotOptions) -> None:
     """Draw spectra of motions over the value of the input in which they differ; over the speed with lines of orders."""
-    name, values = _parameter(results)
+    name, values = _parameter(results, "waterfall")
     order = np.argsort(values)
     signal = signals(results[0], options, 1)[0]
     # Where motions differ in number and distance of times, the coarsest decides.
@@ -112,12 +114,58 @@ def draw_waterfall(results: Sequence[RunResult], figure: Figure, options: PlotOp
             axes.plot(at, line, color="white", linewidth=0.5, linestyle="--", label=f"order {multiple * turns:g}")
             axes.annotate(f"{multiple * turns:g}\N{MULTIPLICATION SIGN}", (at[0], line[0]), (3, 2), fontsize=7.0,
                           textcoords="offset points", color="white")  # fmt: skip
-    axes.set_xlabel(readable_name(Quantity(name, "rpm" if name.endswith("_rpm") else "", name))
-                    + (" (rpm)" if name.endswith("_rpm") else ""))  # fmt: skip
+    axes.set_xlabel(_parameter_label(name))
     axes.set_ylabel("frequency (Hz)")
     axes.set_ylim(0.0, top)
     style.set_footer(figure, results[0], options)
     style.set_heading(figure, (axes, axes), style.title_of(results[0], options), [])
+
+
+def draw_orders(results: Sequence[RunResult], figure: Figure, options: PlotOptions) -> None:
+    """Draw order cuts: amplitudes at the first multiples of the excitation's frequency, over what differs."""
+    name, values = _parameter(results, "picture of orders")
+    signal = signals(results[0], options, 1)[0]
+    rows = np.argsort(values)
+    at, first = np.asarray(values)[rows], 1.0
+    period = period_of(results[rows[-1]], options)
+    if period is None:
+        raise ResultError(f"{results[0].path}: nothing excites the motion with a period; give one (--period)")
+    if name == "rotation.speed_rpm":
+        first = round(60.0 / (period * at[-1]), 9)
+    orders = first * np.arange(1, ORDERS + 1)
+    cuts = np.empty((ORDERS, rows.size))
+    for column, index in enumerate(rows):
+        step, value = Course(results[index], signals(results[index], options, 1)[0], options).even()
+        base = 1.0 / (period_of(results[index], options) or period)
+        cuts[:, column] = [amplitude_at(value, step, k * base) for k in range(1, ORDERS + 1)]
+    scale = scale_for(signal.value.units, float(np.nanmax(cuts)))
+    style.set_size(figure, options, 16.0, 9.0)
+    axes = figure.subplots()
+    for order, cut, colour in zip(orders, cuts, (style.BLACK, *style.EVENT_COLOURS), strict=False):
+        text = (
+            f"order {order:g}" if name == "rotation.speed_rpm" else f"{order:g}\N{MULTIPLICATION SIGN} the excitation"
+        )
+        axes.plot(at, cut * scale.factor, color=colour, marker="o", markersize=2.0, label=text)
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlabel(_parameter_label(name))
+    axes.set_ylabel(_amplitude_label(signal.value, scale))
+    style.set_footer(figure, results[0], options)
+    style.set_heading(figure, (axes, axes), style.title_of(results[0], options), list(axes.lines))
+
+
+def amplitude_at(value: NDArray[np.float64], step: float, frequency: float) -> float:
+    """Return the amplitude of a signal at one frequency, Hz, by Hann's window; NaN above half the sampling rate."""
+    if frequency * step > 0.5:
+        return np.nan
+    count = value.size
+    window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(count) / count)
+    turning = np.exp(-2j * np.pi * frequency * step * np.arange(count))
+    return float(2 * abs((window * (value - value.mean())) @ turning) / window.sum())
+
+
+def _parameter_label(name: str) -> str:
+    unit = "rpm" if name.endswith("_rpm") else ""
+    return readable_name(Quantity(name, unit, name)) + (f" ({unit})" if unit else "")
 
 
 def _colours(figure: Figure, axes, data: tuple[NDArray, NDArray, NDArray], value: Quantity, scale: Scale) -> None:
@@ -134,13 +182,13 @@ def _amplitude_label(value: Quantity, scale: Scale) -> str:
     return "amplitude of " + axis_label(value, scale, 40)
 
 
-def _parameter(results: Sequence[RunResult]) -> tuple[str, list[float]]:
+def _parameter(results: Sequence[RunResult], what: str) -> tuple[str, list[float]]:
     """Return the one number of the input in which motions differ, and its values."""
     inputs = [_numbers(f90nml.reads(result.input)) for result in results]
     differ = [key for key in inputs[0] if len({one.get(key) for one in inputs}) > 1 and not key.startswith("record")]
     differ = [key for key in differ if all(key in one for one in inputs)]
     if len(results) < 2 or not differ:
-        raise ResultError(f"{results[0].path}: a waterfall is of motions that differ in a number of the input")
+        raise ResultError(f"{results[0].path}: a {what} is of motions that differ in a number of the input")
     # Of several that vary together the first names the picture.
     name = differ[0]
     if len({one[name] for one in inputs}) < len(inputs):

@@ -193,7 +193,7 @@ class ResultFile:
         variables: dict[str, tuple] = {}
 
         def keep(name: str, item: h5py.Dataset | h5py.Group) -> None:
-            if not isinstance(item, h5py.Dataset) or _dimension_only(item):
+            if not isinstance(item, h5py.Dataset) or dimension_only(item):
                 return
             check_storage(item)
             dimensions = [_dimension(item, axis) for axis in range(item.ndim)]
@@ -232,7 +232,7 @@ class ResultFile:
         group = self.file.get(path)
         if not isinstance(group, h5py.Group):
             return ()
-        return tuple(n for n, item in group.items() if isinstance(item, kind) and not _dimension_only(item))
+        return tuple(n for n, item in group.items() if isinstance(item, kind) and not dimension_only(item))
 
 
 def quantity_of(item: h5py.Dataset, name: str) -> Quantity:
@@ -249,5 +249,6 @@ def _dimension(item: h5py.Dataset, axis: int) -> str:
     return ".".join(parts[:-1] if parts[-1:] == parts[-2:-1] else parts)
 
 
-def _dimension_only(item: h5py.Dataset | h5py.Group) -> bool:
+def dimension_only(item: h5py.Dataset | h5py.Group) -> bool:
+    """Return whether a dataset only names a dimension."""
     return text(item.attrs.get("NAME", "")).startswith("This is a netCDF dimension but not a netCDF variable")

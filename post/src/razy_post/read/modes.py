@@ -17,6 +17,24 @@ class ModesResult(ResultFile):
         return "branch" in self.file
 
     @property
+    def natural_frequency(self) -> NDArray[np.float64]:
+        """Undamped frequencies at rest, Hz, ascending, shape (modes,)."""
+        return self._read("natural_frequency")
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates."""
+        return tuple(text(name) for name in self._vector("coordinate")[()])
+
+    @property
+    def shape(self) -> NDArray[np.float64]:
+        """Undamped shapes at rest, shape (modes, coordinates)."""
+        values = self._read("shape")
+        if values.shape != (self.natural_frequency.size, len(self.coordinates)):
+            raise ResultError(f"{self.path}: dataset 'shape' has shape {values.shape}, expected (modes, coordinates)")
+        return values
+
+    @property
     def speed(self) -> NDArray[np.float64]:
         """Speeds, rad/s, ascending, shape (speeds,)."""
         return self._read("speed")

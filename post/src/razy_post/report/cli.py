@@ -151,7 +151,7 @@ def _picture(item: Item, plot: Plot, done: Mapping[str, Done]) -> bytes:
     """Draw a picture; return the PNG file."""
     options = PlotOptions(
         observables=plot.observables, coordinates=plot.coordinates, start=plot.start, stop=plot.stop,
-        title="" if plot.title is None else plot.title, size=plot.size,
+        title="" if plot.title is None else plot.title, size=plot.size, swap=plot.swap,
     )  # fmt: skip
     figure = Figure(dpi=DPI)
     with ExitStack() as stack, warnings.catch_warnings():

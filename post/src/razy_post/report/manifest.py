@@ -60,6 +60,7 @@ class Plot:
     stop: float | None = None
     title: str | None = None
     size: tuple[float, ...] | None = None
+    swap: bool = False
     save: str = ""
 
 

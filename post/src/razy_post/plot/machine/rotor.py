@@ -59,12 +59,8 @@ class Shaft:
 
 def draw(result: ResultFile, description: dict[str, list[Group]], figure: Figure, options: PlotOptions) -> None:
     """Draw the shafts of a machine and what is on them."""
-    shafts = _shafts(description)
-    if not shafts:
-        raise ResultError(f"{result.path}: the shafts have no sections")
+    shafts, heights = placed_shafts(result, description)
     meshes = description.get("gear_mesh", [])
-    heights = _heights(shafts, description)
-    _place(shafts, meshes, heights)
     extent = max(max(shaft.nodes[-1] for shaft in shafts.values()) - min(s.x for s in shafts.values()), 1e-9)
     style.set_size(figure, options, 17.0, 12.0)
     axes = figure.add_subplot()
@@ -86,6 +82,18 @@ def draw(result: ResultFile, description: dict[str, list[Group]], figure: Figure
     for load in description.get("load", []):
         _draw_load(axes, shafts, load, heights, extent, handles)
     _finish(result, figure, axes, options, list(handles.values()))
+
+
+def placed_shafts(
+    result: ResultFile, description: dict[str, list[Group]]
+) -> tuple[dict[str, Shaft], dict[tuple[str, int], float]]:
+    """Return the shafts at their places, and the radius up to which something stands on a node, by shaft and node."""
+    shafts = _shafts(description) if "shaft" in description else {}
+    if not shafts:
+        raise ResultError(f"{result.path}: there are no shafts with sections")
+    heights = _heights(shafts, description)
+    _place(shafts, description.get("gear_mesh", []), heights)
+    return shafts, heights
 
 
 def _shafts(description: dict[str, list[Group]]) -> dict[str, Shaft]:

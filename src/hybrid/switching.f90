@@ -1,0 +1,97 @@
+!! Gear meshes whose stiffness switches between that of one and that of two pairs of teeth, at times that are known beforehand.
+!!
+!! With the frequency f of the teeth, the share s of its period with two pairs in mesh and a phase p in turns, two are in mesh while
+!! n <= f t + p < n + s, n whole. Times are formed from n, not added up.
+module razy_hybrid_switching
+   use razy_contact_contact_law, only: with_pairs
+   use razy_core_kinds, only: i8, wp
+   use razy_machine_machine, only: machine_t
+   implicit none(type, external)
+   private
+
+   public :: switching_t
+
+   !> The pairs in mesh, 0 where the stiffness does not switch, the turn n, and the time of the next switch, s (contacts).
+   type :: switching_t
+      integer, allocatable, private :: pairs(:)
+      integer(i8), allocatable, private :: turn(:)
+      real(wp), allocatable, private :: at(:)
+   contains
+      procedure :: begin
+      procedure :: rest
+      procedure :: pass
+   end type switching_t
+
+   real(wp), parameter :: rounding = 8*epsilon(1.0_wp)
+
+contains
+
+   !> A motion of the machine begins at the time 0: its branches get the pairs in mesh.
+   pure subroutine begin(self, machine, branch)
+      class(switching_t), intent(inout) :: self
+      type(machine_t), intent(in) :: machine
+      integer, intent(inout) :: branch(:)
+
+      real(wp) :: phase
+      integer :: j
+
+      self%pairs = [(0, j=1, size(branch))]
+      self%turn = int(self%pairs, i8)
+      self%at = spread(huge(1.0_wp), 1, size(branch))
+      do j = 1, size(branch)
+         associate (contact => machine%contact(j))
+            if (contact%mesh_tone == 0) cycle
+            self%turn(j) = floor(contact%mesh_phase, i8)
+            phase = contact%mesh_phase - real(self%turn(j), wp)
+            self%pairs(j) = merge(2, 1, phase < contact%mesh_share)
+            branch(j) = with_pairs(branch(j), self%pairs(j))
+            call foresee(self, machine, j)
+         end associate
+      end do
+   end subroutine begin
+
+   !> When contact j switches next.
+   pure subroutine foresee(self, machine, j)
+      type(switching_t), intent(inout) :: self
+      type(machine_t), intent(in) :: machine
+      integer, intent(in) :: j
+
+      associate (contact => machine%contact(j))
+         self%at(j) = (real(self%turn(j), wp) + (merge(contact%mesh_share, 1.0_wp, self%pairs(j) == 2) - contact%mesh_phase)) &
+                      /machine%tone(contact%mesh_tone)%hertz
+      end associate
+   end subroutine foresee
+
+   !> Time until the next switch from `time + time_low` on, s, not 0; huge if there is none.
+   pure function rest(self, time, time_low)
+      class(switching_t), intent(in) :: self
+      real(wp), intent(in) :: time, time_low
+      real(wp) :: rest
+
+      rest = huge(1.0_wp)
+      if (.not. any(self%pairs > 0)) return
+      associate (next => minval(self%at))
+         rest = max((next - time) - time_low, rounding*abs(next), tiny(1.0_wp))
+      end associate
+   end function rest
+
+   !> All that switches next does so: the branches that follow, in which contacts that are `switched` have changed.
+   pure subroutine pass(self, machine, branch, switched)
+      class(switching_t), intent(inout) :: self
+      type(machine_t), intent(in) :: machine
+      integer, intent(inout) :: branch(:)
+      logical, intent(out) :: switched(:)
+
+      integer :: j
+
+      switched = self%pairs > 0 .and. self%at <= minval(self%at) + rounding*abs(minval(self%at))
+      do j = 1, size(branch)
+         if (.not. switched(j)) cycle
+         self%pairs(j) = 3 - self%pairs(j)
+         if (self%pairs(j) == 2) self%turn(j) = self%turn(j) + 1
+         branch(j) = with_pairs(branch(j), self%pairs(j))
+         call foresee(self, machine, j)
+      end do
+   end subroutine pass
+
+end module razy_hybrid_switching

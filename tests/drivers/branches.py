@@ -1,0 +1,21 @@
+"""Cases of razy-follow, and what their files hold."""
+
+import h5py
+from programs import SOURCE, sets, succeed
+
+NORMAL_FORM = SOURCE / "inputs" / "gear_normal_form.nml"
+PAIR_MAP = SOURCE / "inputs" / "gear_pair_map.nml"
+IMPACT = SOURCE / "inputs" / "impact_oscillator.nml"
+HYSTERESIS = SOURCE / "inputs" / "hysteresis.nml"
+
+
+def follow(case, *options, **values):
+    """Follow a case, and open the file."""
+    succeed("razy-follow", case, *options, *sets(**values))
+    return h5py.File(f"{case.stem}.h5")
+
+
+def points(file, label, branch=1):
+    """Return the parameter at the special points of a kind on a branch."""
+    keep = (file["special/label"].asstr()[:] == label) & (file["special/branch"][:] == branch)
+    return file["special/parameter"][:][keep]

@@ -1,0 +1,106 @@
+"""Eigenvalues and unbalance responses of rotors by ROSS (PyPI ross-rotordynamics), for test_ross.py.
+
+Run: python make_reference.py, with ROSS 2.3.0 and plotly < 6; it writes reference.json and rotors as ROSS saves them.
+compressor_example.toml is a file of ROSS' own tests (Apache License 2.0), as it is there.
+
+The matrices are ROSS's; its eigensolver is not what is compared. At the speeds of a table its smoothing splines differ
+from the table by up to 2 N/m, so they are replaced by the values of the table there.
+"""
+
+import json
+import warnings
+from pathlib import Path
+
+import numpy as np
+import ross
+from scipy.linalg import eigvals
+
+HERE = Path(__file__).resolve().parent
+RPM = 30.0 / np.pi
+
+
+def eigenvalues(rotor: ross.Rotor, speed: float, count: int) -> list[list[float]]:
+    """Return the lowest damped eigenvalues, in the order of their imaginary parts."""
+    mass, damping, stiffness = rotor.M(speed), rotor.C(speed) + speed * rotor.G(), rotor.K(speed)
+    size, scale = len(mass), 1.0e3
+    a = np.block([[np.zeros((size, size)), np.eye(size)], [-stiffness / scale**2, -damping / scale]])
+    b = np.block([[np.eye(size), np.zeros((size, size))], [np.zeros((size, size)), mass]])
+    values = eigvals(a, b) * scale
+    values = values[values.imag > 1.0]
+    return [[value.real, value.imag] for value in values[np.argsort(values.imag)][:count]]
+
+
+def response(rotor: ross.Rotor, node: int, moment: float, phase: float, seen: int, speed: float) -> list[list[float]]:
+    """Return the phasors of x and y of a node under an unbalance."""
+    force = rotor._unbalance_force(node, moment, phase, [speed])[:, 0]
+    matrix = rotor.K(speed) - speed**2 * rotor.M(speed) + 1j * speed * (rotor.C(speed) + speed * rotor.G())
+    # What nothing holds, axial motion and twist, is not moved by an unbalance.
+    lateral = [i for i in range(rotor.ndof) if i % 6 in (0, 1, 3, 4)]
+    moved = np.zeros(rotor.ndof, dtype=complex)
+    moved[lateral] = np.linalg.solve(matrix[np.ix_(lateral, lateral)], force[lateral])
+    return [[moved[6 * seen + i].real, moved[6 * seen + i].imag] for i in range(2)]
+
+
+def as_in_tables(rotor: ross.Rotor) -> None:
+    """Let bearings have the values of their tables at the speeds of these, and straight lines between."""
+    for bearing in rotor.bearing_elements:
+        if bearing.frequency is None or len(bearing.frequency) < 2:
+            continue
+        for key in bearing._get_coefficient_list():
+            table = (np.asarray(bearing.frequency, dtype=float), np.asarray(getattr(bearing, key), dtype=float))
+            setattr(bearing, f"{key}_interpolated", lambda at, table=table: np.interp(at, *table))
+
+
+def cone(elements: int, tapered: bool) -> ross.Rotor:
+    """Return a rotor with a conical hollow shaft and a disk, on bearings with cross coupling.
+
+    Eight tapered elements err by up to 2e-2 of an eigenvalue, cylinders with the diameters in their middles by less.
+    """
+    steel = ross.Material(name="steel", rho=7850.0, E=2.1e11, G_s=8.0e10)
+    shaft = []
+    for i in range(elements):
+        left, right = (i / elements, (i + 1) / elements) if tapered else 2 * ((i + 0.5) / elements,)
+        ends = {"idl": 0.01 + 0.02 * left, "odl": 0.05 + 0.04 * left}
+        ends |= {"idr": 0.01 + 0.02 * right, "odr": 0.05 + 0.04 * right}
+        shaft.append(ross.ShaftElement(L=0.8 / elements, material=steel, **ends))
+    disk = ross.DiskElement(n=5 * elements // 8, m=15.0, Id=0.06, Ip=0.1)
+    oil = {"kxx": 2.0e7, "kxy": 5.0e6, "kyx": -8.0e6, "kyy": 3.0e7, "cxx": 2.0e4, "cyy": 3.0e4}
+    bearings = [ross.BearingElement(n=0, **oil), ross.BearingElement(n=elements, kzz=1.0e7, **oil)]
+    return ross.Rotor(shaft, [disk], bearings)
+
+
+def main() -> None:
+    """Write all."""
+    warnings.simplefilter("ignore")
+    cases = {
+        "rotor_example": (
+            ross.rotor_assembly.rotor_example(),
+            [0.0, 200.0, 900.0],
+            (2, 3.0e-4, 0.5, 3),
+            [150.0, 310.0],
+        ),
+        "cone": (cone(80, False), [0.0, 800.0], (50, 1.0e-4, 0.3, 40), [250.0, 700.0]),
+        "compressor_example": (
+            ross.Rotor.load(HERE / "compressor_example.toml"),
+            [speed / RPM for speed in (4000.0, 6000.0, 10000.0)],
+            (29, 3.0e-3, 0.0, 8),
+            [speed / RPM for speed in (4000.0, 8000.0)],
+        ),
+    }
+    found = {"ross": ross.__version__}
+    for name, (rotor, speeds, unbalance, driven) in cases.items():
+        if name != "compressor_example":
+            (HERE / f"{name}.toml").unlink(missing_ok=True)
+            (cone(8, True) if name == "cone" else rotor).save(HERE / f"{name}.toml")
+        as_in_tables(rotor)
+        node, moment, phase, seen = unbalance
+        found[name] = {
+            "eigenvalues": {repr(speed): eigenvalues(rotor, speed, 12) for speed in speeds},
+            "unbalance": {"node": node, "moment": moment, "phase": phase, "seen": seen},
+            "response": {repr(speed): response(rotor, *unbalance, speed) for speed in driven},
+        }
+    (HERE / "reference.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

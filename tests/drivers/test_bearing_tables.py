@@ -1,0 +1,139 @@
+"""Bearings and seals with coefficients over the speed: in motions, the Campbell diagram and the response."""
+
+import h5py
+import numpy as np
+import pytest
+from programs import sets, start, succeed
+
+RPM = 30.0 / np.pi
+COLUMNS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
+HEADER = "speed_rpm, kxx [N/m], kxy [N/m], kyx [N/m], kyy [N/m], cxx [N s/m], cxy [N s/m], cyx [N s/m], cyy [N s/m]"
+SPEEDS = (1000.0, 2000.0, 4000.0)
+ROWS = (
+    (8e6, 2e6, -6e6, 9e6, 9e3, 1e2, 3e2, 8e3),
+    (9e6, 3e6, -7e6, 8e6, 8e3, 2e2, 2e2, 9e3),
+    (7e6, 5e6, -9e6, 6e6, 5e3, 4e2, 1e2, 4e3),
+)
+ROTOR = """&scene kind='rotor' /
+&shaft name='a', young_modulus=2.1e11, poisson_ratio=0.3, density=7850.0 /
+&section shaft='a', length=0.4, outer_diameter=0.03, elements=4 /
+&disk shaft='a', node=3, mass=8.0, polar_inertia=0.03, diametral_inertia=0.016 /
+&freedom axial=.false., torsion=.false. /
+&rotation speed_rpm=2000.0 /
+&modes count=6 /
+&unbalance shaft='a', node=3, moment=2e-4 /
+&record observable='displacement', of='a.3.v', what='extrema' /
+&record observable='displacement', of='a.3.w', what='extrema' /
+"""
+TABLES = "".join(f"&bearing shaft='a', node={node}, kind='table', file='oil.csv' /\n" for node in (1, 5))
+# A rigid body on one bearing: m v'' + k(speed) v = 0, and no tilting.
+RIGID = """&scene kind='rotor' /
+&shaft name='a', young_modulus=2.1e11, poisson_ratio=0.3, density=1e-6 /
+&section shaft='a', length=0.2, outer_diameter=0.1, elements=1 /
+&disk shaft='a', node=1, mass=5.0, polar_inertia=0.0, diametral_inertia=1.0 /
+&support shaft='a', node=1, held='theta','psi' /
+&freedom axial=.false., torsion=.false. /
+&modes count=2 /
+&bearing shaft='a', node=1, kind='table', file='oil.csv' /
+&campbell first_rpm=1000.0, last_rpm=4000.0, points=4 /
+"""
+
+
+def write_table(folder, rows=ROWS, speeds=SPEEDS, header=HEADER):
+    lines = [", ".join(map(repr, (speed, *row))) for speed, row in zip(speeds, rows, strict=True)]
+    (folder / "oil.csv").write_text("# an oil film\n" + "\n".join([header, *lines]) + "\n")
+
+
+def matrices(row):
+    k, c = (",".join(map(repr, part)) for part in (row[:4], row[4:]))
+    return "".join(
+        f"&bearing shaft='a', node={node}, kind='matrix', stiffness={k}, damping_matrix={c} /\n" for node in (1, 5)
+    )
+
+
+def modes(text):
+    with open("case.nml", "w") as file:
+        file.write(text)
+    said = succeed("razy-modes", "case.nml", "--output", "modes.h5", "--force").stdout
+    with h5py.File("modes.h5") as file:
+        found = {}
+        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
+    return said, found
+
+
+def test_campbell_at_the_speeds_of_the_table(folder):
+    write_table(folder)
+    _, found = modes(ROTOR + TABLES + "&campbell first_rpm=1000.0, last_rpm=4000.0, points=4, damped=.true. /\n")
+    for speed, row, at in zip(SPEEDS, ROWS, (0, 1, 3), strict=True):
+        campbell = f"&campbell first_rpm={speed}, last_rpm={speed + 1.0}, points=2, damped=.true. /\n"
+        _, given = modes(ROTOR + matrices(row) + campbell)
+        np.testing.assert_allclose(found["eigenvalue"][at], given["eigenvalue"][0], rtol=1e-9, atol=1e-6)
+    # Undamped, the symmetric part of the stiffness alone.
+    _, found = modes(ROTOR + TABLES + "&campbell first_rpm=2000.0, last_rpm=4000.0, points=2 /\n")
+    even = (9e6, -2e6, -2e6, 8e6, *4 * (0.0,))
+    _, given = modes(ROTOR + matrices(even) + "&campbell first_rpm=2000.0, last_rpm=4000.0, points=2 /\n")
+    np.testing.assert_allclose(found["frequency"][0], given["frequency"][0], rtol=1e-9)
+
+
+def test_critical_speed_in_closed_form(folder):
+    """With k = k0 + k1 speed the critical speed is the root of m speed² - k1 speed - k0 = 0."""
+    k0, k1, mass = 1.0e5, 800.0, 5.0
+    speeds = (1000.0, 1700.0, 2900.0, 4000.0)
+    rows = [(k, 0.0, 0.0, k, *4 * (0.0,)) for k in (k0 + k1 * speed / RPM for speed in speeds)]
+    write_table(folder, rows, speeds)
+    said, found = modes(RIGID)
+    expected = (k1 + np.sqrt(k1**2 + 4 * mass * k0)) / (2 * mass)
+    assert len(found["critical_speed"]) == 2, said
+    np.testing.assert_allclose(found["critical_speed"], expected, rtol=1e-6)
+
+
+def test_response_and_run(folder):
+    """At a speed of the table as with the matrices; the long run ends in the response."""
+    write_table(folder)
+    over = "&response parameter='rotation%speed_rpm', first={}, last=4000.0, points=3 /\n"
+    _, found = modes(ROTOR + TABLES + over.format(2000.0))
+    _, given = modes(ROTOR + matrices(ROWS[1]) + over.format(2000.0))
+    name = "response/phasor/displacement.a.3.v"
+    names = [key for key in found if key.startswith("response/phasor/")]
+    assert name in names, names
+    for key in names:
+        np.testing.assert_allclose(found[key][0], given[key][0], rtol=1e-9)
+    case = folder / "run.nml"
+    case.write_text(
+        ROTOR.replace("'extrema'", "'extrema', from=3.5")
+        + TABLES
+        + "&motion t_end=4.0, start='zero', integrator='exact' /\n"
+    )
+    succeed("razy-run", case, "--output", "run.h5")
+    with h5py.File("run.h5") as file:
+        largest = np.abs(file["extrema/displacement.a.3.v/value"][()]).max()
+    amplitude = np.hypot(*found[name][0, 0])
+    assert largest == pytest.approx(amplitude, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"speeds": (1000.0, 3000.0, 2000.0)}, "rises from row to row; row 3 has 2000.000"),
+        ({"header": HEADER.replace("kyx", "kux")}, "oil.csv:2: no column 'kyx'"),
+        ({"rows": ROWS[:1], "speeds": SPEEDS[:1]}, "a file with at least two speeds"),
+    ],
+)
+def test_tables_refused(folder, change, says):
+    write_table(folder, **change)
+    (folder / "case.nml").write_text(ROTOR + TABLES)
+    done = start("razy-modes", "case.nml")
+    assert done.returncode == 2 and says in done.stderr and done.stderr.count("\n") == 1, done.stderr
+
+
+def test_speeds_outside_refused(folder):
+    write_table(folder)
+    (folder / "case.nml").write_text(
+        ROTOR + TABLES + "&campbell first_rpm=0.0, last_rpm=4000.0 /\n&motion t_end=0.1 /\n"
+    )
+    done = start("razy-modes", "case.nml")
+    assert done.returncode == 2, done.stderr
+    assert "&campbell first_rpm = 0.0" in done.stderr and "1000.0 to 4000.0 rpm" in done.stderr
+    done = start("razy-run", "case.nml", *sets(rotation__speed_rpm=4100.0))
+    assert done.returncode == 2, done.stderr
+    assert "&rotation%speed_rpm = 4100.0" in done.stderr and "1000.0 to 4000.0 rpm" in done.stderr

@@ -1,0 +1,151 @@
+"""Mesh stiffness that switches or has harmonics: exact beside DOP853, Meissner's and Mathieu's equations."""
+
+import h5py
+import numpy as np
+import pytest
+from programs import GEAR_PAIR, SOURCE, sets, start, succeed
+
+# Two equal wheels without backlash, shafts or load: m d'' + k(t) d = 0 with m = I/(2 r²) and 40 teeth at 60 rpm, 40 Hz.
+INERTIA, RADIUS, HERTZ = 0.01, 0.1, 40.0
+MASS = INERTIA / (2 * RADIUS**2)
+WHEELS = """&scene kind='lumped' /
+&inertia name='a', value=0.01 /
+&inertia name='b', value=0.01 /
+&gear_mesh name='mesh', between='a','b', radius=0.1,0.1, teeth=40,40, stiffness={stiffness!r}, {variation} /
+&rotation speed_rpm=60.0, of='a' /
+&initial on='a', displacement=1e-6 /
+&motion t_end=0.5, start='given', integrator='{integrator}', relative_tolerance=1e-13, absolute_tolerance=1e-20 /
+&record observable='mesh_deformation', what='trajectory', interval=0.025 /
+"""
+
+
+def run(case, *options, output="run.h5"):
+    succeed("razy-run", case, *options, "--output", output, "--force")
+    found = {}
+    with h5py.File(output) as file:
+        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
+    return found
+
+
+def trace(folder, stiffness, variation, integrator):
+    """The trace of the map of a period of the teeth: d(t + 2T) - trace d(t + T) + d(t) = 0."""
+    text = WHEELS.format(stiffness=stiffness, variation=variation, integrator=integrator)
+    (folder / "wheels.nml").write_text(text)
+    found = run("wheels.nml")
+    assert found["outcome/excitation_period"] == pytest.approx(1 / HERTZ)
+    d = np.ravel(found["observable/mesh_deformation"])
+    assert len(d) == 21
+    return np.dot(d[2:] + d[:-2], d[1:-1]) / np.dot(d[1:-1], d[1:-1])
+
+
+def meissner(stiffness, share, ratio):
+    """The same with two pairs for a share of the period and `ratio` times the stiffness of one; its mean is given."""
+    one = stiffness / (1 + share * (ratio - 1))
+    w1, w2 = np.sqrt(one / MASS), np.sqrt(ratio * one / MASS)
+    a, b = w1 * (1 - share) / HERTZ, w2 * share / HERTZ
+    return 2 * np.cos(a) * np.cos(b) - (w1 / w2 + w2 / w1) * np.sin(a) * np.sin(b)
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853"])
+def test_meissner(folder, integrator):
+    """Stable and unstable sides of the first two tongues (van der Pol and Strutt, Phil. Mag. 5 (1928))."""
+    share, ratio = 0.6, 1.8
+    first = MASS * (np.pi * HERTZ) ** 2
+    sides = set()
+    for part in (0.6, 0.98, 1.05, 1.6, 3.5, 4.05, 9.3):
+        expected = meissner(part * first, share, ratio)
+        sides.add(int(expected > 2) - int(expected < -2))
+        found = trace(
+            folder, part * first, f"contact_ratio={1 + share}, pair_ratio={ratio}, mesh_phase=70.0", integrator
+        )
+        assert found == pytest.approx(expected, abs=1e-9), part
+    assert {-1, 0} <= sides
+    # At the edges of the first tongue with equal halves the trace is -2.
+    for low, high in ((0.7, 1.0), (1.0, 1.5)):
+        inside = abs(meissner(low * first, 0.5, 3.0)) > 2
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if (abs(meissner(middle * first, 0.5, 3.0)) > 2) == inside else (low, middle)
+        found = trace(folder, middle * first, "contact_ratio=1.5, pair_ratio=3.0", integrator)
+        assert found == pytest.approx(-2.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("edge", [3.917024772998471, 4.371300982735086])
+def test_mathieu(folder, edge):
+    """The second tongue of Mathieu's equation at q = 1 lies between b_2 and a_2 (DLMF, 28.6; SciPy)."""
+    # With the half phase z of the teeth d_zz + (a - 2 q cos 2z) d = 0.
+    traces = []
+    for a in (edge - 1e-3, edge, edge + 1e-3):
+        stiffness = a * MASS * (np.pi * HERTZ) ** 2
+        traces.append(trace(folder, stiffness, f"stiffness_cosine={-2 / a!r}", "dop853"))
+    assert traces[1] == pytest.approx(2.0, abs=1e-8)
+    within, out = (traces[2], traces[0]) if edge < 4 else (traces[0], traces[2])
+    assert within > 2 + 1e-4 and out < 2 - 1e-4
+
+
+def test_exact_and_dop853(folder):
+    """A gear pair with backlash that loses contact, at a speed where its motion settles."""
+    options = sets(
+        gear_mesh__contact_ratio=1.6, gear_mesh__pair_ratio=1.7, gear_mesh__error_sine=1e-5, rotation__speed_rpm=2400.0,
+        motion__t_end=0.1,
+    )  # fmt: skip
+    options += ["--set", "record%from=0.08"]
+    exact = run(GEAR_PAIR, *options, *sets(motion__integrator="'exact'"))
+    other = run(
+        GEAR_PAIR,
+        *options,
+        *sets(motion__integrator="'dop853'", motion__relative_tolerance=1e-13, motion__absolute_tolerance=1e-16),
+    )
+    values, beside = (found["extrema/mesh_deformation/value"] for found in (exact, other))
+    assert len(values) == len(beside) > 20
+    np.testing.assert_allclose(beside, values, rtol=0, atol=1e-9 * np.abs(values).max())
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ("contact_ratio=1.0", "between 1 and 2"),
+        ("contact_ratio=1.5, stiffness_sine=0.1", "left out where the stiffness has harmonics"),
+        ("stiffness_sine=0.6, stiffness_cosine=0.5", "amplitudes whose sum is less than 1"),
+        ("stiffness_sine=0.6", "'exact' needs laws that are linear"),
+        ("contact_ratio=2.5", "from 1.0 to 2.0"),
+    ],
+)
+def test_refused(folder, change, says):
+    (folder / "wheels.nml").write_text(WHEELS.format(stiffness=1e6, variation=change, integrator="exact"))
+    done = start("razy-run", "wheels.nml")
+    assert done.returncode == 2 and says in done.stderr and done.stderr.count("\n") == 1, done.stderr
+    text = WHEELS.format(stiffness=1e6, variation="contact_ratio=1.5", integrator="dop853")
+    (folder / "wheels.nml").write_text(text)
+    done = start("razy-run", "wheels.nml", *sets(motion__treatment="'smoothing'"))
+    assert "'event': a mesh stiffness switches" in done.stderr
+
+
+def test_rotor(folder):
+    """The gearbox of two shafts by finite elements."""
+    options = sets(gear_mesh__contact_ratio=1.4, reduction__modes=8, motion__t_end=0.004)
+    options += ["--set", "record(1)%from=0.0"]
+    gearbox = SOURCE / "inputs" / "test_gearbox.nml"
+    exact = run(gearbox, *options, *sets(motion__integrator="'exact'"))
+    other = run(gearbox, *options, *sets(motion__integrator="'dop853'", motion__relative_tolerance=1e-12))
+    names = [name for name in exact if name.startswith("extrema/") and name.endswith("/value")]
+    assert names
+    for name in names:
+        assert len(exact[name]) == len(other[name]) > 5
+        np.testing.assert_allclose(other[name], exact[name], rtol=0, atol=1e-7 * np.abs(exact[name]).max())
+
+
+def test_tangents(folder):
+    """Derivatives pass a switch as they are: without damping the two exponents add up to nothing."""
+    stiffness = 0.98 * MASS * (np.pi * HERTZ) ** 2
+    growth = np.arccosh(abs(meissner(stiffness, 0.6, 1.8)) / 2) * HERTZ
+    found = []
+    for integrator in ("exact", "dop853"):
+        text = WHEELS.format(stiffness=stiffness, variation="contact_ratio=1.6, pair_ratio=1.8", integrator=integrator)
+        (folder / "wheels.nml").write_text(text)
+        found.append(
+            np.ravel(run("wheels.nml", *sets(motion__lyapunov=2, motion__lyapunov_periods=400))["lyapunov/exponent"])
+        )
+    np.testing.assert_allclose(found[0], found[1], rtol=0, atol=1e-7 * growth)
+    assert abs(found[0].sum()) < 1e-9 * growth
+    assert found[0][0] == pytest.approx(growth, rel=0.1)

@@ -1,0 +1,92 @@
+"""Rotors from ROSS have its eigenvalues and unbalance responses; numbers by ross/make_reference.py."""
+
+import json
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from programs import SOURCE, succeed
+
+sys.path.insert(0, str(SOURCE / "post" / "src"))
+import razy
+from razy.ross import main
+
+HERE = Path(__file__).parent / "ross"
+REFERENCE = json.loads((HERE / "reference.json").read_text())
+RPM = 30.0 / np.pi
+# The cone is one of tapered elements in the file; the reference has the cylinders that it becomes.
+NAMES = ("rotor_example", "cone", "compressor_example")
+
+
+def modes(case, text):
+    Path("case.nml").write_text(case.read_text() + text)
+    succeed("razy-modes", "case.nml", "--output", "modes.h5", "--force")
+    with h5py.File("modes.h5") as file:
+        found = {}
+        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
+    return found
+
+
+def imported(folder, name):
+    """Return the case without its speeds, which each test sets."""
+    case = razy.import_ross(HERE / f"{name}.toml", folder / f"{name}.nml")
+    groups = case.read_text().split("&")
+    case.write_text("&".join(group for group in groups if not group.startswith(("campbell", "rotation", "modes"))))
+    return case
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_eigenvalues(folder, name):
+    case = imported(folder, name)
+    for speed, values in REFERENCE[name]["eigenvalues"].items():
+        rpm = float(speed) * RPM
+        found = modes(
+            case,
+            f"&rotation speed_rpm={rpm!r} /\n&modes count=40 /\n"
+            f"&campbell first_rpm={rpm!r}, last_rpm={rpm * (1 + 1e-3) + 1e-3!r}, points=2, damped=.true. /\n",
+        )["eigenvalue"][0]
+        found = found[found[:, 1] > 1.0][: len(values)]
+        size = np.hypot(*np.transpose(values))[:, None]
+        np.testing.assert_allclose(found / size, values / size, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_unbalance_response(folder, name):
+    case, unbalance = imported(folder, name), REFERENCE[name]["unbalance"]
+    node, seen = (1 + unbalance[key] for key in ("node", "seen"))
+    angle = unbalance["phase"] * 180 / np.pi
+    (first, low), (last, high) = REFERENCE[name]["response"].items()
+    found = modes(
+        case,
+        f"&unbalance shaft='rotor', node={node}, moment={unbalance['moment']}, angle={angle!r} /\n"
+        f"&record observable='displacement', of='rotor.{seen}.v', what='extrema' /\n"
+        f"&record observable='displacement', of='rotor.{seen}.w', what='extrema' /\n"
+        f"&rotation speed_rpm={float(first) * RPM!r} /\n&response parameter='rotation%speed_rpm', "
+        f"first={float(first) * RPM!r}, last={float(last) * RPM!r}, points=3 /\n",
+    )
+    for end, expected in ((0, low), (-1, high)):
+        phasors = [found[f"response/phasor/displacement.rotor.{seen}.{axis}"][end, 0] for axis in "vw"]
+        size = np.hypot(*np.transpose(expected)).max()
+        np.testing.assert_allclose(np.array(phasors) / size, np.array(expected) / size, rtol=0, atol=1e-8)
+
+
+def test_command(folder, capsys):
+    assert main([str(HERE / "rotor_example.toml")]) == 0
+    assert (folder / "rotor_example.nml").is_file()
+    assert main([str(HERE / "rotor_example.toml")]) == 2
+    assert "exists already" in capsys.readouterr().err
+    data = (HERE / "rotor_example.toml").read_text()
+    for old, new, says in (
+        ("beta = 0.0", "beta = 1e-5", "beta = 1e-05; only 0 is taken"),
+        ("mxx = [ 0,]", "mxx = [ 1.0,]", "coefficients of mass"),
+        ('"cowper"', '"hutchinson"', "only 'cowper' is taken"),
+        ("ShaftElement_Shaft", "Beam_Shaft", "no ShaftElement"),
+        ("[parameters]", "parameters]", "no .toml or .json file"),
+    ):
+        assert old in data
+        Path("other.toml").write_text(data.replace(old, new))
+        assert main(["other.toml", "--output", "other.nml"]) == 2
+        said = capsys.readouterr().err
+        assert says in said and said.count("\n") == 1, said
