@@ -14,7 +14,7 @@ module razy_exact_exact
    use razy_exact_search_search, only: exit_t, first_exit, rounding, search_t
    use razy_exact_solutions, only: solution_t, solutions_t
    use razy_hybrid_flow, only: ends_in_event, ends_open, flow_t
-   use razy_hybrid_guards, only: of_force, of_press
+   use razy_hybrid_guards, only: guard_entry_t, of_force, of_press
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: glimpse_t, outcome_t, piece_t, status_no_contact_forces, status_no_modes, &
                                      status_ok, status_step_limit
@@ -68,6 +68,8 @@ module razy_exact_exact
    real(wp), parameter :: longest_angle = 1.0e3_wp
    !> A growing term grows by less than the exponential of this in a piece.
    real(wp), parameter :: longest_growth = 50.0_wp
+   !> A part of the acceleration that is not what is left of it where a force has come to zero.
+   real(wp), parameter :: clearly = 1.0e-6_wp
    !> Switching functions that a contact may have.
    integer, parameter :: most_functions = 3
 
@@ -308,8 +310,8 @@ contains
    end subroutine note_noise
 
    !> With constraints: what is rounding in the functions at z, and which of them start on their bounds: settled as the
-   !> branches are, these move inwards, or rest if they are fixed. Where contacts open at rest and no branch of the laws lasts, some
-   !> go outwards at once: their derivatives tell.
+   !> branches are, these move inwards, or rest if they are fixed. Where friction has pulled open the stop that it goes with, no
+   !> branch of the laws lasts, and the gap goes outwards at once.
    subroutine prepare_settled(self)
       type(exact_t), intent(inout) :: self
 
@@ -328,14 +330,30 @@ contains
                watched%floor = guards%noise(t)
                on_bound = abs(g(t)) <= guards%noise(t)
                watched%from_zero = on_bound
-               if (abs(guard%alpha) > 0.0_wp .and. .not. abs(guard%beta) > 0.0_wp) then
-                  watched%from_zero = on_bound .and. rate(t) > guards%on_rate(guard%contact)
+               if (on_bound .and. any(self%system%machine%contact%only_with == guard%contact)) then
+                  if (.not. rate(t) > guards%on_rate(guard%contact)) watched%from_zero = .not. falls(guard)
                end if
                watched%at_rest = on_bound .and. solution%fixed(t) &
                                  .and. (guard%function == of_force .or. abs(rate(t)) <= guards%on_rate(guard%contact))
             end associate
          end do
       end associate
+
+   contains
+
+      !> Whether the gap that a guard looks at is clearly pulled outwards.
+      logical function falls(guard)
+         type(guard_entry_t), intent(in) :: guard
+
+         real(wp) :: a(self%system%m)
+
+         associate (dynamics => self%transition%dynamics, j => guard%contact)
+            call dynamics%accelerate(self%system, 0.0_wp, self%z, a)
+            falls = guard%side*guard%alpha*dynamics%second_rate(self%system, j, a) &
+                    < -clearly*norm2(a)*self%transition%guards%reach(j)
+         end associate
+      end function falls
+
    end subroutine prepare_settled
 
    !> With constraints: take up the size of the terms that the functions are sums of, and with it what is rounding in s and s'.

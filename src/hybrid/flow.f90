@@ -108,6 +108,9 @@ module razy_hybrid_flow
    real(wp), parameter :: largest = 1.0e100_wp
    !> Pieces one after the other that are shorter than the rounding of the time: the end will not be reached.
    integer, parameter :: most_creeping = 10000
+   !> Events at one time, for each contact and one more: a body that two others squeeze bounces between them ever faster, and each
+   !> bounce takes a part of their speeds only.
+   integer, parameter :: most_standing = 64
    !> The pace of events is looked at after so many. A motion is given up if so many times one after the other they come no slower
    !> than the time before but for this factor, in less than this part of what the first took, and so fast that there would be
    !> more than there may before its end. Accumulations are over by then, unless their ratio is above 0.9998; what goes on at
@@ -189,7 +192,7 @@ contains
          creeping = merge(creeping + 1, 0, piece%duration <= eps*t_end)
          if (creeping > most_creeping .and. outcome%status == status_ok) outcome%status = status_step_underflow
          standing = merge(standing + 1, 0, self%anew .and. piece%duration <= 4*eps*self%time)
-         if (standing > 8*size(self%branch) + 8 .and. outcome%status == status_ok) outcome%status = status_chatter
+         if (standing > most_standing*(size(self%branch) + 1) .and. outcome%status == status_ok) outcome%status = status_chatter
          if (.not. (self%anew .or. ending == ends_noted)) cycle
          self%branch(:) = self%transition%dynamics%mode%branch
          if (outcome%status == status_ok .and. self%transition%changes > 1) call show_changes(self, 2, piece, observers, outcome)

@@ -246,12 +246,16 @@ def is_closed(branch):
 
 
 class Follower:
-    """One motion. `disturbed`: velocities are known to 1e-12 at events, gaps to 1e-14, and sequences end earlier."""
+    """One motion. `disturbed`: velocities are known to 1e-12 at events, gaps to 1e-14, and sequences end earlier.
 
-    def __init__(self, text, most_events=20000, most_steps=400000, disturbed=False):
+    Gaps of less than `joins` roundings are closed together.
+    """
+
+    def __init__(self, text, most_events=20000, most_steps=400000, disturbed=False, joins=64):
         self.machine = Machine(text)
         self.most_events, self.most_steps = most_events, most_steps
         self.coarse = 20.0 if disturbed else 1.0
+        self.joins = joins
         self.random = np.random.default_rng(1) if disturbed else None
         self.modes = {}
         self.events = []
@@ -265,7 +269,7 @@ class Follower:
 
     def noise(self, form, x):
         """What a form is known to."""
-        return 64 * EPS * (np.abs(form) @ np.maximum(np.abs(x), self.size))
+        return self.joins * EPS * (np.abs(form) @ np.maximum(np.abs(x), self.size))
 
     def run(self, times):
         """States at the times."""

@@ -119,8 +119,8 @@ contains
       found = exit_t(0, tau_end)
    end subroutine first_exit
 
-   !> The root `tau` of a function that started on its bound soon before. There it is hardly more than its rounding, so what it gains
-   !> is summed up from its derivatives at the start, which are known to rounding of their own terms. `probe` is left at the root.
+   !> The root `tau` of a function that started on its bound soon before. There it is hardly more than its rounding, so what it
+   !> gains is summed up from its derivatives at the start, which are known to rounding of their own terms. `probe` is left there.
    subroutine sharpen(response, rows, start, w, tau, probe)
       type(response_t), intent(in) :: response
       type(rows_t), intent(in) :: rows

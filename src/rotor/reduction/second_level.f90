@@ -1,7 +1,7 @@
 !! The second level of a reduction (source thesis, 4.2.2): modes of the reduced model on its bearings with meshes open (A, (4.67))
 !! or closed (B, (4.74)); those kept are the first in the order of |d|, d = wᵀ t, of d itself (which depends on the sign of the
-!! shapes, here with the largest displacement or rotation of a node positive), or of the frequency. Shapes of equal frequencies, which equal shafts have,
-!! are arbitrary combinations; they are chosen so that as few of them as possible move the meshes.
+!! shapes, here with the largest displacement or rotation of a node positive), or of the frequency. Shapes of equal frequencies,
+!! which equal shafts have, are arbitrary combinations; they are chosen so that as few of them as possible move the meshes.
 module razy_rotor_reduction_second_level
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
