@@ -33,8 +33,8 @@ module falling_flow
 
    !> What was shown: durations, contacts and branches of the pieces, and whether one was the last.
    type, extends(observer_t) :: pieces_t
-      integer :: count = 0, contact(100) = 0, branch(100) = 0
-      real(wp) :: time(100) = 0.0_wp, duration(100) = 0.0_wp
+      integer :: count = 0, contact(1000) = 0, branch(1000) = 0
+      real(wp) :: time(1000) = 0.0_wp, duration(1000) = 0.0_wp
       logical :: last = .false.
    contains
       procedure :: piece => note_piece
