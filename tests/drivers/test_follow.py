@@ -9,6 +9,7 @@ import pytest
 from branches import HYSTERESIS, IMPACT, NORMAL_FORM, follow, points
 from programs import GEAR_PAIR, SOURCE, attribute, left, plot, sets, start, succeed
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 
 def multipliers(file, point=0):
@@ -52,6 +53,48 @@ def test_impact_oscillator():
         assert np.abs(file["observable/velocity"][:][at]) == pytest.approx(1.61640645845, abs=5e-11)
         end = file["observable/displacement"][-1], file["observable/velocity"][-1]
     assert end == pytest.approx(tuple(state), abs=1e-11)
+
+
+def one_impact(omega, periods, damping=0.2):
+    """Find the orbit x'' + 0.2 x' + x = cos(ωt) of one elastic impact with x <= 0 in so many periods, in closed form.
+
+    Nobody asks whether it stays behind the wall between impacts. Return its highest place there, and 1 + tr + det of
+    the derivative of its map, which is 0 at a doubling.
+    """
+    decay, duration = damping / 2, 2 * np.pi * periods / omega
+    turn = np.sqrt(1 - decay**2)
+    shrunk, c, s = np.exp(-decay * duration), np.cos(turn * duration), np.sin(turn * duration)
+    response = 1 / (1 - omega**2 + 1j * damping * omega)
+    # x = Re(p e^{iωt}) - r e^{-decay t} (cos - k sin), r = Re(p), from one impact to the next; v' at its ends over r
+    k = (c - 1 / shrunk) / s
+    first, last = decay + turn * k, shrunk * (decay * (c - k * s) + turn * (s + k * c))
+    slope = -(first + last) / 2
+    for side in (1, -1):
+        r = side * abs(response) / np.hypot(1, slope / omega)
+        p, after = r * (1 - 1j * slope / omega), (slope + first) * r
+        if after < 0:
+            break
+    t = np.linspace(0, duration, 20001)[1:-1]
+    place = (p * np.exp(1j * omega * t)).real - r * np.exp(-decay * t) * (np.cos(turn * t) - k * np.sin(turn * t))
+    flight = shrunk * np.array([[c + decay / turn * s, s / turn], [-s / turn, c - decay / turn * s]])
+    load = (p / response).real
+    impact = np.array([[-1, 0], [-2 * load / after, -1]])
+    matrix = impact @ flight
+    return place[100:-100].max(), 1 + np.trace(matrix) + np.linalg.det(matrix)
+
+
+def test_no_label_at_orbits_through_the_wall():
+    """The orbit of one impact in two periods doubles in closed form where it passes the wall in between: not here."""
+    doubling = brentq(lambda omega: one_impact(omega, 2)[1], 3.25, 3.4)
+    grazing = brentq(lambda omega: one_impact(omega, 2)[0], 3.1, 3.25)
+    false = [brentq(lambda omega: one_impact(omega, 2)[1], *ends) for ends in ((1.58, 1.66), (1.9, 1.96), (2.0, 2.06))]
+    assert all(one_impact(omega, 2)[0] > 0.01 for omega in false)
+    with follow(IMPACT, follow__first=4.0, follow__last=1.5, follow__period=2, follow__doublings=0) as file:
+        assert points(file, "PD") == pytest.approx([doubling], rel=1e-11)
+        assert file["special/label"].asstr()[-1] == "MX"
+        # Next to the grazing the map is like a square root, and Newton's method ends.
+        assert file["special/parameter"][-1] == pytest.approx(grazing, rel=1e-5)
+        assert file["extrema/displacement/value"][:].max() < 1e-12
 
 
 def test_gear_normal_form():
