@@ -209,8 +209,8 @@ run_tests() {
   build debug all
   build_release all
   # Programs under mpirun mostly wait for its start and end.
-  ctest --preset debug --parallel $((cores + 2))
-  ctest --preset release --parallel $((cores + 2))
+  ctest --preset debug --parallel $((2 * cores + 1))
+  ctest --preset release --parallel $((2 * cores + 1))
   test_with_other_blas
 }
 

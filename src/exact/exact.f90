@@ -11,7 +11,7 @@ module razy_exact_exact
    use razy_exact_closed_form_amplitudes, only: amplitudes_t, carry_disturbance, copy, move_to, reserve, set_state, state_of
    use razy_exact_closed_form_rows, only: curvature_bound, integral_of, size_of, value_and_slope, value_of
    use razy_exact_search_refine, only: watched_t
-   use razy_exact_search_search, only: exit_t, first_exit, rounding, search_t
+   use razy_exact_search_search, only: exit_t, first_exit, rounding, search_t, soon
    use razy_exact_solutions, only: solution_t, solutions_t
    use razy_hybrid_flow, only: ends_in_event, ends_open, flow_t
    use razy_hybrid_guards, only: guard_entry_t, of_force, of_press
@@ -188,7 +188,9 @@ contains
       type(outcome_t), intent(inout) :: outcome
 
       type(exit_t) :: found
+      real(wp) :: before(size(self%z))
 
+      before = self%z
       if (self%system%constrained) then
          call prepare_settled(self)
       else
@@ -197,6 +199,7 @@ contains
       call follow(self, longest, t_end, piece, found)
       associate (solution => self%solutions%of(self%now), unused => outcome)
          call end_state(solution, self%search%probe, self%z)
+         if (self%system%constrained .and. found%tau*solution%response%fastest <= soon) call add_up(self, before, found%tau)
          ending = merge(ends_in_event, ends_open, found%watched > 0)
          if (found%watched > 0) then
             piece%contact = solution%entry(found%watched)%contact
@@ -223,6 +226,21 @@ contains
       call state_of(at, solution%response, z)
       if (solution%constrained%n > 0) z = solution%constrained%to_state(z)
    end subroutine end_state
+
+   !> Displacements after a short piece from those `before` it, by Simpson's rule: a gap that is less than the rounding of the terms
+   !> of the solution keeps its digits.
+   subroutine add_up(self, before, tau)
+      class(exact_t), intent(inout) :: self
+      real(wp), intent(in) :: before(:), tau
+
+      real(wp) :: middle(size(before))
+
+      associate (solution => self%solutions%of(self%now), m => self%system%m)
+         call move_to(self%start, solution%response, 0.5_wp*tau, self%looker)
+         call end_state(solution, self%looker, middle)
+         self%z(:m) = before(:m) + tau/6*(before(m + 1:) + 4*middle(m + 1:) + self%z(m + 1:))
+      end associate
+   end subroutine add_up
 
    !> Follow the solution to the end of the piece, at most for `most`, s.
    subroutine follow(self, most, t_end, piece, found)
@@ -328,6 +346,7 @@ contains
                watched%floor = 0.0_wp
                if (guard%function == of_press) cycle
                watched%floor = guards%noise(t)
+               watched%initial = g(t)
                on_bound = abs(g(t)) <= guards%noise(t)
                watched%from_zero = on_bound
                if (on_bound .and. any(self%system%machine%contact%only_with == guard%contact)) then

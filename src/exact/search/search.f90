@@ -21,7 +21,7 @@ module razy_exact_search_search
    implicit none(type, external)
    private
 
-   public :: exit_t, first_exit, rounding, search_t
+   public :: exit_t, first_exit, rounding, search_t, soon
 
    !> Where the search ended: `watched` is the number of the function that left, 0 if none did before the end.
    type :: exit_t
@@ -119,8 +119,8 @@ contains
       found = exit_t(0, tau_end)
    end subroutine first_exit
 
-   !> The root `tau` of a function that started on its bound soon before. There it is hardly more than its rounding, so what it
-   !> gains is summed up from its derivatives at the start, which are known to rounding of their own terms. `probe` is left there.
+   !> The root `tau` of a function, soon after the start. There it is hardly more than the rounding of its terms, so what it gains
+   !> is summed up from its derivatives at the start, which are known to rounding of their own terms. `probe` is left at the root.
    subroutine sharpen(response, rows, start, w, tau, probe)
       type(response_t), intent(in) :: response
       type(rows_t), intent(in) :: rows
@@ -129,18 +129,23 @@ contains
       real(wp), intent(inout) :: tau
       type(amplitudes_t), intent(inout) :: probe
 
-      real(wp) :: d(4), root, slope, mean
+      real(wp) :: d(4), f, root, slope
       integer :: i, p
 
-      if (.not. w%from_zero .or. w%order > 0 .or. .not. tau > 0.0_wp) return
+      if (w%order > 0 .or. .not. tau > 0.0_wp .or. .not. (w%from_zero .or. w%initial > 0.0_wp)) return
       d = [(w%side*value_of(rows, response, start, w%form, p), p=1, 4)]
       root = tau
       do i = 1, 3
-         ! of f/tau
-         mean = d(1) + root*(d(2)/2 + root*(d(3)/6 + root*d(4)/24))
-         slope = d(2)/2 + root*(d(3)/3 + root*d(4)/8)
+         if (w%from_zero) then
+            ! of f/tau, whose root is not the start
+            f = d(1) + root*(d(2)/2 + root*(d(3)/6 + root*d(4)/24))
+            slope = d(2)/2 + root*(d(3)/3 + root*d(4)/8)
+         else
+            f = w%initial + root*(d(1) + root*(d(2)/2 + root*(d(3)/6 + root*d(4)/24)))
+            slope = d(1) + root*(d(2) + root*(d(3)/2 + root*d(4)/6))
+         end if
          if (.not. slope < 0.0_wp) return
-         root = root - mean/slope
+         root = root - f/slope
          if (abs(root - tau) > 0.5_wp*tau) return
       end do
       tau = root
