@@ -1,6 +1,7 @@
 """razy-follow: values that are known, what it leaves, the picture of it."""
 
 import re
+from pathlib import Path
 
 import h5py
 import matplotlib.image
@@ -9,7 +10,7 @@ import pytest
 from branches import HYSTERESIS, IMPACT, NORMAL_FORM, follow, points
 from programs import GEAR_PAIR, SOURCE, attribute, left, plot, sets, start, succeed
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, fsolve
 
 
 def multipliers(file, point=0):
@@ -252,6 +253,44 @@ def test_independent_integrator():
             columns.append(change / (2.0 * step.max()))
         found = np.sort_complex(np.linalg.eigvals(np.transpose(columns)))
         assert found == pytest.approx(known, rel=1e-5)
+
+
+DUFFING = """
+&scene   kind='lumped' /
+&mass    name='body', value=1.0 /
+&spring  between='body','frame', stiffness=1.0, damping=0.1 /
+&stop    name='cubic', between='body','frame', side='both', clearance=0.0, law='hunt_crossley', stiffness=0.05,
+         exponent=3.0, hysteresis=0.0 /
+&load    on='body', amplitude=1.0, angular_frequency=1.0, phase=90.0 /
+&motion  t_end=100.0, start='zero', integrator='dop853', relative_tolerance=1e-12, absolute_tolerance=1e-14 /
+&record  observable='displacement', what='extrema' /
+&follow  parameter='load%angular_frequency', first=1.1, last=1.7, doublings=0 /
+"""
+
+
+def duffing_fold(unknowns):
+    """x'' + 0.1 x' + x + 0.05 x³ = cos(ωt) by SciPy: 0 for a periodic motion with a multiplier 1."""
+    x, v, omega = unknowns
+
+    def rates(t, y):
+        field = np.array([[0.0, 1.0], [-1.0 - 0.15 * y[0] ** 2, -0.1]])
+        force = np.cos(omega * t) - y[0] - 0.05 * y[0] ** 3 - 0.1 * y[1]
+        return np.concatenate(([y[1], force], (field @ y[2:].reshape(2, 2)).ravel()))
+
+    start = [x, v, 1.0, 0.0, 0.0, 1.0]
+    end = solve_ivp(rates, (0.0, 2 * np.pi / omega), start, method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+    return [end[0] - x, end[1] - v, np.linalg.det(end[2:].reshape(2, 2) - np.eye(2))]
+
+
+def test_folds_of_the_duffing_oscillator():
+    Path("duffing.nml").write_text(DUFFING)
+    with follow(Path("duffing.nml")) as file:
+        folds = file["special/point"][:][file["special/label"].asstr()[:] == "LP"]
+        assert folds.size == 2
+        for fold in folds:
+            omega = file["point/load.angular_frequency"][fold]
+            found = fsolve(duffing_fold, [*file["point/state"][fold], omega * 1.0001], xtol=1e-13)
+            assert omega == pytest.approx(found[2], rel=1e-11)
 
 
 def test_picture():
