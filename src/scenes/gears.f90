@@ -12,7 +12,7 @@ module razy_scenes_gears
    use razy_input_input, only: input_t
    use razy_input_schema, only: key_real, key_spec_t, key_string, nonnegative, positive
    use razy_machine_machine, only: contact_t
-   use razy_scenes_harmonics, only: add_harmonic, find_tone, harmonics_t
+   use razy_scenes_harmonics, only: add_harmonic, find_tone, frequency_t, harmonics_t
    implicit none(type, external)
    private
 
@@ -64,8 +64,7 @@ contains
       real(wp), allocatable :: cosine(:), radius(:), sine(:)
       integer, allocatable :: teeth(:)
       character(:), allocatable :: separation
-      real(wp) :: backlash, share, speed
-      real(qp) :: hertz
+      real(wp) :: backlash, share
       integer :: k
 
       call input%get("gear_mesh", i, "radius", radius)
@@ -108,13 +107,11 @@ contains
                              "an error needs &rotation of "//joined//" join to this one")
          return
       end if
-      call input%get("rotation", 1, "speed_rpm", speed)
-      hertz = teeth(1)*abs(ratio)*speed/60.0_qp
       do k = 1, size(sine)
-         call add_harmonic(harmonics, row(1), k*hertz, 0.0_wp, sine(k))
+         call add_harmonic(harmonics, row(1), harmonics%of_order(k*teeth(1)*abs(ratio)), 0.0_wp, sine(k))
       end do
       do k = 1, size(cosine)
-         call add_harmonic(harmonics, row(1), k*hertz, cosine(k), 0.0_wp)
+         call add_harmonic(harmonics, row(1), harmonics%of_order(k*teeth(1)*abs(ratio)), cosine(k), 0.0_wp)
       end do
    end subroutine read_gear_mesh
 
@@ -131,8 +128,8 @@ contains
 
       character(*), parameter :: keys(3) = [character(16) :: "stiffness_sine", "stiffness_cosine", "contact_ratio"]
       real(wp), allocatable :: cosine(:), sine(:)
-      real(wp) :: contact_ratio, pair_ratio, phase, speed
-      real(qp) :: hertz
+      real(wp) :: contact_ratio, pair_ratio, phase
+      type(frequency_t) :: of_k, teeth
       logical :: given(3)
       integer :: k
 
@@ -145,10 +142,8 @@ contains
          call input%complain(error, "gear_mesh", i, "contact_ratio", "left out where the stiffness has harmonics")
          return
       end if
-      speed = 0.0_wp
-      if (input%count("rotation") > 0) call input%get("rotation", 1, "speed_rpm", speed)
-      hertz = abs(orders)*abs(speed)/60.0_qp
-      if (.not. hertz > 0.0_qp) then
+      teeth = harmonics%of_order(sign(orders, harmonics%rotation%hertz))
+      if (.not. max(teeth%hertz, abs(teeth%sweep)) > 0.0_qp) then
          call input%complain(error, "gear_mesh", i, trim(keys(k)), "a stiffness that varies needs the speed of &rotation, "// &
                              "other than 0, of "//joined//" join to this one")
          return
@@ -162,8 +157,12 @@ contains
             call input%complain(error, "gear_mesh", i, "contact_ratio", "between 1 and 2")
             return
          end if
+         if (abs(teeth%sweep) > 0.0_qp) then
+            call input%complain(error, "gear_mesh", i, "contact_ratio", "left out where &rotation has an acceleration_rpm_per_s")
+            return
+         end if
          contact%mesh_phase = phase/360
-         call find_tone(harmonics, hertz, contact%mesh_tone)
+         call find_tone(harmonics, teeth, contact%mesh_tone)
          call vary_stiffness(law, [1.0_wp, pair_ratio]/(1 + contact%mesh_share*(pair_ratio - 1)))
          return
       end if
@@ -175,10 +174,12 @@ contains
       end if
       phase = phase*pi/180
       do k = 1, size(sine)
-         call add_harmonic(harmonics, row, k*hertz, sine(k)*sin(k*phase), sine(k)*cos(k*phase))
+         of_k = frequency_t(k*teeth%hertz, k*teeth%sweep)
+         call add_harmonic(harmonics, row, of_k, sine(k)*sin(k*phase), sine(k)*cos(k*phase))
       end do
       do k = 1, size(cosine)
-         call add_harmonic(harmonics, row, k*hertz, cosine(k)*cos(k*phase), -cosine(k)*sin(k*phase))
+         of_k = frequency_t(k*teeth%hertz, k*teeth%sweep)
+         call add_harmonic(harmonics, row, of_k, cosine(k)*cos(k*phase), -cosine(k)*sin(k*phase))
       end do
    end subroutine vary
 

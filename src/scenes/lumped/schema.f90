@@ -6,7 +6,7 @@ module razy_scenes_lumped_schema
    use razy_scenes_contacts, only: friction_keys
    use razy_scenes_gap_laws, only: gap_law_keys
    use razy_scenes_gears, only: gear_keys
-   use razy_scenes_harmonics, only: frequency_keys
+   use razy_scenes_harmonics, only: acceleration_key, frequency_keys
    use razy_scenes_loads, only: load_keys
    use razy_scenes_start, only: initial_keys
    implicit none(type, external)
@@ -71,6 +71,7 @@ contains
                      load_keys("name of the body", orders=.true.)]), &
                group("rotation", "The mean speed of the machine", keys=[ &
                      key_real("speed_rpm", "mean speed", unit="rpm", required=.true.), &
+                     acceleration_key(), &
                      key_string("of", "name of the inertia that has this speed", required=.true.)]), &
                group("initial", "State of a body at the start, for start='given'; bodies not named start with zero", &
                      repeatable=.true., keys=[ &

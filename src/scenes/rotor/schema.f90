@@ -5,6 +5,7 @@ module razy_scenes_rotor_schema
                                 nonnegative, positive
    use razy_scenes_common_schema, only: common_schema
    use razy_scenes_gears, only: gear_keys
+   use razy_scenes_harmonics, only: acceleration_key
    use razy_scenes_loads, only: load_keys
    use razy_scenes_rotor_stops, only: rotor_stop_groups
    use razy_scenes_start, only: initial_keys
@@ -156,6 +157,7 @@ contains
                      key_real("angle", "angle at time 0 from y towards z", unit="deg", default="0.0")]), &
                group("rotation", "The mean speed, and what it brings", keys=[ &
                      key_real("speed_rpm", "mean speed about +x", unit="rpm", required=.true.), &
+                     acceleration_key(), &
                      key_string("of", "name of the shaft that has this speed; the first one if left out"), &
                      key_logical("gyroscopic", "whether gyroscopic moments act", default=".true."), &
                      key_logical("circulatory", "whether internal damping turns with the shaft, which adds the circulatory "// &
