@@ -35,7 +35,7 @@ contains
          if (size(self%start) /= size(tone)) deallocate (self%start, self%phasor, self%rate, self%bend)
       end if
       if (.not. allocated(self%start)) allocate (self%start(size(tone)), self%phasor(size(tone)), &
-                                                     self%rate(size(tone)), self%bend(size(tone)))
+                                                 self%rate(size(tone)), self%bend(size(tone)))
       do t = 1, size(tone)
          call tone(t)%phasor(time, time_low, cosine, sine)
          self%start(t) = cmplx(cosine, sine, wp)

@@ -15,7 +15,8 @@ module razy_machine_excitation
 
 contains
 
-   !> Common period of the tones that act on the machine, s; 0 if there is none, as of swept ones. A tone without amplitude does not count.
+   !> Common period of the tones that act on the machine, s; 0 if there is none or one is swept. A tone without amplitude
+   !> does not count.
    pure function period_of_loads(machine) result(period)
       type(machine_t), intent(in) :: machine
       real(wp) :: period

@@ -34,9 +34,7 @@ def test_oscillator_beside_scipy(folder, speed, rate):
     loads = (
         "&load on='m', amplitude=3.0, order=1.0, phase=30.0 /\n&load on='m', unbalance=1e-3, order=2.0, phase=10.0 /"
     )
-    (folder / "up.nml").write_text(
-        OSCILLATOR.format(damping=DAMPING, speed=speed, rate=rate, loads=loads, t_end=8.0)
-    )
+    (folder / "up.nml").write_text(OSCILLATOR.format(damping=DAMPING, speed=speed, rate=rate, loads=loads, t_end=8.0))
     found = run("up.nml")
     omega, change = speed * np.pi / 30, rate * np.pi / 30
 
@@ -57,7 +55,7 @@ def test_oscillator_beside_scipy(folder, speed, rate):
 
 
 def test_resonance_is_passed_later_and_lower_the_faster(folder):
-    """Without damping the envelope near resonance is Fresnel's integral (F. M. Lewis, Trans. ASME 54 (1932) 253-261)."""
+    """Without damping the envelope near resonance is Fresnel's integral (F. M. Lewis, Trans. ASME 54 (1932))."""
     hertz = np.sqrt(STIFFNESS / MASS) / (2 * np.pi)
     s = np.linspace(0.0, 3.0, 3001)
     size = np.hypot(*(part + 0.5 for part in fresnel(s)))
@@ -84,7 +82,7 @@ def test_rotor_without_acceleration_to_speak_of_is_that_of_a_constant_speed(fold
     case = SOURCE / "inputs" / "run_up.nml"
     options = sets(motion__t_end=0.1, rotation__speed_rpm=6000.0, motion__relative_tolerance=1e-11)
     still, slow, fast = (
-        run(case, *options, *sets(rotation__acceleration_rpm_per_s=rate))["observable/displacement.rotor.6.v"]
+        run(case, *options, *sets(rotation__acceleration_rpm_per_s=rate))["observable/displacement.rotor.7.v"]
         for rate in (0.0, 1e-9, 6000.0)
     )
     np.testing.assert_allclose(slow, still, atol=1e-7 * np.max(np.abs(still)))
@@ -94,10 +92,10 @@ def test_rotor_without_acceleration_to_speak_of_is_that_of_a_constant_speed(fold
 def test_gear_pair_goes_by_events(folder):
     """The mesh error's frequency grows, with backlash: methods agree on what happens while contact is lost."""
     options = sets(rotation__acceleration_rpm_per_s=20000.0, motion__t_end=0.02, motion__relative_tolerance=1e-12) + [
-        "--set", "record%from=0.0"]
-    found = [
-        run(GEAR_PAIR, *options, *sets(motion__integrator=f"'{name}'")) for name in ("dop853", "dormand_prince")
+        "--set",
+        "record%from=0.0",
     ]
+    found = [run(GEAR_PAIR, *options, *sets(motion__integrator=f"'{name}'")) for name in ("dop853", "dormand_prince")]
     assert found[0]["event/time"].size == found[1]["event/time"].size > 20
     np.testing.assert_allclose(found[0]["event/time"], found[1]["event/time"], atol=1e-9)
 
@@ -110,7 +108,7 @@ RAMP = ("rotation__acceleration_rpm_per_s", "10.0")
     [
         ("razy-run", "torsional_gear_pair", {"motion__integrator": "'exact'"}, "&motion%integrator = 'exact'"),
         ("razy-run", "torsional_gear_pair", {"motion__lyapunov": 1}, "&motion%lyapunov = 1: 0 where &rotation has an"),
-        ("razy-run", "mesh_stiffness", {"motion__integrator": "'dop853'"}, "contact_ratio = 1.6: left out where &rotation"),
+        ("razy-run", "mesh_stiffness", {"motion__integrator": "'dop853'"}, "contact_ratio = 1.6: left out where"),
         ("razy-sweep", "torsional_gear_pair", {"sweep__direction": "'up'"}, "'independent' where &rotation has an"),
         ("razy-run", "rotor_rub", {}, "&friction radius = 0.05: 0 on a shaft that turns where"),
     ],

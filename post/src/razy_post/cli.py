@@ -64,7 +64,7 @@ def parser() -> Parser:
         "--top",
         metavar="Y",
         type=_number,
-        help="highest frequency in Hz of a Campbell diagram or spectrum (rad/s of eigenvalues)",
+        help="highest frequency in Hz of a Campbell diagram or spectrum (rad/s of eigenvalues, order of an ordermap)",
     )
     result.add_argument(
         "--period", metavar="S", type=_period, help="period in s of a Poincare section or of an orbit's marks"
