@@ -3,6 +3,7 @@
 import ast
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -32,6 +33,20 @@ def run(*words):
     return done.stdout
 
 
+def check_manual_pages(prefix):
+    """Each program has one that says what it is, and that troff reads without a warning."""
+    pages = {page.stem: page for page in (prefix / "share" / "man" / "man1").iterdir()}
+    assert set(pages) == {path.name for path in (prefix / "bin").glob("razy-*")}
+    for name, page in pages.items():
+        text = page.read_text()
+        assert f"\n.SH NAME\n{name} - ".replace("-", "\\-") in text and "\\-\\-help" in text
+        if shutil.which("groff"):
+            words = ["groff", "-man", "-ww", "-K", "utf8", "-T", "utf8", page]
+            done = subprocess.run(words, capture_output=True, text=True, check=True)
+            assert not done.stderr
+            assert "--version" in done.stdout.replace("\u2010", "-")
+
+
 def test_install_and_use(folder):
     cmake = os.environ["RAZY_CMAKE"]
     prefix, consumer = folder / "prefix", folder / "consumer"
@@ -44,6 +59,7 @@ def test_install_and_use(folder):
             [prefix / "bin" / tool, "--version"], capture_output=True, text=True, env=with_tools, check=True
         )
         assert said.stdout.startswith(tool)
+    check_manual_pages(prefix)
     python = prefix / "share" / "razy" / "python"
     code = f"import razy; print(razy.run({str(GEAR_PAIR)!r}).program, razy.programs.find_program('razy-run'))"
     alone = os.environ | {"PYTHONPATH": str(python), "PATH": ""}
