@@ -28,7 +28,7 @@ module razy_core_tone
    contains
       procedure :: is_swept
       procedure :: phasor
-      procedure :: look
+      procedure :: swept
    end type tone_t
 
    real(wp), parameter :: two_pi = 6.283185307179586476925_wp
@@ -91,31 +91,22 @@ contains
       end do
    end function rate_of
 
-   !> E, dE/dt and d²E/dt² of the tone at `time`, s, where e^{iφ} is `turn`.
-   pure subroutine look(self, time, turn, phasor, rate, bend)
+   !> E, dE/dt and d²E/dt² of a swept tone at `time`, s, where e^{iφ} is `turn`.
+   pure function swept(self, time, turn) result(phasor)
       class(tone_t), intent(in) :: self
       real(wp), intent(in) :: time
       complex(wp), intent(in) :: turn
-      complex(wp), intent(out) :: phasor, rate, bend
+      complex(wp) :: phasor(0:2)
 
       complex(wp) :: derivative(0:4)
       real(wp) :: change, omega
 
-      if (.not. self%is_swept()) then
-         phasor = turn
-         rate = self%omega*cmplx(-turn%im, turn%re, wp)
-         bend = -self%omega**2*turn
-         return
-      end if
       omega = two_pi*(self%hertz + self%sweep*time)
       change = two_pi*self%sweep
       derivative = turn*[(1.0_wp, 0.0_wp), cmplx(0.0_wp, omega, wp), cmplx(-omega**2, change, wp), &
                          cmplx(-3*omega*change, -omega**3, wp), cmplx(omega**4 - 3*change**2, -6*omega**2*change, wp)]
-      derivative = derivative/self%omega**self%derivative
-      phasor = derivative(self%derivative)
-      rate = derivative(self%derivative + 1)
-      bend = derivative(self%derivative + 2)
-   end subroutine look
+      phasor = derivative(self%derivative:self%derivative + 2)/self%omega**self%derivative
+   end function swept
 
    !> Cosine and sine of φ, 2 pi f t without sweep, at the time `time + time_low`, s, right to rounding however many turns that is.
    pure subroutine phasor(self, time, time_low, cosine, sine)

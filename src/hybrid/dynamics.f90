@@ -72,7 +72,7 @@ contains
 
       associate (gap => system%gap(j))
          self%s(j) = gap%value(z, self%excitation%phasor)
-         self%rate(j) = gap%rate(z(system%m + 1:), self%excitation%rate) + system%machine%contact(j)%drive
+         self%rate(j) = gap%rate(z(system%m + 1:), self%excitation%rates(system%machine%tone, 1)) + system%machine%contact(j)%drive
       end associate
    end subroutine look_at_contact
 
@@ -84,7 +84,7 @@ contains
 
       integer :: j
 
-      call self%excitation%look(tau)
+      call self%excitation%look(system%machine%tone, tau)
       do j = 1, size(self%s)
          call self%look_at_contact(system, j, z)
       end do
@@ -144,7 +144,7 @@ contains
       do i = 1, system%m
          rate = rate + system%w(i, j)*a(i)
       end do
-      associate (error => system%gap(j)%error, bend => self%excitation%bend)
+      associate (error => system%gap(j)%error, bend => self%excitation%rates(system%machine%tone, 2))
          do t = 1, size(system%omega)
             rate = rate + (error(t)%re*bend(t)%re - error(t)%im*bend(t)%im)
          end do
@@ -162,7 +162,7 @@ contains
       real(wp) :: unused_1, unused_2
       integer :: i, j, k
 
-      call self%excitation%look(tau)
+      call self%excitation%look(system%machine%tone, tau)
       call self%free_acceleration(system, z, a)
       self%force = 0.0_wp
       do k = 1, self%mode%acts
@@ -317,7 +317,7 @@ contains
 
       associate (constraints => self%mode%constraints, m => system%m)
          if (constraints%count == 0) return
-         call self%excitation%look(tau)
+         call self%excitation%look(system%machine%tone, tau)
          do i = 1, constraints%count
             j = constraints%contact(i)
             call self%look_at_contact(system, j, z)

@@ -99,7 +99,7 @@ contains
          call self%accelerate(system, tau, z, dz(m + 1:))
          return
       end if
-      call self%dynamics%excitation%look(tau)
+      call self%dynamics%excitation%look(system%machine%tone, tau)
       associate (phasor => self%dynamics%excitation%phasor)
          tones = size(phasor)
          call affine_part(m, tones, self%matrix, self%load, self%harmonic, phasor, z, dz)

@@ -1,13 +1,14 @@
 """The installed package: programs, and a library that another CMake project finds."""
 
-import ast
 import os
 import re
 import shutil
 import subprocess
 import sys
 import tomllib
+import types
 from pathlib import Path
+from unittest.mock import patch
 
 import h5py
 from programs import BUILD, GEAR_PAIR, PATIENCE, SOURCE, datasets
@@ -88,6 +89,22 @@ def test_install_and_use(folder):
     assert printed == f"ok: {int.from_bytes(theirs['outcome/events'][2], 'little')} events until .300 s\n"
 
 
+def spack_needs(recipe):
+    """What a recipe depends on, read by a stand-in for Spack, which also asks for the options of CMake."""
+    needs, package, builtin = set(), types.ModuleType("spack.package"), types.ModuleType("cmake")
+    package.version = package.conflicts = lambda *_words, **_more: None
+    package.depends_on = lambda spec, **_more: needs.add(re.split("[@+]", spec)[0])
+    builtin.CMakePackage = type("CMakePackage", (), {"define": lambda _self, name, value: f"-D{name}={value}"})
+    modules = {"spack.package": package, "spack_repo.builtin.build_systems.cmake": builtin}
+    for name in ("spack", "spack_repo", "spack_repo.builtin", "spack_repo.builtin.build_systems"):
+        modules[name] = types.ModuleType(name)
+    with patch.dict(sys.modules, modules):
+        scope = {"__name__": "package"}
+        exec(compile(recipe, "package.py", "exec"), scope)
+        assert scope["Razy"]().cmake_args() == ["-DRAZY_TESTS=False"]
+    return needs
+
+
 def test_recipes_ask_for_what_setup_and_python_ask_for():
     recipes = SOURCE / "docs" / "packaging"
     wanted = set()
@@ -99,7 +116,7 @@ def test_recipes_ask_for_what_setup_and_python_ask_for():
     project = tomllib.loads((SOURCE / "post" / "pyproject.toml").read_text())["project"]
     python = {re.split("[<>=]", name)[0] for name in project["dependencies"]}
     spack, conda = (recipes / "spack" / "package.py").read_text(), (recipes / "conda" / "meta.yaml").read_text()
-    ast.parse(spack)
+    assert {"mpi", "hdf5", "lapack", "blas", "arpack-ng"} <= spack_needs(spack)
     for name in python:
         assert f'"{name}"' in spack and re.search(rf"- {name}(-base)?\n", conda), name
     assert f'version: "{os.environ["RAZY_VERSION"]}"' in conda
