@@ -81,13 +81,13 @@ contains
       complex(wp), intent(in) :: coefficient(:)
       complex(wp) :: rate(size(tone))
 
+      complex(wp) :: before(size(tone))
       integer :: t
 
       rate = cmplx(0.0_wp, tone%omega, wp)*coefficient
-      do t = size(tone), 1, -1
-         if (.not. tone(t)%is_swept()) cycle
-         rate(t) = (0.0_wp, 0.0_wp)
-         if (tone(t)%derivative > 0) rate(t) = tone(t)%omega*coefficient(t - 1)
+      before = eoshift(coefficient, -1)
+      do t = 1, size(tone)
+         if (tone(t)%is_swept()) rate(t) = merge(tone(t)%omega, 0.0_wp, tone(t)%derivative > 0)*before(t)
       end do
    end function rate_of
 

@@ -117,11 +117,13 @@ contains
 
       type(harmonics_t) :: harmonics
       integer :: i, meshes, n
+      logical :: sweeps
 
       call renew_model(self, input, error)
       if (.not. allocated(error)) call check_tables(self%model%rotor, input, "rotation", "speed_rpm", error)
       if (allocated(error)) return
-      if (size(self%reduced%tabled) > 0 .and. accelerates(input)) then
+      sweeps = accelerates(input)
+      if (sweeps .and. size(self%reduced%tabled) > 0) then
          call input%complain(error, "rotation", 1, "acceleration_rpm_per_s", "0 with a bearing that has a table of coefficients")
          return
       end if
@@ -221,7 +223,7 @@ contains
       type(reduced_t), intent(in) :: reduced
       type(input_t), intent(in) :: input
 
-      logical :: circulatory, gyroscopic
+      logical :: circulatory, gyroscopic, sweeps
       real(wp) :: speed
 
       machine%mass = symmetric_part(reduced%mass)
@@ -237,7 +239,8 @@ contains
       speed = speed*pi/30
       if (gyroscopic) machine%damping = machine%damping + speed*0.5_wp*(reduced%gyroscopic - transpose(reduced%gyroscopic))
       if (circulatory) machine%stiffness = machine%stiffness + speed*reduced%circulatory
-      if ((gyroscopic .or. circulatory) .and. accelerates(input)) then
+      sweeps = accelerates(input)
+      if (sweeps .and. (gyroscopic .or. circulatory)) then
          machine%gyroscopic = merge(0.5_wp, 0.0_wp, gyroscopic)*(reduced%gyroscopic - transpose(reduced%gyroscopic))
          machine%circulatory = merge(1.0_wp, 0.0_wp, circulatory)*reduced%circulatory
       end if
