@@ -194,7 +194,7 @@ contains
       character(*), intent(in) :: name
 
       do group_at = 1, size(schema)
-         if (schema(group_at)%name == name) return
+         if (same(schema(group_at)%name, name)) return
       end do
       group_at = 0
    end function group_at
@@ -205,9 +205,20 @@ contains
       character(*), intent(in) :: name
 
       do key_at = 1, size(spec%keys)
-         if (spec%keys(key_at)%name == name) return
+         if (same(spec%keys(key_at)%name, name)) return
       end do
       key_at = 0
    end function key_at
+
+   !> Whether two names are equal. Most differ in the first letter, which costs no call.
+   pure logical function same(first, second)
+      character(*), intent(in) :: first, second
+
+      same = .false.
+      if (min(len(first), len(second)) > 0) then
+         if (first(1:1) /= second(1:1)) return
+      end if
+      same = first == second
+   end function same
 
 end module razy_input_schema
