@@ -6,12 +6,12 @@ module razy_scenes_harmonics
    use razy_core_kinds, only: qp, wp
    use razy_core_tone, only: tone_from_hertz, tone_t
    use razy_input_input, only: input_t
-   use razy_input_schema, only: group_at, key_real, key_spec_t, positive
+   use razy_input_schema, only: add_real, group_at, group_spec_t, positive
    use razy_machine_machine, only: machine_t
    implicit none(type, external)
    private
 
-   public :: add_harmonic, add_harmonics, find_tone, frequency_keys, harmonics_t, new_harmonics, read_frequency, take_harmonics
+   public :: add_frequency_keys, add_harmonic, add_harmonics, find_tone, harmonics_t, new_harmonics, read_frequency, take_harmonics
 
    !> The tones met so far, and the phasors on rows (forces or contact errors) that belong to each.
    type :: harmonics_t
@@ -107,20 +107,18 @@ contains
       end do
    end subroutine take_harmonics
 
-   !> The keys that give a frequency, of `what`; `orders`: the scene has a mean speed.
-   function frequency_keys(prefix, what, orders) result(specs)
+   !> Add the keys that give a frequency, of `what`; `orders`: the scene has a mean speed.
+   subroutine add_frequency_keys(schema, prefix, what, orders)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: prefix, what
       logical, intent(in) :: orders
-      type(key_spec_t), allocatable :: specs(:)
-
-      specs = [ &
-              key_real(prefix//"frequency", "frequency of "//what, unit="Hz", rule=positive), &
-              key_real(prefix//"angular_frequency", "frequency of "//what//", instead of "//prefix//"frequency", unit="rad/s", &
-                       rule=positive), &
-              key_real(prefix//"order", "frequency in multiples of the speed of &rotation, instead of "//prefix//"frequency", &
-                       rule=positive)]
-      if (.not. orders) specs = specs(:2)
-   end function frequency_keys
+      call add_real(schema, prefix//"frequency", "frequency of "//what, unit="Hz", rule=positive)
+      call add_real(schema, prefix//"angular_frequency", "frequency of "//what//", instead of "//prefix//"frequency", &
+                    unit="rad/s", rule=positive)
+      if (.not. orders) return
+      call add_real(schema, prefix//"order", "frequency in multiples of the speed of &rotation, instead of "//prefix//"frequency", &
+                    rule=positive)
+   end subroutine add_frequency_keys
 
    !> The frequency of `group` number i, Hz, from the one of three keys (after `prefix`) that gives it.
    subroutine read_frequency(hertz, input, group, i, prefix, needed, error)

@@ -31,7 +31,8 @@ module razy_scenes_rotor_scene
 
    !> The scene; it keeps the model of the machine that was built last.
    type, extends(scene_t) :: rotor_scene_t
-      type(rotor_model_t) :: model
+      !> Allocatable: of components of one type below a polymorphic object gfortran 12 frees only the first.
+      type(rotor_model_t), allocatable :: model
       type(reduced_t) :: reduced
       !> Speeds of the shafts over that of `&rotation`.
       real(qp), allocatable, private :: ratio(:)
@@ -64,6 +65,7 @@ contains
       type(rotor_t) :: rotor
 
       call read_parts(rotor, self%ratio, input, error)
+      if (.not. allocated(self%model)) allocate (self%model)
       if (.not. allocated(error)) call new_rotor_model(self%model, rotor, error)
       if (allocated(error)) return
       if (self%model%numbering%n == 0) call input%complain(error, "support", 1, "held", "not all coordinates there are")
