@@ -127,6 +127,10 @@ contains
                              "Runge-Kutta method with treatment='event'")
          return
       end if
+      if (motion%lyapunov > 0 .and. abs(machine%acceleration) > 0.0_wp) then
+         call input%complain(error, "motion", 1, "lyapunov", "0 where &rotation has an acceleration_rpm_per_s")
+         return
+      end if
       do i = 1, size(records)
          if (records(i)%from < motion%t_end) cycle
          call input%complain(error, "record", i, "from", "less than the end of the motion, &motion t_end")

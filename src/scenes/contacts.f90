@@ -8,7 +8,7 @@ module razy_scenes_contacts
    use razy_input_schema, only: add_real, add_string, group_spec_t, nonnegative
    use razy_machine_machine, only: contact_t, machine_t
    use razy_scenes_gap_laws, only: read_gap_law
-   use razy_scenes_harmonics, only: add_harmonic, harmonics_t, read_frequency
+   use razy_scenes_harmonics, only: add_harmonic, frequency_t, harmonics_t, read_frequency
    use razy_scenes_scene, only: scene_t, site_t
    implicit none(type, external)
    private
@@ -80,7 +80,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp) :: amplitude, clearance, factor, phase
-      real(qp) :: hertz
+      type(frequency_t) :: frequency
 
       call input%get("stop", i, "clearance", clearance)
       if (all(site%sides) .and. clearance < 0.0_wp) then
@@ -96,10 +96,11 @@ contains
       if (input%given("stop", i, "motion_amplitude")) call input%get("stop", i, "motion_amplitude", amplitude)
       if (input%given("stop", i, "motion_phase")) call input%get("stop", i, "motion_phase", phase)
       call read_gap_law(contact%law, input, "stop", i, site%sides, [-clearance, clearance], site%turns, factor, error)
-      if (.not. allocated(error)) call read_frequency(hertz, input, "stop", i, "motion_", abs(amplitude) > 0.0_wp, error)
+      if (allocated(error)) return
+      call read_frequency(frequency, harmonics, input, "stop", i, "motion_", abs(amplitude) > 0.0_wp, error)
       if (allocated(error)) return
       phase = phase*pi/180
-      call add_harmonic(harmonics, row, hertz, -amplitude*sin(phase), -amplitude*cos(phase))
+      call add_harmonic(harmonics, row, frequency, -amplitude*sin(phase), -amplitude*cos(phase))
    end subroutine read_stop
 
    !> Law, normal force and belt of `&friction` number i. `stops` are the contacts that may give a normal force; `normal_of` and

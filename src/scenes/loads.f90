@@ -1,11 +1,11 @@
 !! Loads on the coordinates of a machine, for every kind of scene: &load.
 module razy_scenes_loads
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: pi, qp, wp
+   use razy_core_kinds, only: pi, wp
    use razy_input_input, only: input_t
    use razy_input_schema, only: add_real, add_string, group_spec_t
    use razy_machine_machine, only: machine_t
-   use razy_scenes_harmonics, only: add_frequency_keys, add_harmonics, harmonics_t, read_frequency
+   use razy_scenes_harmonics, only: add_frequency_keys, add_harmonics, frequency_t, harmonics_t, read_frequency
    use razy_scenes_scene, only: coordinate_t, scene_t
    implicit none(type, external)
    private
@@ -38,7 +38,7 @@ contains
 
       type(coordinate_t) :: on
       real(wp) :: amplitude, phase, unbalance, value
-      real(qp) :: hertz
+      type(frequency_t) :: frequency
       integer :: i
 
       do i = 1, input%count("load")
@@ -48,12 +48,12 @@ contains
          call input%get("load", i, "amplitude", amplitude)
          call input%get("load", i, "unbalance", unbalance)
          call input%get("load", i, "phase", phase)
-         call read_frequency(hertz, input, "load", i, "", max(abs(amplitude), abs(unbalance)) > 0.0_wp, error)
+         call read_frequency(frequency, harmonics, input, "load", i, "", max(abs(amplitude), abs(unbalance)) > 0.0_wp, error)
          if (allocated(error)) return
-         amplitude = amplitude + unbalance*(2*pi*real(hertz, wp))**2
          phase = phase*pi/180
          machine%load = machine%load + value*on%row
-         call add_harmonics(harmonics, hertz, amplitude*sin(phase)*on%row, amplitude*cos(phase)*on%row)
+         call add_harmonics(harmonics, frequency, amplitude*sin(phase)*on%row, amplitude*cos(phase)*on%row)
+         call add_harmonics(harmonics, frequency, unbalance*sin(phase)*on%row, unbalance*cos(phase)*on%row, unbalance=.true.)
       end do
    end subroutine add_loads
 

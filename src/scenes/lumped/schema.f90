@@ -5,7 +5,7 @@ module razy_scenes_lumped_schema
    use razy_scenes_contacts, only: add_friction_keys
    use razy_scenes_gap_laws, only: add_gap_law_keys
    use razy_scenes_gears, only: add_gear_keys
-   use razy_scenes_harmonics, only: add_frequency_keys
+   use razy_scenes_harmonics, only: add_acceleration_key, add_frequency_keys
    use razy_scenes_loads, only: add_load_keys
    use razy_scenes_start, only: add_initial_keys
    implicit none(type, external)
@@ -71,6 +71,7 @@ contains
       call add_load_keys(schema, "name of the body", orders=.true.)
       call add_group(schema, "rotation", "The mean speed of the machine")
       call add_real(schema, "speed_rpm", "mean speed", unit="rpm", required=.true.)
+      call add_acceleration_key(schema)
       call add_string(schema, "of", "name of the inertia that has this speed", required=.true.)
       call add_group(schema, "initial", "State of a body at the start, for start='given'; bodies not named start with zero", &
                      repeatable=.true.)

@@ -5,6 +5,7 @@ module razy_scenes_rotor_schema
                                 positive
    use razy_scenes_common_schema, only: add_common_groups
    use razy_scenes_gears, only: add_gear_keys
+   use razy_scenes_harmonics, only: add_acceleration_key
    use razy_scenes_loads, only: add_load_keys
    use razy_scenes_rotor_stops, only: add_rotor_stop_groups
    use razy_scenes_start, only: add_initial_keys
@@ -157,6 +158,7 @@ contains
       call add_real(schema, "angle", "angle at time 0 from y towards z", unit="deg", default="0.0")
       call add_group(schema, "rotation", "The mean speed, and what it brings")
       call add_real(schema, "speed_rpm", "mean speed about +x", unit="rpm", required=.true.)
+      call add_acceleration_key(schema)
       call add_string(schema, "of", "name of the shaft that has this speed; the first one if left out")
       call add_logical(schema, "gyroscopic", "whether gyroscopic moments act", default=".true.")
       call add_logical(schema, "circulatory", "whether internal damping turns with the shaft, which adds the circulatory matrix", &

@@ -76,7 +76,7 @@ contains
 
       type(ends_t) :: between
       real(wp), allocatable :: given(:)
-      real(wp) :: across, direction(3), radius(2), speed
+      real(wp) :: acceleration, across, direction(3), radius(2), speed
       integer :: end
 
       direction = 0.0_wp
@@ -104,12 +104,15 @@ contains
       if (.not. allocated(error)) call find_row(site%w, model, basis, input, group, i, between, direction, -radius, error)
       if (allocated(error) .or. input%count("rotation") == 0) return
       call input%get("rotation", 1, "speed_rpm", speed)
+      call input%get("rotation", 1, "acceleration_rpm_per_s", acceleration)
       do end = 1, 2
          if (between%shaft(end) == 0 .or. .not. abs(radius(end)) > 0.0_wp) cycle
          if (.not. abs(ratio(between%shaft(end))) > 0.0_qp) then
             call input%complain(error, group, i, "radius", "0 on a shaft whose speed is not known from teeth or speed_ratio")
-            return
+         else if (abs(acceleration) > 0.0_wp) then
+            call input%complain(error, group, i, "radius", "0 on a shaft that turns where &rotation has an acceleration_rpm_per_s")
          end if
+         if (allocated(error)) return
          site%drive = site%drive - radius(end)*real(ratio(between%shaft(end)), wp)*speed*pi/30
       end do
    end subroutine find_rotor_site
