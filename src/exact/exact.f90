@@ -546,7 +546,7 @@ contains
       call lay_out(self, tau)
       associate (touching => self%system%machine%contact(j), gap => self%system%gap(j), solution => self%solutions%of(self%now))
          s = gap%value(self%z_looked, self%phasor)
-         rate = gap%rate(self%z_looked(self%system%m + 1:), cmplx(0.0_wp, self%system%omega, wp)*self%phasor) + touching%drive
+         rate = gap%rate(self%z_looked(self%system%m + 1:)) - sum(self%system%omega*aimag(gap%error*self%phasor)) + touching%drive
          if (self%system%constrained) then
             force = value_of(solution%force, solution%response, self%looker, j, 0)
          else

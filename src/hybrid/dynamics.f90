@@ -72,7 +72,8 @@ contains
 
       associate (gap => system%gap(j))
          self%s(j) = gap%value(z, self%excitation%phasor)
-         self%rate(j) = gap%rate(z(system%m + 1:), self%excitation%rates(system%machine%tone, 1)) + system%machine%contact(j)%drive
+         self%rate(j) = gap%rate(z(system%m + 1:)) + self%excitation%rate(system%machine%tone, gap%error, 1) &
+                        + system%machine%contact(j)%drive
       end associate
    end subroutine look_at_contact
 
@@ -138,17 +139,13 @@ contains
       real(wp), intent(in) :: a(:)
       real(wp) :: rate
 
-      integer :: i, t
+      integer :: i
 
       rate = 0.0_wp
       do i = 1, system%m
          rate = rate + system%w(i, j)*a(i)
       end do
-      associate (error => system%gap(j)%error, bend => self%excitation%rates(system%machine%tone, 2))
-         do t = 1, size(system%omega)
-            rate = rate + (error(t)%re*bend(t)%re - error(t)%im*bend(t)%im)
-         end do
-      end associate
+      rate = rate + self%excitation%rate(system%machine%tone, system%gap(j)%error, 2)
    end function second_rate
 
    !> y'' (m) at (tau, z); leaves s, s' and forces of the contacts that act, and the forces of constraints. It is no number

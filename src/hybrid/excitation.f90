@@ -15,7 +15,7 @@ module razy_hybrid_excitation
    contains
       procedure :: begin
       procedure :: look
-      procedure :: rates
+      procedure :: rate
       procedure :: now
    end type excitation_t
 
@@ -66,27 +66,31 @@ contains
       end do
    end subroutine look
 
-   !> The derivatives by time of the phasors (tones) at the time looked at last: the first, 1/s, or the second, 1/s².
-   pure function rates(self, tone, derivative)
+   !> The first or second derivative by time of Re Σ_t c_t E_t (tones) at the time looked at last.
+   pure function rate(self, tone, coefficient, derivative)
       class(excitation_t), intent(in) :: self
       type(tone_t), intent(in) :: tone(:)
+      complex(wp), intent(in) :: coefficient(:)
       integer, intent(in) :: derivative
-      complex(wp) :: rates(size(tone))
+      real(wp) :: rate
 
       complex(wp) :: phasor(0:2)
       integer :: t
 
+      rate = 0.0_wp
       do t = 1, size(tone)
-         if (tone(t)%is_swept()) then
-            phasor = swept_phasors(self, tone(t), t)
-            rates(t) = phasor(derivative)
-         else if (derivative == 1) then
-            rates(t) = tone(t)%omega*cmplx(-self%phasor(t)%im, self%phasor(t)%re, wp)
-         else
-            rates(t) = -tone(t)%omega**2*self%phasor(t)
-         end if
+         associate (c => coefficient(t), e => self%phasor(t), omega => tone(t)%omega)
+            if (tone(t)%is_swept()) then
+               phasor = swept_phasors(self, tone(t), t)
+               rate = rate + real(c*phasor(derivative), wp)
+            else if (derivative == 1) then
+               rate = rate - omega*(c%re*e%im + c%im*e%re)
+            else
+               rate = rate - omega**2*(c%re*e%re - c%im*e%im)
+            end if
+         end associate
       end do
-   end function rates
+   end function rate
 
    !> E of the swept tone number t at the time looked at last, and its first and second derivative.
    pure function swept_phasors(self, tone, t) result(phasor)

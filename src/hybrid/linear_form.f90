@@ -85,14 +85,13 @@ contains
       end do
    end function value
 
-   !> df/dt at the rates `dz` = (y', y'') and those of the phasors, 1/s (tones); of a form without b only y' is used.
-   pure function rate(self, dz, turning) result(g)
+   !> df/dt at the rates `dz` = (y', y''), without the part of the tones; of a form without b only y' is used.
+   pure function rate(self, dz) result(g)
       class(linear_form_t), intent(in) :: self
       real(wp), intent(in) :: dz(:)
-      complex(wp), intent(in) :: turning(:)
       real(wp) :: g
 
-      integer :: i, m, t
+      integer :: i, m
 
       m = size(self%on_y)
       g = 0.0_wp
@@ -104,9 +103,6 @@ contains
             g = g + self%on_v(i)*dz(m + i)
          end do
       end if
-      do t = 1, size(turning)
-         g = g + (self%error(t)%re*turning(t)%re - self%error(t)%im*turning(t)%im)
-      end do
    end function rate
 
    !> Sum of the moduli of the terms of f at z; its rounding is some epsilon of that.

@@ -334,7 +334,7 @@ contains
             call self%path(j)%look(theta, s, s_rate)
             s = s + system%gap(j)%constant + sum(real(system%gap(j)%error*excitation%phasor))
             s_rate = s_rate + system%machine%contact(j)%drive &
-                     + sum(real(system%gap(j)%error*excitation%rates(system%machine%tone, 1)))
+                     + excitation%rate(system%machine%tone, system%gap(j)%error, 1)
             associate (guard => guards%entry(i))
                g(i) = guard%side*(guard%alpha*s + guard%gamma - guard%bound)
                rate(i) = guard%side*guard%alpha*s_rate

@@ -138,7 +138,7 @@ contains
             call force_rate(system, rhs, observable%contact, tau, self%z, dz(m + 1:), 1.0e-5_wp*self%h, rate, noise)
          else
             call rhs%dynamics%excitation%look(system%machine%tone, tau)
-            rate = sum_of%rate(dz, rhs%dynamics%excitation%rates(system%machine%tone, 1))
+            rate = sum_of%rate(dz) + rhs%dynamics%excitation%rate(system%machine%tone, sum_of%error, 1)
             noise = sum_of%size_of_rate(dz, system%omega)
          end if
       end associate
@@ -294,7 +294,7 @@ contains
       noise = self%noise
       call rhs%dynamics%excitation%look(system%machine%tone, tau)
       call self%path%look(tau/self%h, rate, unused)
-      rate = rate + sum(real(system%observed(form)%error*rhs%dynamics%excitation%rates(system%machine%tone, 1)))
+      rate = rate + rhs%dynamics%excitation%rate(system%machine%tone, system%observed(form)%error, 1)
    end subroutine look_at_rate
 
    !> Whether observable `form`, a sum of displacements, moves in `direction` through all of the step, by its rates and
@@ -325,8 +325,8 @@ contains
          integer, intent(in) :: i
 
          associate (sum_of => system%observed(form), excitation => rhs%dynamics%excitation)
-            rate(i) = sum_of%rate(v, excitation%rates(system%machine%tone, 1))
-            bend(i) = dot_product(sum_of%on_y, a) + sum(real(sum_of%error*excitation%rates(system%machine%tone, 2)))
+            rate(i) = sum_of%rate(v) + excitation%rate(system%machine%tone, sum_of%error, 1)
+            bend(i) = dot_product(sum_of%on_y, a) + excitation%rate(system%machine%tone, sum_of%error, 2)
             total(i) = sum_of%size_of_rate(v, system%omega)
          end associate
       end subroutine look_at_end
