@@ -28,6 +28,8 @@ module razy_sweep_protocol
       !> Results are sent when they fill so many 64-bit words or when the last were sent so long ago [s].
       integer(i8) :: packet_words = 4096
       real(wp) :: send_interval = 0.1_wp
+      !> Time after which rank 0 settles what it computed itself, and, if it only manages, what it received [s].
+      real(wp) :: settle_interval = 0.02_wp
       !> Least time between two calls of `progress` [s].
       real(wp) :: progress_interval = 0.1_wp
    end type sweep_options_t

@@ -26,8 +26,9 @@ module sample_task
    type, extends(collector_t) :: sample_collector_t
       !> `collect` fails at this point; if it is negative, `settle` fails after so many. 0: nothing fails.
       integer(i8) :: fails_at = 0
-      !> What `settle` saw last: rows collected.
+      !> What `settle` saw last: rows collected; how often it was called.
       integer(i8) :: settled = 0
+      integer :: settlings = 0
       !> What was collected (points): how often, link of its chain, sums over the bits of the rows, last real.
       integer(i8), allocatable :: times(:), link(:), sums(:)
       real(wp), allocatable :: last(:)
@@ -126,12 +127,13 @@ contains
       end associate
    end subroutine collect
 
-   !> Note how many rows had been collected.
+   !> Note how many rows had been collected, and that it was asked.
    subroutine settle(self, error)
       class(sample_collector_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
 
       self%settled = sum(self%times)
+      self%settlings = self%settlings + 1
       if (self%fails_at < 0 .and. self%settled >= -self%fails_at) call raise(error, "the disk is full")
    end subroutine settle
 
