@@ -192,7 +192,7 @@ contains
                manager%stopping = .true.
                call stop_all(manager, error)
             end if
-            if (.not. allocated(error)) call send_chunk(manager, incoming%source, error)
+            if (.not. allocated(error)) call send_chunk(manager, incoming%source, transfer(incoming%packet%words(2), 0.0_wp), error)
          case (tag_results)
             call collect(manager, collector, incoming%packet)
          case (tag_tally)
@@ -205,16 +205,17 @@ contains
       end associate
    end subroutine answer
 
-   !> Hand out the next chunk to a rank; an empty one if no points are left.
-   subroutine send_chunk(manager, rank, error)
+   !> Hand out the next chunk to a rank, to which a unit took `unit_time` [s]; an empty one if no points are left.
+   subroutine send_chunk(manager, rank, unit_time, error)
       type(manager_t), intent(inout), asynchronous :: manager
       integer, intent(in) :: rank
+      real(wp), intent(in) :: unit_time
       type(error_t), allocatable, intent(out) :: error
       integer(i8) :: count
 
       call manager%replies(rank)%wait(error)
       if (allocated(error)) return
-      count = chunk_size(manager%n_units - manager%next + 1, manager%communicator%size, manager%options)
+      count = chunk_size(manager%n_units - manager%next + 1, manager%communicator%size, unit_time, manager%options)
       call manager%replies(rank)%packet%set([manager%next, count])
       manager%next = manager%next + count
       call manager%replies(rank)%post(manager%communicator, rank, tag_chunk, error)

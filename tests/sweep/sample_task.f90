@@ -16,6 +16,8 @@ module sample_task
    type, extends(point_task) :: sample_task_t
       !> Mean number of operations of a point.
       integer(i8) :: operations = 1000
+      !> A point that takes some thousand times as many; 0: none.
+      integer(i8) :: slow = 0
       !> Reals in the longest row.
       integer(i8) :: longest = 10
    contains
@@ -71,7 +73,7 @@ contains
 
       mixed = modulo(point*69069_i8 + 12345_i8, 1009_i8)
       x = 0.1_wp + 0.8_wp*real(mixed, wp)/1009
-      do i = 1, self%operations*(1 + mod(mixed, 10_i8))/5
+      do i = 1, self%operations*merge(5000_i8, 1 + mod(mixed, 10_i8), point == self%slow)/5
          x = 3.9_wp*x*(1.0_wp - x)
       end do
       link = 1
