@@ -1,7 +1,7 @@
 !! What rank 0 and the other ranks of a sweep say to each other, and how much work is handed out at a time.
 !!
-!! To rank 0: a request for the next chunk (two words: 1 if this rank was asked to stop; time of a unit in its last chunk); rows of points (razy_sweep_packet);
-!! when all is done, a tally.
+!! To rank 0: a request for the next chunk (two words: 1 if this rank was asked to stop; time of a unit in its last chunk, s);
+!! rows of points (razy_sweep_packet); when all is done, a tally.
 !! From rank 0: a chunk, that is first unit and number of units (razy_sweep_units), where no units means that none are left; once,
 !! the word that it is over (no contents): in answer to the tally, or before, and then chunks that have come or come later are not
 !! computed.
