@@ -21,6 +21,23 @@ foreach(entry "csv razy_post.tools csv_main" "export razy_post.tools export_main
   list(GET entry 2 function)
   configure_file(${CMAKE_CURRENT_LIST_DIR}/program.py.in ${PROJECT_BINARY_DIR}/python/razy-${program} @ONLY)
   install(PROGRAMS ${PROJECT_BINARY_DIR}/python/razy-${program} DESTINATION ${CMAKE_INSTALL_BINDIR})
+  list(APPEND razy_tools "\${there}/${CMAKE_INSTALL_BINDIR}/razy-${program}")
 endforeach()
+set(razy_paged "")
+if(RAZY_PROGRAMS)
+  foreach(program duel follow modes run sweep tune)
+    list(APPEND razy_paged "\${there}/${CMAKE_INSTALL_BINDIR}/razy-${program}")
+  endforeach()
+endif()
+set(razy_asked python3)
+if(EXISTS "${RAZY_PYTHON}")
+  set(razy_asked ${RAZY_PYTHON})
+endif()
+# Programs built for other machines than this one cannot say what they are for.
+if(NOT CMAKE_CROSSCOMPILING)
+  install(CODE "set(there \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}\")
+    execute_process(COMMAND ${CMAKE_COMMAND} -D \"FOLDER=\${there}/${CMAKE_INSTALL_MANDIR}/man1\" -D VERSION=${PROJECT_VERSION}
+      -D PYTHON=${razy_asked} \"-DPROGRAMS=${razy_paged}\" \"-DTOOLS=${razy_tools}\" -P ${CMAKE_CURRENT_LIST_DIR}/man_pages.cmake)")
+endif()
 install(FILES ${PROJECT_BINARY_DIR}/razyConfig.cmake ${PROJECT_BINARY_DIR}/razyConfigVersion.cmake
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/razy)

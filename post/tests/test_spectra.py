@@ -7,9 +7,11 @@ from pictures import drawn, line
 from samples import BRANCHES, dataset, root, write_modes, write_run, write_sweep
 
 import razy
-from razy_post.plot import PlotNote
-from razy_post.plot.spectrum import spectrum
-from razy_post.read import ResultError
+from razy_post.plot import PlotNote, PlotOptions
+from razy_post.plot.sampled import Course
+from razy_post.plot.signals import signals
+from razy_post.plot.spectrum import order_map, spectrum
+from razy_post.read import ResultError, open_result
 
 SPEED = 3000.0
 
@@ -61,6 +63,32 @@ def test_spectrogram_shows_when_a_frequency_comes(tmp_path):
     loudest = middle[:, 0, 1][np.asarray(mesh.get_array()).argmax(axis=0)]
     at = middle[0, :, 0]
     assert np.all(np.abs(loudest[at < 0.9] - 100) < 6) and np.all(np.abs(loudest[at > 1.1] - 400) < 6)
+
+
+@pytest.mark.parametrize(("begin", "rate"), [(0.0, 40.0), (200.0, -40.0)])
+def test_order_map_has_orders_level_and_frequencies_falling(tmp_path, begin, rate):
+    """Orders 1 and 5, and 90 Hz, which at the speed n is the order 90 Hz/n."""
+    time = np.linspace(0.0, 5.0, 5001)
+    phase = begin * time + rate * time**2 / 2
+    path = write_motion(
+        tmp_path / "run.h5", time, d=2.0 * np.sin(phase) + np.cos(5 * phase) + 0.5 * np.sin(2 * np.pi * 90 * time)
+    )
+    with pytest.raises(ResultError, match="the speed does not change"):
+        drawn(path, kind="ordermap")
+    with h5py.File(path, "a") as file:
+        dataset(file, "rotation/time", np.array([0.0, 5.0]), "s", "time")
+        dataset(file, "rotation/speed", begin + rate * np.array([0.0, 5.0]), "rad/s", "speed")
+    with open_result(path) as result:
+        speed, order, amplitude = order_map(Course(result, signals(result, PlotOptions(), 1)[0], PlotOptions()), result)
+    assert np.all(np.diff(speed) * rate > 0) and order[1] == pytest.approx(1 / 6)
+    fast = speed > 1400.0
+    for one, size in ((1.0, 2.0), (5.0, 1.0)):
+        np.testing.assert_allclose(amplitude[:, np.argmin(np.abs(order - one))][fast], size, rtol=0.05)
+    between = (order > 1.5) & (order < 4.5)
+    row = np.argmin(np.abs(speed - 1800.0))
+    assert order[between][amplitude[row][between].argmax()] == pytest.approx(90 / (speed[row] / 60), abs=0.2)
+    axes, _ = drawn(path, kind="ordermap", top=6.0).axes
+    assert axes.get_xlabel() == "speed (rpm)" and axes.get_ylim() == (0.0, 6.0)
 
 
 def test_waterfall_over_the_speed_has_lines_of_orders(tmp_path):

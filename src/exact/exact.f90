@@ -15,6 +15,7 @@ module razy_exact_exact
    use razy_exact_solutions, only: solution_t, solutions_t
    use razy_hybrid_flow, only: ends_in_event, ends_open, flow_t
    use razy_hybrid_guards, only: guard_entry_t, of_force, of_press
+   use razy_linalg_blocks, only: moduli_of
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: glimpse_t, outcome_t, piece_t, status_no_contact_forces, status_no_modes, &
                                      status_ok, status_step_limit
@@ -190,8 +191,8 @@ contains
       type(exit_t) :: found
       real(wp) :: before(size(self%z))
 
-      before = self%z
       if (self%system%constrained) then
+         before = self%z
          call prepare_settled(self)
       else
          call prepare_crossed(self)
@@ -466,12 +467,12 @@ contains
       type(glimpse_t), intent(out) :: seen
 
       real(wp) :: rate
-      real(wp) :: modulus(self%solutions%of(self%now)%response%amplitudes)
+      real(wp) :: modulus(self%solutions%of(self%now)%response%filled)
       integer :: order
 
       call look_at(self, tau)
       associate (rows => self%solutions%of(self%now)%observed, response => self%solutions%of(self%now)%response)
-         modulus = sqrt(self%looker%re(:response%amplitudes)**2 + self%looker%im(:response%amplitudes)**2)
+         call moduli_of(response%filled, self%looker%x, modulus)
          seen%value = value_of(rows, response, self%looker, form, 0)
          seen%size = size_of(rows, response, self%looker, modulus, form, 0)
          do order = 1, 4
@@ -545,7 +546,7 @@ contains
       call lay_out(self, tau)
       associate (touching => self%system%machine%contact(j), gap => self%system%gap(j), solution => self%solutions%of(self%now))
          s = gap%value(self%z_looked, self%phasor)
-         rate = gap%rate(self%z_looked(self%system%m + 1:), self%phasor, self%system%omega) + touching%drive
+         rate = gap%rate(self%z_looked(self%system%m + 1:), cmplx(0.0_wp, self%system%omega, wp)*self%phasor) + touching%drive
          if (self%system%constrained) then
             force = value_of(solution%force, solution%response, self%looker, j, 0)
          else

@@ -322,7 +322,7 @@ contains
       associate (free => self%constrained%m - self%constrained%rank)
          fixed = norm2(form%on_y(:free)) <= negligible*norm2(form%on_y) &
                  .and. norm2(form%on_v(:free)) <= negligible*norm2(form%on_v) &
-                 .and. all(self%switching%size0(:, row) <= negligible*self%switching%longest_reach(row))
+                 .and. all(self%switching%moduli(:, 0, row) <= negligible*self%switching%longest_reach(row))
       end associate
    end function is_fixed
 

@@ -28,6 +28,7 @@ module razy_hybrid_dynamics
       procedure :: look_at_contact
       procedure :: look_at_contacts
       procedure :: free_acceleration
+      procedure :: speed_gained
       procedure :: second_rate
       procedure :: accelerate
       procedure :: normal_of
@@ -69,9 +70,9 @@ contains
       integer, intent(in) :: j
       real(wp), intent(in) :: z(:)
 
-      associate (gap => system%gap(j), phasor => self%excitation%phasor)
-         self%s(j) = gap%value(z, phasor)
-         self%rate(j) = gap%rate(z(system%m + 1:), phasor, system%omega) + system%machine%contact(j)%drive
+      associate (gap => system%gap(j))
+         self%s(j) = gap%value(z, self%excitation%phasor)
+         self%rate(j) = gap%rate(z(system%m + 1:), self%excitation%rates(system%machine%tone, 1)) + system%machine%contact(j)%drive
       end associate
    end subroutine look_at_contact
 
@@ -83,7 +84,7 @@ contains
 
       integer :: j
 
-      call self%excitation%look(system%omega, tau)
+      call self%excitation%look(system%machine%tone, tau)
       do j = 1, size(self%s)
          call self%look_at_contact(system, j, z)
       end do
@@ -116,7 +117,18 @@ contains
             end do
          end do
       end associate
+      if (.not. allocated(system%coupled%gyroscopic)) return
+      a = a - self%speed_gained(system)*(matmul(system%coupled%circulatory, z(:m)) + matmul(system%coupled%gyroscopic, z(m + 1:)))
    end subroutine free_acceleration
+
+   !> By what the speed is more than at time 0 at the time looked at last, rad/s.
+   pure function speed_gained(self, system) result(speed)
+      class(dynamics_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      real(wp) :: speed
+
+      speed = system%machine%acceleration*self%excitation%now()
+   end function speed_gained
 
    !> s'' of contact j at the acceleration a (m) and the time looked at last.
    pure function second_rate(self, system, j, a) result(rate)
@@ -132,9 +144,9 @@ contains
       do i = 1, system%m
          rate = rate + system%w(i, j)*a(i)
       end do
-      associate (error => system%gap(j)%error, phasor => self%excitation%phasor)
+      associate (error => system%gap(j)%error, bend => self%excitation%rates(system%machine%tone, 2))
          do t = 1, size(system%omega)
-            rate = rate - system%omega(t)**2*(error(t)%re*phasor(t)%re - error(t)%im*phasor(t)%im)
+            rate = rate + (error(t)%re*bend(t)%re - error(t)%im*bend(t)%im)
          end do
       end associate
    end function second_rate
@@ -150,7 +162,7 @@ contains
       real(wp) :: unused_1, unused_2
       integer :: i, j, k
 
-      call self%excitation%look(system%omega, tau)
+      call self%excitation%look(system%machine%tone, tau)
       call self%free_acceleration(system, z, a)
       self%force = 0.0_wp
       do k = 1, self%mode%acts
@@ -305,7 +317,7 @@ contains
 
       associate (constraints => self%mode%constraints, m => system%m)
          if (constraints%count == 0) return
-         call self%excitation%look(system%omega, tau)
+         call self%excitation%look(system%machine%tone, tau)
          do i = 1, constraints%count
             j = constraints%contact(i)
             call self%look_at_contact(system, j, z)

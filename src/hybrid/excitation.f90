@@ -1,20 +1,22 @@
 !! The excitation of a machine along a smooth piece of motion: the phasors of its tones, right to rounding at the start of the
 !! piece however long the motion has lasted (razy_core_tone), and turned from there to any time of it.
 module razy_hybrid_excitation
-   use razy_core_kinds, only: wp
+   use razy_core_kinds, only: pi, wp
    use razy_core_tone, only: tone_t
    implicit none(type, external)
    private
 
    public :: excitation_t
 
-   !> Phasors e^{iφ} (tones) at the start of the piece, and at the time `tau` looked at last, s after it.
+   !> e^{iφ} (tones) at the start of the piece, and the phasors E at the time `tau` looked at last, s after it.
    type :: excitation_t
       complex(wp), allocatable :: start(:), phasor(:)
-      real(wp), private :: tau = 0.0_wp
+      real(wp), private :: time = 0.0_wp, tau = 0.0_wp
    contains
       procedure :: begin
       procedure :: look
+      procedure :: rates
+      procedure :: now
    end type excitation_t
 
 contains
@@ -36,25 +38,75 @@ contains
          call tone(t)%phasor(time, time_low, cosine, sine)
          self%start(t) = cmplx(cosine, sine, wp)
       end do
+      self%time = time
       self%tau = -1.0_wp
    end subroutine begin
 
-   !> Look at the time `tau` of the piece; `omega` (tones), rad/s.
-   pure subroutine look(self, omega, tau)
+   !> Look at the time `tau` of the piece, whose tones are still these.
+   pure subroutine look(self, tone, tau)
       class(excitation_t), intent(inout) :: self
-      real(wp), intent(in) :: omega(:), tau
+      type(tone_t), intent(in) :: tone(:)
+      real(wp), intent(in) :: tau
 
+      complex(wp) :: phasor(0:2)
+      real(wp) :: angle
       integer :: t
 
       if (.not. abs(tau - self%tau) > 0.0_wp) return
       self%tau = tau
-      if (.not. abs(tau) > 0.0_wp) then
-         self%phasor(:) = self%start
-         return
-      end if
-      do t = 1, size(omega)
-         self%phasor(t) = self%start(t)*cmplx(cos(omega(t)*tau), sin(omega(t)*tau), wp)
+      if (.not. abs(tau) > 0.0_wp) self%phasor(:) = self%start
+      do t = 1, size(tone)
+         if (tone(t)%is_swept()) then
+            phasor = swept_phasors(self, tone(t), t)
+            self%phasor(t) = phasor(0)
+         else if (abs(tau) > 0.0_wp) then
+            angle = tone(t)%omega*tau
+            self%phasor(t) = self%start(t)*cmplx(cos(angle), sin(angle), wp)
+         end if
       end do
    end subroutine look
+
+   !> The derivatives by time of the phasors (tones) at the time looked at last: the first, 1/s, or the second, 1/s².
+   pure function rates(self, tone, derivative)
+      class(excitation_t), intent(in) :: self
+      type(tone_t), intent(in) :: tone(:)
+      integer, intent(in) :: derivative
+      complex(wp) :: rates(size(tone))
+
+      complex(wp) :: phasor(0:2)
+      integer :: t
+
+      do t = 1, size(tone)
+         if (tone(t)%is_swept()) then
+            phasor = swept_phasors(self, tone(t), t)
+            rates(t) = phasor(derivative)
+         else if (derivative == 1) then
+            rates(t) = tone(t)%omega*cmplx(-self%phasor(t)%im, self%phasor(t)%re, wp)
+         else
+            rates(t) = -tone(t)%omega**2*self%phasor(t)
+         end if
+      end do
+   end function rates
+
+   !> E of the swept tone number t at the time looked at last, and its first and second derivative.
+   pure function swept_phasors(self, tone, t) result(phasor)
+      type(excitation_t), intent(in) :: self
+      type(tone_t), intent(in) :: tone
+      integer, intent(in) :: t
+      complex(wp) :: phasor(0:2)
+
+      real(wp) :: angle
+
+      angle = 2*pi*(tone%hertz + tone%sweep*(self%time + 0.5_wp*self%tau))*self%tau
+      phasor = tone%swept(self%now(), self%start(t)*cmplx(cos(angle), sin(angle), wp))
+   end function swept_phasors
+
+   !> The time looked at last, s.
+   pure function now(self) result(time)
+      class(excitation_t), intent(in) :: self
+      real(wp) :: time
+
+      time = self%time + self%tau
+   end function now
 
 end module razy_hybrid_excitation

@@ -85,11 +85,11 @@ contains
       end do
    end function value
 
-   !> df/dt at the rates `dz` = (y', y''), the phasors and their frequencies (tones), rad/s; of a form without b only y' is used.
-   pure function rate(self, dz, phasor, omega) result(g)
+   !> df/dt at the rates `dz` = (y', y'') and those of the phasors, 1/s (tones); of a form without b only y' is used.
+   pure function rate(self, dz, turning) result(g)
       class(linear_form_t), intent(in) :: self
-      real(wp), intent(in) :: dz(:), omega(:)
-      complex(wp), intent(in) :: phasor(:)
+      real(wp), intent(in) :: dz(:)
+      complex(wp), intent(in) :: turning(:)
       real(wp) :: g
 
       integer :: i, m, t
@@ -104,8 +104,8 @@ contains
             g = g + self%on_v(i)*dz(m + i)
          end do
       end if
-      do t = 1, size(phasor)
-         g = g - omega(t)*(self%error(t)%re*phasor(t)%im + self%error(t)%im*phasor(t)%re)
+      do t = 1, size(turning)
+         g = g + (self%error(t)%re*turning(t)%re - self%error(t)%im*turning(t)%im)
       end do
    end function rate
 

@@ -7,6 +7,7 @@
 module razy_hybrid_system
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
+   use razy_core_tone, only: rate_of
    use razy_hybrid_linear_form, only: linear_form_t, new_form, zero_form
    use razy_linalg_pattern, only: find_profile
    use razy_machine_coupled, only: coupled_t, new_coupled
@@ -68,7 +69,12 @@ contains
             return
          end if
          self%m = self%coupled%m
-         call find_profile(self%coupled%stiffness, self%coupled%damping, self%first, self%last)
+         if (allocated(self%coupled%gyroscopic)) then
+            call find_profile(abs(self%coupled%stiffness) + abs(self%coupled%circulatory), &
+                              abs(self%coupled%damping) + abs(self%coupled%gyroscopic), self%first, self%last)
+         else
+            call find_profile(self%coupled%stiffness, self%coupled%damping, self%first, self%last)
+         end if
          if (allocated(self%w)) deallocate (self%w)
          allocate (self%w(self%m, size(machine%contact)))
          do j = 1, size(machine%contact)
@@ -99,7 +105,7 @@ contains
 
       associate (contact => self%machine%contact(j))
          form = new_form(alpha*self%w(:, j), beta*self%w(:, j), alpha*contact%offset + beta*contact%drive + gamma, &
-                         cmplx(alpha, self%omega*beta, wp)*contact%error)
+                         alpha*contact%error + beta*rate_of(self%machine%tone, contact%error))
       end associate
    end function contact_form
 

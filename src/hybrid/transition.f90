@@ -597,7 +597,7 @@ contains
             if (by == 0) cycle
             associate (law => system%machine%contact(by)%law, branch => dynamics%mode%branch(by))
                if (law%constraint(branch) .or. .not. law%piecewise_linear) cycle
-               call dynamics%excitation%look(system%omega, tau)
+               call dynamics%excitation%look(system%machine%tone, tau)
                call dynamics%look_at_contact(system, by, z)
                force = law%force(branch, dynamics%s(by), dynamics%rate(by), 0.0_wp)
                dynamics%mode%press(j) = merge(1, -1, force > 0.0_wp)

@@ -29,6 +29,8 @@ module razy_machine_coupled
       real(wp), allocatable :: to_coupled(:, :)
       !> B and K in these coordinates (m, m).
       real(wp), allocatable :: damping(:, :), stiffness(:, :)
+      !> By what these grow with the speed (m, m), where the machine has it.
+      real(wp), allocatable :: gyroscopic(:, :), circulatory(:, :)
    end type coupled_t
 
    real(wp), parameter :: dependent = 1.0e-13_wp
@@ -44,7 +46,7 @@ contains
       logical, intent(in) :: keep_all
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: factor(:, :), k(:, :), b(:, :), basis(:, :), felt(:, :), inverse(:, :)
+      real(wp), allocatable :: factor(:, :), k(:, :), b(:, :), c(:, :), g(:, :), basis(:, :), felt(:, :), inverse(:, :)
       integer :: i, info, n
 
       n = size(machine%mass, 1)
@@ -61,8 +63,15 @@ contains
       end do
       k = matmul(inverse, matmul(machine%stiffness, transpose(inverse)))
       b = matmul(inverse, matmul(machine%damping, transpose(inverse)))
+      if (allocated(machine%gyroscopic)) then
+         c = matmul(inverse, matmul(machine%circulatory, transpose(inverse)))
+         g = matmul(inverse, matmul(machine%gyroscopic, transpose(inverse)))
+      end if
       if (keep_all) then
          basis = identity(n)
+      else if (allocated(g)) then
+         ! At some speed all is coupled that ever is.
+         basis = felt_coordinates(abs(k) + abs(c), abs(b) + abs(g), matmul(inverse, directions(machine)))
       else
          felt = matmul(inverse, directions(machine))
          if (is_symmetric(k) .and. is_symmetric(b)) then
@@ -76,6 +85,9 @@ contains
       self%to_coupled = matmul(self%project, machine%mass)
       self%stiffness = matmul(transpose(basis), matmul(k, basis))
       self%damping = matmul(transpose(basis), matmul(b, basis))
+      if (.not. allocated(g)) return
+      self%gyroscopic = matmul(transpose(basis), matmul(g, basis))
+      self%circulatory = matmul(transpose(basis), matmul(c, basis))
    end subroutine new_coupled
 
    !> The linear forms that have to be followed: contact directions and observables, as columns.

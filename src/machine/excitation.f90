@@ -15,7 +15,8 @@ module razy_machine_excitation
 
 contains
 
-   !> Common period of the tones that act on the machine, s; 0 if there is none. A tone without amplitude does not count.
+   !> Common period of the tones that act on the machine, s; 0 if there is none or one is swept. A tone without amplitude
+   !> does not count.
    pure function period_of_loads(machine) result(period)
       type(machine_t), intent(in) :: machine
       real(wp) :: period
@@ -29,8 +30,10 @@ contains
             acts(t) = acts(t) .or. abs(machine%contact(j)%error(t)) > 0.0_wp .or. machine%contact(j)%mesh_tone == t
             if (allocated(machine%contact(j)%modulation)) acts(t) = acts(t) .or. abs(machine%contact(j)%modulation(t)) > 0.0_wp
          end do
-         acts(t) = acts(t) .and. machine%tone(t)%hertz > 0.0_wp
+         acts(t) = acts(t) .and. machine%tone(t)%omega > 0.0_wp
       end do
+      period = 0.0_wp
+      if (any(acts .and. machine%tone%is_swept())) return
       period = excitation_period(pack(machine%tone, acts))
    end function period_of_loads
 

@@ -68,6 +68,10 @@ module razy_machine_machine
       !> Frequencies of excitation and force phasors F (n, tones).
       type(tone_t), allocatable :: tone(:)
       complex(wp), allocatable :: harmonic_load(:, :)
+      !> Speed of the rotation at time 0, rad/s, and its rate, rad/s², where the scene has one.
+      real(wp) :: speed = 0.0_wp, acceleration = 0.0_wp
+      !> By what B and K grow with the speed beyond that at time 0 (n, n), where they do in this motion.
+      real(wp), allocatable :: gyroscopic(:, :), circulatory(:, :)
       type(contact_t), allocatable :: contact(:)
       type(observable_t), allocatable :: observable(:)
       !> State at the start of the motion (n each).
@@ -141,14 +145,15 @@ contains
       machine%observable = [machine%observable, observable]
    end subroutine add_observable
 
-   !> Whether two machines differ in excitation, clearances and start only, so that the same modes serve both.
+   !> Whether two machines differ in excitation, clearances and start only, so that the same modes serve both; those whose matrices
+   !> change with time count as different.
    pure function same_structure(a, b) result(same)
       type(machine_t), intent(in) :: a, b
       logical :: same
 
       integer :: j
 
-      same = allocated(a%mass) .and. allocated(b%mass)
+      same = allocated(a%mass) .and. allocated(b%mass) .and. .not. (allocated(a%gyroscopic) .or. allocated(b%gyroscopic))
       if (.not. same) return
       same = size(a%mass, 1) == size(b%mass, 1) .and. size(a%contact) == size(b%contact) &
              .and. size(a%observable) == size(b%observable)

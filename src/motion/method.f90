@@ -61,6 +61,12 @@ contains
       end do
       key = ""
       allowed = ""
+      if (abs(machine%acceleration) > 0.0_wp .and. any(method%integrator == ["exact      ", "moreau_jean"])) then
+         key = "integrator"
+         allowed = "a Runge-Kutta method such as 'dop853' where &rotation has an acceleration_rpm_per_s"
+         return
+      end if
+      linear = linear .and. .not. abs(machine%acceleration) > 0.0_wp
       if (method%integrator == "automatic") then
          method%integrator = "dop853"
          if (linear .and. method%treatment == "automatic") method%integrator = "exact"

@@ -324,7 +324,7 @@ contains
          return
       end if
       associate (excitation => rhs%dynamics%excitation)
-         call excitation%look(system%omega, theta*self%h)
+         call excitation%look(system%machine%tone, theta*self%h)
          do i = 1, guards%count
             if (.not. self%suspect(i)) cycle
             if (present(only)) then
@@ -333,7 +333,8 @@ contains
             j = guards%entry(i)%contact
             call self%path(j)%look(theta, s, s_rate)
             s = s + system%gap(j)%constant + sum(real(system%gap(j)%error*excitation%phasor))
-            s_rate = s_rate + system%machine%contact(j)%drive - sum(system%omega*aimag(system%gap(j)%error*excitation%phasor))
+            s_rate = s_rate + system%machine%contact(j)%drive &
+                     + sum(real(system%gap(j)%error*excitation%rates(system%machine%tone, 1)))
             associate (guard => guards%entry(i))
                g(i) = guard%side*(guard%alpha*s + guard%gamma - guard%bound)
                rate(i) = guard%side*guard%alpha*s_rate

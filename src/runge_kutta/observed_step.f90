@@ -109,7 +109,7 @@ contains
                if (rhs%dynamics%mode%does(j) /= idle) value = system%machine%contact(j)%force_sign*rhs%dynamics%force(j)
             end associate
          else
-            call rhs%dynamics%excitation%look(system%omega, tau)
+            call rhs%dynamics%excitation%look(system%machine%tone, tau)
             value = system%observed(form)%value(self%z, rhs%dynamics%excitation%phasor)
          end if
       end associate
@@ -137,8 +137,8 @@ contains
          if (observable%kind == observe_contact_force) then
             call force_rate(system, rhs, observable%contact, tau, self%z, dz(m + 1:), 1.0e-5_wp*self%h, rate, noise)
          else
-            call rhs%dynamics%excitation%look(system%omega, tau)
-            rate = sum_of%rate(dz, rhs%dynamics%excitation%phasor, system%omega)
+            call rhs%dynamics%excitation%look(system%machine%tone, tau)
+            rate = sum_of%rate(dz, rhs%dynamics%excitation%rates(system%machine%tone, 1))
             noise = sum_of%size_of_rate(dz, system%omega)
          end if
       end associate
@@ -292,11 +292,9 @@ contains
          return
       end if
       noise = self%noise
-      call rhs%dynamics%excitation%look(system%omega, tau)
+      call rhs%dynamics%excitation%look(system%machine%tone, tau)
       call self%path%look(tau/self%h, rate, unused)
-      associate (phasor => rhs%dynamics%excitation%phasor)
-         rate = rate - sum(system%omega*aimag(system%observed(form)%error*phasor))
-      end associate
+      rate = rate + sum(real(system%observed(form)%error*rhs%dynamics%excitation%rates(system%machine%tone, 1)))
    end subroutine look_at_rate
 
    !> Whether observable `form`, a sum of displacements, moves in `direction` through all of the step, by its rates and
@@ -311,10 +309,10 @@ contains
 
       real(wp) :: bend(2), rate(2), total(2)
 
-      associate (m => system%m, excitation => rhs%dynamics%excitation, omega => system%omega)
-         call excitation%look(omega, 0.0_wp)
+      associate (m => system%m, excitation => rhs%dynamics%excitation)
+         call excitation%look(system%machine%tone, 0.0_wp)
          call look_at_end(self%z_start(m + 1:), stepper%dz_start(m + 1:), 1)
-         call excitation%look(omega, self%h)
+         call excitation%look(system%machine%tone, self%h)
          call look_at_end(stepper%z_end(m + 1:), stepper%dz_end(m + 1:), 2)
       end associate
       self%noise = rounding*maxval(total)
@@ -326,9 +324,9 @@ contains
          real(wp), intent(in) :: v(:), a(:)
          integer, intent(in) :: i
 
-         associate (sum_of => system%observed(form), phasor => rhs%dynamics%excitation%phasor)
-            rate(i) = sum_of%rate(v, phasor, system%omega)
-            bend(i) = dot_product(sum_of%on_y, a) - sum(system%omega**2*real(sum_of%error*phasor))
+         associate (sum_of => system%observed(form), excitation => rhs%dynamics%excitation)
+            rate(i) = sum_of%rate(v, excitation%rates(system%machine%tone, 1))
+            bend(i) = dot_product(sum_of%on_y, a) + sum(real(sum_of%error*excitation%rates(system%machine%tone, 2)))
             total(i) = sum_of%size_of_rate(v, system%omega)
          end associate
       end subroutine look_at_end

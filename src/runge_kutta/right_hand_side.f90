@@ -5,6 +5,7 @@
 module razy_runge_kutta_right_hand_side
    use razy_contact_contact_law, only: branch_sticking
    use razy_core_kinds, only: i8, wp
+   use razy_core_tone, only: rate_of
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_mode, only: constrained, idle, lawful, press_of
    use razy_hybrid_system, only: system_t
@@ -54,6 +55,7 @@ contains
       associate (mode => self%dynamics%mode, m => system%m, tones => size(system%omega))
          call mode%enter(system)
          self%direct = .false.
+         if (allocated(system%coupled%gyroscopic)) return
          if (self%treatment /= treat_by_events .or. m > most_dense .or. mode%constraints%count > 0) return
          self%lawful = pack(mode%acting(:mode%acts), mode%does(mode%acting(:mode%acts)) == lawful)
          do i = 1, size(self%lawful)
@@ -74,7 +76,7 @@ contains
             self%of_s(i) = system%gap(j)%constant
             self%of_rate(i) = system%machine%contact(j)%drive
             self%tone_of_s(:, i) = system%gap(j)%error
-            self%tone_of_rate(:, i) = (0.0_wp, 1.0_wp)*system%omega*system%gap(j)%error
+            self%tone_of_rate(:, i) = rate_of(system%machine%tone, system%gap(j)%error)
          end do
       end associate
    end subroutine enter
@@ -97,7 +99,7 @@ contains
          call self%accelerate(system, tau, z, dz(m + 1:))
          return
       end if
-      call self%dynamics%excitation%look(system%omega, tau)
+      call self%dynamics%excitation%look(system%machine%tone, tau)
       associate (phasor => self%dynamics%excitation%phasor)
          tones = size(phasor)
          call affine_part(m, tones, self%matrix, self%load, self%harmonic, phasor, z, dz)
@@ -236,6 +238,10 @@ contains
       end do
       matrix(m + 1:, :m) = -system%coupled%stiffness
       matrix(m + 1:, m + 1:) = -system%coupled%damping
+      if (allocated(system%coupled%gyroscopic)) then
+         matrix(m + 1:, :m) = matrix(m + 1:, :m) - self%dynamics%speed_gained(system)*system%coupled%circulatory
+         matrix(m + 1:, m + 1:) = matrix(m + 1:, m + 1:) - self%dynamics%speed_gained(system)*system%coupled%gyroscopic
+      end if
       do i = 1, self%dynamics%mode%acts
          call add_slopes(self%dynamics, system, self%dynamics%mode%acting(i), matrix)
       end do

@@ -3,48 +3,54 @@
 !!
 !! A mesh has the deformation d = wᵀq + Δ(t) and the force of (4.58) and (4.59), with a back flank at d = -backlash; its error
 !! Δ has the harmonics of the tooth frequency, and so may its stiffness; or this is that of one or two pairs of teeth in turn.
+!! The errors of each gear over a turn may come from a measured table, whose discrete Fourier sum has the orders of that gear.
 module razy_scenes_gears
    use razy_contact_clearance_law, only: clearance_law_t, clearance_side_t, new_clearance_law, vary_stiffness
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, qp, wp
-   use razy_core_number, only: to_text
-   use razy_core_text, only: lower
+   use razy_core_number, only: decimal, to_text
+   use razy_core_text, only: lower, string_t
+   use razy_core_text_columns, only: read_text_columns
    use razy_input_input, only: input_t
-   use razy_input_schema, only: key_real, key_spec_t, key_string, nonnegative, positive
+   use razy_input_schema, only: add_integer, add_real, add_string, group_spec_t, nonnegative, positive
    use razy_machine_machine, only: contact_t
-   use razy_scenes_harmonics, only: add_harmonic, find_tone, harmonics_t
+   use razy_scenes_harmonics, only: add_harmonic, find_tone, frequency_t, harmonics_t
    implicit none(type, external)
    private
 
-   public :: gear_keys, join_speeds, read_gear_mesh
+   public :: add_gear_keys, join_speeds, read_gear_mesh
 
-   integer, parameter :: most_harmonics = 32
+   integer, parameter :: most_harmonics = 32, most_rows = 10000
    !> Radii may be rounded by this share.
    real(wp), parameter :: ratio_tolerance = 1.0e-2_wp
 
 contains
 
-   !> The last keys of the group; `separation` is what that key says.
-   function gear_keys(separation) result(specs)
+   !> Add the last keys of the group; `separation` is what that key says.
+   subroutine add_gear_keys(schema, separation)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: separation
-      type(key_spec_t), allocatable :: specs(:)
-
-      specs = [ &
-              key_real("backlash", "backlash along the line of action", unit="m", rule=nonnegative, default="0.0"), &
-              key_string("separation", separation, choices=["zero_deformation", "zero_force      "], default="zero_deformation"), &
-              key_real("error_sine", "static transmission error: sine amplitudes of the harmonics of the tooth frequency", &
-                       unit="m", least=1, most=most_harmonics), &
-              key_real("error_cosine", "static transmission error: cosine amplitudes likewise", unit="m", &
-                       least=1, most=most_harmonics), &
-              key_real("stiffness_sine", "mesh stiffness that varies: sine amplitudes of the harmonics of the tooth frequency, "// &
-                       "over the mean, which stiffness is", least=1, most=most_harmonics), &
-              key_real("stiffness_cosine", "cosine amplitudes likewise", least=1, most=most_harmonics), &
-              key_real("contact_ratio", "mesh stiffness that switches, stiffness being its mean: two pairs of teeth are in "// &
-                       "mesh for the share contact_ratio - 1 of the period, one pair for the rest", low=1.0_wp, high=2.0_wp), &
-              key_real("pair_ratio", "stiffness with two pairs over that with one", rule=positive, default="2.0"), &
-              key_real("mesh_phase", "of the stiffness: at time 0 the teeth are so far in their period; with contact_ratio "// &
-                       "the second pair comes in at 0", unit="deg", default="0.0")]
-   end function gear_keys
+      call add_real(schema, "backlash", "backlash along the line of action", unit="m", rule=nonnegative, default="0.0")
+      call add_string(schema, "separation", separation, choices=["zero_deformation", "zero_force      "], &
+                      default="zero_deformation")
+      call add_real(schema, "error_sine", "static transmission error: sine amplitudes of the harmonics of the tooth frequency", &
+                    unit="m", least=1, most=most_harmonics)
+      call add_real(schema, "error_cosine", "static transmission error: cosine amplitudes likewise", unit="m", least=1, &
+                    most=most_harmonics)
+      call add_string(schema, "error_file", "errors of the first gear and of the second over a turn of each: comma-separated "// &
+                      "text with the columns angle_deg, in equal steps once round, and error, m; '' for a gear without", &
+                      least=1, most=2)
+      call add_integer(schema, "error_harmonics", "harmonics of a turn that are taken from each table; 0: all", low=0, &
+                       high=most_rows, default="0")
+      call add_real(schema, "stiffness_sine", "mesh stiffness that varies: sine amplitudes of the harmonics of the tooth "// &
+                    "frequency, over the mean, which stiffness is", least=1, most=most_harmonics)
+      call add_real(schema, "stiffness_cosine", "cosine amplitudes likewise", least=1, most=most_harmonics)
+      call add_real(schema, "contact_ratio", "mesh stiffness that switches, stiffness being its mean: two pairs of teeth are "// &
+                    "in mesh for the share contact_ratio - 1 of the period, one pair for the rest", low=1.0_wp, high=2.0_wp)
+      call add_real(schema, "pair_ratio", "stiffness with two pairs over that with one", rule=positive, default="2.0")
+      call add_real(schema, "mesh_phase", "of the stiffness: at time 0 the teeth are so far in their period; with "// &
+                    "contact_ratio the second pair comes in at 0", unit="deg", default="0.0")
+   end subroutine add_gear_keys
 
    !> The contact of mesh i with the direction `w`; its error goes to the first of the rows `row` of the harmonics, those of its
    !> stiffness to the second. `ratio` is the speed of its first gear over that of `&rotation`, 0 if it is not known; `joined` says
@@ -59,13 +65,14 @@ contains
       type(harmonics_t), intent(inout) :: harmonics
       type(error_t), allocatable, intent(out) :: error
 
+      character(*), parameter :: keys(3) = [character(12) :: "error_file", "error_sine", "error_cosine"]
+      type(string_t), allocatable :: file(:)
       type(clearance_law_t) :: law
       type(clearance_side_t) :: back, front
       real(wp), allocatable :: cosine(:), radius(:), sine(:)
       integer, allocatable :: teeth(:)
       character(:), allocatable :: separation
-      real(wp) :: backlash, share, speed
-      real(qp) :: hertz
+      real(wp) :: backlash, share
       integer :: k
 
       call input%get("gear_mesh", i, "radius", radius)
@@ -102,21 +109,77 @@ contains
       contact%law = law
       call input%get("gear_mesh", i, "error_sine", sine)
       call input%get("gear_mesh", i, "error_cosine", cosine)
-      if (size(sine) + size(cosine) == 0) return
+      if (size(sine) + size(cosine) == 0 .and. .not. input%given("gear_mesh", i, "error_file")) return
       if (input%count("rotation") == 0 .or. .not. abs(ratio) > 0.0_qp) then
-         call input%complain(error, "gear_mesh", i, merge("error_sine  ", "error_cosine", size(sine) > 0), &
-                             "an error needs &rotation of "//joined//" join to this one")
+         k = findloc([input%given("gear_mesh", i, "error_file"), size(sine) > 0, .true.], .true., dim=1)
+         call input%complain(error, "gear_mesh", i, trim(keys(k)), "an error needs &rotation of "//joined//" join to this one")
          return
       end if
-      call input%get("rotation", 1, "speed_rpm", speed)
-      hertz = teeth(1)*abs(ratio)*speed/60.0_qp
       do k = 1, size(sine)
-         call add_harmonic(harmonics, row(1), k*hertz, 0.0_wp, sine(k))
+         call add_harmonic(harmonics, row(1), harmonics%of_order(k*teeth(1)*abs(ratio)), 0.0_wp, sine(k))
       end do
       do k = 1, size(cosine)
-         call add_harmonic(harmonics, row(1), k*hertz, cosine(k), 0.0_wp)
+         call add_harmonic(harmonics, row(1), harmonics%of_order(k*teeth(1)*abs(ratio)), cosine(k), 0.0_wp)
+      end do
+      if (.not. input%given("gear_mesh", i, "error_file")) return
+      call input%get("gear_mesh", i, "error_file", file)
+      do k = 1, size(file)
+         if (len_trim(file(k)%text) == 0) cycle
+         call add_table(harmonics, row(1), input, i, file(k)%text, abs(ratio)*teeth(1)/teeth(k), error)
+         if (allocated(error)) return
       end do
    end subroutine read_gear_mesh
+
+   !> Add the errors of a gear, from a file, to a row; the gear turns `ratio` times in a turn of `&rotation`. The angle counts from
+   !> the gear's position at time 0, in the direction in which it turns.
+   subroutine add_table(harmonics, row, input, i, file, ratio, error)
+      type(harmonics_t), intent(inout) :: harmonics
+      integer, intent(in) :: row, i
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: file
+      real(qp), intent(in) :: ratio
+      type(error_t), allocatable, intent(out) :: error
+
+      !> Share of a step up to which angles may be rounded; share of the largest value below which a harmonic is rounding.
+      real(wp), parameter :: rounded = 1.0e-2_wp, nothing = 64*epsilon(1.0_wp)
+      real(wp), allocatable :: angle(:), values(:, :)
+      real(wp) :: cosine, sine, step
+      integer :: j, k, most, n
+
+      call read_text_columns(file, [string_t("angle_deg"), string_t("error")], values, error)
+      if (allocated(error)) return
+      n = size(values, 1)
+      if (n < 3 .or. n > most_rows) then
+         call input%complain(error, "gear_mesh", i, "error_file", "a file with 3 to "//to_text(most_rows)//" rows")
+         return
+      end if
+      step = 360.0_wp/n
+      do j = 2, n
+         if (.not. values(j, 1) > values(j - 1, 1)) then
+            call input%complain(error, "gear_mesh", i, "error_file", "a file whose angle_deg rises from row to row; row "// &
+                                to_text(j)//" of '"//file//"' has "//decimal(values(j, 1), 3))
+         else if (abs(values(j, 1) - values(1, 1) - (j - 1)*step) > rounded*step) then
+            call input%complain(error, "gear_mesh", i, "error_file", "a file whose angle_deg goes once round in equal steps, "// &
+                                decimal(step, 3)//" with "//to_text(n)//" rows and none at 360; row "//to_text(j)//" of '"// &
+                                file//"' has "//decimal(values(j, 1), 3))
+         end if
+         if (allocated(error)) return
+      end do
+      call input%get("gear_mesh", i, "error_harmonics", most)
+      if (most == 0) most = n
+      call add_harmonic(harmonics, row, harmonics%of_order(0.0_qp), sum(values(:, 2))/n, 0.0_wp)
+      do k = 1, min(most, n/2)
+         ! Whole turns are left out, so that the angle is right to rounding.
+         angle = 2*pi*real([(modulo(k*(j - 1), n), j=1, n)], wp)/n
+         cosine = sum(values(:, 2)*cos(angle))*merge(1, 2, 2*k == n)/n
+         sine = sum(values(:, 2)*sin(angle))*merge(0, 2, 2*k == n)/n
+         if (.not. hypot(cosine, sine) > nothing*maxval(abs(values(:, 2)))) cycle
+         associate (phase => k*values(1, 1)*pi/180)
+            call add_harmonic(harmonics, row, harmonics%of_order(k*ratio), cosine*cos(phase) - sine*sin(phase), &
+                              cosine*sin(phase) + sine*cos(phase))
+         end associate
+      end do
+   end subroutine add_table
 
    !> The stiffness of mesh i over the phase of its teeth, which meet `orders` times in a turn of `&rotation`.
    subroutine vary(contact, law, input, i, orders, joined, harmonics, row, error)
@@ -131,8 +194,8 @@ contains
 
       character(*), parameter :: keys(3) = [character(16) :: "stiffness_sine", "stiffness_cosine", "contact_ratio"]
       real(wp), allocatable :: cosine(:), sine(:)
-      real(wp) :: contact_ratio, pair_ratio, phase, speed
-      real(qp) :: hertz
+      real(wp) :: contact_ratio, pair_ratio, phase
+      type(frequency_t) :: of_k, teeth
       logical :: given(3)
       integer :: k
 
@@ -145,10 +208,8 @@ contains
          call input%complain(error, "gear_mesh", i, "contact_ratio", "left out where the stiffness has harmonics")
          return
       end if
-      speed = 0.0_wp
-      if (input%count("rotation") > 0) call input%get("rotation", 1, "speed_rpm", speed)
-      hertz = abs(orders)*abs(speed)/60.0_qp
-      if (.not. hertz > 0.0_qp) then
+      teeth = harmonics%of_order(sign(orders, harmonics%rotation%hertz))
+      if (.not. max(teeth%hertz, abs(teeth%sweep)) > 0.0_qp) then
          call input%complain(error, "gear_mesh", i, trim(keys(k)), "a stiffness that varies needs the speed of &rotation, "// &
                              "other than 0, of "//joined//" join to this one")
          return
@@ -162,8 +223,12 @@ contains
             call input%complain(error, "gear_mesh", i, "contact_ratio", "between 1 and 2")
             return
          end if
+         if (abs(teeth%sweep) > 0.0_qp) then
+            call input%complain(error, "gear_mesh", i, "contact_ratio", "left out where &rotation has an acceleration_rpm_per_s")
+            return
+         end if
          contact%mesh_phase = phase/360
-         call find_tone(harmonics, hertz, contact%mesh_tone)
+         call find_tone(harmonics, teeth, contact%mesh_tone)
          call vary_stiffness(law, [1.0_wp, pair_ratio]/(1 + contact%mesh_share*(pair_ratio - 1)))
          return
       end if
@@ -175,10 +240,12 @@ contains
       end if
       phase = phase*pi/180
       do k = 1, size(sine)
-         call add_harmonic(harmonics, row, k*hertz, sine(k)*sin(k*phase), sine(k)*cos(k*phase))
+         of_k = frequency_t(k*teeth%hertz, k*teeth%sweep)
+         call add_harmonic(harmonics, row, of_k, sine(k)*sin(k*phase), sine(k)*cos(k*phase))
       end do
       do k = 1, size(cosine)
-         call add_harmonic(harmonics, row, k*hertz, cosine(k)*cos(k*phase), -cosine(k)*sin(k*phase))
+         of_k = frequency_t(k*teeth%hertz, k*teeth%sweep)
+         call add_harmonic(harmonics, row, of_k, cosine(k)*cos(k*phase), -cosine(k)*sin(k*phase))
       end do
    end subroutine vary
 

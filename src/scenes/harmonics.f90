@@ -1,89 +1,152 @@
 !! Frequencies of excitation of a scene, and what acts with each of them.
 !!
-!! Frequencies are formed in extended precision from values of the input and whole numbers; equal ones become one tone.
+!! Frequencies are formed in extended precision from values of the input and whole numbers; equal ones become one tone. Those
+!! that are tied to the speed of &rotation change with it (razy_core_tone).
 module razy_scenes_harmonics
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: qp, wp
-   use razy_core_tone, only: tone_from_hertz, tone_t
+   use razy_core_kinds, only: pi, qp, wp
+   use razy_core_tone, only: swept_tones, tone_from_hertz, tone_t
    use razy_input_input, only: input_t
-   use razy_input_schema, only: group_at, key_real, key_spec_t, positive
+   use razy_input_schema, only: add_real, group_at, group_spec_t, positive
    use razy_machine_machine, only: machine_t
    implicit none(type, external)
    private
 
-   public :: add_harmonic, add_harmonics, find_tone, frequency_keys, harmonics_t, new_harmonics, read_frequency, take_harmonics
+   public :: add_acceleration_key, add_frequency_keys, add_harmonic, add_harmonics, find_tone, frequency_t, harmonics_t
+   public :: new_harmonics, read_frequency, take_harmonics
+
+   !> A frequency at time 0, Hz, and its rate, Hz/s.
+   type :: frequency_t
+      real(qp) :: hertz = 0.0_qp, sweep = 0.0_qp
+   end type frequency_t
 
    !> The tones met so far, and the phasors on rows (forces or contact errors) that belong to each.
    type :: harmonics_t
       integer :: count = 0
-      real(qp), allocatable :: hertz(:)
+      type(frequency_t), allocatable :: frequency(:)
       type(tone_t), allocatable :: tone(:)
       !> Phasors (rows, tones): Re(phasor e^{iωt}).
       complex(wp), allocatable :: phasor(:, :)
       !> What harmonics of frequency zero add (rows).
       real(wp), allocatable :: constant(:)
+      !> The speed of &rotation, 0 without it, and the end of the motion, s.
+      type(frequency_t) :: rotation
+      real(wp) :: t_end = 0.0_wp
+   contains
+      procedure :: of_order
    end type harmonics_t
 
 contains
 
    !> No tone yet, on `rows` rows.
-   pure subroutine new_harmonics(self, rows)
+   subroutine new_harmonics(self, rows, input)
       type(harmonics_t), intent(out) :: self
       integer, intent(in) :: rows
+      type(input_t), intent(in) :: input
 
-      allocate (self%hertz(0), self%tone(0), self%phasor(rows, 0))
+      real(wp) :: acceleration, speed
+
+      allocate (self%frequency(0), self%tone(0), self%phasor(rows, 0))
       allocate (self%constant(rows), source=0.0_wp)
+      if (.not. input%knows("rotation")) return
+      if (input%count("rotation") == 0) return
+      call input%get("rotation", 1, "speed_rpm", speed)
+      call input%get("rotation", 1, "acceleration_rpm_per_s", acceleration)
+      self%rotation = frequency_t(speed/60.0_qp, acceleration/60.0_qp)
+      if (input%count("motion") > 0) call input%get("motion", 1, "t_end", self%t_end)
    end subroutine new_harmonics
 
-   !> Add cosine*cos(2πft) + sine*sin(2πft) to a row; a negative frequency turns the other way.
-   pure subroutine add_harmonic(self, row, hertz, cosine, sine)
+   !> The frequency of an order of the rotation.
+   elemental function of_order(self, order) result(frequency)
+      class(harmonics_t), intent(in) :: self
+      real(qp), intent(in) :: order
+      type(frequency_t) :: frequency
+
+      frequency = frequency_t(order*self%rotation%hertz, order*self%rotation%sweep)
+   end function of_order
+
+   !> Add cosine*cos(φ) + sine*sin(φ) to a row, φ = 2πft; a negative frequency turns the other way. `unbalance`: the negative second
+   !> derivative of that, as the force of a mass that turns with φ; of a constant frequency it is (2πf)² times as much.
+   pure subroutine add_harmonic(self, row, frequency, cosine, sine, unbalance)
       type(harmonics_t), intent(inout) :: self
       integer, intent(in) :: row
-      real(qp), intent(in) :: hertz
+      type(frequency_t), intent(in) :: frequency
       real(wp), intent(in) :: cosine, sine
+      logical, intent(in), optional :: unbalance
 
+      real(wp) :: factor, turns
       integer :: t
+      logical :: inertial
 
+      inertial = .false.
+      if (present(unbalance)) inertial = unbalance
       if (.not. (abs(cosine) > 0.0_wp .or. abs(sine) > 0.0_wp)) return
-      if (.not. abs(hertz) > 0.0_qp) then
-         self%constant(row) = self%constant(row) + cosine
+      if (.not. max(abs(frequency%hertz), abs(frequency%sweep)) > 0.0_qp) then
+         if (.not. inertial) self%constant(row) = self%constant(row) + cosine
          return
       end if
-      call find_tone(self, hertz, t)
-      self%phasor(row, t) = self%phasor(row, t) + cmplx(cosine, -sign(1.0_wp, real(hertz, wp))*sine, wp)
+      turns = sign(1.0_wp, real(merge(frequency%hertz, frequency%sweep, abs(frequency%hertz) > 0.0_qp), wp))
+      call find_tone(self, frequency, t)
+      factor = 1.0_wp
+      if (inertial) factor = self%tone(t)%omega**2
+      if (inertial .and. self%tone(t)%is_swept()) then
+         t = t + 2
+         factor = -factor
+      end if
+      self%phasor(row, t) = self%phasor(row, t) + factor*cmplx(cosine, -turns*sine, wp)
    end subroutine add_harmonic
 
-   !> The number of the tone of a frequency that is not 0, which is added if there is none.
-   pure subroutine find_tone(self, hertz, t)
+   !> The number of the tone of a frequency that is not 0 for ever, which is added if there is none, with its derivatives if it
+   !> is swept.
+   pure subroutine find_tone(self, frequency, t)
       type(harmonics_t), intent(inout) :: self
-      real(qp), intent(in) :: hertz
+      type(frequency_t), intent(in) :: frequency
       integer, intent(out) :: t
 
+      type(tone_t), allocatable :: fresh(:)
+      type(frequency_t) :: wanted
       complex(wp), allocatable :: larger(:, :)
 
-      do t = 1, self%count
-         if (.not. abs(abs(hertz) - self%hertz(t)) > 4*epsilon(1.0_qp)*abs(hertz)) exit
-      end do
-      if (t > self%count) then
-         self%count = t
-         self%hertz = [self%hertz, abs(hertz)]
-         self%tone = [self%tone, tone_from_hertz(abs(hertz))]
-         allocate (larger(size(self%constant), t), source=(0.0_wp, 0.0_wp))
-         larger(:, :t - 1) = self%phasor
-         call move_alloc(larger, self%phasor)
+      wanted = frequency
+      if (frequency%hertz < 0.0_qp .or. (.not. frequency%hertz > 0.0_qp .and. frequency%sweep < 0.0_qp)) then
+         wanted = frequency_t(-frequency%hertz, -frequency%sweep)
       end if
+      do t = 1, self%count
+         if (equal(wanted%hertz, self%frequency(t)%hertz) .and. equal(wanted%sweep, self%frequency(t)%sweep)) return
+      end do
+      if (abs(wanted%sweep) > 0.0_qp) then
+         fresh = swept_tones(wanted%hertz, wanted%sweep, self%t_end)
+      else
+         fresh = [tone_from_hertz(wanted%hertz)]
+      end if
+      self%count = self%count + size(fresh)
+      self%frequency = [self%frequency, spread(wanted, 1, size(fresh))]
+      self%tone = [self%tone, fresh]
+      allocate (larger(size(self%constant), self%count), source=(0.0_wp, 0.0_wp))
+      larger(:, :t - 1) = self%phasor
+      call move_alloc(larger, self%phasor)
+
+   contains
+
+      pure logical function equal(a, b)
+         real(qp), intent(in) :: a, b
+
+         equal = .not. abs(a - b) > 4*epsilon(1.0_qp)*abs(a)
+      end function equal
+
    end subroutine find_tone
 
    !> The same on the first rows, one for each of the numbers in `cosine` and `sine`.
-   pure subroutine add_harmonics(self, hertz, cosine, sine)
+   pure subroutine add_harmonics(self, frequency, cosine, sine, unbalance)
       type(harmonics_t), intent(inout) :: self
-      real(qp), intent(in) :: hertz
+      type(frequency_t), intent(in) :: frequency
       real(wp), intent(in) :: cosine(:), sine(:)
+      logical, intent(in), optional :: unbalance
 
       integer :: row
 
       do row = 1, size(cosine)
-         call add_harmonic(self, row, hertz, cosine(row), sine(row))
+         call add_harmonic(self, row, frequency, cosine(row), sine(row), unbalance)
       end do
    end subroutine add_harmonics
 
@@ -95,6 +158,8 @@ contains
       integer :: i, n
 
       n = size(machine%load)
+      machine%speed = 2*pi*real(self%rotation%hertz, wp)
+      machine%acceleration = 2*pi*real(self%rotation%sweep, wp)
       machine%tone = self%tone
       machine%harmonic_load = self%phasor(:n, :)
       machine%load = machine%load + self%constant(:n)
@@ -107,24 +172,31 @@ contains
       end do
    end subroutine take_harmonics
 
-   !> The keys that give a frequency, of `what`; `orders`: the scene has a mean speed.
-   function frequency_keys(prefix, what, orders) result(specs)
+   !> Add the keys that give a frequency, of `what`; `orders`: the scene has a mean speed.
+   subroutine add_frequency_keys(schema, prefix, what, orders)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: prefix, what
       logical, intent(in) :: orders
-      type(key_spec_t), allocatable :: specs(:)
+      call add_real(schema, prefix//"frequency", "frequency of "//what, unit="Hz", rule=positive)
+      call add_real(schema, prefix//"angular_frequency", "frequency of "//what//", instead of "//prefix//"frequency", &
+                    unit="rad/s", rule=positive)
+      if (.not. orders) return
+      call add_real(schema, prefix//"order", "frequency in multiples of the speed of &rotation, instead of "//prefix//"frequency", &
+                    rule=positive)
+   end subroutine add_frequency_keys
 
-      specs = [ &
-              key_real(prefix//"frequency", "frequency of "//what, unit="Hz", rule=positive), &
-              key_real(prefix//"angular_frequency", "frequency of "//what//", instead of "//prefix//"frequency", unit="rad/s", &
-                       rule=positive), &
-              key_real(prefix//"order", "frequency in multiples of the speed of &rotation, instead of "//prefix//"frequency", &
-                       rule=positive)]
-      if (.not. orders) specs = specs(:2)
-   end function frequency_keys
+   !> Add the key of &rotation by which its speed changes.
+   subroutine add_acceleration_key(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-   !> The frequency of `group` number i, Hz, from the one of three keys (after `prefix`) that gives it.
-   subroutine read_frequency(hertz, input, group, i, prefix, needed, error)
-      real(qp), intent(out) :: hertz
+      call add_real(schema, "acceleration_rpm_per_s", "rate of the speed, which is speed_rpm at time 0: a run-up, or a "// &
+                    "run-down; not with integrator = 'exact'", unit="rpm/s", default="0.0")
+   end subroutine add_acceleration_key
+
+   !> The frequency of `group` number i from the one of three keys (after `prefix`) that gives it.
+   subroutine read_frequency(frequency, harmonics, input, group, i, prefix, needed, error)
+      type(frequency_t), intent(out) :: frequency
+      type(harmonics_t), intent(in) :: harmonics
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group, prefix
       integer, intent(in) :: i
@@ -132,11 +204,10 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       character(*), parameter :: keys(3) = [character(17) :: "frequency", "angular_frequency", "order"]
-      real(wp) :: value, speed
+      real(wp) :: value
       logical :: given(3)
       integer :: k
 
-      hertz = 0.0_qp
       do k = 1, 3
          given(k) = input%given(group, i, prefix//trim(keys(k)))
       end do
@@ -149,16 +220,15 @@ contains
       call input%get(group, i, prefix//trim(keys(k)), value)
       select case (k)
       case (1)
-         hertz = value
+         frequency%hertz = value
       case (2)
-         hertz = value/(2*acos(-1.0_qp))
+         frequency%hertz = value/(2*acos(-1.0_qp))
       case default
          if (input%count("rotation") == 0) then
             call input%complain(error, group, i, prefix//"order", "an order needs &rotation")
             return
          end if
-         call input%get("rotation", 1, "speed_rpm", speed)
-         hertz = real(value, qp)*speed/60
+         frequency = harmonics%of_order(real(value, qp))
       end select
    end subroutine read_frequency
 

@@ -1,34 +1,32 @@
 !! Loads on the coordinates of a machine, for every kind of scene: &load.
 module razy_scenes_loads
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: pi, qp, wp
+   use razy_core_kinds, only: pi, wp
    use razy_input_input, only: input_t
-   use razy_input_schema, only: key_real, key_spec_t, key_string
+   use razy_input_schema, only: add_real, add_string, group_spec_t
    use razy_machine_machine, only: machine_t
-   use razy_scenes_harmonics, only: add_harmonics, frequency_keys, harmonics_t, read_frequency
+   use razy_scenes_harmonics, only: add_frequency_keys, add_harmonics, frequency_t, harmonics_t, read_frequency
    use razy_scenes_scene, only: coordinate_t, scene_t
    implicit none(type, external)
    private
 
-   public :: add_loads, load_keys
+   public :: add_load_keys, add_loads
 
 contains
 
-   !> The keys of the group; `on` says what a load acts on, `orders` whether the scene has a mean speed.
-   function load_keys(on, orders) result(specs)
+   !> Add the keys of the group; `on` says what a load acts on, `orders` whether the scene has a mean speed.
+   subroutine add_load_keys(schema, on, orders)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: on
       logical, intent(in) :: orders
-      type(key_spec_t), allocatable :: specs(:)
-
-      specs = [ &
-              key_string("on", on, required=.true.), &
-              key_real("value", "constant part", unit="N or N m", default="0.0"), &
-              key_real("amplitude", "amplitude of the harmonic part", unit="N or N m", default="0.0"), &
-              key_real("unbalance", "amplitude over the square of the angular frequency, added to amplitude", &
-                       unit="kg m or kg m^2", default="0.0"), &
-              key_real("phase", "phase of the harmonic part", unit="deg", default="0.0"), &
-              frequency_keys("", "the harmonic part", orders)]
-   end function load_keys
+      call add_string(schema, "on", on, required=.true.)
+      call add_real(schema, "value", "constant part", unit="N or N m", default="0.0")
+      call add_real(schema, "amplitude", "amplitude of the harmonic part", unit="N or N m", default="0.0")
+      call add_real(schema, "unbalance", "amplitude over the square of the angular frequency, added to amplitude", &
+                    unit="kg m or kg m^2", default="0.0")
+      call add_real(schema, "phase", "phase of the harmonic part", unit="deg", default="0.0")
+      call add_frequency_keys(schema, "", "the harmonic part", orders)
+   end subroutine add_load_keys
 
    !> Add the loads, value + (amplitude + unbalance (2πf)²) sin(2πft + phase), to those of the machine and to the harmonics.
    subroutine add_loads(machine, scene, input, harmonics, error)
@@ -40,7 +38,7 @@ contains
 
       type(coordinate_t) :: on
       real(wp) :: amplitude, phase, unbalance, value
-      real(qp) :: hertz
+      type(frequency_t) :: frequency
       integer :: i
 
       do i = 1, input%count("load")
@@ -50,12 +48,12 @@ contains
          call input%get("load", i, "amplitude", amplitude)
          call input%get("load", i, "unbalance", unbalance)
          call input%get("load", i, "phase", phase)
-         call read_frequency(hertz, input, "load", i, "", max(abs(amplitude), abs(unbalance)) > 0.0_wp, error)
+         call read_frequency(frequency, harmonics, input, "load", i, "", max(abs(amplitude), abs(unbalance)) > 0.0_wp, error)
          if (allocated(error)) return
-         amplitude = amplitude + unbalance*(2*pi*real(hertz, wp))**2
          phase = phase*pi/180
          machine%load = machine%load + value*on%row
-         call add_harmonics(harmonics, hertz, amplitude*sin(phase)*on%row, amplitude*cos(phase)*on%row)
+         call add_harmonics(harmonics, frequency, amplitude*sin(phase)*on%row, amplitude*cos(phase)*on%row)
+         call add_harmonics(harmonics, frequency, unbalance*sin(phase)*on%row, unbalance*cos(phase)*on%row, unbalance=.true.)
       end do
    end subroutine add_loads
 

@@ -3,6 +3,7 @@ module razy_scenes_records
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_core_text, only: did_you_mean, lower, position_of, string_t
+   use razy_core_tone, only: rate_of
    use razy_input_input, only: input_t
    use razy_machine_machine, only: machine_t, observable_t, observe_contact_force, observe_linear
    use razy_scenes_scene, only: coordinate_t, scene_t
@@ -231,7 +232,7 @@ contains
             observable%on_displacement = 0.0_wp
             observable%on_velocity = chosen%w
             observable%constant = chosen%drive
-            observable%error = chosen%error*cmplx(0.0_wp, machine%tone%omega, wp)
+            observable%error = rate_of(machine%tone, chosen%error)
             observable%unit = chosen%unit//"/s"
          end if
          observable%long_name = chosen%name//" "//trim(in_words(findloc(quantities == observable%name, .true., dim=1)))

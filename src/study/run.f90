@@ -95,6 +95,11 @@ contains
       call self%outcome%columns(outcome, "/outcome/", brief=.false.)
       call outcome%add("/outcome/excitation_period", period_of_loads(self%machine), "s", "period of the excitation; 0 = none")
       call table%stack(outcome, "/outcome/single")
+      if (abs(self%machine%acceleration) > 0.0_wp) then
+         call table%add("/rotation/time", [0.0_wp, self%outcome%time], "s", "time", "/rotation/time")
+         call table%add("/rotation/speed", self%machine%speed + self%machine%acceleration*[0.0_wp, self%outcome%time], "rad/s", &
+                        "speed of the rotation, linear between these times", "/rotation/time")
+      end if
       call self%watch%columns(table, self%machine)
       if (allocated(self%drawing)) call self%drawing%columns(table)
    end subroutine columns

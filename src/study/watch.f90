@@ -94,7 +94,7 @@ contains
       if (.not. allocated(self%extrema)) then
          allocate (self%extrema(count(records%extrema)))
          ! All points of a sweep have the same columns.
-         self%free = .not. any(machine%tone%hertz > 0.0_wp)
+         self%free = .not. any(machine%tone%omega > 0.0_wp)
       end if
       k = 0
       do i = 1, size(records)

@@ -1,12 +1,14 @@
 """The installed package: programs, and a library that another CMake project finds."""
 
-import ast
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
+import types
 from pathlib import Path
+from unittest.mock import patch
 
 import h5py
 from programs import BUILD, GEAR_PAIR, PATIENCE, SOURCE, datasets
@@ -32,6 +34,20 @@ def run(*words):
     return done.stdout
 
 
+def check_manual_pages(prefix):
+    """Each program has one that says what it is, and that troff reads without a warning."""
+    pages = {page.stem: page for page in (prefix / "share" / "man" / "man1").iterdir()}
+    assert set(pages) == {path.name for path in (prefix / "bin").glob("razy-*")}
+    for name, page in pages.items():
+        text = page.read_text()
+        assert f"\n.SH NAME\n{name} - ".replace("-", "\\-") in text and "\\-\\-help" in text
+        if shutil.which("groff"):
+            words = ["groff", "-man", "-ww", "-K", "utf8", "-T", "utf8", page]
+            done = subprocess.run(words, capture_output=True, text=True, check=True)
+            assert not done.stderr
+            assert "--version" in done.stdout.replace("\u2010", "-")
+
+
 def test_install_and_use(folder):
     cmake = os.environ["RAZY_CMAKE"]
     prefix, consumer = folder / "prefix", folder / "consumer"
@@ -44,6 +60,7 @@ def test_install_and_use(folder):
             [prefix / "bin" / tool, "--version"], capture_output=True, text=True, env=with_tools, check=True
         )
         assert said.stdout.startswith(tool)
+    check_manual_pages(prefix)
     python = prefix / "share" / "razy" / "python"
     code = f"import razy; print(razy.run({str(GEAR_PAIR)!r}).program, razy.programs.find_program('razy-run'))"
     alone = os.environ | {"PYTHONPATH": str(python), "PATH": ""}
@@ -72,6 +89,22 @@ def test_install_and_use(folder):
     assert printed == f"ok: {int.from_bytes(theirs['outcome/events'][2], 'little')} events until .300 s\n"
 
 
+def spack_needs(recipe):
+    """What a recipe depends on, read by a stand-in for Spack, which also asks for the options of CMake."""
+    needs, package, builtin = set(), types.ModuleType("spack.package"), types.ModuleType("cmake")
+    package.version = package.conflicts = lambda *_words, **_more: None
+    package.depends_on = lambda spec, **_more: needs.add(re.split("[@+]", spec)[0])
+    builtin.CMakePackage = type("CMakePackage", (), {"define": lambda _self, name, value: f"-D{name}={value}"})
+    modules = {"spack.package": package, "spack_repo.builtin.build_systems.cmake": builtin}
+    for name in ("spack", "spack_repo", "spack_repo.builtin", "spack_repo.builtin.build_systems"):
+        modules[name] = types.ModuleType(name)
+    with patch.dict(sys.modules, modules):
+        scope = {"__name__": "package"}
+        exec(compile(recipe, "package.py", "exec"), scope)
+        assert scope["Razy"]().cmake_args() == ["-DRAZY_TESTS=False"]
+    return needs
+
+
 def test_recipes_ask_for_what_setup_and_python_ask_for():
     recipes = SOURCE / "docs" / "packaging"
     wanted = set()
@@ -83,7 +116,7 @@ def test_recipes_ask_for_what_setup_and_python_ask_for():
     project = tomllib.loads((SOURCE / "post" / "pyproject.toml").read_text())["project"]
     python = {re.split("[<>=]", name)[0] for name in project["dependencies"]}
     spack, conda = (recipes / "spack" / "package.py").read_text(), (recipes / "conda" / "meta.yaml").read_text()
-    ast.parse(spack)
+    assert {"mpi", "hdf5", "lapack", "blas", "arpack-ng"} <= spack_needs(spack)
     for name in python:
         assert f'"{name}"' in spack and re.search(rf"- {name}(-base)?\n", conda), name
     assert f'version: "{os.environ["RAZY_VERSION"]}"' in conda

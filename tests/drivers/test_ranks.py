@@ -3,6 +3,8 @@
 import os
 from pathlib import Path
 
+import h5py
+import numpy as np
 import pytest
 from programs import GEAR_PAIR, SOURCE, attribute, changed, datasets, folder_of_openblas, left, sets, start, succeed
 
@@ -80,3 +82,21 @@ def test_threads_of_the_library_change_no_bit(monkeypatch):
         succeed("razy-modes", VIBROPRESS, "--output", f"{name}_modes.h5")
     assert datasets("two.h5") == datasets("one.h5") == datasets("four.h5")
     assert datasets("two_modes.h5") == datasets("one_modes.h5") == datasets("four_modes.h5")
+
+
+@pytest.mark.skipif(folder_of_openblas() is None, reason="no OpenBLAS beside the BLAS of this machine")
+@pytest.mark.parametrize(
+    ("case", "step", "observable"), [(GEAR_PAIR, 100, "mesh_deformation"), (VIBROPRESS, 4, "displacement.table.y")]
+)
+def test_periodic_motions_are_those_of_any_library(case, step, observable, monkeypatch):
+    found = []
+    for name in ("usual", "other"):
+        succeed("razy-sweep", case, *sets(sweep__step=step), "--output", f"{name}.h5")
+        with h5py.File(f"{name}.h5") as file:
+            extrema = file[f"extrema/{observable}"]
+            found.append((file["point/period"][:] > 0, np.split(extrema["value"][:], extrema["offset"][1:-1])))
+        monkeypatch.setenv("LD_LIBRARY_PATH", str(folder_of_openblas()))
+    (regular, usual), (same, other) = found
+    assert np.array_equal(regular, same) and regular.sum() > regular.size // 2
+    for i in np.flatnonzero(regular):
+        assert abs(usual[i] - other[i]).max() < 1e-12 * abs(usual[i]).max()

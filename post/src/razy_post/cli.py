@@ -39,7 +39,12 @@ def parser() -> Parser:
         "--save", metavar="FILE", type=Path, help="write the picture (.png, .pdf, .svg, ...) instead of showing it"
     )
     result.add_argument("--force", action="store_true", help="overwrite the picture if it exists")
-    result.add_argument("--kind", choices=KINDS, help="kind of picture; by default the one that fits the file")
+    result.add_argument(
+        "--kind",
+        choices=KINDS,
+        metavar="KIND",
+        help="kind of picture; by default the one that fits the file; " + ", ".join(KINDS),
+    )
     result.add_argument(
         "--observable", metavar="NAME", action="append", default=[], help="observable to draw; repeat for several"
     )
@@ -64,7 +69,7 @@ def parser() -> Parser:
         "--top",
         metavar="Y",
         type=_number,
-        help="highest frequency in Hz of a Campbell diagram or spectrum (rad/s of eigenvalues)",
+        help="highest frequency in Hz of a Campbell diagram or spectrum (rad/s of eigenvalues, order of an ordermap)",
     )
     result.add_argument(
         "--period", metavar="S", type=_period, help="period in s of a Poincare section or of an orbit's marks"

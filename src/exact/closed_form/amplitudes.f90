@@ -7,18 +7,22 @@ module razy_exact_closed_form_amplitudes
    use razy_core_kinds, only: wp
    use razy_exact_closed_form_response, only: response_t
    use razy_linalg_exponential, only: exponential_action, matrix_exponential
-   use razy_linalg_wide_sums, only: add_product, rotate, wide
+   use razy_linalg_blocks, only: copy_list, grow_shortly, product, rotate, rotate_self
    implicit none(type, external)
    private
 
-   public :: amplitudes_t, copy, go_from, move_to, reserve, set_state, shift, state_of, step, tabulate, carry_disturbance
+   public :: amplitudes_t, carry_disturbance, copy, go_from, move_to, rate_of, reserve, rigid_of, set_state, shift, state_of, &
+             step, tabulate
 
    !> Arrays may be longer than the response at hand needs.
    type :: amplitudes_t
       !> Time since the start of the segment, s.
       real(wp) :: tau = 0.0_wp
-      !> Amplitudes of terms and tones, rigid modes and their rates, dense states.
-      real(wp), allocatable :: re(:), im(:), rigid(:), rate(:), dense(:)
+      !> Real parts of the amplitudes of terms and tones, their imaginary parts, each filled up to whole blocks; 1; rigid modes,
+      !> their rates, and the constant force on each.
+      real(wp), allocatable :: x(:)
+      !> Dense states.
+      real(wp), allocatable :: dense(:)
       !> Workspace: cosine and sine of each tone.
       real(wp), allocatable :: tone(:)
    end type amplitudes_t
@@ -33,19 +37,35 @@ contains
       type(amplitudes_t), intent(inout) :: self
       type(response_t), intent(in) :: response
 
-      integer :: room(3)
+      integer :: room(2)
 
-      room = [response%amplitudes, response%rigid, response%nx] + 8
-      if (allocated(self%re)) then
-         associate (now => [size(self%re), size(self%rigid), size(self%dense)])
+      room = [response%length, response%nx] + 8
+      if (allocated(self%x)) then
+         associate (now => [size(self%x), size(self%dense)])
             if (all(now >= room - 8)) return
             room = max(room, now)
          end associate
-         deallocate (self%re, self%im, self%rigid, self%rate, self%dense, self%tone)
+         deallocate (self%x, self%dense, self%tone)
       end if
-      allocate (self%re(room(1)), self%im(room(1)), self%tone(2*room(1)))
-      allocate (self%rigid(room(2)), self%rate(room(2)), self%dense(room(3)))
+      allocate (self%x(room(1)), self%tone(room(1)), self%dense(room(2)), source=0.0_wp)
    end subroutine reserve
+
+   !> Rigid mode k, and its rate.
+   pure real(wp) function rigid_of(self, response, k)
+      type(amplitudes_t), intent(in) :: self
+      type(response_t), intent(in) :: response
+      integer, intent(in) :: k
+
+      rigid_of = self%x(response%one + k)
+   end function rigid_of
+
+   pure real(wp) function rate_of(self, response, k)
+      type(amplitudes_t), intent(in) :: self
+      type(response_t), intent(in) :: response
+      integer, intent(in) :: k
+
+      rate_of = self%x(response%one + response%rigid + k)
+   end function rate_of
 
    !> Put the cursor at tau = 0 with the state z (2m) and the tones' phasors (tones).
    pure subroutine set_state(self, response, z, phasor)
@@ -67,40 +87,33 @@ contains
          do i = 1, 2*m
             rest(i) = rest(i) - (response%from_re(i, n + j)*phasor(j)%re + response%from_im(i, n + j)*phasor(j)%im)
          end do
-         self%re(n + j) = phasor(j)%re
-         self%im(n + j) = phasor(j)%im
       end do
-      if (n >= wide) then
-         self%re(:n) = 0.0_wp
-         self%im(:n) = 0.0_wp
-         call add_product(n, 2*m, response%into_re, rest, self%re)
-         call add_product(n, 2*m, response%into_im, rest, self%im)
-      else
-         do j = 1, n
-            self%re(j) = 0.0_wp
-            self%im(j) = 0.0_wp
-            do i = 1, 2*m
-               self%re(j) = self%re(j) + response%to_re(i, j)*rest(i)
-               self%im(j) = self%im(j) + response%to_im(i, j)*rest(i)
-            end do
-         end do
-      end if
-      if (response%driven%loaded) then
-         self%re(response%amplitudes) = 1.0_wp
-         self%im(response%amplitudes) = 0.0_wp
-      end if
+      call product(response%length, 2*m, response%into, rest, self%x)
+      do j = 1, response%tones
+         self%x(n + j) = phasor(j)%re
+         self%x(response%filled + n + j) = phasor(j)%im
+      end do
+      if (response%driven%loaded) self%x(response%amplitudes) = 1.0_wp
+      self%x(response%one) = 1.0_wp
       do j = 1, response%rigid
-         self%rigid(j) = 0.0_wp
-         self%rate(j) = 0.0_wp
-         do i = 1, m
-            self%rigid(j) = self%rigid(j) + response%rigid_mode(i, j)*rest(i)
-            self%rate(j) = self%rate(j) + response%rigid_mode(i, j)*rest(m + i)
-         end do
+         self%x(response%one + 2*response%rigid + j) = response%rigid_force(j)
       end do
+      if (response%nx > 0) call start_dense(self, response, z, phasor)
+   end subroutine set_state
+
+   !> Dense states at tau = 0.
+   pure subroutine start_dense(self, response, z, phasor)
+      type(amplitudes_t), intent(inout) :: self
+      type(response_t), intent(in) :: response
+      real(wp), intent(in) :: z(:)
+      complex(wp), intent(in) :: phasor(:)
+
+      integer :: j
+
       do j = 1, size(response%dense)
          call response%dense(j)%start(z, phasor, self%dense(response%first(j):response%first(j + 1) - 1))
       end do
-   end subroutine set_state
+   end subroutine start_dense
 
    !> The state z (2m) at the cursor.
    pure subroutine state_of(self, response, z)
@@ -108,28 +121,10 @@ contains
       type(response_t), intent(in) :: response
       real(wp), intent(out) :: z(:)
 
-      integer :: i, j, m
+      integer :: j
 
-      m = response%m
-      do i = 1, 2*m
-         z(i) = response%constant(i)
-      end do
-      if (response%terms >= wide) then
-         call add_product(2*m, response%amplitudes, response%from_re, self%re, z)
-         call add_product(2*m, response%amplitudes, response%from_im, self%im, z)
-      else
-         do j = 1, response%amplitudes
-            do i = 1, 2*m
-               z(i) = z(i) + (response%from_re(i, j)*self%re(j) + response%from_im(i, j)*self%im(j))
-            end do
-         end do
-      end if
-      do j = 1, response%rigid
-         do i = 1, m
-            z(i) = z(i) + response%rigid_mode(i, j)*self%rigid(j)
-            z(m + i) = z(m + i) + response%rigid_mode(i, j)*self%rate(j)
-         end do
-      end do
+      call product(2*response%m, response%length, response%from, self%x, z)
+      if (response%nx == 0) return
       do j = 1, size(response%dense)
          call response%dense(j)%add_state(self%dense(response%first(j):response%first(j + 1) - 1), z)
       end do
@@ -141,20 +136,9 @@ contains
       type(response_t), intent(in) :: response
       type(amplitudes_t), intent(inout) :: to
 
-      integer :: i
-
       to%tau = from%tau
-      do i = 1, response%amplitudes
-         to%re(i) = from%re(i)
-         to%im(i) = from%im(i)
-      end do
-      do i = 1, response%rigid
-         to%rigid(i) = from%rigid(i)
-         to%rate(i) = from%rate(i)
-      end do
-      do i = 1, response%nx
-         to%dense(i) = from%dense(i)
-      end do
+      call copy_list(response%length, from%x, to%x)
+      if (response%nx > 0) to%dense(:response%nx) = from%dense(:response%nx)
    end subroutine copy
 
    !> Move from `from` by 2^-level s; makes the table's entry when it is used for the first time.
@@ -164,34 +148,38 @@ contains
       integer, intent(in) :: level
       type(amplitudes_t), intent(inout) :: self
 
-      real(wp) :: h, re
-      integer :: i
+      real(wp) :: h
 
       if (.not. response%has_step(level)) call tabulate(response, level)
       h = response%step_length(level)
       self%tau = from%tau + h
-      if (response%terms >= wide) then
-         call rotate(response%amplitudes, from%re, from%im, response%step_re(:, level), response%step_im(:, level), &
-                     self%re, self%im)
-      else
-         do i = 1, response%amplitudes
-            re = from%re(i)*response%step_re(i, level) - from%im(i)*response%step_im(i, level)
-            self%im(i) = from%re(i)*response%step_im(i, level) + from%im(i)*response%step_re(i, level)
-            self%re(i) = re
-         end do
-      end if
-      do i = 1, response%rigid
-         self%rigid(i) = from%rigid(i) + h*(from%rate(i) + 0.5_wp*h*response%rigid_force(i))
-         self%rate(i) = from%rate(i) + h*response%rigid_force(i)
-      end do
+      call rotate(response%filled, from%x, response%factor(response%factor_at(level)), self%x)
+      call copy_list(response%length - 2*response%filled, from%x(response%one), self%x(response%one))
+      if (response%rigid > 0) call move_rigid(response, h, self)
       if (response%driven%count > 0) then
-         call take_tones(self, response, from%re, from%im)
+         call take_tones(self, response, from%x)
          call push_by_table(self, response, level)
       end if
       if (response%nx == 0) return
       self%dense(:response%nx) = from%dense(:response%nx)
       call step_dense(response, level, self%dense)
    end subroutine step
+
+   !> Move rigid modes by `h`, s.
+   pure subroutine move_rigid(response, h, self)
+      type(response_t), intent(in) :: response
+      real(wp), intent(in) :: h
+      type(amplitudes_t), intent(inout) :: self
+
+      integer :: i
+
+      associate (n => response%rigid)
+         do i = response%one + 1, response%one + n
+            self%x(i) = self%x(i) + h*(self%x(i + n) + 0.5_wp*h*self%x(i + 2*n))
+            self%x(i + n) = self%x(i + n) + h*self%x(i + 2*n)
+         end do
+      end associate
+   end subroutine move_rigid
 
    !> Evaluate the closed form that starts at `start` at the time `tau` of the segment.
    pure subroutine move_to(start, response, tau, self)
@@ -200,26 +188,35 @@ contains
       real(wp), intent(in) :: tau
       type(amplitudes_t), intent(inout) :: self
 
-      real(wp) :: re, im
-      integer :: i, j, k
+      real(wp) :: factor(2*response%filled)
+      integer :: i
 
       self%tau = tau
+      factor = 0.0_wp
       do i = 1, response%amplitudes
-         call growth(response%exponent(i), tau, re, im)
-         self%re(i) = start%re(i)*re - start%im(i)*im
-         self%im(i) = start%re(i)*im + start%im(i)*re
+         call growth(response%exponent(i), tau, factor(i), factor(response%filled + i))
       end do
-      if (response%driven%count > 0) call add_excitation(start, response, tau, self)
-      do i = 1, response%rigid
-         self%rigid(i) = start%rigid(i) + tau*(start%rate(i) + 0.5_wp*tau*response%rigid_force(i))
-         self%rate(i) = start%rate(i) + tau*response%rigid_force(i)
-      end do
+      call rotate(response%filled, start%x, factor, self%x)
+      call copy_list(response%length - 2*response%filled, start%x(response%one), self%x(response%one))
+      if (response%rigid > 0) call move_rigid(response, tau, self)
+      if (response%driven%count > 0) call add_excitation(start, response, tau, factor, self)
+      if (response%nx > 0) call move_dense(response, start%dense(:response%nx), tau, self%dense)
+   end subroutine move_to
+
+   !> Dense states `tau` s after `from`.
+   pure subroutine move_dense(response, from, tau, to)
+      type(response_t), intent(in) :: response
+      real(wp), intent(in) :: from(:), tau
+      real(wp), intent(inout) :: to(:)
+
+      integer :: i, j, k
+
       do i = 1, size(response%dense)
          j = response%first(i)
          k = response%first(i + 1) - 1
-         call exponential_action(response%dense(i)%matrix, response%dense(i)%norm, tau, start%dense(j:k), self%dense(j:k))
+         call exponential_action(response%dense(i)%matrix, response%dense(i)%norm, tau, from(j:k), to(j:k))
       end do
-   end subroutine move_to
+   end subroutine move_dense
 
    !> Go from `from` by `tau` (s), shorter than 2^-level: binary digits of tau down to the response's fine level by the table
    !> of steps; what is left of tau by `shift`, or not at all if `coarsely`, and then tau is shortened by it.
@@ -231,8 +228,8 @@ contains
       real(wp), intent(inout) :: tau
       type(amplitudes_t), intent(inout) :: self
 
-      real(wp) :: h, re, rest
-      integer :: i, k
+      real(wp) :: h, rest
+      integer :: k
 
       call copy(from, response, self)
       rest = tau
@@ -242,22 +239,14 @@ contains
          if (rest < h) cycle
          rest = rest - h
          if (.not. response%has_step(k)) call tabulate(response, k)
-         if (response%driven%count > 0) call take_tones(self, response, self%re, self%im)
-         do i = 1, response%amplitudes
-            re = self%re(i)*response%step_re(i, k) - self%im(i)*response%step_im(i, k)
-            self%im(i) = self%re(i)*response%step_im(i, k) + self%im(i)*response%step_re(i, k)
-            self%re(i) = re
-         end do
+         if (response%driven%count > 0) call take_tones(self, response, self%x)
+         call rotate_self(response%filled, response%factor(response%factor_at(k)), self%x)
          if (response%driven%count > 0) call push_by_table(self, response, k)
          if (response%nx > 0) call step_dense(response, k, self%dense)
       end do
-      h = tau - rest
-      do i = 1, response%rigid
-         self%rigid(i) = from%rigid(i) + h*(from%rate(i) + 0.5_wp*h*response%rigid_force(i))
-         self%rate(i) = from%rate(i) + h*response%rigid_force(i)
-      end do
+      if (response%rigid > 0) call move_rigid(response, tau - rest, self)
       if (coarsely) then
-         tau = h
+         tau = tau - rest
       else
          call shift(self, response, rest)
       end if
@@ -270,78 +259,21 @@ contains
       type(response_t), intent(in) :: response
       real(wp), intent(in) :: delta
 
-      if (response%driven%count > 0) then
-         call shift_driven(self, response, delta)
-      else
-         call shift_plain(self, response, delta)
-      end if
-   end subroutine shift
-
-   !> Move by the small time `delta` where excitation acts on driven terms.
-   pure subroutine shift_driven(self, response, delta)
-      type(amplitudes_t), intent(inout) :: self
-      type(response_t), intent(in) :: response
-      real(wp), intent(in) :: delta
-
-      call take_tones(self, response, self%re, self%im)
-      call shift_plain(self, response, delta)
-      associate (first => response%driven%first + 1, n => response%terms)
-         call response%driven%push_shortly(delta, abs(delta)*response%fastest <= tiny_angle, self%tone, self%re(first:n), &
-                                           self%im(first:n))
-      end associate
-   end subroutine shift_driven
-
-   !> The same without the excitation of driven terms.
-   pure subroutine shift_plain(self, response, delta)
-      type(amplitudes_t), intent(inout) :: self
-      type(response_t), intent(in) :: response
-      real(wp), intent(in) :: delta
-
-      real(wp) :: x, y, y2, re, im, factor
-      integer :: i, j, k
       logical :: tiny_step
 
-      self%tau = self%tau + delta
       tiny_step = abs(delta)*response%fastest <= tiny_angle
-      do i = 1, response%amplitudes
-         y = aimag(response%exponent(i))*delta
-         y2 = y*y
-         if (tiny_step) then
-            re = 1.0_wp - y2*(0.5_wp - y2*(1.0_wp/24))
-            im = y*(1.0_wp - y2*(1.0_wp/6 - y2*(1.0_wp/120)))
-         else
-            re = 1.0_wp - y2*(0.5_wp - y2*(1.0_wp/24 - y2*(1.0_wp/720 - y2*(1.0_wp/40320))))
-            im = y*(1.0_wp - y2*(1.0_wp/6 - y2*(1.0_wp/120 - y2*(1.0_wp/5040 - y2*(1.0_wp/362880)))))
-         end if
-         if (i <= response%terms) then
-            x = real(response%exponent(i))*delta
-            if (tiny_step) then
-               factor = 1.0_wp + x*(1.0_wp + x*(0.5_wp + x*(1.0_wp/6 + x*(1.0_wp/24 + x*(1.0_wp/120)))))
-            else
-               factor = exp(x)
-            end if
-            re = factor*re
-            im = factor*im
-         end if
-         x = self%re(i)*re - self%im(i)*im
-         self%im(i) = self%re(i)*im + self%im(i)*re
-         self%re(i) = x
-      end do
-      do i = 1, response%rigid
-         self%rigid(i) = self%rigid(i) + delta*(self%rate(i) + 0.5_wp*delta*response%rigid_force(i))
-         self%rate(i) = self%rate(i) + delta*response%rigid_force(i)
-      end do
-      do i = 1, size(response%dense)
-         j = response%first(i)
-         k = response%first(i + 1) - 1
-         block
-            real(wp) :: from(k - j + 1)
-
-            from = self%dense(j:k)
-            call exponential_action(response%dense(i)%matrix, response%dense(i)%norm, delta, from, self%dense(j:k))
-         end block
-      end do
-   end subroutine shift_plain
+      self%tau = self%tau + delta
+      if (response%driven%count > 0) call take_tones(self, response, self%x)
+      call grow_shortly(response%filled, response%decay, response%turn, delta, tiny_step, self%x)
+      if (response%rigid > 0) call move_rigid(response, delta, self)
+      if (response%driven%count > 0) then
+         associate (first => response%driven%first + 1, n => response%terms, f => response%filled)
+            call response%driven%push_shortly(delta, tiny_step, self%tone, self%x(first:n), self%x(f + first:f + n))
+         end associate
+      end if
+      ! A copy, as the states must not be written while they are read.
+      if (response%nx > 0) call move_dense(response, [self%dense(:response%nx)], delta, self%dense)
+   end subroutine shift
 
    !> Move dense states by a step of 2^-level s.
    pure subroutine step_dense(response, level, dense)
@@ -358,38 +290,33 @@ contains
       end do
    end subroutine step_dense
 
-   !> Add to driven terms what the excitation gives in `tau` s after `start`.
-   pure subroutine add_excitation(start, response, tau, self)
+   !> Add to driven terms what the excitation gives in `tau` s after `start`; `grown` are the factors of all amplitudes.
+   pure subroutine add_excitation(start, response, tau, grown, self)
       type(amplitudes_t), intent(in) :: start
       type(response_t), intent(in) :: response
-      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: tau, grown(:)
       type(amplitudes_t), intent(inout) :: self
 
-      complex(wp) :: factor(response%driven%first + 1:response%amplitudes)
-      real(wp) :: re, im
-      integer :: i
+      complex(wp) :: factor(response%amplitudes)
 
-      do i = response%driven%first + 1, response%amplitudes
-         call growth(response%exponent(i), tau, re, im)
-         factor(i) = cmplx(re, im, wp)
-      end do
-      call take_tones(self, response, start%re, start%im)
-      associate (driven => response%driven, first => response%driven%first + 1, n => response%terms)
-         call driven%push(tau, factor(first:n), factor(n + 1:), self%tone, self%re(first:n), self%im(first:n))
+      call take_tones(self, response, start%x)
+      associate (driven => response%driven, first => response%driven%first + 1, n => response%terms, f => response%filled)
+         factor = cmplx(grown(:response%amplitudes), grown(f + 1:f + response%amplitudes), wp)
+         call driven%push(tau, factor(first:n), factor(n + 1:), self%tone, self%x(first:n), self%x(f + first:f + n))
       end associate
    end subroutine add_excitation
 
-   !> Cosine and sine of each tone that acts on driven terms, from amplitudes (re, im), into the workspace.
-   pure subroutine take_tones(self, response, re, im)
+   !> Cosine and sine of each tone that acts on driven terms, from amplitudes x, into the workspace.
+   pure subroutine take_tones(self, response, x)
       type(amplitudes_t), intent(inout) :: self
       type(response_t), intent(in) :: response
-      real(wp), intent(in) :: re(:), im(:)
+      real(wp), intent(in) :: x(:)
 
       integer :: t
 
       do t = 1, response%driven%tones
-         self%tone(2*t - 1) = re(response%terms + t)
-         self%tone(2*t) = im(response%terms + t)
+         self%tone(2*t - 1) = x(response%terms + t)
+         self%tone(2*t) = x(response%filled + response%terms + t)
       end do
    end subroutine take_tones
 
@@ -399,9 +326,13 @@ contains
       type(response_t), intent(in) :: response
       integer, intent(in) :: level
 
-      associate (first => response%driven%first + 1, n => response%driven%count)
-         call add_product(n, 2*response%driven%tones, response%push_re(:, :, level), self%tone, self%re(first:))
-         call add_product(n, 2*response%driven%tones, response%push_im(:, :, level), self%tone, self%im(first:))
+      real(wp) :: pushed(response%driven%count)
+
+      associate (first => response%driven%first + 1, n => response%driven%count, f => response%filled)
+         call product(n, 2*response%driven%tones, response%push_re(:, :, level), self%tone, pushed)
+         self%x(first:first + n - 1) = self%x(first:first + n - 1) + pushed
+         call product(n, 2*response%driven%tones, response%push_im(:, :, level), self%tone, pushed)
+         self%x(f + first:f + first + n - 1) = self%x(f + first:f + first + n - 1) + pushed
       end associate
    end subroutine push_by_table
 
@@ -411,12 +342,15 @@ contains
       integer, intent(in) :: level
 
       complex(wp) :: factor(response%amplitudes)
+      real(wp) :: re, im
       integer :: i, j, k
 
       response%step_length(level) = scale(1.0_wp, -level)
       do i = 1, response%amplitudes
-         call growth(response%exponent(i), response%step_length(level), response%step_re(i, level), response%step_im(i, level))
-         factor(i) = cmplx(response%step_re(i, level), response%step_im(i, level), wp)
+         call growth(response%exponent(i), response%step_length(level), re, im)
+         factor(i) = cmplx(re, im, wp)
+         response%factor(response%factor_at(level) + i - 1) = re
+         response%factor(response%factor_at(level) + response%filled + i - 1) = im
       end do
       associate (driven => response%driven)
          if (driven%count > 0) call driven%tabulate_push(response%step_length(level), factor(driven%first + 1:response%terms), &

@@ -10,24 +10,29 @@ module razy_exact_closed_form_response
    use razy_exact_closed_form_dense_part, only: dense_part_t, new_dense_part
    use razy_exact_closed_form_driven, only: driven_t, find_driven, new_driven
    use razy_exact_modal_basis, only: modal_basis_t
-   use razy_linalg_wide_sums, only: wide
+   use razy_linalg_blocks, only: filled, paired
    implicit none(type, external)
    private
 
    public :: new_response, response_t, shape_matrix
-   public :: coarsest_level, finest_level
+   public :: coarsest_level, finest_level, many
 
    !> Search steps are 2^-level seconds.
    integer, parameter :: coarsest_level = -30, finest_level = 70
+   !> From this number of terms on a model is large.
+   integer, parameter :: many = 12
 
    type :: response_t
       integer :: m = 0, terms = 0, tones = 0, rigid = 0, nx = 0
       !> terms + tones, and one for a constant force on driven terms.
       integer :: amplitudes = 0
+      !> Length of lists of amplitudes filled up with zeros to pairs, and of the list of all of the motion but dense states
+      !> (razy_exact_closed_form_amplitudes), in which the constant 1 has this place.
+      integer :: filled = 0, length = 0, one = 0
       type(driven_t) :: driven
-      !> Exponents of all amplitudes and their moduli.
+      !> Exponents of all amplitudes (amplitudes); their real and imaginary parts and moduli (filled).
       complex(wp), allocatable :: exponent(:)
-      real(wp), allocatable :: modulus(:)
+      real(wp), allocatable :: decay(:), turn(:), modulus(:)
       !> Largest modulus of an exponent or of the rates in a dense part, 1/s.
       real(wp) :: fastest = 0.0_wp
       !> The largest of those at which rounding grows in time, 1/s: what decays without a turn loses none.
@@ -35,27 +40,27 @@ module razy_exact_closed_form_response
       logical :: growing = .false.
       !> No term is driven and no part dense; nor does any amplitude grow.
       logical :: plain = .true., bounded = .true.
-      !> No term is driven, and there are few.
-      logical :: simple = .true.
       !> Level of steps on which the fastest amplitude turns by less than 0.05.
       integer :: fine_level = 0
       !> z = constant + from_re Re(a) + from_im Im(a) + rigid and dense parts (2m, amplitudes).
       real(wp), allocatable :: constant(:), from_re(:, :), from_im(:, :)
       !> a = to_re z + i to_im z for the terms (2m, terms), z without constant and tones.
       real(wp), allocatable :: to_re(:, :), to_im(:, :)
+      !> Both with rigid modes on the whole list: z = from x and, without constant and tones, x = into z (2m, length; length, 2m).
+      real(wp), allocatable :: from(:, :), into(:, :)
       !> Moduli of `from` and `to`, made when they are asked for.
       real(wp), allocatable :: from_size(:, :), to_size(:, :)
       !> Lengths of their columns, displacements and velocities apart, and of `constant` in column 0 of the first (2, amplitudes).
       real(wp), allocatable :: from_length(:, :), to_length(:, :)
-      !> `to` transposed (terms, 2m), for large models only.
-      real(wp), allocatable :: into_re(:, :), into_im(:, :)
       !> Rigid modes (m, rigid) and the constant force on each.
       real(wp), allocatable :: rigid_mode(:, :), rigid_force(:)
       type(dense_part_t), allocatable :: dense(:)
       !> First dense state of each part, and one beyond the last.
       integer, allocatable :: first(:)
-      !> Factors of the amplitudes over steps of 2^-level s, made when first used (amplitudes, level).
-      real(wp), allocatable :: step_re(:, :), step_im(:, :)
+      !> Factors of the amplitudes over steps of 2^-level s, made when first used: real and imaginary parts (filled) from the place
+      !> `factor_at(level)` on.
+      real(wp), allocatable :: factor(:)
+      integer :: factor_at(coarsest_level:finest_level) = 1
       !> What cosines and sines of all tones add to driven terms in such a step (terms, 2 tones, level).
       real(wp), allocatable :: push_re(:, :, :), push_im(:, :, :)
       !> Dense step matrices (nx, nx, level), block diagonal.
@@ -85,11 +90,16 @@ contains
       self%rigid = size(basis%rigid, 2)
       n = self%terms + max(self%tones, self%driven%tones)
       self%amplitudes = n
+      self%filled = paired(n)
+      self%one = 2*self%filled + 1
+      self%length = filled(self%one + 3*self%rigid)
       if (allocated(self%exponent)) deallocate (self%exponent, self%constant)
       allocate (self%exponent(n), self%constant(2*m))
       self%exponent = [basis%lambda(order), (cmplx(0.0_wp, omega(t), wp), t=1, self%tones), &
                        ((0.0_wp, 0.0_wp), i=self%terms + self%tones + 1, n)]
-      self%modulus = abs(self%exponent)
+      self%decay = [real(self%exponent), (0.0_wp, i=n + 1, self%filled)]
+      self%turn = [aimag(self%exponent), (0.0_wp, i=n + 1, self%filled)]
+      self%modulus = [abs(self%exponent), (0.0_wp, i=n + 1, self%filled)]
       self%growing = any(real(basis%lambda) > 0.0_wp)
       self%constant = 0.0_wp
       call shape_matrix(self%from_re, 2*m, n)
@@ -114,14 +124,9 @@ contains
       self%from_im(:, self%terms + self%tones + 1:) = 0.0_wp
       if (allocated(self%from_size)) deallocate (self%from_size, self%to_size)
       if (allocated(self%from_length)) deallocate (self%from_length, self%to_length)
-      if (self%terms >= wide) then
-         self%into_re = transpose(self%to_re)
-         self%into_im = transpose(self%to_im)
-      end if
       self%rigid_mode = basis%rigid
       self%rigid_force = matmul(load, basis%rigid)
-      if (allocated(self%step_re)) deallocate (self%step_re, self%step_im)
-      allocate (self%step_re(n, coarsest_level:finest_level), self%step_im(n, coarsest_level:finest_level))
+      call list_everything(self)
       if (allocated(self%push_re)) deallocate (self%push_re, self%push_im)
       if (self%driven%count > 0) allocate (self%push_re(self%driven%count, 2*self%driven%tones, coarsest_level:finest_level), &
                                            self%push_im(self%driven%count, 2*self%driven%tones, coarsest_level:finest_level))
@@ -134,16 +139,37 @@ contains
       if (basis%stiff) self%turning = turning_rate(self)
       self%plain = self%nx == 0 .and. self%driven%count == 0
       self%bounded = self%plain .and. .not. self%growing
-      self%simple = self%driven%count == 0 .and. self%terms < wide
       self%fine_level = min(max(exponent(20*self%fastest), coarsest_level), finest_level)
    end subroutine new_response
+
+   !> Matrices between the state and the list of all amplitudes, and room for the factors of steps.
+   pure subroutine list_everything(self)
+      type(response_t), intent(inout) :: self
+
+      integer :: i
+
+      associate (m => self%m, f => self%filled, r => self%rigid)
+         if (allocated(self%from)) deallocate (self%from, self%into, self%factor)
+         allocate (self%from(2*m, self%length), self%into(self%length, 2*m), self%factor(2*f*size(self%factor_at)), source=0.0_wp)
+         self%factor_at(:) = [(1 + 2*f*i, i=0, size(self%factor_at) - 1)]
+         self%from(:, :self%amplitudes) = self%from_re
+         self%from(:, f + 1:f + self%amplitudes) = self%from_im
+         self%from(:, self%one) = self%constant
+         self%from(:m, self%one + 1:self%one + r) = self%rigid_mode
+         self%from(m + 1:, self%one + r + 1:self%one + 2*r) = self%rigid_mode
+         self%into(:self%terms, :) = transpose(self%to_re)
+         self%into(f + 1:f + self%terms, :) = transpose(self%to_im)
+         self%into(self%one + 1:self%one + r, :m) = transpose(self%rigid_mode)
+         self%into(self%one + r + 1:self%one + 2*r, m + 1:) = transpose(self%rigid_mode)
+      end associate
+   end subroutine list_everything
 
    !> The largest modulus of an exponent that is not real, or norm of a dense part.
    pure function turning_rate(self) result(rate)
       type(response_t), intent(in) :: self
       real(wp) :: rate
 
-      rate = maxval([0.0_wp, self%modulus], mask=[.true., abs(aimag(self%exponent)) > 0.0_wp .or. real(self%exponent) > 0.0_wp])
+      rate = maxval([0.0_wp, self%modulus], mask=[.true., abs(self%turn) > 0.0_wp .or. self%decay > 0.0_wp])
       if (size(self%dense) > 0) rate = max(rate, maxval(self%dense%norm))
    end function turning_rate
 

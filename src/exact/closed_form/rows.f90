@@ -1,11 +1,11 @@
 !! Linear forms of the motion in one mode, and their derivatives, as rows of coefficients on its amplitudes, and their values.
 module razy_exact_closed_form_rows
    use razy_core_kinds, only: wp
-   use razy_exact_closed_form_amplitudes, only: amplitudes_t
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t, rate_of, rigid_of
    use razy_exact_closed_form_driven, only: driven_t
    use razy_exact_closed_form_response, only: response_t, shape_matrix
    use razy_hybrid_linear_form, only: linear_form_t
-   use razy_linalg_wide_sums, only: sum_of, two_sums, wide
+   use razy_linalg_blocks, only: sum_of, three_sums, two_sums
    implicit none(type, external)
    private
 
@@ -14,10 +14,12 @@ module razy_exact_closed_form_rows
    !> Rows of several forms and of their derivatives of order 0…4.
    type :: rows_t
       integer :: forms = 0
-      !> f^(p) = Σ re(:, p)*Re(a) + im(:, p)*Im(a) (amplitudes, 0:4, forms).
-      real(wp), allocatable :: re(:, :, :), im(:, :, :)
-      !> Moduli of the coefficients of order 0 and 4 (amplitudes, forms).
-      real(wp), allocatable :: size0(:, :), size4(:, :)
+      !> Coefficients of the derivatives f^(p) on the whole list of a motion (razy_exact_closed_form_amplitudes), which begin at
+      !> `place(p, form)` (0:4, forms).
+      real(wp), allocatable :: on(:)
+      integer, allocatable :: place(:, :)
+      !> Moduli of those of order 0…5 on amplitudes (filled up to blocks, 0:5, forms).
+      real(wp), allocatable :: moduli(:, :, :)
       !> Of driven terms: bounds of what their excitation adds to derivatives of order 0…5, and of the terms of that (0:5, forms);
       !> by how much their part in derivatives of order 4, 5 and 2 may grow per s (0:2, forms).
       real(wp), allocatable :: forced(:, :), forced_reach(:, :), drift(:, :)
@@ -45,14 +47,12 @@ contains
       type(linear_form_t), intent(in) :: forms(:)
 
       complex(wp) :: coefficient
-      real(wp) :: form(2*response%m)
+      real(wp) :: form(2*response%m), re(response%filled, 0:4), im(response%filled, 0:4)
       integer :: i, j, p, n, part
 
       n = response%amplitudes
       self%forms = size(forms)
       self%constant = [(forms(j)%constant, j=1, size(forms))]
-      call shape_matrix(self%size0, n, self%forms)
-      call shape_matrix(self%size4, n, self%forms)
       call shape_matrix(self%reach, n, self%forms)
       call shape_matrix(self%length, 2, self%forms)
       do j = 1, self%forms
@@ -61,11 +61,15 @@ contains
       self%reach_constant = [(reach_of(self%length(:, j), response%constant), j=1, size(forms))]
       call shape_matrix(self%rigid_y, response%rigid, self%forms)
       call shape_matrix(self%rigid_v, response%rigid, self%forms)
-      if (allocated(self%re)) deallocate (self%re, self%im, self%dense, self%longest_reach)
+      if (allocated(self%on)) deallocate (self%on, self%place, self%moduli, self%dense, self%longest_reach)
       allocate (self%longest_reach(self%forms))
-      allocate (self%re(n, 0:4, self%forms), self%im(n, 0:4, self%forms))
+      allocate (self%on(5*self%forms*response%length), self%place(0:4, self%forms))
+      if (response%driven%count > 0) call shape_driven(self)
+      allocate (self%moduli(response%filled, 0:5, self%forms), source=0.0_wp)
       allocate (self%dense(response%nx, 0:5, self%forms), source=0.0_wp)
       do j = 1, self%forms
+         re = 0.0_wp
+         im = 0.0_wp
          form = [forms(j)%on_y, forms(j)%on_v]
          self%constant(j) = self%constant(j) + dot_product(form, response%constant)
          do i = 1, n
@@ -73,13 +77,12 @@ contains
             if (i > response%terms .and. i <= response%terms + response%tones) then
                coefficient = coefficient + forms(j)%error(i - response%terms)
             end if
-            self%size0(i, j) = abs(coefficient)
+            self%moduli(i, :, j) = abs(coefficient)*response%modulus(i)**[0, 1, 2, 3, 4, 5]
             self%reach(i, j) = reach_of(self%length(:, j), response%from_re(:, i)) &
                                + reach_of(self%length(:, j), response%from_im(:, i))
-            self%size4(i, j) = abs(coefficient)*response%modulus(i)**4
             do p = 0, 4
-               self%re(i, p, j) = real(coefficient)
-               self%im(i, p, j) = -aimag(coefficient)
+               re(i, p) = real(coefficient)
+               im(i, p) = -aimag(coefficient)
                coefficient = coefficient*response%exponent(i)
             end do
          end do
@@ -90,26 +93,53 @@ contains
             call response%dense(part)%row(forms(j)%on_y, forms(j)%on_v, &
                                           self%dense(response%first(part):response%first(part + 1) - 1, :, j))
          end do
+         if (response%driven%count > 0) call add_excitation(self, response%driven, j, re, im)
+         call list_coefficients(self, response, j, re, im)
       end do
-      if (response%driven%count > 0) call add_excitation(self, response%driven)
    end subroutine new_rows
 
-   !> What derivatives of driven terms feel of their excitation.
-   pure subroutine add_excitation(self, driven)
+   !> Enter the coefficients re and im (filled, 0:4) of form j, and those on all else, into the list.
+   pure subroutine list_coefficients(self, response, j, re, im)
       type(rows_t), intent(inout) :: self
-      type(driven_t), intent(in) :: driven
+      type(response_t), intent(in) :: response
+      integer, intent(in) :: j
+      real(wp), intent(in) :: re(:, 0:), im(:, 0:)
 
-      integer :: j
+      integer :: p
+
+      associate (n => response%rigid, y => self%rigid_y(:, j), v => self%rigid_v(:, j))
+         do p = 0, 4
+            self%place(p, j) = ((j - 1)*5 + p)*response%length + 1
+            associate (row => self%on(self%place(p, j):self%place(p, j) + response%length - 1), one => response%one)
+               row = 0.0_wp
+               row(:one - 1) = [re(:, p), im(:, p)]
+               if (p == 0) row(one:one + 2*n) = [self%constant(j), y, v]
+               if (p == 1) row(one + n + 1:one + 3*n) = [y, v]
+               if (p == 2) row(one + 2*n + 1:one + 3*n) = y
+            end associate
+         end do
+      end associate
+   end subroutine list_coefficients
+
+   !> Room for what is known of driven terms.
+   pure subroutine shape_driven(self)
+      type(rows_t), intent(inout) :: self
 
       if (allocated(self%forced)) deallocate (self%forced, self%forced_reach, self%drift)
       allocate (self%forced(0:5, self%forms), self%forced_reach(0:5, self%forms), self%drift(0:2, self%forms))
-      do j = 1, self%forms
-         associate (first => driven%first + 1, last => driven%first + driven%count)
-            call driven%add_to_row(cmplx(self%re(first:last, 0, j), -self%im(first:last, 0, j), wp), self%reach(first:last, j), &
-                                   self%re(:, :, j), self%im(:, :, j), self%forced(:, j), self%forced_reach(:, j), &
-                                   self%drift(:, j))
-         end associate
-      end do
+   end subroutine shape_driven
+
+   !> What derivatives of driven terms feel of their excitation, in form j with the coefficients re and im (filled, 0:4).
+   pure subroutine add_excitation(self, driven, j, re, im)
+      type(rows_t), intent(inout) :: self
+      type(driven_t), intent(in) :: driven
+      integer, intent(in) :: j
+      real(wp), intent(inout) :: re(:, 0:), im(:, 0:)
+
+      associate (first => driven%first + 1, last => driven%first + driven%count)
+         call driven%add_to_row(cmplx(re(first:last, 0), -im(first:last, 0), wp), self%reach(first:last, j), re, im, &
+                                self%forced(:, j), self%forced_reach(:, j), self%drift(:, j))
+      end associate
    end subroutine add_excitation
 
    !> Length of a form times that of z (2m), displacements and velocities apart.
@@ -130,34 +160,11 @@ contains
       integer, intent(in) :: j, order
       real(wp), intent(out) :: f, g, d
 
-      integer :: i
-
-      f = 0.0_wp
-      g = 0.0_wp
-      d = 0.0_wp
-      do i = 1, response%amplitudes
-         f = f + (rows%re(i, order, j)*self%re(i) + rows%im(i, order, j)*self%im(i))
-         g = g + (rows%re(i, order + 1, j)*self%re(i) + rows%im(i, order + 1, j)*self%im(i))
-         d = d + (rows%re(i, order + 2, j)*self%re(i) + rows%im(i, order + 2, j)*self%im(i))
-      end do
-      do i = 1, response%rigid
-         if (order == 0) then
-            f = f + (rows%rigid_y(i, j)*self%rigid(i) + rows%rigid_v(i, j)*self%rate(i))
-            g = g + (rows%rigid_y(i, j)*self%rate(i) + rows%rigid_v(i, j)*response%rigid_force(i))
-            d = d + rows%rigid_y(i, j)*response%rigid_force(i)
-         else if (order == 1) then
-            f = f + (rows%rigid_y(i, j)*self%rate(i) + rows%rigid_v(i, j)*response%rigid_force(i))
-            g = g + rows%rigid_y(i, j)*response%rigid_force(i)
-         else if (order == 2) then
-            f = f + rows%rigid_y(i, j)*response%rigid_force(i)
-         end if
-      end do
-      if (order == 0) f = f + rows%constant(j)
-      do i = 1, response%nx
-         f = f + rows%dense(i, order, j)*self%dense(i)
-         g = g + rows%dense(i, order + 1, j)*self%dense(i)
-         d = d + rows%dense(i, order + 2, j)*self%dense(i)
-      end do
+      call three_sums(response%length, rows%on(rows%place(order, j)), self%x, f, g, d)
+      if (response%nx == 0) return
+      f = f + dense_part(rows, self, j, order)
+      g = g + dense_part(rows, self, j, order + 1)
+      d = d + dense_part(rows, self, j, order + 2)
    end subroutine derivatives
 
    !> The value f and slope g of form `j` at the cursor, or those of its derivative of order `order` (0…3).
@@ -168,33 +175,10 @@ contains
       integer, intent(in) :: j, order
       real(wp), intent(out) :: f, g
 
-      integer :: i
-
-      if (response%terms >= wide) then
-         call two_sums(response%amplitudes, rows%re(:, order, j), rows%im(:, order, j), rows%re(:, order + 1, j), &
-                       rows%im(:, order + 1, j), self%re, self%im, f, g)
-      else
-         f = 0.0_wp
-         g = 0.0_wp
-         do i = 1, response%amplitudes
-            f = f + (rows%re(i, order, j)*self%re(i) + rows%im(i, order, j)*self%im(i))
-            g = g + (rows%re(i, order + 1, j)*self%re(i) + rows%im(i, order + 1, j)*self%im(i))
-         end do
-      end if
-      do i = 1, response%rigid
-         if (order == 0) then
-            f = f + (rows%rigid_y(i, j)*self%rigid(i) + rows%rigid_v(i, j)*self%rate(i))
-            g = g + (rows%rigid_y(i, j)*self%rate(i) + rows%rigid_v(i, j)*response%rigid_force(i))
-         else if (order == 1) then
-            f = f + (rows%rigid_y(i, j)*self%rate(i) + rows%rigid_v(i, j)*response%rigid_force(i))
-            g = g + rows%rigid_y(i, j)*response%rigid_force(i)
-         end if
-      end do
-      if (order == 0) f = f + rows%constant(j)
-      do i = 1, response%nx
-         f = f + rows%dense(i, order, j)*self%dense(i)
-         g = g + rows%dense(i, order + 1, j)*self%dense(i)
-      end do
+      call two_sums(response%length, rows%on(rows%place(order, j)), self%x, f, g)
+      if (response%nx == 0) return
+      f = f + dense_part(rows, self, j, order)
+      g = g + dense_part(rows, self, j, order + 1)
    end subroutine value_and_slope
 
    !> The derivative of order `order` (0…4) of form `j` at the cursor.
@@ -205,43 +189,22 @@ contains
       integer, intent(in) :: j, order
       real(wp) :: f
 
-      integer :: i
-
-      f = 0.0_wp
-      do i = 1, response%amplitudes
-         f = f + (rows%re(i, order, j)*self%re(i) + rows%im(i, order, j)*self%im(i))
-      end do
-      if (order == 0) f = f + rows%constant(j)
-      if (order < 3 .and. response%rigid > 0) f = f + rigid_part(rows, response, self, j, order)
-      do i = 1, response%nx
-         f = f + rows%dense(i, order, j)*self%dense(i)
-      end do
+      f = sum_of(response%length, rows%on(rows%place(order, j)), self%x)
+      if (response%nx > 0) f = f + dense_part(rows, self, j, order)
    end function value_of
 
-   !> What rigid modes, which are parabolas in time, give to a derivative of order 0, 1 or 2.
-   pure function rigid_part(rows, response, self, j, order) result(f)
+   !> What dense states give to the derivative of order `order` of form `j`.
+   pure function dense_part(rows, self, j, order) result(f)
       type(rows_t), intent(in) :: rows
-      type(response_t), intent(in) :: response
       type(amplitudes_t), intent(in) :: self
       integer, intent(in) :: j, order
       real(wp) :: f
 
-      integer :: i
-
-      f = 0.0_wp
-      do i = 1, response%rigid
-         if (order == 0) then
-            f = f + (rows%rigid_y(i, j)*self%rigid(i) + rows%rigid_v(i, j)*self%rate(i))
-         else if (order == 1) then
-            f = f + (rows%rigid_y(i, j)*self%rate(i) + rows%rigid_v(i, j)*response%rigid_force(i))
-         else
-            f = f + rows%rigid_y(i, j)*response%rigid_force(i)
-         end if
-      end do
-   end function rigid_part
+      f = dot_product(rows%dense(:, order, j), self%dense(:size(rows%dense, 1)))
+   end function dense_part
 
    !> Sum of the moduli of all that `value_of` is the sum of: its rounding is some epsilon of that. `modulus` are the moduli
-   !> of the amplitudes.
+   !> of the amplitudes, filled up to blocks.
    pure function size_of(rows, response, self, modulus, j, order) result(total)
       type(rows_t), intent(in) :: rows
       type(response_t), intent(in) :: response
@@ -250,27 +213,19 @@ contains
       integer, intent(in) :: j, order
       real(wp) :: total
 
+      real(wp) :: rate
       integer :: i
 
-      total = 0.0_wp
+      total = sum_of(response%filled, rows%moduli(:, order, j), modulus)
       if (order == 0) then
-         total = abs(rows%constant(j))
-         if (response%terms >= wide) then
-            total = total + sum_of(response%amplitudes, rows%size0(:, j), modulus)
-         else
-            do i = 1, response%amplitudes
-               total = total + rows%size0(i, j)*modulus(i)
-            end do
-         end if
-      else
-         do i = 1, response%amplitudes
-            total = total + rows%size0(i, j)*response%modulus(i)**order*modulus(i)
-         end do
-         if (response%driven%count > 0) total = total + rows%forced(order, j)
+         total = total + abs(rows%constant(j))
+      else if (response%driven%count > 0) then
+         total = total + rows%forced(order, j)
       end if
       do i = 1, response%rigid
-         if (order == 0) total = total + abs(rows%rigid_y(i, j)*self%rigid(i)) + abs(rows%rigid_v(i, j)*self%rate(i))
-         if (order == 1) total = total + abs(rows%rigid_y(i, j)*self%rate(i)) + abs(rows%rigid_v(i, j)*response%rigid_force(i))
+         rate = rate_of(self, response, i)
+         if (order == 0) total = total + abs(rows%rigid_y(i, j)*rigid_of(self, response, i)) + abs(rows%rigid_v(i, j)*rate)
+         if (order == 1) total = total + abs(rows%rigid_y(i, j)*rate) + abs(rows%rigid_v(i, j)*response%rigid_force(i))
       end do
       do i = 1, response%nx
          total = total + abs(rows%dense(i, order, j)*self%dense(i))
@@ -292,22 +247,25 @@ contains
 
       h = to%tau - from%tau
       total = h*rows%constant(j)
-      do i = 1, response%amplitudes
-         if (response%modulus(i)*h > smallest_angle) then
-            re = to%re(i) - from%re(i)
-            im = to%im(i) - from%im(i)
-            part = cmplx(re*real(response%exponent(i)) + im*aimag(response%exponent(i)), &
-                         im*real(response%exponent(i)) - re*aimag(response%exponent(i)), wp)/response%modulus(i)**2
-         else
-            z = h*response%exponent(i)
-            part = h*cmplx(from%re(i), from%im(i), wp)*(1.0_wp + z/2*(1.0_wp + z/3*(1.0_wp + z/4*(1.0_wp + z/5*(1.0_wp &
+      associate (on => rows%on(rows%place(0, j):), f => response%filled)
+         do i = 1, response%amplitudes
+            if (response%modulus(i)*h > smallest_angle) then
+               re = to%x(i) - from%x(i)
+               im = to%x(f + i) - from%x(f + i)
+               part = cmplx(re*response%decay(i) + im*response%turn(i), im*response%decay(i) - re*response%turn(i), wp) &
+                      /response%modulus(i)**2
+            else
+               z = h*response%exponent(i)
+               part = h*cmplx(from%x(i), from%x(f + i), wp)*(1.0_wp + z/2*(1.0_wp + z/3*(1.0_wp + z/4*(1.0_wp + z/5*(1.0_wp &
                                                                              + z/6*(1.0_wp + z/7*(1.0_wp + z/8*(1.0_wp + z/9))))))))
-         end if
-         total = total + (rows%re(i, 0, j)*real(part) + rows%im(i, 0, j)*aimag(part))
-      end do
+            end if
+            total = total + (on(i)*real(part) + on(f + i)*aimag(part))
+         end do
+      end associate
       do i = 1, response%rigid
-         total = total + h*(rows%rigid_y(i, j)*(from%rigid(i) + h/2*(from%rate(i) + h/3*response%rigid_force(i))) &
-                            + rows%rigid_v(i, j)*(from%rate(i) + h/2*response%rigid_force(i)))
+         re = rate_of(from, response, i)
+         total = total + h*(rows%rigid_y(i, j)*(rigid_of(from, response, i) + h/2*(re + h/3*response%rigid_force(i))) &
+                            + rows%rigid_v(i, j)*(re + h/2*response%rigid_force(i)))
       end do
    end function integral_of
 
@@ -324,7 +282,7 @@ contains
 
       bound = 0.0_wp
       do i = 1, response%amplitudes
-         bound = bound + rows%size0(i, j)*response%modulus(i)**2*(abs(self%re(i)) + abs(self%im(i)))
+         bound = bound + rows%moduli(i, 2, j)*(abs(self%x(i)) + abs(self%x(response%filled + i)))
       end do
       do i = 1, response%rigid
          bound = bound + abs(rows%rigid_y(i, j)*response%rigid_force(i))

@@ -11,7 +11,7 @@
 !! Σ (|c λ^p| δa + eps |form| |mode| |λ^p a|); what is smaller than that has no sign.
 module razy_exact_search_on_bound
    use razy_core_kinds, only: wp
-   use razy_exact_closed_form_amplitudes, only: amplitudes_t
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t, rate_of, rigid_of
    use razy_exact_closed_form_response, only: response_t
    use razy_exact_closed_form_rows, only: rows_t, value_of
    use razy_exact_search_refine, only: watched_t
@@ -82,7 +82,7 @@ contains
                                <= floor_of(errors, rows, response, point, part, w%form, 0, span)
             w%idle = rests
             if (rests) cycle
-            part = part*response%modulus
+            part = part*response%modulus(:response%amplitudes)
             of_rate = floor_of(errors, rows, response, point, part, w%form, 1, 0.0_wp)
             if (w%g0 > firmly*of_rate) then
                w%f0 = max(w%f0, 0.0_wp)
@@ -115,7 +115,7 @@ contains
 
       direction = 0
       do p = 2, 4
-         part = part*response%modulus
+         part = part*response%modulus(:response%amplitudes)
          derivative = w%side*value_of(rows, response, point, w%form, p)
          if (abs(derivative) <= floor_of(errors, rows, response, point, part, w%form, p, 0.0_wp)) cycle
          direction = nint(sign(1.0_wp, derivative))
@@ -143,8 +143,8 @@ contains
          state = state + response%from_size(:, k)*modulus(k)
       end do
       do k = 1, response%rigid
-         state(:m) = state(:m) + abs(response%rigid_mode(:, k)*point%rigid(k))
-         state(m + 1:) = state(m + 1:) + abs(response%rigid_mode(:, k)*point%rate(k))
+         state(:m) = state(:m) + abs(response%rigid_mode(:, k)*rigid_of(point, response, k))
+         state(m + 1:) = state(m + 1:) + abs(response%rigid_mode(:, k)*rate_of(point, response, k))
       end do
       allocate (self%term(response%terms), self%rigid(response%rigid), self%rate(response%rigid))
       do k = 1, response%terms
@@ -186,20 +186,20 @@ contains
          v = v + response%from_length(2, k)*modulus(k)
       end do
       do k = 1, response%rigid
-         y = y + abs(point%rigid(k))
-         v = v + abs(point%rate(k))
+         y = y + abs(rigid_of(point, response, k))
+         v = v + abs(rate_of(point, response, k))
       end do
       most = 0.0_wp
       do k = 1, response%terms
          most = most + response%modulus(k)*(rows%reach(k, j)*modulus(k) &
-                                            + rows%size0(k, j)*(response%to_length(1, k)*y + response%to_length(2, k)*v))
+                                            + rows%moduli(k, 0, j)*(response%to_length(1, k)*y + response%to_length(2, k)*v))
       end do
       do k = response%terms + 1, response%amplitudes
          most = most + response%modulus(k)*rows%reach(k, j)*modulus(k)
       end do
       if (response%driven%count > 0) most = most + rows%forced_reach(1, j)
       do k = 1, response%rigid
-         most = most + abs(rows%rigid_y(k, j))*v + rows%length(1, j)*abs(point%rate(k)) &
+         most = most + abs(rows%rigid_y(k, j))*v + rows%length(1, j)*abs(rate_of(point, response, k)) &
                 + rows%length(2, j)*abs(response%rigid_force(k))
       end do
       most = rounding*most
@@ -240,7 +240,7 @@ contains
          part(k) = rounding*rows%reach(k, j)*modulus(k)
       end do
       do k = 1, response%terms
-         part(k) = part(k) + rows%size0(k, j)*self%term(k)
+         part(k) = part(k) + rows%moduli(k, 0, j)*self%term(k)
       end do
    end subroutine parts_of_floor
 
@@ -264,9 +264,9 @@ contains
       associate (length => rows%length(:, j))
          do k = 1, response%rigid
             associate (y => abs(rows%rigid_y(k, j)), v => abs(rows%rigid_v(k, j)), force => abs(response%rigid_force(k)))
-               rate = abs(point%rate(k)) + later*force
+               rate = abs(rate_of(point, response, k)) + later*force
                if (p == 0) floor = floor + y*(self%rigid(k) + later*self%rate(k)) + v*self%rate(k) &
-                                   + rounding*(length(1)*(abs(point%rigid(k)) + later*rate) + length(2)*rate)
+                                   + rounding*(length(1)*(abs(rigid_of(point, response, k)) + later*rate) + length(2)*rate)
                if (p == 1) floor = floor + y*self%rate(k) + rounding*(length(1)*rate + length(2)*force)
                if (p == 2) floor = floor + rounding*length(1)*force
             end associate
@@ -291,11 +291,11 @@ contains
 
       most = abs(rows%constant(j) - bound)
       do k = 1, response%amplitudes
-         most = most + rows%size0(k, j)*modulus(k)
+         most = most + rows%moduli(k, 0, j)*modulus(k)
       end do
       do k = 1, response%rigid
-         rate = abs(point%rate(k)) + later*abs(response%rigid_force(k))
-         most = most + abs(rows%rigid_y(k, j))*(abs(point%rigid(k)) + later*rate) + abs(rows%rigid_v(k, j))*rate
+         rate = abs(rate_of(point, response, k)) + later*abs(response%rigid_force(k))
+         most = most + abs(rows%rigid_y(k, j))*(abs(rigid_of(point, response, k)) + later*rate) + abs(rows%rigid_v(k, j))*rate
       end do
    end function farthest
 

@@ -10,13 +10,13 @@
 module razy_exact_search_search
    use razy_core_kinds, only: i8, wp
    use razy_exact_closed_form_amplitudes, only: amplitudes_t, copy, move_to, reserve, step, tabulate
-   use razy_exact_closed_form_response, only: coarsest_level, finest_level, response_t
+   use razy_exact_closed_form_response, only: coarsest_level, finest_level, many, response_t
    use razy_exact_closed_form_rows, only: rows_t, size_of, value_and_slope, value_of
    use razy_exact_search_on_bound, only: sort_on_bound
    use razy_exact_search_refine, only: refine_root, watched_t
    use razy_exact_search_screening, only: screen, find_safe
    use razy_exact_search_sign_proof, only: proved_curvature, proved_margin, proved_monotone
-   use razy_linalg_wide_sums, only: sum_of, wide
+   use razy_linalg_blocks, only: moduli_of, sum_of
    use razy_motion_integrator, only: budget_t, status_ok, status_step_underflow
    implicit none(type, external)
    private
@@ -31,12 +31,13 @@ module razy_exact_search_search
 
    !> Workspace and counters of the search.
    type :: search_t
-      !> Two ends of a step, of which `now` is the present one; a root; the root that is found.
-      type(amplitudes_t), private :: point(2), trial_root
-      type(amplitudes_t) :: probe
+      !> Two ends of a step, of which `now` is the present one; a root; the root that is found. Allocatable: of components of one
+      !> type below a polymorphic object gfortran 12 frees only the first.
+      type(amplitudes_t), allocatable, private :: point(:), trial_root
+      type(amplitudes_t), allocatable :: probe
       integer, private :: now = 1
-      !> Amplitudes, rigid modes and dense states there is room for.
-      integer, private :: room(3) = -1
+      !> Amplitudes and dense states there is room for.
+      integer, private :: room(2) = -1
       !> Moduli of the amplitudes at the last exact evaluation.
       real(wp), allocatable, private :: modulus(:)
       !> Steps are 2^-level s.
@@ -170,7 +171,7 @@ contains
       self%steps = self%steps + 1
       roomy = .true.
       verdict = stays
-      if (response%terms >= wide) call screen(response, rows, self%point(self%now), self%point(3 - self%now)%tau, watched)
+      if (response%terms >= many) call screen(response, rows, self%point(self%now), self%point(3 - self%now)%tau, watched)
       do i = 1, size(watched)
          if (.not. watched(i)%given) then
             call value_and_slope(rows, response, self%point(3 - self%now), watched(i)%form, watched(i)%order, f, g)
@@ -336,7 +337,7 @@ contains
          associate (w => watched(i))
             proved = w%order == 0
             if (proved) proved = w%side*(rows%constant(w%form) - w%bound) &
-                                 > dot_product(rows%size0(:, w%form), self%modulus(:response%amplitudes)) + w%noise
+                                 > sum_of(response%filled, rows%moduli(:, 0, w%form), self%modulus) + w%noise
          end associate
          if (.not. proved) return
       end do
@@ -371,7 +372,7 @@ contains
       type(watched_t), intent(inout) :: watched(:)
       integer, intent(out) :: leaves
 
-      if (any(self%room < [response%amplitudes, response%rigid, response%nx])) call make_room(self, response)
+      if (self%room(1) < response%length .or. self%room(2) < response%nx) call make_room(self, response)
       if (tau_from > 0.0_wp) then
          call move_to(start, response, tau_from, self%point(self%now))
       else
@@ -381,7 +382,7 @@ contains
       if (.not. response%has_step(self%level)) call tabulate(response, self%level)
       call sort_on_bound(rows, response, self%point(self%now), self%modulus, response%step_length(self%level), tau_end - tau_from, &
                          watched, leaves)
-      if (response%terms >= wide) watched%resting = watched%idle
+      if (response%terms >= many) watched%resting = watched%idle
    end subroutine prepare
 
    !> Fit the workspace to a response that is larger than those before.
@@ -389,13 +390,14 @@ contains
       type(search_t), intent(inout) :: self
       type(response_t), intent(in) :: response
 
+      if (.not. allocated(self%point)) allocate (self%point(2), self%trial_root, self%probe)
       call reserve(self%point(1), response)
       call reserve(self%point(2), response)
       call reserve(self%trial_root, response)
       call reserve(self%probe, response)
       if (allocated(self%modulus)) deallocate (self%modulus)
-      allocate (self%modulus(size(self%point(1)%re)))
-      self%room = [size(self%point(1)%re), size(self%point(1)%rigid), size(self%point(1)%dense)]
+      allocate (self%modulus(size(self%point(1)%x)))
+      self%room = [size(self%point(1)%x), size(self%point(1)%dense)]
    end subroutine make_room
 
    !> Evaluate the present point from the start of the segment.
@@ -422,54 +424,26 @@ contains
       type(watched_t), intent(inout) :: watched(:)
 
       real(wp) :: f, g, m4, total
-      integer :: i, j
+      integer :: i
 
-      do j = 1, response%amplitudes
-         self%modulus(j) = sqrt(self%point(self%now)%re(j)**2 + self%point(self%now)%im(j)**2)
-      end do
+      call moduli_of(response%filled, self%point(self%now)%x, self%modulus)
       do i = 1, size(watched)
          associate (w => watched(i))
             if (.not. w%shares_form) then
                call value_and_slope(rows, response, self%point(self%now), w%form, w%order, f, g)
                total = size_of(rows, response, self%point(self%now), self%modulus, w%form, w%order)
-               m4 = 0.0_wp
-               do j = 1, merge(response%amplitudes, 0, response%simple)
-                  m4 = m4 + rows%size4(j, w%form)*self%modulus(j)*merge(response%modulus(j), 1.0_wp, w%order == 1)
-               end do
+               m4 = sum_of(response%filled, rows%moduli(:, 4 + w%order, w%form), self%modulus)
+               if (response%driven%count > 0) m4 = m4 + rows%forced(4 + w%order, w%form)
             end if
             w%f0 = w%side*(f - w%bound)
             w%g0 = w%side*g
             w%m4 = m4
+            w%since = self%point(self%now)%tau
             w%scale = total + abs(w%bound)
             w%noise = max(rounding*w%scale, w%floor)
          end associate
       end do
-      if (response%simple) return
-      do i = 1, size(watched)
-         call bound_fourth(response, rows, self%modulus, watched(i))
-         watched(i)%since = self%point(self%now)%tau
-      end do
-      if (response%terms >= wide) call find_safe(response, rows, self%point(self%now)%tau, watched)
+      if (response%terms >= many) call find_safe(response, rows, self%point(self%now)%tau, watched)
    end subroutine renew
-
-   !> The bound of the fourth derivative of a function with many or driven terms; `modulus` are those of the amplitudes.
-   pure subroutine bound_fourth(response, rows, modulus, w)
-      type(response_t), intent(in) :: response
-      type(rows_t), intent(in) :: rows
-      real(wp), intent(in) :: modulus(:)
-      type(watched_t), intent(inout) :: w
-
-      integer :: j
-
-      if (w%order == 0) then
-         w%m4 = sum_of(response%amplitudes, rows%size4(:, w%form), modulus)
-      else
-         w%m4 = 0.0_wp
-         do j = 1, response%amplitudes
-            w%m4 = w%m4 + rows%size4(j, w%form)*modulus(j)*response%modulus(j)
-         end do
-      end if
-      if (response%driven%count > 0) w%m4 = w%m4 + rows%forced(4 + w%order, w%form)
-   end subroutine bound_fourth
 
 end module razy_exact_search_search

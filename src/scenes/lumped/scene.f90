@@ -62,7 +62,7 @@ contains
       if (allocated(error)) return
       meshes = input%count("gear_mesh")
       allocate (machine%contact(meshes + input%count("stop") + input%count("friction")))
-      call new_harmonics(harmonics, n + 2*size(machine%contact))
+      call new_harmonics(harmonics, n + 2*size(machine%contact), input)
       do i = 1, meshes
          call new_mesh(machine%contact(i), self%bodies, input, i, ratio, harmonics, [n + i, n + size(machine%contact) + i], error)
          if (allocated(error)) return

@@ -11,7 +11,7 @@ module razy_scenes_planar_excitation
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, qp, wp
    use razy_input_input, only: input_t
-   use razy_scenes_harmonics, only: add_harmonics, harmonics_t
+   use razy_scenes_harmonics, only: add_harmonics, frequency_t, harmonics_t
    use razy_scenes_planar_bodies, only: add_motion, bodies_t, find_point, point_t, unit_direction
    implicit none(type, external)
    private
@@ -63,7 +63,8 @@ contains
             allocate (x(3*bodies%count), y(3*bodies%count), source=0.0_wp)
             call add_motion(x, axis(k), force*along)
             call add_motion(y, axis(k), force*across)
-            call add_harmonics(harmonics, real(frequency, qp), sin(angle)*x + cos(angle)*y, cos(angle)*x - sin(angle)*y)
+            call add_harmonics(harmonics, frequency_t(hertz=real(frequency, qp)), sin(angle)*x + cos(angle)*y, &
+                               cos(angle)*x - sin(angle)*y)
             deallocate (x, y)
          end do
       end do

@@ -57,7 +57,7 @@ contains
       if (.not. allocated(error)) call read_links(self%stop, self%bodies, input, ["stop"], error)
       if (allocated(error)) return
       allocate (machine%contact(size(self%stop) + input%count("friction")))
-      call new_harmonics(harmonics, size(machine%load) + 2*size(machine%contact))
+      call new_harmonics(harmonics, size(machine%load) + 2*size(machine%contact), input)
       call read_contacts(machine, self, 0, input, harmonics, error)
       if (.not. allocated(error)) call add_connections(machine, self%link, self%stop, input, error)
       if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)

@@ -31,7 +31,8 @@ module razy_scenes_rotor_scene
 
    !> The scene; it keeps the model of the machine that was built last.
    type, extends(scene_t) :: rotor_scene_t
-      type(rotor_model_t) :: model
+      !> Allocatable: of components of one type below a polymorphic object gfortran 12 frees only the first.
+      type(rotor_model_t), allocatable :: model
       type(reduced_t) :: reduced
       !> Speeds of the shafts over that of `&rotation`.
       real(qp), allocatable, private :: ratio(:)
@@ -64,6 +65,7 @@ contains
       type(rotor_t) :: rotor
 
       call read_parts(rotor, self%ratio, input, error)
+      if (.not. allocated(self%model)) allocate (self%model)
       if (.not. allocated(error)) call new_rotor_model(self%model, rotor, error)
       if (allocated(error)) return
       if (self%model%numbering%n == 0) call input%complain(error, "support", 1, "held", "not all coordinates there are")
@@ -117,17 +119,23 @@ contains
 
       type(harmonics_t) :: harmonics
       integer :: i, meshes, n
+      logical :: runs_up
 
       call renew_model(self, input, error)
       if (.not. allocated(error)) call check_tables(self%model%rotor, input, "rotation", "speed_rpm", error)
       if (allocated(error)) return
+      runs_up = accelerates(input)
+      if (size(self%reduced%tabled) > 0 .and. runs_up) then
+         call input%complain(error, "rotation", 1, "acceleration_rpm_per_s", "0 with a bearing that has a table of coefficients")
+         return
+      end if
       n = size(self%reduced%load)
       call name_coordinates(machine, self%model, n, is_reduced(input))
       call input%get("scene", 1, "title", machine%title)
       call take_matrices(machine, self%reduced, input)
       meshes = size(self%model%rotor%mesh)
       allocate (machine%contact(meshes + input%count("stop") + input%count("friction")))
-      call new_harmonics(harmonics, n + 2*size(machine%contact))
+      call new_harmonics(harmonics, n + 2*size(machine%contact), input)
       do i = 1, meshes
          call read_gear_mesh(machine%contact(i), input, i, self%reduced%mesh_direction(:, i), &
                              self%ratio(self%model%rotor%mesh(i)%shaft(1)), "a shaft that meshes", harmonics, &
@@ -217,7 +225,7 @@ contains
       type(reduced_t), intent(in) :: reduced
       type(input_t), intent(in) :: input
 
-      logical :: circulatory, gyroscopic
+      logical :: circulatory, gyroscopic, runs_up
       real(wp) :: speed
 
       machine%mass = symmetric_part(reduced%mass)
@@ -233,10 +241,26 @@ contains
       speed = speed*pi/30
       if (gyroscopic) machine%damping = machine%damping + speed*0.5_wp*(reduced%gyroscopic - transpose(reduced%gyroscopic))
       if (circulatory) machine%stiffness = machine%stiffness + speed*reduced%circulatory
+      runs_up = accelerates(input)
+      if ((gyroscopic .or. circulatory) .and. runs_up) then
+         machine%gyroscopic = merge(0.5_wp, 0.0_wp, gyroscopic)*(reduced%gyroscopic - transpose(reduced%gyroscopic))
+         machine%circulatory = merge(1.0_wp, 0.0_wp, circulatory)*reduced%circulatory
+      end if
       if (size(reduced%tabled) == 0) return
       machine%damping = machine%damping + reduced%bearing_change(speed, .true., .false., .true.)
       machine%stiffness = machine%stiffness + reduced%bearing_change(speed, .false., .false., .true.)
    end subroutine take_matrices
+
+   logical function accelerates(input)
+      type(input_t), intent(in) :: input
+
+      real(wp) :: acceleration
+
+      accelerates = .false.
+      if (input%count("rotation") == 0) return
+      call input%get("rotation", 1, "acceleration_rpm_per_s", acceleration)
+      accelerates = abs(acceleration) > 0.0_wp
+   end function accelerates
 
    !> A coordinate of the model, moved by those of the machine.
    subroutine find_coordinate(self, coordinate, input, group, i, key, own, error)
@@ -283,7 +307,7 @@ contains
       call find_rotor_site(site, self%model, self%reduced%basis, self%ratio, input, group, i, stop, error)
    end subroutine find_site
 
-   !> Unbalance of shaft s at its angular speed omega: Re(U omega² e^(i omega t)).
+   !> Unbalance of the shafts, each at its own speed: the force -d²/dt² Re(U e^(iφ)), Re(U omega² e^(i omega t)) at a constant one.
    subroutine add_unbalance(model, reduced, ratio, input, harmonics, error)
       type(rotor_model_t), intent(in) :: model
       type(reduced_t), intent(in) :: reduced
@@ -292,9 +316,6 @@ contains
       type(harmonics_t), intent(inout) :: harmonics
       type(error_t), allocatable, intent(out) :: error
 
-      complex(wp), allocatable :: force(:)
-      real(wp) :: speed
-      real(qp) :: hertz
       integer :: i, s
 
       if (input%count("unbalance") == 0) return
@@ -302,16 +323,15 @@ contains
          call input%complain(error, "unbalance", 1, "moment", "an unbalance needs &rotation")
          return
       end if
-      call input%get("rotation", 1, "speed_rpm", speed)
       do i = 1, size(model%rotor%unbalance)
          if (abs(ratio(model%rotor%unbalance(i)%shaft)) > 0.0_qp) cycle
          call input%complain(error, "unbalance", i, "shaft", "a shaft whose speed is known, from teeth or speed_ratio")
          return
       end do
       do s = 1, size(ratio)
-         hertz = ratio(s)*speed/60.0_qp
-         force = reduced%unbalance(:, s)*(2*pi*real(hertz, wp))**2
-         call add_harmonics(harmonics, hertz, force%re, -force%im)
+         associate (unbalance => reduced%unbalance(:, s))
+            call add_harmonics(harmonics, harmonics%of_order(ratio(s)), unbalance%re, -unbalance%im, unbalance=.true.)
+         end associate
       end do
    end subroutine add_unbalance
 

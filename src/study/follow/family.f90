@@ -49,7 +49,12 @@ contains
          if (allocated(error)) return
       end do
       call new_machine(self%machine, self%motion, self%records, self%input, error, self%scene)
-      if (.not. allocated(error)) call new_integrator(by, self%motion%method, error)
+      if (allocated(error)) return
+      if (abs(self%machine%acceleration) > 0.0_wp) then
+         call self%input%complain(error, "rotation", 1, "acceleration_rpm_per_s", "0 for periodic motions")
+         return
+      end if
+      call new_integrator(by, self%motion%method, error)
       if (.not. allocated(error)) call by%prepare(self%machine, .false., error)
       if (allocated(error)) return
       select type (by)
@@ -74,7 +79,7 @@ contains
             do j = 1, size(machine%contact)
                has_tones = has_tones .or. any(abs(machine%contact(j)%error) > 0.0_wp)
             end do
-            has_tones = has_tones .and. any(machine%tone%hertz > 0.0_wp)
+            has_tones = has_tones .and. any(machine%tone%omega > 0.0_wp)
          end associate
       end function has_tones
 

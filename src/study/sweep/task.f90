@@ -98,6 +98,10 @@ contains
          call input%complain(error, "sweep", 1, "until_periodic", "only with kind_of_motion=.true.")
          return
       end if
+      if (self%plan%has_chains() .and. abs(self%machine%acceleration) > 0.0_wp) then
+         call input%complain(error, "sweep", 1, "direction", "'independent' where &rotation has an acceleration_rpm_per_s")
+         return
+      end if
       self%watch%keep_all = self%plan%has_chains()
       call self%watch%ask(records, self%machine, self%motion, error)
       do i = 1, size(self%varied)

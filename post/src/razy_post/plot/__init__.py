@@ -74,6 +74,7 @@ PICTURES = (
     Picture("razy-run", "loop", motion.draw_loop),
     Picture("razy-run", "spectrum", spectrum.draw_spectrum),
     Picture("razy-run", "spectrogram", spectrum.draw_spectrogram),
+    Picture("razy-run", "ordermap", spectrum.draw_order_map),
     Picture("razy-run", "waterfall", lambda result, *rest: spectrum.draw_waterfall([result], *rest)),
     Picture("razy-run", "orders", lambda result, *rest: spectrum.draw_orders([result], *rest)),
     Picture("razy-run", "poincare", section.draw_poincare),
@@ -91,7 +92,7 @@ PICTURES = (
     *(Picture(program, "machine", machine.draw) for program in PROGRAMS),
 )
 OVER_MOTIONS = {"waterfall": spectrum.draw_waterfall, "orders": spectrum.draw_orders}
-WITH_TOP = ("campbell", "eigenvalues", "spectrum", "spectrogram", "waterfall")
+WITH_TOP = ("campbell", "eigenvalues", "spectrum", "spectrogram", "ordermap", "waterfall")
 KINDS = tuple(dict.fromkeys(picture.kind for picture in PICTURES))
 
 

@@ -1,4 +1,4 @@
-"""Amplitude spectra of a motion, over time, and of several motions over a parameter."""
+"""Amplitude spectra of a motion, over time or orders, and of several motions over a parameter."""
 
 from collections.abc import Sequence
 
@@ -25,6 +25,8 @@ LEAST_WINDOW = 64
 WINDOWS = 12
 # Order cuts in one picture.
 ORDERS = 4
+# The order map: turns in a window at most and at least, windows side by side in the motion, and windows in all at most.
+MOST_TURNS, LEAST_TURNS, TURNED_WINDOWS, MOST_WINDOWS = 16, 2, 12, 400
 
 
 def spectrum(value: NDArray[np.float64], step: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -86,6 +88,63 @@ def draw_spectrogram(result: RunResult, figure: Figure, options: PlotOptions) ->
     column[-1].set_xlabel("time (s)")
     style.set_footer(figure, result, options)
     style.set_heading(figure, (column[0], column[0]), style.title_of(result, options), [])
+
+
+def draw_order_map(result: RunResult, figure: Figure, options: PlotOptions) -> None:
+    """Draw amplitudes over speed and order of a run-up or run-down: spectra of windows of equal numbers of turns."""
+    if result.rotation is None:
+        raise ResultError(f"{result.path}: the speed does not change (&rotation acceleration_rpm_per_s)")
+    chosen = signals(result, options, MOST_PANELS)
+    style.set_size(figure, options, 16.0, 2.0 + 5.5 * len(chosen))
+    column = figure.subplots(len(chosen), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, signal in zip(column, chosen, strict=True):
+        speed, order, amplitude = order_map(Course(result, signal, options), result)
+        shown = slice(1, None if options.top is None else max(3, int(np.searchsorted(order, options.top, "right"))))
+        scale = scale_for(signal.value.units, float(amplitude.max()))
+        _colours(figure, axes, (speed, order[shown], amplitude[:, shown].T), signal.value, scale)
+        axes.set_ylabel("order")
+        axes.set_ylim(0.0, options.top or order[-1])
+    column[-1].set_xlabel("speed (rpm)")
+    style.set_footer(figure, result, options)
+    style.set_heading(figure, (column[0], column[0]), style.title_of(result, options), [])
+
+
+def order_map(
+    course: Course, result: RunResult
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return speeds, rpm, orders, and the amplitudes there (speeds, orders).
+
+    The signal is taken at even angles (order tracking), in each window as densely as it is stored, so that nothing
+    above half of that frequency is taken for something lower.
+    """
+    at, speed = result.rotation
+    change = (speed[1] - speed[0]) / (at[1] - at[0])
+    first, last = course.time[[0, -1]]
+    begin, end = speed[0] + change * (first - at[0]), speed[0] + change * (last - at[0])
+    if begin * end < 0.0:
+        raise ResultError(f"{result.path}: the rotation changes its direction; --from and --to choose one")
+    sign = np.sign(begin + end)
+    begin, change = sign * begin, sign * change
+    total = (begin + sign * end) / 2 * (last - first) / (2 * np.pi)
+    turns = min(MOST_TURNS, int(total / TURNED_WINDOWS))
+    if turns < LEAST_TURNS:
+        raise ResultError(f"{result.path}: fewer than {LEAST_TURNS * TURNED_WINDOWS} turns in the range")
+    step = (last - first) / (course.time.size - 1)
+
+    def when(turned: NDArray[np.float64]) -> NDArray[np.float64]:
+        angle = 2 * np.pi * turned
+        root = np.sqrt(np.maximum(begin**2 + 2 * change * angle, 0.0))
+        return np.clip(first + 2 * angle / np.maximum(begin + root, 1e-300), first, last)
+
+    starts = np.linspace(0.0, total - turns, min(MOST_WINDOWS, int(4 * (total / turns - 1)) + 1))
+    spectra, speeds = [], []
+    for start in starts:
+        t0, middle, t1 = when(np.array([start, start + turns / 2, start + turns]))
+        count = max(int((t1 - t0) / step), 2 * turns)
+        spectra.append(spectrum(course.at(when(start + turns * np.arange(count) / count)), turns / count)[1])
+        speeds.append((begin + change * (middle - first)) * 30 / np.pi)
+    orders = min(part.size for part in spectra)
+    return np.asarray(speeds), np.arange(orders) / turns, np.stack([part[:orders] for part in spectra])
 
 
 def draw_waterfall(results: Sequence[RunResult], figure: Figure, options: PlotOptions) -> None:

@@ -59,6 +59,13 @@ class RunResult(ResultFile):
         return float(item[0]) or None if item is not None and item.size == 1 else None
 
     @property
+    def rotation(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Times, s, and the speeds of the rotation there, rad/s, linear between them; None where it does not change."""
+        if self._find("rotation/speed") is None:
+            return None
+        return tuple(np.asarray(self._vector(f"rotation/{name}")[()], dtype=np.float64) for name in ("time", "speed"))
+
+    @property
     def end(self) -> float:
         """Time in s that the motion reached."""
         item = self._find("outcome/time")
