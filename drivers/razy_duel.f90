@@ -19,11 +19,12 @@ program razy_duel
    type(input_t) :: input
    type(machine_t) :: machine
    type(motion_t) :: motion
-   type(record_t), allocatable :: records(:)
-   type(entry_t), allocatable :: entries(:)
+   ! Kept to the end: LeakSanitizer takes what an optimised program lets go of as lost.
+   type(record_t), allocatable, save :: records(:)
+   type(entry_t), allocatable, save :: entries(:)
    type(duel_t) :: duel
    type(table_t) :: table
-   type(string_t), allocatable :: lines(:)
+   type(string_t), allocatable, save :: lines(:)
    integer :: i
 
    call begin_program("razy-duel", "compute one motion by several integrators: error against cost", command, input)

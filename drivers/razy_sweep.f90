@@ -35,9 +35,10 @@ program razy_sweep
    type(checkpoint_t) :: checkpoint
    type(sweep_options_t) :: options
    type(sweep_outcome_t) :: outcome
-   character(:), allocatable :: effective
+   ! Kept to the end: LeakSanitizer takes what an optimised program lets go of as lost.
+   character(:), allocatable, save :: effective
    !> What the file of starts has, if there is one.
-   real(wp), allocatable :: starts(:)
+   real(wp), allocatable, save :: starts(:)
    !> Whether there is anything to compute; whether all points failed.
    logical :: go_on = .false., failed = .false.
 

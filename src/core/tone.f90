@@ -81,13 +81,12 @@ contains
       complex(wp), intent(in) :: coefficient(:)
       complex(wp) :: rate(size(tone))
 
-      complex(wp) :: before(size(tone))
       integer :: t
 
       rate = cmplx(0.0_wp, tone%omega, wp)*coefficient
-      before = eoshift(coefficient, -1)
-      do t = 1, size(tone)
-         if (tone(t)%is_swept()) rate(t) = merge(tone(t)%omega, 0.0_wp, tone(t)%derivative > 0)*before(t)
+      where (tone%is_swept()) rate = (0.0_wp, 0.0_wp)
+      do t = 2, size(tone)
+         if (tone(t)%is_swept() .and. tone(t)%derivative > 0) rate(t) = tone(t)%omega*coefficient(t - 1)
       end do
    end function rate_of
 

@@ -125,19 +125,19 @@ contains
       if (.not. allocated(error)) call check_names(self, error)
    end subroutine check_input
 
-   !> Only one text, before the schema is known: the value of the only key of `spec`, checked against that alone. It is empty
+   !> Only one text, before the schema is known: the value of the only key of `schema`, checked against that alone. It is empty
    !> when the key is optional and not there.
-   subroutine peek(said, spec, value, error)
+   subroutine peek(said, schema, value, error)
       type(entries_t), intent(in) :: said
-      !> A group that stands once, with one string key
-      type(group_spec_t), intent(in) :: spec
+      !> One group that stands once, with one string key
+      type(group_spec_t), intent(in) :: schema(:)
       character(:), allocatable, intent(out) :: value
       type(error_t), allocatable, intent(out) :: error
       type(input_t) :: part
 
-      call check_input(part, said, [spec], error, lenient=.true.)
+      call check_input(part, said, schema, error, lenient=.true.)
       if (allocated(error)) return
-      associate (key => spec%keys(1))
+      associate (spec => schema(1), key => schema(1)%keys(1))
          call part%get(spec%name, 1, key%name, value)
          if (.not. key%required .or. part%count(spec%name) > 0) return
          call part%complain(error, spec%name, 1, key%name, "is required, "//allowed_text(key))

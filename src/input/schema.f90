@@ -1,8 +1,7 @@
 !! What an input may say: groups and their keys with type, count, unit, limits and default, written down as a table.
 !!
-!! A scene's schema is an array of `group(...)`, each with `keys=[key_real(...), ...]`; schemas of parts are concatenated.
+!! A scene's schema grows by `add_group`, after which `add_real` and the like give the group its keys.
 !! Defaults are texts in namelist syntax; an unquoted default of a string key stands for itself.
-!! Build a schema once for each input, not in a loop: gfortran 12 does not free what array constructors of types hold.
 module razy_input_schema
    use razy_core_kinds, only: wp
    use razy_core_text, only: append_text, string_t
@@ -10,7 +9,7 @@ module razy_input_schema
    private
 
    public :: key_spec_t, group_spec_t, key_at, group_at
-   public :: group, key_name, key_real, key_integer, key_logical, key_string
+   public :: add_group, add_name, add_real, add_integer, add_logical, add_string
    public :: type_real, type_integer, type_logical, type_string, positive, nonnegative
 
    integer, parameter :: type_real = 1, type_integer = 2, type_logical = 3, type_string = 4
@@ -47,35 +46,46 @@ module razy_input_schema
 
 contains
 
-   !> A group; `name` and the names of the keys are lower-case Fortran names.
-   pure function group(name, doc, keys, required, repeatable) result(spec)
+   !> Add a group without keys to a schema, which need not be allocated; `name` is a lower-case Fortran name.
+   pure subroutine add_group(schema, name, doc, required, repeatable)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: name, doc
-      type(key_spec_t), intent(in) :: keys(:)
       logical, intent(in), optional :: required, repeatable
-      type(group_spec_t) :: spec
+      type(group_spec_t), allocatable :: longer(:)
+      integer :: g
 
-      spec%name = name
-      spec%doc = doc
-      allocate (spec%keys(size(keys)))
-      spec%keys(:) = keys
-      if (present(required)) spec%required = required
-      if (present(repeatable)) spec%repeatable = repeatable
-   end function group
+      if (.not. allocated(schema)) allocate (schema(0))
+      allocate (longer(size(schema) + 1))
+      do g = 1, size(schema)
+         call move_alloc(schema(g)%name, longer(g)%name)
+         call move_alloc(schema(g)%doc, longer(g)%doc)
+         call move_alloc(schema(g)%keys, longer(g)%keys)
+         longer(g)%required = schema(g)%required
+         longer(g)%repeatable = schema(g)%repeatable
+      end do
+      longer(g)%name = name
+      longer(g)%doc = doc
+      allocate (longer(g)%keys(0))
+      if (present(required)) longer(g)%required = required
+      if (present(repeatable)) longer(g)%repeatable = repeatable
+      call move_alloc(longer, schema)
+   end subroutine add_group
 
-   !> The key `name` by which other groups refer to this one; required unless told otherwise.
-   pure function key_name(doc, required) result(spec)
-      character(*), intent(in), optional :: doc
+   !> Add the key `name` by which other groups refer to this one; required unless told otherwise.
+   pure subroutine add_name(schema, required)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
       logical, intent(in), optional :: required
       type(key_spec_t) :: spec
 
       spec = new_key("name", "name by which other groups and results refer to it", type_string)
-      if (present(doc)) spec%doc = doc
       spec%required = .true.
       if (present(required)) spec%required = required
-   end function key_name
+      call add_key(schema, spec)
+   end subroutine add_name
 
-   !> A real key. `count` is the exact number of values; `least` and `most` bound a list of variable length.
-   pure function key_real(name, doc, unit, rule, low, high, count, least, most, required, default) result(spec)
+   !> Add a real key to the last group. `count` is the exact number of values; `least` and `most` bound a list of variable length.
+   pure subroutine add_real(schema, name, doc, unit, rule, low, high, count, least, most, required, default)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: name, doc
       character(*), intent(in), optional :: unit, default
       integer, intent(in), optional :: rule, count, least, most
@@ -86,10 +96,12 @@ contains
       spec = new_key(name, doc, type_real, unit, rule, count, least, most, required, default)
       if (present(low)) spec%low = low
       if (present(high)) spec%high = high
-   end function key_real
+      call add_key(schema, spec)
+   end subroutine add_real
 
-   !> An integer key; see `key_real`.
-   pure function key_integer(name, doc, unit, rule, low, high, count, least, most, required, default) result(spec)
+   !> Add an integer key; see `add_real`.
+   pure subroutine add_integer(schema, name, doc, unit, rule, low, high, count, least, most, required, default)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: name, doc
       character(*), intent(in), optional :: unit, default
       integer, intent(in), optional :: rule, low, high, count, least, most
@@ -99,21 +111,24 @@ contains
       spec = new_key(name, doc, type_integer, unit, rule, count, least, most, required, default)
       if (present(low)) spec%low = real(low, wp)
       if (present(high)) spec%high = real(high, wp)
-   end function key_integer
+      call add_key(schema, spec)
+   end subroutine add_integer
 
-   !> A logical key; see `key_real`.
-   pure function key_logical(name, doc, count, least, most, required, default) result(spec)
+   !> Add a logical key; see `add_real`.
+   pure subroutine add_logical(schema, name, doc, count, least, most, required, default)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: name, doc
       character(*), intent(in), optional :: default
       integer, intent(in), optional :: count, least, most
       logical, intent(in), optional :: required
-      type(key_spec_t) :: spec
 
-      spec = new_key(name, doc, type_logical, count=count, least=least, most=most, required=required, default=default)
-   end function key_logical
+      call add_key(schema, new_key(name, doc, type_logical, count=count, least=least, most=most, required=required, &
+                                   default=default))
+   end subroutine add_logical
 
-   !> A string key, free or one of `choices` (trailing blanks do not count); see `key_real`.
-   pure function key_string(name, doc, choices, count, least, most, required, default) result(spec)
+   !> Add a string key, free or one of `choices` (trailing blanks do not count); see `add_real`.
+   pure subroutine add_string(schema, name, doc, choices, count, least, most, required, default)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: name, doc
       character(*), intent(in), optional :: choices(:), default
       integer, intent(in), optional :: count, least, most
@@ -122,11 +137,27 @@ contains
       integer :: i
 
       spec = new_key(name, doc, type_string, count=count, least=least, most=most, required=required, default=default)
-      if (.not. present(choices)) return
-      do i = 1, size(choices)
-         call append_text(spec%choices, trim(choices(i)))
-      end do
-   end function key_string
+      if (present(choices)) then
+         do i = 1, size(choices)
+            call append_text(spec%choices, trim(choices(i)))
+         end do
+      end if
+      call add_key(schema, spec)
+   end subroutine add_string
+
+   !> Add a key to the last group.
+   pure subroutine add_key(schema, spec)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
+      type(key_spec_t), intent(in) :: spec
+      type(key_spec_t), allocatable :: longer(:)
+
+      associate (group => schema(size(schema)))
+         allocate (longer(size(group%keys) + 1))
+         longer(:size(group%keys)) = group%keys
+         longer(size(longer)) = spec
+         call move_alloc(longer, group%keys)
+      end associate
+   end subroutine add_key
 
    !> What all kinds of key have in common.
    pure function new_key(name, doc, type, unit, rule, count, least, most, required, default) result(spec)

@@ -127,7 +127,8 @@ contains
       is_empty = c_lseek(c_fileno(self%stream), 0_c_int64_t, from_end) == 0_c_int64_t
    end function is_empty
 
-   !> Append words and hand them to the operating system: they survive the end of this program, whatever ends it.
+   !> Append words and hand them to the operating system: they survive the end of this program, whatever ends it. If there is
+   !> no room for all of them, the first ones are kept.
    subroutine append(self, words, error)
       class(locked_file_t), intent(inout) :: self
       integer(int64), contiguous, target, intent(in) :: words(:)
@@ -144,6 +145,7 @@ contains
       do while (done < n)
          written = c_write(c_fileno(self%stream), c_loc(bytes(done + 1)), int(n - done, c_size_t))
          if (written <= 0) then
+            self%length = self%length + done/bytes_per_word
             call raise(error, self%path//": "//reason_of_failure(self%path))
             return
          end if

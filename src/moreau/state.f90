@@ -59,10 +59,11 @@ module razy_moreau_state
       !> Displacements and velocities (n) at the start and at the end of the step.
       real(wp), allocatable :: q0(:), v0(:), q1(:), v1(:)
       !> Of each contact: branch and force F at start and end; impulse along w in the step, and the largest one
-      !> that friction can give; excitation at start, θ and end.
+      !> that friction can give; excitation at start, θ and end (allocatable: below a polymorphic object gfortran 12 frees only the
+      !> first of components of one type).
       integer, allocatable :: branch0(:), branch1(:)
       real(wp), allocatable :: force0(:), force1(:), impulse(:), bound(:)
-      type(excitation_t) :: start, inner, finish
+      type(excitation_t), allocatable :: start, inner, finish
       type(impulse_work_t) :: work
       !> Slopes of the compliant laws and step of which `factor` (n, n) is; factor⁻¹ w and wᵀ factor⁻¹ w of all contacts.
       real(wp), allocatable :: stiffness(:), damping(:), factor(:, :), response(:, :), delassus(:, :)

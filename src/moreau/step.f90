@@ -55,6 +55,7 @@ contains
       allocate (self%force1(contacts), self%impulse(contacts), self%bound(contacts), source=0.0_wp)
       allocate (self%stiffness(contacts), self%damping(contacts), source=0.0_wp)
       self%h_of_factor = -1.0_wp
+      if (.not. allocated(self%start)) allocate (self%start, self%inner, self%finish)
       call excite(self%machine, 0.0_wp, 0.0_wp, self%finish)
       do j = 1, contacts
          self%w(:, j) = self%machine%contact(j)%w

@@ -47,6 +47,7 @@ module razy_orbits_orbit
       procedure :: is_autonomous
       procedure :: order
       procedure :: scales
+      procedure :: go_to
       procedure :: evaluate
       procedure :: differentiate
       procedure :: correct
@@ -130,6 +131,29 @@ contains
       self%resolution = 1.0e-6_wp
    end subroutine take_steps
 
+   !> Make the machine of u that of the period map; `ok` is false if there is none, for the `reason`.
+   subroutine go_to(self, u, ok)
+      class(problem_t), intent(inout) :: self
+      real(wp), intent(in) :: u(:)
+      logical, intent(out) :: ok
+
+      type(error_t), allocatable :: error
+      real(wp) :: values(size(self%parameter))
+      integer :: n
+
+      n = self%map%n
+      values = self%parameter
+      values(self%active) = u(size(u))*self%range
+      call self%map%go_to(values, error)
+      ok = .not. allocated(error)
+      if (.not. ok) then
+         self%reason = error%message
+         return
+      end if
+      ok = self%map%n == n
+      if (.not. ok) self%reason = "the number of coordinates that are felt changes"
+   end subroutine go_to
+
    !> Run the motion of u; `ok` is false if there is none, for the `reason`.
    subroutine evaluate(self, u, derivative, orbit, ok)
       class(problem_t), intent(inout) :: self
@@ -138,25 +162,16 @@ contains
       type(orbit_t), intent(inout) :: orbit
       logical, intent(out) :: ok
 
-      type(error_t), allocatable :: error
       type(return_t) :: back
       real(wp), allocatable :: s(:), x(:)
-      real(wp) :: duration, values(size(self%parameter))
+      real(wp) :: duration
       integer :: n
 
       s = self%scales()
       n = self%map%n
+      call self%go_to(u, ok)
+      if (.not. ok) return
       ok = .false.
-      values = self%parameter
-      values(self%active) = u(size(u))*s(size(u))
-      call self%map%go_to(values, error)
-      if (allocated(error)) then
-         self%reason = error%message
-         return
-      else if (self%map%n /= n) then
-         self%reason = "the number of coordinates that are felt changes"
-         return
-      end if
       x = u(:n)*s(:n)
       duration = self%periods*self%map%period
       if (self%is_autonomous()) duration = u(n + 1)*self%period

@@ -212,12 +212,16 @@ contains
       type(return_t) :: back
       real(wp), allocatable :: s(:), x(:)
       integer :: i, n
+      logical :: ok
 
       n = problem%map%n
       s = problem%scales()
       motion%orbit = orbit
       motion%periods = problem%periods
       motion%phase = spread(orbit%u(:n), 2, problem%periods)
+      ! The machine that the motion was found with, so it is there; differences by the parameter have left another.
+      call problem%go_to(orbit%u, ok)
+      if (.not. ok) return
       x = orbit%u(:n)*s(:n)
       do i = 2, problem%periods
          call problem%map%go(x, problem%map%period, .false., back)

@@ -188,7 +188,9 @@ contains
       type(return_t) :: back
       integer :: k
 
-      minimal = .true.
+      ! Differences by the parameter have left another machine.
+      call problem%go_to(orbit%u, minimal)
+      if (.not. minimal) return
       do k = 1, problem%periods/2
          if (modulo(problem%periods, k) /= 0) cycle
          call problem%map%go(orbit%u(:problem%map%n)*first_scales(problem), k*problem%map%period, .false., back)

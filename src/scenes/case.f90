@@ -5,7 +5,7 @@ module razy_scenes_case
    use razy_core_text, only: lower, string_t
    use razy_input_input, only: check_input, input_t, peek
    use razy_input_reader, only: entries_t, read_entries
-   use razy_input_schema, only: group, group_spec_t, key_string
+   use razy_input_schema, only: add_group, add_string, group_spec_t
    use razy_machine_machine, only: machine_t
    use razy_motion_method, only: check_method, method_t
    use razy_scenes_common_schema, only: scene_kinds
@@ -55,11 +55,14 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(entries_t) :: said
+      type(group_spec_t), allocatable :: scene(:)
       character(:), allocatable :: kind
 
       call read_entries(said, text, file, overrides, error)
       if (allocated(error)) return
-      call peek(said, group("scene", "", [key_string("kind", "", choices=scene_kinds, required=.true.)]), kind, error)
+      call add_group(scene, "scene", "")
+      call add_string(scene, "kind", "", choices=scene_kinds, required=.true.)
+      call peek(said, scene, kind, error)
       if (allocated(error)) return
       call check_input(input, said, study_schema(kind), error)
    end subroutine read_study

@@ -5,7 +5,7 @@ module razy_scenes_contacts
    use razy_core_kinds, only: pi, qp, wp
    use razy_core_text, only: did_you_mean, position_of, string_t
    use razy_input_input, only: input_t
-   use razy_input_schema, only: key_real, key_spec_t, key_string, nonnegative
+   use razy_input_schema, only: add_real, add_string, group_spec_t, nonnegative
    use razy_machine_machine, only: contact_t, machine_t
    use razy_scenes_gap_laws, only: read_gap_law
    use razy_scenes_harmonics, only: add_harmonic, frequency_t, harmonics_t, read_frequency
@@ -13,25 +13,25 @@ module razy_scenes_contacts
    implicit none(type, external)
    private
 
-   public :: friction_keys, read_contacts
+   public :: add_friction_keys, read_contacts
 
 contains
 
-   !> The keys of the law and of the normal force, for the schema of `&friction`.
-   function friction_keys() result(specs)
-      type(key_spec_t), allocatable :: specs(:)
+   !> Add the keys of the law and of the normal force to `&friction`.
+   subroutine add_friction_keys(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      specs = [ &
-              key_real("static_coefficient", "coefficient of friction while sticking", rule=nonnegative, required=.true.), &
-              key_real("kinetic_coefficient", "coefficient while sliding, or what it falls to; the static one if not given", &
-                       rule=nonnegative), &
-              key_real("decay", "how fast the coefficient falls with the speed v of sliding: kinetic + (static - kinetic)/"// &
-                       "(1 + decay*v); 0: kinetic while sliding", unit="s/m or s/rad", rule=nonnegative, default="0.0"), &
-              key_real("normal_load", "constant normal force", unit="N or N m", rule=nonnegative), &
-              key_string("normal_contact", "name of a stop whose force is the normal force, beside normal_load"), &
-              key_string("only_with", "name of a stop; there is friction only while it is closed"), &
-              key_real("belt_speed", "velocity of the second surface beside that of its body", unit="m/s or rad/s", default="0.0")]
-   end function friction_keys
+      call add_real(schema, "static_coefficient", "coefficient of friction while sticking", rule=nonnegative, required=.true.)
+      call add_real(schema, "kinetic_coefficient", "coefficient while sliding, or what it falls to; the static one if not given", &
+                    rule=nonnegative)
+      call add_real(schema, "decay", "how fast the coefficient falls with the speed v of sliding: kinetic + (static - "// &
+                    "kinetic)/(1 + decay*v); 0: kinetic while sliding", unit="s/m or s/rad", rule=nonnegative, default="0.0")
+      call add_real(schema, "normal_load", "constant normal force", unit="N or N m", rule=nonnegative)
+      call add_string(schema, "normal_contact", "name of a stop whose force is the normal force, beside normal_load")
+      call add_string(schema, "only_with", "name of a stop; there is friction only while it is closed")
+      call add_real(schema, "belt_speed", "velocity of the second surface beside that of its body", unit="m/s or rad/s", &
+                    default="0.0")
+   end subroutine add_friction_keys
 
    !> Stops, then friction elements, which follow the `meshes` gear meshes of the machine.
    subroutine read_contacts(machine, scene, meshes, input, harmonics, error)

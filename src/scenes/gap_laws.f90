@@ -9,11 +9,11 @@ module razy_scenes_gap_laws
    use razy_core_kinds, only: wp
    use razy_core_text, only: lower
    use razy_input_input, only: input_t
-   use razy_input_schema, only: key_real, key_spec_t, key_string, nonnegative, positive
+   use razy_input_schema, only: add_real, add_string, group_spec_t, nonnegative, positive
    implicit none(type, external)
    private
 
-   public :: gap_law_keys, read_gap_law
+   public :: add_gap_law_keys, read_gap_law
 
    character(*), parameter :: laws(*) = [character(15) :: "kelvin_voigt", "hunt_crossley", "hertz", "rigid", "switched_spring"]
    !> All keys that some law has and some law has not.
@@ -24,29 +24,28 @@ module razy_scenes_gap_laws
 
 contains
 
-   !> The keys of the law, for the schema of a group.
-   function gap_law_keys() result(specs)
-      type(key_spec_t), allocatable :: specs(:)
+   !> Add the keys of the law to the last group.
+   subroutine add_gap_law_keys(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      specs = [ &
-              key_string("law", "law of the closed contact", choices=laws, default="kelvin_voigt"), &
-              key_real("stiffness", "stiffness of the closed contact, with n = 1.5 for 'hertz', n = exponent for "// &
-                       "'hunt_crossley', else n = 1; not for 'rigid'", unit="N/m^n or N m/rad^n", rule=positive), &
-              key_real("damping", "damping of the closed contact, for 'kelvin_voigt' and 'switched_spring'; 0 if not given", &
-                       unit="N s/m or N m s/rad", low=0.0_wp, high=1.0e15_wp), &
-              key_string("separation", "where a damped contact is lost; 'zero_force' if not given", &
-                         choices=["zero_deformation", "zero_force      "]), &
-              key_real("exponent", "exponent n of the deformation, for 'hunt_crossley'; 1.5 if not given", &
-                       low=1.0_wp, high=10.0_wp), &
-              key_real("hysteresis", "factor alpha of the damping, for 'hunt_crossley'", unit="s/m or s/rad", rule=nonnegative), &
-              key_real("restitution", "coefficient of restitution, for 'rigid'", low=0.0_wp, high=1.0_wp), &
-              key_real("radius", "radii of the two surfaces, for 'hertz'; of one only: the other is flat", unit="m", &
-                       rule=positive, least=1, most=2), &
-              key_real("young_modulus", "of the two bodies, for 'hertz'; one value for both", unit="Pa", rule=positive, &
-                       least=1, most=2), &
-              key_real("poisson_ratio", "of the two bodies, for 'hertz'; one value for both", low=0.0_wp, high=0.5_wp, &
-                       least=1, most=2)]
-   end function gap_law_keys
+      call add_string(schema, "law", "law of the closed contact", choices=laws, default="kelvin_voigt")
+      call add_real(schema, "stiffness", "stiffness of the closed contact, with n = 1.5 for 'hertz', n = exponent for "// &
+                    "'hunt_crossley', else n = 1; not for 'rigid'", unit="N/m^n or N m/rad^n", rule=positive)
+      call add_real(schema, "damping", "damping of the closed contact, for 'kelvin_voigt' and 'switched_spring'; 0 if not given", &
+                    unit="N s/m or N m s/rad", low=0.0_wp, high=1.0e15_wp)
+      call add_string(schema, "separation", "where a damped contact is lost; 'zero_force' if not given", &
+                      choices=["zero_deformation", "zero_force      "])
+      call add_real(schema, "exponent", "exponent n of the deformation, for 'hunt_crossley'; 1.5 if not given", low=1.0_wp, &
+                    high=10.0_wp)
+      call add_real(schema, "hysteresis", "factor alpha of the damping, for 'hunt_crossley'", unit="s/m or s/rad", rule=nonnegative)
+      call add_real(schema, "restitution", "coefficient of restitution, for 'rigid'", low=0.0_wp, high=1.0_wp)
+      call add_real(schema, "radius", "radii of the two surfaces, for 'hertz'; of one only: the other is flat", unit="m", &
+                    rule=positive, least=1, most=2)
+      call add_real(schema, "young_modulus", "of the two bodies, for 'hertz'; one value for both", unit="Pa", rule=positive, &
+                    least=1, most=2)
+      call add_real(schema, "poisson_ratio", "of the two bodies, for 'hertz'; one value for both", low=0.0_wp, high=0.5_wp, &
+                    least=1, most=2)
+   end subroutine add_gap_law_keys
 
    !> The law of `group` number i, whose lower and upper side are `sides` and close at `edges`. `turns`: s is an angle.
    !> `damping_factor`, s: damping in proportion to the stiffness, only for 'kelvin_voigt'.

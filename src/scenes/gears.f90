@@ -12,13 +12,13 @@ module razy_scenes_gears
    use razy_core_text, only: lower, string_t
    use razy_core_text_columns, only: read_text_columns
    use razy_input_input, only: input_t
-   use razy_input_schema, only: key_integer, key_real, key_spec_t, key_string, nonnegative, positive
+   use razy_input_schema, only: add_integer, add_real, add_string, group_spec_t, nonnegative, positive
    use razy_machine_machine, only: contact_t
    use razy_scenes_harmonics, only: add_harmonic, find_tone, frequency_t, harmonics_t
    implicit none(type, external)
    private
 
-   public :: gear_keys, join_speeds, read_gear_mesh
+   public :: add_gear_keys, join_speeds, read_gear_mesh
 
    integer, parameter :: most_harmonics = 32, most_rows = 10000
    !> Radii may be rounded by this share.
@@ -26,32 +26,31 @@ module razy_scenes_gears
 
 contains
 
-   !> The last keys of the group; `separation` is what that key says.
-   function gear_keys(separation) result(specs)
+   !> Add the last keys of the group; `separation` is what that key says.
+   subroutine add_gear_keys(schema, separation)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: separation
-      type(key_spec_t), allocatable :: specs(:)
-
-      specs = [ &
-              key_real("backlash", "backlash along the line of action", unit="m", rule=nonnegative, default="0.0"), &
-              key_string("separation", separation, choices=["zero_deformation", "zero_force      "], default="zero_deformation"), &
-              key_real("error_sine", "static transmission error: sine amplitudes of the harmonics of the tooth frequency", &
-                       unit="m", least=1, most=most_harmonics), &
-              key_real("error_cosine", "static transmission error: cosine amplitudes likewise", unit="m", &
-                       least=1, most=most_harmonics), &
-              key_string("error_file", "errors of the first gear and of the second over a turn of each: comma-separated text "// &
-                         "with the columns angle_deg, in equal steps once round, and error, m; '' for a gear without", &
-                         least=1, most=2), &
-              key_integer("error_harmonics", "harmonics of a turn that are taken from each table; 0: all", low=0, &
-                          high=most_rows, default="0"), &
-              key_real("stiffness_sine", "mesh stiffness that varies: sine amplitudes of the harmonics of the tooth frequency, "// &
-                       "over the mean, which stiffness is", least=1, most=most_harmonics), &
-              key_real("stiffness_cosine", "cosine amplitudes likewise", least=1, most=most_harmonics), &
-              key_real("contact_ratio", "mesh stiffness that switches, stiffness being its mean: two pairs of teeth are in "// &
-                       "mesh for the share contact_ratio - 1 of the period, one pair for the rest", low=1.0_wp, high=2.0_wp), &
-              key_real("pair_ratio", "stiffness with two pairs over that with one", rule=positive, default="2.0"), &
-              key_real("mesh_phase", "of the stiffness: at time 0 the teeth are so far in their period; with contact_ratio "// &
-                       "the second pair comes in at 0", unit="deg", default="0.0")]
-   end function gear_keys
+      call add_real(schema, "backlash", "backlash along the line of action", unit="m", rule=nonnegative, default="0.0")
+      call add_string(schema, "separation", separation, choices=["zero_deformation", "zero_force      "], &
+                      default="zero_deformation")
+      call add_real(schema, "error_sine", "static transmission error: sine amplitudes of the harmonics of the tooth frequency", &
+                    unit="m", least=1, most=most_harmonics)
+      call add_real(schema, "error_cosine", "static transmission error: cosine amplitudes likewise", unit="m", least=1, &
+                    most=most_harmonics)
+      call add_string(schema, "error_file", "errors of the first gear and of the second over a turn of each: comma-separated "// &
+                      "text with the columns angle_deg, in equal steps once round, and error, m; '' for a gear without", &
+                      least=1, most=2)
+      call add_integer(schema, "error_harmonics", "harmonics of a turn that are taken from each table; 0: all", low=0, &
+                       high=most_rows, default="0")
+      call add_real(schema, "stiffness_sine", "mesh stiffness that varies: sine amplitudes of the harmonics of the tooth "// &
+                    "frequency, over the mean, which stiffness is", least=1, most=most_harmonics)
+      call add_real(schema, "stiffness_cosine", "cosine amplitudes likewise", least=1, most=most_harmonics)
+      call add_real(schema, "contact_ratio", "mesh stiffness that switches, stiffness being its mean: two pairs of teeth are "// &
+                    "in mesh for the share contact_ratio - 1 of the period, one pair for the rest", low=1.0_wp, high=2.0_wp)
+      call add_real(schema, "pair_ratio", "stiffness with two pairs over that with one", rule=positive, default="2.0")
+      call add_real(schema, "mesh_phase", "of the stiffness: at time 0 the teeth are so far in their period; with "// &
+                    "contact_ratio the second pair comes in at 0", unit="deg", default="0.0")
+   end subroutine add_gear_keys
 
    !> The contact of mesh i with the direction `w`; its error goes to the first of the rows `row` of the harmonics, those of its
    !> stiffness to the second. `ratio` is the speed of its first gear over that of `&rotation`, 0 if it is not known; `joined` says

@@ -7,13 +7,13 @@ module razy_scenes_harmonics
    use razy_core_kinds, only: pi, qp, wp
    use razy_core_tone, only: swept_tones, tone_from_hertz, tone_t
    use razy_input_input, only: input_t
-   use razy_input_schema, only: group_at, key_real, key_spec_t, positive
+   use razy_input_schema, only: add_real, group_at, group_spec_t, positive
    use razy_machine_machine, only: machine_t
    implicit none(type, external)
    private
 
-   public :: acceleration_key, add_harmonic, add_harmonics, find_tone, frequency_keys, frequency_t, harmonics_t, new_harmonics
-   public :: read_frequency, take_harmonics
+   public :: add_acceleration_key, add_frequency_keys, add_harmonic, add_harmonics, find_tone, frequency_t, harmonics_t
+   public :: new_harmonics, read_frequency, take_harmonics
 
    !> A frequency at time 0, Hz, and its rate, Hz/s.
    type :: frequency_t
@@ -172,28 +172,26 @@ contains
       end do
    end subroutine take_harmonics
 
-   !> The keys that give a frequency, of `what`; `orders`: the scene has a mean speed.
-   function frequency_keys(prefix, what, orders) result(specs)
+   !> Add the keys that give a frequency, of `what`; `orders`: the scene has a mean speed.
+   subroutine add_frequency_keys(schema, prefix, what, orders)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: prefix, what
       logical, intent(in) :: orders
-      type(key_spec_t), allocatable :: specs(:)
+      call add_real(schema, prefix//"frequency", "frequency of "//what, unit="Hz", rule=positive)
+      call add_real(schema, prefix//"angular_frequency", "frequency of "//what//", instead of "//prefix//"frequency", &
+                    unit="rad/s", rule=positive)
+      if (.not. orders) return
+      call add_real(schema, prefix//"order", "frequency in multiples of the speed of &rotation, instead of "//prefix//"frequency", &
+                    rule=positive)
+   end subroutine add_frequency_keys
 
-      specs = [ &
-              key_real(prefix//"frequency", "frequency of "//what, unit="Hz", rule=positive), &
-              key_real(prefix//"angular_frequency", "frequency of "//what//", instead of "//prefix//"frequency", unit="rad/s", &
-                       rule=positive), &
-              key_real(prefix//"order", "frequency in multiples of the speed of &rotation, instead of "//prefix//"frequency", &
-                       rule=positive)]
-      if (.not. orders) specs = specs(:2)
-   end function frequency_keys
+   !> Add the key of &rotation by which its speed changes.
+   subroutine add_acceleration_key(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-   !> The key of &rotation by which its speed changes.
-   function acceleration_key() result(spec)
-      type(key_spec_t) :: spec
-
-      spec = key_real("acceleration_rpm_per_s", "rate of the speed, which is speed_rpm at time 0: a run-up, or a run-down; not "// &
-                      "with integrator = 'exact'", unit="rpm/s", default="0.0")
-   end function acceleration_key
+      call add_real(schema, "acceleration_rpm_per_s", "rate of the speed, which is speed_rpm at time 0: a run-up, or a "// &
+                    "run-down; not with integrator = 'exact'", unit="rpm/s", default="0.0")
+   end subroutine add_acceleration_key
 
    !> The frequency of `group` number i from the one of three keys (after `prefix`) that gives it.
    subroutine read_frequency(frequency, harmonics, input, group, i, prefix, needed, error)

@@ -3,32 +3,30 @@ module razy_scenes_loads
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, wp
    use razy_input_input, only: input_t
-   use razy_input_schema, only: key_real, key_spec_t, key_string
+   use razy_input_schema, only: add_real, add_string, group_spec_t
    use razy_machine_machine, only: machine_t
-   use razy_scenes_harmonics, only: add_harmonics, frequency_keys, frequency_t, harmonics_t, read_frequency
+   use razy_scenes_harmonics, only: add_frequency_keys, add_harmonics, frequency_t, harmonics_t, read_frequency
    use razy_scenes_scene, only: coordinate_t, scene_t
    implicit none(type, external)
    private
 
-   public :: add_loads, load_keys
+   public :: add_load_keys, add_loads
 
 contains
 
-   !> The keys of the group; `on` says what a load acts on, `orders` whether the scene has a mean speed.
-   function load_keys(on, orders) result(specs)
+   !> Add the keys of the group; `on` says what a load acts on, `orders` whether the scene has a mean speed.
+   subroutine add_load_keys(schema, on, orders)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: on
       logical, intent(in) :: orders
-      type(key_spec_t), allocatable :: specs(:)
-
-      specs = [ &
-              key_string("on", on, required=.true.), &
-              key_real("value", "constant part", unit="N or N m", default="0.0"), &
-              key_real("amplitude", "amplitude of the harmonic part", unit="N or N m", default="0.0"), &
-              key_real("unbalance", "amplitude over the square of the angular frequency, added to amplitude", &
-                       unit="kg m or kg m^2", default="0.0"), &
-              key_real("phase", "phase of the harmonic part", unit="deg", default="0.0"), &
-              frequency_keys("", "the harmonic part", orders)]
-   end function load_keys
+      call add_string(schema, "on", on, required=.true.)
+      call add_real(schema, "value", "constant part", unit="N or N m", default="0.0")
+      call add_real(schema, "amplitude", "amplitude of the harmonic part", unit="N or N m", default="0.0")
+      call add_real(schema, "unbalance", "amplitude over the square of the angular frequency, added to amplitude", &
+                    unit="kg m or kg m^2", default="0.0")
+      call add_real(schema, "phase", "phase of the harmonic part", unit="deg", default="0.0")
+      call add_frequency_keys(schema, "", "the harmonic part", orders)
+   end subroutine add_load_keys
 
    !> Add the loads, value + (amplitude + unbalance (2πf)²) sin(2πft + phase), to those of the machine and to the harmonics.
    subroutine add_loads(machine, scene, input, harmonics, error)

@@ -5,7 +5,7 @@ module razy_scenes_start
    use razy_core_kinds, only: wp
    use razy_core_text, only: lower
    use razy_input_input, only: input_t
-   use razy_input_schema, only: key_real, key_spec_t, key_string
+   use razy_input_schema, only: add_real, add_string, group_spec_t
    use razy_linalg_dense, only: symmetric_part
    use razy_machine_equilibrium, only: find_equilibrium
    use razy_machine_machine, only: machine_t
@@ -13,7 +13,7 @@ module razy_scenes_start
    implicit none(type, external)
    private
 
-   public :: check_start, initial_keys, set_start
+   public :: check_start, add_initial_keys, set_start
 
 contains
 
@@ -63,16 +63,14 @@ contains
       if (.not. allocated(error)) call check_start(machine, input, error)
    end subroutine set_start
 
-   !> The keys of &initial.
-   function initial_keys(on, displacement) result(specs)
+   !> Add the keys of &initial.
+   subroutine add_initial_keys(schema, on, displacement)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: on, displacement
-      type(key_spec_t), allocatable :: specs(:)
-
-      specs = [ &
-              key_string("on", on, required=.true.), &
-              key_real("displacement", displacement, unit="m or rad", default="0.0"), &
-              key_real("velocity", "velocity", unit="m/s or rad/s", default="0.0")]
-   end function initial_keys
+      call add_string(schema, "on", on, required=.true.)
+      call add_real(schema, "displacement", displacement, unit="m or rad", default="0.0")
+      call add_real(schema, "velocity", "velocity", unit="m/s or rad/s", default="0.0")
+   end subroutine add_initial_keys
 
    !> What the groups &initial say; both are zero before.
    subroutine read_initial(machine, scene, input, error)

@@ -216,7 +216,7 @@ contains
       if (i > 0) tally_of = self%tally(i)
    end function tally_of
 
-   !> Keep the row of a point; it is safe after the next `settle`.
+   !> Keep the row of a point; it is safe after the next `settle`, or at once if `most_rows` are.
    subroutine collect(self, point, words, error)
       class(checkpoint_t), intent(inout) :: self
       integer(i8), intent(in) :: point, words(:)
@@ -234,6 +234,7 @@ contains
       call self%journal%put([point, words], self%place(point))
       self%n_done = self%n_done + 1
       self%fresh = self%fresh + 1
+      if (self%most_rows > 0 .and. self%fresh >= self%most_rows) call self%secure(error)
    end subroutine collect
 
    !> Fill a row with that of a point which is here.
@@ -254,12 +255,12 @@ contains
       end if
    end subroutine get
 
-   !> Hand what was collected to the operating system, and from time to time, or after many rows, to the disk.
+   !> Hand what was collected to the operating system, and from time to time to the disk.
    subroutine settle_rows(self, error)
       class(checkpoint_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
 
-      if (seconds() - self%secured >= self%interval .or. (self%most_rows > 0 .and. self%fresh >= self%most_rows)) then
+      if (seconds() - self%secured >= self%interval) then
          call self%secure(error)
       else
          call self%journal%settle(error)
@@ -282,7 +283,9 @@ contains
       type(error_t), allocatable, intent(inout) :: error
 
       character(:), allocatable :: message
+      type(error_t), allocatable :: ignored
 
+      call self%journal%settle(ignored)
       call self%journal%file%close()
       message = error%message//"; what was computed is safe in "//self%journal%file%path// &
                 ", and the same command goes on from there"

@@ -1,6 +1,7 @@
 !! The part of a sweep on rank 0: it hands out chunks, collects results and, between messages, computes points itself.
 !!
-!! Rank 0 takes one row at a time and looks for messages after each. Its memory does not grow with the sweep: it receives a few
+!! Rank 0 takes one row at a time and looks for messages after each. What others sent is settled before it computes on, what it
+!! computed itself from time to time. Its memory does not grow with the sweep: it receives a few
 !! packets at a time, and their senders keep the others.
 !!
 !! When the sweep is to stop, after an interruption or a failure, it tells all ranks, hands out nothing more, and collects what
@@ -79,7 +80,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(manager_t), asynchronous :: manager
       type(patience_t) :: patience
-      real(wp) :: start, now, reported
+      real(wp) :: start, now, reported, settled
       logical :: works, served
       integer :: rank
 
@@ -94,10 +95,15 @@ contains
       works = communicator%size <= max(1, options%largest_working_manager)
       start = seconds()
       reported = start
+      settled = start
       do
          call serve(manager, collector, served, error)
          if (allocated(error)) return
-         if (.not. allocated(manager%failure)) call collector%settle(manager%failure)
+         now = seconds()
+         if ((served .and. works) .or. now - settled >= options%settle_interval) then
+            if (.not. allocated(manager%failure)) call collector%settle(manager%failure)
+            settled = now
+         end if
          if (.not. manager%stopping .and. present(interrupted)) manager%stopping = interrupted()
          if (manager%stopping .or. allocated(manager%failure)) call stop_all(manager, error)
          if (allocated(error)) return
@@ -119,6 +125,7 @@ contains
             end if
          end if
       end do
+      if (.not. allocated(manager%failure)) call collector%settle(manager%failure)
       do rank = 1, communicator%size - 1
          call manager%replies(rank)%wait(error)
          if (.not. allocated(error)) call manager%orders(rank)%wait(error)
@@ -185,7 +192,7 @@ contains
                manager%stopping = .true.
                call stop_all(manager, error)
             end if
-            if (.not. allocated(error)) call send_chunk(manager, incoming%source, error)
+            if (.not. allocated(error)) call send_chunk(manager, incoming%source, transfer(incoming%packet%words(2), 0.0_wp), error)
          case (tag_results)
             call collect(manager, collector, incoming%packet)
          case (tag_tally)
@@ -198,16 +205,17 @@ contains
       end associate
    end subroutine answer
 
-   !> Hand out the next chunk to a rank; an empty one if no points are left.
-   subroutine send_chunk(manager, rank, error)
+   !> Hand out the next chunk to a rank, to which a unit took `unit_time` [s]; an empty one if no points are left.
+   subroutine send_chunk(manager, rank, unit_time, error)
       type(manager_t), intent(inout), asynchronous :: manager
       integer, intent(in) :: rank
+      real(wp), intent(in) :: unit_time
       type(error_t), allocatable, intent(out) :: error
       integer(i8) :: count
 
       call manager%replies(rank)%wait(error)
       if (allocated(error)) return
-      count = chunk_size(manager%n_units - manager%next + 1, manager%communicator%size, manager%options)
+      count = chunk_size(manager%n_units - manager%next + 1, manager%communicator%size, unit_time, manager%options)
       call manager%replies(rank)%packet%set([manager%next, count])
       manager%next = manager%next + count
       call manager%replies(rank)%post(manager%communicator, rank, tag_chunk, error)

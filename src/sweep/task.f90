@@ -58,7 +58,7 @@ module razy_sweep_task
          type(error_t), allocatable, intent(out) :: error
       end subroutine collect_row
 
-      !> Write down what was collected; called whenever nothing else waits to be collected, and at the end of the sweep.
+      !> Write down what was collected; called after messages, every `settle_interval`, and at the end of the sweep.
       !> An error (a full disk) ends the sweep on all ranks.
       subroutine settle_rows(self, error)
          import :: collector_t, error_t

@@ -35,6 +35,8 @@ module razy_sweep_worker
       !> No more points are computed; rank 0 has said that it is over.
       logical :: stopping = .false., told = .false.
       real(wp) :: last_sent = 0.0_wp
+      !> Time of a unit in the last chunk; 0: none yet [s].
+      real(wp) :: unit_time = 0.0_wp
       type(tally_t) :: tally
    end type worker_t
 
@@ -50,6 +52,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(worker_t), asynchronous :: worker
       integer(i8) :: first, count, unit
+      real(wp) :: begun
 
       worker%last_sent = seconds()
       call ask(worker, communicator, error)
@@ -59,11 +62,13 @@ contains
          if (count == 0) exit
          if (options%ask_ahead) call ask(worker, communicator, error)
          if (allocated(error)) return
+         begun = seconds()
          do unit = first, first + count - 1
             if (worker%stopping) exit
             call compute_unit(worker, communicator, task, units, options, interrupted, unit, error)
             if (allocated(error)) return
          end do
+         worker%unit_time = (seconds() - begun)/count
          if (.not. options%ask_ahead) call ask(worker, communicator, error)
       end do
       if (.not. allocated(error)) call finish(worker, communicator, error)
@@ -106,7 +111,7 @@ contains
 
       call worker%request%wait(error)
       if (allocated(error)) return
-      call worker%request%packet%set([merge(1_i8, 0_i8, worker%stopping)])
+      call worker%request%packet%set([merge(1_i8, 0_i8, worker%stopping), transfer(worker%unit_time, 0_i8)])
       call worker%request%post(communicator, 0, tag_request, error)
       worker%tally%messages = worker%tally%messages + 1
    end subroutine ask

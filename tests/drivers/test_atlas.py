@@ -95,6 +95,14 @@ def test_all_motions_are_pieced_together():
     assert plot("all.h5", "--save", "picture.png").returncode == 0
 
 
+def test_no_motion_counts_as_one_of_more_periods():
+    """With the settings of the input one branch of period 1 is all there is, at every cell of the range."""
+    succeed("razy-follow", HYSTERESIS, *sets(follow__motions="'all'"), "--output", "h.h5")
+    with h5py.File("h.h5") as file:
+        assert file["branch/parent"][:].tolist() == [0]
+        assert (file["point/multiplicity"][:] == 1).all()
+
+
 def test_all_motions_of_a_gear_pair():
     """Motions that no start settles to, whose branches are apart from that of the machine's own."""
     succeed(

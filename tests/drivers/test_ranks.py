@@ -3,6 +3,8 @@
 import os
 from pathlib import Path
 
+import h5py
+import numpy as np
 import pytest
 from programs import GEAR_PAIR, SOURCE, attribute, changed, datasets, folder_of_openblas, left, sets, start, succeed
 
@@ -13,7 +15,7 @@ VIBROPRESS = SOURCE / "inputs" / "vibropress.nml"
 def test_results_do_not_depend_on_the_number_of_ranks():
     succeed("razy-sweep", GEAR_PAIR, *sets(sweep__step=8), "--output", "alone.h5")
     alone = datasets("alone.h5")
-    for ranks in RANKS:
+    for ranks in [*RANKS, 8]:
         succeed("razy-sweep", GEAR_PAIR, *sets(sweep__step=8), "--output", f"{ranks}.h5", ranks=ranks)
         assert datasets(f"{ranks}.h5") == alone
         assert attribute(f"{ranks}.h5", "input") == attribute("alone.h5", "input")
@@ -23,9 +25,10 @@ def test_results_do_not_depend_on_the_number_of_ranks():
 def test_more_ranks_than_points_and_failed_points():
     options = sets(sweep__first=1800, sweep__last=1900, sweep__step=100, motion__max_events=100)
     assert start("razy-sweep", GEAR_PAIR, *options, "--output", "alone.h5").returncode == 1
-    done = start("razy-sweep", GEAR_PAIR, *options, "--output", "three.h5", ranks=3)
-    assert done.returncode == 1 and "2 points, 2 failed" in done.stderr
-    assert datasets("three.h5") == datasets("alone.h5")
+    for ranks in (3, 8):
+        done = start("razy-sweep", GEAR_PAIR, *options, "--output", f"{ranks}.h5", ranks=ranks)
+        assert done.returncode == 1 and "2 points, 2 failed" in done.stderr
+        assert datasets(f"{ranks}.h5") == datasets("alone.h5")
 
 
 def ours(done, word):
@@ -79,3 +82,21 @@ def test_threads_of_the_library_change_no_bit(monkeypatch):
         succeed("razy-modes", VIBROPRESS, "--output", f"{name}_modes.h5")
     assert datasets("two.h5") == datasets("one.h5") == datasets("four.h5")
     assert datasets("two_modes.h5") == datasets("one_modes.h5") == datasets("four_modes.h5")
+
+
+@pytest.mark.skipif(folder_of_openblas() is None, reason="no OpenBLAS beside the BLAS of this machine")
+@pytest.mark.parametrize(
+    ("case", "step", "observable"), [(GEAR_PAIR, 100, "mesh_deformation"), (VIBROPRESS, 4, "displacement.table.y")]
+)
+def test_periodic_motions_are_those_of_any_library(case, step, observable, monkeypatch):
+    found = []
+    for name in ("usual", "other"):
+        succeed("razy-sweep", case, *sets(sweep__step=step), "--output", f"{name}.h5")
+        with h5py.File(f"{name}.h5") as file:
+            extrema = file[f"extrema/{observable}"]
+            found.append((file["point/period"][:] > 0, np.split(extrema["value"][:], extrema["offset"][1:-1])))
+        monkeypatch.setenv("LD_LIBRARY_PATH", str(folder_of_openblas()))
+    (regular, usual), (same, other) = found
+    assert np.array_equal(regular, same) and regular.sum() > regular.size // 2
+    for i in np.flatnonzero(regular):
+        assert abs(usual[i] - other[i]).max() < 1e-12 * abs(usual[i]).max()

@@ -4,7 +4,8 @@ module input_samples
    use razy_input_input, only: check_input, input_t
    use razy_core_kinds, only: wp
    use razy_input_reader, only: entries_t, read_entries
-   use razy_input_schema, only: group, group_spec_t, key_integer, key_logical, key_name, key_real, key_string, nonnegative, positive
+   use razy_input_schema, only: add_group, add_integer, add_logical, add_name, add_real, add_string, group_spec_t, nonnegative, &
+                                positive
    use razy_core_text, only: append_text, string_t
    implicit none(type, external)
    private
@@ -23,28 +24,26 @@ contains
    function sample_schema() result(schema)
       type(group_spec_t), allocatable :: schema(:)
 
-      schema = [ &
-               group("scene", "What the input describes", required=.true., keys=[ &
-                     key_string("kind", "kind of scene", choices=[character(6) :: "lumped", "planar", "rotor"], required=.true.), &
-                     key_string("title", "heading of plots", default="")]), &
-               group("inertia", "Rotating inertia", repeatable=.true., keys=[ &
-                     key_name(), &
-                     key_real("value", "moment of inertia", unit="kg m^2", rule=positive, least=1, most=2, required=.true.)])]
-      schema = [schema, &
-                group("gear_mesh", "Mesh of two gears", repeatable=.true., keys=[ &
-                      key_name(required=.false.), &
-                      key_string("between", "the two gears", count=2), &
-                      key_real("radius", "base radii", unit="m", rule=positive, count=2, default="0.08, 0.09"), &
-                      key_integer("teeth", "numbers of teeth", low=5, high=500, count=2), &
-                      key_real("backlash", "backlash", unit="m", rule=nonnegative, default="0"), &
-                      key_real("error_sine", "sine terms of the error", unit="m", most=64), &
-                      key_string("loss", "where contact ends", choices=[character(8) :: "force", "gap"], default="gap")]), &
-                group("motion", "The motion", keys=[ &
-                      key_real("t_end", "end", unit="s", rule=positive, default="1"), &
-                      key_real("ratio", "a ratio", low=-1.0_wp, high=1.0_wp, default="0.5"), &
-                      key_integer("periods", "periods", rule=positive), &
-                      key_logical("store", "whether to store", default=".true."), &
-                      key_logical("parts", "which parts", most=3)])]
+      call add_group(schema, "scene", "What the input describes", required=.true.)
+      call add_string(schema, "kind", "kind of scene", choices=[character(6) :: "lumped", "planar", "rotor"], required=.true.)
+      call add_string(schema, "title", "heading of plots", default="")
+      call add_group(schema, "inertia", "Rotating inertia", repeatable=.true.)
+      call add_name(schema)
+      call add_real(schema, "value", "moment of inertia", unit="kg m^2", rule=positive, least=1, most=2, required=.true.)
+      call add_group(schema, "gear_mesh", "Mesh of two gears", repeatable=.true.)
+      call add_name(schema, required=.false.)
+      call add_string(schema, "between", "the two gears", count=2)
+      call add_real(schema, "radius", "base radii", unit="m", rule=positive, count=2, default="0.08, 0.09")
+      call add_integer(schema, "teeth", "numbers of teeth", low=5, high=500, count=2)
+      call add_real(schema, "backlash", "backlash", unit="m", rule=nonnegative, default="0")
+      call add_real(schema, "error_sine", "sine terms of the error", unit="m", most=64)
+      call add_string(schema, "loss", "where contact ends", choices=[character(8) :: "force", "gap"], default="gap")
+      call add_group(schema, "motion", "The motion")
+      call add_real(schema, "t_end", "end", unit="s", rule=positive, default="1")
+      call add_real(schema, "ratio", "a ratio", low=-1.0_wp, high=1.0_wp, default="0.5")
+      call add_integer(schema, "periods", "periods", rule=positive)
+      call add_logical(schema, "store", "whether to store", default=".true.")
+      call add_logical(schema, "parts", "which parts", most=3)
    end function sample_schema
 
    !> The text with line feeds for the carets.

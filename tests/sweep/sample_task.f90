@@ -16,6 +16,8 @@ module sample_task
    type, extends(point_task) :: sample_task_t
       !> Mean number of operations of a point.
       integer(i8) :: operations = 1000
+      !> A point that takes some thousand times as many; 0: none.
+      integer(i8) :: slow = 0
       !> Reals in the longest row.
       integer(i8) :: longest = 10
    contains
@@ -26,8 +28,9 @@ module sample_task
    type, extends(collector_t) :: sample_collector_t
       !> `collect` fails at this point; if it is negative, `settle` fails after so many. 0: nothing fails.
       integer(i8) :: fails_at = 0
-      !> What `settle` saw last: rows collected.
+      !> What `settle` saw last: rows collected; how often it was called.
       integer(i8) :: settled = 0
+      integer :: settlings = 0
       !> What was collected (points): how often, link of its chain, sums over the bits of the rows, last real.
       integer(i8), allocatable :: times(:), link(:), sums(:)
       real(wp), allocatable :: last(:)
@@ -70,7 +73,7 @@ contains
 
       mixed = modulo(point*69069_i8 + 12345_i8, 1009_i8)
       x = 0.1_wp + 0.8_wp*real(mixed, wp)/1009
-      do i = 1, self%operations*(1 + mod(mixed, 10_i8))/5
+      do i = 1, self%operations*merge(5000_i8, 1 + mod(mixed, 10_i8), point == self%slow)/5
          x = 3.9_wp*x*(1.0_wp - x)
       end do
       link = 1
@@ -126,12 +129,13 @@ contains
       end associate
    end subroutine collect
 
-   !> Note how many rows had been collected.
+   !> Note how many rows had been collected, and that it was asked.
    subroutine settle(self, error)
       class(sample_collector_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
 
       self%settled = sum(self%times)
+      self%settlings = self%settlings + 1
       if (self%fails_at < 0 .and. self%settled >= -self%fails_at) call raise(error, "the disk is full")
    end subroutine settle
 

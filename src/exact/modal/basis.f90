@@ -180,6 +180,7 @@ contains
 
       complex(wp) :: lambda(2*size(modes))
       real(wp) :: unit(size(modes)), condition
+      type(dense_modes_t) :: dense
       ! Of hundreds of modes, too large for the stack.
       complex(wp), allocatable :: right(:, :), left(:, :)
       real(wp), allocatable :: a(:, :)
@@ -219,9 +220,12 @@ contains
       end if
       if (whole) then
          self%info = 0
-         self%dense = [self%dense, dense_modes_t(phi=phi, stiffness=k(modes, modes), damping=b(modes, modes), &
-                                                 fastest=sqrt(maxval(sum(abs(k(modes, modes)), dim=1))) &
-                                                 + maxval(abs(b(modes, modes))))]
+         ! What the constructor of a type holds gfortran 12 does not free in one of an array.
+         dense%phi = phi
+         dense%stiffness = k(modes, modes)
+         dense%damping = b(modes, modes)
+         dense%fastest = sqrt(maxval(sum(abs(dense%stiffness), dim=1))) + maxval(abs(dense%damping))
+         self%dense = [self%dense, dense]
          return
       end if
       call add_terms(self, phi, unit, lambda, right, left)

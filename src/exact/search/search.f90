@@ -31,9 +31,10 @@ module razy_exact_search_search
 
    !> Workspace and counters of the search.
    type :: search_t
-      !> Two ends of a step, of which `now` is the present one; a root; the root that is found.
-      type(amplitudes_t), private :: point(2), trial_root
-      type(amplitudes_t) :: probe
+      !> Two ends of a step, of which `now` is the present one; a root; the root that is found. Allocatable: of components of one
+      !> type below a polymorphic object gfortran 12 frees only the first.
+      type(amplitudes_t), allocatable, private :: point(:), trial_root
+      type(amplitudes_t), allocatable :: probe
       integer, private :: now = 1
       !> Amplitudes and dense states there is room for.
       integer, private :: room(2) = -1
@@ -389,6 +390,7 @@ contains
       type(search_t), intent(inout) :: self
       type(response_t), intent(in) :: response
 
+      if (.not. allocated(self%point)) allocate (self%point(2), self%trial_root, self%probe)
       call reserve(self%point(1), response)
       call reserve(self%point(2), response)
       call reserve(self%trial_root, response)

@@ -1,14 +1,13 @@
 !! The groups of a lumped scene: bodies with one coordinate each, and what acts between them.
 module razy_scenes_lumped_schema
-   use razy_input_schema, only: group, group_spec_t, key_integer, key_name, key_real, key_spec_t, key_string, nonnegative, &
-                                positive
-   use razy_scenes_common_schema, only: common_schema
-   use razy_scenes_contacts, only: friction_keys
-   use razy_scenes_gap_laws, only: gap_law_keys
-   use razy_scenes_gears, only: gear_keys
-   use razy_scenes_harmonics, only: acceleration_key, frequency_keys
-   use razy_scenes_loads, only: load_keys
-   use razy_scenes_start, only: initial_keys
+   use razy_input_schema, only: add_group, add_integer, add_name, add_real, add_string, group_spec_t, nonnegative, positive
+   use razy_scenes_common_schema, only: add_common_groups
+   use razy_scenes_contacts, only: add_friction_keys
+   use razy_scenes_gap_laws, only: add_gap_law_keys
+   use razy_scenes_gears, only: add_gear_keys
+   use razy_scenes_harmonics, only: add_acceleration_key, add_frequency_keys
+   use razy_scenes_loads, only: add_load_keys
+   use razy_scenes_start, only: add_initial_keys
    implicit none(type, external)
    private
 
@@ -25,63 +24,64 @@ contains
    function lumped_schema() result(schema)
       type(group_spec_t), allocatable :: schema(:)
 
-      schema = [ &
-               common_schema(lumped_observables), &
-               group("inertia", "A body that turns", repeatable=.true., keys=[ &
-                     key_name(), &
-                     key_real("value", "moment of inertia", unit="kg m^2", rule=positive, required=.true.)]), &
-               group("mass", "A body that moves along a line", repeatable=.true., keys=[ &
-                     key_name(), &
-                     key_real("value", "mass", unit="kg", rule=positive, required=.true.)]), &
-               group("spring", "A linear spring between two bodies or a body and the frame", repeatable=.true., keys=[ &
-                     key_name(required=.false.), &
-                     ends(), &
-                     key_real("stiffness", "stiffness", unit="N/m or N m/rad", rule=nonnegative, required=.true.), &
-                     key_real("damping", "viscous damping beside the spring", unit="N s/m or N m s/rad", rule=nonnegative, &
-                              default="0.0"), &
-                     key_real("damping_factor", "viscous damping in proportion to the stiffness", unit="s", rule=nonnegative, &
-                              default="0.0")]), &
-               group("damper", "A viscous damper between two bodies or a body and the frame", repeatable=.true., keys=[ &
-                     key_name(required=.false.), &
-                     ends(), &
-                     key_real("damping", "viscous damping", unit="N s/m or N m s/rad", rule=nonnegative, required=.true.)]), &
-               group("stop", "A stop between two bodies or a body and the frame, acting on q = q1 - q2", repeatable=.true., keys=[ &
-                     key_name(), ends(), &
-                     key_string("side", "closes for q > clearance, for q < -clearance, or both", &
-                                choices=["upper", "lower", "both "], default="upper"), &
-                     key_real("clearance", "displacement up to contact; a negative one is preload", unit="m or rad", &
-                              required=.true.), &
-                     gap_law_keys(), &
-                     key_real("motion_amplitude", "amplitude of a given motion of the second end, beside its own", &
-                              unit="m or rad", default="0.0"), &
-                     key_real("motion_phase", "phase of that motion", unit="deg", default="0.0"), &
-                     frequency_keys("motion_", "that motion", orders=.true.)]), &
-               group("gear_mesh", "A pair of gears: d = r1 q1 - r2 q2 + error", repeatable=.true., keys=[ &
-                     key_name(), &
-                     key_string("between", "names of the two wheels (inertias)", count=2, required=.true.), &
-                     key_real("radius", "base radii", unit="m", rule=positive, count=2, required=.true.), &
-                     key_integer("teeth", "numbers of teeth", rule=positive, count=2, required=.true.), &
-                     key_real("stiffness", "mesh stiffness", unit="N/m", rule=positive, required=.true.), &
-                     key_real("damping", "mesh damping, acting in contact", unit="N s/m", rule=nonnegative, default="0.0"), &
-                     gear_keys("where a damped contact is lost")]), &
-               group("friction", "Dry friction between two bodies or a body and the frame, with the velocity of sliding v = "// &
-                     "q1' - q2' - belt_speed", repeatable=.true., keys=[ &
-                     key_name(), ends(), friction_keys()]), &
-               group("load", "A force (torque) on a body: value + amplitude*sin(2 pi f t + phase)", repeatable=.true., keys=[ &
-                     load_keys("name of the body", orders=.true.)]), &
-               group("rotation", "The mean speed of the machine", keys=[ &
-                     key_real("speed_rpm", "mean speed", unit="rpm", required=.true.), &
-                     acceleration_key(), &
-                     key_string("of", "name of the inertia that has this speed", required=.true.)]), &
-               group("initial", "State of a body at the start, for start='given'; bodies not named start with zero", &
-                     repeatable=.true., keys=[ &
-                     initial_keys("name of the body", "displacement")])]
+      call add_common_groups(schema, lumped_observables)
+      call add_group(schema, "inertia", "A body that turns", repeatable=.true.)
+      call add_name(schema)
+      call add_real(schema, "value", "moment of inertia", unit="kg m^2", rule=positive, required=.true.)
+      call add_group(schema, "mass", "A body that moves along a line", repeatable=.true.)
+      call add_name(schema)
+      call add_real(schema, "value", "mass", unit="kg", rule=positive, required=.true.)
+      call add_group(schema, "spring", "A linear spring between two bodies or a body and the frame", repeatable=.true.)
+      call add_name(schema, required=.false.)
+      call add_ends(schema)
+      call add_real(schema, "stiffness", "stiffness", unit="N/m or N m/rad", rule=nonnegative, required=.true.)
+      call add_real(schema, "damping", "viscous damping beside the spring", unit="N s/m or N m s/rad", rule=nonnegative, &
+                    default="0.0")
+      call add_real(schema, "damping_factor", "viscous damping in proportion to the stiffness", unit="s", rule=nonnegative, &
+                    default="0.0")
+      call add_group(schema, "damper", "A viscous damper between two bodies or a body and the frame", repeatable=.true.)
+      call add_name(schema, required=.false.)
+      call add_ends(schema)
+      call add_real(schema, "damping", "viscous damping", unit="N s/m or N m s/rad", rule=nonnegative, required=.true.)
+      call add_group(schema, "stop", "A stop between two bodies or a body and the frame, acting on q = q1 - q2", repeatable=.true.)
+      call add_name(schema)
+      call add_ends(schema)
+      call add_string(schema, "side", "closes for q > clearance, for q < -clearance, or both", &
+                      choices=["upper", "lower", "both "], default="upper")
+      call add_real(schema, "clearance", "displacement up to contact; a negative one is preload", unit="m or rad", required=.true.)
+      call add_gap_law_keys(schema)
+      call add_real(schema, "motion_amplitude", "amplitude of a given motion of the second end, beside its own", unit="m or rad", &
+                    default="0.0")
+      call add_real(schema, "motion_phase", "phase of that motion", unit="deg", default="0.0")
+      call add_frequency_keys(schema, "motion_", "that motion", orders=.true.)
+      call add_group(schema, "gear_mesh", "A pair of gears: d = r1 q1 - r2 q2 + error", repeatable=.true.)
+      call add_name(schema)
+      call add_string(schema, "between", "names of the two wheels (inertias)", count=2, required=.true.)
+      call add_real(schema, "radius", "base radii", unit="m", rule=positive, count=2, required=.true.)
+      call add_integer(schema, "teeth", "numbers of teeth", rule=positive, count=2, required=.true.)
+      call add_real(schema, "stiffness", "mesh stiffness", unit="N/m", rule=positive, required=.true.)
+      call add_real(schema, "damping", "mesh damping, acting in contact", unit="N s/m", rule=nonnegative, default="0.0")
+      call add_gear_keys(schema, "where a damped contact is lost")
+      call add_group(schema, "friction", "Dry friction between two bodies or a body and the frame, with the velocity of "// &
+                     "sliding v = q1' - q2' - belt_speed", repeatable=.true.)
+      call add_name(schema)
+      call add_ends(schema)
+      call add_friction_keys(schema)
+      call add_group(schema, "load", "A force (torque) on a body: value + amplitude*sin(2 pi f t + phase)", repeatable=.true.)
+      call add_load_keys(schema, "name of the body", orders=.true.)
+      call add_group(schema, "rotation", "The mean speed of the machine")
+      call add_real(schema, "speed_rpm", "mean speed", unit="rpm", required=.true.)
+      call add_acceleration_key(schema)
+      call add_string(schema, "of", "name of the inertia that has this speed", required=.true.)
+      call add_group(schema, "initial", "State of a body at the start, for start='given'; bodies not named start with zero", &
+                     repeatable=.true.)
+      call add_initial_keys(schema, "name of the body", "displacement")
    end function lumped_schema
 
-   function ends()
-      type(key_spec_t) :: ends
+   subroutine add_ends(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      ends = key_string("between", "names of the two bodies, one of which may be 'frame'", count=2, required=.true.)
-   end function ends
+      call add_string(schema, "between", "names of the two bodies, one of which may be 'frame'", count=2, required=.true.)
+   end subroutine add_ends
 
 end module razy_scenes_lumped_schema

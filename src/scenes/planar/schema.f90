@@ -1,11 +1,11 @@
 !! The groups of a planar scene: rigid bodies in a plane, and what acts between their points.
 module razy_scenes_planar_schema
-   use razy_input_schema, only: group, group_spec_t, key_name, key_real, key_spec_t, key_string, nonnegative, positive
-   use razy_scenes_common_schema, only: common_schema
-   use razy_scenes_contacts, only: friction_keys
-   use razy_scenes_gap_laws, only: gap_law_keys
-   use razy_scenes_loads, only: load_keys
-   use razy_scenes_start, only: initial_keys
+   use razy_input_schema, only: add_group, add_name, add_real, add_string, group_spec_t, nonnegative, positive
+   use razy_scenes_common_schema, only: add_common_groups
+   use razy_scenes_contacts, only: add_friction_keys
+   use razy_scenes_gap_laws, only: add_gap_law_keys
+   use razy_scenes_loads, only: add_load_keys
+   use razy_scenes_start, only: add_initial_keys
    implicit none(type, external)
    private
 
@@ -24,109 +24,108 @@ contains
    function planar_schema() result(schema)
       type(group_spec_t), allocatable :: schema(:)
 
-      schema = [ &
-               common_schema(planar_observables), &
-               group("body", "A rigid body with the coordinates x, y and phi (counter-clockwise)", repeatable=.true., keys=[ &
-                     key_name(), &
-                     key_real("mass", "mass", unit="kg", rule=positive, required=.true.), &
-                     key_real("inertia", "moment of inertia about the centre of mass", unit="kg m^2", rule=positive, &
-                              required=.true.), &
-                     key_real("centre", "centre of mass in the reference position, x to the right and y up", unit="m", count=2, &
-                              default="0.0, 0.0"), &
-                     key_real("size", "width and height of the rectangle that stands for the body in pictures", unit="m", &
-                              rule=nonnegative, count=2, default="0.0, 0.0")]), &
-               group("point", "A point of a body or of the frame", repeatable=.true., keys=[ &
-                     key_name(), &
-                     key_string("body", "name of the body that the point belongs to, or 'frame'", required=.true.), &
-                     key_real("position", "position in the reference position: from the centre of mass of the body, or in the "// &
-                              "frame", unit="m", count=2, required=.true.)]), &
-               group("spring", "A linear spring between two points, or equal ones between several pairs", &
-                     repeatable=.true., keys=[ &
-                     key_name(required=.false.), &
-                     pairs(), direction(), &
-                     key_real("stiffness", "stiffness of all pairs together", unit="N/m", rule=nonnegative, required=.true.), &
-                     key_real("damping", "viscous damping beside the spring, of all pairs together", unit="N s/m", &
-                              rule=nonnegative, default="0.0"), &
-                     key_real("untuned_stiffness", "stiffness before tuning, which &damping matrix='untuned' takes", unit="N/m", &
-                              rule=nonnegative)]), &
-               group("damper", "A viscous damper between two points, or equal ones between several pairs", &
-                     repeatable=.true., keys=[ &
-                     key_name(required=.false.), &
-                     pairs(), direction(), &
-                     key_real("damping", "viscous damping of all pairs together", unit="N s/m", rule=nonnegative, &
-                              required=.true.)]), &
-               group("damping", "Damping in proportion to a stiffness matrix", keys=[ &
-                     key_real("factor", "alpha in B = alpha K", unit="s", rule=nonnegative, required=.true.), &
-                     key_string("matrix", "the K in it: of the springs; of springs and contacts, as if these were springs; of "// &
-                                "the springs before tuning", choices=[character(7) :: matrix_springs, matrix_all, matrix_untuned], &
-                                default=matrix_springs)]), &
-               contacts_and_actions()]
+      call add_common_groups(schema, planar_observables)
+      call add_group(schema, "body", "A rigid body with the coordinates x, y and phi (counter-clockwise)", repeatable=.true.)
+      call add_name(schema)
+      call add_real(schema, "mass", "mass", unit="kg", rule=positive, required=.true.)
+      call add_real(schema, "inertia", "moment of inertia about the centre of mass", unit="kg m^2", rule=positive, required=.true.)
+      call add_real(schema, "centre", "centre of mass in the reference position, x to the right and y up", unit="m", count=2, &
+                    default="0.0, 0.0")
+      call add_real(schema, "size", "width and height of the rectangle that stands for the body in pictures", unit="m", &
+                    rule=nonnegative, count=2, default="0.0, 0.0")
+      call add_group(schema, "point", "A point of a body or of the frame", repeatable=.true.)
+      call add_name(schema)
+      call add_string(schema, "body", "name of the body that the point belongs to, or 'frame'", required=.true.)
+      call add_real(schema, "position", "position in the reference position: from the centre of mass of the body, or in the "// &
+                    "frame", unit="m", count=2, required=.true.)
+      call add_group(schema, "spring", "A linear spring between two points, or equal ones between several pairs", repeatable=.true.)
+      call add_name(schema, required=.false.)
+      call add_pairs(schema)
+      call add_direction(schema)
+      call add_real(schema, "stiffness", "stiffness of all pairs together", unit="N/m", rule=nonnegative, required=.true.)
+      call add_real(schema, "damping", "viscous damping beside the spring, of all pairs together", unit="N s/m", rule=nonnegative, &
+                    default="0.0")
+      call add_real(schema, "untuned_stiffness", "stiffness before tuning, which &damping matrix='untuned' takes", unit="N/m", &
+                    rule=nonnegative)
+      call add_group(schema, "damper", "A viscous damper between two points, or equal ones between several pairs", &
+                     repeatable=.true.)
+      call add_name(schema, required=.false.)
+      call add_pairs(schema)
+      call add_direction(schema)
+      call add_real(schema, "damping", "viscous damping of all pairs together", unit="N s/m", rule=nonnegative, required=.true.)
+      call add_group(schema, "damping", "Damping in proportion to a stiffness matrix")
+      call add_real(schema, "factor", "alpha in B = alpha K", unit="s", rule=nonnegative, required=.true.)
+      call add_string(schema, "matrix", "the K in it: of the springs; of springs and contacts, as if these were springs; of "// &
+                      "the springs before tuning", choices=[character(7) :: matrix_springs, matrix_all, matrix_untuned], &
+                      default=matrix_springs)
+      call add_contacts_and_actions(schema)
    end function planar_schema
 
-   function contacts_and_actions() result(schema)
-      type(group_spec_t), allocatable :: schema(:)
+   subroutine add_contacts_and_actions(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      schema = [ &
-               group("stop", "A one-way contact between two points", repeatable=.true., keys=[ &
-                     key_name(), contact_ends(), &
-                     key_real("direction", "direction in which the closed stop pushes the first point, of any length; if left "// &
-                              "out, from the second point to the first", count=2), &
-                     key_real("clearance", "gap in the reference position; a negative one is preload", unit="m", default="0.0"), &
-                     gap_law_keys(), &
-                     key_real("damping_factor", "damping of the closed contact in proportion to its stiffness, for "// &
-                              "'kelvin_voigt'; added to damping", unit="s", rule=nonnegative)]), &
-               group("friction", "Dry friction between two points, with the velocity of sliding v = direction*(u1' - u2') - "// &
-                     "belt_speed", repeatable=.true., keys=[ &
-                     key_name(), contact_ends(), &
-                     key_real("direction", "direction of sliding, of any length; if left out, that in which the stop of "// &
-                              "normal_contact, or else of only_with, pushes, turned clockwise by 90 degrees; without a stop "// &
-                              "the line through the points", count=2), &
-                     friction_keys()]), &
-               group("exciter", "Two counter-rotating eccentric rotors on a body, with force unbalance*(2 pi f)^2 each", &
-                     repeatable=.true., keys=[ &
-                     key_name(required=.false.), &
-                     key_string("on", "name of the body", required=.true.), &
-                     key_real("position", "middle between the two axes, from the centre of mass", unit="m", count=2, &
-                              default="0.0, 0.0"), &
-                     key_real("arm", "distance of each axis from the middle, across the direction", unit="m", rule=nonnegative, &
-                              default="0.0"), &
-                     key_real("direction", "direction of the resultant, of any length", count=2, default="0.0, 1.0"), &
-                     key_real("frequency", "speed of the rotors", unit="Hz", rule=positive, required=.true.), &
-                     key_real("unbalance", "mass times eccentricity of each rotor", unit="kg m", rule=nonnegative), &
-                     key_real("force", "amplitude of the resultant of both rotors at force_frequency; instead of unbalance", &
-                              unit="N", rule=nonnegative), &
-                     key_real("force_frequency", "frequency at which the resultant is force", unit="Hz", rule=positive), &
-                     key_real("phase", "phase of both rotors", unit="deg", default="0.0"), &
-                     key_real("phase_error", "phase by which the second rotor is ahead", unit="deg", default="0.0")]), &
-               group("load", "A force or moment: value + amplitude*sin(2 pi f t + phase)", repeatable=.true., keys=[ &
-                     load_keys("name of a coordinate, such as 'table.y', or of a point with .x or .y", orders=.false.)]), &
-               group("gravity", "Weight of all bodies; none without this group", keys=[ &
-                     key_real("acceleration", "acceleration of free fall", unit="m/s^2", rule=nonnegative, default="9.81"), &
-                     key_real("direction", "direction, of any length", count=2, default="0.0, -1.0")]), &
-               group("initial", "State of a coordinate at the start, for start='given'; the others start with zero", &
-                     repeatable=.true., keys=[ &
-                     initial_keys("name of a coordinate, such as 'table.y'", "displacement from the reference position")])]
-   end function contacts_and_actions
+      call add_group(schema, "stop", "A one-way contact between two points", repeatable=.true.)
+      call add_name(schema)
+      call add_contact_ends(schema)
+      call add_real(schema, "direction", "direction in which the closed stop pushes the first point, of any length; if left "// &
+                    "out, from the second point to the first", count=2)
+      call add_real(schema, "clearance", "gap in the reference position; a negative one is preload", unit="m", default="0.0")
+      call add_gap_law_keys(schema)
+      call add_real(schema, "damping_factor", "damping of the closed contact in proportion to its stiffness, for "// &
+                    "'kelvin_voigt'; added to damping", unit="s", rule=nonnegative)
+      call add_group(schema, "friction", "Dry friction between two points, with the velocity of sliding v = direction*(u1' - "// &
+                     "u2') - belt_speed", repeatable=.true.)
+      call add_name(schema)
+      call add_contact_ends(schema)
+      call add_real(schema, "direction", "direction of sliding, of any length; if left out, that in which the stop of "// &
+                    "normal_contact, or else of only_with, pushes, turned clockwise by 90 degrees; without a stop the line "// &
+                    "through the points", count=2)
+      call add_friction_keys(schema)
+      call add_group(schema, "exciter", "Two counter-rotating eccentric rotors on a body, with force unbalance*(2 pi f)^2 each", &
+                     repeatable=.true.)
+      call add_name(schema, required=.false.)
+      call add_string(schema, "on", "name of the body", required=.true.)
+      call add_real(schema, "position", "middle between the two axes, from the centre of mass", unit="m", count=2, &
+                    default="0.0, 0.0")
+      call add_real(schema, "arm", "distance of each axis from the middle, across the direction", unit="m", rule=nonnegative, &
+                    default="0.0")
+      call add_real(schema, "direction", "direction of the resultant, of any length", count=2, default="0.0, 1.0")
+      call add_real(schema, "frequency", "speed of the rotors", unit="Hz", rule=positive, required=.true.)
+      call add_real(schema, "unbalance", "mass times eccentricity of each rotor", unit="kg m", rule=nonnegative)
+      call add_real(schema, "force", "amplitude of the resultant of both rotors at force_frequency; instead of unbalance", &
+                    unit="N", rule=nonnegative)
+      call add_real(schema, "force_frequency", "frequency at which the resultant is force", unit="Hz", rule=positive)
+      call add_real(schema, "phase", "phase of both rotors", unit="deg", default="0.0")
+      call add_real(schema, "phase_error", "phase by which the second rotor is ahead", unit="deg", default="0.0")
+      call add_group(schema, "load", "A force or moment: value + amplitude*sin(2 pi f t + phase)", repeatable=.true.)
+      call add_load_keys(schema, "name of a coordinate, such as 'table.y', or of a point with .x or .y", orders=.false.)
+      call add_group(schema, "gravity", "Weight of all bodies; none without this group")
+      call add_real(schema, "acceleration", "acceleration of free fall", unit="m/s^2", rule=nonnegative, default="9.81")
+      call add_real(schema, "direction", "direction, of any length", count=2, default="0.0, -1.0")
+      call add_group(schema, "initial", "State of a coordinate at the start, for start='given'; the others start with zero", &
+                     repeatable=.true.)
+      call add_initial_keys(schema, "name of a coordinate, such as 'table.y'", "displacement from the reference position")
+   end subroutine add_contacts_and_actions
 
-   function pairs()
-      type(key_spec_t) :: pairs
+   subroutine add_pairs(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      pairs = key_string("between", "names of two points, of bodies (their centres), or 'frame'; several pairs share the "// &
-                         "stiffness or damping equally", least=2, most=most_ends, required=.true.)
-   end function pairs
+      call add_string(schema, "between", "names of two points, of bodies (their centres), or 'frame'; several pairs share the "// &
+                      "stiffness or damping equally", least=2, most=most_ends, required=.true.)
+   end subroutine add_pairs
 
-   function contact_ends()
-      type(key_spec_t) :: contact_ends
+   subroutine add_contact_ends(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      contact_ends = key_string("between", "names of two points of different bodies, of bodies (their centres), or 'frame'", &
-                                count=2, required=.true.)
-   end function contact_ends
+      call add_string(schema, "between", "names of two points of different bodies, of bodies (their centres), or 'frame'", &
+                      count=2, required=.true.)
+   end subroutine add_contact_ends
 
-   function direction()
-      type(key_spec_t) :: direction
+   subroutine add_direction(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      direction = key_real("direction", "direction in which it acts, of any length; if left out, the line through the points", &
-                           count=2)
-   end function direction
+      call add_real(schema, "direction", "direction in which it acts, of any length; if left out, the line through the points", &
+                    count=2)
+   end subroutine add_direction
 
 end module razy_scenes_planar_schema

@@ -31,7 +31,8 @@ module razy_scenes_rotor_scene
 
    !> The scene; it keeps the model of the machine that was built last.
    type, extends(scene_t) :: rotor_scene_t
-      type(rotor_model_t) :: model
+      !> Allocatable: of components of one type below a polymorphic object gfortran 12 frees only the first.
+      type(rotor_model_t), allocatable :: model
       type(reduced_t) :: reduced
       !> Speeds of the shafts over that of `&rotation`.
       real(qp), allocatable, private :: ratio(:)
@@ -64,6 +65,7 @@ contains
       type(rotor_t) :: rotor
 
       call read_parts(rotor, self%ratio, input, error)
+      if (.not. allocated(self%model)) allocate (self%model)
       if (.not. allocated(error)) call new_rotor_model(self%model, rotor, error)
       if (allocated(error)) return
       if (self%model%numbering%n == 0) call input%complain(error, "support", 1, "held", "not all coordinates there are")
@@ -117,13 +119,13 @@ contains
 
       type(harmonics_t) :: harmonics
       integer :: i, meshes, n
-      logical :: sweeps
+      logical :: runs_up
 
       call renew_model(self, input, error)
       if (.not. allocated(error)) call check_tables(self%model%rotor, input, "rotation", "speed_rpm", error)
       if (allocated(error)) return
-      sweeps = accelerates(input)
-      if (sweeps .and. size(self%reduced%tabled) > 0) then
+      runs_up = accelerates(input)
+      if (size(self%reduced%tabled) > 0 .and. runs_up) then
          call input%complain(error, "rotation", 1, "acceleration_rpm_per_s", "0 with a bearing that has a table of coefficients")
          return
       end if
@@ -223,7 +225,7 @@ contains
       type(reduced_t), intent(in) :: reduced
       type(input_t), intent(in) :: input
 
-      logical :: circulatory, gyroscopic, sweeps
+      logical :: circulatory, gyroscopic, runs_up
       real(wp) :: speed
 
       machine%mass = symmetric_part(reduced%mass)
@@ -239,8 +241,8 @@ contains
       speed = speed*pi/30
       if (gyroscopic) machine%damping = machine%damping + speed*0.5_wp*(reduced%gyroscopic - transpose(reduced%gyroscopic))
       if (circulatory) machine%stiffness = machine%stiffness + speed*reduced%circulatory
-      sweeps = accelerates(input)
-      if (sweeps .and. (gyroscopic .or. circulatory)) then
+      runs_up = accelerates(input)
+      if ((gyroscopic .or. circulatory) .and. runs_up) then
          machine%gyroscopic = merge(0.5_wp, 0.0_wp, gyroscopic)*(reduced%gyroscopic - transpose(reduced%gyroscopic))
          machine%circulatory = merge(1.0_wp, 0.0_wp, circulatory)*reduced%circulatory
       end if

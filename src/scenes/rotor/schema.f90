@@ -1,14 +1,14 @@
 !! The groups of a rotor scene: shafts by finite elements, what sits on them, and meshes between them.
 module razy_scenes_rotor_schema
    use razy_core_kinds, only: wp
-   use razy_input_schema, only: group, group_spec_t, key_integer, key_logical, key_name, key_real, key_spec_t, key_string, &
-                                nonnegative, positive
-   use razy_scenes_common_schema, only: common_schema
-   use razy_scenes_gears, only: gear_keys
-   use razy_scenes_harmonics, only: acceleration_key
-   use razy_scenes_loads, only: load_keys
-   use razy_scenes_rotor_stops, only: rotor_stop_groups
-   use razy_scenes_start, only: initial_keys
+   use razy_input_schema, only: add_group, add_integer, add_logical, add_name, add_real, add_string, group_spec_t, nonnegative, &
+                                positive
+   use razy_scenes_common_schema, only: add_common_groups
+   use razy_scenes_gears, only: add_gear_keys
+   use razy_scenes_harmonics, only: add_acceleration_key
+   use razy_scenes_loads, only: add_load_keys
+   use razy_scenes_rotor_stops, only: add_rotor_stop_groups
+   use razy_scenes_start, only: add_initial_keys
    implicit none(type, external)
    private
 
@@ -37,172 +37,173 @@ contains
    function rotor_schema() result(schema)
       type(group_spec_t), allocatable :: schema(:)
 
-      schema = [common_schema(rotor_observables), parts(), meshes_and_more()]
+      call add_common_groups(schema, rotor_observables)
+      call add_parts(schema)
+      call add_meshes_and_more(schema)
    end function rotor_schema
 
-   function parts() result(schema)
-      type(group_spec_t), allocatable :: schema(:)
+   subroutine add_parts(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      schema = [ &
-               group("shaft", "A shaft of circular sections along x", repeatable=.true., keys=[ &
-                     key_name(), &
-                     key_real("young_modulus", "Young's modulus", unit="Pa", rule=positive, required=.true.), &
-                     key_real("shear_modulus", "shear modulus; give this or poisson_ratio", unit="Pa", rule=positive), &
-                     key_real("poisson_ratio", "Poisson's ratio, from which the shear modulus follows", low=-0.99_wp, &
-                              high=0.5_wp), &
-                     key_real("density", "density", unit="kg/m^3", rule=positive, required=.true.), &
-                     key_string("element", "bending without shear (Euler, Bernoulli, Rayleigh) or with it (Timoshenko, "// &
-                                "Cowper's coefficient)", choices=["rayleigh  ", "timoshenko"], default="rayleigh"), &
-                     key_real("damping_ratio", "D of the internal damping", low=0.0_wp, high=1.0e6_wp, default="0.0"), &
-                     key_string("damping", "internal damping: dampers on the nodes (the source's), or the ratio D in every "// &
-                                "mode of the shaft on its bearings; one kind for all shafts", choices=damping_choices(2:), &
-                                default="nodal"), &
-                     key_real("speed_ratio", "speed over that of &rotation, with sign; if left out, from the teeth of gear "// &
-                              "meshes")]), &
-               group("section", "A cylinder of a shaft; sections follow each other along +x as in the file", &
-                     repeatable=.true., keys=[ &
-                     shaft(), &
-                     key_real("length", "length", unit="m", rule=positive, required=.true.), &
-                     key_real("outer_diameter", "outer diameter", unit="m", rule=positive, required=.true.), &
-                     key_real("inner_diameter", "diameter of the bore", unit="m", rule=nonnegative, default="0.0"), &
-                     key_integer("elements", "number of equal elements", rule=positive, default="1"), &
-                     key_integer("first_node", "makes it a layer on the sections that are there, such as a sleeve: its first "// &
-                                 "node; its elements have the lengths of those below", rule=positive), &
-                     key_real("young_modulus", "if not that of the shaft", unit="Pa", rule=positive), &
-                     key_real("shear_modulus", "if not that of the shaft", unit="Pa", rule=positive), &
-                     key_real("density", "if not that of the shaft", unit="kg/m^3", rule=positive)]), &
-               group("disk", "A rigid disk on a node", repeatable=.true., keys=[ &
-                     shaft(), node(), &
-                     key_real("mass", "mass", unit="kg", rule=nonnegative, required=.true.), &
-                     key_real("polar_inertia", "moment of inertia about the axis", unit="kg m^2", rule=nonnegative, &
-                              required=.true.), &
-                     key_real("diametral_inertia", "moment of inertia about a diameter through the centre of mass", unit="kg m^2", &
-                              rule=nonnegative, required=.true.), &
-                     key_real("offset", "distance of the centre of mass from the node along +x", unit="m", default="0.0")]), &
-               group("support", "Coordinates of a node that the frame holds", repeatable=.true., keys=[ &
-                     shaft(), node(), &
-                     key_string("held", "coordinates that the frame holds", choices=coordinate_choices, least=1, most=6, &
-                                required=.true.)]), &
-               group("freedom", "Motions that exist; of one left out there are no coordinates", keys=[ &
-                     key_logical("axial", "motion along the axis", default=".true."), &
-                     key_logical("bending", "lateral motion and tilting", default=".true."), &
-                     key_logical("torsion", "twist", default=".true.")]), &
-               group("bearing", "A bearing or seal between a node and the frame", repeatable=.true., keys=[ &
-                     shaft(), node(), &
-                     key_string("kind", "rolling elements of given stiffness; matrices; balls or steel rollers, whose radial "// &
-      "stiffness follows from their geometry; coefficients over the speed from a file", choices=bearing_kinds, default="rolling"), &
-                     key_integer("elements", "number of rolling elements", low=2, high=1000), &
-                     key_real("radial_stiffness", "radial stiffness of each element, for kind = 'rolling'", unit="N/m", &
-                              rule=nonnegative), &
-                     key_real("axial_stiffness", "axial stiffness of each element", unit="N/m", rule=nonnegative, default="0.0"), &
-                     key_real("axial_radius", "radius at which axial forces act", unit="m", rule=nonnegative, default="0.0"), &
-                     key_real("first_angle", "angle of the first element from y towards z", unit="deg", default="0.0"), &
-                     key_real("offset", "distance of the row from the node along +x", unit="m", default="0.0"), &
-                     key_real("damping_factor", "damping in proportion to the stiffness of rolling elements", unit="s", &
-                              rule=nonnegative, default="0.0"), &
-                     key_real("stiffness", "for kind = 'matrix': all rows of a matrix, which need not be symmetric: 4 values "// &
-                              "for v, w (k_yy, k_yz, k_zy, k_zz), 16 for v, w, theta, psi, 25 with u, 36 with phi too; or 6, "// &
-                              "the diagonal", unit="N/m, N/rad, N m/rad", least=4, most=36), &
-                     key_real("damping_matrix", "for kind = 'matrix': damping likewise; zero if not given", &
-                              unit="N s/m, N s/rad, N m s/rad", least=4, most=36), &
-                     key_string("file", "for kind = 'table': comma-separated text with the columns speed_rpm, the shaft's own, "// &
-                                "kxx, kxy, kyx, kyy [N/m], cxx, cxy, cyx, cyy [N s/m], x being v and y w"), &
-                     key_real("ball_diameter", "for kind = 'ball'", unit="m", rule=positive), &
-                     key_real("pitch_diameter", "diameter of the circle of the balls' centres", unit="m", rule=positive), &
-                     key_real("inner_groove", "radius of the groove of the inner ring", unit="m", rule=positive), &
-                     key_real("outer_groove", "radius of the groove of the outer ring", unit="m", rule=positive), &
-                     key_real("young_modulus", "of balls and rings", unit="Pa", rule=positive, default="2.08e11"), &
-                     key_real("poisson_ratio", "of balls and rings", low=0.0_wp, high=0.5_wp, default="0.3"), &
-                     key_real("roller_length", "effective length, for kind = 'roller'", unit="m", rule=positive), &
-                     key_real("element_load", "load of an element at which its stiffness is taken, for 'ball' and 'roller'", &
-                              unit="N", rule=positive)])]
-   end function parts
+      call add_group(schema, "shaft", "A shaft of circular sections along x", repeatable=.true.)
+      call add_name(schema)
+      call add_real(schema, "young_modulus", "Young's modulus", unit="Pa", rule=positive, required=.true.)
+      call add_real(schema, "shear_modulus", "shear modulus; give this or poisson_ratio", unit="Pa", rule=positive)
+      call add_real(schema, "poisson_ratio", "Poisson's ratio, from which the shear modulus follows", low=-0.99_wp, high=0.5_wp)
+      call add_real(schema, "density", "density", unit="kg/m^3", rule=positive, required=.true.)
+      call add_string(schema, "element", "bending without shear (Euler, Bernoulli, Rayleigh) or with it (Timoshenko, Cowper's "// &
+                      "coefficient)", choices=["rayleigh  ", "timoshenko"], default="rayleigh")
+      call add_real(schema, "damping_ratio", "D of the internal damping", low=0.0_wp, high=1.0e6_wp, default="0.0")
+      call add_string(schema, "damping", "internal damping: dampers on the nodes (the source's), or the ratio D in every mode "// &
+                      "of the shaft on its bearings; one kind for all shafts", choices=damping_choices(2:), default="nodal")
+      call add_real(schema, "speed_ratio", "speed over that of &rotation, with sign; if left out, from the teeth of gear meshes")
+      call add_group(schema, "section", "A cylinder of a shaft; sections follow each other along +x as in the file", &
+                     repeatable=.true.)
+      call add_shaft(schema)
+      call add_real(schema, "length", "length", unit="m", rule=positive, required=.true.)
+      call add_real(schema, "outer_diameter", "outer diameter", unit="m", rule=positive, required=.true.)
+      call add_real(schema, "inner_diameter", "diameter of the bore", unit="m", rule=nonnegative, default="0.0")
+      call add_integer(schema, "elements", "number of equal elements", rule=positive, default="1")
+      call add_integer(schema, "first_node", "makes it a layer on the sections that are there, such as a sleeve: its first "// &
+                       "node; its elements have the lengths of those below", rule=positive)
+      call add_real(schema, "young_modulus", "if not that of the shaft", unit="Pa", rule=positive)
+      call add_real(schema, "shear_modulus", "if not that of the shaft", unit="Pa", rule=positive)
+      call add_real(schema, "density", "if not that of the shaft", unit="kg/m^3", rule=positive)
+      call add_group(schema, "disk", "A rigid disk on a node", repeatable=.true.)
+      call add_shaft(schema)
+      call add_node(schema)
+      call add_real(schema, "mass", "mass", unit="kg", rule=nonnegative, required=.true.)
+      call add_real(schema, "polar_inertia", "moment of inertia about the axis", unit="kg m^2", rule=nonnegative, required=.true.)
+      call add_real(schema, "diametral_inertia", "moment of inertia about a diameter through the centre of mass", unit="kg m^2", &
+                    rule=nonnegative, required=.true.)
+      call add_real(schema, "offset", "distance of the centre of mass from the node along +x", unit="m", default="0.0")
+      call add_group(schema, "support", "Coordinates of a node that the frame holds", repeatable=.true.)
+      call add_shaft(schema)
+      call add_node(schema)
+      call add_string(schema, "held", "coordinates that the frame holds", choices=coordinate_choices, least=1, most=6, &
+                      required=.true.)
+      call add_group(schema, "freedom", "Motions that exist; of one left out there are no coordinates")
+      call add_logical(schema, "axial", "motion along the axis", default=".true.")
+      call add_logical(schema, "bending", "lateral motion and tilting", default=".true.")
+      call add_logical(schema, "torsion", "twist", default=".true.")
+      call add_group(schema, "bearing", "A bearing or seal between a node and the frame", repeatable=.true.)
+      call add_shaft(schema)
+      call add_node(schema)
+      call add_string(schema, "kind", "rolling elements of given stiffness; matrices; balls or steel rollers, whose radial "// &
+                      "stiffness follows from their geometry; coefficients over the speed from a file", choices=bearing_kinds, &
+                      default="rolling")
+      call add_integer(schema, "elements", "number of rolling elements", low=2, high=1000)
+      call add_real(schema, "radial_stiffness", "radial stiffness of each element, for kind = 'rolling'", unit="N/m", &
+                    rule=nonnegative)
+      call add_real(schema, "axial_stiffness", "axial stiffness of each element", unit="N/m", rule=nonnegative, default="0.0")
+      call add_real(schema, "axial_radius", "radius at which axial forces act", unit="m", rule=nonnegative, default="0.0")
+      call add_real(schema, "first_angle", "angle of the first element from y towards z", unit="deg", default="0.0")
+      call add_real(schema, "offset", "distance of the row from the node along +x", unit="m", default="0.0")
+      call add_real(schema, "damping_factor", "damping in proportion to the stiffness of rolling elements", unit="s", &
+                    rule=nonnegative, default="0.0")
+      call add_real(schema, "stiffness", "for kind = 'matrix': all rows of a matrix, which need not be symmetric: 4 values for "// &
+                    "v, w (k_yy, k_yz, k_zy, k_zz), 16 for v, w, theta, psi, 25 with u, 36 with phi too; or 6, the diagonal", &
+                    unit="N/m, N/rad, N m/rad", least=4, most=36)
+      call add_real(schema, "damping_matrix", "for kind = 'matrix': damping likewise; zero if not given", &
+                    unit="N s/m, N s/rad, N m s/rad", least=4, most=36)
+      call add_string(schema, "file", "for kind = 'table': comma-separated text with the columns speed_rpm, the shaft's own, "// &
+                      "kxx, kxy, kyx, kyy [N/m], cxx, cxy, cyx, cyy [N s/m], x being v and y w")
+      call add_real(schema, "ball_diameter", "for kind = 'ball'", unit="m", rule=positive)
+      call add_real(schema, "pitch_diameter", "diameter of the circle of the balls' centres", unit="m", rule=positive)
+      call add_real(schema, "inner_groove", "radius of the groove of the inner ring", unit="m", rule=positive)
+      call add_real(schema, "outer_groove", "radius of the groove of the outer ring", unit="m", rule=positive)
+      call add_real(schema, "young_modulus", "of balls and rings", unit="Pa", rule=positive, default="2.08e11")
+      call add_real(schema, "poisson_ratio", "of balls and rings", low=0.0_wp, high=0.5_wp, default="0.3")
+      call add_real(schema, "roller_length", "effective length, for kind = 'roller'", unit="m", rule=positive)
+      call add_real(schema, "element_load", "load of an element at which its stiffness is taken, for 'ball' and 'roller'", &
+                    unit="N", rule=positive)
+   end subroutine add_parts
 
-   function meshes_and_more() result(schema)
-      type(group_spec_t), allocatable :: schema(:)
+   subroutine add_meshes_and_more(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      schema = [ &
-               group("gear_mesh", "Two external gears on parallel shafts: d = delta1 q1 - delta2 q2 + error", &
-                     repeatable=.true., keys=[ &
-                     key_name(), &
-                     key_string("between", "names of two shafts", count=2, required=.true.), &
-                     key_integer("node", "nodes of the gears", rule=positive, count=2, required=.true.), &
-                     key_real("radius", "pitch radii", unit="m", rule=positive, count=2, required=.true.), &
-                     key_integer("teeth", "numbers of teeth", rule=positive, count=2, required=.true.), &
-                     key_real("pressure_angle", "normal pressure angle", unit="deg", low=0.0_wp, high=89.0_wp, default="20.0"), &
-                     key_real("helix_angle", "helix angle", unit="deg", low=0.0_wp, high=89.0_wp, default="0.0"), &
-                     key_string("hand", "hand of the first gear; that of the second is the other", choices=["right", "left "], &
-                                default="right"), &
-                     key_real("centre_line", "angle of the line from the first to the second axis, from y towards z", unit="deg", &
-                              default="0.0"), &
-                     key_real("offset", "distances of the gears' middle planes from their nodes along +x", unit="m", count=2, &
-                              default="0.0, 0.0"), &
-                     key_string("drive", "sign of the torque on the first gear that loads the working flanks", &
-                                choices=["positive", "negative"], default="positive"), &
-                     key_real("stiffness", "mesh stiffness", unit="N/m", rule=positive, required=.true.), &
-                     key_real("back_stiffness", "stiffness on the back flanks; that of the working ones if not given", unit="N/m", &
-                              rule=positive), &
-                     key_real("slope_in_backlash", "alpha of (4.58): stiffness within the backlash over that of the working "// &
-                              "flanks", low=0.0_wp, high=0.999_wp, default="0.0"), &
-                     key_real("damping", "mesh damping, acting in contact", unit="N s/m", rule=nonnegative, default="0.0"), &
-                     key_real("back_damping", "damping on the back flanks; that of the working ones if not given", unit="N s/m", &
-                              rule=nonnegative), &
-                     gear_keys("where a damped contact is lost; at zero force tension is clipped")]), &
-               rotor_stop_groups(), &
-               group("load", "A force or moment: value + amplitude*sin(2 pi f t + phase)", repeatable=.true., keys=[ &
-                    load_keys("a coordinate: shaft, node and u, v, w, phi, theta or psi, such as 'input.8.phi'", orders=.true.)]), &
-               group("unbalance", "An unbalance, which turns with its shaft", repeatable=.true., keys=[ &
-                     shaft(), node(), &
-                     key_real("moment", "mass times eccentricity", unit="kg m", rule=nonnegative, required=.true.), &
-                     key_real("angle", "angle at time 0 from y towards z", unit="deg", default="0.0")]), &
-               group("rotation", "The mean speed, and what it brings", keys=[ &
-                     key_real("speed_rpm", "mean speed about +x", unit="rpm", required=.true.), &
-                     acceleration_key(), &
-                     key_string("of", "name of the shaft that has this speed; the first one if left out"), &
-                     key_logical("gyroscopic", "whether gyroscopic moments act", default=".true."), &
-                     key_logical("circulatory", "whether internal damping turns with the shaft, which adds the circulatory "// &
-                                 "matrix", default=".false.")]), &
-               group("initial", "State of a coordinate at the start, for start='given'; the others start with zero", &
-                     repeatable=.true., keys=[ &
-                     initial_keys("a coordinate, such as 'input.8.phi'; without &reduction only", "displacement")]), &
-               group("reduction", "Fewer coordinates; without this group all of them", keys=[ &
-                     key_string("method", "modes of each shaft alone, or Craig and Bampton's with bearings and gears as "// &
-                                "interface", choices=methods, default="modal_synthesis"), &
-                     key_integer("modes", "modes kept of each shaft: one number for all, or one for each", low=0, high=100000, &
-                                 least=1, most=most_shafts), &
-                     key_real("frequency_limit", "no modes above; instead of modes or with it", unit="Hz", rule=positive), &
-                     key_logical("static_correction", "whether the static shapes of mesh forces are added", default=".false."), &
-                     key_string("level", "second level: modes with meshes open (a) or closed (b)", &
-                                choices=["none", "a   ", "b   "], default="none"), &
-                     key_integer("kept", "modes kept on the second level", rule=positive), &
-                     key_string("sorting", "order in which modes of the second level are kept: |d| or d of the mesh falling, "// &
-                                "or frequency rising", choices=sortings, default="absolute"), &
-                     key_string("compare", "what razy-modes compares with the unreduced model: nothing; this reduction with "// &
-                                "and without static correction; all kinds with these numbers of modes", &
-                                choices=["none ", "asked", "all  "], default="asked"), &
-                     key_integer("compare_modes", "number of frequencies that are compared", low=1, high=10000, default="16"), &
-                     key_real("compare_limit", "the transfer functions at the meshes are compared up to this frequency; if "// &
-                              "left out, to the highest frequency compared", unit="Hz", rule=positive)]), &
-               group("campbell", "Speeds for which razy-modes finds frequencies, critical speeds and the stability limit", keys=[ &
-                     key_real("first_rpm", "first speed of &rotation", unit="rpm", rule=nonnegative, default="0.0"), &
-                     key_real("last_rpm", "last speed", unit="rpm", rule=positive, required=.true.), &
-                     key_integer("points", "number of speeds", low=2, high=100000, default="101"), &
-                     key_real("orders", "excitation frequencies over that of rotation, for critical speeds; that of teeth is "// &
-                              "their number", rule=positive, least=1, most=most_orders, default="1.0"), &
-                     key_logical("damped", "whether damping and circulatory matrix act on frequencies and critical speeds; on "// &
-                                 "the stability limit they always do, the latter as &rotation says", default=".false.")])]
-   end function meshes_and_more
+      call add_group(schema, "gear_mesh", "Two external gears on parallel shafts: d = delta1 q1 - delta2 q2 + error", &
+                     repeatable=.true.)
+      call add_name(schema)
+      call add_string(schema, "between", "names of two shafts", count=2, required=.true.)
+      call add_integer(schema, "node", "nodes of the gears", rule=positive, count=2, required=.true.)
+      call add_real(schema, "radius", "pitch radii", unit="m", rule=positive, count=2, required=.true.)
+      call add_integer(schema, "teeth", "numbers of teeth", rule=positive, count=2, required=.true.)
+      call add_real(schema, "pressure_angle", "normal pressure angle", unit="deg", low=0.0_wp, high=89.0_wp, default="20.0")
+      call add_real(schema, "helix_angle", "helix angle", unit="deg", low=0.0_wp, high=89.0_wp, default="0.0")
+      call add_string(schema, "hand", "hand of the first gear; that of the second is the other", choices=["right", "left "], &
+                      default="right")
+      call add_real(schema, "centre_line", "angle of the line from the first to the second axis, from y towards z", unit="deg", &
+                    default="0.0")
+      call add_real(schema, "offset", "distances of the gears' middle planes from their nodes along +x", unit="m", count=2, &
+                    default="0.0, 0.0")
+      call add_string(schema, "drive", "sign of the torque on the first gear that loads the working flanks", &
+                      choices=["positive", "negative"], default="positive")
+      call add_real(schema, "stiffness", "mesh stiffness", unit="N/m", rule=positive, required=.true.)
+      call add_real(schema, "back_stiffness", "stiffness on the back flanks; that of the working ones if not given", unit="N/m", &
+                    rule=positive)
+      call add_real(schema, "slope_in_backlash", "alpha of (4.58): stiffness within the backlash over that of the working flanks", &
+                    low=0.0_wp, high=0.999_wp, default="0.0")
+      call add_real(schema, "damping", "mesh damping, acting in contact", unit="N s/m", rule=nonnegative, default="0.0")
+      call add_real(schema, "back_damping", "damping on the back flanks; that of the working ones if not given", unit="N s/m", &
+                    rule=nonnegative)
+      call add_gear_keys(schema, "where a damped contact is lost; at zero force tension is clipped")
+      call add_rotor_stop_groups(schema)
+      call add_group(schema, "load", "A force or moment: value + amplitude*sin(2 pi f t + phase)", repeatable=.true.)
+      call add_load_keys(schema, "a coordinate: shaft, node and u, v, w, phi, theta or psi, such as 'input.8.phi'", orders=.true.)
+      call add_group(schema, "unbalance", "An unbalance, which turns with its shaft", repeatable=.true.)
+      call add_shaft(schema)
+      call add_node(schema)
+      call add_real(schema, "moment", "mass times eccentricity", unit="kg m", rule=nonnegative, required=.true.)
+      call add_real(schema, "angle", "angle at time 0 from y towards z", unit="deg", default="0.0")
+      call add_group(schema, "rotation", "The mean speed, and what it brings")
+      call add_real(schema, "speed_rpm", "mean speed about +x", unit="rpm", required=.true.)
+      call add_acceleration_key(schema)
+      call add_string(schema, "of", "name of the shaft that has this speed; the first one if left out")
+      call add_logical(schema, "gyroscopic", "whether gyroscopic moments act", default=".true.")
+      call add_logical(schema, "circulatory", "whether internal damping turns with the shaft, which adds the circulatory matrix", &
+                       default=".false.")
+      call add_group(schema, "initial", "State of a coordinate at the start, for start='given'; the others start with zero", &
+                     repeatable=.true.)
+      call add_initial_keys(schema, "a coordinate, such as 'input.8.phi'; without &reduction only", "displacement")
+      call add_group(schema, "reduction", "Fewer coordinates; without this group all of them")
+      call add_string(schema, "method", "modes of each shaft alone, or Craig and Bampton's with bearings and gears as interface", &
+                      choices=methods, default="modal_synthesis")
+      call add_integer(schema, "modes", "modes kept of each shaft: one number for all, or one for each", low=0, high=100000, &
+                       least=1, most=most_shafts)
+      call add_real(schema, "frequency_limit", "no modes above; instead of modes or with it", unit="Hz", rule=positive)
+      call add_logical(schema, "static_correction", "whether the static shapes of mesh forces are added", default=".false.")
+      call add_string(schema, "level", "second level: modes with meshes open (a) or closed (b)", choices=["none", "a   ", "b   "], &
+                      default="none")
+      call add_integer(schema, "kept", "modes kept on the second level", rule=positive)
+      call add_string(schema, "sorting", "order in which modes of the second level are kept: |d| or d of the mesh falling, or "// &
+                      "frequency rising", choices=sortings, default="absolute")
+      call add_string(schema, "compare", "what razy-modes compares with the unreduced model: nothing; this reduction with and "// &
+                      "without static correction; all kinds with these numbers of modes", choices=["none ", "asked", "all  "], &
+                      default="asked")
+      call add_integer(schema, "compare_modes", "number of frequencies that are compared", low=1, high=10000, default="16")
+      call add_real(schema, "compare_limit", "the transfer functions at the meshes are compared up to this frequency; if left "// &
+                    "out, to the highest frequency compared", unit="Hz", rule=positive)
+      call add_group(schema, "campbell", "Speeds for which razy-modes finds frequencies, critical speeds and the stability limit")
+      call add_real(schema, "first_rpm", "first speed of &rotation", unit="rpm", rule=nonnegative, default="0.0")
+      call add_real(schema, "last_rpm", "last speed", unit="rpm", rule=positive, required=.true.)
+      call add_integer(schema, "points", "number of speeds", low=2, high=100000, default="101")
+      call add_real(schema, "orders", "excitation frequencies over that of rotation, for critical speeds; that of teeth is "// &
+                    "their number", rule=positive, least=1, most=most_orders, default="1.0")
+      call add_logical(schema, "damped", "whether damping and circulatory matrix act on frequencies and critical speeds; on "// &
+                       "the stability limit they always do, the latter as &rotation says", default=".false.")
+   end subroutine add_meshes_and_more
 
-   function shaft()
-      type(key_spec_t) :: shaft
+   subroutine add_shaft(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      shaft = key_string("shaft", "name of the shaft", required=.true.)
-   end function shaft
+      call add_string(schema, "shaft", "name of the shaft", required=.true.)
+   end subroutine add_shaft
 
-   function node()
-      type(key_spec_t) :: node
+   subroutine add_node(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      node = key_integer("node", "node of the shaft, counted from 1 at its end of smallest x", rule=positive, required=.true.)
-   end function node
+      call add_integer(schema, "node", "node of the shaft, counted from 1 at its end of smallest x", rule=positive, required=.true.)
+   end subroutine add_node
 
 end module razy_scenes_rotor_schema

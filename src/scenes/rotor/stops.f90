@@ -12,16 +12,16 @@ module razy_scenes_rotor_stops
    use razy_core_kinds, only: pi, qp, wp
    use razy_core_text, only: lower, string_t
    use razy_input_input, only: input_t
-   use razy_input_schema, only: group, group_spec_t, key_name, key_real, key_spec_t, key_string
+   use razy_input_schema, only: add_group, add_name, add_real, add_string, group_spec_t
    use razy_rotor_model, only: rotor_model_t
-   use razy_scenes_contacts, only: friction_keys
-   use razy_scenes_gap_laws, only: gap_law_keys
+   use razy_scenes_contacts, only: add_friction_keys
+   use razy_scenes_gap_laws, only: add_gap_law_keys
    use razy_scenes_rotor_places, only: find_place
    use razy_scenes_scene, only: site_t
    implicit none(type, external)
    private
 
-   public :: find_rotor_site, rotor_stop_groups
+   public :: find_rotor_site, add_rotor_stop_groups
 
    !> Shaft and node of both ends, 0 for the frame.
    type :: ends_t
@@ -32,35 +32,35 @@ module razy_scenes_rotor_stops
 
 contains
 
-   !> The groups `stop` and `friction`.
-   function rotor_stop_groups() result(schema)
-      type(group_spec_t), allocatable :: schema(:)
+   !> Add the groups `stop` and `friction`.
+   subroutine add_rotor_stop_groups(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      schema = [ &
-               group("stop", "A one-way contact of a node with the frame or with a node of another shaft", &
-                     repeatable=.true., keys=[ &
-                     key_name(), ends(), &
-                     key_real("direction", "direction x, y, z in which the closed stop pushes the first node, of any length", &
-                              count=3, required=.true.), &
-                     key_real("clearance", "gap in the reference position; a negative one is preload", unit="m", default="0.0"), &
-                     gap_law_keys()]), &
-               group("friction", "Dry friction of a node with the frame or with a node of another shaft, sliding with "// &
-                     "v = direction*(u1' - u2') - radius1*omega1 - radius2*omega2 - belt_speed", &
-                     repeatable=.true., keys=[ &
-                     key_name(), ends(), &
-                     key_real("direction", "direction x, y, z of sliding, of any length; if left out, that in which the stop "// &
-                              "of normal_contact, or else of only_with, pushes, turned about +x by 90 degrees", count=3), &
-                     key_real("radius", "radii of the rubbing surfaces about their axes, which bring in the turning of the "// &
-                              "shafts; one value: of the first", unit="m", least=1, most=2), &
-                     friction_keys()])]
-   end function rotor_stop_groups
+      call add_group(schema, "stop", "A one-way contact of a node with the frame or with a node of another shaft", &
+                     repeatable=.true.)
+      call add_name(schema)
+      call add_ends(schema)
+      call add_real(schema, "direction", "direction x, y, z in which the closed stop pushes the first node, of any length", &
+                    count=3, required=.true.)
+      call add_real(schema, "clearance", "gap in the reference position; a negative one is preload", unit="m", default="0.0")
+      call add_gap_law_keys(schema)
+      call add_group(schema, "friction", "Dry friction of a node with the frame or with a node of another shaft, sliding with "// &
+                     "v = direction*(u1' - u2') - radius1*omega1 - radius2*omega2 - belt_speed", repeatable=.true.)
+      call add_name(schema)
+      call add_ends(schema)
+      call add_real(schema, "direction", "direction x, y, z of sliding, of any length; if left out, that in which the stop of "// &
+                    "normal_contact, or else of only_with, pushes, turned about +x by 90 degrees", count=3)
+      call add_real(schema, "radius", "radii of the rubbing surfaces about their axes, which bring in the turning of the "// &
+                    "shafts; one value: of the first", unit="m", least=1, most=2)
+      call add_friction_keys(schema)
+   end subroutine add_rotor_stop_groups
 
-   function ends()
-      type(key_spec_t) :: ends
+   subroutine add_ends(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      ends = key_string("between", "shaft and node of both ends, such as 'rotor.5', one of which may be 'frame'", count=2, &
-                        required=.true.)
-   end function ends
+      call add_string(schema, "between", "shaft and node of both ends, such as 'rotor.5', one of which may be 'frame'", count=2, &
+                      required=.true.)
+   end subroutine add_ends
 
    !> Where number i of `group` acts on a machine with the coordinates of `basis` (coordinates of the model, of the machine).
    !> `ratio` (shafts) are the speeds of the shafts over that of `&rotation`.

@@ -140,13 +140,8 @@ contains
       integer, intent(in) :: i
       type(found_t), intent(out) :: motion
 
-      type(error_t), allocatable :: error
-
-      associate (problem => cells%follow%problem, u => branch%point(i)%orbit%u)
-         problem%parameter(1) = u(size(u))*problem%range
+      associate (problem => cells%follow%problem)
          problem%periods = branch%periods
-         ! This machine was made before, when the motion was found.
-         call problem%map%go_to(problem%parameter, error)
          call new_found(motion, problem, branch%point(i)%orbit)
       end associate
    end subroutine motion_at
