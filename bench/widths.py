@@ -65,11 +65,14 @@ def run(program, case, settings, output):
 def values(path):
     """All extrema of a sweep's file."""
     found = []
+
+    def take(name, item):
+        if isinstance(item, h5py.Dataset) and name.startswith(("extrema", "statistics")) and item.dtype.kind == "f":
+            found.append(item[()])
+
     with h5py.File(path) as file:
-        file.visititems(
-            lambda name, item: found.append(item[()]) if name.startswith(("extrema", "statistics")) else None
-        )
-    return [np.asarray(x) for x in found if isinstance(x, np.ndarray) and x.dtype.kind == "f"]
+        file.visititems(take)
+    return found
 
 
 def main():

@@ -49,8 +49,10 @@ module razy_orbits_branch
    real(wp), parameter :: short = 1.0e-4_wp
    !> Special points nearer than this, relative to the state, are one.
    real(wp), parameter :: coincident = 1.0e-8_wp
-   !> A motion whose halves differ by less than this part of those before is one of half the period.
+   !> A motion whose halves, or other parts, differ by less than this part of those before is one of a part of the period.
    real(wp), parameter :: least_part = 1.0e-3_wp
+   !> Into how many parts, beside halves, the periods may fall.
+   integer, parameter :: parts(*) = [3, 5, 7, 11, 13]
    real(wp), parameter :: eps = epsilon(1.0_wp)
 
 contains
@@ -79,6 +81,7 @@ contains
       do while (ok .and. self%count < most)
          call step(problem, here, h, next, ok)
          if (ok) ok = .not. falls_to_half(problem, here, next)
+         if (ok) ok = .not. falls_to_part(problem, here, next)
          if (.not. ok) then
             h = h/4
             ok = h > least_step
@@ -133,8 +136,8 @@ contains
 
       real(wp), allocatable :: before(:), after(:)
 
-      call half_way(problem, here, before)
-      call half_way(problem, next, after)
+      call part_way(problem, here, 2, before)
+      call part_way(problem, next, 2, after)
       meets_half = dot_product(before, after) < 0.0_wp .or. (size(after) > 0 .and. norm2(after) <= near)
    end function meets_half
 
@@ -145,8 +148,8 @@ contains
 
       real(wp), allocatable :: before(:), after(:)
 
-      call half_way(problem, here, before)
-      call half_way(problem, next, after)
+      call part_way(problem, here, 2, before)
+      call part_way(problem, next, 2, after)
       falls = size(after) > 0 .and. norm2(after) < least_part*norm2(before)
       ! Through a motion of half the period the branch goes where the parameter turns; else the step has come to its other side.
       associate (last => size(here%tangent))
@@ -155,22 +158,40 @@ contains
       if (falls) problem%reason = "the next motion has half the period"
    end function falls_to_half
 
-   !> How far a motion of an even number of periods is from its start after half its period; nothing of other motions.
-   subroutine half_way(problem, point, apart)
+   !> The same of other parts.
+   logical function falls_to_part(problem, here, next) result(falls)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here, next
+
+      real(wp), allocatable :: before(:), after(:)
+      integer :: i
+
+      falls = .false.
+      do i = 1, size(parts)
+         call part_way(problem, here, parts(i), before)
+         call part_way(problem, next, parts(i), after)
+         falls = falls .or. (size(after) > 0 .and. norm2(after) < least_part*norm2(before))
+      end do
+      if (falls) problem%reason = "the next motion has a shorter period"
+   end function falls_to_part
+
+   !> How far a motion whose periods can be shared out in so many parts is from its start after the first; nothing of other motions.
+   subroutine part_way(problem, point, count, apart)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: point
+      integer, intent(in) :: count
       real(wp), allocatable, intent(out) :: apart(:)
 
       type(orbit_t) :: orbit
       logical :: ok
 
       allocate (apart(0))
-      if (modulo(problem%periods, 2) /= 0 .or. problem%is_autonomous()) return
-      problem%periods = problem%periods/2
+      if (modulo(problem%periods, count) /= 0 .or. problem%is_autonomous()) return
+      problem%periods = problem%periods/count
       call problem%evaluate(point%orbit%u, .false., orbit, ok)
-      problem%periods = 2*problem%periods
+      problem%periods = count*problem%periods
       if (ok) apart = orbit%residual
-   end subroutine half_way
+   end subroutine part_way
 
    subroutine add(self, point)
       class(branch_t), intent(inout) :: self
