@@ -103,6 +103,13 @@ def test_no_motion_counts_as_one_of_more_periods():
         assert (file["point/multiplicity"][:] == 1).all()
 
 
+def test_three_periods_stay_three():
+    """Where the branch turns back, a step can end on the motion of one period, which closes after three as well."""
+    with follow(GEAR_PAIR, follow__period=3, follow__doublings=0, follow__from=1650) as file:
+        assert (file["point/multiplicity"][:] == 3).all()
+        assert file["point/rotation.speed_rpm"][:].max() < 1720.0
+
+
 def test_all_motions_of_a_gear_pair():
     """Motions that no start settles to, whose branches are apart from that of the machine's own."""
     succeed(
