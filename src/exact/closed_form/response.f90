@@ -150,7 +150,9 @@ contains
 
       associate (m => self%m, f => self%filled, r => self%rigid)
          if (allocated(self%from)) deallocate (self%from, self%into, self%factor)
-         allocate (self%from(2*m, self%length), self%into(self%length, 2*m), self%factor(2*f*size(self%factor_at)), source=0.0_wp)
+         allocate (self%from(2*m, self%length), self%into(self%length, 2*m), source=0.0_wp)
+         ! In free flight there is none, and a place all the same.
+         allocate (self%factor(max(2*f*size(self%factor_at), 1)), source=0.0_wp)
          self%factor_at(:) = [(1 + 2*f*i, i=0, size(self%factor_at) - 1)]
          self%from(:, :self%amplitudes) = self%from_re
          self%from(:, f + 1:f + self%amplitudes) = self%from_im
