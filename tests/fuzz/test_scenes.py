@@ -27,7 +27,7 @@ def test_random_scene_agrees(seed, text_of, tmp_path):
 
 
 def test_flights_that_friction_cuts_keep_their_digits(tmp_path):
-    """Bounces that friction cuts: by `exact` as by `dop853`, which rounds to 3e-11; the code in follow.py is 3e-4 off."""
+    """Bounces that friction cuts: `exact` as `dop853`, which rounds to 3e-11; the code in follow.py is 3e-4 off."""
     text = (Path(__file__).parent / "data" / "decided" / "rigid_1_41.nml").read_text()
     (_, ours, *_), (_, other, *_) = (
         compare.run_razy(tmp_path, text, name, settings) for name, settings in (("exact", []), ("dop853", compare.FAST))
