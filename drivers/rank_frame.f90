@@ -1,6 +1,5 @@
 !! What programs that run on several ranks do when they begin and end.
 module rank_frame
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
    use command_line, only: exit_failure, finish, say
    use mpi_f08, only: mpi_comm_world
    use razy_core_error, only: error_t
@@ -13,16 +12,6 @@ module rank_frame
 
    public :: begin_ranks, end_ranks, leave_if
 
-   ! allow(assumed-size)
-   interface
-      integer(c_int) function c_setenv(name, value, overwrite) bind(c, name="setenv")
-         import :: c_char, c_int
-         implicit none(type, external)
-         character(kind=c_char), intent(in) :: name(*), value(*)
-         integer(c_int), value, intent(in) :: overwrite
-      end function c_setenv
-   end interface
-
 contains
 
    !> Begin on all ranks; program `name` ends if that fails.
@@ -31,10 +20,7 @@ contains
       character(*), intent(in) :: name
 
       type(error_t), allocatable :: error
-      integer(c_int) :: ignored
 
-      ! Without mpirun Open MPI would start a daemon, for processes that a program may start later: half of the time of MPI_Init.
-      ignored = c_setenv("OMPI_MCA_ess_singleton_isolated"//c_null_char, "1"//c_null_char, 0_c_int)
       call use_one_thread()
       call hold_signals()
       call start_mpi(error)
