@@ -8,7 +8,7 @@
 module razy_exact_exact
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
-   use razy_exact_closed_form_amplitudes, only: amplitudes_t, carry_disturbance, copy, move_to, reserve, set_state, state_of
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t, carry_disturbances, copy, move_to, reserve, set_state, state_of
    use razy_exact_closed_form_rows, only: curvature_bound, integral_of, size_of, value_and_slope, value_of
    use razy_exact_search_refine, only: watched_t
    use razy_exact_search_search, only: exit_t, first_exit, rounding, search_t, soon
@@ -401,17 +401,16 @@ contains
    subroutine transport(self)
       class(exact_t), intent(inout) :: self
 
-      real(wp) :: x(size(self%z))
-      integer :: c
-
-      associate (motion => self%solutions%of(self%now)%constrained, m => self%system%m)
-         do c = 1, size(self%tangent, 2)
-            x = self%tangent(:, c)
-            if (motion%n > 0) x = [matmul(motion%to_x, x(:m)), matmul(motion%to_x, x(m + 1:))]
-            call carry_disturbance(self%solutions%of(self%now)%response, self%duration, x)
-            if (motion%n > 0) x = [matmul(motion%from_x, x(:m)), matmul(motion%from_x, x(m + 1:))]
-            self%tangent(:, c) = x
-         end do
+      associate (motion => self%solutions%of(self%now)%constrained, m => self%system%m, x => self%tangent)
+         if (motion%n > 0) then
+            x(:m, :) = matmul(motion%to_x, x(:m, :))
+            x(m + 1:, :) = matmul(motion%to_x, x(m + 1:, :))
+         end if
+         call carry_disturbances(self%solutions%of(self%now)%response, self%duration, x)
+         if (motion%n > 0) then
+            x(:m, :) = matmul(motion%from_x, x(:m, :))
+            x(m + 1:, :) = matmul(motion%from_x, x(m + 1:, :))
+         end if
       end associate
    end subroutine transport
 

@@ -177,6 +177,7 @@ contains
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: prefix, what
       logical, intent(in) :: orders
+
       call add_real(schema, prefix//"frequency", "frequency of "//what, unit="Hz", rule=positive)
       call add_real(schema, prefix//"angular_frequency", "frequency of "//what//", instead of "//prefix//"frequency", &
                     unit="rad/s", rule=positive)

@@ -11,15 +11,15 @@ module razy_exact_closed_form_amplitudes
    implicit none(type, external)
    private
 
-   public :: amplitudes_t, carry_disturbance, copy, go_from, move_to, rate_of, reserve, rigid_of, set_state, shift, state_of, &
-             step, tabulate
+   public :: amplitudes_t, carry_disturbances, copy, go_from, move_to, reserve, rigid_of, rigid_rate_of, set_state, shift, &
+             state_of, step, tabulate
 
    !> Arrays may be longer than the response at hand needs.
    type :: amplitudes_t
       !> Time since the start of the segment, s.
       real(wp) :: tau = 0.0_wp
-      !> Real parts of the amplitudes of terms and tones, their imaginary parts, each filled up to whole blocks; 1; rigid modes,
-      !> their rates, and the constant force on each.
+      !> Real parts of the amplitudes of terms and tones, their imaginary parts, each filled up to pairs; 1; rigid modes, their
+      !> rates, and the constant force on each.
       real(wp), allocatable :: x(:)
       !> Dense states.
       real(wp), allocatable :: dense(:)
@@ -59,13 +59,13 @@ contains
       rigid_of = self%x(response%one + k)
    end function rigid_of
 
-   pure real(wp) function rate_of(self, response, k)
+   pure real(wp) function rigid_rate_of(self, response, k)
       type(amplitudes_t), intent(in) :: self
       type(response_t), intent(in) :: response
       integer, intent(in) :: k
 
-      rate_of = self%x(response%one + response%rigid + k)
-   end function rate_of
+      rigid_rate_of = self%x(response%one + response%rigid + k)
+   end function rigid_rate_of
 
    !> Put the cursor at tau = 0 with the state z (2m) and the tones' phasors (tones).
    pure subroutine set_state(self, response, z, phasor)
@@ -81,11 +81,11 @@ contains
       n = response%terms
       self%tau = 0.0_wp
       do i = 1, 2*m
-         rest(i) = z(i) - response%constant(i)
+         rest(i) = z(i) - response%from(i, response%one)
       end do
       do j = 1, response%tones
          do i = 1, 2*m
-            rest(i) = rest(i) - (response%from_re(i, n + j)*phasor(j)%re + response%from_im(i, n + j)*phasor(j)%im)
+            rest(i) = rest(i) - (response%from(i, n + j)*phasor(j)%re + response%from(i, response%filled + n + j)*phasor(j)%im)
          end do
       end do
       call product(response%length, 2*m, response%into, rest, self%x)
@@ -153,7 +153,7 @@ contains
       if (.not. response%has_step(level)) call tabulate(response, level)
       h = response%step_length(level)
       self%tau = from%tau + h
-      call rotate(response%filled, from%x, response%factor(response%factor_at(level)), self%x)
+      call rotate(response%filled, from%x, response%factor(:, level), self%x)
       call copy_list(response%length - 2*response%filled, from%x(response%one), self%x(response%one))
       if (response%rigid > 0) call move_rigid(response, h, self)
       if (response%driven%count > 0) then
@@ -240,7 +240,7 @@ contains
          rest = rest - h
          if (.not. response%has_step(k)) call tabulate(response, k)
          if (response%driven%count > 0) call take_tones(self, response, self%x)
-         call rotate_self(response%filled, response%factor(response%factor_at(k)), self%x)
+         call rotate_self(response%filled, response%factor(:, k), self%x)
          if (response%driven%count > 0) call push_by_table(self, response, k)
          if (response%nx > 0) call step_dense(response, k, self%dense)
       end do
@@ -349,8 +349,8 @@ contains
       do i = 1, response%amplitudes
          call growth(response%exponent(i), response%step_length(level), re, im)
          factor(i) = cmplx(re, im, wp)
-         response%factor(response%factor_at(level) + i - 1) = re
-         response%factor(response%factor_at(level) + response%filled + i - 1) = im
+         response%factor(i, level) = re
+         response%factor(response%filled + i, level) = im
       end do
       associate (driven => response%driven)
          if (driven%count > 0) call driven%tabulate_push(response%step_length(level), factor(driven%first + 1:response%terms), &
@@ -384,41 +384,57 @@ contains
       im = factor*im
    end subroutine growth
 
-   !> Carry a disturbance z (2m) of the state through `tau`, s: the transition matrix of the mode, applied.
-   pure subroutine carry_disturbance(response, tau, z)
+   !> Carry disturbances z (2m, columns) of the state through `tau`, s: the transition matrix of the mode, applied.
+   pure subroutine carry_disturbances(response, tau, z)
       type(response_t), intent(in) :: response
       real(wp), intent(in) :: tau
-      real(wp), intent(inout) :: z(:)
+      real(wp), intent(inout) :: z(:, :)
+
+      real(wp) :: before(size(z, 1), size(z, 2)), factor(2*response%filled), x(response%length)
+      integer :: c, i
+
+      before = z
+      factor = 0.0_wp
+      do i = 1, response%terms
+         call growth(response%exponent(i), tau, factor(i), factor(response%filled + i))
+      end do
+      do c = 1, size(z, 2)
+         ! Neither tones nor constant forces change: what is not a term or a rigid mode is 0.
+         call product(response%length, size(z, 1), response%into, before(:, c), x)
+         call rotate_self(response%filled, factor, x)
+         do i = response%one + 1, response%one + response%rigid
+            x(i) = x(i) + tau*x(i + response%rigid)
+         end do
+         call product(size(z, 1), response%length, response%from, x, z(:, c))
+      end do
+      if (response%nx > 0) call carry_dense(response, tau, before, z)
+   end subroutine carry_disturbances
+
+   !> Add what dense parts make of disturbances `before` (2m, columns) to z.
+   pure subroutine carry_dense(response, tau, before, z)
+      type(response_t), intent(in) :: response
+      real(wp), intent(in) :: tau, before(:, :)
+      real(wp), intent(inout) :: z(:, :)
 
       complex(wp) :: none(response%tones)
-      real(wp) :: im, re, out(size(z)), rate, rigid, x(response%nx)
-      complex(wp) :: term
-      integer :: i, m
+      real(wp), allocatable :: grown(:, :), x(:)
+      integer :: c, i
 
-      m = response%m
-      out = 0.0_wp
-      do i = 1, response%terms
-         call growth(response%exponent(i), tau, re, im)
-         term = cmplx(re, im, wp)*cmplx(dot_product(response%to_re(:, i), z), dot_product(response%to_im(:, i), z), wp)
-         out = out + (response%from_re(:, i)*term%re + response%from_im(:, i)*term%im)
-      end do
-      do i = 1, response%rigid
-         rigid = dot_product(response%rigid_mode(:, i), z(:m))
-         rate = dot_product(response%rigid_mode(:, i), z(m + 1:))
-         out(:m) = out(:m) + response%rigid_mode(:, i)*(rigid + tau*rate)
-         out(m + 1:) = out(m + 1:) + response%rigid_mode(:, i)*rate
-      end do
       none = (0.0_wp, 0.0_wp)
       do i = 1, size(response%dense)
-         associate (part => response%dense(i), here => x(response%first(i):response%first(i + 1) - 1))
-            call part%start(z, none, here)
-            ! Of a disturbance there is no load.
-            here(part%states + 1:) = 0.0_wp
-            here = matmul(matrix_exponential(part%matrix, tau), here)
-            call part%add_state(here, out)
+         associate (part => response%dense(i))
+            grown = matrix_exponential(part%matrix, tau)
+            if (allocated(x)) deallocate (x)
+            allocate (x(size(grown, 1)))
+            do c = 1, size(z, 2)
+               call part%start(before(:, c), none, x)
+               ! Of a disturbance there is no load.
+               x(part%states + 1:) = 0.0_wp
+               x = matmul(grown, x)
+               call part%add_state(x, z(:, c))
+            end do
          end associate
       end do
-      z = out
-   end subroutine carry_disturbance
+   end subroutine carry_dense
 
 end module razy_exact_closed_form_amplitudes

@@ -42,25 +42,20 @@ module razy_exact_closed_form_response
       logical :: plain = .true., bounded = .true.
       !> Level of steps on which the fastest amplitude turns by less than 0.05.
       integer :: fine_level = 0
-      !> z = constant + from_re Re(a) + from_im Im(a) + rigid and dense parts (2m, amplitudes).
-      real(wp), allocatable :: constant(:), from_re(:, :), from_im(:, :)
-      !> a = to_re z + i to_im z for the terms (2m, terms), z without constant and tones.
-      real(wp), allocatable :: to_re(:, :), to_im(:, :)
-      !> Both with rigid modes on the whole list: z = from x and, without constant and tones, x = into z (2m, length; length, 2m).
+      !> On the list x: z = from x and dense parts (2m, length), and x = into z for terms and rigid modes (length, 2m), z without
+      !> constant and tones.
       real(wp), allocatable :: from(:, :), into(:, :)
-      !> Moduli of `from` and `to`, made when they are asked for.
+      !> Moduli of what is from amplitudes to the state and back (2m, amplitudes; 2m, terms), made when they are asked for.
       real(wp), allocatable :: from_size(:, :), to_size(:, :)
-      !> Lengths of their columns, displacements and velocities apart, and of `constant` in column 0 of the first (2, amplitudes).
+      !> Lengths of their columns, displacements and velocities apart, and of the constant in column 0 of the first (2, amplitudes).
       real(wp), allocatable :: from_length(:, :), to_length(:, :)
       !> Rigid modes (m, rigid) and the constant force on each.
       real(wp), allocatable :: rigid_mode(:, :), rigid_force(:)
       type(dense_part_t), allocatable :: dense(:)
       !> First dense state of each part, and one beyond the last.
       integer, allocatable :: first(:)
-      !> Factors of the amplitudes over steps of 2^-level s, made when first used: real and imaginary parts (filled) from the place
-      !> `factor_at(level)` on.
-      real(wp), allocatable :: factor(:)
-      integer :: factor_at(coarsest_level:finest_level) = 1
+      !> Factors of the amplitudes over steps of 2^-level s, made when first used: real and imaginary parts (2 filled, level).
+      real(wp), allocatable :: factor(:, :)
       !> What cosines and sines of all tones add to driven terms in such a step (terms, 2 tones, level).
       real(wp), allocatable :: push_re(:, :, :), push_im(:, :, :)
       !> Dense step matrices (nx, nx, level), block diagonal.
@@ -90,43 +85,38 @@ contains
       self%rigid = size(basis%rigid, 2)
       n = self%terms + max(self%tones, self%driven%tones)
       self%amplitudes = n
-      self%filled = paired(n)
-      self%one = 2*self%filled + 1
-      self%length = filled(self%one + 3*self%rigid)
-      if (allocated(self%exponent)) deallocate (self%exponent, self%constant)
-      allocate (self%exponent(n), self%constant(2*m))
+      call shape_lists(self)
       self%exponent = [basis%lambda(order), (cmplx(0.0_wp, omega(t), wp), t=1, self%tones), &
                        ((0.0_wp, 0.0_wp), i=self%terms + self%tones + 1, n)]
       self%decay = [real(self%exponent), (0.0_wp, i=n + 1, self%filled)]
       self%turn = [aimag(self%exponent), (0.0_wp, i=n + 1, self%filled)]
       self%modulus = [abs(self%exponent), (0.0_wp, i=n + 1, self%filled)]
       self%growing = any(real(basis%lambda) > 0.0_wp)
-      self%constant = 0.0_wp
-      call shape_matrix(self%from_re, 2*m, n)
-      call shape_matrix(self%from_im, 2*m, n)
-      call shape_matrix(self%to_re, 2*m, self%terms)
-      call shape_matrix(self%to_im, 2*m, self%terms)
-      do i = 1, self%terms
-         self%from_re(:, i) = real(basis%from_term(:, order(i)))
-         self%from_im(:, i) = -aimag(basis%from_term(:, order(i)))
-         self%to_re(:, i) = real(basis%to_term(order(i), :))
-         self%to_im(:, i) = aimag(basis%to_term(order(i), :))
-         if (i > plain) cycle
-         force = sum(basis%to_term(order(i), m + 1:)*load)
-         if (abs(force) > 0.0_wp) self%constant = self%constant - real(basis%from_term(:, order(i))*(force/basis%lambda(order(i))))
-      end do
-      do t = 1, self%tones
-         particular = harmonic_state(basis, order(:plain), harmonic(:, t), omega(t))
-         self%from_re(:, self%terms + t) = real(particular)
-         self%from_im(:, self%terms + t) = -aimag(particular)
-      end do
-      self%from_re(:, self%terms + self%tones + 1:) = 0.0_wp
-      self%from_im(:, self%terms + self%tones + 1:) = 0.0_wp
+      associate (f => self%filled, r => self%rigid, one => self%one)
+         do i = 1, self%terms
+            self%from(:, i) = real(basis%from_term(:, order(i)))
+            self%from(:, f + i) = -aimag(basis%from_term(:, order(i)))
+            self%into(i, :) = real(basis%to_term(order(i), :))
+            self%into(f + i, :) = aimag(basis%to_term(order(i), :))
+            if (i > plain) cycle
+            force = sum(basis%to_term(order(i), m + 1:)*load)
+            if (.not. abs(force) > 0.0_wp) cycle
+            self%from(:, one) = self%from(:, one) - real(basis%from_term(:, order(i))*(force/basis%lambda(order(i))))
+         end do
+         do t = 1, self%tones
+            particular = harmonic_state(basis, order(:plain), harmonic(:, t), omega(t))
+            self%from(:, self%terms + t) = real(particular)
+            self%from(:, f + self%terms + t) = -aimag(particular)
+         end do
+         self%from(:m, one + 1:one + r) = basis%rigid
+         self%from(m + 1:, one + r + 1:one + 2*r) = basis%rigid
+         self%into(one + 1:one + r, :m) = transpose(basis%rigid)
+         self%into(one + r + 1:one + 2*r, m + 1:) = transpose(basis%rigid)
+      end associate
       if (allocated(self%from_size)) deallocate (self%from_size, self%to_size)
       if (allocated(self%from_length)) deallocate (self%from_length, self%to_length)
       self%rigid_mode = basis%rigid
       self%rigid_force = matmul(load, basis%rigid)
-      call list_everything(self)
       if (allocated(self%push_re)) deallocate (self%push_re, self%push_im)
       if (self%driven%count > 0) allocate (self%push_re(self%driven%count, 2*self%driven%tones, coarsest_level:finest_level), &
                                            self%push_im(self%driven%count, 2*self%driven%tones, coarsest_level:finest_level))
@@ -142,29 +132,18 @@ contains
       self%fine_level = min(max(exponent(20*self%fastest), coarsest_level), finest_level)
    end subroutine new_response
 
-   !> Matrices between the state and the list of all amplitudes, and room for the factors of steps.
-   pure subroutine list_everything(self)
+   !> Room for the matrices between the state and the list of a motion, and for the factors of steps.
+   pure subroutine shape_lists(self)
       type(response_t), intent(inout) :: self
 
-      integer :: i
-
-      associate (m => self%m, f => self%filled, r => self%rigid)
-         if (allocated(self%from)) deallocate (self%from, self%into, self%factor)
-         allocate (self%from(2*m, self%length), self%into(self%length, 2*m), source=0.0_wp)
-         ! In free flight there is none, and a place all the same.
-         allocate (self%factor(max(2*f*size(self%factor_at), 1)), source=0.0_wp)
-         self%factor_at(:) = [(1 + 2*f*i, i=0, size(self%factor_at) - 1)]
-         self%from(:, :self%amplitudes) = self%from_re
-         self%from(:, f + 1:f + self%amplitudes) = self%from_im
-         self%from(:, self%one) = self%constant
-         self%from(:m, self%one + 1:self%one + r) = self%rigid_mode
-         self%from(m + 1:, self%one + r + 1:self%one + 2*r) = self%rigid_mode
-         self%into(:self%terms, :) = transpose(self%to_re)
-         self%into(f + 1:f + self%terms, :) = transpose(self%to_im)
-         self%into(self%one + 1:self%one + r, :m) = transpose(self%rigid_mode)
-         self%into(self%one + r + 1:self%one + 2*r, m + 1:) = transpose(self%rigid_mode)
-      end associate
-   end subroutine list_everything
+      self%filled = paired(self%amplitudes)
+      self%one = 2*self%filled + 1
+      self%length = filled(self%one + 3*self%rigid)
+      if (allocated(self%from)) deallocate (self%from, self%into, self%factor)
+      allocate (self%from(2*self%m, self%length), self%into(self%length, 2*self%m), source=0.0_wp)
+      ! In free flight there is no factor, and a place all the same.
+      allocate (self%factor(max(2*self%filled, 1), coarsest_level:finest_level), source=0.0_wp)
+   end subroutine shape_lists
 
    !> The largest modulus of an exponent that is not real, or norm of a dense part.
    pure function turning_rate(self) result(rate)

@@ -1,7 +1,7 @@
 !! Linear forms of the motion in one mode, and their derivatives, as rows of coefficients on its amplitudes, and their values.
 module razy_exact_closed_form_rows
    use razy_core_kinds, only: wp
-   use razy_exact_closed_form_amplitudes, only: amplitudes_t, rate_of, rigid_of
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t, rigid_of, rigid_rate_of
    use razy_exact_closed_form_driven, only: driven_t
    use razy_exact_closed_form_response, only: response_t, shape_matrix
    use razy_hybrid_linear_form, only: linear_form_t
@@ -14,11 +14,9 @@ module razy_exact_closed_form_rows
    !> Rows of several forms and of their derivatives of order 0…4.
    type :: rows_t
       integer :: forms = 0
-      !> Coefficients of the derivatives f^(p) on the whole list of a motion (razy_exact_closed_form_amplitudes), which begin at
-      !> `place(p, form)` (0:4, forms).
-      real(wp), allocatable :: on(:)
-      integer, allocatable :: place(:, :)
-      !> Moduli of those of order 0…5 on amplitudes (filled up to blocks, 0:5, forms).
+      !> Coefficients of the derivatives f^(p) on the list of a motion (length, 0:4, forms; razy_exact_closed_form_amplitudes).
+      real(wp), allocatable :: on(:, :, :)
+      !> Moduli of those of order 0…5 on amplitudes (filled up to pairs, 0:5, forms).
       real(wp), allocatable :: moduli(:, :, :)
       !> Of driven terms: bounds of what their excitation adds to derivatives of order 0…5, and of the terms of that (0:5, forms);
       !> by how much their part in derivatives of order 4, 5 and 2 may grow per s (0:2, forms).
@@ -48,9 +46,10 @@ contains
 
       complex(wp) :: coefficient
       real(wp) :: form(2*response%m), re(response%filled, 0:4), im(response%filled, 0:4)
-      integer :: i, j, p, n, part
+      integer :: f, i, j, p, n, part
 
       n = response%amplitudes
+      f = response%filled
       self%forms = size(forms)
       self%constant = [(forms(j)%constant, j=1, size(forms))]
       call shape_matrix(self%reach, n, self%forms)
@@ -58,12 +57,12 @@ contains
       do j = 1, self%forms
          self%length(:, j) = [norm2(forms(j)%on_y), norm2(forms(j)%on_v)]
       end do
-      self%reach_constant = [(reach_of(self%length(:, j), response%constant), j=1, size(forms))]
+      self%reach_constant = [(reach_of(self%length(:, j), response%from(:, response%one)), j=1, size(forms))]
       call shape_matrix(self%rigid_y, response%rigid, self%forms)
       call shape_matrix(self%rigid_v, response%rigid, self%forms)
-      if (allocated(self%on)) deallocate (self%on, self%place, self%moduli, self%dense, self%longest_reach)
+      if (allocated(self%on)) deallocate (self%on, self%moduli, self%dense, self%longest_reach)
       allocate (self%longest_reach(self%forms))
-      allocate (self%on(5*self%forms*response%length), self%place(0:4, self%forms))
+      allocate (self%on(response%length, 0:4, self%forms), source=0.0_wp)
       if (response%driven%count > 0) call shape_driven(self)
       allocate (self%moduli(response%filled, 0:5, self%forms), source=0.0_wp)
       allocate (self%dense(response%nx, 0:5, self%forms), source=0.0_wp)
@@ -71,15 +70,15 @@ contains
          re = 0.0_wp
          im = 0.0_wp
          form = [forms(j)%on_y, forms(j)%on_v]
-         self%constant(j) = self%constant(j) + dot_product(form, response%constant)
+         self%constant(j) = self%constant(j) + dot_product(form, response%from(:, response%one))
          do i = 1, n
-            coefficient = cmplx(dot_product(form, response%from_re(:, i)), -dot_product(form, response%from_im(:, i)), wp)
+            coefficient = cmplx(dot_product(form, response%from(:, i)), -dot_product(form, response%from(:, f + i)), wp)
             if (i > response%terms .and. i <= response%terms + response%tones) then
                coefficient = coefficient + forms(j)%error(i - response%terms)
             end if
             self%moduli(i, :, j) = abs(coefficient)*response%modulus(i)**[0, 1, 2, 3, 4, 5]
-            self%reach(i, j) = reach_of(self%length(:, j), response%from_re(:, i)) &
-                               + reach_of(self%length(:, j), response%from_im(:, i))
+            self%reach(i, j) = reach_of(self%length(:, j), response%from(:, i)) &
+                               + reach_of(self%length(:, j), response%from(:, f + i))
             do p = 0, 4
                re(i, p) = real(coefficient)
                im(i, p) = -aimag(coefficient)
@@ -109,9 +108,7 @@ contains
 
       associate (n => response%rigid, y => self%rigid_y(:, j), v => self%rigid_v(:, j))
          do p = 0, 4
-            self%place(p, j) = ((j - 1)*5 + p)*response%length + 1
-            associate (row => self%on(self%place(p, j):self%place(p, j) + response%length - 1), one => response%one)
-               row = 0.0_wp
+            associate (row => self%on(:, p, j), one => response%one)
                row(:one - 1) = [re(:, p), im(:, p)]
                if (p == 0) row(one:one + 2*n) = [self%constant(j), y, v]
                if (p == 1) row(one + n + 1:one + 3*n) = [y, v]
@@ -160,7 +157,7 @@ contains
       integer, intent(in) :: j, order
       real(wp), intent(out) :: f, g, d
 
-      call three_sums(response%length, rows%on(rows%place(order, j)), self%x, f, g, d)
+      call three_sums(response%length, rows%on(1, order, j), self%x, f, g, d)
       if (response%nx == 0) return
       f = f + dense_part(rows, self, j, order)
       g = g + dense_part(rows, self, j, order + 1)
@@ -175,7 +172,7 @@ contains
       integer, intent(in) :: j, order
       real(wp), intent(out) :: f, g
 
-      call two_sums(response%length, rows%on(rows%place(order, j)), self%x, f, g)
+      call two_sums(response%length, rows%on(1, order, j), self%x, f, g)
       if (response%nx == 0) return
       f = f + dense_part(rows, self, j, order)
       g = g + dense_part(rows, self, j, order + 1)
@@ -189,7 +186,7 @@ contains
       integer, intent(in) :: j, order
       real(wp) :: f
 
-      f = sum_of(response%length, rows%on(rows%place(order, j)), self%x)
+      f = sum_of(response%length, rows%on(1, order, j), self%x)
       if (response%nx > 0) f = f + dense_part(rows, self, j, order)
    end function value_of
 
@@ -223,7 +220,7 @@ contains
          total = total + rows%forced(order, j)
       end if
       do i = 1, response%rigid
-         rate = rate_of(self, response, i)
+         rate = rigid_rate_of(self, response, i)
          if (order == 0) total = total + abs(rows%rigid_y(i, j)*rigid_of(self, response, i)) + abs(rows%rigid_v(i, j)*rate)
          if (order == 1) total = total + abs(rows%rigid_y(i, j)*rate) + abs(rows%rigid_v(i, j)*response%rigid_force(i))
       end do
@@ -247,7 +244,7 @@ contains
 
       h = to%tau - from%tau
       total = h*rows%constant(j)
-      associate (on => rows%on(rows%place(0, j):), f => response%filled)
+      associate (on => rows%on(:, 0, j), f => response%filled)
          do i = 1, response%amplitudes
             if (response%modulus(i)*h > smallest_angle) then
                re = to%x(i) - from%x(i)
@@ -263,7 +260,7 @@ contains
          end do
       end associate
       do i = 1, response%rigid
-         re = rate_of(from, response, i)
+         re = rigid_rate_of(from, response, i)
          total = total + h*(rows%rigid_y(i, j)*(rigid_of(from, response, i) + h/2*(re + h/3*response%rigid_force(i))) &
                             + rows%rigid_v(i, j)*(re + h/2*response%rigid_force(i)))
       end do

@@ -11,7 +11,7 @@
 !! Σ (|c λ^p| δa + eps |form| |mode| |λ^p a|); what is smaller than that has no sign.
 module razy_exact_search_on_bound
    use razy_core_kinds, only: wp
-   use razy_exact_closed_form_amplitudes, only: amplitudes_t, rate_of, rigid_of
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t, rigid_of, rigid_rate_of
    use razy_exact_closed_form_response, only: response_t
    use razy_exact_closed_form_rows, only: rows_t, value_of
    use razy_exact_search_refine, only: watched_t
@@ -134,17 +134,19 @@ contains
       integer :: k, m
 
       if (.not. allocated(response%from_size)) then
-         response%from_size = sqrt(response%from_re**2 + response%from_im**2)
-         response%to_size = sqrt(response%to_re**2 + response%to_im**2)
+         associate (f => response%filled, n => response%amplitudes, terms => response%terms)
+            response%from_size = hypot(response%from(:, :n), response%from(:, f + 1:f + n))
+            response%to_size = transpose(hypot(response%into(:terms, :), response%into(f + 1:f + terms, :)))
+         end associate
       end if
       m = response%m
-      state = abs(response%constant)
+      state = abs(response%from(:, response%one))
       do k = 1, response%amplitudes
          state = state + response%from_size(:, k)*modulus(k)
       end do
       do k = 1, response%rigid
          state(:m) = state(:m) + abs(response%rigid_mode(:, k)*rigid_of(point, response, k))
-         state(m + 1:) = state(m + 1:) + abs(response%rigid_mode(:, k)*rate_of(point, response, k))
+         state(m + 1:) = state(m + 1:) + abs(response%rigid_mode(:, k)*rigid_rate_of(point, response, k))
       end do
       allocate (self%term(response%terms), self%rigid(response%rigid), self%rate(response%rigid))
       do k = 1, response%terms
@@ -187,7 +189,7 @@ contains
       end do
       do k = 1, response%rigid
          y = y + abs(rigid_of(point, response, k))
-         v = v + abs(rate_of(point, response, k))
+         v = v + abs(rigid_rate_of(point, response, k))
       end do
       most = 0.0_wp
       do k = 1, response%terms
@@ -199,7 +201,7 @@ contains
       end do
       if (response%driven%count > 0) most = most + rows%forced_reach(1, j)
       do k = 1, response%rigid
-         most = most + abs(rows%rigid_y(k, j))*v + rows%length(1, j)*abs(rate_of(point, response, k)) &
+         most = most + abs(rows%rigid_y(k, j))*v + rows%length(1, j)*abs(rigid_rate_of(point, response, k)) &
                 + rows%length(2, j)*abs(response%rigid_force(k))
       end do
       most = rounding*most
@@ -211,16 +213,14 @@ contains
 
       integer :: k
 
-      associate (m => response%m)
+      associate (m => response%m, f => response%filled)
          allocate (response%from_length(2, 0:response%amplitudes), response%to_length(2, response%terms))
-         response%from_length(:, 0) = [norm2(response%constant(:m)), norm2(response%constant(m + 1:))]
+         response%from_length(:, 0) = [norm2(response%from(:m, response%one)), norm2(response%from(m + 1:, response%one))]
          do k = 1, response%amplitudes
-            response%from_length(:, k) = [hypot(norm2(response%from_re(:m, k)), norm2(response%from_im(:m, k))), &
-                                          hypot(norm2(response%from_re(m + 1:, k)), norm2(response%from_im(m + 1:, k)))]
+            response%from_length(:, k) = [norm2(response%from(:m, [k, f + k])), norm2(response%from(m + 1:, [k, f + k]))]
          end do
          do k = 1, response%terms
-            response%to_length(:, k) = [hypot(norm2(response%to_re(:m, k)), norm2(response%to_im(:m, k))), &
-                                        hypot(norm2(response%to_re(m + 1:, k)), norm2(response%to_im(m + 1:, k)))]
+            response%to_length(:, k) = [norm2(response%into([k, f + k], :m)), norm2(response%into([k, f + k], m + 1:))]
          end do
       end associate
    end subroutine measure_modes
@@ -264,7 +264,7 @@ contains
       associate (length => rows%length(:, j))
          do k = 1, response%rigid
             associate (y => abs(rows%rigid_y(k, j)), v => abs(rows%rigid_v(k, j)), force => abs(response%rigid_force(k)))
-               rate = abs(rate_of(point, response, k)) + later*force
+               rate = abs(rigid_rate_of(point, response, k)) + later*force
                if (p == 0) floor = floor + y*(self%rigid(k) + later*self%rate(k)) + v*self%rate(k) &
                                    + rounding*(length(1)*(abs(rigid_of(point, response, k)) + later*rate) + length(2)*rate)
                if (p == 1) floor = floor + y*self%rate(k) + rounding*(length(1)*rate + length(2)*force)
@@ -294,7 +294,7 @@ contains
          most = most + rows%moduli(k, 0, j)*modulus(k)
       end do
       do k = 1, response%rigid
-         rate = abs(rate_of(point, response, k)) + later*abs(response%rigid_force(k))
+         rate = abs(rigid_rate_of(point, response, k)) + later*abs(response%rigid_force(k))
          most = most + abs(rows%rigid_y(k, j))*(abs(rigid_of(point, response, k)) + later*rate) + abs(rows%rigid_v(k, j))*rate
       end do
    end function farthest
