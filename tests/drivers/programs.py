@@ -72,6 +72,20 @@ def datasets(path):
     return found
 
 
+def values_of(path):
+    """Return the values of every dataset."""
+    found = {}
+    with h5py.File(path) as file:
+        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
+    return found
+
+
+def run(case, *options, output="run.h5"):
+    """Compute one motion, and return the values of every dataset."""
+    succeed("razy-run", case, *options, "--output", output, "--force")
+    return values_of(output)
+
+
 def attribute(path, name):
     with h5py.File(path) as file:
         return file.attrs[name]

@@ -3,7 +3,7 @@
 import h5py
 import numpy as np
 import pytest
-from programs import sets, start, succeed
+from programs import sets, start, succeed, values_of
 
 RPM = 30.0 / np.pi
 COLUMNS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
@@ -55,10 +55,7 @@ def modes(text):
     with open("case.nml", "w") as file:
         file.write(text)
     said = succeed("razy-modes", "case.nml", "--output", "modes.h5", "--force").stdout
-    with h5py.File("modes.h5") as file:
-        found = {}
-        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
-    return said, found
+    return said, values_of("modes.h5")
 
 
 def test_campbell_at_the_speeds_of_the_table(folder):

@@ -1,9 +1,8 @@
 """Mesh stiffness that switches or has harmonics: exact beside DOP853, Meissner's and Mathieu's equations."""
 
-import h5py
 import numpy as np
 import pytest
-from programs import GEAR_PAIR, SOURCE, sets, start, succeed
+from programs import GEAR_PAIR, SOURCE, run, sets, start
 
 # Two equal wheels without backlash, shafts or load: m d'' + k(t) d = 0 with m = I/(2 r²) and 40 teeth at 60 rpm, 40 Hz.
 INERTIA, RADIUS, HERTZ = 0.01, 0.1, 40.0
@@ -17,14 +16,6 @@ WHEELS = """&scene kind='lumped' /
 &motion t_end=0.5, start='given', integrator='{integrator}', relative_tolerance=1e-13, absolute_tolerance=1e-20 /
 &record observable='mesh_deformation', what='trajectory', interval=0.025 /
 """
-
-
-def run(case, *options, output="run.h5"):
-    succeed("razy-run", case, *options, "--output", output, "--force")
-    found = {}
-    with h5py.File(output) as file:
-        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
-    return found
 
 
 def trace(folder, stiffness, variation, integrator):

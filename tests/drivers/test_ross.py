@@ -4,10 +4,9 @@ import json
 import sys
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
-from programs import SOURCE, succeed
+from programs import SOURCE, succeed, values_of
 
 sys.path.insert(0, str(SOURCE / "post" / "src"))
 import razy
@@ -23,10 +22,7 @@ NAMES = ("rotor_example", "cone")
 def modes(case, text):
     Path("case.nml").write_text(case.read_text() + text)
     succeed("razy-modes", "case.nml", "--output", "modes.h5", "--force")
-    with h5py.File("modes.h5") as file:
-        found = {}
-        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
-    return found
+    return values_of("modes.h5")
 
 
 def imported(folder, name):

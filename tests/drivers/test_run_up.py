@@ -1,9 +1,8 @@
 """Speeds that change within a motion: against SciPy, Fresnel's integral and the constant speed; what refuses them."""
 
-import h5py
 import numpy as np
 import pytest
-from programs import GEAR_PAIR, SOURCE, sets, start, succeed
+from programs import GEAR_PAIR, SOURCE, run, sets, start
 from scipy.integrate import solve_ivp
 from scipy.special import fresnel
 
@@ -18,14 +17,6 @@ OSCILLATOR = """&scene kind='lumped' /
 &motion t_end={t_end}, start='zero', relative_tolerance=1e-12, absolute_tolerance=1e-14 /
 &record observable='displacement', of='m', what='trajectory','extrema', interval=0.001 /
 """
-
-
-def run(case, *options, output="run.h5"):
-    succeed("razy-run", case, *options, "--output", output, "--force")
-    found = {}
-    with h5py.File(output) as file:
-        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
-    return found
 
 
 @pytest.mark.parametrize(("speed", "rate"), [(0.0, 200.0), (1500.0, -200.0)])
