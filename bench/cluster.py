@@ -174,7 +174,8 @@ def main():
         "",
         f"The costliest point took {1000 * spread.max():.3f} ms, the cheapest {1000 * spread.min():.3f} ms, "
         f"the mean {1000 * spread.mean():.3f} ms: {spread.max() / spread.mean():.1f} and "
-        f"{spread.min() / spread.mean():.2f} times the mean. Efficiency counts all ranks, rank 0 too; "
+        f"{spread.min() / spread.mean():.2f} times the mean.",
+        "Efficiency counts all ranks, rank 0 too;",
         "`single points` is that of the protocol without the 10 us, in which short points are handed out one by one "
         "at the end.",
         "",
