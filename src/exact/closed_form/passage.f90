@@ -13,13 +13,16 @@ module razy_exact_closed_form_passage
    public :: passage_t
 
    type :: passage_t
-      !> How often the motion under way has come here.
+      !> How often the motion under way has come here over the state.
       integer :: uses = 0
       !> From all amplitudes of one mode to terms and rigid modes of the other (length, length).
       real(wp), allocatable, private :: matrix(:, :)
    contains
       procedure :: pass
    end type passage_t
+
+   !> What the way over the state takes beside its products, measured in products of two numbers.
+   real(wp), parameter :: besides = 100.0_wp
 
 contains
 
@@ -33,14 +36,21 @@ contains
       type(amplitudes_t), intent(inout) :: start
       logical, intent(out) :: passed
 
-      self%uses = self%uses + 1
-      ! The matrix costs as much as so many ways over the state, and more than half of the way where there are dense states.
-      passed = self%uses > to%length .and. from%nx == 0 .and. to%nx == 0
+      passed = from%nx == 0 .and. to%nx == 0 .and. pays(self%uses, 2.0_wp*from%m, real(from%length, wp), real(to%length, wp))
+      if (.not. passed) self%uses = self%uses + 1
       if (.not. passed) return
       if (.not. allocated(self%matrix)) self%matrix = passage_between(from, to)
       call product(to%length, from%length, self%matrix, last%x, start%x)
       call set_excitation(start, to, phasor)
    end subroutine pass
+
+   !> Whether so many passages over the state could have saved more products of two numbers than the matrix costs.
+   elemental logical function pays(uses, states, from, to)
+      integer, intent(in) :: uses
+      real(wp), intent(in) :: states, from, to
+
+      pays = uses*(states*(from + to) + besides - from*to) > states*from*to
+   end function pays
 
    !> into' (from - constant' - tones').
    pure function passage_between(from, to) result(matrix)
@@ -58,7 +68,9 @@ contains
             state(:, im) = state(:, im) - to%from(:, to%filled + n)
          end associate
       end do
-      matrix = matmul(to%into, state)
+      do j = 1, from%length
+         call product(to%length, 2*to%m, to%into, state(:, j), matrix(:, j))
+      end do
    end function passage_between
 
 end module razy_exact_closed_form_passage
