@@ -45,7 +45,8 @@ module razy_exact_closed_form_response
       !> On the list x: z = from x and dense parts (2m, length), and x = into z for terms and rigid modes (length, 2m), z without
       !> constant and tones.
       real(wp), allocatable :: from(:, :), into(:, :)
-      !> Moduli of what is from amplitudes to the state and back (2m, amplitudes; 2m, terms), made when they are asked for.
+      !> Moduli of what is from amplitudes, 1, rigid modes and rates to the state, and back to terms, rigid modes and rates (2m,
+      !> amplitudes + 1 + 2 rigid; terms + 2 rigid, 2m), made when they are asked for.
       real(wp), allocatable :: from_size(:, :), to_size(:, :)
       !> Lengths of their columns, displacements and velocities apart, and of the constant in column 0 of the first (2, amplitudes).
       real(wp), allocatable :: from_length(:, :), to_length(:, :)
