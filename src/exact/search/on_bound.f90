@@ -168,7 +168,7 @@ contains
    !> of a row and of z.
    pure subroutine bound_rate_floor(rows, response, point, modulus, j, most)
       type(rows_t), intent(in) :: rows
-      type(response_t), intent(inout) :: response
+      type(response_t), intent(in) :: response
       type(amplitudes_t), intent(in) :: point
       real(wp), intent(in) :: modulus(:)
       integer, intent(in) :: j
@@ -179,7 +179,6 @@ contains
 
       most = sqrt(huge(1.0_wp))
       if (response%nx > 0) return
-      if (.not. allocated(response%from_length)) call measure_modes(response)
       y = response%from_length(1, 0)
       v = response%from_length(2, 0)
       do k = 1, response%amplitudes
@@ -205,24 +204,6 @@ contains
       end do
       most = rounding*most
    end subroutine bound_rate_floor
-
-   !> Lengths of the modes and of the rows that give amplitudes, displacements and velocities apart.
-   pure subroutine measure_modes(response)
-      type(response_t), intent(inout) :: response
-
-      integer :: k
-
-      associate (m => response%m, f => response%filled)
-         allocate (response%from_length(2, 0:response%amplitudes), response%to_length(2, response%terms))
-         response%from_length(:, 0) = [norm2(response%from(:m, response%one)), norm2(response%from(m + 1:, response%one))]
-         do k = 1, response%amplitudes
-            response%from_length(:, k) = [norm2(response%from(:m, [k, f + k])), norm2(response%from(m + 1:, [k, f + k]))]
-         end do
-         do k = 1, response%terms
-            response%to_length(:, k) = [norm2(response%into([k, f + k], :m)), norm2(response%into([k, f + k], m + 1:))]
-         end do
-      end associate
-   end subroutine measure_modes
 
    !> Rounding that each amplitude gives to the value of form `j` (amplitudes); times the exponents' moduli, to its next derivative.
    pure subroutine parts_of_floor(self, rows, response, modulus, j, part)
