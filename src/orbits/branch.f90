@@ -225,22 +225,12 @@ contains
 
       next%orbit%column = here%orbit%column
       call problem%correct(here%orbit%u + h*here%tangent, here%tangent, next%orbit, ok)
-      if (ok) call complete(problem, next%orbit, ok)
+      if (ok) call problem%complete(next%orbit, ok)
       if (ok) call find_tangent(problem, next, here%tangent, ok)
       if (.not. ok) return
       ok = dot_product(next%tangent, here%tangent) > least_cosine .or. h < kink
       if (.not. ok) problem%reason = "the branch turns too sharply"
    end subroutine step
-
-   !> All that is asked of a motion that was found.
-   subroutine complete(problem, orbit, ok)
-      type(problem_t), intent(inout) :: problem
-      type(orbit_t), intent(inout) :: orbit
-      logical, intent(out) :: ok
-
-      call problem%differentiate(orbit, ok)
-      if (ok) call orbit%find_multipliers(problem%is_autonomous())
-   end subroutine complete
 
    !> The unit tangent on the side of `guide`.
    subroutine find_tangent(problem, point, guide, ok)
@@ -280,7 +270,7 @@ contains
          row(last) = 1.0_wp
       end associate
       call problem%correct(guess, row, next%orbit, ok)
-      if (ok) call complete(problem, next%orbit, ok)
+      if (ok) call problem%complete(next%orbit, ok)
       if (ok) call find_tangent(problem, next, here%tangent, ok)
    end subroutine reach
 
@@ -387,7 +377,7 @@ contains
       logical, intent(out) :: ok
 
       ok = .true.
-      if (.not. allocated(point%orbit%multiplier)) call complete(problem, point%orbit, ok)
+      if (.not. allocated(point%orbit%multiplier)) call problem%complete(point%orbit, ok)
       if (ok) call find_tangent(problem, point, a%tangent, ok)
    end subroutine complete_point
 
@@ -509,7 +499,7 @@ contains
          point = trial
          call root%take(value)
       end do
-      call complete(problem, point%orbit, found)
+      call problem%complete(point%orbit, found)
       if (found) call find_tangent(problem, point, a%tangent, found)
       found = found .or. allocated(point%tangent)
    end subroutine find_root
