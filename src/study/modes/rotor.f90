@@ -11,7 +11,7 @@ module razy_study_modes_rotor
    use razy_rotor_whirl_campbell, only: campbell_t, new_campbell
    use razy_rotor_whirl_degenerate, only: separate_degenerate
    use razy_rotor_whirl_modes, only: rotor_modes => natural_modes, rotor_shares => energy_shares, shaft_shares, strain_shares
-   use razy_rotor_whirl_stability, only: known_limit, limit_below, limit_failed, limit_found, limit_t, stability_limit
+   use razy_rotor_whirl_stability, only: known_limit, limit_found, limit_meanings, limit_t, stability_limit
    use razy_rotor_whirl_whirl, only: new_whirl, whirl_found, whirl_problem_t
    use razy_scenes_rotor_reduction, only: is_reduced
    use razy_scenes_rotor_scene, only: rotor_scene_t
@@ -145,14 +145,8 @@ contains
       content%branch = real(diagram%branch, wp)
       content%direction = diagram%direction
       call mark_missing(content, diagram%branch)
-      associate (critical => diagram%critical)
-         content%critical = critical%speed
-         content%lost = diagram%lost
-         content%critical_order = critical%order
-         content%critical_frequency = critical%frequency/(2*pi)
-         content%critical_direction = critical%direction
-         content%critical_branch = real(critical%branch, wp)
-      end associate
+      content%critical = diagram%critical
+      content%lost = diagram%lost
       if (with_damping) then
          limit = known_limit(damped, content%speed, diagram%growth, circulatory, limit_tolerance)
       else
@@ -187,16 +181,7 @@ contains
       type(limit_t), intent(in) :: limit
 
       content%limit = limit%speed
-      select case (limit%status)
-      case (limit_found)
-         content%limit_words = "found"
-      case (limit_below)
-         content%limit_words = "unstable at the first speed already"
-      case (limit_failed)
-         content%limit_words = "an eigenproblem was not solved"
-      case default
-         content%limit_words = "none up to the last speed"
-      end select
+      content%limit_words = trim(limit_meanings(limit%status))
       if (limit%status /= limit_found) content%limit = ieee_value(content%limit, ieee_quiet_nan)
    end subroutine put_limit
 
