@@ -77,13 +77,10 @@ contains
 
       n = 3*bodies%count
       call input%get("scene", 1, "title", machine%title)
-      allocate (machine%coordinate(n), machine%unit(n), machine%rate_unit(n))
       call coordinate_names(bodies, names)
-      do i = 1, n
-         machine%coordinate(i) = names(i)%text
-         machine%unit(i) = merge("rad", "m  ", modulo(i, 3) == 0)
-         machine%rate_unit(i) = merge("rad/s", "m/s  ", modulo(i, 3) == 0)
-      end do
+      machine%coordinate = [character(64) ::(names(i)%text, i=1, n)]
+      machine%unit = [character(16) ::(merge("rad", "m  ", modulo(i, 3) == 0), i=1, n)]
+      machine%rate_unit = [character(16) ::(merge("rad/s", "m/s  ", modulo(i, 3) == 0), i=1, n)]
       allocate (machine%mass(n, n), machine%damping(n, n), machine%stiffness(n, n), machine%load(n), source=0.0_wp)
       do b = 1, bodies%count
          machine%mass(3*b - 2, 3*b - 2) = bodies%mass(b)
