@@ -237,8 +237,8 @@ contains
          machine%circulatory = merge(1.0_wp, 0.0_wp, circulatory)*reduced%circulatory
       end if
       if (size(reduced%tabled) == 0) return
-      machine%damping = machine%damping + reduced%bearing_change(speed, .true., .true.)
-      machine%stiffness = machine%stiffness + reduced%bearing_change(speed, .false., .true.)
+      machine%damping = machine%damping + reduced%bearing_change(speed, .true., .false., .true.)
+      machine%stiffness = machine%stiffness + reduced%bearing_change(speed, .false., .false., .true.)
    end subroutine take_matrices
 
    logical function accelerates(input)
