@@ -49,7 +49,7 @@ contains
       real(wp), intent(in) :: tau
 
       complex(wp) :: phasor(0:2)
-      real(wp) :: angle
+      real(wp) :: angle, cosine, sine
       integer :: t
 
       if (.not. abs(tau - self%tau) > 0.0_wp) return
@@ -61,7 +61,11 @@ contains
             self%phasor(t) = phasor(0)
          else if (abs(tau) > 0.0_wp) then
             angle = tone(t)%omega*tau
-            self%phasor(t) = self%start(t)*cmplx(cos(angle), sin(angle), wp)
+            cosine = cos(angle)
+            sine = sin(angle)
+            associate (e => self%start(t))
+               self%phasor(t) = cmplx(e%re*cosine - e%im*sine, e%re*sine + e%im*cosine, wp)
+            end associate
          end if
       end do
    end subroutine look
