@@ -27,9 +27,9 @@ module razy_runge_kutta_right_hand_side
       integer(i8) :: evaluations = 0, jacobians = 0
       !> Whether the mode has few coordinates, no constraints and no friction that a contact presses. Then y'' = f - (K B) z - Σ w F
       !> with all forces that are affine in K and B; y'' without the others, and s and s' of their contacts, are the matrix times
-      !> z, the real and imaginary parts of the phasors, and 1. Its rows are filled up to blocks.
+      !> 1, z, and real and imaginary part of each phasor. Its rows are filled up to blocks.
       logical, private :: direct = .false.
-      real(wp), allocatable, private :: matrix(:, :), x(:), y(:)
+      real(wp), allocatable, private :: matrix(:, :), y(:)
       !> Those contacts.
       integer, allocatable, private :: lawful(:)
    contains
@@ -50,7 +50,7 @@ contains
       type(system_t), intent(in) :: system
 
       complex(wp) :: harmonic(system%m, size(system%omega))
-      integer :: columns, i
+      integer :: i, last
 
       associate (mode => self%dynamics%mode, m => system%m, tones => size(system%omega))
          call mode%enter(system)
@@ -62,30 +62,35 @@ contains
             if (system%machine%contact(self%lawful(i))%law%of_normal) return
          end do
          self%direct = .true.
-         if (allocated(self%matrix)) deallocate (self%matrix, self%x, self%y)
-         columns = 2*m + 2*tones + 1
-         allocate (self%matrix(filled(m + 2*size(self%lawful)), columns), source=0.0_wp)
-         allocate (self%x(columns), source=1.0_wp)
+         last = 2*(m + tones)
+         if (allocated(self%matrix)) deallocate (self%matrix, self%y)
+         allocate (self%matrix(filled(m + 2*size(self%lawful)), 0:last), source=0.0_wp)
          allocate (self%y(size(self%matrix, 1)))
-         call mode%matrices(system, self%matrix(:m, :m), self%matrix(:m, m + 1:2*m))
-         self%matrix(:m, :2*m) = -self%matrix(:m, :2*m)
-         call mode%loads(system, self%matrix(:m, columns), harmonic)
-         self%matrix(:m, 2*m + 1:2*m + tones) = harmonic%re
-         self%matrix(:m, 2*m + tones + 1:2*m + 2*tones) = -harmonic%im
+         call mode%matrices(system, self%matrix(:m, 1:m), self%matrix(:m, m + 1:2*m))
+         self%matrix(:m, 1:2*m) = -self%matrix(:m, 1:2*m)
+         call mode%loads(system, self%matrix(:m, 0), harmonic)
+         self%matrix(:m, 2*m + 1:last:2) = harmonic%re
+         self%matrix(:m, 2*m + 2:last:2) = -harmonic%im
          do i = 1, size(self%lawful)
-            call add(m + 2*i - 1, system%contact_form(self%lawful(i), 1.0_wp, 0.0_wp, 0.0_wp))
-            call add(m + 2*i, system%contact_form(self%lawful(i), 0.0_wp, 1.0_wp, 0.0_wp))
+            call set_row(m + 2*i - 1, system%contact_form(self%lawful(i), 1.0_wp, 0.0_wp, 0.0_wp))
+            call set_row(m + 2*i, system%contact_form(self%lawful(i), 0.0_wp, 1.0_wp, 0.0_wp))
          end do
       end associate
 
    contains
 
-      subroutine add(row, form)
-         integer, intent(in) :: row
+      subroutine set_row(i, form)
+         integer, intent(in) :: i
          type(linear_form_t), intent(in) :: form
 
-         self%matrix(row, :) = [form%on_y, form%on_v, form%error%re, -form%error%im, form%constant]
-      end subroutine add
+         associate (m => system%m)
+            self%matrix(i, 0) = form%constant
+            self%matrix(i, 1:m) = form%on_y
+            self%matrix(i, m + 1:2*m) = form%on_v
+            self%matrix(i, 2*m + 1:last:2) = form%error%re
+            self%matrix(i, 2*m + 2:last:2) = -form%error%im
+         end associate
+      end subroutine set_row
 
    end subroutine enter
 
@@ -107,50 +112,53 @@ contains
          return
       end if
       call self%dynamics%excitation%look(system%machine%tone, tau)
-      call linear_part(m, size(self%matrix, 1), size(system%omega), self%matrix, z, self%dynamics%excitation%phasor, self%x, self%y)
-      dz(:m) = z(m + 1:)
-      dz(m + 1:) = self%y(:m)
+      call linear_part(m, size(self%y), size(system%omega), self%matrix, z, self%dynamics%excitation%phasor, self%y, dz)
       do i = 1, size(self%lawful)
          j = self%lawful(i)
-         force = self%dynamics%stiffening(system, j) &
-                 *system%machine%contact(j)%law%force(self%dynamics%mode%branch(j), self%y(m + 2*i - 1), self%y(m + 2*i), 0.0_wp)
+         associate (contact => system%machine%contact(j))
+            force = contact%law%force(self%dynamics%mode%branch(j), self%y(m + 2*i - 1), self%y(m + 2*i), 0.0_wp)
+            if (allocated(contact%modulation)) force = self%dynamics%stiffening(system, j)*force
+         end associate
          call subtract(m, force, system%w(:, j), dz(m + 1:))
       end do
    end subroutine derivative
 
-   !> y = (matrix) x with x = (z, Re E, Im E, 1), whose last component is set; four rows at a time.
-   pure subroutine linear_part(m, rows, tones, matrix, z, phasor, x, y)
+   !> y = matrix (1, z, Re E, Im E), four rows at a time, and z' (2m) where y begins with y''.
+   pure subroutine linear_part(m, rows, tones, matrix, z, phasor, y, dz)
       integer, intent(in) :: m, rows, tones
-      real(wp), intent(in) :: matrix(rows, 2*(m + tones) + 1), z(2*m)
+      real(wp), intent(in) :: matrix(rows, 0:2*(m + tones)), z(2*m)
       complex(wp), intent(in) :: phasor(tones)
-      real(wp), intent(inout) :: x(2*(m + tones) + 1)
-      real(wp), intent(out) :: y(rows)
+      real(wp), intent(out) :: y(rows), dz(2*m)
 
       real(wp) :: a, b, c, d
-      integer :: i, j
+      integer :: i, j, t
 
-      do i = 1, 2*m
-         x(i) = z(i)
-      end do
-      do i = 1, tones
-         x(2*m + i) = phasor(i)%re
-         x(2*m + tones + i) = phasor(i)%im
-      end do
       do i = 1, rows, 4
-         a = 0.0_wp
-         b = 0.0_wp
-         c = 0.0_wp
-         d = 0.0_wp
-         do j = 1, 2*(m + tones) + 1
-            a = a + matrix(i, j)*x(j)
-            b = b + matrix(i + 1, j)*x(j)
-            c = c + matrix(i + 2, j)*x(j)
-            d = d + matrix(i + 3, j)*x(j)
+         a = matrix(i, 0)
+         b = matrix(i + 1, 0)
+         c = matrix(i + 2, 0)
+         d = matrix(i + 3, 0)
+         do j = 1, 2*m
+            a = a + matrix(i, j)*z(j)
+            b = b + matrix(i + 1, j)*z(j)
+            c = c + matrix(i + 2, j)*z(j)
+            d = d + matrix(i + 3, j)*z(j)
+         end do
+         do t = 1, tones
+            j = 2*(m + t) - 1
+            a = a + (matrix(i, j)*phasor(t)%re + matrix(i, j + 1)*phasor(t)%im)
+            b = b + (matrix(i + 1, j)*phasor(t)%re + matrix(i + 1, j + 1)*phasor(t)%im)
+            c = c + (matrix(i + 2, j)*phasor(t)%re + matrix(i + 2, j + 1)*phasor(t)%im)
+            d = d + (matrix(i + 3, j)*phasor(t)%re + matrix(i + 3, j + 1)*phasor(t)%im)
          end do
          y(i) = a
          y(i + 1) = b
          y(i + 2) = c
          y(i + 3) = d
+      end do
+      do i = 1, m
+         dz(i) = z(m + i)
+         dz(m + i) = y(i)
       end do
    end subroutine linear_part
 
