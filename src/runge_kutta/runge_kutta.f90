@@ -28,11 +28,11 @@ module razy_runge_kutta_runge_kutta
 
    public :: new_runge_kutta, runge_kutta_t
 
-   !> What is known of a mode from visits before: steps that served first and second, s (0: none), and the longest that may go
+   !> What is known of a mode from visits before: steps that served first, s (0: none), and the longest that may go
    !> beyond its end, where a curved law is not smooth (razy_contact_power_law).
    type :: known_t
       integer, allocatable :: branch(:)
-      real(wp) :: opening(2) = 0.0_wp, closing = huge(1.0_wp)
+      real(wp) :: opening(4) = 0.0_wp, closing = huge(1.0_wp)
    end type known_t
 
    type, extends(flow_t) :: runge_kutta_t
@@ -45,8 +45,6 @@ module razy_runge_kutta_runge_kutta
       !> Modes entered last, the one to be replaced next, the present one, and how many steps were made in it.
       type(known_t), private :: known(16)
       integer, private :: oldest = 1, now = 1, steps = 0
-      !> Whether a curved law acts in the mode.
-      logical, private :: rough = .false.
    contains
       procedure :: prepare
       procedure :: enter
@@ -71,7 +69,7 @@ module razy_runge_kutta_runge_kutta
    real(wp), parameter :: beyond = 1.05_wp
    !> Steps ahead in which the end of a mode is looked for; part of the way there, and of the step that may go beyond it, that are
    !> left to go where none may go as far: steps become shorter towards what is not smooth.
-   real(wp), parameter :: ahead = 4.0_wp, left_of_way = 0.38_wp, left_of_closing = 0.95_wp
+   real(wp), parameter :: ahead = 4.0_wp, left_of_way = 0.3_wp, left_of_closing = 0.95_wp
    !> An event before this part of a step is looked for again in a shorter step.
    real(wp), parameter :: least_share = 0.125_wp
    !> Part of a step that may be made along its slope: the square is rounding.
@@ -131,9 +129,9 @@ contains
       if (self%finds_events) self%rhs%dynamics%mode%press = self%transition%dynamics%mode%press
       call self%rhs%enter(self%system)
       associate (stepper => self%stepper, guards => self%transition%guards)
+         stepper%rough = self%finds_events .and. acts_curved(self)
          call stepper%restart()
          call recall(self)
-         self%rough = acts_curved(self)
          h = self%known(self%now)%opening(1)
          if (.not. stepper%adaptive .or. .not. h > 0.0_wp) call stepper%first_step(self%rhs, self%system, self%z, rest, h)
          stepper%h_next = h
@@ -304,7 +302,9 @@ contains
       associate (stepper => self%stepper, known => self%known(self%now))
          rest = self%remaining(t_end)
          h = stepper%h_next
-         if (stepper%adaptive .and. self%steps == 1 .and. known%opening(2) > 0.0_wp) h = known%opening(2)
+         if (stepper%adaptive .and. self%steps > 0 .and. self%steps < size(known%opening)) then
+            if (known%opening(self%steps + 1) > 0.0_wp) h = known%opening(self%steps + 1)
+         end if
          if (self%sticking%watching) h = min(h, self%sticking%longest)
          end = huge(h)
          if (self%finds_events .and. stepper%adaptive) end = self%finder%expected(self%transition%guards, ahead*h)
@@ -323,10 +323,10 @@ contains
             call self%budget%spend(rest)
             outcome%status = self%budget%status
             if (outcome%status /= status_ok) return
-            stepper%plain = self%rough .and. (self%steps == 0 .or. h > end)
+            stepper%plain = stepper%rough .and. (self%steps == 0 .or. h > end)
             call stepper%attempt(self%rhs, self%system, self%z, h, accepted, failed)
             again = .false.
-            if (self%rough .and. h > end) call learn_closing(known, accepted, stepper%h_next)
+            if (stepper%rough .and. h > end) call learn_closing(known, accepted, stepper%h_next)
             if (accepted .and. self%sticking%watching) then
                call self%sticking%passes_over(self%rhs, self%system, stepper%z_end, h, again)
             end if

@@ -31,8 +31,9 @@ module razy_runge_kutta_methods_stepper
       integer :: order = 0, dense_order = 0
       !> Whether the step is controlled, and whether equations have to be solved.
       logical :: adaptive = .false., implicit = .false.
-      !> Whether the error is the first estimate as it is: others suppose that the motion is smooth.
-      logical :: plain = .false.
+      !> Whether the motion is not smooth where it starts anew and where it is to end: then errors of steps say little of the next
+      !> ones. Whether the error is the first estimate as it is, because a second one supposes that the motion is smooth.
+      logical :: rough = .false., plain = .false.
       !> Step last attempted, its scaled error, and the step proposed for the next attempt, s.
       real(wp) :: h = 0.0_wp, error = 0.0_wp, h_next = 0.0_wp
       !> Attempts that were accepted, and those that were not.
@@ -97,6 +98,8 @@ contains
          self%control = step_control_t(order=max(self%tableau%estimate, 1), beta=self%tableau%beta, least=self%tableau%least, &
                                        most=self%tableau%most)
       end if
+      self%rough = .false.
+      self%plain = .false.
       self%relative = method%relative_tolerance
       self%absolute = method%absolute_tolerance
       self%step = method%step
@@ -121,6 +124,7 @@ contains
 
       self%known = unknown
       call self%control%forget()
+      self%control%beta = merge(0.0_wp, self%tableau%beta, self%rough)
       if (self%implicit) call self%radau%restart()
    end subroutine restart
 
