@@ -28,11 +28,14 @@ module razy_runge_kutta_runge_kutta
 
    public :: new_runge_kutta, runge_kutta_t
 
+   !> A step, s, longer than any.
+   real(wp), parameter :: long = 1.0e200_wp
+
    !> What is known of a mode from visits before: steps that served first, s (0: none), and the longest that may go
    !> beyond its end, where a curved law is not smooth (razy_contact_power_law).
    type :: known_t
       integer, allocatable :: branch(:)
-      real(wp) :: opening(4) = 0.0_wp, closing = huge(1.0_wp)
+      real(wp) :: opening(4) = 0.0_wp, closing = long
    end type known_t
 
    type, extends(flow_t) :: runge_kutta_t
@@ -214,7 +217,7 @@ contains
       if (.not. accepted) then
          known%closing = h_next
          if (known%opening(1) > 0.0_wp) known%closing = min(h_next, known%opening(1))
-      else if (known%closing < huge(h_next)) then
+      else if (known%closing < long) then
          known%closing = max(known%closing, h_next)
       end if
    end subroutine learn_closing
@@ -296,7 +299,7 @@ contains
       logical, intent(out) :: last
       type(outcome_t), intent(inout) :: outcome
 
-      real(wp) :: end, h, rest
+      real(wp) :: h, rest, way
       logical :: accepted, again, failed
 
       associate (stepper => self%stepper, known => self%known(self%now))
@@ -306,13 +309,13 @@ contains
             if (known%opening(self%steps + 1) > 0.0_wp) h = known%opening(self%steps + 1)
          end if
          if (self%sticking%watching) h = min(h, self%sticking%longest)
-         end = huge(h)
-         if (self%finds_events .and. stepper%adaptive) end = self%finder%expected(self%transition%guards, ahead*h)
+         way = long
+         if (self%finds_events .and. stepper%adaptive) way = self%finder%expected(self%transition%guards, ahead*h)
          do
-            if (end <= known%closing) then
-               h = min(h, beyond*end)
+            if (way <= known%closing) then
+               h = min(h, beyond*way)
             else
-               h = min(h, max(0.5_wp*end, end - max(left_of_way*end, left_of_closing*known%closing)))
+               h = min(h, max(0.5_wp*way, way - max(left_of_way*way, left_of_closing*known%closing)))
             end if
             last = h >= rest*(1.0_wp - 4*eps)
             if (last) h = rest
@@ -323,10 +326,10 @@ contains
             call self%budget%spend(rest)
             outcome%status = self%budget%status
             if (outcome%status /= status_ok) return
-            stepper%plain = stepper%rough .and. (self%steps == 0 .or. h > end)
+            stepper%plain = stepper%rough .and. (self%steps == 0 .or. h > way)
             call stepper%attempt(self%rhs, self%system, self%z, h, accepted, failed)
             again = .false.
-            if (stepper%rough .and. h > end) call learn_closing(known, accepted, stepper%h_next)
+            if (stepper%rough .and. h > way) call learn_closing(known, accepted, stepper%h_next)
             if (accepted .and. self%sticking%watching) then
                call self%sticking%passes_over(self%rhs, self%system, stepper%z_end, h, again)
             end if

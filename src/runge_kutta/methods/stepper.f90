@@ -491,7 +491,7 @@ contains
    !> not.
    pure function scaled_error(n, rows, estimates, e, z0, z1, absolute, relative) result(error)
       integer, intent(in) :: n, rows, estimates
-      real(wp), intent(in) :: e(rows, *), z0(n), z1(n), absolute, relative
+      real(wp), intent(in) :: e(rows, estimates), z0(n), z1(n), absolute, relative
       real(wp) :: error
 
       real(wp) :: first, largest, scale, second
