@@ -154,7 +154,8 @@ contains
       integer :: i
 
       do i = 1, size(self%known)
-         self%known(i) = known_t([integer ::])
+         self%known(i) = known_t()
+         self%known(i)%branch = [integer ::]
       end do
       self%rhs%evaluations = 0
       self%rhs%jacobians = 0
