@@ -4,7 +4,7 @@ module command_line
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
-   use razy_core_text, only: append_text, did_you_mean, excerpt, string_t
+   use razy_core_text, only: append_text, did_you_mean, excerpt, string_t, texts_of
    use razy_core_version, only: razy_git_commit, razy_version
    implicit none(type, external)
    private
@@ -34,13 +34,19 @@ module command_line
       character(:), allocatable :: log
    end type command_t
 
-   !> Options without and with a value, of all programs, of those on several ranks, of a sweep alone.
-   character(*), parameter :: plain(*) = [character(9) :: "--force", "--check", "--help", "-h", "--version"]
-   character(*), parameter :: valued(*) = [character(8) :: "--output", "--set"]
-   character(*), parameter :: plain_of_ranks(*) = [character(9) :: "--anew", "--dry-run"]
-   character(*), parameter :: valued_of_ranks(*) = [character(19) :: "--checkpoint", "--checkpoint-points"]
-   character(*), parameter :: plain_of_sweep(*) = [character(9) :: "--so-far"]
-   character(*), parameter :: valued_of_sweep(*) = [character(5) :: "--log"]
+   !> An option: whether a value goes with it, and the scope from which on programs have it.
+   type :: option_t
+      character(19) :: name
+      logical :: takes_value
+      integer :: scope
+   end type option_t
+
+   type(option_t), parameter :: options(*) = [ &
+                  option_t("--force", .false., of_one), option_t("--check", .false., of_one), option_t("--help", .false., of_one), &
+                    option_t("-h", .false., of_one), option_t("--version", .false., of_one), option_t("--output", .true., of_one), &
+               option_t("--set", .true., of_one), option_t("--anew", .false., of_ranks), option_t("--dry-run", .false., of_ranks), &
+                                option_t("--checkpoint", .true., of_ranks), option_t("--checkpoint-points", .true., of_ranks), &
+                                option_t("--so-far", .false., of_a_sweep), option_t("--log", .true., of_a_sweep)]
 
    interface
       !> isatty of POSIX: 1 if the descriptor is a terminal.
@@ -60,29 +66,29 @@ contains
       integer, intent(in) :: scope
       type(error_t), allocatable, intent(out) :: error
 
-      character(:), allocatable :: option, value
-      integer :: equals, i
+      type(option_t), allocatable :: known(:)
+      character(:), allocatable :: name, option, value
+      integer :: at, equals, i
 
+      known = pack(options, options%scope <= scope)
       allocate (command%overrides(0))
       i = 0
       do while (i < command_argument_count() .and. .not. allocated(error))
          i = i + 1
          option = argument(i)
          equals = index(option, "=")
-         if (is_plain(option, scope)) then
-            call set_plain(command, option)
-         else if (takes_value(option(:merge(equals - 1, len(option), equals > 0)), scope)) then
-            if (equals > 0) then
-               value = option(equals + 1:)
-               option = option(:equals - 1)
-            else
+         name = option(:merge(equals - 1, len(option), equals > 0))
+         at = findloc(known%name == name .and. (known%takes_value .or. equals == 0), .true., dim=1)
+         if (at > 0) then
+            value = option(equals + 1:)
+            if (known(at)%takes_value .and. equals == 0) then
                i = i + 1
                value = argument(i)
             end if
-            if (i > command_argument_count()) call raise(error, option//" needs a value; see --help")
-            if (.not. allocated(error)) call set_value(command, option, value, error)
+            if (i > command_argument_count()) call raise(error, name//" needs a value; see --help")
+            if (.not. allocated(error)) call set_option(command, name, value, error)
          else if (index(option, "-") == 1 .and. len(option) > 1) then
-            call raise(error, excerpt(option)//": no such option; "//did_you_mean(option, known_options(scope), "options"))
+            call raise(error, excerpt(option)//": no such option; "//did_you_mean(option, texts_of(known%name), "options"))
          else if (allocated(command%input)) then
             call raise(error, excerpt(option)//": one input file only, and "//excerpt(command%input)//" is given already")
          else
@@ -97,41 +103,13 @@ contains
       end if
    end subroutine read_command
 
-   pure logical function is_plain(option, scope)
-      character(*), intent(in) :: option
-      integer, intent(in) :: scope
-
-      is_plain = any(plain == option) .or. (scope >= of_ranks .and. any(plain_of_ranks == option)) .or. &
-                 (scope >= of_a_sweep .and. any(plain_of_sweep == option))
-   end function is_plain
-
-   pure logical function takes_value(option, scope)
-      character(*), intent(in) :: option
-      integer, intent(in) :: scope
-
-      takes_value = any(valued == option) .or. (scope >= of_ranks .and. any(valued_of_ranks == option)) .or. &
-                    (scope >= of_a_sweep .and. any(valued_of_sweep == option))
-   end function takes_value
-
-   pure function known_options(scope) result(known)
-      integer, intent(in) :: scope
-      type(string_t), allocatable :: known(:)
-
-      character(20), allocatable :: names(:)
-      integer :: i
-
-      names = [character(20) :: plain, valued]
-      if (scope >= of_ranks) names = [character(20) :: names, plain_of_ranks, valued_of_ranks]
-      if (scope >= of_a_sweep) names = [character(20) :: names, plain_of_sweep, valued_of_sweep]
-      allocate (known(size(names)))
-      do i = 1, size(names)
-         known(i)%text = trim(names(i))
-      end do
-   end function known_options
-
-   subroutine set_plain(command, option)
+   !> Take over an option; `value` counts where one goes with it.
+   subroutine set_option(command, option, value, error)
       type(command_t), intent(inout) :: command
-      character(*), intent(in) :: option
+      character(*), intent(in) :: option, value
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: status
 
       select case (option)
       case ("--help", "-h")
@@ -146,19 +124,8 @@ contains
          command%anew = .true.
       case ("--so-far")
          command%so_far = .true.
-      case default
+      case ("--dry-run")
          command%dry_run = .true.
-      end select
-   end subroutine set_plain
-
-   subroutine set_value(command, option, value, error)
-      type(command_t), intent(inout) :: command
-      character(*), intent(in) :: option, value
-      type(error_t), allocatable, intent(out) :: error
-
-      integer :: status
-
-      select case (option)
       case ("--output")
          command%output = value
       case ("--set")
@@ -176,7 +143,7 @@ contains
             call raise(error, option//" "//excerpt(value)//": a number of points, 1 or more")
          end if
       end select
-   end subroutine set_value
+   end subroutine set_option
 
    function argument(i) result(text)
       integer, intent(in) :: i

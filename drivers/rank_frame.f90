@@ -1,11 +1,10 @@
 !! What programs that run on several ranks do when they begin and end.
 module rank_frame
-   use command_line, only: exit_failure, finish, say
-   use mpi_f08, only: mpi_comm_world
+   use command_line, only: finish, say
+   use mpi_f08, only: mpi_comm_world, mpi_finalize, mpi_init_thread, mpi_thread_single
    use razy_core_error, only: error_t
    use razy_linalg_threads, only: use_one_thread
    use razy_sweep_communicator, only: communicator_t, new_communicator
-   use razy_sweep_mpi, only: finish_mpi, start_mpi
    use signals, only: hold_signals
    implicit none(type, external)
    private
@@ -14,20 +13,16 @@ module rank_frame
 
 contains
 
-   !> Begin on all ranks; program `name` ends if that fails.
-   subroutine begin_ranks(ranks, name)
+   !> Begin on all ranks.
+   subroutine begin_ranks(ranks)
       type(communicator_t), intent(out) :: ranks
-      character(*), intent(in) :: name
 
-      type(error_t), allocatable :: error
+      integer :: provided
 
       call use_one_thread()
       call hold_signals()
-      call start_mpi(error)
-      if (.not. allocated(error)) call new_communicator(ranks, mpi_comm_world, error)
-      if (.not. allocated(error)) return
-      call say(name//": "//error%message)
-      call finish(exit_failure)
+      call mpi_init_thread(mpi_thread_single, provided)
+      call new_communicator(ranks, mpi_comm_world)
    end subroutine begin_ranks
 
    !> Leave together with one message if any rank has an error.
@@ -47,10 +42,8 @@ contains
       type(communicator_t), intent(inout) :: ranks
       integer, intent(in) :: code
 
-      type(error_t), allocatable :: ignored
-
-      call ranks%free(ignored)
-      call finish_mpi(ignored)
+      call ranks%free()
+      call mpi_finalize()
       call finish(code)
    end subroutine end_ranks
 

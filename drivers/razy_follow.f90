@@ -31,11 +31,10 @@ program razy_follow
    character(:), allocatable, save :: effective
    logical :: go_on, stopped = .false.
 
-   call begin_ranks(ranks, "razy-follow")
+   call begin_ranks(ranks)
    if (ranks%is_root()) call prepare(error)
    call leave_if(ranks, error, exit_usage)
-   call ranks%broadcast(go_on, error)
-   call leave_if(ranks, error, exit_failure)
+   call ranks%broadcast(go_on)
    if (go_on) call follow_and_write()
    call end_ranks(ranks, merge(exit_interrupted, exit_ok, stopped))
 
@@ -79,15 +78,13 @@ contains
       logical :: all_motions
 
       all_motions = cells%follow%all_motions
-      call ranks%broadcast(all_motions, error)
-      call leave_if(ranks, error, exit_failure)
+      call ranks%broadcast(all_motions)
       if (.not. all_motions) then
          if (ranks%is_root()) call end_follow(error)
          call leave_if(ranks, error, exit_failure)
          return
       end if
-      call ranks%broadcast(effective, error)
-      call leave_if(ranks, error, exit_failure)
+      call ranks%broadcast(effective)
       if (.not. ranks%is_root()) then
          call read_study(input, effective, "effective input", none, error)
          if (.not. allocated(error)) call new_cells(cells, input, error)

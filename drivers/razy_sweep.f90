@@ -42,11 +42,10 @@ program razy_sweep
    !> Whether there is anything to compute; whether all points failed.
    logical :: go_on = .false., failed = .false.
 
-   call begin_ranks(ranks, "razy-sweep")
+   call begin_ranks(ranks)
    if (ranks%is_root()) call prepare(error)
    call leave_if(ranks, error, exit_usage)
-   call ranks%broadcast(go_on, error)
-   call leave_if(ranks, error, exit_failure)
+   call ranks%broadcast(go_on)
    if (go_on) call compute()
    if (outcome%stopped) call end_ranks(ranks, exit_interrupted)
    call end_ranks(ranks, merge(exit_failure, exit_ok, failed))
@@ -117,9 +116,8 @@ contains
       type(input_t) :: input
       type(string_t) :: none(0)
 
-      call ranks%broadcast(effective, error)
-      if (.not. allocated(error)) call ranks%broadcast(starts, error)
-      call leave_if(ranks, error, exit_failure)
+      call ranks%broadcast(effective)
+      call ranks%broadcast(starts)
       if (.not. ranks%is_root()) then
          call read_study(input, effective, "effective input", none, error)
          if (.not. allocated(error)) call new_sweep(task, input, starts, error)
@@ -129,14 +127,12 @@ contains
       units%plan = task%plan
       if (ranks%is_root()) call open_checkpoint(error)
       call leave_if(ranks, error, exit_usage)
-      call units%share(ranks, error)
-      call leave_if(ranks, error, exit_failure)
+      call units%share(ranks)
       options%ask_ahead = .not. task%plan%has_chains()
       call run_sweep(ranks, task, units, checkpoint, options, show_progress, outcome, error, time_is_up)
       if (ranks%is_root()) call end_sweep(error)
       call leave_if(ranks, error, exit_failure)
-      call ranks%broadcast(failed, error)
-      call leave_if(ranks, error, exit_failure)
+      call ranks%broadcast(failed)
    end subroutine compute
 
    !> Lock the checkpoint, say what is there already, and begin the log.

@@ -73,7 +73,8 @@ contains
          text = trim(merge("-inf", "inf ", value < 0.0_wp))
          return
       end if
-      do places = 0, 16
+      ! Fifteen digits hold all that a normal number may have been written with; zeros behind go below.
+      do places = merge(14, 0, abs(value) >= tiny(value)), 16
          write (edit, '("(es40.", i0, "e4)")') places
          write (buffer, edit) abs(value)
          buffer = adjustl(buffer)

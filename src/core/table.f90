@@ -15,7 +15,7 @@ module razy_core_table
    use, intrinsic :: iso_fortran_env, only: int8
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: to_text
-   use razy_core_text, only: append_text, string_t
+   use razy_core_text, only: append_text, string_t, texts_of
    implicit none(type, external)
    private
 
@@ -179,15 +179,8 @@ contains
       character(*), intent(in) :: along(:)
       integer(i8), intent(in) :: extent(:)
 
-      integer :: i
-
       column%extent = extent
-      if (size(column%along) == size(along)) return
-      deallocate (column%along)
-      allocate (column%along(size(along)))
-      do i = 1, size(along)
-         column%along(i)%text = trim(along(i))
-      end do
+      if (size(column%along) /= size(along)) column%along = texts_of(along)
    end subroutine set_extent
 
    pure subroutine add_real(self, name, value, unit, long_name)
@@ -309,19 +302,6 @@ contains
       call set_extent(self%column(self%at), [along], [size(values, kind=i8)])
       self%column(self%at)%texts = texts_of(values)
    end subroutine add_texts
-
-   !> Texts without their trailing blanks.
-   pure function texts_of(values) result(texts)
-      character(*), intent(in) :: values(:)
-      type(string_t), allocatable :: texts(:)
-
-      integer :: i
-
-      allocate (texts(size(values)))
-      do i = 1, size(values)
-         texts(i)%text = trim(values(i))
-      end do
-   end function texts_of
 
    pure subroutine note_text(self, name, value)
       class(table_t), intent(inout) :: self

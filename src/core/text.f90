@@ -5,6 +5,7 @@ module razy_core_text
 
    public :: letters, name_characters, newline, string_t
    public :: lower, quoted, excerpt, append_text, join, alphabetical, position_of, edit_distance, nearest_name, did_you_mean
+   public :: texts_of
 
    !> What a name begins with, and what may follow.
    character(*), parameter :: letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
@@ -136,6 +137,19 @@ contains
       end function takes_left
 
    end function alphabetical
+
+   !> A list of these texts without their trailing blanks.
+   pure function texts_of(values) result(texts)
+      character(*), intent(in) :: values(:)
+      type(string_t), allocatable :: texts(:)
+
+      integer :: i
+
+      allocate (texts(size(values)))
+      do i = 1, size(values)
+         texts(i)%text = trim(values(i))
+      end do
+   end function texts_of
 
    !> Place of `text` in `list` without regard to case; 0 when it is not there.
    pure integer function position_of(text, list)

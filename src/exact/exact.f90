@@ -39,6 +39,10 @@ module razy_exact_exact
       integer, private :: now = 0
       real(wp), private :: duration = 0.0_wp
       type(amplitudes_t), private :: start
+      !> Without constraints: the solution of the piece before, whose end the probe holds, 0 where z alone holds the state; whether
+      !> z holds it too.
+      integer, private :: ended = 0
+      logical, private :: has_z = .true.
       !> What observers are answered with: amplitudes at a time, and the state there once a contact has been asked for.
       type(amplitudes_t), private :: looker
       logical, private :: looked = .false., laid_out = .false.
@@ -54,7 +58,7 @@ module razy_exact_exact
       procedure :: enter
       procedure :: advance
       procedure :: stand
-      procedure :: tally
+      procedure :: finish
       procedure :: transport
       procedure :: value
       procedure :: glimpse
@@ -158,9 +162,16 @@ contains
    subroutine place(self)
       type(exact_t), intent(inout) :: self
 
+      logical :: passed
+
       self%looked = .false.
       self%duration = 0.0_wp
       associate (solution => self%solutions%of(self%now), phasor => self%transition%dynamics%excitation%start)
+         if (self%ended > 0) then
+            call self%solutions%pass(self%ended, self%search%probe, self%now, phasor, self%start, passed)
+            if (passed) return
+            call lay_out_state(self)
+         end if
          if (solution%constrained%n > 0) then
             call set_state(self%start, solution%response, solution%constrained%to_coordinates(self%z), phasor)
          else
@@ -168,6 +179,15 @@ contains
          end if
       end associate
    end subroutine place
+
+   !> Have the state at the end of the piece before in z.
+   subroutine lay_out_state(self)
+      type(exact_t), intent(inout) :: self
+
+      if (self%has_z) return
+      call end_state(self%solutions%of(self%ended), self%search%probe, self%z)
+      self%has_z = .true.
+   end subroutine lay_out_state
 
    !> The piece is this moment.
    subroutine stand(self, outcome)
@@ -199,8 +219,15 @@ contains
       end if
       call follow(self, longest, t_end, piece, found)
       associate (solution => self%solutions%of(self%now), unused => outcome)
-         call end_state(solution, self%search%probe, self%z)
-         if (self%system%constrained .and. found%tau*solution%response%fastest <= soon) call add_up(self, before, found%tau)
+         if (self%system%constrained) then
+            call end_state(solution, self%search%probe, self%z)
+            if (found%tau*solution%response%fastest <= soon) call add_up(self, before, found%tau)
+         else
+            self%ended = self%now
+            self%has_z = .false.
+            ! What does not grow cannot blow up.
+            if (allocated(self%tangent) .or. solution%response%growing) call lay_out_state(self)
+         end if
          ending = merge(ends_in_event, ends_open, found%watched > 0)
          if (found%watched > 0) then
             piece%contact = solution%entry(found%watched)%contact
@@ -414,17 +441,19 @@ contains
       end associate
    end subroutine transport
 
-   !> Counters of the search.
-   subroutine tally(self, outcome)
+   !> State and counters of the search.
+   subroutine finish(self, outcome)
       class(exact_t), intent(inout) :: self
       type(outcome_t), intent(inout) :: outcome
 
+      call lay_out_state(self)
+      self%ended = 0
       outcome%steps = self%search%steps
       outcome%halvings = self%search%halvings
       outcome%states = self%solutions%count
       self%search%steps = 0
       self%search%halvings = 0
-   end subroutine tally
+   end subroutine finish
 
    !> Amplitudes at `tau` into `self%looker`.
    subroutine look_at(self, tau)

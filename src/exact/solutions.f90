@@ -6,6 +6,8 @@
 !! contact pulls. Constraint forces and the forces of friction are linear forms of the motion, watched and observed as gaps are.
 module razy_exact_solutions
    use razy_core_kinds, only: wp
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t
+   use razy_exact_closed_form_passage, only: passage_t
    use razy_exact_closed_form_response, only: finest_level, new_response, response_t
    use razy_exact_closed_form_rows, only: new_rows, rows_t
    use razy_exact_constrained_motion, only: constrained_motion_t, new_constrained_motion
@@ -37,6 +39,8 @@ module razy_exact_solutions
       type(rows_t) :: touching, force
       !> Coordinates while constraints are held.
       type(constrained_motion_t) :: constrained
+      !> How the motion comes from the others.
+      type(passage_t), allocatable, private :: passage(:)
       !> Step level that the last search ended with, and that which a motion begins with.
       integer :: level = 10
       integer, private :: first_level = 10
@@ -57,6 +61,7 @@ module razy_exact_solutions
       procedure :: begin_run
       procedure :: find
       procedure :: lay_out_contacts
+      procedure :: pass
    end type solutions_t
 
 contains
@@ -82,8 +87,32 @@ contains
 
       do i = 1, self%count
          self%of(i)%level = self%of(i)%first_level
+         if (allocated(self%of(i)%passage)) self%of(i)%passage%uses = 0
       end do
    end subroutine begin_run
+
+   !> Put `start` at the start of a piece in solution i, from `last`, the end of the piece before it in solution `before`
+   !> (razy_exact_closed_form_passage).
+   subroutine pass(self, before, last, i, phasor, start, passed)
+      class(solutions_t), intent(inout) :: self
+      integer, intent(in) :: before, i
+      type(amplitudes_t), intent(in) :: last
+      complex(wp), intent(in) :: phasor(:)
+      type(amplitudes_t), intent(inout) :: start
+      logical, intent(out) :: passed
+
+      type(passage_t), allocatable :: more(:)
+
+      associate (from => self%of(before)%response, to => self%of(i))
+         if (.not. allocated(to%passage)) allocate (to%passage(size(self%of)))
+         if (size(to%passage) < before) then
+            allocate (more(size(self%of)))
+            more(:size(to%passage)) = to%passage
+            call move_alloc(more, to%passage)
+         end if
+         call to%passage(before)%pass(from, last, to%response, phasor, start, passed)
+      end associate
+   end subroutine pass
 
    !> The number of the solution in `mode`, made ready for the system; 0: there is none.
    subroutine find(self, system, mode, i)
@@ -210,6 +239,7 @@ contains
       integer :: j
 
       self%version = system%version
+      if (allocated(self%passage)) deallocate (self%passage)
       if (self%basis%info /= 0) return
       ! Not taken over from the machine before: no bit of a result may depend on what was computed earlier.
       self%first_level = min(exponent(max(self%basis%fastest, 1.0_wp)), finest_level)

@@ -53,7 +53,7 @@ module razy_hybrid_flow
       procedure(enter_mode), deferred :: enter
       procedure(go_on), deferred :: advance
       procedure(at_moment), deferred :: stand
-      procedure(count_up), deferred :: tally
+      procedure(end_run), deferred :: finish
       procedure(carry), deferred :: transport
    end type flow_t
 
@@ -94,13 +94,13 @@ module razy_hybrid_flow
          class(flow_t), intent(inout) :: self
       end subroutine carry
 
-      !> Add the flow's own counters to those of the run that has ended.
-      subroutine count_up(self, outcome)
+      !> The run has ended: have the state in z, and add the flow's own counters.
+      subroutine end_run(self, outcome)
          import :: flow_t, outcome_t
          implicit none(type, external)
          class(flow_t), intent(inout) :: self
          type(outcome_t), intent(inout) :: outcome
-      end subroutine count_up
+      end subroutine end_run
    end interface
 
    real(wp), parameter :: eps = epsilon(1.0_wp)
@@ -199,7 +199,8 @@ contains
       end do
       outcome%time = self%time + self%time_low
       if (outcome%status == status_ok) outcome%time = t_end
-      call self%tally(outcome)
+      call self%finish(outcome)
+      if (outcome%status == status_ok .and. .not. all(abs(self%z) <= largest)) outcome%status = status_blow_up
    end subroutine run
 
    !> Look at the pace at `time`, s, after so many events, if it is time to.

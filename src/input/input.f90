@@ -73,6 +73,7 @@ module razy_input_input
       procedure, private :: get_real, get_reals, get_integer, get_integers, get_logical, get_text, get_texts
       !> `call input%get(group, index, key, value)`
       generic :: get => get_real, get_reals, get_integer, get_integers, get_logical, get_text, get_texts
+      procedure :: choice
       procedure :: complain
       procedure :: locate
       procedure :: put
@@ -501,6 +502,17 @@ contains
       text = ""
       if (size(value%words) > 0) text = value%words(1)%text
    end subroutine get_text
+
+   !> The text of a key that has choices, in lower case; empty where there is neither value nor default.
+   function choice(self, group, index, key) result(text)
+      class(input_t), intent(in) :: self
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: index
+      character(:), allocatable :: text
+
+      call self%get(group, index, key, text)
+      text = lower(text)
+   end function choice
 
    subroutine get_texts(self, group, index, key, list)
       class(input_t), intent(in), target :: self

@@ -27,43 +27,29 @@ contains
       paired = pair*((n + pair - 1)/pair)
    end function paired
 
-   !> y = A x, four columns at a time; n and the columns need not be filled up.
+   !> y = A x, four columns at a time.
    pure subroutine product(n, columns, a, x, y)
       integer, intent(in) :: n, columns
       real(wp), intent(in) :: a(n, columns), x(columns)
       real(wp), intent(out) :: y(n)
 
-      real(wp) :: part(block)
-      integer :: c, i, j, last
+      integer :: c, i, last
 
       last = columns - modulo(columns, 4)
-      do j = 0, n - block, block
-         part = 0.0_wp
-         do c = 1, last, 4
-            !$omp simd
-            do i = 1, block
-               part(i) = part(i) + ((a(j + i, c)*x(c) + a(j + i, c + 1)*x(c + 1)) &
-                                    + (a(j + i, c + 2)*x(c + 2) + a(j + i, c + 3)*x(c + 3)))
-            end do
-         end do
-         do c = last + 1, columns
-            !$omp simd
-            do i = 1, block
-               part(i) = part(i) + a(j + i, c)*x(c)
-            end do
-         end do
+      !$omp simd
+      do i = 1, n
+         y(i) = 0.0_wp
+      end do
+      do c = 1, last, 4
          !$omp simd
-         do i = 1, block
-            y(j + i) = part(i)
+         do i = 1, n
+            y(i) = y(i) + ((a(i, c)*x(c) + a(i, c + 1)*x(c + 1)) + (a(i, c + 2)*x(c + 2) + a(i, c + 3)*x(c + 3)))
          end do
       end do
-      do j = n - modulo(n, block) + 1, n
-         y(j) = 0.0_wp
-         do c = 1, last, 4
-            y(j) = y(j) + ((a(j, c)*x(c) + a(j, c + 1)*x(c + 1)) + (a(j, c + 2)*x(c + 2) + a(j, c + 3)*x(c + 3)))
-         end do
-         do c = last + 1, columns
-            y(j) = y(j) + a(j, c)*x(c)
+      do c = last + 1, columns
+         !$omp simd
+         do i = 1, n
+            y(i) = y(i) + a(i, c)*x(c)
          end do
       end do
    end subroutine product

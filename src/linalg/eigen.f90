@@ -9,10 +9,11 @@ module razy_linalg_eigen
    public :: general_eigen, refine_eigen, right_eigen, symmetric_eigen
 
    !> Rounds of `refine_eigen`; a correction whose square is below the rounding of eigenvalues 1e-16 of the largest is the last.
+   !> Squares are compared: not every compiler has moduli in extended precision.
    integer, parameter :: rounds = 8
-   real(qp), parameter :: small = 1.0e-17_qp
+   real(qp), parameter :: small = 1.0e-17_qp**2
    !> A first correction larger than this belongs to vectors that were not those of the matrix.
-   real(qp), parameter :: large = 0.1_qp
+   real(qp), parameter :: large = 0.1_qp**2
 
 contains
 
@@ -139,14 +140,14 @@ contains
                gap = lambda(j) - lambda(i)
                if (i == j) then
                   e(i, j) = (0.0_qp, 0.0_qp)
-               else if (abs(e(i, j)) < large*abs(gap)) then
+               else if (real(e(i, j)*conjg(e(i, j))) < large*real(gap*conjg(gap))) then
                   e(i, j) = e(i, j)/gap
                else
                   return
                end if
             end do
          end do
-         converged = maxval(abs(e)) <= small
+         converged = maxval(real(e*conjg(e))) <= small
          x = x + matmul(x, e)
          y = y - matmul(e, y)
          do i = 1, n

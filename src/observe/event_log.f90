@@ -1,4 +1,4 @@
-!! The list of all events of a motion.
+!! The list of all events of a motion: the contact sequence, which contacts change to which branch, one after the other.
 module razy_observe_event_log
    use razy_contact_contact_law, only: branch_meanings
    use razy_core_kinds, only: i8, wp
@@ -20,6 +20,9 @@ module razy_observe_event_log
       procedure :: reset
       procedure :: piece
       procedure :: columns
+      procedure :: is_like
+      procedure :: difference
+      procedure :: changes_to
    end type event_log_t
 
 contains
@@ -29,7 +32,7 @@ contains
       class(event_log_t), intent(inout) :: self
 
       self%count = 0
-      if (.not. allocated(self%time)) allocate (self%time(1024), self%contact(1024), self%branch(1024))
+      if (.not. allocated(self%time)) allocate (self%time(16), self%contact(16), self%branch(16))
    end subroutine reset
 
    !> Note the event that ends a piece.
@@ -73,5 +76,45 @@ contains
          call table%note("meanings", branch_meanings)
       end associate
    end subroutine columns
+
+   !> Whether two sequences of a periodic motion are the same but for the change that is counted first.
+   pure logical function is_like(self, other)
+      class(event_log_t), intent(in) :: self, other
+
+      integer :: shift
+
+      is_like = self%count == other%count
+      if (.not. is_like .or. self%count == 0) return
+      associate (n => self%count, a => self%contact(:self%count), b => self%branch(:self%count))
+         do shift = 0, n - 1
+            is_like = all(a == cshift(other%contact(:n), shift)) .and. all(b == cshift(other%branch(:n), shift))
+            if (is_like) return
+         end do
+      end associate
+   end function is_like
+
+   !> The first contact that does not change to each of its branches as often as in another sequence; 0: all do, the order differs.
+   pure integer function difference(self, other)
+      class(event_log_t), intent(in) :: self, other
+
+      integer :: i
+
+      associate (contact => [self%contact(:self%count), other%contact(:other%count)], &
+                 branch => [self%branch(:self%count), other%branch(:other%count)])
+         do i = 1, size(contact)
+            difference = contact(i)
+            if (self%changes_to(contact(i), branch(i)) /= other%changes_to(contact(i), branch(i))) return
+         end do
+      end associate
+      difference = 0
+   end function difference
+
+   !> How often a contact changes to a branch.
+   pure integer function changes_to(self, contact, branch)
+      class(event_log_t), intent(in) :: self
+      integer, intent(in) :: contact, branch
+
+      changes_to = count(self%contact(:self%count) == contact .and. self%branch(:self%count) == branch)
+   end function changes_to
 
 end module razy_observe_event_log

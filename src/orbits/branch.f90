@@ -51,8 +51,8 @@ module razy_orbits_branch
    real(wp), parameter :: coincident = 1.0e-8_wp
    !> A motion whose halves, or other parts, differ by less than this part of those before is one of a part of the period.
    real(wp), parameter :: least_part = 1.0e-3_wp
-   !> Into how many parts, beside halves, the periods may fall.
-   integer, parameter :: parts(*) = [3, 5, 7, 11, 13]
+   !> Into how many parts the periods may fall.
+   integer, parameter :: parts(*) = [2, 3, 5, 7, 11, 13]
    real(wp), parameter :: eps = epsilon(1.0_wp)
 
 contains
@@ -80,7 +80,6 @@ contains
       self%ending = "the most points"
       do while (ok .and. self%count < most)
          call step(problem, here, h, next, ok)
-         if (ok) ok = .not. falls_to_half(problem, here, next)
          if (ok) ok = .not. falls_to_part(problem, here, next)
          if (.not. ok) then
             h = h/4
@@ -141,24 +140,7 @@ contains
       meets_half = dot_product(before, after) < 0.0_wp .or. (size(after) > 0 .and. norm2(after) <= near)
    end function meets_half
 
-   !> Whether a step from a motion of an even number of periods has left its branch for that of a motion of half as many.
-   logical function falls_to_half(problem, here, next) result(falls)
-      type(problem_t), intent(inout) :: problem
-      type(point_t), intent(in) :: here, next
-
-      real(wp), allocatable :: before(:), after(:)
-
-      call part_way(problem, here, 2, before)
-      call part_way(problem, next, 2, after)
-      falls = size(after) > 0 .and. norm2(after) < least_part*norm2(before)
-      ! Through a motion of half the period the branch goes where the parameter turns; else the step has come to its other side.
-      associate (last => size(here%tangent))
-         falls = falls .or. (dot_product(before, after) < 0.0_wp .and. here%tangent(last)*next%tangent(last) > 0.0_wp)
-      end associate
-      if (falls) problem%reason = "the next motion has half the period"
-   end function falls_to_half
-
-   !> The same of other parts.
+   !> Whether a step from a motion has left its branch for that of a motion of half as many periods, or of another part of them.
    logical function falls_to_part(problem, here, next) result(falls)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: here, next
@@ -170,9 +152,16 @@ contains
       do i = 1, size(parts)
          call part_way(problem, here, parts(i), before)
          call part_way(problem, next, parts(i), after)
-         falls = falls .or. (size(after) > 0 .and. norm2(after) < least_part*norm2(before))
+         falls = size(after) > 0 .and. norm2(after) < least_part*norm2(before)
+         ! Through a motion of half the period the branch goes where the parameter turns; else the step has come to its other side.
+         associate (last => size(here%tangent))
+            if (parts(i) == 2) falls = falls .or. (dot_product(before, after) < 0.0_wp .and. &
+                                                   here%tangent(last)*next%tangent(last) > 0.0_wp)
+         end associate
+         if (.not. falls) cycle
+         problem%reason = "the next motion has "//trim(merge("half the period ", "a shorter period", parts(i) == 2))
+         return
       end do
-      if (falls) problem%reason = "the next motion has a shorter period"
    end function falls_to_part
 
    !> How far a motion whose periods can be shared out in so many parts is from its start after the first; nothing of other motions.
@@ -225,22 +214,12 @@ contains
 
       next%orbit%column = here%orbit%column
       call problem%correct(here%orbit%u + h*here%tangent, here%tangent, next%orbit, ok)
-      if (ok) call complete(problem, next%orbit, ok)
+      if (ok) call problem%complete(next%orbit, ok)
       if (ok) call find_tangent(problem, next, here%tangent, ok)
       if (.not. ok) return
       ok = dot_product(next%tangent, here%tangent) > least_cosine .or. h < kink
       if (.not. ok) problem%reason = "the branch turns too sharply"
    end subroutine step
-
-   !> All that is asked of a motion that was found.
-   subroutine complete(problem, orbit, ok)
-      type(problem_t), intent(inout) :: problem
-      type(orbit_t), intent(inout) :: orbit
-      logical, intent(out) :: ok
-
-      call problem%differentiate(orbit, ok)
-      if (ok) call orbit%find_multipliers(problem%is_autonomous())
-   end subroutine complete
 
    !> The unit tangent on the side of `guide`.
    subroutine find_tangent(problem, point, guide, ok)
@@ -280,7 +259,7 @@ contains
          row(last) = 1.0_wp
       end associate
       call problem%correct(guess, row, next%orbit, ok)
-      if (ok) call complete(problem, next%orbit, ok)
+      if (ok) call problem%complete(next%orbit, ok)
       if (ok) call find_tangent(problem, next, here%tangent, ok)
    end subroutine reach
 
@@ -387,7 +366,7 @@ contains
       logical, intent(out) :: ok
 
       ok = .true.
-      if (.not. allocated(point%orbit%multiplier)) call complete(problem, point%orbit, ok)
+      if (.not. allocated(point%orbit%multiplier)) call problem%complete(point%orbit, ok)
       if (ok) call find_tangent(problem, point, a%tangent, ok)
    end subroutine complete_point
 
@@ -509,7 +488,7 @@ contains
          point = trial
          call root%take(value)
       end do
-      call complete(problem, point%orbit, found)
+      call problem%complete(point%orbit, found)
       if (found) call find_tangent(problem, point, a%tangent, found)
       found = found .or. allocated(point%tangent)
    end subroutine find_root

@@ -325,10 +325,8 @@ contains
          logical, intent(out) :: ok
 
          call problem%correct(expected + s*row, row, point%orbit, ok)
-         if (ok) call problem%differentiate(point%orbit, ok)
-         if (.not. ok) return
-         call point%orbit%find_multipliers(problem%is_autonomous())
-         call find_tangent(problem, point, row, ok)
+         if (ok) call problem%complete(point%orbit, ok)
+         if (ok) call find_tangent(problem, point, row, ok)
       end subroutine end_of
 
    end subroutine look

@@ -16,8 +16,8 @@ module razy_orbits_orbit
    use razy_linalg_eigen, only: right_eigen
    use razy_linalg_lapack, only: dgetrf, dgetrs
    use razy_motion_integrator, only: status_ok
+   use razy_observe_event_log, only: event_log_t
    use razy_orbits_period_map, only: period_map_t, return_t
-   use razy_orbits_sequence, only: sequence_t
    implicit none(type, external)
    private
 
@@ -50,6 +50,7 @@ module razy_orbits_orbit
       procedure :: go_to
       procedure :: evaluate
       procedure :: differentiate
+      procedure :: complete
       procedure :: correct
       procedure :: jacobian
    end type problem_t
@@ -61,7 +62,7 @@ module razy_orbits_orbit
       real(wp), allocatable :: derivative(:, :), column(:, :)
       !> Floquet multipliers (n; without excitation n - 1).
       complex(wp), allocatable :: multiplier(:)
-      type(sequence_t) :: sequence
+      type(event_log_t) :: sequence
       logical :: differentiable = .true.
       !> Length of the last correction.
       real(wp) :: correction = huge(1.0_wp)
@@ -218,6 +219,16 @@ contains
          orbit%column(:, i - self%map%n) = (above%residual - below%residual)/(2*self%step)
       end do
    end subroutine differentiate
+
+   !> All that is asked of a motion that was found: its columns and multipliers.
+   subroutine complete(self, orbit, ok)
+      class(problem_t), intent(inout) :: self
+      type(orbit_t), intent(inout) :: orbit
+      logical, intent(out) :: ok
+
+      call self%differentiate(orbit, ok)
+      if (ok) call orbit%find_multipliers(self%is_autonomous())
+   end subroutine complete
 
    !> Jacobian matrix of the equations of the motion (order, order + 1).
    function jacobian(self, orbit) result(matrix)

@@ -11,7 +11,7 @@ module razy_orbits_period_map
    use razy_hybrid_system, only: system_t
    use razy_linalg_eigen, only: symmetric_eigen
    use razy_motion_integrator, only: integrator_t, observer_slot_t, outcome_t, status_ok
-   use razy_orbits_sequence, only: sequence_t
+   use razy_observe_event_log, only: event_log_t
    implicit none(type, external)
    private
 
@@ -40,7 +40,7 @@ module razy_orbits_period_map
    !> Where a motion comes to: x (n), its derivative by the x at the start (n, n), the contacts on its way.
    type :: return_t
       real(wp), allocatable :: x(:), derivative(:, :)
-      type(sequence_t) :: sequence
+      type(event_log_t) :: sequence
       type(outcome_t) :: outcome
       !> All that the motion came through has a derivative.
       logical :: differentiable = .true.

@@ -153,8 +153,7 @@ contains
       row = 0*guess
       row(size(row)) = 1.0_wp
       call problem%correct(guess, row, orbit, ok)
-      if (ok) call problem%differentiate(orbit, ok)
-      if (ok) call orbit%find_multipliers(problem%is_autonomous())
+      if (ok) call problem%complete(orbit, ok)
    end subroutine refine
 
    !> Newton's method from the states that the motion comes back to most nearly after the period.

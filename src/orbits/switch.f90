@@ -35,10 +35,8 @@ contains
          call problem%correct(point%orbit%u + distances(i)*guide, guide, orbit, ok)
          ! Of all motions in the plane across the direction the nearest.
          if (ok) ok = norm2(orbit%u - point%orbit%u) < nearest*distances(i)
-         if (ok) call problem%differentiate(orbit, ok)
-         if (.not. ok) cycle
-         call orbit%find_multipliers(problem%is_autonomous())
-         return
+         if (ok) call problem%complete(orbit, ok)
+         if (ok) return
       end do
    end subroutine switch_branch
 

@@ -66,11 +66,10 @@ contains
       end if
    end function at_end
 
-   !> Values (columns) at a speed, rad/s, or with `rate` their derivatives by it; beyond the ends those there, and none.
-   pure function at(self, speed, rate) result(found)
+   !> Values (columns) at a speed, rad/s; beyond the ends those there.
+   pure function at(self, speed) result(found)
       class(speed_table_t), intent(in) :: self
       real(wp), intent(in) :: speed
-      logical, intent(in) :: rate
       real(wp), allocatable :: found(:)
 
       real(wp) :: h, x
@@ -80,15 +79,8 @@ contains
          i = min(max(1, count(self%speed <= speed)), n - 1)
          h = self%speed(i + 1) - self%speed(i)
          x = (min(max(speed, self%speed(1)), self%speed(n)) - self%speed(i))/h
-         if (.not. rate) then
-            found = (1 - x)**2*((1 + 2*x)*self%value(:, i) + h*x*self%slope(:, i)) &
-                    + x**2*((3 - 2*x)*self%value(:, i + 1) - h*(1 - x)*self%slope(:, i + 1))
-         else if (speed < self%speed(1) .or. speed > self%speed(n)) then
-            found = spread(0.0_wp, 1, size(self%value, 1))
-         else
-            found = 6*x*(1 - x)/h*(self%value(:, i + 1) - self%value(:, i)) &
-                    + (1 - x)*(1 - 3*x)*self%slope(:, i) + x*(3*x - 2)*self%slope(:, i + 1)
-         end if
+         found = (1 - x)**2*((1 + 2*x)*self%value(:, i) + h*x*self%slope(:, i)) &
+                 + x**2*((3 - 2*x)*self%value(:, i + 1) - h*(1 - x)*self%slope(:, i + 1))
       end associate
    end function at
 

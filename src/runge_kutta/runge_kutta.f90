@@ -53,7 +53,7 @@ module razy_runge_kutta_runge_kutta
       procedure :: enter
       procedure :: advance
       procedure :: stand
-      procedure :: tally
+      procedure :: finish
       procedure :: transport
       procedure :: value
       procedure :: glimpse
@@ -469,7 +469,7 @@ contains
    end subroutine transport
 
    !> Counters of right-hand sides and refused steps.
-   subroutine tally(self, outcome)
+   subroutine finish(self, outcome)
       class(runge_kutta_t), intent(inout) :: self
       type(outcome_t), intent(inout) :: outcome
 
@@ -478,7 +478,7 @@ contains
       outcome%factorisations = self%stepper%radau%factorisations
       outcome%rejected = self%stepper%rejected_steps
       outcome%near_misses = self%finder%near_misses
-   end subroutine tally
+   end subroutine finish
 
    !> Value of observable `form` at `tau`.
    function value(self, form, tau)

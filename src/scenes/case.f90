@@ -2,7 +2,7 @@
 module razy_scenes_case
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
-   use razy_core_text, only: lower, string_t
+   use razy_core_text, only: string_t
    use razy_input_input, only: check_input, input_t, peek
    use razy_input_reader, only: entries_t, read_entries
    use razy_input_schema, only: add_group, add_string, group_spec_t
@@ -90,10 +90,7 @@ contains
       class(scene_t), allocatable, intent(out) :: scene
       type(input_t), intent(in) :: input
 
-      character(:), allocatable :: kind
-
-      call input%get("scene", 1, "kind", kind)
-      call new_scene(scene, kind)
+      call new_scene(scene, input%choice("scene", 1, "kind"))
    end subroutine scene_of
 
    subroutine from_scene(machine, motion, records, scene, input, error)
@@ -178,13 +175,11 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      character(:), allocatable :: allowed, key, text
+      character(:), allocatable :: allowed, key
       integer :: most_steps
 
-      call input%get("motion", 1, "integrator", text)
-      method%integrator = lower(text)
-      call input%get("motion", 1, "treatment", text)
-      method%treatment = lower(text)
+      method%integrator = input%choice("motion", 1, "integrator")
+      method%treatment = input%choice("motion", 1, "treatment")
       call input%get("motion", 1, "relative_tolerance", method%relative_tolerance)
       call input%get("motion", 1, "absolute_tolerance", method%absolute_tolerance)
       call input%get("motion", 1, "step", method%step)

@@ -7,7 +7,6 @@ module razy_scenes_gap_laws
    use razy_contact_rigid_law, only: new_rigid_law, rigid_side_t
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
-   use razy_core_text, only: lower
    use razy_input_input, only: input_t
    use razy_input_schema, only: add_real, add_string, group_spec_t, nonnegative, positive
    implicit none(type, external)
@@ -58,13 +57,12 @@ contains
       real(wp), intent(in) :: edges(2), damping_factor
       type(error_t), allocatable, intent(out) :: error
 
-      character(:), allocatable :: kind, separation
+      character(:), allocatable :: kind
       real(wp), allocatable :: modulus(:), radius(:), ratio(:)
       real(wp) :: damping, exponent, hysteresis, restitution, stiffness
       logical :: by_force
 
-      call input%get(group, i, "law", kind)
-      kind = lower(kind)
+      kind = input%choice(group, i, "law")
       call check_keys(input, group, i, kind, error)
       if (allocated(error)) return
       stiffness = 0.0_wp
@@ -93,8 +91,7 @@ contains
          radius = [radius, flat]
          stiffness = hertz_stiffness(radius(1), radius(2), modulus(1), ratio(1), modulus(size(modulus)), ratio(size(ratio)))
       end if
-      call input%get(group, i, "separation", separation)
-      by_force = lower(separation) == "zero_force"
+      by_force = input%choice(group, i, "separation") == "zero_force"
       ! Surfaces do not pull; only the spring that is switched does, as its source has it.
       if (.not. input%given(group, i, "separation")) by_force = max(damping, hysteresis) > 0.0_wp .and. kind /= "switched_spring"
       select case (kind)

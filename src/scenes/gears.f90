@@ -9,7 +9,7 @@ module razy_scenes_gears
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, qp, wp
    use razy_core_number, only: decimal, to_text
-   use razy_core_text, only: lower, string_t
+   use razy_core_text, only: string_t
    use razy_core_text_columns, only: read_text_columns
    use razy_input_input, only: input_t
    use razy_input_schema, only: add_integer, add_real, add_string, group_spec_t, nonnegative, positive
@@ -71,8 +71,8 @@ contains
       type(clearance_side_t) :: back, front
       real(wp), allocatable :: cosine(:), radius(:), sine(:)
       integer, allocatable :: teeth(:)
-      character(:), allocatable :: separation
       real(wp) :: backlash, share
+      logical :: by_force
       integer :: k
 
       call input%get("gear_mesh", i, "radius", radius)
@@ -96,14 +96,14 @@ contains
       if (input%given("gear_mesh", i, "back_stiffness")) call input%get("gear_mesh", i, "back_stiffness", back%stiffness)
       if (input%given("gear_mesh", i, "back_damping")) call input%get("gear_mesh", i, "back_damping", back%damping)
       if (input%given("gear_mesh", i, "slope_in_backlash")) call input%get("gear_mesh", i, "slope_in_backlash", share)
-      call input%get("gear_mesh", i, "separation", separation)
-      if (share > 0.0_wp .and. lower(separation) == "zero_force") then
+      by_force = input%choice("gear_mesh", i, "separation") == "zero_force"
+      if (share > 0.0_wp .and. by_force) then
          call input%complain(error, "gear_mesh", i, "separation", "'zero_deformation' with a slope in the backlash")
       else if (share > 0.0_wp .and. .not. share*front%stiffness < back%stiffness) then
          call input%complain(error, "gear_mesh", i, "slope_in_backlash", "a slope less than that of the back flanks")
       end if
       if (allocated(error)) return
-      law = new_clearance_law(back, front, lower(separation) == "zero_force", share*front%stiffness)
+      law = new_clearance_law(back, front, by_force, share*front%stiffness)
       call vary(contact, law, input, i, teeth(1)*ratio, joined, harmonics, row(2), error)
       if (allocated(error)) return
       contact%law = law

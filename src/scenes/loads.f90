@@ -42,7 +42,7 @@ contains
       integer :: i
 
       do i = 1, input%count("load")
-         call scene%find_coordinate(on, input, "load", i, "on", .false., error)
+         call scene%find_coordinate(on, input, "load", i, "on", error)
          if (allocated(error)) return
          call input%get("load", i, "value", value)
          call input%get("load", i, "amplitude", amplitude)

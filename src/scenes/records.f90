@@ -39,7 +39,6 @@ contains
 
       type(observable_t), allocatable :: list(:)
       type(string_t), allocatable :: what(:)
-      character(:), allocatable :: name
       integer :: i, k, n
 
       allocate (records(input%count("record")), list(input%count("record")))
@@ -54,8 +53,7 @@ contains
          if (records(i)%statistics) call read_statistics(records(i), machine, input, i, error)
          if (allocated(error)) return
          if (.not. (records(i)%extrema .or. records(i)%trajectory)) cycle
-         call input%get("record", i, "observable", name)
-         if (lower(name) == "state") then
+         if (input%choice("record", i, "observable") == "state") then
             if (records(i)%extrema) call input%complain(error, "record", i, "what", "'trajectory' for the state")
             if (allocated(error)) return
             cycle
@@ -151,11 +149,9 @@ contains
       type(input_t), intent(in) :: input
       integer, intent(in) :: i
 
-      character(:), allocatable :: what
       integer :: n
 
-      call input%get("record", i, "observable", what)
-      observable%name = lower(what)
+      observable%name = input%choice("record", i, "observable")
       n = size(machine%load)
       allocate (observable%on_displacement(n), observable%on_velocity(n), source=0.0_wp)
       allocate (observable%error(size(machine%tone)), source=(0.0_wp, 0.0_wp))
@@ -187,7 +183,7 @@ contains
       case ("contact_force")
          call observe_contact(observable, machine, input, i, 1, size(machine%contact), error)
       case default
-         call scene%find_coordinate(of, input, "record", i, "of", .false., error)
+         call scene%find_coordinate(of, input, "record", i, "of", error)
          if (allocated(error)) return
          if (observable%name == "displacement") observable%on_displacement = of%row
          if (observable%name == "velocity") observable%on_velocity = of%row

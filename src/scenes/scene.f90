@@ -61,8 +61,8 @@ module razy_scenes_scene
          type(error_t), allocatable, intent(out) :: error
       end subroutine build
 
-      !> What `key` of `group` number i names; with `own` it has to be a coordinate of the machine itself.
-      subroutine find_coordinate(self, coordinate, input, group, i, key, own, error)
+      !> What `key` of `group` number i names; in `initial` it has to be a coordinate of the machine itself.
+      subroutine find_coordinate(self, coordinate, input, group, i, key, error)
          import :: coordinate_t, error_t, input_t, scene_t
          implicit none(type, external)
          class(scene_t), intent(in) :: self
@@ -70,7 +70,6 @@ module razy_scenes_scene
          type(input_t), intent(in) :: input
          character(*), intent(in) :: group, key
          integer, intent(in) :: i
-         logical, intent(in) :: own
          type(error_t), allocatable, intent(out) :: error
       end subroutine find_coordinate
 

@@ -3,7 +3,6 @@ module razy_scenes_start
    use razy_contact_contact_law, only: branch_open
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
-   use razy_core_text, only: lower
    use razy_input_input, only: input_t
    use razy_input_schema, only: add_real, add_string, group_spec_t
    use razy_linalg_dense, only: symmetric_part
@@ -33,12 +32,12 @@ contains
 
       n = size(machine%load)
       allocate (machine%displacement(n), machine%velocity(n), source=0.0_wp)
-      call input%get("motion", 1, "start", start)
-      if (input%count("initial") > 0 .and. lower(start) /= "given") then
+      start = input%choice("motion", 1, "start")
+      if (input%count("initial") > 0 .and. start /= "given") then
          call input%complain(error, "motion", 1, "start", "'given' where the file has &initial")
          return
       end if
-      select case (lower(start))
+      select case (start)
       case ("static")
          do j = 1, size(machine%contact)
             if (.not. any(machine%contact(j)%law%constraint)) cycle
@@ -83,7 +82,7 @@ contains
       integer :: i
 
       do i = 1, input%count("initial")
-         call scene%find_coordinate(on, input, "initial", i, "on", .true., error)
+         call scene%find_coordinate(on, input, "initial", i, "on", error)
          if (allocated(error)) return
          call input%get("initial", i, "displacement", machine%displacement(on%number))
          call input%get("initial", i, "velocity", machine%velocity(on%number))

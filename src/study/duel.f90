@@ -9,7 +9,7 @@ module razy_study_duel
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_core_table, only: table_t
-   use razy_core_text, only: append_text, lower, string_t
+   use razy_core_text, only: append_text, string_t
    use razy_input_input, only: input_t
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: integrator_t, observer_slot_t, outcome_t, status_meanings, status_ok
@@ -109,14 +109,13 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(entry_t) :: entry
-      character(:), allocatable :: allowed, key, text
+      character(:), allocatable :: allowed, key
       real(wp), allocatable :: settings(:), sharpness(:), steps(:)
       integer :: k
 
       entry%series = i
       entry%method = base
-      call input%get("duel", i, "integrator", text)
-      entry%method%integrator = lower(text)
+      entry%method%integrator = input%choice("duel", i, "integrator")
       call input%get("duel", i, "tolerance", settings)
       call input%get("duel", i, "step", steps)
       call input%get("duel", i, "sharpness", sharpness)
@@ -134,8 +133,7 @@ contains
          return
       end if
       do k = 1, size(settings)
-         call input%get("duel", i, "treatment", text)
-         entry%method%treatment = lower(text)
+         entry%method%treatment = input%choice("duel", i, "treatment")
          entry%setting = settings(k)
          if (entry%is_step) then
             entry%method%step = settings(k)

@@ -9,7 +9,7 @@ module razy_study_run
    use razy_input_input, only: input_t
    use razy_machine_excitation, only: period_of_loads
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: outcome_t, status_meanings, status_ok
+   use razy_motion_integrator, only: integrator_t, outcome_t, status_meanings, status_ok
    use razy_scenes_case, only: motion_t, new_machine
    use razy_scenes_factory, only: draw_scene
    use razy_scenes_records, only: record_t
@@ -82,7 +82,9 @@ contains
       class(run_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
 
-      call self%watch%run(self%machine, self%motion, self%outcome, error)
+      class(integrator_t), allocatable :: integrator
+
+      call self%watch%run(self%machine, self%motion, self%outcome, error, integrator)
    end subroutine compute
 
    !> What was computed, up to where the motion ended.

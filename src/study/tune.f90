@@ -5,7 +5,7 @@ module razy_study_tune
    use razy_core_kinds, only: wp
    use razy_core_number, only: decimal, to_text
    use razy_core_table, only: table_t
-   use razy_core_text, only: append_text, did_you_mean, lower, string_t
+   use razy_core_text, only: append_text, did_you_mean, position_of, string_t, texts_of
    use razy_eigen_mode_branches, only: branches_t, hertz, machines_t
    use razy_eigen_tuning, only: attainable, change_t, changes, frequencies, objective, tune, tuning_t
    use razy_input_input, only: input_t, slot_t
@@ -79,7 +79,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(error_t), allocatable :: problem
-      character(:), allocatable :: contacts, path
+      character(:), allocatable :: path
       real(wp) :: first, last
       integer :: i, points
 
@@ -104,8 +104,7 @@ contains
       self%unit = self%family%slot%unit
       call input%get("tune", 1, "frequency", self%frequency)
       call input%get("tune", 1, "points", points)
-      call input%get("tune", 1, "contacts", contacts)
-      self%family%contacts = findloc(contact_choices == lower(contacts), .true., dim=1)
+      self%family%contacts = findloc(contact_choices == input%choice("tune", 1, "contacts"), .true., dim=1)
       call input%get("tune", 1, "first", first)
       call input%get("tune", 1, "last", last)
       if (.not. abs(last - first) > 1.0e6_wp*spacing(max(abs(first), abs(last)))) then
@@ -128,7 +127,7 @@ contains
 
       type(string_t), allocatable :: names(:)
       character(:), allocatable :: name
-      integer :: i, n
+      integer :: n
 
       n = size(self%machine%coordinate)
       call self%family%input%get("tune", 1, "modes", self%stored)
@@ -141,11 +140,8 @@ contains
          if (self%mode > n) call self%family%input%complain(error, "tune", 1, "mode", "1 to "//to_text(n))
       else
          call self%family%input%get("tune", 1, "coordinate", name)
-         allocate (names(0))
-         do i = 1, n
-            call append_text(names, trim(self%machine%coordinate(i)))
-            if (lower(names(i)%text) == lower(name)) self%coordinate = i
-         end do
+         names = texts_of(self%machine%coordinate)
+         self%coordinate = position_of(name, names)
          if (self%coordinate == 0) then
             call self%family%input%complain(error, "tune", 1, "coordinate", did_you_mean(name, names, "coordinates"))
          else

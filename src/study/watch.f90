@@ -24,7 +24,7 @@ module razy_study_watch
    implicit none(type, external)
    private
 
-   public :: watch_t
+   public :: ask_extrema, watch_t
 
    !> The observers of a motion; `ask`, then `run` and `columns` for each motion.
    type :: watch_t
@@ -78,7 +78,7 @@ contains
       type(motion_t), intent(in) :: motion
       type(error_t), allocatable, intent(out) :: error
 
-      integer :: i, k
+      integer :: i
 
       self%lyapunov%asked = motion%lyapunov
       self%lyapunov%intervals = motion%lyapunov_periods
@@ -91,28 +91,37 @@ contains
          if (allocated(error)) return
       end do
 
-      if (.not. allocated(self%extrema)) then
-         allocate (self%extrema(count(records%extrema)))
-         ! All points of a sweep have the same columns.
-         self%free = .not. any(machine%tone%omega > 0.0_wp)
-      end if
-      k = 0
-      do i = 1, size(records)
-         if (.not. records(i)%extrema) cycle
-         k = k + 1
-         associate (extrema => self%extrema(k), observable => machine%observable(records(i)%observable))
-            extrema%form = records(i)%observable
-            extrema%from = records(i)%from
-            extrema%name = observable%name
-            extrema%unit = observable%unit
-            extrema%long_name = observable%long_name
-         end associate
-      end do
+      ! All points of a sweep have the same columns.
+      if (.not. allocated(self%extrema)) self%free = .not. any(machine%tone%omega > 0.0_wp)
+      call ask_extrema(self%extrema, records, machine)
       self%contacts = contacts_asked(records, size(machine%contact))
       if (size(self%contacts) > 0) self%statistics%from = records(findloc(records%statistics, .true., dim=1))%from
       self%periodicity%from = minval(records%from, mask=records%extrema .or. records%statistics)
       if (self%in_full .and. any(records%trajectory)) call self%ask_trajectory(records, size(machine%mass, 1))
    end subroutine ask
+
+   !> Observers of all extrema that are asked for; those that are there keep what they have seen.
+   subroutine ask_extrema(extrema, records, machine)
+      type(extrema_t), allocatable, intent(inout) :: extrema(:)
+      type(record_t), intent(in) :: records(:)
+      type(machine_t), intent(in) :: machine
+
+      integer :: i, k
+
+      if (.not. allocated(extrema)) allocate (extrema(count(records%extrema)))
+      k = 0
+      do i = 1, size(records)
+         if (.not. records(i)%extrema) cycle
+         k = k + 1
+         associate (one => extrema(k), observable => machine%observable(records(i)%observable))
+            one%form = records(i)%observable
+            one%from = records(i)%from
+            one%name = observable%name
+            one%unit = observable%unit
+            one%long_name = observable%long_name
+         end associate
+      end do
+   end subroutine ask_extrema
 
    !> All trajectories share their times; one without an observable is that of all `n` coordinates.
    subroutine ask_trajectory(self, records, n)
@@ -172,7 +181,7 @@ contains
       type(motion_t), intent(in) :: motion
       type(outcome_t), intent(out) :: outcome
       type(error_t), allocatable, intent(out) :: error
-      class(integrator_t), allocatable, intent(inout), target, optional :: integrator
+      class(integrator_t), allocatable, intent(inout), target :: integrator
 
       type(motion_t) :: tried
       real(wp) :: recorded
@@ -199,8 +208,7 @@ contains
       real(wp), intent(in) :: earlier
       type(outcome_t), intent(out) :: outcome
       type(error_t), allocatable, intent(out) :: error
-      class(integrator_t), allocatable, intent(inout), target, optional :: integrator
-      class(integrator_t), allocatable, target :: own
+      class(integrator_t), allocatable, intent(inout), target :: integrator
       type(observer_slot_t) :: slots(size(self%extrema) + 5)
       real(wp) :: from(size(self%extrema)), from_statistics, from_kind
       integer :: i, n
@@ -221,10 +229,10 @@ contains
       if (self%asks_kind) call show(self%periodicity)
       if (allocated(self%trajectory)) call show(self%trajectory)
       if (self%strobe_periods > 0) call show(self%strobe)
-      if (present(integrator)) then
-         call run_by(integrator)
-      else
-         call run_by(own)
+      call run_motion(machine, motion%method, motion%t_end, slots(:n), outcome, error, motion%most_events, &
+                      self%keep_all .or. self%strobe_periods > 0, integrator, self%stop_is_asked)
+      if (.not. allocated(error) .and. outcome%status == status_ok .and. motion%lyapunov > 0) then
+         call find_exponents(self, machine, motion, integrator, error)
       end if
       self%extrema%from = from
       self%statistics%from = from_statistics
@@ -236,16 +244,6 @@ contains
       end do
 
    contains
-
-      subroutine run_by(by)
-         class(integrator_t), allocatable, intent(inout), target :: by
-
-         call run_motion(machine, motion%method, motion%t_end, slots(:n), outcome, error, motion%most_events, &
-                         self%keep_all .or. self%strobe_periods > 0, by, self%stop_is_asked)
-         if (.not. allocated(error) .and. outcome%status == status_ok .and. motion%lyapunov > 0) then
-            call find_exponents(self, machine, motion, by, error)
-         end if
-      end subroutine run_by
 
       subroutine show(observer)
          class(observer_t), intent(inout), target :: observer

@@ -18,7 +18,7 @@ module razy_sweep_manager
    use razy_sweep_communicator, only: communicator_t
    use razy_sweep_message, only: incoming_t, outgoing_t
    use razy_sweep_protocol, only: ask_interrupt, chunk_size, sweep_options_t, tag_chunk, tag_request, tag_results, tag_stop, &
-      & tag_tally, tally_t, unpack_tally
+      & tally_t, unpack_tally
    use razy_sweep_packet, only: packet_t
    use razy_sweep_task, only: collector_t, point_task
    use razy_sweep_units, only: units_t
@@ -38,9 +38,8 @@ module razy_sweep_manager
       integer(i8) :: n_units = 0, next = 1, own = 0, rows = 0, collected = 0
       !> Ranks that may still send.
       integer :: active = 0
-      !> No more points are computed; ranks that have been told that it is over.
+      !> No more points are computed.
       logical :: stopping = .false.
-      logical, allocatable :: told(:)
       !> What ended the sweep early.
       type(error_t), allocatable :: failure
       !> The row that was computed here.
@@ -65,8 +64,8 @@ contains
    !> Run the sweep on rank 0.
    !>
    !> `tallies` (0:ranks-1) is what each rank did, `stopped` tells whether an interruption ended the sweep early, `failure` is an
-   !> error of `collect` or `settle`, which does the same, `error` a failure of MPI.
-   subroutine manage(communicator, task, units, collector, options, progress, interrupted, tallies, stopped, failure, error)
+   !> error of `collect` or `settle`, which does the same.
+   subroutine manage(communicator, task, units, collector, options, progress, interrupted, tallies, stopped, failure)
       type(communicator_t), intent(in) :: communicator
       class(point_task), intent(inout) :: task
       type(units_t), intent(inout) :: units
@@ -77,7 +76,6 @@ contains
       type(tally_t), allocatable, intent(out) :: tallies(:)
       logical, intent(out) :: stopped
       type(error_t), allocatable, intent(out) :: failure
-      type(error_t), allocatable, intent(out) :: error
       type(manager_t), asynchronous :: manager
       type(patience_t) :: patience
       real(wp) :: start, now, reported, settled
@@ -91,22 +89,19 @@ contains
       manager%active = communicator%size - 1
       allocate (manager%replies(communicator%size - 1), manager%orders(communicator%size - 1), &
          & manager%tallies(0:communicator%size - 1))
-      allocate (manager%told(communicator%size - 1), source=.false.)
       works = communicator%size <= max(1, options%largest_working_manager)
       start = seconds()
       reported = start
       settled = start
       do
-         call serve(manager, collector, served, error)
-         if (allocated(error)) return
+         call serve(manager, collector, served)
          now = seconds()
          if ((served .and. works) .or. now - settled >= options%settle_interval) then
             if (.not. allocated(manager%failure)) call collector%settle(manager%failure)
             settled = now
          end if
          if (.not. manager%stopping .and. present(interrupted)) manager%stopping = interrupted()
-         if (manager%stopping .or. allocated(manager%failure)) call stop_all(manager, error)
-         if (allocated(error)) return
+         if (manager%stopping .or. allocated(manager%failure)) call stop_all(manager)
          if (works .and. (manager%own > 0 .or. manager%next <= manager%n_units)) then
             call compute_row(manager, task, units, collector)
             call patience%reset()
@@ -127,10 +122,10 @@ contains
       end do
       if (.not. allocated(manager%failure)) call collector%settle(manager%failure)
       do rank = 1, communicator%size - 1
-         call manager%replies(rank)%wait(error)
-         if (.not. allocated(error)) call manager%orders(rank)%wait(error)
-         if (allocated(error)) return
+         call manager%replies(rank)%wait()
+         call manager%orders(rank)%wait()
       end do
+      manager%tallies(0)%messages = sum(manager%replies%messages) + sum(manager%orders%messages)
       stopped = manager%stopping .and. manager%collected < manager%rows
       if (.not. allocated(manager%failure) .and. .not. manager%stopping .and. manager%collected /= manager%rows) then
          call raise(manager%failure, "results of the sweep were lost on their way")
@@ -150,12 +145,12 @@ contains
    end function expects_messages
 
    !> Answer and take over all that has arrived; `served` tells whether there was anything.
-   subroutine serve(manager, collector, served, error)
+   subroutine serve(manager, collector, served)
       type(manager_t), intent(inout), asynchronous :: manager
       class(collector_t), intent(inout) :: collector
       logical, intent(out) :: served
-      type(error_t), allocatable, intent(out) :: error
-      logical :: again, complete
+
+      logical :: again, arrived
       integer :: slot
 
       served = .false.
@@ -163,14 +158,9 @@ contains
       do while (again)
          again = .false.
          do slot = 1, n_incoming
-            associate (incoming => manager%incoming(slot))
-               if (.not. incoming%taken) call incoming%look(manager%communicator, error)
-               if (.not. allocated(error)) call incoming%arrived(complete, error)
-               if (allocated(error)) return
-               if (.not. complete) cycle
-            end associate
-            call answer(manager, collector, slot, error)
-            if (allocated(error)) return
+            call manager%incoming(slot)%look(manager%communicator, arrived)
+            if (.not. arrived) cycle
+            call answer(manager, collector, slot)
             call manager%incoming(slot)%release()
             again = .true.
             served = .true.
@@ -179,74 +169,62 @@ contains
    end subroutine serve
 
    !> Do what the message in `slot` asks for.
-   subroutine answer(manager, collector, slot, error)
+   subroutine answer(manager, collector, slot)
       type(manager_t), intent(inout), asynchronous :: manager
       class(collector_t), intent(inout) :: collector
       integer, intent(in) :: slot
-      type(error_t), allocatable, intent(out) :: error
 
       associate (incoming => manager%incoming(slot))
          select case (incoming%tag)
          case (tag_request)
             if (incoming%packet%words(1) == 1) then
                manager%stopping = .true.
-               call stop_all(manager, error)
+               call stop_all(manager)
             end if
-            if (.not. allocated(error)) call send_chunk(manager, incoming%source, transfer(incoming%packet%words(2), 0.0_wp), error)
+            call send_chunk(manager, incoming%source, transfer(incoming%packet%words(2), 0.0_wp))
          case (tag_results)
             call collect(manager, collector, incoming%packet)
-         case (tag_tally)
+         case default
             manager%tallies(incoming%source) = unpack_tally(incoming%packet%words(:3))
             manager%active = manager%active - 1
-            call tell(manager, incoming%source, error)
-         case default
-            call raise(error, "a message that is none of the sweep")
+            call tell(manager, incoming%source)
          end select
       end associate
    end subroutine answer
 
    !> Hand out the next chunk to a rank, to which a unit took `unit_time` [s]; an empty one if no points are left.
-   subroutine send_chunk(manager, rank, unit_time, error)
+   subroutine send_chunk(manager, rank, unit_time)
       type(manager_t), intent(inout), asynchronous :: manager
       integer, intent(in) :: rank
       real(wp), intent(in) :: unit_time
-      type(error_t), allocatable, intent(out) :: error
+
       integer(i8) :: count
 
-      call manager%replies(rank)%wait(error)
-      if (allocated(error)) return
       count = chunk_size(manager%n_units - manager%next + 1, manager%communicator%size, unit_time, manager%options)
-      call manager%replies(rank)%packet%set([manager%next, count])
+      call manager%replies(rank)%send([manager%next, count], manager%communicator, rank, tag_chunk)
       manager%next = manager%next + count
-      call manager%replies(rank)%post(manager%communicator, rank, tag_chunk, error)
-      manager%tallies(0)%messages = manager%tallies(0)%messages + 1
    end subroutine send_chunk
 
    !> Hand out nothing more, give up the point that rank 0 is at, and tell all ranks.
-   subroutine stop_all(manager, error)
+   subroutine stop_all(manager)
       type(manager_t), intent(inout), asynchronous :: manager
-      type(error_t), allocatable, intent(out) :: error
+
       integer :: rank
 
       manager%next = manager%n_units + 1
       manager%own = 0
       do rank = 1, size(manager%orders)
-         call tell(manager, rank, error)
-         if (allocated(error)) return
+         call tell(manager, rank)
       end do
    end subroutine stop_all
 
    !> Tell a rank, once, that it is over.
-   subroutine tell(manager, rank, error)
+   subroutine tell(manager, rank)
       type(manager_t), intent(inout), asynchronous :: manager
       integer, intent(in) :: rank
-      type(error_t), allocatable, intent(out) :: error
 
-      if (manager%told(rank)) return
-      manager%told(rank) = .true.
-      call manager%orders(rank)%packet%set([integer(i8) ::])
-      call manager%orders(rank)%post(manager%communicator, rank, tag_stop, error)
-      manager%tallies(0)%messages = manager%tallies(0)%messages + 1
+      if (manager%orders(rank)%messages > 0) return
+      call manager%orders(rank)%send([integer(i8) ::], manager%communicator, rank, tag_stop)
    end subroutine tell
 
    !> Compute the next unit here, or the next row of the one that was begun.

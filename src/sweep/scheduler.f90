@@ -41,7 +41,7 @@ contains
    !> Compute what the units have missing. Collective: units and `options` are the same on all ranks, which return together.
    !>
    !> `progress` is called on rank 0, between points, and once at the end; `interrupted` on every rank between rows.
-   !> Errors, the same on all ranks: that of `collect` or `settle`. A failure of MPI comes back where it is noticed.
+   !> Errors, the same on all ranks: that of `collect` or `settle`.
    subroutine run_sweep(communicator, task, units, collector, options, progress, outcome, error, interrupted)
       type(communicator_t), intent(in) :: communicator
       class(point_task), intent(inout) :: task
@@ -53,40 +53,26 @@ contains
       type(error_t), allocatable, intent(out) :: error
       procedure(ask_interrupt), optional :: interrupted
       type(tally_t), allocatable :: tallies(:)
-      type(error_t), allocatable :: failure
       real(wp) :: start
 
       start = seconds()
       call units%begin(task)
       if (communicator%is_root()) then
-         call manage(communicator, task, units, collector, options, progress, interrupted, tallies, outcome%stopped, failure, &
-                     error)
-         if (allocated(error)) return
+         call manage(communicator, task, units, collector, options, progress, interrupted, tallies, outcome%stopped, error)
          outcome%points = tallies%points
          outcome%messages = tallies%messages
          outcome%busy = tallies%busy
       else
-         call work(communicator, task, units, options, interrupted, error)
-         if (allocated(error)) return
+         call work(communicator, task, units, options, interrupted)
       end if
-      call communicator%agree(failure)
-      if (.not. allocated(failure)) call share(communicator, outcome, failure)
+      call communicator%agree(error)
+      call communicator%broadcast(outcome%stopped)
+      call communicator%broadcast(outcome%points)
+      call communicator%broadcast(outcome%messages)
+      call communicator%broadcast(outcome%busy)
       outcome%elapsed = seconds() - start
-      if (.not. allocated(failure)) call communicator%broadcast(outcome%elapsed, failure)
-      call move_alloc(failure, error)
+      call communicator%broadcast(outcome%elapsed)
    end subroutine run_sweep
-
-   !> Give the tallies on rank 0 to all ranks.
-   subroutine share(communicator, outcome, error)
-      type(communicator_t), intent(in) :: communicator
-      type(sweep_outcome_t), intent(inout) :: outcome
-      type(error_t), allocatable, intent(out) :: error
-
-      call communicator%broadcast(outcome%stopped, error)
-      if (.not. allocated(error)) call communicator%broadcast(outcome%points, error)
-      if (.not. allocated(error)) call communicator%broadcast(outcome%messages, error)
-      if (.not. allocated(error)) call communicator%broadcast(outcome%busy, error)
-   end subroutine share
 
    !> Share of the ranks' time that was spent in computing points.
    pure real(wp) function efficiency(self)

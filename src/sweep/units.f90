@@ -1,7 +1,6 @@
 !! What is handed out of a plan (razy_sweep_plan), and how a rank computes it: a point, or the links of a chain one after the
 !! other, each with the row of the one before.
 module razy_sweep_units
-   use razy_core_error, only: error_t
    use razy_core_kinds, only: i8
    use razy_core_table, only: table_t
    use razy_sweep_communicator, only: communicator_t
@@ -32,20 +31,19 @@ module razy_sweep_units
 contains
 
    !> Give all ranks what rank 0 knows to be missing. Collective.
-   subroutine share(self, communicator, error)
+   subroutine share(self, communicator)
       class(units_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
-      type(error_t), allocatable, intent(out) :: error
 
-      call communicator%broadcast(self%plan%n_done, error)
+      call communicator%broadcast(self%plan%n_done)
       if (self%plan%has_chains()) then
-         if (.not. allocated(error)) call communicator%broadcast(self%plan%chain, error)
-         if (.not. allocated(error)) call communicator%broadcast(self%plan%reached, error)
-         if (.not. allocated(error)) call communicator%broadcast(self%last_rows, error)
-         if (.not. allocated(error)) call communicator%broadcast(self%words_before, error)
+         call communicator%broadcast(self%plan%chain)
+         call communicator%broadcast(self%plan%reached)
+         call communicator%broadcast(self%last_rows)
+         call communicator%broadcast(self%words_before)
       else
-         if (.not. allocated(error)) call communicator%broadcast(self%plan%run_first, error)
-         if (.not. allocated(error)) call communicator%broadcast(self%plan%run_before, error)
+         call communicator%broadcast(self%plan%run_first)
+         call communicator%broadcast(self%plan%run_before)
       end if
    end subroutine share
 

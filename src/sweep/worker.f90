@@ -6,13 +6,12 @@
 !!
 !! When rank 0 orders it, or this rank is interrupted itself, the worker finishes the row it is at and gives back the rest.
 module razy_sweep_worker
-   use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_sweep_clock, only: patience_t, seconds
    use razy_sweep_communicator, only: communicator_t
    use razy_sweep_message, only: incoming_t, outgoing_t
-   use razy_sweep_protocol, only: ask_interrupt, pack_tally, sweep_options_t, tag_chunk, tag_request, tag_results, tag_stop, &
-      & tag_tally, tally_t
+   use razy_sweep_protocol, only: ask_interrupt, pack_tally, sweep_options_t, tag_chunk, tag_request, tag_results, tag_tally, &
+      & tally_t
    use razy_sweep_task, only: point_task
    use razy_sweep_units, only: units_t
    implicit none(type, external)
@@ -25,6 +24,8 @@ module razy_sweep_worker
 
    !> State of a worker.
    type :: worker_t
+      type(communicator_t) :: communicator
+      type(sweep_options_t) :: options
       type(outgoing_t) :: request
       type(incoming_t) :: reply
       type(outgoing_t) :: results(2)
@@ -42,48 +43,45 @@ module razy_sweep_worker
 
 contains
 
-   !> Ask rank 0 for chunks and compute them until there are none left. Errors are failures of MPI.
-   subroutine work(communicator, task, units, options, interrupted, error)
+   !> Ask rank 0 for chunks and compute them until there are none left.
+   subroutine work(communicator, task, units, options, interrupted)
       type(communicator_t), intent(in) :: communicator
       class(point_task), intent(inout) :: task
       type(units_t), intent(inout) :: units
       type(sweep_options_t), intent(in) :: options
       procedure(ask_interrupt), optional :: interrupted
-      type(error_t), allocatable, intent(out) :: error
+
       type(worker_t), asynchronous :: worker
       integer(i8) :: first, count, unit
       real(wp) :: begun
 
+      worker%communicator = communicator
+      worker%options = options
       worker%last_sent = seconds()
-      call ask(worker, communicator, error)
-      do while (.not. allocated(error))
-         call await_chunk(worker, communicator, options, first, count, error)
-         if (allocated(error)) return
+      call ask(worker)
+      do
+         call await_chunk(worker, first, count)
          if (count == 0) exit
-         if (options%ask_ahead) call ask(worker, communicator, error)
-         if (allocated(error)) return
+         if (options%ask_ahead) call ask(worker)
          begun = seconds()
          do unit = first, first + count - 1
             if (worker%stopping) exit
-            call compute_unit(worker, communicator, task, units, options, interrupted, unit, error)
-            if (allocated(error)) return
+            call compute_unit(worker, task, units, interrupted, unit)
          end do
          worker%unit_time = (seconds() - begun)/count
-         if (.not. options%ask_ahead) call ask(worker, communicator, error)
+         if (.not. options%ask_ahead) call ask(worker)
       end do
-      if (.not. allocated(error)) call finish(worker, communicator, error)
+      call finish(worker)
    end subroutine work
 
    !> Compute a unit, all its rows, unless the worker is to stop between them.
-   subroutine compute_unit(worker, communicator, task, units, options, interrupted, unit, error)
+   subroutine compute_unit(worker, task, units, interrupted, unit)
       type(worker_t), intent(inout), asynchronous :: worker
-      type(communicator_t), intent(in) :: communicator
       class(point_task), intent(inout) :: task
       type(units_t), intent(inout) :: units
-      type(sweep_options_t), intent(in) :: options
       procedure(ask_interrupt), optional :: interrupted
       integer(i8), intent(in) :: unit
-      type(error_t), allocatable, intent(out) :: error
+
       real(wp) :: begun, ended
       logical :: more
 
@@ -93,9 +91,8 @@ contains
          ended = seconds()
          worker%tally%busy = worker%tally%busy + (ended - begun)
          if (.not. task%broken_off) worker%tally%points = worker%tally%points + 1
-         call send_if_due(worker, communicator, options, ended, error)
-         if (.not. allocated(error)) call listen(worker, communicator, error)
-         if (allocated(error)) return
+         call send_if_due(worker, ended)
+         call listen(worker)
          if (present(interrupted)) then
             if (interrupted()) worker%stopping = .true.
          end if
@@ -104,60 +101,44 @@ contains
    end subroutine compute_unit
 
    !> Ask for the next chunk. The answer to the request before has come, so its message is over or nearly so.
-   subroutine ask(worker, communicator, error)
+   subroutine ask(worker)
       type(worker_t), intent(inout), asynchronous :: worker
-      type(communicator_t), intent(in) :: communicator
-      type(error_t), allocatable, intent(out) :: error
 
-      call worker%request%wait(error)
-      if (allocated(error)) return
-      call worker%request%packet%set([merge(1_i8, 0_i8, worker%stopping), transfer(worker%unit_time, 0_i8)])
-      call worker%request%post(communicator, 0, tag_request, error)
-      worker%tally%messages = worker%tally%messages + 1
+      call worker%request%send([merge(1_i8, 0_i8, worker%stopping), transfer(worker%unit_time, 0_i8)], worker%communicator, 0, &
+                               tag_request)
    end subroutine ask
 
    !> Take in what rank 0 has sent, if anything: the chunk that was asked for, or the order to stop.
-   subroutine listen(worker, communicator, error)
+   subroutine listen(worker)
       type(worker_t), intent(inout), asynchronous :: worker
-      type(communicator_t), intent(in) :: communicator
-      type(error_t), allocatable, intent(out) :: error
+
       logical :: arrived
 
-      if (.not. worker%reply%taken) call worker%reply%look(communicator, error)
-      if (.not. allocated(error)) call worker%reply%arrived(arrived, error)
-      if (allocated(error) .or. .not. arrived) return
-      select case (worker%reply%tag)
-      case (tag_chunk)
+      call worker%reply%look(worker%communicator, arrived)
+      if (.not. arrived) return
+      if (worker%reply%tag == tag_chunk) then
          worker%has_chunk = .true.
          worker%first = worker%reply%packet%words(1)
          worker%count = worker%reply%packet%words(2)
-      case (tag_stop)
+      else
          worker%stopping = .true.
          worker%told = .true.
-      case default
-         call raise(error, "a message that is none of the sweep")
-      end select
+      end if
       call worker%reply%release()
    end subroutine listen
 
    !> Wait for the chunk that was asked for.
-   subroutine await_chunk(worker, communicator, options, first, count, error)
+   subroutine await_chunk(worker, first, count)
       type(worker_t), intent(inout), asynchronous :: worker
-      type(communicator_t), intent(in) :: communicator
-      type(sweep_options_t), intent(in) :: options
       integer(i8), intent(out) :: first, count
-      type(error_t), allocatable, intent(out) :: error
+
       type(patience_t) :: patience
 
-      first = 0
-      count = 0
       do
-         if (.not. worker%has_chunk) call listen(worker, communicator, error)
-         if (allocated(error)) return
+         if (.not. worker%has_chunk) call listen(worker)
          if (worker%has_chunk) exit
          call patience%pause()
-         call send_if_due(worker, communicator, options, seconds(), error)
-         if (allocated(error)) return
+         call send_if_due(worker, seconds())
       end do
       worker%has_chunk = .false.
       first = worker%first
@@ -165,59 +146,48 @@ contains
    end subroutine await_chunk
 
    !> Send the results gathered if they are many or if it is time, and the other buffer is free; wait for it if they are too many.
-   subroutine send_if_due(worker, communicator, options, now, error)
+   subroutine send_if_due(worker, now)
       type(worker_t), intent(inout), asynchronous :: worker
-      type(communicator_t), intent(in) :: communicator
-      type(sweep_options_t), intent(in) :: options
       real(wp), intent(in) :: now
-      type(error_t), allocatable, intent(out) :: error
+
       integer(i8) :: length
       logical :: free
 
       length = worker%results(worker%filling)%packet%length
-      call worker%results(3 - worker%filling)%is_free(free, error)
-      if (length == 0 .or. allocated(error)) return
-      if (length < options%packet_words .and. now - worker%last_sent < options%send_interval) return
-      if (.not. free .and. length < patience_in_packets*options%packet_words) return
-      call send(worker, communicator, error)
+      call worker%results(3 - worker%filling)%is_free(free)
+      if (length == 0) return
+      if (length < worker%options%packet_words .and. now - worker%last_sent < worker%options%send_interval) return
+      if (.not. free .and. length < patience_in_packets*worker%options%packet_words) return
+      call send(worker)
       worker%last_sent = now
    end subroutine send_if_due
 
    !> Send the results gathered and go on with the other buffer, when it is free.
-   subroutine send(worker, communicator, error)
+   subroutine send(worker)
       type(worker_t), intent(inout), asynchronous :: worker
-      type(communicator_t), intent(in) :: communicator
-      type(error_t), allocatable, intent(out) :: error
 
-      call worker%results(worker%filling)%post(communicator, 0, tag_results, error)
-      if (allocated(error)) return
-      worker%tally%messages = worker%tally%messages + 1
+      call worker%results(worker%filling)%post(worker%communicator, 0, tag_results)
       worker%filling = 3 - worker%filling
-      call worker%results(worker%filling)%wait(error)
-      if (.not. allocated(error)) call worker%results(worker%filling)%packet%clear()
+      call worker%results(worker%filling)%wait()
+      call worker%results(worker%filling)%packet%clear()
    end subroutine send
 
    !> Send the last results and the tally, and wait until rank 0 has them and says that it is over.
-   subroutine finish(worker, communicator, error)
+   subroutine finish(worker)
       type(worker_t), intent(inout), asynchronous :: worker
-      type(communicator_t), intent(in) :: communicator
-      type(error_t), allocatable, intent(out) :: error
+
       type(patience_t) :: patience
       integer :: i
 
-      if (worker%results(worker%filling)%packet%length > 0) call send(worker, communicator, error)
-      if (allocated(error)) return
-      worker%tally%messages = worker%tally%messages + 1
-      call worker%request%wait(error)
-      if (allocated(error)) return
-      call worker%request%packet%set(pack_tally(worker%tally))
-      call worker%request%post(communicator, 0, tag_tally, error)
-      if (.not. allocated(error)) call worker%request%wait(error)
+      if (worker%results(worker%filling)%packet%length > 0) call send(worker)
+      worker%tally%messages = worker%request%messages + sum(worker%results%messages) + 1
+      call worker%request%send(pack_tally(worker%tally), worker%communicator, 0, tag_tally)
+      call worker%request%wait()
       do i = 1, 2
-         if (.not. allocated(error)) call worker%results(i)%wait(error)
+         call worker%results(i)%wait()
       end do
-      do while (.not. (worker%told .or. allocated(error)))
-         call listen(worker, communicator, error)
+      do while (.not. worker%told)
+         call listen(worker)
          if (.not. worker%told) call patience%pause()
       end do
    end subroutine finish

@@ -37,11 +37,11 @@ LAYERS = {
     "scenes": {"core", "input", "linalg", "contact", "rotor", "machine", "motion"},
     "hybrid": {"core", "linalg", "contact", "machine", "motion"},
 }
-LAYERS["orbits"] = LAYERS["hybrid"] | {"hybrid"}
+LAYERS["observe"] = {"core", "linalg", "contact", "machine", "motion"}
+LAYERS["orbits"] = LAYERS["hybrid"] | {"hybrid", "observe"}
 LAYERS["exact"] = LAYERS["hybrid"] | {"hybrid"}
 LAYERS["runge_kutta"] = LAYERS["hybrid"] | {"hybrid"}
 LAYERS["moreau"] = LAYERS["hybrid"] | {"hybrid"}
-LAYERS["observe"] = {"core", "linalg", "contact", "machine", "motion"}
 LAYERS["io"] = {"core", "input"}
 LAYERS["sweep"] = {"core", "input", "io"}
 LAYERS["study"] = set(LAYERS)

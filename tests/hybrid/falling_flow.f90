@@ -21,7 +21,7 @@ module falling_flow
       procedure :: enter
       procedure :: advance
       procedure :: stand
-      procedure :: tally
+      procedure :: finish
       procedure :: transport
       procedure :: value
       procedure :: glimpse
@@ -113,13 +113,13 @@ contains
       end associate
    end subroutine stand
 
-   subroutine tally(self, outcome)
+   subroutine finish(self, outcome)
       class(falling_t), intent(inout) :: self
       type(outcome_t), intent(inout) :: outcome
 
       self%tallied = self%tallied + 1
       outcome%steps = self%entered
-   end subroutine tally
+   end subroutine finish
 
    !> δx' = 0.
    subroutine transport(self)

@@ -125,10 +125,9 @@ end module measured_task
 program measure_scheduler
    use, intrinsic :: iso_fortran_env, only: int64, real64
    use measured_task, only: calibrate, counter_t, measured_task_t
-   use mpi_f08, only: mpi_comm_world
+   use mpi_f08, only: mpi_comm_world, mpi_finalize, mpi_init
    use razy_core_error, only: error_t
    use razy_sweep_communicator, only: communicator_t, new_communicator
-   use razy_sweep_mpi, only: finish_mpi, start_mpi
    use razy_sweep_plan, only: new_plan
    use razy_sweep_protocol, only: sweep_options_t
    use razy_sweep_scheduler, only: run_sweep, sweep_outcome_t
@@ -147,10 +146,8 @@ program measure_scheduler
    logical :: whole
    character(32) :: argument
 
-   call start_mpi(error)
-   call check(error)
-   call new_communicator(communicator, mpi_comm_world, error)
-   call check(error)
+   call mpi_init()
+   call new_communicator(communicator, mpi_comm_world)
    call get_command_argument(1, argument)
    read (argument, *) task%n_points
    call get_command_argument(2, argument)
@@ -161,34 +158,21 @@ program measure_scheduler
    call get_command_argument(4, argument)
    if (argument /= "") read (argument, *) repetitions
    if (communicator%is_root()) task%operations = microseconds*calibrate()
-   call communicator%broadcast(task%operations, error)
-   call check(error)
+   call communicator%broadcast(task%operations)
    counter%n_points = task%n_points
    call task%describe(counter%row)
    call new_plan(units%plan, task%n_points, 1_int64, [integer ::])
    call units%plan%close(whole)
    do repetition = 1, repetitions
       counter%collected = 0
-      call communicator%broadcast(task%operations, error)
-      call check(error)
+      call communicator%broadcast(task%operations)
       call run_sweep(communicator, task, units, counter, options, outcome=outcome, error=error)
-      call check(error)
+      if (allocated(error)) error stop error%message
       if (communicator%is_root()) print '(i0, " ranks, ", es9.3, " points/s, ", f6.2, " % busy, ", i0, " messages, ", i0, a)', &
          & communicator%size, task%n_points/outcome%elapsed, 100*outcome%efficiency(), sum(outcome%messages), outcome%points(1), &
          & " points of rank 0"
    end do
-   call communicator%free(error)
-   call check(error)
-   call finish_mpi(error)
-   call check(error)
-
-contains
-
-   !> Give up on an error.
-   subroutine check(error)
-      type(error_t), allocatable, intent(in) :: error
-
-      if (allocated(error)) error stop error%message
-   end subroutine check
+   call communicator%free()
+   call mpi_finalize()
 
 end program measure_scheduler

@@ -11,8 +11,8 @@ module razy_exact_closed_form_amplitudes
    implicit none(type, external)
    private
 
-   public :: amplitudes_t, carry_disturbances, copy, go_from, move_to, reserve, rigid_of, rigid_rate_of, set_state, shift, &
-             state_of, step, tabulate
+   public :: amplitudes_t, carry_disturbances, copy, go_from, move_to, reserve, rigid_of, rigid_rate_of, set_excitation, &
+             set_state, shift, state_of, step, tabulate
 
    !> Arrays may be longer than the response at hand needs.
    type :: amplitudes_t
@@ -79,7 +79,6 @@ contains
 
       m = response%m
       n = response%terms
-      self%tau = 0.0_wp
       do i = 1, 2*m
          rest(i) = z(i) - response%from(i, response%one)
       end do
@@ -89,17 +88,29 @@ contains
          end do
       end do
       call product(response%length, 2*m, response%into, rest, self%x)
+      call set_excitation(self, response, phasor)
+      if (response%nx > 0) call start_dense(self, response, z, phasor)
+   end subroutine set_state
+
+   !> What of the list at tau = 0 is not the state: the tones' phasors (tones) and what is constant.
+   pure subroutine set_excitation(self, response, phasor)
+      type(amplitudes_t), intent(inout) :: self
+      type(response_t), intent(in) :: response
+      complex(wp), intent(in) :: phasor(:)
+
+      integer :: j
+
+      self%tau = 0.0_wp
       do j = 1, response%tones
-         self%x(n + j) = phasor(j)%re
-         self%x(response%filled + n + j) = phasor(j)%im
+         self%x(response%terms + j) = phasor(j)%re
+         self%x(response%filled + response%terms + j) = phasor(j)%im
       end do
       if (response%driven%loaded) self%x(response%amplitudes) = 1.0_wp
       self%x(response%one) = 1.0_wp
       do j = 1, response%rigid
          self%x(response%one + 2*response%rigid + j) = response%rigid_force(j)
       end do
-      if (response%nx > 0) call start_dense(self, response, z, phasor)
-   end subroutine set_state
+   end subroutine set_excitation
 
    !> Dense states at tau = 0.
    pure subroutine start_dense(self, response, z, phasor)

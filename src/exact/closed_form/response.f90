@@ -45,9 +45,11 @@ module razy_exact_closed_form_response
       !> On the list x: z = from x and dense parts (2m, length), and x = into z for terms and rigid modes (length, 2m), z without
       !> constant and tones.
       real(wp), allocatable :: from(:, :), into(:, :)
-      !> Moduli of what is from amplitudes to the state and back (2m, amplitudes; 2m, terms), made when they are asked for.
+      !> Moduli of what is from amplitudes, 1, rigid modes and rates to the state, and back to terms, rigid modes and rates (2m,
+      !> amplitudes + 1 + 2 rigid; terms + 2 rigid, 2m), made when they are asked for.
       real(wp), allocatable :: from_size(:, :), to_size(:, :)
-      !> Lengths of their columns, displacements and velocities apart, and of the constant in column 0 of the first (2, amplitudes).
+      !> Lengths of the modes and of the rows that give amplitudes, displacements and velocities apart; in column 0 of the first
+      !> that of the constant (2, 0:amplitudes; 2, terms).
       real(wp), allocatable :: from_length(:, :), to_length(:, :)
       !> Rigid modes (m, rigid) and the constant force on each.
       real(wp), allocatable :: rigid_mode(:, :), rigid_force(:)
@@ -114,7 +116,7 @@ contains
          self%into(one + r + 1:one + 2*r, m + 1:) = transpose(basis%rigid)
       end associate
       if (allocated(self%from_size)) deallocate (self%from_size, self%to_size)
-      if (allocated(self%from_length)) deallocate (self%from_length, self%to_length)
+      call measure_lengths(self)
       self%rigid_mode = basis%rigid
       self%rigid_force = matmul(load, basis%rigid)
       if (allocated(self%push_re)) deallocate (self%push_re, self%push_im)
@@ -144,6 +146,26 @@ contains
       ! In free flight there is no factor, and a place all the same.
       allocate (self%factor(max(2*self%filled, 1), coarsest_level:finest_level), source=0.0_wp)
    end subroutine shape_lists
+
+   pure subroutine measure_lengths(self)
+      type(response_t), intent(inout) :: self
+
+      integer :: k
+
+      if (allocated(self%from_length)) deallocate (self%from_length, self%to_length)
+      associate (m => self%m, f => self%filled, from => self%from, into => self%into)
+         allocate (self%from_length(2, 0:self%amplitudes), self%to_length(2, self%terms))
+         self%from_length(:, 0) = [norm2(from(:m, self%one)), norm2(from(m + 1:, self%one))]
+         do k = 1, self%amplitudes
+            self%from_length(:, k) = [hypot(norm2(from(:m, k)), norm2(from(:m, f + k))), &
+                                      hypot(norm2(from(m + 1:, k)), norm2(from(m + 1:, f + k)))]
+         end do
+         do k = 1, self%terms
+            self%to_length(:, k) = [hypot(norm2(into(k, :m)), norm2(into(f + k, :m))), &
+                                    hypot(norm2(into(k, m + 1:)), norm2(into(f + k, m + 1:)))]
+         end do
+      end associate
+   end subroutine measure_lengths
 
    !> The largest modulus of an exponent that is not real, or norm of a dense part.
    pure function turning_rate(self) result(rate)

@@ -57,7 +57,7 @@ contains
       do j = 1, self%forms
          self%length(:, j) = [norm2(forms(j)%on_y), norm2(forms(j)%on_v)]
       end do
-      self%reach_constant = [(reach_of(self%length(:, j), response%from(:, response%one)), j=1, size(forms))]
+      self%reach_constant = matmul(response%from_length(:, 0), self%length)
       call shape_matrix(self%rigid_y, response%rigid, self%forms)
       call shape_matrix(self%rigid_v, response%rigid, self%forms)
       if (allocated(self%on)) deallocate (self%on, self%moduli, self%dense, self%longest_reach)
@@ -77,8 +77,7 @@ contains
                coefficient = coefficient + forms(j)%error(i - response%terms)
             end if
             self%moduli(i, :, j) = abs(coefficient)*response%modulus(i)**[0, 1, 2, 3, 4, 5]
-            self%reach(i, j) = reach_of(self%length(:, j), response%from(:, i)) &
-                               + reach_of(self%length(:, j), response%from(:, f + i))
+            self%reach(i, j) = dot_product(self%length(:, j), response%from_length(:, i))
             do p = 0, 4
                re(i, p) = real(coefficient)
                im(i, p) = -aimag(coefficient)
@@ -138,16 +137,6 @@ contains
                                 self%forced(:, j), self%forced_reach(:, j), self%drift(:, j))
       end associate
    end subroutine add_excitation
-
-   !> Length of a form times that of z (2m), displacements and velocities apart.
-   pure function reach_of(length, z) result(reach)
-      real(wp), intent(in) :: length(2), z(:)
-      real(wp) :: reach
-
-      associate (m => size(z)/2)
-         reach = length(1)*norm2(z(:m)) + length(2)*norm2(z(m + 1:))
-      end associate
-   end function reach_of
 
    !> The derivatives f, g, d of orders `order`, `order` + 1 and `order` + 2 (0…4) of form `j` at the cursor.
    pure subroutine derivatives(rows, response, self, j, order, f, g, d)

@@ -15,6 +15,7 @@ module razy_exact_search_on_bound
    use razy_exact_closed_form_response, only: response_t
    use razy_exact_closed_form_rows, only: rows_t, value_of
    use razy_exact_search_refine, only: watched_t
+   use razy_linalg_blocks, only: product
    implicit none(type, external)
    private
 
@@ -23,10 +24,10 @@ module razy_exact_search_on_bound
    !> A rate so many times its rounding takes a function out of its own rounding before it is looked at again.
    real(wp), parameter :: firmly = 1.0e3_wp
 
-   !> Errors of what a cursor holds of a state: of terms, rigid modes and their rates, dense states (their length); of the
-   !> displacements and velocities that dense states give (their lengths).
+   !> Errors of what a cursor holds of a state: of terms, then rigid modes, then their rates; of dense states (their length), and of
+   !> the displacements and velocities that these give (their lengths).
    type :: state_errors_t
-      real(wp), allocatable :: term(:), rigid(:), rate(:)
+      real(wp), allocatable :: of(:)
       real(wp) :: dense = 0.0_wp, of_dense(2) = 0.0_wp
    end type state_errors_t
 
@@ -73,7 +74,7 @@ contains
                   cycle
                end if
             end if
-            if (.not. allocated(errors%term)) call new_state_errors(errors, response, point, modulus)
+            if (.not. allocated(errors%of)) call new_state_errors(errors, response, point, modulus)
             call parts_of_floor(errors, rows, response, modulus, w%form, part)
             floor = max(w%floor, floor_of(errors, rows, response, point, part, w%form, 0, 0.0_wp))
             if (.not. w%from_zero .and. abs(w%f0) > max(w%noise, floor)) cycle
@@ -131,45 +132,43 @@ contains
       real(wp), intent(in) :: modulus(:)
 
       real(wp) :: state(2*response%m)
-      integer :: k, m
+      integer :: k
 
-      if (.not. allocated(response%from_size)) then
-         associate (f => response%filled, n => response%amplitudes, terms => response%terms)
-            response%from_size = hypot(response%from(:, :n), response%from(:, f + 1:f + n))
-            response%to_size = transpose(hypot(response%into(:terms, :), response%into(f + 1:f + terms, :)))
-         end associate
-      end if
-      m = response%m
-      state = abs(response%from(:, response%one))
-      do k = 1, response%amplitudes
-         state = state + response%from_size(:, k)*modulus(k)
-      end do
-      do k = 1, response%rigid
-         state(:m) = state(:m) + abs(response%rigid_mode(:, k)*rigid_of(point, response, k))
-         state(m + 1:) = state(m + 1:) + abs(response%rigid_mode(:, k)*rigid_rate_of(point, response, k))
-      end do
-      allocate (self%term(response%terms), self%rigid(response%rigid), self%rate(response%rigid))
-      do k = 1, response%terms
-         self%term(k) = rounding*dot_product(response%to_size(:, k), state)
-      end do
-      do k = 1, response%rigid
-         self%rigid(k) = rounding*dot_product(abs(response%rigid_mode(:, k)), state(:m))
-         self%rate(k) = rounding*dot_product(abs(response%rigid_mode(:, k)), state(m + 1:))
-      end do
+      if (.not. allocated(response%from_size)) call measure_sizes(response)
+      associate (m => response%m, n => response%amplitudes, one => response%one, r => response%rigid)
+         allocate (self%of(response%terms + 2*r))
+         call product(2*m, n + 1 + 2*r, response%from_size, [modulus(:n), abs(point%x(one:one + 2*r))], state)
+         call product(size(self%of), 2*m, response%to_size, state, self%of)
+         self%of = rounding*self%of
+      end associate
       if (response%nx == 0) return
       self%dense = rounding*norm2(point%dense(:response%nx))
       state = 0.0_wp
       do k = 1, size(response%dense)
          call response%dense(k)%add_state(point%dense(response%first(k):response%first(k + 1) - 1), state)
       end do
-      self%of_dense = rounding*[norm2(state(:m)), norm2(state(m + 1:))]
+      self%of_dense = rounding*[norm2(state(:response%m)), norm2(state(response%m + 1:))]
    end subroutine new_state_errors
+
+   !> Moduli of the modes and of the rows that give amplitudes.
+   pure subroutine measure_sizes(response)
+      type(response_t), intent(inout) :: response
+
+      associate (f => response%filled, n => response%amplitudes, one => response%one, r => response%rigid, s => response%terms, &
+                 from => response%from, into => response%into)
+         allocate (response%from_size(2*response%m, n + 1 + 2*r), response%to_size(s + 2*r, 2*response%m))
+         response%from_size(:, :n) = hypot(from(:, :n), from(:, f + 1:f + n))
+         response%from_size(:, n + 1:) = abs(from(:, one:one + 2*r))
+         response%to_size(:s, :) = hypot(into(:s, :), into(f + 1:f + s, :))
+         response%to_size(s + 1:, :) = abs(into(one + 1:one + 2*r, :))
+      end associate
+   end subroutine measure_sizes
 
    !> At least the rounding in the rate of form `j`, at less cost than that itself: |V⁻¹| |z| is at most the product of the lengths
    !> of a row and of z.
    pure subroutine bound_rate_floor(rows, response, point, modulus, j, most)
       type(rows_t), intent(in) :: rows
-      type(response_t), intent(inout) :: response
+      type(response_t), intent(in) :: response
       type(amplitudes_t), intent(in) :: point
       real(wp), intent(in) :: modulus(:)
       integer, intent(in) :: j
@@ -180,7 +179,6 @@ contains
 
       most = sqrt(huge(1.0_wp))
       if (response%nx > 0) return
-      if (.not. allocated(response%from_length)) call measure_modes(response)
       y = response%from_length(1, 0)
       v = response%from_length(2, 0)
       do k = 1, response%amplitudes
@@ -207,24 +205,6 @@ contains
       most = rounding*most
    end subroutine bound_rate_floor
 
-   !> Lengths of the modes and of the rows that give amplitudes, displacements and velocities apart.
-   pure subroutine measure_modes(response)
-      type(response_t), intent(inout) :: response
-
-      integer :: k
-
-      associate (m => response%m, f => response%filled)
-         allocate (response%from_length(2, 0:response%amplitudes), response%to_length(2, response%terms))
-         response%from_length(:, 0) = [norm2(response%from(:m, response%one)), norm2(response%from(m + 1:, response%one))]
-         do k = 1, response%amplitudes
-            response%from_length(:, k) = [norm2(response%from(:m, [k, f + k])), norm2(response%from(m + 1:, [k, f + k]))]
-         end do
-         do k = 1, response%terms
-            response%to_length(:, k) = [norm2(response%into([k, f + k], :m)), norm2(response%into([k, f + k], m + 1:))]
-         end do
-      end associate
-   end subroutine measure_modes
-
    !> Rounding that each amplitude gives to the value of form `j` (amplitudes); times the exponents' moduli, to its next derivative.
    pure subroutine parts_of_floor(self, rows, response, modulus, j, part)
       type(state_errors_t), intent(in) :: self
@@ -240,7 +220,7 @@ contains
          part(k) = rounding*rows%reach(k, j)*modulus(k)
       end do
       do k = 1, response%terms
-         part(k) = part(k) + rows%moduli(k, 0, j)*self%term(k)
+         part(k) = part(k) + rows%moduli(k, 0, j)*self%of(k)
       end do
    end subroutine parts_of_floor
 
@@ -263,11 +243,12 @@ contains
       if (response%driven%count > 0) floor = floor + rounding*rows%forced_reach(p, j)
       associate (length => rows%length(:, j))
          do k = 1, response%rigid
-            associate (y => abs(rows%rigid_y(k, j)), v => abs(rows%rigid_v(k, j)), force => abs(response%rigid_force(k)))
+            associate (y => abs(rows%rigid_y(k, j)), v => abs(rows%rigid_v(k, j)), force => abs(response%rigid_force(k)), &
+                       error => self%of(response%terms + k), of_rate => self%of(response%terms + response%rigid + k))
                rate = abs(rigid_rate_of(point, response, k)) + later*force
-               if (p == 0) floor = floor + y*(self%rigid(k) + later*self%rate(k)) + v*self%rate(k) &
+               if (p == 0) floor = floor + y*(error + later*of_rate) + v*of_rate &
                                    + rounding*(length(1)*(abs(rigid_of(point, response, k)) + later*rate) + length(2)*rate)
-               if (p == 1) floor = floor + y*self%rate(k) + rounding*(length(1)*rate + length(2)*force)
+               if (p == 1) floor = floor + y*of_rate + rounding*(length(1)*rate + length(2)*force)
                if (p == 2) floor = floor + rounding*length(1)*force
             end associate
          end do

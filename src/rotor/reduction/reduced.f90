@@ -160,12 +160,12 @@ contains
       end do
    end function closed_damping
 
-   !> What tables of bearings add to K + Kx at the speed Omega of the system, rad/s, with `damping` to B + Bx (p, p); with `rate`
-   !> its derivative by Omega. The symmetric part alone where `skew` is not asked for; it is so to the last bit.
-   pure function bearing_change(self, speed, damping, rate, skew) result(change)
+   !> What tables of bearings add to K + Kx at the speed Omega of the system, rad/s, with `damping` to B + Bx (p, p).
+   !> The symmetric part alone where `skew` is not asked for; it is so to the last bit.
+   pure function bearing_change(self, speed, damping, skew) result(change)
       class(reduced_t), intent(in) :: self
       real(wp), intent(in) :: speed
-      logical, intent(in) :: damping, rate, skew
+      logical, intent(in) :: damping, skew
       real(wp), allocatable :: change(:, :)
 
       real(wp), allocatable :: turn(:, :)
@@ -176,14 +176,9 @@ contains
       column = merge(of_damping, of_stiffness, damping)
       do i = 1, size(self%tabled)
          associate (table => self%tabled(i)%table, ratio => abs(self%tabled(i)%ratio), row => self%tabled(i)%row)
-            associate (values => table%at(ratio*abs(speed), rate))
-               part = values(column)
+            associate (values => table%at(ratio*abs(speed)))
+               part = values(column) - table%value(column, 1)
             end associate
-            if (rate) then
-               part = sign(ratio, speed)*part
-            else
-               part = part - table%value(column, 1)
-            end if
             change = change + symmetric_part(matmul(transpose(row), matmul(reshape([part(1), 0.5_wp*(part(2) + part(3)), &
                                                                                0.5_wp*(part(2) + part(3)), part(4)], [2, 2]), row)))
             if (.not. skew) cycle

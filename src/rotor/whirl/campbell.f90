@@ -31,8 +31,6 @@ module razy_rotor_whirl_campbell
       type(critical_t), allocatable :: critical(:)
       !> Crossings that were seen but not located, because shapes changed too much.
       integer :: lost = 0
-      !> Eigenproblems that were solved.
-      integer :: solved = 0
    end type campbell_t
 
    !> What is looked for on the way from speed to speed, and what was found so far.
@@ -95,7 +93,6 @@ contains
       if (allocated(error)) diagram%status = whirl_failed
       diagram%critical = in_order(search%critical)
       diagram%lost = search%lost
-      diagram%solved = family%solved
    end function new_campbell
 
    !> Whether every mode that matters has a shape like that of the mode it continues, or was given enough halvings: those

@@ -9,10 +9,12 @@ module razy_rotor_whirl_stability
    private
 
    public :: known_limit, limit_t, stability_limit
-   public :: limit_found, limit_none, limit_below, limit_failed
+   public :: limit_found, limit_meanings, limit_none, limit_below, limit_failed
 
    !> Found; no instability in the range; unstable already at its lower end; an eigenproblem failed or the eigenvalue was lost.
    integer, parameter :: limit_found = 0, limit_none = 1, limit_below = 2, limit_failed = 3
+   character(*), parameter :: limit_meanings(0:3) = [character(35) :: "found", "none up to the last speed", &
+                                                            "unstable at the first speed already", "an eigenproblem was not solved"]
    !> Real parts below this share of the largest frequency are rounding: undamped modes have such.
    real(wp), parameter :: rounding = 1.0e-12_wp
 

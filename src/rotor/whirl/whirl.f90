@@ -39,8 +39,6 @@ module razy_rotor_whirl_whirl
       procedure :: shape_of
       procedure :: damping_at
       procedure :: cross_at
-      procedure :: damping_rate
-      procedure :: cross_rate
    end type whirl_problem_t
 
 contains
@@ -71,7 +69,7 @@ contains
       real(wp), allocatable :: damping(:, :)
 
       damping = speed*self%modal%gyroscopic
-      if (self%damped) damping = damping + self%damping + self%modal%bearing_change(speed, .true., .false., .true.)
+      if (self%damped) damping = damping + self%damping + self%modal%bearing_change(speed, .true., .true.)
    end function damping_at
 
    !> Kx, or Kx + Omega C if C acts, and what bearings have more of K and Kx than at their first speeds (p, p).
@@ -80,30 +78,10 @@ contains
       real(wp), intent(in) :: speed
       real(wp), allocatable :: cross(:, :)
 
-      cross = self%modal%bearing_change(speed, .false., .false., self%damped)
+      cross = self%modal%bearing_change(speed, .false., self%damped)
       if (self%damped) cross = cross + self%cross_stiffness
       if (self%circulatory) cross = cross + speed*self%modal%circulatory
    end function cross_at
-
-   !> The derivative of `damping_at` by the speed.
-   pure function damping_rate(self, speed) result(rate)
-      class(whirl_problem_t), intent(in) :: self
-      real(wp), intent(in) :: speed
-      real(wp), allocatable :: rate(:, :)
-
-      rate = self%modal%gyroscopic
-      if (self%damped) rate = rate + self%modal%bearing_change(speed, .true., .true., .true.)
-   end function damping_rate
-
-   !> The derivative of `cross_at` by the speed.
-   pure function cross_rate(self, speed) result(rate)
-      class(whirl_problem_t), intent(in) :: self
-      real(wp), intent(in) :: speed
-      real(wp), allocatable :: rate(:, :)
-
-      rate = self%modal%bearing_change(speed, .false., .true., self%damped)
-      if (self%circulatory) rate = rate + self%modal%circulatory
-   end function cross_rate
 
    !> Eigenvalues with imaginary part >= 0, 1/s and rad/s, in the order of their imaginary parts, and shapes at the angular speed
    !> `parameter` of the system, rad/s.

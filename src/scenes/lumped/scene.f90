@@ -6,7 +6,7 @@
 module razy_scenes_lumped_scene
    use razy_core_error, only: error_t
    use razy_core_kinds, only: qp, wp
-   use razy_core_text, only: did_you_mean, lower
+   use razy_core_text, only: did_you_mean
    use razy_input_input, only: input_t
    use razy_input_schema, only: group_spec_t
    use razy_linalg_dense, only: add_outer
@@ -131,16 +131,15 @@ contains
    end subroutine add_connections
 
    !> The coordinate of a body; without a name that of the only one.
-   subroutine find_coordinate(self, coordinate, input, group, i, key, own, error)
+   subroutine find_coordinate(self, coordinate, input, group, i, key, error)
       class(lumped_t), intent(in) :: self
       type(coordinate_t), intent(out) :: coordinate
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group, key
       integer, intent(in) :: i
-      logical, intent(in) :: own
       type(error_t), allocatable, intent(out) :: error
 
-      associate (bodies => self%bodies, unused => own)
+      associate (bodies => self%bodies)
          coordinate%number = 1
          if (input%given(group, i, key)) then
             call find_body(bodies, input, group, i, key, coordinate%number, error)
@@ -163,14 +162,11 @@ contains
       integer, intent(in) :: i, stop
       type(error_t), allocatable, intent(out) :: error
 
-      character(:), allocatable :: side
-
       associate (unused => stop)
          call find_row(self%bodies, input, group, i, site%w, site%turns, error)
       end associate
       if (allocated(error) .or. group /= "stop") return
-      call input%get(group, i, "side", side)
-      site%sides = lower(side) /= ["upper", "lower"]
+      site%sides = input%choice(group, i, "side") /= ["upper", "lower"]
    end subroutine find_site
 
 end module razy_scenes_lumped_scene

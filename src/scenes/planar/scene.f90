@@ -77,13 +77,10 @@ contains
 
       n = 3*bodies%count
       call input%get("scene", 1, "title", machine%title)
-      allocate (machine%coordinate(n), machine%unit(n), machine%rate_unit(n))
       call coordinate_names(bodies, names)
-      do i = 1, n
-         machine%coordinate(i) = names(i)%text
-         machine%unit(i) = merge("rad", "m  ", modulo(i, 3) == 0)
-         machine%rate_unit(i) = merge("rad/s", "m/s  ", modulo(i, 3) == 0)
-      end do
+      machine%coordinate = [character(64) ::(names(i)%text, i=1, n)]
+      machine%unit = [character(16) ::(merge("rad", "m  ", modulo(i, 3) == 0), i=1, n)]
+      machine%rate_unit = [character(16) ::(merge("rad/s", "m/s  ", modulo(i, 3) == 0), i=1, n)]
       allocate (machine%mass(n, n), machine%damping(n, n), machine%stiffness(n, n), machine%load(n), source=0.0_wp)
       do b = 1, bodies%count
          machine%mass(3*b - 2, 3*b - 2) = bodies%mass(b)
@@ -100,13 +97,13 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: proportional(:, :)
-      character(:), allocatable :: law, matrix
+      character(:), allocatable :: matrix
       real(wp) :: damping, factor, stiffness
       integer :: k
 
       allocate (proportional, mold=machine%stiffness)
       proportional(:, :) = 0.0_wp
-      call input%get("damping", 1, "matrix", matrix)
+      matrix = input%choice("damping", 1, "matrix")
       do k = 1, size(links)
          associate (group => links(k)%group, i => links(k)%number, pairs => links(k)%pairs, w => links(k)%w)
             call input%get(group, i, "damping", damping)
@@ -114,14 +111,13 @@ contains
             if (group == "damper") cycle
             call input%get(group, i, "stiffness", stiffness)
             call add_outer(machine%stiffness, stiffness/pairs, w)
-            if (lower(matrix) == matrix_untuned) call input%get(group, i, "untuned_stiffness", stiffness)
+            if (matrix == matrix_untuned) call input%get(group, i, "untuned_stiffness", stiffness)
             call add_outer(proportional, stiffness/pairs, w)
          end associate
       end do
       if (input%count("damping") == 0) return
-      do k = 1, merge(size(stops), 0, lower(matrix) == matrix_all)
-         call input%get("stop", k, "law", law)
-         if (lower(law) /= "kelvin_voigt") then
+      do k = 1, merge(size(stops), 0, matrix == matrix_all)
+         if (input%choice("stop", k, "law") /= "kelvin_voigt") then
             call input%complain(error, "damping", 1, "matrix", "'springs' or 'untuned' where a stop has a law that is no spring")
             return
          end if
@@ -132,14 +128,13 @@ contains
       machine%damping = machine%damping + factor*proportional
    end subroutine add_connections
 
-   !> The coordinate, or with `own` = .false. also the component of the motion of a point, that a key names.
-   subroutine find_coordinate(self, coordinate, input, group, i, key, own, error)
+   !> The coordinate, or, but for the start, also the component of the motion of a point, that a key names.
+   subroutine find_coordinate(self, coordinate, input, group, i, key, error)
       class(planar_t), intent(in) :: self
       type(coordinate_t), intent(out) :: coordinate
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group, key
       integer, intent(in) :: i
-      logical, intent(in) :: own
       type(error_t), allocatable, intent(out) :: error
 
       type(point_t) :: point
@@ -174,7 +169,7 @@ contains
       else
          call add_motion(coordinate%row, point, merge([1.0_wp, 0.0_wp], [0.0_wp, 1.0_wp], component == 1))
       end if
-      if (own .and. coordinate%number == 0) then
+      if (group == "initial" .and. coordinate%number == 0) then
          call input%complain(error, group, i, key, "a coordinate such as '"//known(1)%text//"', not a point")
       end if
    end subroutine find_coordinate
@@ -209,7 +204,7 @@ contains
 
       call draw_links(drawing, self%bodies, [self%link, self%stop], input)
       do i = 1, input%count("load")
-         call self%find_coordinate(on, input, "load", i, "on", .false., error)
+         call self%find_coordinate(on, input, "load", i, "on", error)
          if (allocated(error)) return
          ! Forces as arrows; a moment has no direction.
          if (.not. known_point(self%bodies, on%name(:scan(on%name, ".", back=.true.) - 1), point)) cycle

@@ -4,7 +4,7 @@ module razy_scenes_rotor_bearings
    use razy_input_input, only: input_t
    use razy_core_kinds, only: pi, wp
    use razy_core_number, only: decimal, to_text
-   use razy_core_text, only: lower, string_t
+   use razy_core_text, only: string_t, texts_of
    use razy_core_text_columns, only: read_text_columns
    use razy_rotor_bearing, only: bearing_t, given_bearing, rolling_bearing, rolling_row_t, table_columns, tabled_bearing
    use razy_rotor_hertz, only: ball_race_t, ball_stiffness, roller_stiffness
@@ -30,13 +30,11 @@ contains
       type(rolling_row_t) :: row
       type(speed_table_t) :: table
       real(wp) :: damping(6, 6), stiffness(6, 6)
-      character(:), allocatable :: text
       integer :: kind, node, shaft
 
       call find_node(rotor, input, "bearing", i, shaft, node, error)
       if (allocated(error)) return
-      call input%get("bearing", i, "kind", text)
-      kind = findloc(bearing_kinds, lower(text), dim=1)
+      kind = findloc(bearing_kinds == input%choice("bearing", i, "kind"), .true., dim=1)
       if (kind == bearing_matrix) then
          call need(input, i, kind, ["stiffness"], error)
          if (.not. allocated(error)) call read_matrix(stiffness, input, i, "stiffness", error)
@@ -70,17 +68,12 @@ contains
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
-      type(string_t) :: names(1 + size(table_columns))
       real(wp), allocatable :: values(:, :)
       character(:), allocatable :: file
       integer :: k
 
-      names(1)%text = "speed_rpm"
-      do k = 1, size(table_columns)
-         names(1 + k)%text = table_columns(k)
-      end do
       call input%get("bearing", i, "file", file)
-      call read_text_columns(file, names, values, error)
+      call read_text_columns(file, [string_t("speed_rpm"), texts_of(table_columns)], values, error)
       if (allocated(error)) return
       if (size(values, 1) < 2) then
          call input%complain(error, "bearing", i, "file", "a file with at least two speeds")

@@ -4,7 +4,7 @@ module razy_scenes_rotor_parts
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, qp, wp
    use razy_core_number, only: to_text
-   use razy_core_text, only: lower, position_of, string_t
+   use razy_core_text, only: position_of, string_t
    use razy_input_input, only: input_t
    use razy_rotor_rotor, only: check_layers, damping_nodal, damping_none, longest_name, rotor_t
    use razy_rotor_section, only: material_t, section_t, shear_cowper, shear_none
@@ -75,12 +75,10 @@ contains
          rotor%shaft(s)%name = text
          call read_material(material(s), input, s, error)
          if (allocated(error)) return
-         call input%get("shaft", s, "element", text)
-         rotor%shaft(s)%shear = merge(shear_cowper, shear_none, lower(text) == "timoshenko")
+         rotor%shaft(s)%shear = merge(shear_cowper, shear_none, input%choice("shaft", s, "element") == "timoshenko")
          call input%get("shaft", s, "damping_ratio", rotor%shaft(s)%damping_ratio)
-         call input%get("shaft", s, "damping", text)
          if (.not. rotor%shaft(s)%damping_ratio > 0.0_wp) cycle
-         kind = damping_nodal - 2 + findloc(damping_choices, lower(text), dim=1)
+         kind = damping_nodal - 2 + findloc(damping_choices == input%choice("shaft", s, "damping"), .true., dim=1)
          if (rotor%damping /= damping_none .and. rotor%damping /= kind) then
             call input%complain(error, "shaft", s, "damping", "the same for all shafts with damping")
             return
@@ -182,7 +180,6 @@ contains
       type(string_t), allocatable :: name(:)
       real(wp), allocatable :: pair(:)
       integer, allocatable :: node(:)
-      character(:), allocatable :: text
       integer :: gear, i
 
       do i = 1, size(rotor%mesh)
@@ -213,10 +210,8 @@ contains
             mesh%helix = mesh%helix*pi/180
             call input%get("gear_mesh", i, "centre_line", mesh%centre_line)
             mesh%centre_line = mesh%centre_line*pi/180
-            call input%get("gear_mesh", i, "hand", text)
-            mesh%right_handed = lower(text) == "right"
-            call input%get("gear_mesh", i, "drive", text)
-            mesh%positive_drive = lower(text) == "positive"
+            mesh%right_handed = input%choice("gear_mesh", i, "hand") == "right"
+            mesh%positive_drive = input%choice("gear_mesh", i, "drive") == "positive"
             call input%get("gear_mesh", i, "stiffness", mesh%stiffness)
             call input%get("gear_mesh", i, "damping", mesh%damping)
          end associate

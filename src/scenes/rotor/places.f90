@@ -2,7 +2,7 @@
 module razy_scenes_rotor_places
    use razy_core_error, only: error_t
    use razy_core_number, only: to_text
-   use razy_core_text, only: did_you_mean, excerpt, lower, position_of, string_t
+   use razy_core_text, only: did_you_mean, excerpt, lower, position_of, string_t, texts_of
    use razy_input_input, only: input_t
    use razy_rotor_numbering, only: coordinate_names
    use razy_rotor_rotor, only: rotor_t
@@ -22,11 +22,9 @@ contains
       integer, intent(out) :: shaft
       type(error_t), allocatable, intent(out) :: error
 
-      type(string_t) :: known(size(rotor%shaft))
+      type(string_t), allocatable :: known(:)
 
-      do shaft = 1, size(known)
-         known(shaft)%text = trim(rotor%shaft(shaft)%name)
-      end do
+      known = texts_of(rotor%shaft%name)
       shaft = position_of(name, known)
       if (shaft == 0) call input%complain(error, group, i, key, "no shaft is named "//excerpt(name)//"; "// &
                                           did_you_mean(name, known, "shafts"))

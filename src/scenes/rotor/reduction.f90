@@ -3,7 +3,6 @@ module razy_scenes_rotor_reduction
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, wp
    use razy_core_number, only: to_text
-   use razy_core_text, only: lower
    use razy_input_input, only: input_t
    use razy_linalg_dense, only: identity
    use razy_rotor_model, only: rotor_model_t
@@ -37,12 +36,8 @@ contains
       type(input_t), intent(in) :: input
       logical :: is_reduced
 
-      character(:), allocatable :: method
-
-      is_reduced = .false.
-      if (input%count("reduction") == 0) return
-      call input%get("reduction", 1, "method", method)
-      is_reduced = lower(method) /= method_none
+      is_reduced = input%count("reduction") > 0
+      if (is_reduced) is_reduced = input%choice("reduction", 1, "method") /= method_none
    end function is_reduced
 
    !> The model in the coordinates of `&reduction`; without it in its own.
@@ -69,14 +64,9 @@ contains
       type(input_t), intent(in) :: input
       type(reduction_t) :: kind
 
-      character(:), allocatable :: text
-
-      call input%get("reduction", 1, "method", text)
-      kind%method = lower(text)
-      call input%get("reduction", 1, "level", text)
-      kind%level = lower(text)
-      call input%get("reduction", 1, "sorting", text)
-      kind%sorting = lower(text)
+      kind%method = input%choice("reduction", 1, "method")
+      kind%level = input%choice("reduction", 1, "level")
+      kind%sorting = input%choice("reduction", 1, "sorting")
       call input%get("reduction", 1, "static_correction", kind%correction)
    end function chosen
 

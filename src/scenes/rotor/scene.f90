@@ -41,7 +41,6 @@ module razy_scenes_rotor_scene
    contains
       procedure, nopass :: schema => rotor_schema
       procedure :: build_model
-      procedure :: build_reduced
       procedure :: build
       procedure :: find_coordinate
       procedure :: find_site
@@ -102,15 +101,6 @@ contains
       end do
    end subroutine check_bearings
 
-   !> Reduce it, after `build_model`.
-   subroutine build_reduced(self, input, error)
-      class(rotor_scene_t), intent(inout) :: self
-      type(input_t), intent(in) :: input
-      type(error_t), allocatable, intent(out) :: error
-
-      call reduce(self%reduced, self%model, input, error)
-   end subroutine build_reduced
-
    subroutine build(self, machine, input, error)
       class(rotor_scene_t), intent(inout) :: self
       type(machine_t), intent(out) :: machine
@@ -163,7 +153,7 @@ contains
          deallocate (self%made_of)
       end if
       call self%build_model(input, error)
-      if (.not. allocated(error)) call self%build_reduced(input, error)
+      if (.not. allocated(error)) call reduce(self%reduced, self%model, input, error)
       if (.not. allocated(error)) self%made_of = wanted
    end subroutine renew_model
 
@@ -247,8 +237,8 @@ contains
          machine%circulatory = merge(1.0_wp, 0.0_wp, circulatory)*reduced%circulatory
       end if
       if (size(reduced%tabled) == 0) return
-      machine%damping = machine%damping + reduced%bearing_change(speed, .true., .false., .true.)
-      machine%stiffness = machine%stiffness + reduced%bearing_change(speed, .false., .false., .true.)
+      machine%damping = machine%damping + reduced%bearing_change(speed, .true., .true.)
+      machine%stiffness = machine%stiffness + reduced%bearing_change(speed, .false., .true.)
    end subroutine take_matrices
 
    logical function accelerates(input)
@@ -263,20 +253,19 @@ contains
    end function accelerates
 
    !> A coordinate of the model, moved by those of the machine.
-   subroutine find_coordinate(self, coordinate, input, group, i, key, own, error)
+   subroutine find_coordinate(self, coordinate, input, group, i, key, error)
       class(rotor_scene_t), intent(in) :: self
       type(coordinate_t), intent(out) :: coordinate
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group, key
       integer, intent(in) :: i
-      logical, intent(in) :: own
       type(error_t), allocatable, intent(out) :: error
 
       integer :: at(6), node, shaft, which
 
       associate (model => self%model)
-         if (is_reduced(input) .and. own) then
-            call input%complain(error, group, i, key, "no &"//group//" with &reduction: leave one of the two out")
+         if (is_reduced(input) .and. group == "initial") then
+            call input%complain(error, group, i, key, "no &initial with &reduction: leave one of the two out")
          else if (.not. input%given(group, i, key)) then
             call input%complain(error, group, i, key, "required: a coordinate such as '"// &
                                 trim(model%numbering%name(model%rotor, 1))//"'")

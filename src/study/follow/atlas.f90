@@ -7,7 +7,7 @@ module razy_study_follow_atlas
    use razy_orbits_branch, only: branch_t, point_t
    use razy_orbits_search, only: found_t, is_on, new_found
    use razy_study_follow_cells, only: arrival_t, cells_t, unpack_cell
-   use razy_study_follow_follow, only: follow_t, sample_t
+   use razy_study_follow_follow, only: sample_t
    implicit none(type, external)
    private
 
@@ -245,42 +245,37 @@ contains
       class(atlas_t), intent(inout) :: self
       type(cells_t), intent(inout) :: cells
 
-      call use_scales(self, cells)
-      call join(self, cells%follow)
-   end subroutine finish
-
-   subroutine join(self, follow)
-      class(atlas_t), intent(inout) :: self
-      type(follow_t), intent(inout) :: follow
-
       integer :: chain_of(self%count), i, pass
 
-      call follow%reset()
-      if (allocated(follow%branch)) deallocate (follow%branch)
-      allocate (follow%branch(self%count))
-      chain_of = 0
-      ! First those that begin on another, then those with an end, then closed ones.
-      do pass = 1, 3
-         do i = 1, self%count
-            if (chain_of(i) > 0 .or. (pass == 1 .and. self%piece(i)%parent == 0)) cycle
-            if (pass < 3 .and. all(self%piece(i)%end%mate(1) > 0)) cycle
-            follow%count = follow%count + 1
-            call chain(self, i, chain_of, follow%count, follow%branch(follow%count))
+      call use_scales(self, cells)
+      associate (follow => cells%follow)
+         call follow%reset()
+         if (allocated(follow%branch)) deallocate (follow%branch)
+         allocate (follow%branch(self%count))
+         chain_of = 0
+         ! First those that begin on another, then those with an end, then closed ones.
+         do pass = 1, 3
+            do i = 1, self%count
+               if (chain_of(i) > 0 .or. (pass == 1 .and. self%piece(i)%parent == 0)) cycle
+               if (pass < 3 .and. all(self%piece(i)%end%mate(1) > 0)) cycle
+               follow%count = follow%count + 1
+               call chain(self, i, chain_of, follow%count, follow%branch(follow%count))
+            end do
          end do
-      end do
-      do i = 1, self%count
-         associate (branch => follow%branch(chain_of(i)))
-            if (self%piece(i)%parent > 0) branch%parent = chain_of(self%piece(i)%parent)
-         end associate
-      end do
-      do i = 1, follow%count
-         if (follow%branch(i)%ending == "") follow%branch(i)%ending = "where it was found"
-      end do
-      follow%sample = self%sample
-      do i = 1, size(follow%sample)
-         follow%sample(i)%branch = chain_of(follow%sample(i)%branch)
-      end do
-   end subroutine join
+         do i = 1, self%count
+            associate (branch => follow%branch(chain_of(i)))
+               if (self%piece(i)%parent > 0) branch%parent = chain_of(self%piece(i)%parent)
+            end associate
+         end do
+         do i = 1, follow%count
+            if (follow%branch(i)%ending == "") follow%branch(i)%ending = "where it was found"
+         end do
+         follow%sample = self%sample
+         do i = 1, size(follow%sample)
+            follow%sample(i)%branch = chain_of(follow%sample(i)%branch)
+         end do
+      end associate
+   end subroutine finish
 
    !> The branch that piece `first` is a part of, from an end of it on.
    subroutine chain(self, first, chain_of, number, branch)

@@ -175,9 +175,8 @@ contains
                row(size(row)) = 1.0_wp
                if (allocated(orbit%column)) deallocate (orbit%column)
                call problem%correct(guess, row, orbit, ok)
-               if (ok) call problem%differentiate(orbit, ok)
+               if (ok) call problem%complete(orbit, ok)
                if (.not. ok) cycle
-               call orbit%find_multipliers(.false.)
                call new_found(motion, problem, orbit)
                if (self%follow%place_on(motion) > 0) cycle
                problem%periods = arrival%periods
@@ -187,35 +186,29 @@ contains
       end associate
    end subroutine follow_on
 
-   !> The branches and the sample as columns: lists of the branches, of all their points, of all numbers of these.
+   !> The branches and the sample as columns: lists of the branches, and of the numbers of all their points.
    subroutine fill(self, sample, row)
       class(cells_t), intent(inout) :: self
       type(sample_t), intent(in) :: sample
       type(table_t), intent(inout) :: row
 
-      real(wp), allocatable :: correction(:), multiplier(:), s(:), u(:)
-      integer, allocatable :: contact(:), events(:), label(:)
+      real(wp), allocatable :: numbers(:, :), s(:)
       character(:), allocatable :: text
-      integer :: b, i, k, n, points
+      integer :: b, i, k
 
       s = self%follow%problem%scales()
-      n = size(s)
       associate (branch => self%follow%branch(:self%follow%count))
-         points = sum(branch%count)
-         allocate (correction(points), contact(points), events(points), label(points), u(n*points), multiplier(2*(n - 1)*points))
+         allocate (numbers(3*size(s) + 3, sum(branch%count)))
          text = sample%reason
          k = 0
          do b = 1, size(branch)
             text = text//new_line("a")//branch(b)%ending
             do i = 1, branch(b)%count
                associate (point => branch(b)%point(i))
-                  u(k*n + 1:(k + 1)*n) = point%orbit%u*s
-                  multiplier(2*k*(n - 1) + 1:2*(k + 1)*(n - 1)) = [real(point%orbit%multiplier, wp), point%orbit%multiplier%im]
                   k = k + 1
-                  label(k) = 256*iachar(point%label(1:1)) + iachar(point%label(2:2))
-                  contact(k) = point%contact
-                  events(k) = point%orbit%sequence%count
-                  correction(k) = point%orbit%correction
+                  numbers(:, k) = [real([iachar(point%label(1:1)), iachar(point%label(2:2)), point%contact, &
+                                         point%orbit%sequence%count], wp), point%orbit%correction, point%orbit%u*s, &
+                                   real(point%orbit%multiplier, wp), point%orbit%multiplier%im]
                end associate
             end do
          end do
@@ -230,12 +223,7 @@ contains
          call row%add("points", branch%count, "1", "points", "branch")
          call row%add("parent", branch%parent, "1", "branch that it begins on", "branch")
       end associate
-      call row%add("label", label, "1", "label", "point")
-      call row%add("contact", contact, "1", "contact", "point")
-      call row%add("events", events, "1", "events", "point")
-      call row%add("correction", correction, "1", "last correction", "point")
-      call row%add("u", u, "1", "states and parameter", "number")
-      call row%add("multiplier", multiplier, "1", "multipliers", "part")
+      call row%add("point", reshape(numbers, [size(numbers)]), "1", "label, contact, events, correction, u, multipliers", "number")
    end subroutine fill
 
    !> The branches of a row that `fill` has filled, in units of `scales`, and the sample.
@@ -246,21 +234,16 @@ contains
       type(sample_t), intent(out) :: sample
 
       character(:), allocatable :: text
-      integer, allocatable :: periods(:), points(:), parent(:), label(:), contact(:), events(:)
-      real(wp), allocatable :: correction(:), part(:, :), seen(:), u(:, :)
+      integer, allocatable :: periods(:), points(:), parent(:)
+      real(wp), allocatable :: numbers(:, :), seen(:)
       integer :: b, i, k, n
 
       text = text_of(integers("text"))
       periods = integers("periods")
       points = integers("points")
       parent = integers("parent")
-      label = integers("label")
-      contact = integers("contact")
-      events = integers("events")
-      correction = reals("correction")
       n = size(scales)
-      u = reshape(reals("u"), [n, size(label)])
-      part = reshape(reals("multiplier"), [2*(n - 1), size(label)])
+      numbers = reshape(reals("point"), [3*n + 3, sum(points)])
       seen = [reals("value"), reals("exponent"), reals("error")]
       sample%parameter = seen(1)
       sample%exponent = seen(2)
@@ -279,13 +262,13 @@ contains
          allocate (branch(b)%point(points(b)))
          do i = 1, points(b)
             k = k + 1
-            associate (point => branch(b)%point(i))
-               point%label = achar(label(k)/256)//achar(modulo(label(k), 256))
-               point%contact = contact(k)
-               point%orbit%sequence%count = events(k)
-               point%orbit%correction = correction(k)
-               point%orbit%u = u(:, k)/scales
-               point%orbit%multiplier = cmplx(part(:n - 1, k), part(n:, k), wp)
+            associate (point => branch(b)%point(i), number => numbers(:, k))
+               point%label = achar(nint(number(1)))//achar(nint(number(2)))
+               point%contact = nint(number(3))
+               point%orbit%sequence%count = nint(number(4))
+               point%orbit%correction = number(5)
+               point%orbit%u = number(6:n + 5)/scales
+               point%orbit%multiplier = cmplx(number(n + 6:2*n + 4), number(2*n + 5:), kind=wp)
             end associate
          end do
       end do

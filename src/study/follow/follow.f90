@@ -134,11 +134,9 @@ contains
       !> Periods of a motion that are looked for if nothing is said.
       integer, parameter :: usual_periods = 4
       character(*), parameter :: of_all(*) = [character(7) :: "samples", "starts"]
-      character(:), allocatable :: motions
       integer :: i
 
-      call input%get("follow", 1, "motions", motions)
-      self%all_motions = motions == "all"
+      self%all_motions = input%choice("follow", 1, "motions") == "all"
       call input%get("follow", 1, "samples", self%samples)
       call input%get("follow", 1, "starts", self%search%starts)
       self%search%settle = self%settle
@@ -245,13 +243,16 @@ contains
       type(orbit_t), intent(in) :: orbit
       integer, intent(in) :: side
 
+      real(wp) :: guide(size(orbit%u))
       integer :: from, i, periods
 
       i = self%count
       periods = self%problem%periods
-      if (side >= 0) call self%one_branch(orbit, 1.0_wp)
+      guide = 0.0_wp
+      guide(size(guide)) = sign(1.0_wp, self%last(1) - self%first(1))
+      if (side >= 0) call self%one_branch(orbit, guide, 0, 0)
       self%problem%periods = periods
-      if (side <= 0) call self%one_branch(orbit, -1.0_wp)
+      if (side <= 0) call self%one_branch(orbit, -guide, 0, 0)
       do while (i < self%count)
          i = i + 1
          from = 0
@@ -315,32 +316,21 @@ contains
       end associate
    end subroutine curve_through
 
-   !> The branch of a motion, towards `last` with `side` 1.
-   subroutine one_branch(self, orbit, side)
+   !> The branch of a motion on the side of `guide`, which begins at point `origin` of branch `parent`; 0: it was found by itself.
+   subroutine one_branch(self, orbit, guide, parent, origin)
       class(follow_t), intent(inout) :: self
       type(orbit_t), intent(in) :: orbit
-      real(wp), intent(in) :: side
+      real(wp), intent(in) :: guide(:)
+      integer, intent(in) :: parent, origin
 
-      real(wp) :: guide(size(orbit%u))
-
-      guide = 0.0_wp
-      guide(size(guide)) = side*sign(1.0_wp, self%last(1) - self%first(1))
       if (self%count == most_branches) return
       self%count = self%count + 1
-      call self%branch(self%count)%follow(self%problem, orbit, guide, low_of(self), high_of(self), self%most_points)
+      associate (branch => self%branch(self%count), ends => [self%first(1), self%last(1)]/self%problem%range)
+         branch%parent = parent
+         branch%origin = origin
+         call branch%follow(self%problem, orbit, guide, minval(ends), maxval(ends), self%most_points)
+      end associate
    end subroutine one_branch
-
-   pure real(wp) function low_of(self)
-      class(follow_t), intent(in) :: self
-
-      low_of = min(self%first(1), self%last(1))/self%problem%range
-   end function low_of
-
-   pure real(wp) function high_of(self)
-      class(follow_t), intent(in) :: self
-
-      high_of = max(self%first(1), self%last(1))/self%problem%range
-   end function high_of
 
    !> The branches that begin at a point, if it is a doubling or a branch point of a branch that is not itself the child of
    !> too many.
@@ -370,10 +360,7 @@ contains
             if (self%place_on(motion) > 0) cycle
             self%problem%periods = periods
          end if
-         self%count = self%count + 1
-         self%branch(self%count)%parent = parent
-         self%branch(self%count)%origin = place
-         call self%branch(self%count)%follow(self%problem, orbit, guide, low_of(self), high_of(self), self%most_points)
+         call self%one_branch(orbit, guide, parent, place)
       end do
    end subroutine follow_switched
 

@@ -19,6 +19,7 @@ module razy_study_follow_result
    use razy_orbits_volume, only: volume_t
    use razy_study_follow_family, only: case_family_t
    use razy_study_follow_follow, only: follow_t
+   use razy_study_watch, only: ask_extrema
    implicit none(type, external)
    private
 
@@ -100,7 +101,7 @@ contains
          if (self%problem%is_autonomous()) duration = orbit%u(map%n + 1)*self%problem%period
          select type (family => map%family)
          type is (case_family_t)
-            call ask_extrema(extrema, family)
+            call ask_extrema(extrema, family%records, family%machine)
          end select
          allocate (slots(size(extrema) + 1))
          slots(size(slots))%observer => volume
@@ -109,6 +110,8 @@ contains
             call volume%begin(by)
          end select
          do i = 1, size(extrema)
+            extrema(i)%from = 0.0_wp
+            call extrema(i)%reset()
             slots(i)%observer => extrema(i)
          end do
          call map%go(orbit%u(:map%n)*s(:map%n), duration, .false., back, slots)
@@ -132,28 +135,6 @@ contains
          end do
       end associate
    end subroutine fill_row
-
-   !> Extrema of all observables that &record asks extrema of.
-   subroutine ask_extrema(extrema, family)
-      type(extrema_t), allocatable, intent(out) :: extrema(:)
-      type(case_family_t), intent(in) :: family
-
-      integer :: i, k
-
-      allocate (extrema(count(family%records%extrema)))
-      k = 0
-      do i = 1, size(family%records)
-         if (.not. family%records(i)%extrema) cycle
-         k = k + 1
-         associate (observable => family%machine%observable(family%records(i)%observable))
-            extrema(k)%form = family%records(i)%observable
-            extrema(k)%name = observable%name
-            extrema(k)%unit = observable%unit
-            extrema(k)%long_name = observable%long_name
-         end associate
-         call extrema(k)%reset()
-      end do
-   end subroutine ask_extrema
 
    !> Where each branch comes from and why it ends.
    subroutine branch_columns(self, table)

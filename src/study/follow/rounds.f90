@@ -57,17 +57,15 @@ contains
       options%largest_chunk = 1
       do round = 1, rounds_each*cells%cells
          call plan_round(units%plan, cells, checkpoint, round, communicator%is_root())
-         call units%share(communicator, error)
-         if (.not. allocated(error)) call run_sweep(communicator, cells, units, checkpoint, options, progress, outcome, error, &
-                                                    interrupted)
+         call units%share(communicator)
+         call run_sweep(communicator, cells, units, checkpoint, options, progress, outcome, error, interrupted)
          stopped = outcome%stopped
          if (allocated(error) .or. stopped) return
          if (communicator%is_root()) call end_round(atlas, cells, checkpoint, round, error)
          call communicator%agree(error)
          if (allocated(error)) return
          numbers = pack_arrivals(cells%arrival)
-         call communicator%broadcast(numbers, error)
-         if (allocated(error)) return
+         call communicator%broadcast(numbers)
          cells%arrival = unpack_arrivals(numbers, cells%follow%problem%map%n)
          go_on = size(cells%arrival) > 0
          if (.not. go_on) exit

@@ -2,13 +2,12 @@
 module razy_study_modes_modes
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
-   use razy_core_text, only: lower
    use razy_input_input, only: input_t
    use razy_machine_linearised, only: contact_choices, contacts_closed, contacts_equilibrium
    use razy_machine_machine, only: machine_t
    use razy_scenes_case, only: new_structure
    use razy_scenes_rotor_bearings, only: check_tables
-   use razy_scenes_rotor_reduction, only: is_reduced
+   use razy_scenes_rotor_reduction, only: is_reduced, reduce
    use razy_scenes_rotor_scene, only: rotor_scene_t
    use razy_study_modes_machine, only: find_machine_modes
    use razy_study_modes_reduction, only: compare_reductions
@@ -50,17 +49,14 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      character(:), allocatable :: contacts, kind
       real(wp) :: first, last
       logical :: reduced
 
       self%input = input
       call input%get("scene", 1, "title", self%title)
       call input%get("modes", 1, "count", self%count)
-      call input%get("modes", 1, "contacts", contacts)
-      self%contacts = findloc(contact_choices == lower(contacts), .true., dim=1)
-      call input%get("scene", 1, "kind", kind)
-      if (lower(kind) /= "rotor") then
+      self%contacts = findloc(contact_choices == input%choice("modes", 1, "contacts"), .true., dim=1)
+      if (input%choice("scene", 1, "kind") /= "rotor") then
          allocate (self%machine)
          call new_structure(self%machine, input, error)
          return
@@ -72,7 +68,9 @@ contains
       allocate (self%rotor)
       call self%rotor%build_model(input, error)
       reduced = is_reduced(input)
-      if (.not. allocated(error) .and. (reduced .or. input%count("campbell") > 0)) call self%rotor%build_reduced(input, error)
+      if (.not. allocated(error) .and. (reduced .or. input%count("campbell") > 0)) then
+         call reduce(self%rotor%reduced, self%rotor%model, input, error)
+      end if
       if (allocated(error) .or. input%count("campbell") == 0) return
       call input%get("campbell", 1, "first_rpm", first)
       call input%get("campbell", 1, "last_rpm", last)

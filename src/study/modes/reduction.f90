@@ -5,7 +5,6 @@ module razy_study_modes_reduction
    use razy_core_error, only: error_t, raise
    use razy_input_input, only: input_t
    use razy_core_kinds, only: pi, wp
-   use razy_core_text, only: lower
    use razy_study_modes_result, only: modes_result_t, reduction_result_t
    use razy_linalg_generalised, only: eigenpairs_t
    use razy_rotor_reduction_craig_bampton, only: interface_size
@@ -38,11 +37,11 @@ contains
       character(:), allocatable :: compare
       integer :: i, modes
 
-      call input%get("reduction", 1, "compare", compare)
-      if (lower(compare) == "none" .or. input%count("gear_mesh") == 0) return
+      compare = input%choice("reduction", 1, "compare")
+      if (compare == "none" .or. input%count("gear_mesh") == 0) return
       call input%get("reduction", 1, "compare_modes", modes)
       call find_frequencies(omega, rotor, input, modes, error)
-      if (.not. allocated(error)) call list_kinds(kind, rotor, input, lower(compare) == "all", error)
+      if (.not. allocated(error)) call list_kinds(kind, rotor, input, compare == "all", error)
       if (allocated(error)) return
       allocate (content%reduction)
       content%mesh = mesh_names(input)

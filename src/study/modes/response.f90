@@ -10,7 +10,7 @@ module razy_study_modes_response
    use razy_input_input, only: input_t
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_machine_linearised, only: linear_ok, linear_rigid
-   use razy_machine_machine, only: machine_t
+   use razy_machine_machine, only: machine_t, observable_t
    use razy_machine_response, only: find_response
    use razy_scenes_case, only: new_observed
    use razy_scenes_scene, only: scene_t
@@ -38,7 +38,7 @@ module razy_study_modes_response
       integer, private :: contacts = 0
       !> Ends of the operating range; not allocated if there is none.
       real(wp), allocatable, private :: operating(:)
-      character(64), allocatable, private :: name(:), unit(:), long_name(:)
+      type(observable_t), allocatable, private :: observable(:)
       !> Values of the parameter (points), frequencies, Hz (tones, points), phasors (observables, tones, points).
       real(wp), allocatable, private :: grid(:), hertz(:, :)
       complex(wp), allocatable, private :: value(:, :, :)
@@ -97,13 +97,8 @@ contains
       self%grid = [(first + (last - first)*(real(i, wp)/(points - 1)), i=0, points - 1)]
       call machine_at(self, last, machine, error)
       if (allocated(error)) return
-      allocate (self%name(size(machine%observable)), self%unit(size(machine%observable)), self%long_name(size(machine%observable)))
-      do i = 1, size(machine%observable)
-         self%name(i) = machine%observable(i)%name
-         self%unit(i) = machine%observable(i)%unit
-         self%long_name(i) = machine%observable(i)%long_name
-      end do
-      if (size(self%name) == 0) then
+      self%observable = machine%observable
+      if (size(self%observable) == 0) then
          call input%complain(error, "record", 1, "observable", "required: a quantity whose response &response finds")
       else if (abs(machine%acceleration) > 0.0_wp) then
          call input%complain(error, "rotation", 1, "acceleration_rpm_per_s", "0 for &response, which is that of constant speeds")
@@ -162,7 +157,7 @@ contains
          if (.not. allocated(self%value)) then
             tones = size(hertz)
             allocate (self%hertz(tones, size(self%grid)), source=nan)
-            allocate (self%value(size(self%name), tones, size(self%grid)), source=cmplx(nan, nan, wp))
+            allocate (self%value(size(self%observable), tones, size(self%grid)), source=cmplx(nan, nan, wp))
          end if
          ! At a speed of 0 there is no tone, and where frequencies meet there are fewer.
          if (size(hertz) /= tones) cycle
@@ -316,15 +311,15 @@ contains
       call table%add(parameter, self%grid, self%varied%unit, self%varied%parameter, parameter)
       call table%add(tone, [(i, i=1, size(self%hertz, 1))], "1", "number of the tone of the excitation", tone)
       call table%add(group//"frequency", self%hertz, "Hz", "frequency of the tone", [character(20) :: tone, parameter])
-      do i = 1, size(self%name)
+      do i = 1, size(self%observable)
          parts(1, :, :) = self%value(i, :, :)%re
          parts(2, :, :) = self%value(i, :, :)%im
-         call table%add(group//"phasor/"//trim(self%name(i)), parts, trim(self%unit(i)), &
-                        trim(self%long_name(i))//", real and imaginary part of its phasor", &
+         call table%add(group//"phasor/"//self%observable(i)%name, parts, self%observable(i)%unit, &
+                        self%observable(i)%long_name//", real and imaginary part of its phasor", &
                         [character(20) :: "/complex", tone, parameter])
       end do
       do i = 1, size(names)
-         names(i) = self%name(self%peak(i)%observable)
+         names(i) = self%observable(self%peak(i)%observable)%name
       end do
       call table%add(group//"peak_observable", names, "1", "what has a peak", peak)
       call table%add(group//"peak_tone", self%peak%tone, "1", "number of its tone", peak)
@@ -348,8 +343,8 @@ contains
       do i = 1, min(most_lines, size(self%peak))
          associate (peak => self%peak(i))
             write (amplitude, "(es10.3)") peak%amplitude
-            line = "peak of "//trim(self%name(peak%observable))//" at "//decimal(peak%at, 3)//" "//self%varied%unit//": "// &
-                   trim(adjustl(amplitude))//" "//trim(self%unit(peak%observable))
+            line = "peak of "//self%observable(peak%observable)%name//" at "//decimal(peak%at, 3)//" "//self%varied%unit//": "// &
+                   trim(adjustl(amplitude))//" "//self%observable(peak%observable)%unit
             if (.not. ieee_is_nan(peak%factor)) line = line//", amplification factor "//decimal(peak%factor, 2)
             if (.not. ieee_is_nan(peak%required)) line = line//", separation margin "//decimal(100*peak%margin, 1)// &
                                                          " %, asked for "//decimal(100*peak%required, 1)//" %"

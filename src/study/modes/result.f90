@@ -6,6 +6,7 @@ module razy_study_modes_result
    use razy_core_number, only: decimal, to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
+   use razy_rotor_whirl_critical, only: critical_t
    use razy_study_modes_response, only: response_t
    implicit none(type, external)
    private
@@ -52,8 +53,8 @@ module razy_study_modes_result
       real(wp), allocatable :: eigenvalue(:, :, :)
       !> Number of the branch, direction of whirl (modes, speeds).
       real(wp), allocatable :: branch(:, :), direction(:, :)
-      !> Critical speeds, rad/s, their excitation orders, frequencies, Hz, directions of whirl, branches (criticals).
-      real(wp), allocatable :: critical(:), critical_order(:), critical_frequency(:), critical_direction(:), critical_branch(:)
+      !> Critical speeds (criticals).
+      type(critical_t), allocatable :: critical(:)
       !> Crossings that were seen but not located.
       integer :: lost = 0
       !> The stability limit, rad/s, NaN if there is none; what it is, in words.
@@ -163,12 +164,12 @@ contains
 
       character(*), parameter :: along = "/critical"
 
-      call table%add("/critical_speed", self%critical, "rad/s", "critical speed", along)
+      call table%add("/critical_speed", self%critical%speed, "rad/s", "critical speed", along)
       call table%note("not_located", [self%lost])
-      call table%add("/critical_order", self%critical_order, "1", "excitation frequency over that of rotation", along)
-      call table%add("/critical_frequency", self%critical_frequency, "Hz", "frequency at the critical speed", along)
-      call table%add("/critical_direction", self%critical_direction, "1", "direction of whirl: +1 forward, -1 backward", along)
-      call table%add("/critical_branch", self%critical_branch, "1", "branch at the critical speed", along)
+      call table%add("/critical_order", self%critical%order, "1", "excitation frequency over that of rotation", along)
+      call table%add("/critical_frequency", self%critical%frequency/(2*pi), "Hz", "frequency at the critical speed", along)
+      call table%add("/critical_direction", self%critical%direction, "1", "direction of whirl: +1 forward, -1 backward", along)
+      call table%add("/critical_branch", real(self%critical%branch, wp), "1", "branch at the critical speed", along)
       call table%add("/stability_limit", self%limit, "rad/s", "speed above which motion grows")
       call table%note("meaning", self%limit_words)
    end subroutine critical_columns
@@ -234,9 +235,11 @@ contains
       integer :: i
 
       do i = 1, min(most_lines, size(content%critical))
-         call append_text(lines, "critical speed of order "//to_text(content%critical_order(i))//": "// &
-                          decimal(content%critical(i), 3)//" rad/s = "//decimal(content%critical(i)*30/pi, 2)//" rpm, "// &
-                          decimal(content%critical_frequency(i), 3)//" Hz, "//turning(content%critical_direction(i)))
+         associate (one => content%critical(i))
+            call append_text(lines, "critical speed of order "//to_text(one%order)//": "//decimal(one%speed, 3)//" rad/s = "// &
+                             decimal(one%speed*30/pi, 2)//" rpm, "//decimal(one%frequency/(2*pi), 3)//" Hz, "// &
+                             turning(one%direction))
+         end associate
       end do
       if (size(content%critical) > most_lines) call append_text(lines, "and "//to_text(size(content%critical) - most_lines)// &
                                                                 " more critical speeds")

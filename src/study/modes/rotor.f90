@@ -7,11 +7,10 @@ module razy_study_modes_rotor
    use razy_input_input, only: input_t
    use razy_linalg_dense, only: product_of
    use razy_linalg_generalised, only: eigenpairs_t, keep_first, modes_found
-   use razy_rotor_model, only: rotor_model_t
    use razy_rotor_whirl_campbell, only: campbell_t, new_campbell
    use razy_rotor_whirl_degenerate, only: separate_degenerate
    use razy_rotor_whirl_modes, only: rotor_modes => natural_modes, rotor_shares => energy_shares, shaft_shares, strain_shares
-   use razy_rotor_whirl_stability, only: known_limit, limit_below, limit_failed, limit_found, limit_t, stability_limit
+   use razy_rotor_whirl_stability, only: known_limit, limit_found, limit_meanings, limit_t, stability_limit
    use razy_rotor_whirl_whirl, only: new_whirl, whirl_found, whirl_problem_t
    use razy_scenes_rotor_reduction, only: is_reduced
    use razy_scenes_rotor_scene, only: rotor_scene_t
@@ -39,7 +38,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(eigenpairs_t) :: pairs
-      integer :: i, m, s
+      integer :: i, m
 
       associate (model => rotor%model, reduced => rotor%reduced)
          if (is_reduced(input)) then
@@ -57,17 +56,14 @@ contains
          end if
          call separate_degenerate(pairs, model)
          m = size(pairs%value)
-         content%coordinate = names_of(model)
+         content%coordinate = [character(64) ::(model%numbering%name(model%rotor, i), i=1, model%numbering%n)]
          content%part = motions
          content%strain_part = strained
          content%natural = sqrt(max(pairs%value, 0.0_wp))/(2*pi)
          content%shape = pairs%vector
          content%mesh = mesh_names(input)
          content%deformation = matmul(transpose(model%mesh_direction), pairs%vector)
-         allocate (content%shaft(size(model%rotor%shaft)))
-         do s = 1, size(content%shaft)
-            content%shaft(s) = model%rotor%shaft(s)%name
-         end do
+         content%shaft = [character(64) :: model%rotor%shaft%name]
          allocate (content%share(4, m), content%strain_share(3, m), content%shaft_share(size(content%shaft), m))
          do i = 1, m
             content%shaft_share(:, i) = shaft_shares(model, pairs%vector(:, i))
@@ -93,18 +89,6 @@ contains
       end do
    end function mesh_names
 
-   pure function names_of(model) result(names)
-      type(rotor_model_t), intent(in) :: model
-      character(64), allocatable :: names(:)
-
-      integer :: i
-
-      allocate (names(model%numbering%n))
-      do i = 1, size(names)
-         names(i) = model%numbering%name(model%rotor, i)
-      end do
-   end function names_of
-
    !> Eigenvalues over the speed, critical speeds, stability limit.
    subroutine find_campbell(content, rotor, input, count, closed, error)
       type(modes_result_t), intent(inout) :: content
@@ -118,7 +102,7 @@ contains
       type(campbell_t) :: diagram
       type(limit_t) :: limit
       real(wp), allocatable :: order(:)
-      real(wp) :: first, last
+      real(wp) :: first, last, nan
       logical :: circulatory, gyroscopic, with_damping
       integer :: i, modes, points
 
@@ -144,60 +128,21 @@ contains
       content%eigenvalue = parts_of(diagram%value)
       content%branch = real(diagram%branch, wp)
       content%direction = diagram%direction
-      call mark_missing(content, diagram%branch)
-      associate (critical => diagram%critical)
-         content%critical = critical%speed
-         content%lost = diagram%lost
-         content%critical_order = critical%order
-         content%critical_frequency = critical%frequency/(2*pi)
-         content%critical_direction = critical%direction
-         content%critical_branch = real(critical%branch, wp)
-      end associate
+      ! Modes that a speed does not have.
+      nan = ieee_value(nan, ieee_quiet_nan)
+      where (diagram%branch == 0) content%frequency = nan
+      where (diagram%branch == 0) content%branch = nan
+      where (diagram%branch == 0) content%direction = nan
+      where (spread(diagram%branch == 0, 1, 2)) content%eigenvalue = nan
+      content%critical = diagram%critical
+      content%lost = diagram%lost
       if (with_damping) then
          limit = known_limit(damped, content%speed, diagram%growth, circulatory, limit_tolerance)
       else
          limit = stability_limit(damped, content%speed(1), content%speed(points), points - 1, circulatory, limit_tolerance)
       end if
-      call put_limit(content, limit)
+      content%limit = merge(limit%speed, nan, limit%status == limit_found)
+      content%limit_words = trim(limit_meanings(limit%status))
    end subroutine find_campbell
-
-   !> NaN for modes that a speed does not have.
-   subroutine mark_missing(content, branch)
-      type(modes_result_t), intent(inout) :: content
-      integer, intent(in) :: branch(:, :)
-
-      real(wp) :: nan
-      integer :: i, k
-
-      nan = ieee_value(nan, ieee_quiet_nan)
-      do k = 1, size(branch, 2)
-         do i = 1, size(branch, 1)
-            if (branch(i, k) > 0) cycle
-            content%frequency(i, k) = nan
-            content%eigenvalue(:, i, k) = nan
-            content%branch(i, k) = nan
-            content%direction(i, k) = nan
-         end do
-      end do
-   end subroutine mark_missing
-
-   !> The stability limit between the first and the last speed, and what is known of it.
-   subroutine put_limit(content, limit)
-      type(modes_result_t), intent(inout) :: content
-      type(limit_t), intent(in) :: limit
-
-      content%limit = limit%speed
-      select case (limit%status)
-      case (limit_found)
-         content%limit_words = "found"
-      case (limit_below)
-         content%limit_words = "unstable at the first speed already"
-      case (limit_failed)
-         content%limit_words = "an eigenproblem was not solved"
-      case default
-         content%limit_words = "none up to the last speed"
-      end select
-      if (limit%status /= limit_found) content%limit = ieee_value(content%limit, ieee_quiet_nan)
-   end subroutine put_limit
 
 end module razy_study_modes_rotor

@@ -34,7 +34,6 @@ module razy_study_sweep_attractors
       real(wp), allocatable :: mass(:, :)
       real(wp) :: omega = 0.0_wp
       real(wp) :: tolerance = 0.0_wp, scale = 0.0_wp
-      integer :: count = 0
       type(attractor_t), allocatable :: found(:)
    contains
       procedure :: begin
@@ -56,9 +55,8 @@ contains
       self%omega = 2*acos(-1.0_wp)/period
       self%tolerance = tolerance
       self%scale = scale
-      self%count = 0
       if (allocated(self%found)) deallocate (self%found)
-      allocate (self%found(4))
+      allocate (self%found(0))
    end subroutine begin
 
    !> Number of the attractor on which states (2 n, m + 1) end, from 1 in the order in which they were met; 0: not periodic.
@@ -67,24 +65,16 @@ contains
       real(wp), intent(in) :: states(:, :)
       integer, intent(out) :: number
 
-      type(attractor_t), allocatable :: more(:)
       integer :: m, p
 
       number = 0
       p = self%period_of(states)
       if (p == 0) return
       m = size(states, 2)
-      do number = 1, self%count
+      do number = 1, size(self%found)
          if (self%matches(self%found(number), states(:, m - p + 1:))) return
       end do
-      if (self%count == size(self%found)) then
-         allocate (more(2*self%count))
-         more(:self%count) = self%found
-         call move_alloc(more, self%found)
-      end if
-      self%count = self%count + 1
-      self%found(self%count)%period = p
-      self%found(self%count)%states = states(:, m - p + 1:)
+      self%found = [self%found, attractor_t(p, states(:, m - p + 1:))]
    end subroutine number_of
 
    !> Period of a motion in periods of the excitation; 0: none, or not settled.

@@ -121,14 +121,12 @@ contains
       logical function differs(key)
          character(*), intent(in) :: key
 
-         character(:), allocatable :: direction
          real(wp) :: tolerance
          logical :: asked
 
          select case (key)
          case ("direction")
-            call input%get("sweep", 2, key, direction)
-            differs = direction /= "independent"
+            differs = input%choice("sweep", 2, key) /= "independent"
          case ("kind_of_motion")
             call input%get("sweep", 2, key, asked)
             differs = .not. asked
@@ -163,11 +161,11 @@ contains
       end if
       if (abs(step) > 0.0_wp) then
          call new_axis(axis, first, last, step, problem)
-         if (allocated(problem)) call input%complain(error, "sweep", i, "step", after_colon(problem%message))
+         if (allocated(problem)) call input%complain(error, "sweep", i, "step", problem%message)
       else
          call input%get("sweep", i, "points", points)
          call new_axis(axis, first, last, points, problem)
-         if (allocated(problem)) call input%complain(error, "sweep", i, "points", after_colon(problem%message))
+         if (allocated(problem)) call input%complain(error, "sweep", i, "points", problem%message)
       end if
    end subroutine read_axis
 
@@ -204,14 +202,6 @@ contains
       end function broken
 
    end subroutine check_whole
-
-   !> A message without the key and value that it begins with, which `complain` says already.
-   pure function after_colon(message) result(rest)
-      character(*), intent(in) :: message
-      character(:), allocatable :: rest
-
-      rest = message(index(message, ": ") + merge(2, 1, index(message, ": ") > 0):)
-   end function after_colon
 
    !> Set the values of an axis in the input; an error if a key does not allow one.
    pure subroutine put_value(varied, input, value, error)

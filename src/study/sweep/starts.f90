@@ -6,7 +6,7 @@ module razy_study_sweep_starts
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: to_text
-   use razy_core_text, only: did_you_mean, lower, newline, string_t
+   use razy_core_text, only: did_you_mean, newline, position_of, string_t, texts_of
    use razy_core_uniform, only: uniform
    use razy_input_input, only: input_t
    use razy_io_columns, only: read_columns
@@ -66,8 +66,7 @@ contains
          if (size(self%range) > 0) call input%complain(error, "starts", 1, "method", "required beside &start_range")
          return
       end if
-      call input%get("starts", 1, "method", self%method)
-      self%method = lower(self%method)
+      self%method = input%choice("starts", 1, "method")
       call input%get("starts", 1, "seed", seed)
       self%seed = seed
       call input%get("starts", 1, "period", self%period)
@@ -106,16 +105,16 @@ contains
       select case (self%method)
       case ("grid")
          do i = 1, size(self%range)
-            if (self%count > most_points/self%range(i)%axis%n_values()) then
+            if (self%count > most_points/self%range(i)%axis%n) then
                call input%complain(error, "start_range", i, "points", "fewer: the grid of starts is too large")
                return
             end if
-            self%count = self%count*self%range(i)%axis%n_values()
+            self%count = self%count*self%range(i)%axis%n
          end do
       case ("list")
-         self%count = self%range(1)%axis%n_values()
+         self%count = self%range(1)%axis%n
          do i = 2, size(self%range)
-            if (self%range(i)%axis%n_values() == self%count) cycle
+            if (self%range(i)%axis%n == self%count) cycle
             call input%complain(error, "start_range", i, "values", "as many as in the first &start_range, one for each start")
             return
          end do
@@ -145,9 +144,9 @@ contains
 
       call find_coordinate(range, machine, input, i, error)
       if (allocated(error)) return
-      call input%get("start_range", i, "quantity", quantity)
-      range%velocity = lower(quantity) == "velocity"
-      range%name = trim(machine%coordinate(range%coordinate))//"."//lower(quantity)
+      quantity = input%choice("start_range", i, "quantity")
+      range%velocity = quantity == "velocity"
+      range%name = trim(machine%coordinate(range%coordinate))//"."//quantity
       range%unit = trim(machine%unit(range%coordinate))
       if (range%velocity) range%unit = trim(machine%rate_unit(range%coordinate))
       key = missing_key(method, input, i)
@@ -198,14 +197,10 @@ contains
 
       type(string_t), allocatable :: known(:)
       character(:), allocatable :: name
-      integer :: k
 
       call input%get("start_range", i, "coordinate", name)
-      allocate (known(size(machine%coordinate)))
-      do k = 1, size(known)
-         known(k)%text = trim(machine%coordinate(k))
-         if (lower(known(k)%text) == lower(name)) range%coordinate = k
-      end do
+      known = texts_of(machine%coordinate)
+      range%coordinate = position_of(name, known)
       if (range%coordinate == 0) call input%complain(error, "start_range", i, "coordinate", &
                                                      "a coordinate; "//did_you_mean(name, known, "coordinates"))
    end subroutine find_coordinate
@@ -224,9 +219,9 @@ contains
          case ("grid")
             inner = 1
             do k = i + 1, size(self%range)
-               inner = inner*self%range(k)%axis%n_values()
+               inner = inner*self%range(k)%axis%n
             end do
-            value = range%axis%value(1 + modulo((start - 1)/inner, range%axis%n_values()))
+            value = range%axis%value(1 + modulo((start - 1)/inner, range%axis%n))
          case ("list", "file")
             value = range%axis%value(start)
          case default
@@ -280,14 +275,13 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(string_t), allocatable :: columns(:)
-      character(:), allocatable :: file, method, quantity
+      character(:), allocatable :: file
       real(wp), allocatable :: values(:, :)
       integer :: i
 
       allocate (numbers(0))
       if (input%count("starts") == 0) return
-      call input%get("starts", 1, "method", method)
-      if (lower(method) /= "file") return
+      if (input%choice("starts", 1, "method") /= "file") return
       if (.not. input%given("starts", 1, "file")) then
          call input%complain(error, "starts", 1, "file", "required for method = 'file'")
          return
@@ -299,8 +293,7 @@ contains
             call input%get("start_range", i, "column", columns(i)%text)
          else
             call input%get("start_range", i, "coordinate", columns(i)%text)
-            call input%get("start_range", i, "quantity", quantity)
-            columns(i)%text = columns(i)%text//"."//lower(quantity)
+            columns(i)%text = columns(i)%text//"."//input%choice("start_range", i, "quantity")
          end if
       end do
       if (size(columns) == 0) return

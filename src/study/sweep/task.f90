@@ -11,7 +11,6 @@ module razy_study_sweep_task
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_core_table, only: table_t
-   use razy_core_text, only: lower
    use razy_input_input, only: input_t
    use razy_io_result_file, only: check_name, new_header, result_header_t
    use razy_machine_machine, only: machine_t
@@ -120,13 +119,11 @@ contains
    subroutine plan_points(self)
       class(sweep_task_t), intent(inout) :: self
 
-      character(:), allocatable :: direction
       integer, allocatable :: directions(:)
       integer(i8) :: first
       logical :: whole
 
-      call self%input%get("sweep", 1, "direction", direction)
-      select case (lower(direction))
+      select case (self%input%choice("sweep", 1, "direction"))
       case ("up")
          directions = [1]
       case ("down")
@@ -136,7 +133,7 @@ contains
       case default
          directions = [integer ::]
       end select
-      first = self%grid%axes(1)%n_values()
+      first = self%grid%axes(1)%n
       call new_plan(self%plan, first, self%grid%n_points()/first, directions, self%starts%count)
       call self%plan%close(whole)
    end subroutine plan_points
@@ -153,7 +150,7 @@ contains
       do k = 2**size(self%varied) - 1, 0, -1
          do i = 1, size(self%varied)
             associate (axis => self%grid%axes(i), at_first => btest(k, i - 1))
-               call put_value(self%varied(i), self%input, axis%value(merge(1_i8, axis%n_values(), at_first)), problem)
+               call put_value(self%varied(i), self%input, axis%value(merge(1_i8, axis%n, at_first)), problem)
                if (allocated(problem)) call self%input%complain(error, "sweep", i, trim(merge("first", "last ", at_first)), &
                                                                 problem%message)
             end associate
