@@ -25,7 +25,7 @@ CASES = {
     "hertz": (3000, "full", "gear pair, Hertz flanks"),
     "hunt_crossley": (300, "relative", "oscillator, Hunt–Crossley stops"),
 }
-TOLERANCES = ("1e-6", "1e-7", "1e-8", "1e-9", "1e-10", "1e-11", "1e-12", "1e-13")
+TOLERANCES = [f"{digit}e-{power}" for power in range(6, 14) for digit in (3, 1)]
 METHODS = {
     "razy, DOP853 with events": None,
     "GSL, rk8pd": ("gsl", "rk8pd:{form}:{tolerance}"),

@@ -297,8 +297,9 @@ contains
       real(wp) :: factor
 
       factor = 1.0_wp
-      associate (contact => system%machine%contact(j))
-         if (allocated(contact%modulation)) factor = 1 + real(sum(contact%modulation*self%excitation%phasor), wp)
+      if (.not. allocated(system%machine%contact(j)%modulation)) return
+      associate (c => system%machine%contact(j)%modulation, e => self%excitation%phasor)
+         factor = 1 + sum(c%re*e%re - c%im*e%im)
       end associate
    end function stiffening
 

@@ -19,6 +19,9 @@ module razy_hybrid_excitation
       procedure :: now
    end type excitation_t
 
+   !> Angle, rad, up to which the series of cosine and sine that `look` takes are right to rounding.
+   real(wp), parameter :: small = 0.08_wp
+
 contains
 
    !> A piece begins at `time + time_low`, s.
@@ -49,7 +52,7 @@ contains
       real(wp), intent(in) :: tau
 
       complex(wp) :: phasor(0:2)
-      real(wp) :: angle
+      real(wp) :: angle, cosine, sine, square
       integer :: t
 
       if (.not. abs(tau - self%tau) > 0.0_wp) return
@@ -61,7 +64,17 @@ contains
             self%phasor(t) = phasor(0)
          else if (abs(tau) > 0.0_wp) then
             angle = tone(t)%omega*tau
-            self%phasor(t) = self%start(t)*cmplx(cos(angle), sin(angle), wp)
+            if (abs(angle) <= small) then
+               square = angle**2
+               cosine = 1 - square*(0.5_wp - square*(1.0_wp/24 - square*(1.0_wp/720 - square*(1.0_wp/40320))))
+               sine = angle*(1 - square*(1.0_wp/6 - square*(1.0_wp/120 - square*(1.0_wp/5040 - square*(1.0_wp/362880)))))
+            else
+               cosine = cos(angle)
+               sine = sin(angle)
+            end if
+            associate (e => self%start(t))
+               self%phasor(t) = cmplx(e%re*cosine - e%im*sine, e%re*sine + e%im*cosine, wp)
+            end associate
          end if
       end do
    end subroutine look

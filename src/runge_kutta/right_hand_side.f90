@@ -5,10 +5,11 @@
 module razy_runge_kutta_right_hand_side
    use razy_contact_contact_law, only: branch_sticking
    use razy_core_kinds, only: i8, wp
-   use razy_core_tone, only: rate_of
    use razy_hybrid_dynamics, only: dynamics_t
+   use razy_hybrid_linear_form, only: linear_form_t
    use razy_hybrid_mode, only: constrained, idle, lawful, press_of
    use razy_hybrid_system, only: system_t
+   use razy_linalg_blocks, only: filled
    implicit none(type, external)
    private
 
@@ -24,15 +25,13 @@ module razy_runge_kutta_right_hand_side
       real(wp) :: band = 0.0_wp
       !> Right-hand sides and Jacobian matrices formed so far.
       integer(i8) :: evaluations = 0, jacobians = 0
-      !> Whether the mode is y'' = f - (K B) z - Σ w F with few coordinates, no constraints and no friction that a contact presses.
-      !> (K B) (m, 2m), constant part of f (m), its phasors (m, tones): with all forces that are affine.
+      !> Whether the mode has few coordinates, no constraints and no friction that a contact presses. Then y'' = f - (K B) z - Σ w F
+      !> with all forces that are affine in K and B; y'' without the others, and s and s' of their contacts, are the matrix times
+      !> 1, z, and real and imaginary part of each phasor. Its rows are filled up to blocks.
       logical, private :: direct = .false.
-      real(wp), allocatable, private :: matrix(:, :), load(:)
-      complex(wp), allocatable, private :: harmonic(:, :)
-      !> Contacts whose forces F are not, their directions (m, those), and the constants and phasors (tones, those) of s and s'.
+      real(wp), allocatable, private :: matrix(:, :), y(:)
+      !> Those contacts.
       integer, allocatable, private :: lawful(:)
-      real(wp), allocatable, private :: w(:, :), of_s(:), of_rate(:)
-      complex(wp), allocatable, private :: tone_of_s(:, :), tone_of_rate(:, :)
    contains
       procedure :: enter
       procedure :: derivative
@@ -50,7 +49,8 @@ contains
       class(right_hand_side_t), intent(inout) :: self
       type(system_t), intent(in) :: system
 
-      integer :: i, j
+      complex(wp) :: harmonic(system%m, size(system%omega))
+      integer :: i, last
 
       associate (mode => self%dynamics%mode, m => system%m, tones => size(system%omega))
          call mode%enter(system)
@@ -62,35 +62,47 @@ contains
             if (system%machine%contact(self%lawful(i))%law%of_normal) return
          end do
          self%direct = .true.
-         if (allocated(self%matrix)) deallocate (self%matrix, self%load, self%harmonic, self%w, self%of_s, self%of_rate, &
-                                                 self%tone_of_s, self%tone_of_rate)
-         associate (count => size(self%lawful))
-            allocate (self%matrix(m, 2*m), self%load(m), self%harmonic(m, tones), self%w(m, count), self%of_s(count), &
-                      self%of_rate(count), self%tone_of_s(tones, count), self%tone_of_rate(tones, count))
-         end associate
-         call mode%matrices(system, self%matrix(:, :m), self%matrix(:, m + 1:))
-         call mode%loads(system, self%load, self%harmonic)
+         last = 2*(m + tones)
+         if (allocated(self%matrix)) deallocate (self%matrix, self%y)
+         allocate (self%matrix(filled(m + 2*size(self%lawful)), 0:last), source=0.0_wp)
+         allocate (self%y(size(self%matrix, 1)))
+         call mode%matrices(system, self%matrix(:m, 1:m), self%matrix(:m, m + 1:2*m))
+         self%matrix(:m, 1:2*m) = -self%matrix(:m, 1:2*m)
+         call mode%loads(system, self%matrix(:m, 0), harmonic)
+         self%matrix(:m, 2*m + 1:last:2) = harmonic%re
+         self%matrix(:m, 2*m + 2:last:2) = -harmonic%im
          do i = 1, size(self%lawful)
-            j = self%lawful(i)
-            self%w(:, i) = system%w(:, j)
-            self%of_s(i) = system%gap(j)%constant
-            self%of_rate(i) = system%machine%contact(j)%drive
-            self%tone_of_s(:, i) = system%gap(j)%error
-            self%tone_of_rate(:, i) = rate_of(system%machine%tone, system%gap(j)%error)
+            call set_row(m + 2*i - 1, system%contact_form(self%lawful(i), 1.0_wp, 0.0_wp, 0.0_wp))
+            call set_row(m + 2*i, system%contact_form(self%lawful(i), 0.0_wp, 1.0_wp, 0.0_wp))
          end do
       end associate
+
+   contains
+
+      subroutine set_row(i, form)
+         integer, intent(in) :: i
+         type(linear_form_t), intent(in) :: form
+
+         associate (m => system%m)
+            self%matrix(i, 0) = form%constant
+            self%matrix(i, 1:m) = form%on_y
+            self%matrix(i, m + 1:2*m) = form%on_v
+            self%matrix(i, 2*m + 1:last:2) = form%error%re
+            self%matrix(i, 2*m + 2:last:2) = -form%error%im
+         end associate
+      end subroutine set_row
+
    end subroutine enter
 
    !> z' (2m) at `tau` of the piece and z.
    subroutine derivative(self, system, tau, z, dz)
       class(right_hand_side_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: tau
-      real(wp), intent(in), contiguous :: z(:)
-      real(wp), intent(out), contiguous :: dz(:)
+      real(wp), intent(in) :: tau, z(2*system%m)
+      real(wp), intent(out) :: dz(2*system%m)
 
-      real(wp) :: force, rate, s
-      integer :: i, k, m, tones
+      real(wp) :: force
+      integer :: i, j, m
 
       m = system%m
       self%evaluations = self%evaluations + 1
@@ -100,65 +112,68 @@ contains
          return
       end if
       call self%dynamics%excitation%look(system%machine%tone, tau)
-      associate (phasor => self%dynamics%excitation%phasor)
-         tones = size(phasor)
-         call affine_part(m, tones, self%matrix, self%load, self%harmonic, phasor, z, dz)
-         do i = 1, size(self%lawful)
-            call look_at_gap(m, tones, self%w(:, i), self%of_s(i), self%tone_of_s(:, i), phasor, z, s)
-            call look_at_gap(m, tones, self%w(:, i), self%of_rate(i), self%tone_of_rate(:, i), phasor, z(m + 1:), rate)
-            associate (j => self%lawful(i))
-               force = self%dynamics%stiffening(system, j) &
-                       *system%machine%contact(j)%law%force(self%dynamics%mode%branch(j), s, rate, 0.0_wp)
-            end associate
-            do k = 1, m
-               dz(m + k) = dz(m + k) - self%w(k, i)*force
-            end do
-         end do
-      end associate
+      call linear_part(m, size(self%y), size(system%omega), self%matrix, z, self%dynamics%excitation%phasor, self%y, dz)
+      do i = 1, size(self%lawful)
+         j = self%lawful(i)
+         associate (contact => system%machine%contact(j))
+            force = contact%law%force(self%dynamics%mode%branch(j), self%y(m + 2*i - 1), self%y(m + 2*i), 0.0_wp)
+            if (allocated(contact%modulation)) force = self%dynamics%stiffening(system, j)*force
+         end associate
+         call subtract(m, force, system%w(:, j), dz(m + 1:))
+      end do
    end subroutine derivative
 
-   !> z' (2m) of y'' = f - (K B) z.
-   pure subroutine affine_part(m, tones, matrix, load, harmonic, phasor, z, dz)
-      integer, intent(in) :: m, tones
-      real(wp), intent(in) :: matrix(m, 2*m), load(m), z(2*m)
-      complex(wp), intent(in) :: harmonic(m, tones), phasor(tones)
-      real(wp), intent(out) :: dz(2*m)
+   !> y = matrix (1, z, Re E, Im E), four rows at a time, and z' (2m) where y begins with y''.
+   pure subroutine linear_part(m, rows, tones, matrix, z, phasor, y, dz)
+      integer, intent(in) :: m, rows, tones
+      real(wp), intent(in) :: matrix(rows, 0:2*(m + tones)), z(2*m)
+      complex(wp), intent(in) :: phasor(tones)
+      real(wp), intent(out) :: y(rows), dz(2*m)
 
-      integer :: i, j
+      real(wp) :: a, b, c, d
+      integer :: i, j, t
 
+      do i = 1, rows, 4
+         a = matrix(i, 0)
+         b = matrix(i + 1, 0)
+         c = matrix(i + 2, 0)
+         d = matrix(i + 3, 0)
+         do j = 1, 2*m
+            a = a + matrix(i, j)*z(j)
+            b = b + matrix(i + 1, j)*z(j)
+            c = c + matrix(i + 2, j)*z(j)
+            d = d + matrix(i + 3, j)*z(j)
+         end do
+         do t = 1, tones
+            j = 2*(m + t) - 1
+            a = a + (matrix(i, j)*phasor(t)%re + matrix(i, j + 1)*phasor(t)%im)
+            b = b + (matrix(i + 1, j)*phasor(t)%re + matrix(i + 1, j + 1)*phasor(t)%im)
+            c = c + (matrix(i + 2, j)*phasor(t)%re + matrix(i + 2, j + 1)*phasor(t)%im)
+            d = d + (matrix(i + 3, j)*phasor(t)%re + matrix(i + 3, j + 1)*phasor(t)%im)
+         end do
+         y(i) = a
+         y(i + 1) = b
+         y(i + 2) = c
+         y(i + 3) = d
+      end do
       do i = 1, m
          dz(i) = z(m + i)
-         dz(m + i) = load(i)
+         dz(m + i) = y(i)
       end do
-      do j = 1, tones
-         do i = 1, m
-            dz(m + i) = dz(m + i) + (harmonic(i, j)%re*phasor(j)%re - harmonic(i, j)%im*phasor(j)%im)
-         end do
-      end do
-      do j = 1, 2*m
-         do i = 1, m
-            dz(m + i) = dz(m + i) - matrix(i, j)*z(j)
-         end do
-      end do
-   end subroutine affine_part
+   end subroutine linear_part
 
-   !> w·y + constant + Re(Σ tone E).
-   pure subroutine look_at_gap(m, tones, w, constant, tone, phasor, y, value)
-      integer, intent(in) :: m, tones
-      real(wp), intent(in) :: w(m), constant, y(m)
-      complex(wp), intent(in) :: tone(tones), phasor(tones)
-      real(wp), intent(out) :: value
+   !> a - F w.
+   pure subroutine subtract(m, force, w, a)
+      integer, intent(in) :: m
+      real(wp), intent(in) :: force, w(m)
+      real(wp), intent(inout) :: a(m)
 
       integer :: i
 
-      value = constant
       do i = 1, m
-         value = value + w(i)*y(i)
+         a(i) = a(i) - w(i)*force
       end do
-      do i = 1, tones
-         value = value + (tone(i)%re*phasor(i)%re - tone(i)%im*phasor(i)%im)
-      end do
-   end subroutine look_at_gap
+   end subroutine subtract
 
    !> y'' (m) there; leaves the forces of all contacts. Not counted as a right-hand side.
    subroutine accelerate(self, system, tau, z, a)

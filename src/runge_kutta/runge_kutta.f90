@@ -28,11 +28,15 @@ module razy_runge_kutta_runge_kutta
 
    public :: new_runge_kutta, runge_kutta_t
 
-   !> A step that served first in a mode.
-   type :: opening_t
+   !> A step, s, longer than any.
+   real(wp), parameter :: long = 1.0e200_wp
+
+   !> What is known of a mode from visits before: steps that served first, s (0: none), and the longest that may go
+   !> beyond its end, where a curved law is not smooth (razy_contact_power_law).
+   type :: known_t
       integer, allocatable :: branch(:)
-      real(wp) :: h = 0.0_wp
-   end type opening_t
+      real(wp) :: opening(4) = 0.0_wp, closing = long
+   end type known_t
 
    type, extends(flow_t) :: runge_kutta_t
       type(method_t), private :: method
@@ -41,9 +45,9 @@ module razy_runge_kutta_runge_kutta
       type(event_finder_t), private :: finder
       type(sticking_t), private :: sticking
       type(observed_step_t), private :: seen
-      !> Modes entered last, the one to be replaced next, and that of the present mode while its first step is under way (0: none).
-      type(opening_t), private :: opening(16)
-      integer, private :: oldest = 1, opening_now = 0
+      !> Modes entered last, the one to be replaced next, the present one, and how many steps were made in it.
+      type(known_t), private :: known(16)
+      integer, private :: oldest = 1, now = 1, steps = 0
    contains
       procedure :: prepare
       procedure :: enter
@@ -66,6 +70,9 @@ module razy_runge_kutta_runge_kutta
    real(wp), parameter :: worth_a_refusal = 1.15_wp
    !> Part of the way to an expected event that a step goes.
    real(wp), parameter :: beyond = 1.05_wp
+   !> Steps ahead in which the end of a mode is looked for; part of the way there, and of the step that may go beyond it, that are
+   !> left to go where none may go as far: steps become shorter towards what is not smooth.
+   real(wp), parameter :: ahead = 4.0_wp, left_of_way = 0.3_wp, left_of_closing = 0.95_wp
    !> An event before this part of a step is looked for again in a shorter step.
    real(wp), parameter :: least_share = 0.125_wp
    !> Part of a step that may be made along its slope: the square is rounding.
@@ -125,9 +132,11 @@ contains
       if (self%finds_events) self%rhs%dynamics%mode%press = self%transition%dynamics%mode%press
       call self%rhs%enter(self%system)
       associate (stepper => self%stepper, guards => self%transition%guards)
+         stepper%rough = self%finds_events .and. acts_curved(self)
          call stepper%restart()
-         call recall_opening(self, h)
-         if (.not. h > 0.0_wp) call stepper%first_step(self%rhs, self%system, self%z, rest, h)
+         call recall(self)
+         h = self%known(self%now)%opening(1)
+         if (.not. stepper%adaptive .or. .not. h > 0.0_wp) call stepper%first_step(self%rhs, self%system, self%z, rest, h)
          stepper%h_next = h
          call stepper%begin(self%rhs, self%system, self%z)
          if (self%sticking%watching) call self%sticking%begin(self%rhs, self%system, min(h, rest), self%z)
@@ -144,9 +153,9 @@ contains
 
       integer :: i
 
-      do i = 1, size(self%opening)
-         self%opening(i)%h = 0.0_wp
-         self%opening(i)%branch = [integer ::]
+      do i = 1, size(self%known)
+         self%known(i) = known_t()
+         self%known(i)%branch = [integer ::]
       end do
       self%rhs%evaluations = 0
       self%rhs%jacobians = 0
@@ -154,41 +163,65 @@ contains
       call self%stepper%prepare(self%method, size(self%z))
    end subroutine begin_run
 
-   !> The first step that served in the mode before, s; 0: none did.
-   subroutine recall_opening(self, h)
+   !> Look up what is known of the mode.
+   subroutine recall(self)
       type(runge_kutta_t), intent(inout) :: self
-      real(wp), intent(out) :: h
 
       integer :: i
 
-      h = 0.0_wp
-      self%opening_now = 0
-      if (.not. self%stepper%adaptive) return
+      self%steps = 0
       associate (branch => self%rhs%dynamics%mode%branch)
-         do i = 1, size(self%opening)
-            if (size(self%opening(i)%branch) /= size(branch)) cycle
-            if (any(self%opening(i)%branch /= branch)) cycle
-            self%opening_now = i
-            h = self%opening(i)%h
+         do i = 1, size(self%known)
+            if (size(self%known(i)%branch) /= size(branch)) cycle
+            if (any(self%known(i)%branch /= branch)) cycle
+            self%now = i
             return
          end do
-         self%opening_now = self%oldest
-         self%opening(self%oldest)%branch = branch
-         self%oldest = modulo(self%oldest, size(self%opening)) + 1
+         self%now = self%oldest
+         self%known(self%oldest) = known_t(branch)
+         self%oldest = modulo(self%oldest, size(self%known)) + 1
       end associate
-   end subroutine recall_opening
+   end subroutine recall
 
-   !> Remember the first step of the mode, or the one that follows it if that is shorter or so much longer that it is worth a
-   !> refusal.
-   pure subroutine keep_opening(self)
+   !> Whether a curved law other than friction's acts in the mode.
+   pure function acts_curved(self) result(any_does)
+      type(runge_kutta_t), intent(in) :: self
+      logical :: any_does
+
+      integer :: k
+
+      any_does = .false.
+      do k = 1, self%rhs%dynamics%mode%acts
+         associate (law => self%system%machine%contact(self%rhs%dynamics%mode%acting(k))%law)
+            any_does = any_does .or. .not. (law%piecewise_linear .or. law%of_normal)
+         end associate
+      end do
+   end function acts_curved
+
+   !> Remember the first steps of the mode, or what follows each if that is shorter or so much longer that it is worth a refusal.
+   pure subroutine keep(self)
       type(runge_kutta_t), intent(inout) :: self
 
-      if (self%opening_now == 0) return
-      associate (h => self%stepper%h, h_next => self%stepper%h_next)
-         self%opening(self%opening_now)%h = merge(h, h_next, h_next > h .and. h_next < worth_a_refusal*h)
+      self%steps = self%steps + 1
+      associate (known => self%known(self%now), h => self%stepper%h, h_next => self%stepper%h_next)
+         if (self%steps > size(known%opening)) return
+         known%opening(self%steps) = merge(h, h_next, h_next > h .and. h_next < worth_a_refusal*h)
       end associate
-      self%opening_now = 0
-   end subroutine keep_opening
+   end subroutine keep
+
+   !> What a step that was to go beyond the end of a mode says: it was accepted, or `h_next` is next.
+   pure subroutine learn_closing(known, accepted, h_next)
+      type(known_t), intent(inout) :: known
+      logical, intent(in) :: accepted
+      real(wp), intent(in) :: h_next
+
+      if (.not. accepted) then
+         known%closing = h_next
+         if (known%opening(1) > 0.0_wp) known%closing = min(h_next, known%opening(1))
+      else if (known%closing < long) then
+         known%closing = max(known%closing, h_next)
+      end if
+   end subroutine learn_closing
 
    !> Make one accepted step, and look for an event in it.
    subroutine advance(self, t_end, longest, piece, ending, outcome)
@@ -213,7 +246,7 @@ contains
             call find_event(self, found, theta, dense)
             if (found .and. theta < least_share .and. .not. polished(stepper)) call shorten(self, t_end, found, theta, dense)
          end if
-         call keep_opening(self)
+         call keep(self)
          piece%last = piece%last .and. .not. found .and. .not. stepper%h < self%remaining(t_end)
          seen%z_start = self%z
          seen%h = stepper%h
@@ -267,15 +300,24 @@ contains
       logical, intent(out) :: last
       type(outcome_t), intent(inout) :: outcome
 
-      real(wp) :: h, rest
+      real(wp) :: h, rest, way
       logical :: accepted, again, failed
 
-      associate (stepper => self%stepper)
+      associate (stepper => self%stepper, known => self%known(self%now))
          rest = self%remaining(t_end)
          h = stepper%h_next
+         if (stepper%adaptive .and. self%steps > 0 .and. self%steps < size(known%opening)) then
+            if (known%opening(self%steps + 1) > 0.0_wp) h = known%opening(self%steps + 1)
+         end if
          if (self%sticking%watching) h = min(h, self%sticking%longest)
-         if (self%finds_events .and. stepper%adaptive) h = min(h, beyond*self%finder%expected(self%transition%guards, h))
+         way = long
+         if (self%finds_events .and. stepper%adaptive) way = self%finder%expected(self%transition%guards, ahead*h)
          do
+            if (way <= known%closing) then
+               h = min(h, beyond*way)
+            else
+               h = min(h, max(0.5_wp*way, way - max(left_of_way*way, left_of_closing*known%closing)))
+            end if
             last = h >= rest*(1.0_wp - 4*eps)
             if (last) h = rest
             if (longest <= h) then
@@ -285,8 +327,10 @@ contains
             call self%budget%spend(rest)
             outcome%status = self%budget%status
             if (outcome%status /= status_ok) return
+            stepper%plain = stepper%rough .and. (self%steps == 0 .or. h > way)
             call stepper%attempt(self%rhs, self%system, self%z, h, accepted, failed)
             again = .false.
+            if (stepper%rough .and. h > way) call learn_closing(known, accepted, stepper%h_next)
             if (accepted .and. self%sticking%watching) then
                call self%sticking%passes_over(self%rhs, self%system, stepper%z_end, h, again)
             end if

@@ -4,7 +4,7 @@
 !! `z_end` if he likes. After an accepted step the next attempt has to start at its end, after one that was not accepted at the same
 !! point, unless `restart` is called in between (an event, a shorter piece of the step): slopes known from the step before and the
 !! controller's memory are forgotten there. `attempt` evaluates the slope at the end of an accepted step, so that an explicit method
-!! of s stages needs s right-hand sides a step. Rows of stages have a length that is a multiple of four, zeros beyond n.
+!! of s stages needs s right-hand sides a step. Rows of stages are filled up to whole blocks with zeros.
 !!
 !! The error of a step is the largest |error_i|/(absolute + relative max(|z_i| before, |z_i| after)); up to 1 it is accepted.
 !! Nothing is allocated but by `prepare`.
@@ -12,6 +12,7 @@ module razy_runge_kutta_methods_stepper
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_system, only: system_t
+   use razy_linalg_blocks, only: filled
    use razy_linalg_lapack, only: dgetrf, dgetrs
    use razy_motion_method, only: method_t
    use razy_runge_kutta_methods_dense_output, only: dense_output_t
@@ -30,6 +31,9 @@ module razy_runge_kutta_methods_stepper
       integer :: order = 0, dense_order = 0
       !> Whether the step is controlled, and whether equations have to be solved.
       logical :: adaptive = .false., implicit = .false.
+      !> Whether the motion is not smooth where it starts anew and where it is to end: then errors of steps say little of the next
+      !> ones. Whether the error is the first estimate as it is, because a second one supposes that the motion is smooth.
+      logical :: rough = .false., plain = .false.
       !> Step last attempted, its scaled error, and the step proposed for the next attempt, s.
       real(wp) :: h = 0.0_wp, error = 0.0_wp, h_next = 0.0_wp
       !> Attempts that were accepted, and those that were not.
@@ -40,13 +44,14 @@ module razy_runge_kutta_methods_stepper
       type(tableau_t) :: tableau
       type(radau5_t) :: radau
       type(step_control_t), private :: control
-      integer, private :: n = 0, stages = 0
+      !> Components of z, rows of the stages, stages.
+      integer, private :: n = 0, rows = 0, stages = 0
       !> Tolerances, step of the method (0: chosen).
       real(wp), private :: relative = 0.0_wp, absolute = 0.0_wp, step = 0.0_wp
       !> What is known of the slope at the start of the next attempt.
       integer, private :: known = 0
-      !> Start and stage of the step, slopes (padded n, stages), error estimates (padded n, estimates).
-      real(wp), allocatable, private :: z_start(:), z_stage(:), k(:, :), estimates(:, :)
+      !> Start and stage of the step, nothing (rows each), slopes (rows, stages), error estimates (rows, estimates).
+      real(wp), allocatable, private :: z_start(:), z_stage(:), zero(:), k(:, :), estimates(:, :)
    contains
       procedure :: prepare
       procedure :: restart
@@ -76,8 +81,6 @@ contains
       type(method_t), intent(in) :: method
       integer, intent(in) :: n
 
-      integer :: padded
-
       self%implicit = method%integrator == "radau5"
       call new_tableau(self%tableau, trim(method%integrator))
       if (self%implicit) then
@@ -95,6 +98,8 @@ contains
          self%control = step_control_t(order=max(self%tableau%estimate, 1), beta=self%tableau%beta, least=self%tableau%least, &
                                        most=self%tableau%most)
       end if
+      self%rough = .false.
+      self%plain = .false.
       self%relative = method%relative_tolerance
       self%absolute = method%absolute_tolerance
       self%step = method%step
@@ -103,10 +108,12 @@ contains
       self%h = 0.0_wp
       self%h_next = self%step
       self%n = n
-      padded = 4*((n + 3)/4)
-      if (allocated(self%k)) deallocate (self%z_end, self%dz_start, self%dz_end, self%z_start, self%z_stage, self%k, self%estimates)
-      allocate (self%dz_start(n), self%dz_end(n), self%z_end(n), self%z_start(padded), self%z_stage(padded), &
-                self%k(padded, self%stages + 1 + self%tableau%extra), self%estimates(padded, self%tableau%errors), source=0.0_wp)
+      self%rows = filled(n)
+      if (allocated(self%k)) deallocate (self%z_end, self%dz_start, self%dz_end, self%z_start, self%z_stage, self%zero, self%k, &
+                                         self%estimates)
+      allocate (self%dz_start(n), self%dz_end(n), self%z_end(n), self%z_start(self%rows), self%z_stage(self%rows), &
+                self%zero(self%rows), self%k(self%rows, self%stages + 1 + self%tableau%extra), &
+                self%estimates(self%rows, self%tableau%errors), source=0.0_wp)
       call self%output%prepare(n, 3 + merge(1, self%tableau%polynomials, self%implicit))
       call self%restart()
    end subroutine prepare
@@ -117,6 +124,7 @@ contains
 
       self%known = unknown
       call self%control%forget()
+      self%control%beta = merge(0.0_wp, self%tableau%beta, self%rough)
       if (self%implicit) call self%radau%restart()
    end subroutine restart
 
@@ -163,7 +171,7 @@ contains
       real(wp), intent(in), contiguous :: z(:)
 
       call know_start(self, rhs, system, z)
-      self%dz_end = self%dz_start
+      self%dz_end(:) = self%dz_start
       self%known = moved_on
    end subroutine begin
 
@@ -230,10 +238,10 @@ contains
       call form_stages(self, rhs, system, h)
       if (self%adaptive) then
          do e = 1, self%tableau%errors
-            call add_up(size(self%k, 1), size(self%k, 2), self%k, self%tableau%error(e), self%estimates(:, e))
+            call combine(self%rows, size(self%k, 2), self%zero, h, self%k, self%tableau%error(e), self%estimates(:, e))
          end do
-         self%error = abs(h)*scaled_error(self%n, size(self%estimates, 1), self%tableau%errors, self%estimates, self%z_start, &
-                                          self%z_end, self%absolute, self%relative)
+         self%error = scaled_error(self%n, self%rows, merge(1, self%tableau%errors, self%plain), self%estimates, self%z_start, &
+                                   self%z_end, self%absolute, self%relative)
       end if
       failed = .not. all(ieee_is_finite(self%z_end)) .or. .not. ieee_is_finite(self%error)
    end subroutine explicit_step
@@ -249,12 +257,12 @@ contains
 
       last = self%stages + 1
       do i = 2, self%stages
-         call combine(size(self%k, 1), size(self%k, 2), self%z_start, h, self%k, self%tableau%row(i), self%z_stage)
-         call rhs%derivative(system, self%tableau%node(i)*h, self%z_stage(:self%n), self%k(:self%n, i))
+         call combine(self%rows, size(self%k, 2), self%z_start, h, self%k, self%tableau%row(i), self%z_stage)
+         call rhs%derivative(system, self%tableau%node(i)*h, self%z_stage, self%k(:, i))
       end do
-      call combine(size(self%k, 1), size(self%k, 2), self%z_start, h, self%k, self%tableau%row(last), self%z_stage)
-      self%z_end = self%z_stage(:self%n)
-      if (self%tableau%fsal) call rhs%derivative(system, h, self%z_end, self%k(:self%n, last))
+      call combine(self%rows, size(self%k, 2), self%z_start, h, self%k, self%tableau%row(last), self%z_stage)
+      self%z_end(:) = self%z_stage(:self%n)
+      if (self%tableau%fsal) call rhs%derivative(system, h, self%z_end, self%k(:, last))
    end subroutine form_stages
 
    !> The slope at the end of the step h, whose stages have been formed.
@@ -265,7 +273,7 @@ contains
       real(wp), intent(in) :: h
 
       if (self%tableau%fsal) then
-         self%dz_end = self%k(:self%n, self%stages + 1)
+         self%dz_end(:) = self%k(:self%n, self%stages + 1)
       else
          call rhs%derivative(system, h, self%z_end, self%dz_end)
          self%k(:self%n, self%stages + 1) = self%dz_end
@@ -335,7 +343,7 @@ contains
       if (self%known == unknown) then
          call rhs%derivative(system, 0.0_wp, z, self%dz_start)
       else if (self%known == moved_on) then
-         self%dz_start = self%dz_end
+         self%dz_start(:) = self%dz_end
       end if
       self%k(:self%n, 1) = self%dz_start
       self%known = same_start
@@ -365,13 +373,13 @@ contains
             r(i, 3) = r(i, 1) - self%h*self%dz_end(i) - r(i, 2)
          end do
          do i = self%stages + 2, self%stages + 1 + self%tableau%extra
-            call combine(size(self%k, 1), size(self%k, 2), self%z_start, self%h, self%k, self%tableau%row(i), self%z_stage)
-            call rhs%derivative(system, self%tableau%node(i)*self%h, self%z_stage(:self%n), self%k(:self%n, i))
+            call combine(self%rows, size(self%k, 2), self%z_start, self%h, self%k, self%tableau%row(i), self%z_stage)
+            call rhs%derivative(system, self%tableau%node(i)*self%h, self%z_stage, self%k(:, i))
          end do
          do l = 1, self%tableau%polynomials
-            call add_up(size(self%k, 1), size(self%k, 2), self%k, self%tableau%dense(l), self%z_stage)
+            call combine(self%rows, size(self%k, 2), self%zero, self%h, self%k, self%tableau%dense(l), self%z_stage)
             do i = 1, self%n
-               r(i, 3 + l) = self%h*self%z_stage(i)
+               r(i, 3 + l) = self%z_stage(i)
             end do
          end do
       end associate
@@ -508,10 +516,10 @@ contains
       error = first*((first/largest)/sqrt((first/largest)**2 + (second/largest)**2))
    end function scaled_error
 
-   !> out = Σ_j value_j k_column(j), with rows of a multiple of four.
-   pure subroutine add_up(rows, columns, k, sum, out)
+   !> out = base + h Σ_j value_j k_column(j), four rows at a time.
+   pure subroutine combine(rows, columns, base, h, k, sum, out)
       integer, intent(in) :: rows, columns
-      real(wp), intent(in) :: k(rows, columns)
+      real(wp), intent(in) :: base(rows), h, k(rows, columns)
       type(sum_t), intent(in) :: sum
       real(wp), intent(out) :: out(rows)
 
@@ -531,25 +539,10 @@ contains
             c = c + value*k(i + 2, l)
             d = d + value*k(i + 3, l)
          end do
-         out(i) = a
-         out(i + 1) = b
-         out(i + 2) = c
-         out(i + 3) = d
-      end do
-   end subroutine add_up
-
-   !> out = base + h Σ_j value_j k_column(j).
-   pure subroutine combine(rows, columns, base, h, k, sum, out)
-      integer, intent(in) :: rows, columns
-      real(wp), intent(in) :: base(rows), h, k(rows, columns)
-      type(sum_t), intent(in) :: sum
-      real(wp), intent(out) :: out(rows)
-
-      integer :: i
-
-      call add_up(rows, columns, k, sum, out)
-      do i = 1, rows
-         out(i) = base(i) + h*out(i)
+         out(i) = base(i) + h*a
+         out(i + 1) = base(i + 1) + h*b
+         out(i + 2) = base(i + 2) + h*c
+         out(i + 3) = base(i + 3) + h*d
       end do
    end subroutine combine
 
