@@ -103,7 +103,7 @@ def main():
         "",
         f"Made by `bench/gearbox.py` on {datetime.date.today().isoformat()}. {place['cpu']}, {place['cores']} cores, "
         f"load at the start {place['load']:.1f}; {versions(options.razy_bin).get('razy')}. "
-        f"0.3 s of motion a point, {FIRST:.0f} to {LAST:.0f} rpm, processor time of one core; DOP853 with events at "
+        f"\n0.3 s of motion a point, {FIRST:.0f} to {LAST:.0f} rpm, processor time of one core;\nDOP853 with events at "
         "its default tolerance of 1e-9.",
         "",
         "| case | events a point | `exact`, ms | DOP853, ms | ratio | difference of the extrema |",
