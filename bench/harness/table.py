@@ -2,6 +2,7 @@
 
 import math
 import sys
+import textwrap
 
 from harness import cases
 
@@ -238,14 +239,14 @@ def runs(rows):
 
 def markdown(data):
     reference, machine = data["reference"], data["machine"]
-    versions = ", ".join(f"{name} {version}" for name, version in data["versions"].items())
+    versions = textwrap.fill(", ".join(f"{name} {version}" for name, version in data["versions"].items()), 140)
     made = (
-        f"Made by `bench/run.py --{data['mode']}` on {data['date']}. {machine['cpu']}, {machine['cores']} cores; "
-        f"{versions}. Measured (day, load at the start): {runs(data['rows'])}."
+        f"Made by `bench/run.py --{data['mode']}` on {data['date']}.\n{machine['cpu']}, {machine['cores']} cores; "
+        f"{versions}.\n{textwrap.fill('Measured (day, load at the start): ' + runs(data['rows']) + '.', 150)}"
     )
     meaning = (
-        "One core, CPU time of the computation without start-up and compilation; the smallest of up to five runs. "
-        "Errors are relative to the largest |d|. "
+        "One core, CPU time of the computation without start-up and compilation; the smallest of up to five runs.\n"
+        "Errors are relative to the largest |d|.\n"
         f"Reference: error of d {accuracy(reference['p2'])} in P2; {accuracy(reference['p3'])} in P3 "
         f"({reference['p3_precision']} precision, {reference['p3_speeds']} regular speeds checked)."
     )
@@ -258,8 +259,8 @@ def markdown(data):
     lines += ["See also [what each part costs](ablation.md) and [ranks and memory](ranks.md).", ""]
     lines += ["## DOP853 with events beside the peers at equal error", ""]
     lines += [
-        f"P3. Each code at its cheapest setting with all regular speeds right, that is with errors ≤ {cases.RIGHT:g}; "
-        "then how many times as long razy's DOP853 takes at its own cheapest such setting, and at one whose worst "
+        f"P3.\nEach code at its cheapest setting with all regular speeds right, that is with errors ≤ {cases.RIGHT:g}; "
+        "then how many times\nas long razy's DOP853 takes at its own cheapest such setting, and at one whose worst "
         "error is no larger.",
         "",
         *equal_error_table(data),
