@@ -13,6 +13,7 @@ module razy_machine_equilibrium
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_linalg_dense, only: add_outer
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
+   use razy_linalg_lapack, only: dpotrf, dtrsm
    use razy_machine_machine, only: machine_t
    implicit none(type, external)
    private
@@ -48,7 +49,7 @@ contains
       near = .false.
       linear = all([(machine%contact(i)%law%piecewise_linear, i=1, size(machine%contact))])
       do i = 1, most_iterations
-         modes = dense_modes(tangent_stiffness(machine, q), machine%mass)
+         modes = directions_of(tangent_stiffness(machine, q), machine%mass)
          if (modes%status /= modes_found) return
          direction = newton_direction(machine, modes, q)
          found = norm2(direction) <= 0.0_wp
@@ -66,6 +67,33 @@ contains
          if (found) return
       end do
    end subroutine find_equilibrium
+
+   !> Directions (n, n) along which `stiffness` (n, n) is diagonal, and its values there: the columns of L⁻ᵀ for K = L Lᵀ, at a
+   !> fraction of the cost of the eigenvectors, which serve where a motion may be free.
+   function directions_of(stiffness, mass) result(pairs)
+      real(wp), contiguous, intent(in) :: stiffness(:, :), mass(:, :)
+      type(eigenpairs_t) :: pairs
+
+      real(wp), allocatable :: factor(:, :)
+      logical :: definite
+      integer :: i, info, n
+
+      n = size(mass, 1)
+      factor = stiffness
+      call dpotrf("L", n, factor, n, info)
+      definite = info == 0
+      if (definite) definite = all([(factor(i, i)**2 > negligible*stiffness(i, i), i=1, n)])
+      if (.not. definite) then
+         pairs = dense_modes(stiffness, mass)
+         return
+      end if
+      allocate (pairs%value(n), source=1.0_wp)
+      allocate (pairs%vector(n, n), source=0.0_wp)
+      do i = 1, n
+         pairs%vector(i, i) = 1.0_wp
+      end do
+      call dtrsm("L", "L", "T", "N", n, n, 1.0_wp, factor, n, pairs%vector, n)
+   end function directions_of
 
    !> The free motion on which the loads do most work.
    pure subroutine find_rest(machine, modes, q, at, rest)
@@ -87,7 +115,7 @@ contains
       rest = work(i)/modes%vector(at, i)
    end subroutine find_rest
 
-   !> Whether what is left of the residual is rounding, in the norm sqrt(rᵀ M⁻¹ r).
+   !> Whether what is left of the residual is rounding, in the norm sqrt(rᵀ K⁻¹ r), or with eigenvectors sqrt(rᵀ M⁻¹ r).
    pure function settled(machine, modes, q)
       type(machine_t), intent(in) :: machine
       type(eigenpairs_t), intent(in) :: modes
