@@ -78,6 +78,7 @@ module razy_input_input
       procedure :: locate
       procedure :: put
       procedure :: effective
+      procedure :: agrees
    end type input_t
 
 contains
@@ -644,6 +645,40 @@ contains
       end do
       text = text(:length)
    end function effective
+
+   !> Whether another input of the same schema says the same, but for the groups and the key that are left out.
+   pure logical function agrees(self, other, groups, key)
+      class(input_t), intent(in) :: self
+      type(input_t), intent(in) :: other
+      character(*), intent(in) :: groups(:), key
+      integer, allocatable :: mine(:), theirs(:)
+      integer :: g, k
+
+      mine = others_than(self, groups)
+      theirs = others_than(other, groups)
+      agrees = size(mine) == size(theirs)
+      if (agrees) agrees = all(self%groups(mine)%spec == other%groups(theirs)%spec)
+      if (.not. agrees) return
+      do g = 1, size(mine)
+         associate (here => self%groups(mine(g)), there => other%groups(theirs(g)))
+            do k = 1, size(here%values)
+               if (self%schema(here%spec)%keys(k)%name == key) cycle
+               agrees = here%values(k)%equals(there%values(k))
+               if (.not. agrees) return
+            end do
+         end associate
+      end do
+   end function agrees
+
+   !> Numbers of the groups of other names.
+   pure function others_than(self, groups) result(numbers)
+      type(input_t), intent(in) :: self
+      character(*), intent(in) :: groups(:)
+      integer, allocatable :: numbers(:)
+      integer :: g
+
+      numbers = pack([(g, g=1, self%filled)], [(all(groups /= self%schema(self%groups(g)%spec)%name), g=1, self%filled)])
+   end function others_than
 
    !> A line more in the first `length` letters of a text; its room is doubled, so that long inputs are written in linear time.
    pure subroutine add_line(text, length, line)

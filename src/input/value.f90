@@ -24,6 +24,7 @@ module razy_input_value
       procedure :: put
       procedure :: as_written
       procedure :: as_namelist
+      procedure :: equals
    end type value_t
 
    !> No machine has larger numbers, nor smaller ones where 0 is not allowed; products of them stay within those of the computer.
@@ -190,6 +191,23 @@ contains
       call lengthen(self, i)
       self%words(i) = word_t(kind=word_bare, given=.true., number=number)
    end subroutine put
+
+   !> Whether two values have the same elements.
+   pure logical function equals(self, other)
+      class(value_t), intent(in) :: self
+      type(value_t), intent(in) :: other
+      integer :: i
+
+      equals = size(self%words) == size(other%words)
+      if (.not. equals) return
+      do i = 1, size(self%words)
+         associate (a => self%words(i), b => other%words(i))
+            equals = a%kind == b%kind .and. .not. abs(a%number - b%number) > 0.0_wp
+            if (equals .and. a%kind == word_string) equals = a%text == b%text
+            if (.not. equals) return
+         end associate
+      end do
+   end function equals
 
    !> What the user gave, in one line; the default where nothing was given.
    pure function as_written(self, spec) result(text)

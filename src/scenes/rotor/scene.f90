@@ -36,8 +36,8 @@ module razy_scenes_rotor_scene
       type(reduced_t) :: reduced
       !> Speeds of the shafts over that of `&rotation`.
       real(qp), allocatable, private :: ratio(:)
-      !> What model and reduction were made of; not allocated before they are.
-      character(:), allocatable, private :: made_of
+      !> The input that model and reduction were made of; not allocated before they are.
+      type(input_t), allocatable, private :: made_of
    contains
       procedure, nopass :: schema => rotor_schema
       procedure :: build_model
@@ -51,7 +51,6 @@ module razy_scenes_rotor_scene
                                                                                                        "starts", "duel"]
    !> Beyond, fewer than six digits of the lowest frequencies are right.
    real(wp), parameter :: stiffest_bearing = 1.0e6_wp
-   character(*), parameter :: nl = new_line("a")
 
 contains
 
@@ -145,47 +144,14 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      character(:), allocatable :: wanted
-
-      wanted = signature(input)
       if (allocated(self%made_of)) then
-         if (self%made_of == wanted) return
+         if (self%made_of%agrees(input, left_out, "speed_rpm")) return
          deallocate (self%made_of)
       end if
       call self%build_model(input, error)
       if (.not. allocated(error)) call reduce(self%reduced, self%model, input, error)
-      if (.not. allocated(error)) self%made_of = wanted
+      if (.not. allocated(error)) self%made_of = input
    end subroutine renew_model
-
-   !> What of an input model and reduction are made of: the effective input without the groups that do not enter the model,
-   !> and without the speed. Two inputs with the same one have the same model.
-   pure function signature(input) result(text)
-      type(input_t), intent(in) :: input
-      character(:), allocatable :: text
-
-      character(:), allocatable :: all
-      integer :: first, last, used
-      logical :: kept
-
-      all = input%effective()
-      text = all
-      used = 0
-      kept = .true.
-      first = 1
-      do while (first <= len(all))
-         last = index(all(first:), nl)
-         last = merge(len(all), first + last - 1, last == 0)
-         associate (line => all(first:last))
-            if (line(1:1) == "&") kept = .not. any(left_out == line(2:verify(line//nl, "&"//nl, back=.true.)))
-            if (kept .and. index(line, " speed_rpm = ") == 0) then
-               text(used + 1:used + len(line)) = line
-               used = used + len(line)
-            end if
-         end associate
-         first = last + 1
-      end do
-      text = text(:used)
-   end function signature
 
    subroutine name_coordinates(machine, model, n, reduced)
       type(machine_t), intent(inout) :: machine
