@@ -103,10 +103,16 @@ contains
          inverse(i, i) = (1.0_wp, 0.0_wp)
       end do
       call zgesv(n, n, factor, n, pivot, inverse, n, info)
-      if (info == 0) condition = maxval(norm2(abs(vectors), dim=1)*norm2(abs(inverse), dim=2))
+      if (info == 0) condition = sqrt(maxval(sum(squares(vectors), dim=1)*sum(squares(inverse), dim=2)))
       if (.not. condition <= huge(1.0_wp)) condition = huge(1.0_wp)
       call ieee_set_halting_mode(ieee_all, halting)
    end subroutine general_eigen
+
+   elemental real(wp) function squares(z)
+      complex(wp), intent(in) :: z
+
+      squares = z%re**2 + z%im**2
+   end function squares
 
    !> Refine what `general_eigen` gives of `matrix` (n, n), so that each of `values` (n) errs by its own rounding, not by that
    !> of the largest. What is real stays real. All are as they were if not `converged`.

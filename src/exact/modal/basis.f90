@@ -257,28 +257,38 @@ contains
       complex(wp), intent(in) :: lambda(:), right(:, :), left(:, :)
 
       complex(wp), allocatable :: to_term(:, :), from_term(:, :)
-      integer :: i, kept, old, s, m
+      real(wp) :: units(size(phi, 2), size(lambda))
+      integer, allocatable :: kept(:)
+      integer :: i, k, old, s, m
 
       m = self%m
       s = size(phi, 2)
       old = size(self%lambda)
-      kept = count(aimag(lambda) >= 0.0_wp)
-      allocate (to_term(old + kept, 2*m), from_term(2*m, old + kept))
+      kept = pack([(i, i=1, size(lambda))], aimag(lambda) >= 0.0_wp)
+      k = size(kept)
+      allocate (to_term(old + k, 2*m), from_term(2*m, old + k))
       to_term(:old, :) = self%to_term
       from_term(:, :old) = self%from_term
-      self%lambda = [self%lambda, pack(lambda, aimag(lambda) >= 0.0_wp)]
-      kept = old
-      do i = 1, size(lambda)
-         if (aimag(lambda(i)) < 0.0_wp) cycle
-         kept = kept + 1
-         to_term(kept, :m) = matmul(phi, left(i, :s)*unit)
-         to_term(kept, m + 1:) = matmul(phi, left(i, s + 1:))
-         from_term(:m, kept) = matmul(phi, right(:s, i)/unit)
-         from_term(m + 1:, kept) = matmul(phi, right(s + 1:, i))
-         if (aimag(lambda(i)) > 0.0_wp) from_term(:, kept) = 2*from_term(:, kept)
+      self%lambda = [self%lambda, lambda(kept)]
+      units = spread(unit, 2, size(lambda))
+      to_term(old + 1:, :m) = transpose(in_coordinates(phi, units(:, :k)*transpose(left(kept, :s))))
+      to_term(old + 1:, m + 1:) = transpose(in_coordinates(phi, transpose(left(kept, s + 1:))))
+      from_term(:m, old + 1:) = in_coordinates(phi, right(:s, kept)/units(:, :k))
+      from_term(m + 1:, old + 1:) = in_coordinates(phi, right(s + 1:, kept))
+      do i = 1, k
+         if (aimag(lambda(kept(i))) > 0.0_wp) from_term(:, old + i) = 2*from_term(:, old + i)
       end do
       call move_alloc(to_term, self%to_term)
       call move_alloc(from_term, self%from_term)
    end subroutine add_terms
+
+   !> Modes (s, k) of a part in the machine's coordinates (m, k).
+   pure function in_coordinates(phi, modes) result(shapes)
+      real(wp), intent(in) :: phi(:, :)
+      complex(wp), intent(in) :: modes(:, :)
+      complex(wp) :: shapes(size(phi, 1), size(modes, 2))
+
+      shapes = cmplx(matmul(phi, real(modes)), matmul(phi, aimag(modes)), wp)
+   end function in_coordinates
 
 end module razy_exact_modal_basis
