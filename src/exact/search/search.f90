@@ -84,7 +84,7 @@ contains
          if (watched(i)%from_zero) watched(i)%f0 = 0.0_wp
          if (i == leaves .or. watched(i)%f0 < -watched(i)%noise) then
             found = exit_t(i, tau_from)
-            call move_to(start, response, tau_from, self%probe)
+            call copy(self%point(self%now), response, self%probe)
             return
          end if
          watched(i)%f0 = max(watched(i)%f0, 0.0_wp)
@@ -184,7 +184,7 @@ contains
          if (found%watched == 0) then
             call refine_root(response, rows, self%point(self%now), self%level, high, watched(i), self%probe, root)
             found = exit_t(i, root)
-         else
+         else if (.not. leaves_later(self, response, rows, watched(i), found%tau, high)) then
             call refine_root(response, rows, self%point(self%now), self%level, high, watched(i), self%trial_root, root)
             if (root >= found%tau) cycle
             found = exit_t(i, root)
@@ -197,6 +197,20 @@ contains
       self%halvings = self%halvings + 1
       self%level = self%level + 1
    end subroutine try_step
+
+   !> Whether a function that has one root until `high`, s after the present point, is not yet clearly beyond its bound at the exit
+   !> that was found, at the time `tau` of the segment. What leaves with another, as on both sides of a symmetric machine, is not
+   !> refined once more.
+   pure logical function leaves_later(self, response, rows, w, tau, high)
+      type(search_t), intent(in) :: self
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(watched_t), intent(in) :: w
+      real(wp), intent(in) :: tau, high
+
+      leaves_later = tau - self%point(self%now)%tau <= high
+      if (leaves_later) leaves_later = w%side*(value_of(rows, response, self%probe, w%form, w%order) - w%bound) >= -w%noise
+   end function leaves_later
 
    !> What a function does on a step of h = 2^-level s from the present point, at whose end its form has the value `f` and the slope
    !> `g`; `high` (s after the point) ends the bracket of a root, `room` says that twice the step may do.
@@ -373,10 +387,13 @@ contains
       integer, intent(out) :: leaves
 
       if (self%room(1) < response%length .or. self%room(2) < response%nx) call make_room(self, response)
-      if (tau_from > 0.0_wp) then
-         call move_to(start, response, tau_from, self%point(self%now))
-      else
+      if (.not. tau_from > 0.0_wp) then
          call copy(start, response, self%point(self%now))
+      else if (watched(1)%from_zero .and. .not. abs(self%probe%tau - tau_from) > 0.0_wp) then
+         ! The root that was found last.
+         call copy(self%probe, response, self%point(self%now))
+      else
+         call move_to(start, response, tau_from, self%point(self%now))
       end if
       call renew(self, response, rows, watched)
       if (.not. response%has_step(self%level)) call tabulate(response, self%level)
