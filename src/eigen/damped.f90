@@ -9,6 +9,7 @@
 !! square.
 module razy_eigen_damped
    use razy_core_kinds, only: wp
+   use razy_eigen_path, only: eigen_path_t
    use razy_linalg_dense, only: rising_order
    use razy_linalg_eigen, only: right_eigen
    implicit none(type, external)
@@ -31,42 +32,65 @@ contains
    end function modal_scaling
 
    !> Eigenvalues with imaginary part >= 0, 1/s and rad/s, in the order of their imaginary parts, equal ones by the real part;
-   !> if asked for, their shapes S y (n, values) of unit length. `damping` is B, `cross` C (n, n), none if not given. `info`
-   !> is LAPACK's: 0 is success.
-   subroutine damped_eigen(squared, damping, value, info, cross, shape)
+   !> if asked for, their shapes S y (n, values) of unit length. `damping` is B, `cross` C (n, n), none if not given. With
+   !> `path` and shapes, they are found from those at values of `parameter` before, if these are near. `info` is LAPACK's: 0 is
+   !> success.
+   subroutine damped_eigen(squared, damping, value, info, cross, shape, path, parameter)
       real(wp), intent(in) :: squared(:), damping(:, :)
       complex(wp), allocatable, intent(out) :: value(:)
       integer, intent(out) :: info
-      real(wp), intent(in), optional :: cross(:, :)
+      real(wp), intent(in), optional :: cross(:, :), parameter
       complex(wp), allocatable, intent(out), optional :: shape(:, :)
+      type(eigen_path_t), intent(inout), optional :: path
 
-      complex(wp), allocatable :: all(:), vector(:, :)
-      real(wp), allocatable :: state(:, :)
+      complex(wp), allocatable :: all(:), left(:, :), vector(:, :)
+      real(wp), allocatable :: scaling(:), state(:, :), stiffness(:, :)
       integer, allocatable :: order(:)
       integer :: i, n
+      logical :: followed, found
 
       n = size(squared)
-      allocate (state(2*n, 2*n), source=0.0_wp)
-      allocate (all(2*n))
-      associate (scaling => modal_scaling(squared))
+      info = 0
+      scaling = modal_scaling(squared)
+      allocate (stiffness(n, n), source=0.0_wp)
+      if (present(cross)) stiffness = cross
+      do i = 1, n
+         stiffness(i, i) = stiffness(i, i) + squared(i)
+      end do
+      followed = .false.
+      found = .false.
+      if (present(path)) then
+         followed = path%known >= 0
+         if (followed) call path%advance(parameter, scaling, damping, stiffness, found)
+      end if
+      if (found) then
+         all = path%value(:, 1)
+         vector = spread(scaling, 2, n)*path%right(:, :, 1)
+      else
+         allocate (all(2*n), vector(2*n, merge(2*n, 0, present(shape))), left(2*n, merge(2*n, 0, followed)))
+         allocate (state(2*n, 2*n), source=0.0_wp)
          do i = 1, n
             state(i, n + i) = scaling(i)
-            state(n + i, i) = -squared(i)/scaling(i)
-            if (present(cross)) state(n + 1:, i) = state(n + 1:, i) - cross(:, i)/scaling(i)
+            state(n + 1:, i) = -stiffness(:, i)/scaling(i)
          end do
-      end associate
-      state(n + 1:, n + 1:) = -damping
-      if (present(shape)) then
-         allocate (vector(2*n, 2*n))
-         call right_eigen(state, all, info, vector)
-      else
-         call right_eigen(state, all, info)
+         state(n + 1:, n + 1:) = -damping
+         if (followed) then
+            call right_eigen(state, all, info, vector, left)
+         else if (present(shape)) then
+            call right_eigen(state, all, info, vector)
+         else
+            call right_eigen(state, all, info)
+         end if
+         if (info /= 0) all = (0.0_wp, -1.0_wp)
       end if
-      if (info /= 0) all = (0.0_wp, -1.0_wp)
-      order = pack([(i, i=1, 2*n)], all%im >= 0.0_wp)
+      order = pack([(i, i=1, size(all))], all%im >= 0.0_wp)
       order = order(rising_order(all(order)%re))
       order = order(rising_order(all(order)%im))
       value = all(order)
+      if (followed .and. .not. found) then
+         call path%start(parameter, scaling, damping, value, vector(:n, order)/spread(scaling, 2, size(order)), &
+                         conjg(left(n + 1:, order)))
+      end if
       if (.not. present(shape)) return
       allocate (shape(n, size(order)))
       do i = 1, size(order)

@@ -97,16 +97,18 @@ contains
 
       complex(wp), allocatable :: product(:, :)
       real(wp), allocatable :: overlap(:, :), own(:, :)
-      integer :: best(2), i, j, k, partner(size(after%value))
+      integer :: best(2), equal_after(size(after%value)), equal_before(size(before%value)), i, j, k, partner(size(after%value))
 
       product = products(before, after)
       own = product%re**2 + product%im**2
       overlap = own
+      equal_before = [(count(before%first == i), i=1, size(before%value))]
+      equal_after = [(count(after%first == j), j=1, size(after%value))]
       do j = 1, size(after%value)
          if (after%first(j) /= j) cycle
          do i = 1, size(before%value)
             if (before%first(i) /= i) cycle
-            associate (m => count(before%first == i), n => count(after%first == j))
+            associate (m => equal_before(i), n => equal_after(j))
                overlap(i:i + m - 1, j:j + n - 1) = sum(own(i:i + m - 1, j:j + n - 1))/min(m, n)
             end associate
          end do
@@ -124,9 +126,7 @@ contains
          own(:, best(2)) = -1.0_wp
       end do
       do j = 1, size(after%value)
-         associate (n => count(after%first == j))
-            if (n > 1) call align(after, j, n, product, partner)
-         end associate
+         if (equal_after(j) > 1) call align(after, j, equal_after(j), product, partner)
       end do
    end subroutine continue_branches
 

@@ -37,41 +37,52 @@ contains
 
    !> Eigenvalues `values` (n) and right eigenvectors of a general real matrix, or the values alone, in a third of the time.
    !>
-   !> `matrix` (n, n) is overwritten; `vectors` (n, n) of unit length. Conjugate pairs stand together, the one with positive
-   !> imaginary part first. `info` is LAPACK's: 0 is success.
-   subroutine right_eigen(matrix, values, info, vectors)
+   !> `matrix` (n, n) is overwritten; `vectors` (n, n) and, only with them, left eigenvectors `left` (n, n), uᴴ A = λ uᴴ, have unit
+   !> length. Conjugate pairs stand together, the one with positive imaginary part first. `info` is LAPACK's: 0 is success.
+   subroutine right_eigen(matrix, values, info, vectors, left)
       real(wp), intent(inout) :: matrix(:, :)
       complex(wp), intent(out) :: values(:)
       integer, intent(out) :: info
-      complex(wp), intent(out), optional :: vectors(:, :)
+      complex(wp), intent(out), optional :: vectors(:, :), left(:, :)
 
-      real(wp), allocatable :: right(:, :), wi(:), work(:), wr(:)
-      real(wp) :: none(1, 1)
+      real(wp), allocatable :: other(:, :), right(:, :), wi(:), work(:), wr(:)
       logical :: halting(size(ieee_all))
-      integer :: j, n
+      integer :: n
 
       n = size(values)
       info = 0
       if (n == 0) return
-      allocate (wr(n), wi(n), right(n, merge(n, 1, present(vectors))), work(34*n))
+      allocate (wr(n), wi(n), work(34*n))
+      allocate (right(n, merge(n, 1, present(vectors))), other(n, merge(n, 1, present(left))))
       ! Vectors of a defective matrix overflow inside LAPACK by design.
       call ieee_get_halting_mode(ieee_all, halting)
       call ieee_set_halting_mode(ieee_all, .false.)
-      call dgeev("N", merge("V", "N", present(vectors)), n, matrix, n, wr, wi, none, 1, right, n, work, size(work), info)
+      call dgeev(merge("V", "N", present(left)), merge("V", "N", present(vectors)), n, matrix, n, wr, wi, other, n, right, n, &
+                 work, size(work), info)
       call ieee_set_halting_mode(ieee_all, halting)
       if (info /= 0) return
       values = cmplx(wr, wi, wp)
-      if (.not. present(vectors)) return
-      do j = 1, n
-         if (wi(j) > 0.0_wp) then
-            vectors(:, j) = cmplx(right(:, j), right(:, j + 1), wp)
-         else if (wi(j) < 0.0_wp) then
+      if (present(vectors)) call unpack_pairs(right, wi, vectors)
+      if (present(left)) call unpack_pairs(other, wi, left)
+   end subroutine right_eigen
+
+   !> Complex vectors (n, n) from LAPACK's columns: of a pair, real parts in the first, imaginary ones in the second.
+   pure subroutine unpack_pairs(columns, imaginary, vectors)
+      real(wp), intent(in) :: columns(:, :), imaginary(:)
+      complex(wp), intent(out) :: vectors(:, :)
+
+      integer :: j
+
+      do j = 1, size(imaginary)
+         if (imaginary(j) > 0.0_wp) then
+            vectors(:, j) = cmplx(columns(:, j), columns(:, j + 1), wp)
+         else if (imaginary(j) < 0.0_wp) then
             vectors(:, j) = conjg(vectors(:, j - 1))
          else
-            vectors(:, j) = cmplx(right(:, j), 0.0_wp, wp)
+            vectors(:, j) = cmplx(columns(:, j), 0.0_wp, wp)
          end if
       end do
-   end subroutine right_eigen
+   end subroutine unpack_pairs
 
    !> Eigenvalues, eigenvectors and inverse eigenvector matrix of a general real matrix.
    !>

@@ -5,6 +5,7 @@ module razy_rotor_whirl_whirl
    use razy_core_kinds, only: wp
    use razy_eigen_branches, only: family_t
    use razy_eigen_damped, only: damped_eigen, modal_scaling
+   use razy_eigen_path, only: eigen_path_t
    use razy_eigen_spectrum, only: new_spectrum, spectrum_t
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
    use razy_rotor_model, only: rotor_model_t
@@ -33,6 +34,8 @@ module razy_rotor_whirl_whirl
       real(wp), allocatable :: squared(:), scaling(:)
       !> B + Bx with the meshes, if they are closed, and Kx (p, p).
       real(wp), allocatable :: damping(:, :), cross_stiffness(:, :)
+      !> The speeds solved last.
+      type(eigen_path_t) :: path
    contains
       procedure :: solve
       procedure :: growth
@@ -119,7 +122,8 @@ contains
       self%solved = self%solved + 1
       info = 0
       if (self%status == whirl_found) then
-         call damped_eigen(self%squared, self%damping_at(parameter), value, info, self%cross_at(parameter), shape)
+         call damped_eigen(self%squared, self%damping_at(parameter), value, info, self%cross_at(parameter), shape, &
+                           self%path, parameter)
       end if
       if (info /= 0 .or. self%status /= whirl_found) then
          call raise(error, "an eigenproblem could not be solved")
