@@ -46,14 +46,17 @@ def missing_compiled(target, build, needs):
     return f"{needs}: {complaint.splitlines()[0]}" if complaint else ""
 
 
-def razy(razy_bin):
+def razy(razy_bin, build):
     """The exact propagator, and DOP853 with events."""
     if razy_bin:
         os.environ["RAZY_BIN"] = str(razy_bin)
     found = all(shutil.which(name, path=razy_bin) for name in ("razy-run", "razy-sweep"))
     missing = "" if found else "razy-run and razy-sweep (./setup.sh, or --razy-bin)"
     command = [sys.executable, str(BENCH / "peers" / "razy.py")]
-    missing = missing or missing_module("h5py")
+    missing = (
+        missing or missing_module("h5py") or missing_compiled("motion", build, "the release build of razy's library")
+    )
+    os.environ["RAZY_MOTION"] = str(Path(build).resolve() / "motion")
     exact = Code("razy", command, p2=["exact"], p3=["exact"])
     dop853 = Code("razy DOP853", command)
     dop853.p2 = each("dop853:{}", "1e-5", "1e-6", "1e-7", "1e-8", "1e-9", "1e-10", "1e-11")
@@ -148,4 +151,4 @@ def octave(full):
 def all_codes(full, build, razy_bin):
     """Pairs of a code and what is missing to run it (empty when nothing is)."""
     compiled = [hairer(full, build), odeint(full, build), gsl(full, build), *sundials(full, build)]
-    return [*razy(razy_bin), heyoka(full), *compiled, scipy(full), octave(full)]
+    return [*razy(razy_bin, build), heyoka(full), *compiled, scipy(full), octave(full)]
