@@ -102,6 +102,7 @@ def keep(old, data, measured, order):
         sys.exit("--keep: the last report is from another machine")
     data["rows"] += [row | {"run": earlier_run(old, row)} for row in old["rows"] if row["code"] not in measured]
     data["rows"].sort(key=lambda row: order.index(row["code"]))
+    data["versions"] = old["versions"] | data["versions"]
     data["missing"] |= {code: words for code, words in old["missing"].items() if code not in measured}
     data["failed"] += [words for words in old["failed"] if words.partition(" p")[0] not in measured]
 
