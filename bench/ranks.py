@@ -88,9 +88,10 @@ def markdown(options, place, times, walls, starts, cpu, memory, size):
         f"| 1 | {one:.3f} | {min(times[1]):.3f} | {spent[1]:.3f} | 1 | {wall[1]:.3f} | {begun[1]:.3f} |",
         f"| 2 | {two:.3f} | {min(times[2]):.3f} | {spent[2]:.3f} | {one / two:.2f} | {wall[2]:.3f} | {begun[2]:.3f} |",
         "",
-        f"The ratio in each round: {each}. Other load on the cores takes from "
-        "two ranks what one does not need: the times count only where the load at the start is near 0. By CPU time, "
-        "which other load hardly changes, two ranks on two free cores are at most "
+        f"The ratio in each round: {each}.",
+        "Other load on the cores takes from two ranks what one does not need: the times count only where the load at "
+        "the start is near 0.",
+        "By CPU time, which other load hardly changes, two ranks on two free cores are at most "
         f"{2 * spent[1] / spent[2]:.2f} times one rank.",
         "",
         f"By wall time two ranks are {wall[1] / wall[2]:.2f} times one rank: what a sweep of two points takes is the "
