@@ -224,7 +224,8 @@ contains
             if (found%tau*solution%response%fastest <= soon) call add_up(self, before, found%tau)
          else
             self%ended = self%now
-            self%has_z = .false.
+            ! In a piece of no length the state has not moved.
+            self%has_z = self%has_z .and. .not. found%tau > 0.0_wp
             ! What does not grow cannot blow up.
             if (allocated(self%tangent) .or. solution%response%growing) call lay_out_state(self)
          end if
