@@ -24,6 +24,9 @@ module razy_exact_exact
 
    public :: exact_t
 
+   !> Crossings at one time that are remembered.
+   integer, parameter :: most_crossed = 4
+
    !> The bound of a switching function that was crossed, and the side on which the motion had been.
    type :: crossed_t
       integer :: contact = 0, function = 0
@@ -48,9 +51,10 @@ module razy_exact_exact
       logical, private :: looked = .false., laid_out = .false.
       real(wp), allocatable, private :: z_looked(:)
       complex(wp), allocatable, private :: phasor(:)
-      !> Without constraints: the bound that was crossed last, pieces of no length since, what is rounding in the functions at this
-      !> time (function, contact), and the solution before.
-      type(crossed_t), private :: crossed
+      !> Without constraints: the bounds that were crossed last, at one time; pieces of no length since; what is rounding in the
+      !> functions at this time (function, contact), and the solution before.
+      integer, private :: crossings = 0
+      type(crossed_t), private :: crossed(most_crossed)
       integer, private :: standing = 0, before = 0
       real(wp), allocatable, private :: noise(:, :)
    contains
@@ -111,7 +115,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
 
       if (self%starting) then
-         self%crossed = crossed_t()
+         self%crossings = 0
          self%standing = 0
          self%now = 0
          call self%solutions%begin_run()
@@ -303,24 +307,36 @@ contains
       piece%last = piece%last .and. found%watched == 0 .and. .not. found%tau < longest
    end subroutine follow
 
-   !> Without constraints: the function that has just crossed its bound starts on it, and what is rounding in the functions of the
+   !> Without constraints: a function that has just crossed its bound starts on it, and what is rounding in the functions of the
    !> pieces at the same time before is so still.
    subroutine prepare_crossed(self)
       type(exact_t), intent(inout) :: self
 
-      integer :: t
+      integer :: i, t
 
-      associate (crossed => self%crossed, solution => self%solutions%of(self%now))
+      associate (solution => self%solutions%of(self%now))
          do t = 1, size(solution%watched)
             associate (watched => solution%watched(t), guard => solution%entry(t))
                watched%floor = 0.0_wp
                if (self%standing > 0) watched%floor = self%noise(guard%function, guard%contact)
-               watched%from_zero = guard%contact == crossed%contact .and. guard%function == crossed%function &
-                                   .and. watched%side*crossed%side < 0.0_wp .and. .not. abs(watched%bound - crossed%bound) > 0.0_wp
+               watched%from_zero = .false.
+               do i = 1, self%crossings
+                  watched%from_zero = watched%from_zero .or. has_crossed(self%crossed(i), guard, watched)
+               end do
             end associate
          end do
       end associate
    end subroutine prepare_crossed
+
+   !> Whether a guard's function has come from the other side of the bound that was crossed.
+   elemental logical function has_crossed(crossed, guard, watched)
+      type(crossed_t), intent(in) :: crossed
+      type(guard_entry_t), intent(in) :: guard
+      type(watched_t), intent(in) :: watched
+
+      has_crossed = guard%contact == crossed%contact .and. guard%function == crossed%function &
+                    .and. watched%side*crossed%side < 0.0_wp .and. .not. abs(watched%bound - crossed%bound) > 0.0_wp
+   end function has_crossed
 
    !> Without constraints: remember the bound that was crossed, and after a piece of no length what is rounding in the
    !> functions of this mode and the one before. At the start of the next mode their terms may be gone in which the error was
@@ -329,12 +345,13 @@ contains
       type(exact_t), intent(inout) :: self
       type(exit_t), intent(in) :: found
 
-      self%crossed%contact = 0
       self%standing = merge(self%standing + 1, 0, found%watched > 0 .and. .not. found%tau > 0.0_wp)
+      if (self%standing == 0) self%crossings = 0
       if (found%watched == 0) return
       associate (solution => self%solutions%of(self%now))
          associate (watched => solution%watched(found%watched), guard => solution%entry(found%watched))
-            self%crossed = crossed_t(guard%contact, guard%function, watched%side, watched%bound)
+            self%crossings = min(self%crossings + 1, most_crossed)
+            self%crossed(self%crossings) = crossed_t(guard%contact, guard%function, watched%side, watched%bound)
          end associate
       end associate
       if (self%standing == 0) return
