@@ -7,7 +7,7 @@ module razy_runge_kutta_right_hand_side
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_linear_form, only: linear_form_t
-   use razy_hybrid_mode, only: constrained, idle, lawful, press_of
+   use razy_hybrid_mode, only: constrained, idle, lawful, mode_t, press_of
    use razy_hybrid_system, only: system_t
    use razy_linalg_blocks, only: filled
    implicit none(type, external)
@@ -18,6 +18,20 @@ module razy_runge_kutta_right_hand_side
 
    integer, parameter :: treat_by_events = 1, treat_by_switching = 2, treat_by_smoothing = 3
 
+   !> A mode of few coordinates, without constraints and friction that a contact presses, if it `is_one`. Then y'' = f - (K B) z
+   !> - Σ w F with all forces that are affine in K and B; y'' without the others, and s and s' of their contacts, are the matrix
+   !> times 1, z, and real and imaginary part of each phasor. Its rows are filled up to blocks.
+   type :: direct_mode_t
+      logical :: is_one = .false.
+      integer, allocatable :: branch(:)
+      real(wp), allocatable :: matrix(:, :)
+      !> Those contacts.
+      integer, allocatable :: lawful(:)
+   end type direct_mode_t
+
+   !> The most coordinates for which a full matrix is cheaper than its parts; modes of which it is kept.
+   integer, parameter :: most_dense = 8, most_known = 8
+
    type :: right_hand_side_t
       type(dynamics_t) :: dynamics
       integer :: treatment = treat_by_events
@@ -25,22 +39,16 @@ module razy_runge_kutta_right_hand_side
       real(wp) :: band = 0.0_wp
       !> Right-hand sides and Jacobian matrices formed so far.
       integer(i8) :: evaluations = 0, jacobians = 0
-      !> Whether the mode has few coordinates, no constraints and no friction that a contact presses. Then y'' = f - (K B) z - Σ w F
-      !> with all forces that are affine in K and B; y'' without the others, and s and s' of their contacts, are the matrix times
-      !> 1, z, and real and imaginary part of each phasor. Its rows are filled up to blocks.
-      logical, private :: direct = .false.
-      real(wp), allocatable, private :: matrix(:, :), y(:)
-      !> Those contacts.
-      integer, allocatable, private :: lawful(:)
+      !> The modes that are known of the machine with this version, the one that goes next, and the one at hand; 0: it is none.
+      integer, private :: version = 0, oldest = 1, now = 0
+      type(direct_mode_t), private :: known(most_known)
+      real(wp), allocatable, private :: y(:)
    contains
       procedure :: enter
       procedure :: derivative
       procedure :: accelerate
       procedure :: jacobian
    end type right_hand_side_t
-
-   !> The most coordinates for which a full matrix is cheaper than its parts.
-   integer, parameter :: most_dense = 8
 
 contains
 
@@ -49,23 +57,49 @@ contains
       class(right_hand_side_t), intent(inout) :: self
       type(system_t), intent(in) :: system
 
+      integer :: i
+
+      call self%dynamics%mode%enter(system)
+      self%now = 0
+      if (allocated(system%coupled%gyroscopic)) return
+      if (self%treatment /= treat_by_events .or. system%m > most_dense .or. self%dynamics%mode%constraints%count > 0) return
+      if (self%version /= system%version) then
+         self%version = system%version
+         do i = 1, most_known
+            if (allocated(self%known(i)%branch)) deallocate (self%known(i)%branch)
+         end do
+      end if
+      do i = 1, most_known
+         if (.not. allocated(self%known(i)%branch)) cycle
+         if (all(self%known(i)%branch == self%dynamics%mode%branch)) exit
+      end do
+      if (i > most_known) then
+         i = self%oldest
+         self%oldest = modulo(i, most_known) + 1
+         call form_matrix(self%known(i), system, self%dynamics%mode)
+         if (.not. allocated(self%y)) allocate (self%y(0))
+         if (size(self%y) < size(self%known(i)%matrix, 1)) self%y = self%known(i)%matrix(:, 0)
+      end if
+      if (self%known(i)%is_one) self%now = i
+   end subroutine enter
+
+   !> The matrix of a mode.
+   subroutine form_matrix(self, system, mode)
+      type(direct_mode_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(mode_t), intent(in) :: mode
+
       complex(wp) :: harmonic(system%m, size(system%omega))
       integer :: i, last
 
-      associate (mode => self%dynamics%mode, m => system%m, tones => size(system%omega))
-         call mode%enter(system)
-         self%direct = .false.
-         if (allocated(system%coupled%gyroscopic)) return
-         if (self%treatment /= treat_by_events .or. m > most_dense .or. mode%constraints%count > 0) return
+      associate (m => system%m, tones => size(system%omega))
+         self%branch = mode%branch
          self%lawful = pack(mode%acting(:mode%acts), mode%does(mode%acting(:mode%acts)) == lawful)
-         do i = 1, size(self%lawful)
-            if (system%machine%contact(self%lawful(i))%law%of_normal) return
-         end do
-         self%direct = .true.
+         self%is_one = .not. any([(system%machine%contact(self%lawful(i))%law%of_normal, i=1, size(self%lawful))])
          last = 2*(m + tones)
-         if (allocated(self%matrix)) deallocate (self%matrix, self%y)
+         if (allocated(self%matrix)) deallocate (self%matrix)
          allocate (self%matrix(filled(m + 2*size(self%lawful)), 0:last), source=0.0_wp)
-         allocate (self%y(size(self%matrix, 1)))
+         if (.not. self%is_one) return
          call mode%matrices(system, self%matrix(:m, 1:m), self%matrix(:m, m + 1:2*m))
          self%matrix(:m, 1:2*m) = -self%matrix(:m, 1:2*m)
          call mode%loads(system, self%matrix(:m, 0), harmonic)
@@ -92,7 +126,7 @@ contains
          end associate
       end subroutine set_row
 
-   end subroutine enter
+   end subroutine form_matrix
 
    !> z' (2m) at `tau` of the piece and z.
    subroutine derivative(self, system, tau, z, dz)
@@ -106,21 +140,23 @@ contains
 
       m = system%m
       self%evaluations = self%evaluations + 1
-      if (.not. self%direct) then
+      if (self%now == 0) then
          dz(:m) = z(m + 1:)
          call self%accelerate(system, tau, z, dz(m + 1:))
          return
       end if
       call self%dynamics%excitation%look(system%machine%tone, tau)
-      call linear_part(m, size(self%y), size(system%omega), self%matrix, z, self%dynamics%excitation%phasor, self%y, dz)
-      do i = 1, size(self%lawful)
-         j = self%lawful(i)
-         associate (contact => system%machine%contact(j))
-            force = contact%law%force(self%dynamics%mode%branch(j), self%y(m + 2*i - 1), self%y(m + 2*i), 0.0_wp)
-            if (allocated(contact%modulation)) force = self%dynamics%stiffening(system, j)*force
-         end associate
-         call subtract(m, force, system%w(:, j), dz(m + 1:))
-      end do
+      associate (mode => self%known(self%now))
+         call linear_part(m, size(mode%matrix, 1), size(system%omega), mode%matrix, z, self%dynamics%excitation%phasor, self%y, dz)
+         do i = 1, size(mode%lawful)
+            j = mode%lawful(i)
+            associate (contact => system%machine%contact(j))
+               force = contact%law%force(self%dynamics%mode%branch(j), self%y(m + 2*i - 1), self%y(m + 2*i), 0.0_wp)
+               if (allocated(contact%modulation)) force = self%dynamics%stiffening(system, j)*force
+            end associate
+            call subtract(m, force, system%w(:, j), dz(m + 1:))
+         end do
+      end associate
    end subroutine derivative
 
    !> y = matrix (1, z, Re E, Im E), four rows at a time, and z' (2m) where y begins with y''.
