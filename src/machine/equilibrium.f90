@@ -21,7 +21,8 @@ module razy_machine_equilibrium
    public :: find_equilibrium
 
    integer, parameter :: most_iterations = 200
-   !> Stiffness below this part of the largest, and residuals below this part of the loads, are rounding.
+   !> Stiffness below this part of the largest, pivots below this part of their diagonal entries, and residuals below this part of
+   !> the loads are rounding.
    real(wp), parameter :: negligible = 1.0e-11_wp
    !> A minimum further than this along a direction, in steps of Newton's method or of the residual, is none.
    real(wp), parameter :: farthest = 1.0e30_wp

@@ -63,7 +63,8 @@ contains
 
    !> Search from `start` at `tau_from` to `tau_end` along `response`.
    !>
-   !> `watched(:)`: functions on `rows`; one with `from_zero` starts on its bound and moves inwards. The exit is in `found`,
+   !> `watched(:)`: functions on `rows`; one with `from_zero` starts on its bound and moves inwards; if it alone is watched, from a
+   !> later time than 0, that is the root on this closed form which was found last. The exit is in `found`,
    !> the amplitudes there in `self%probe`. The search ends without one when the budget is spent, or steps would be too short.
    subroutine first_exit(self, budget, response, rows, start, tau_from, tau_end, watched, found)
       type(search_t), intent(inout) :: self
