@@ -2,16 +2,16 @@
 !!
 !! Between two events nothing is integrated; the next event is found with proof that none was before it (razy_exact_search_search).
 !! The phases of excitation are formed anew from the time, which is kept in two doubles, so that errors do not grow with the number
-!! of pieces. Without constraints a function that has just crossed its bound is known to start there, and events at the same time
-!! follow each other in pieces of length zero; with them the transition settles all of them together and knows which guards start
-!! on their bounds.
+!! of pieces. Without constraints a function that has just crossed its bound is known to start there (razy_exact_crossings); with
+!! them the transition settles all events of a time together and knows which guards start on their bounds.
 module razy_exact_exact
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
    use razy_exact_closed_form_amplitudes, only: amplitudes_t, carry_disturbances, copy, move_to, reserve, set_state, state_of
    use razy_exact_closed_form_rows, only: curvature_bound, integral_of, size_of, value_and_slope, value_of
+   use razy_exact_crossings, only: crossings_t
    use razy_exact_search_refine, only: watched_t
-   use razy_exact_search_search, only: exit_t, first_exit, rounding, search_t, soon
+   use razy_exact_search_search, only: exit_t, first_exit, leaves_too, rounding, search_t, soon
    use razy_exact_solutions, only: solution_t, solutions_t
    use razy_hybrid_flow, only: ends_in_event, ends_open, flow_t
    use razy_hybrid_guards, only: guard_entry_t, of_force, of_press
@@ -23,15 +23,6 @@ module razy_exact_exact
    private
 
    public :: exact_t
-
-   !> Crossings at one time that are remembered.
-   integer, parameter :: most_crossed = 4
-
-   !> The bound of a switching function that was crossed, and the side on which the motion had been.
-   type :: crossed_t
-      integer :: contact = 0, function = 0
-      real(wp) :: side = 0.0_wp, bound = 0.0_wp
-   end type crossed_t
 
    !> The propagator with what it keeps from run to run. Steps of its searches and pieces count as steps.
    type, extends(flow_t) :: exact_t
@@ -51,11 +42,11 @@ module razy_exact_exact
       logical, private :: looked = .false., laid_out = .false.
       real(wp), allocatable, private :: z_looked(:)
       complex(wp), allocatable, private :: phasor(:)
-      !> Without constraints: the bounds that were crossed last, at one time; pieces of no length since; what is rounding in the
-      !> functions at this time (function, contact), and the solution before.
-      integer, private :: crossings = 0
-      type(crossed_t), private :: crossed(most_crossed)
-      integer, private :: standing = 0, before = 0
+      !> Without constraints: the bounds that were crossed last, and the solution before.
+      type(crossings_t), private :: crossings
+      integer, private :: before = 0
+      !> Whether the piece to come has begun already, as the moment that it starts with.
+      logical, private :: placed = .false.
       real(wp), allocatable, private :: noise(:, :)
    contains
       procedure :: prepare
@@ -79,8 +70,6 @@ module razy_exact_exact
    real(wp), parameter :: longest_growth = 50.0_wp
    !> A part of the acceleration that is not what is left of it where a force has come to zero.
    real(wp), parameter :: clearly = 1.0e-6_wp
-   !> Switching functions that a contact may have.
-   integer, parameter :: most_functions = 3
 
 contains
 
@@ -101,11 +90,11 @@ contains
       end do
       call self%take(machine, keep_all, 0.0_wp, error)
       if (allocated(error)) return
-      self%one_by_one = .true.
+      self%notes_changes = .not. self%system%constrained
       call self%solutions%attach(self%system)
-      if (allocated(self%z_looked)) deallocate (self%z_looked, self%phasor, self%noise)
+      if (allocated(self%z_looked)) deallocate (self%z_looked, self%phasor)
       allocate (self%z_looked(2*self%system%m), self%phasor(size(machine%tone)))
-      allocate (self%noise(most_functions, size(machine%contact)), source=0.0_wp)
+      call self%crossings%attach(size(machine%contact))
    end subroutine prepare
 
    !> The solution in the mode, from time and state as they are.
@@ -115,22 +104,24 @@ contains
       type(outcome_t), intent(inout) :: outcome
 
       if (self%starting) then
-         self%crossings = 0
-         self%standing = 0
+         call self%crossings%forget()
          self%now = 0
+         self%placed = .false.
          call self%solutions%begin_run()
       end if
-      self%before = self%now
       call self%budget%spend()
       if (self%budget%status /= status_ok) return
-      call find_solution(self, outcome)
-      if (self%now == 0) return
-      if (self%system%constrained) then
-         call self%transition%start_piece(self%system, self%time, self%time_low, delta_of(self, self%remaining(t_end)), self%z)
-      else
-         call self%transition%dynamics%begin(self%system, self%time, self%time_low)
+      if (.not. self%placed) then
+         call find_solution(self, outcome)
+         if (self%now == 0) return
+         if (self%system%constrained) then
+            call self%transition%start_piece(self%system, self%time, self%time_low, delta_of(self, self%remaining(t_end)), self%z)
+         else
+            call self%transition%dynamics%begin(self%system, self%time, self%time_low)
+         end if
+         call place(self)
       end if
-      call place(self)
+      self%placed = .false.
       outcome%pieces = outcome%pieces + 1
       ! Faster than that, and the end will not be reached in the steps there are.
       associate (fastest => max(self%solutions%of(self%now)%response%turning, self%system%fastest))
@@ -143,6 +134,7 @@ contains
       type(exact_t), intent(inout) :: self
       type(outcome_t), intent(inout) :: outcome
 
+      self%before = self%now
       call self%solutions%find(self%system, self%transition%dynamics%mode, self%now)
       if (self%now == 0) then
          outcome%status = merge(status_no_contact_forces, status_no_modes, self%solutions%inadmissible)
@@ -202,6 +194,7 @@ contains
       if (self%now == 0) return
       call self%transition%dynamics%begin(self%system, self%time, self%time_low)
       call place(self)
+      self%placed = .not. self%system%constrained
    end subroutine stand
 
    !> Follow the solution to the next event.
@@ -219,7 +212,9 @@ contains
          before = self%z
          call prepare_settled(self)
       else
-         call prepare_crossed(self)
+         associate (solution => self%solutions%of(self%now))
+            call self%crossings%prepare(solution%entry, solution%watched)
+         end associate
       end if
       call follow(self, longest, t_end, piece, found)
       associate (solution => self%solutions%of(self%now), unused => outcome)
@@ -233,12 +228,8 @@ contains
             ! What does not grow cannot blow up.
             if (allocated(self%tangent) .or. solution%response%growing) call lay_out_state(self)
          end if
-         ending = merge(ends_in_event, ends_open, found%watched > 0)
-         if (found%watched > 0) then
-            piece%contact = solution%entry(found%watched)%contact
-            piece%branch = solution%entry(found%watched)%next
-         end if
       end associate
+      ending = merge(ends_in_event, ends_open, found%watched > 0)
       if (self%system%constrained .or. allocated(self%tangent)) then
          self%hit = .false.
          if (found%watched > 0) self%hit(found%watched) = .true.
@@ -307,71 +298,45 @@ contains
       piece%last = piece%last .and. found%watched == 0 .and. .not. found%tau < longest
    end subroutine follow
 
-   !> Without constraints: a function that has just crossed its bound starts on it, and what is rounding in the functions of the
-   !> pieces at the same time before is so still.
-   subroutine prepare_crossed(self)
-      type(exact_t), intent(inout) :: self
-
-      integer :: i, t
-
-      associate (solution => self%solutions%of(self%now))
-         do t = 1, size(solution%watched)
-            associate (watched => solution%watched(t), guard => solution%entry(t))
-               watched%floor = 0.0_wp
-               if (self%standing > 0) watched%floor = self%noise(guard%function, guard%contact)
-               watched%from_zero = .false.
-               do i = 1, self%crossings
-                  watched%from_zero = watched%from_zero .or. has_crossed(self%crossed(i), guard, watched)
-               end do
-            end associate
-         end do
-      end associate
-   end subroutine prepare_crossed
-
-   !> Whether a guard's function has come from the other side of the bound that was crossed.
-   elemental logical function has_crossed(crossed, guard, watched)
-      type(crossed_t), intent(in) :: crossed
-      type(guard_entry_t), intent(in) :: guard
-      type(watched_t), intent(in) :: watched
-
-      has_crossed = guard%contact == crossed%contact .and. guard%function == crossed%function &
-                    .and. watched%side*crossed%side < 0.0_wp .and. .not. abs(watched%bound - crossed%bound) > 0.0_wp
-   end function has_crossed
-
-   !> Without constraints: remember the bound that was crossed, and after a piece of no length what is rounding in the
-   !> functions of this mode and the one before. At the start of the next mode their terms may be gone in which the error was
-   !> made: of bodies that have just left their stops together, all are near them.
+   !> Without constraints: the guard that was left, and those that leave with it, are crossed; what is rounding in the functions
+   !> of this mode and the one before is kept after a piece of no length.
    subroutine note_crossed(self, found)
       type(exact_t), intent(inout) :: self
       type(exit_t), intent(in) :: found
 
-      self%standing = merge(self%standing + 1, 0, found%watched > 0 .and. .not. found%tau > 0.0_wp)
-      if (self%standing == 0) self%crossings = 0
+      integer :: i
+
+      call self%crossings%end_piece(stands=found%watched > 0 .and. .not. found%tau > 0.0_wp)
       if (found%watched == 0) return
-      associate (solution => self%solutions%of(self%now))
-         associate (watched => solution%watched(found%watched), guard => solution%entry(found%watched))
-            self%crossings = min(self%crossings + 1, most_crossed)
-            self%crossed(self%crossings) = crossed_t(guard%contact, guard%function, watched%side, watched%bound)
-         end associate
+      associate (solution => self%solutions%of(self%now), transition => self%transition)
+         transition%changes = 0
+         call cross(self, found%watched)
+         ! Tangents are carried through one event after the other.
+         if (found%tau > 0.0_wp .and. .not. allocated(self%tangent)) then
+            do i = 1, size(solution%watched)
+               if (.not. solution%watched(i)%f1 < 0.0_wp) cycle
+               if (self%crossings%is_full() .or. any(transition%contact(:transition%changes) == solution%entry(i)%contact)) cycle
+               if (leaves_too(self%search, solution%response, solution%switching, solution%watched(i))) call cross(self, i)
+            end do
+         end if
+         if (self%crossings%standing == 0) return
+         if (self%crossings%standing == 1 .and. self%before > 0) then
+            call self%crossings%take_noise(self%solutions%of(self%before)%entry, self%solutions%of(self%before)%watched)
+         end if
+         call self%crossings%take_noise(solution%entry, solution%watched)
       end associate
-      if (self%standing == 0) return
-      if (self%standing == 1) self%noise = 0.0_wp
-      if (self%standing == 1 .and. self%before > 0) call note_noise(self%solutions%of(self%before), self%noise)
-      call note_noise(self%solutions%of(self%now), self%noise)
    end subroutine note_crossed
 
-   pure subroutine note_noise(solution, noise)
-      type(solution_t), intent(in) :: solution
-      real(wp), intent(inout) :: noise(:, :)
+   !> Guard i of the mode is left.
+   subroutine cross(self, i)
+      type(exact_t), intent(inout) :: self
+      integer, intent(in) :: i
 
-      integer :: t
-
-      do t = 1, size(solution%watched)
-         associate (known => noise(solution%entry(t)%function, solution%entry(t)%contact))
-            known = max(known, solution%watched(t)%noise)
-         end associate
-      end do
-   end subroutine note_noise
+      associate (solution => self%solutions%of(self%now))
+         call self%crossings%add(solution%entry(i), solution%watched(i))
+         call self%transition%note(solution%entry(i)%contact, solution%entry(i)%next)
+      end associate
+   end subroutine cross
 
    !> With constraints: what is rounding in the functions at z, and which of them start on their bounds: settled as the
    !> branches are, these move inwards, or rest if they are fixed. Where friction has pulled open the stop that it goes with, no

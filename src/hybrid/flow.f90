@@ -28,8 +28,8 @@ module razy_hybrid_flow
       !> What happens at events; its mode is the one that the motion is in.
       type(transition_t) :: transition
       type(switching_t), private :: switching
-      !> Whether events are looked for; whether they come one at a time, those at the same time after pieces of no length.
-      logical :: finds_events = .true., one_by_one = .false.
+      !> Whether events are looked for; whether `advance` notes itself what they change, as where nothing jumps.
+      logical :: finds_events = .true., notes_changes = .false.
       !> Time of the motion, s (sum of both), state z = (y, y') (2m), and branches of the piece under way (contacts).
       real(wp) :: time = 0.0_wp, time_low = 0.0_wp
       real(wp), allocatable :: z(:)
@@ -264,6 +264,8 @@ contains
       type(observer_slot_t), intent(in) :: observers(:)
       type(outcome_t), intent(inout) :: outcome
 
+      integer :: i
+
       if (allocated(self%tangent)) call arrive(self, ending, piece%duration)
       associate (transition => self%transition)
          call transition%accumulation%pass(piece%duration)
@@ -271,15 +273,17 @@ contains
                                                    .and. .not. transition%accumulation%rest > 0.0_wp)
          if (switches) then
             call switch(self, piece)
-         else if (ending == ends_in_event .and. self%one_by_one .and. .not. self%system%constrained) then
-            transition%dynamics%mode%branch(piece%contact) = piece%branch
-            transition%changes = 1
          else if (self%anew .or. ending == ends_noted) then
-            if (self%anew) call transition%settle(self%system, self%hit, piece%duration, self%z)
-            if (.not. transition%found) outcome%status = status_no_contact_forces
-            outcome%impacts = outcome%impacts + transition%impacts
-            outcome%accumulations = outcome%accumulations + transition%landed
-            piece%contact = 0
+            if (ending == ends_in_event .and. self%notes_changes) then
+               do i = 1, transition%changes
+                  transition%dynamics%mode%branch(transition%contact(i)) = transition%branch(i)
+               end do
+            else if (self%anew) then
+               call transition%settle(self%system, self%hit, piece%duration, self%z)
+               if (.not. transition%found) outcome%status = status_no_contact_forces
+               outcome%impacts = outcome%impacts + transition%impacts
+               outcome%accumulations = outcome%accumulations + transition%landed
+            end if
             if (transition%changes > 0) then
                piece%contact = transition%contact(1)
                piece%branch = transition%branch(1)

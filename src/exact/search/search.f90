@@ -21,7 +21,7 @@ module razy_exact_search_search
    implicit none(type, external)
    private
 
-   public :: exit_t, first_exit, rounding, search_t, soon
+   public :: exit_t, first_exit, leaves_too, rounding, search_t, soon
 
    !> Where the search ended: `watched` is the number of the function that left, 0 if none did before the end.
    type :: exit_t
@@ -58,6 +58,8 @@ module razy_exact_search_search
    real(wp), parameter :: soon = 2.0e-3_wp
    !> A fall within one step of so many times the rounding of the value is a fall.
    real(wp), parameter :: clearly = 16.0_wp
+   !> A rate so many times its rounding has a sign, whatever the state's own rounding is.
+   real(wp), parameter :: firmly = 1.0e3_wp
 
 contains
 
@@ -210,8 +212,38 @@ contains
       real(wp), intent(in) :: tau, high
 
       leaves_later = tau - self%point(self%now)%tau <= high
-      if (leaves_later) leaves_later = w%side*(value_of(rows, response, self%probe, w%form, w%order) - w%bound) >= -w%noise
+      if (leaves_later) leaves_later = w%side*(value_of(rows, response, self%probe, w%form, w%order) - w%bound) &
+                                       >= -noise_in(self, response, rows, w)
    end function leaves_later
+
+   !> Whether a function that is beyond its bound after the step (f1 < 0) is on it at the exit that was found, and firmly on its way
+   !> outwards: it leaves there whatever the other changes, as its value and slope do not jump.
+   pure logical function leaves_too(self, response, rows, w)
+      type(search_t), intent(in) :: self
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(watched_t), intent(in) :: w
+
+      real(wp) :: f, g, noise
+
+      leaves_too = w%order == 0 .and. .not. w%idle
+      if (.not. leaves_too) return
+      call value_and_slope(rows, response, self%probe, w%form, w%order, f, g)
+      noise = noise_in(self, response, rows, w)
+      leaves_too = abs(f - w%bound) <= noise .and. w%side*g < -firmly*noise*response%fastest
+   end function leaves_too
+
+   !> What is rounding in the value of a function: that of its own terms, and what the amplitudes give to the state it is formed of.
+   pure real(wp) function noise_in(self, response, rows, w)
+      type(search_t), intent(in) :: self
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(watched_t), intent(in) :: w
+
+      noise_in = w%noise
+      if (w%order == 0) noise_in = max(noise_in, rounding*(sum_of(response%amplitudes, rows%reach(:, w%form), self%modulus) &
+                                                           + rows%reach_constant(w%form) + abs(rows%constant(w%form))))
+   end function noise_in
 
    !> What a function does on a step of h = 2^-level s from the present point, at whose end its form has the value `f` and the slope
    !> `g`; `high` (s after the point) ends the bracket of a root, `room` says that twice the step may do.

@@ -1,0 +1,129 @@
+!! The bounds that were crossed last, at one time: functions known to start on them in the mode that follows.
+!!
+!! Where nothing is held, values and slopes of switching functions do not jump, so events at one time are crossed one after the
+!! other: those that the search finds on their bounds at one root together, others after pieces of no length. What is rounding in a
+!! function stays so as long as the motion stands: at the start of the next mode their terms may be gone in which the error was
+!! made. Of bodies that have just left their stops together, all are near them.
+module razy_exact_crossings
+   use razy_core_kinds, only: wp
+   use razy_exact_search_refine, only: watched_t
+   use razy_hybrid_guards, only: guard_entry_t
+   implicit none(type, external)
+   private
+
+   public :: crossings_t
+
+   !> Crossings at one time that are remembered, and switching functions that a contact may have.
+   integer, parameter :: most = 16, most_functions = 3
+
+   !> The bound of a switching function that was crossed, and the side on which the motion had been.
+   type :: crossed_t
+      integer :: contact = 0, function = 0
+      real(wp) :: side = 0.0_wp, bound = 0.0_wp
+   end type crossed_t
+
+   type :: crossings_t
+      integer, private :: count = 0
+      type(crossed_t), private :: crossed(most)
+      !> Pieces of no length since; what is rounding in the functions at this time (function, contact).
+      integer :: standing = 0
+      real(wp), allocatable, private :: noise(:, :)
+   contains
+      procedure :: attach
+      procedure :: forget
+      procedure :: prepare
+      procedure :: end_piece
+      procedure :: add
+      procedure :: is_full
+      procedure :: take_noise
+   end type crossings_t
+
+contains
+
+   !> Make room for so many contacts.
+   pure subroutine attach(self, contacts)
+      class(crossings_t), intent(inout) :: self
+      integer, intent(in) :: contacts
+
+      if (allocated(self%noise)) deallocate (self%noise)
+      allocate (self%noise(most_functions, contacts), source=0.0_wp)
+   end subroutine attach
+
+   !> A motion begins.
+   pure subroutine forget(self)
+      class(crossings_t), intent(inout) :: self
+
+      self%count = 0
+      self%standing = 0
+   end subroutine forget
+
+   !> Tell the functions of the guards `entry(:)` before a piece which of them start on their bounds, and what is rounding in them.
+   pure subroutine prepare(self, entry, watched)
+      class(crossings_t), intent(in) :: self
+      type(guard_entry_t), intent(in) :: entry(:)
+      type(watched_t), intent(inout) :: watched(:)
+
+      integer :: i, t
+
+      do t = 1, size(watched)
+         watched(t)%floor = 0.0_wp
+         if (self%standing > 0) watched(t)%floor = self%noise(entry(t)%function, entry(t)%contact)
+         watched(t)%from_zero = .false.
+         do i = 1, self%count
+            watched(t)%from_zero = watched(t)%from_zero .or. has_crossed(self%crossed(i), entry(t), watched(t))
+         end do
+      end do
+   end subroutine prepare
+
+   !> Whether a guard's function has come from the other side of the bound that was crossed.
+   pure logical function has_crossed(crossed, guard, watched)
+      type(crossed_t), intent(in) :: crossed
+      type(guard_entry_t), intent(in) :: guard
+      type(watched_t), intent(in) :: watched
+
+      has_crossed = guard%contact == crossed%contact .and. guard%function == crossed%function &
+                    .and. watched%side*crossed%side < 0.0_wp .and. .not. abs(watched%bound - crossed%bound) > 0.0_wp
+   end function has_crossed
+
+   !> A piece has ended; `stands`: it had no length and ends in an event.
+   pure subroutine end_piece(self, stands)
+      class(crossings_t), intent(inout) :: self
+      logical, intent(in) :: stands
+
+      self%standing = merge(self%standing + 1, 0, stands)
+      if (self%standing == 0) self%count = 0
+      if (self%standing == 1) self%noise = 0.0_wp
+   end subroutine end_piece
+
+   !> The function of a guard crosses its bound.
+   pure subroutine add(self, guard, watched)
+      class(crossings_t), intent(inout) :: self
+      type(guard_entry_t), intent(in) :: guard
+      type(watched_t), intent(in) :: watched
+
+      self%count = min(self%count + 1, most)
+      self%crossed(self%count) = crossed_t(guard%contact, guard%function, watched%side, watched%bound)
+   end subroutine add
+
+   pure logical function is_full(self)
+      class(crossings_t), intent(in) :: self
+
+      is_full = self%count == most
+   end function is_full
+
+   !> Take up what was rounding in the functions of a mode.
+   pure subroutine take_noise(self, entry, watched)
+      class(crossings_t), intent(inout) :: self
+      type(guard_entry_t), intent(in) :: entry(:)
+      type(watched_t), intent(in) :: watched(:)
+
+      integer :: t
+
+      do t = 1, size(watched)
+         associate (known => self%noise(entry(t)%function, entry(t)%contact))
+            known = max(known, watched(t)%noise)
+         end associate
+      end do
+   end subroutine take_noise
+
+end module razy_exact_crossings
