@@ -157,7 +157,8 @@ contains
       type(string_t), intent(in) :: list(:)
 
       do position_of = 1, size(list)
-         if (lower(list(position_of)%text) == lower(text) .and. len(list(position_of)%text) == len(text)) return
+         if (len(list(position_of)%text) /= len(text)) cycle
+         if (lower(list(position_of)%text) == lower(text)) return
       end do
       position_of = 0
    end function position_of

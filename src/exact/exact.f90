@@ -37,11 +37,9 @@ module razy_exact_exact
       !> z holds it too.
       integer, private :: ended = 0
       logical, private :: has_z = .true.
-      !> What observers are answered with: amplitudes at a time, and the state there once a contact has been asked for.
+      !> What observers are answered with: amplitudes at a time, once there has been a question.
       type(amplitudes_t), private :: looker
-      logical, private :: looked = .false., laid_out = .false.
-      real(wp), allocatable, private :: z_looked(:)
-      complex(wp), allocatable, private :: phasor(:)
+      logical, private :: looked = .false.
       !> Without constraints: the bounds that were crossed last, and the solution before.
       type(crossings_t), private :: crossings
       integer, private :: before = 0
@@ -92,8 +90,6 @@ contains
       if (allocated(error)) return
       self%notes_changes = .not. self%system%constrained
       call self%solutions%attach(self%system)
-      if (allocated(self%z_looked)) deallocate (self%z_looked, self%phasor)
-      allocate (self%z_looked(2*self%system%m), self%phasor(size(machine%tone)))
       call self%crossings%attach(size(machine%contact))
    end subroutine prepare
 
@@ -445,7 +441,6 @@ contains
 
       if (self%looked .and. .not. abs(tau - self%looker%tau) > 0.0_wp) return
       self%looked = .true.
-      self%laid_out = .false.
       associate (response => self%solutions%of(self%now)%response)
          if (.not. abs(tau) > 0.0_wp) then
             call copy(self%start, response, self%looker)
@@ -519,32 +514,17 @@ contains
       end associate
    end subroutine next_turn
 
-   !> State z and phasors at `tau` into the workspace.
-   subroutine lay_out(self, tau)
-      type(exact_t), intent(inout) :: self
-      real(wp), intent(in) :: tau
-
-      integer :: t
-
-      call look_at(self, tau)
-      if (self%laid_out) return
-      call end_state(self%solutions%of(self%now), self%looker, self%z_looked)
-      associate (omega => self%system%omega)
-         do t = 1, size(omega)
-            self%phasor(t) = self%transition%dynamics%excitation%start(t)*cmplx(cos(omega(t)*tau), sin(omega(t)*tau), wp)
-         end do
-      end associate
-      self%laid_out = .true.
-   end subroutine lay_out
-
    !> Displacements and velocities (n each) at `tau`; needs a machine prepared with `keep_all`.
    subroutine state(self, tau, displacement, velocity)
       class(exact_t), intent(inout) :: self
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: displacement(:), velocity(:)
 
-      call lay_out(self, tau)
-      call self%system%to_coordinates(self%z_looked, displacement, velocity)
+      real(wp) :: z(2*self%system%m)
+
+      call look_at(self, tau)
+      call end_state(self%solutions%of(self%now), self%looker, z)
+      call self%system%to_coordinates(z, displacement, velocity)
    end subroutine state
 
    !> Variable s, rate s' and reported force of contact j at `tau`.
@@ -554,10 +534,11 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: s, rate, force
 
-      call lay_out(self, tau)
-      associate (touching => self%system%machine%contact(j), gap => self%system%gap(j), solution => self%solutions%of(self%now))
-         s = gap%value(self%z_looked, self%phasor)
-         rate = gap%rate(self%z_looked(self%system%m + 1:)) - sum(self%system%omega*aimag(gap%error*self%phasor)) + touching%drive
+      call look_at(self, tau)
+      call self%solutions%lay_out_contacts(self%system, self%now)
+      associate (touching => self%system%machine%contact(j), solution => self%solutions%of(self%now))
+         call value_and_slope(solution%touching, solution%response, self%looker, j, 0, s, rate)
+         rate = rate + touching%drive
          if (self%system%constrained) then
             force = value_of(solution%force, solution%response, self%looker, j, 0)
          else

@@ -239,7 +239,7 @@ contains
       integer :: j
 
       self%version = system%version
-      if (allocated(self%passage)) deallocate (self%passage)
+      if (allocated(self%passage)) call self%passage%renew()
       if (self%basis%info /= 0) return
       ! Not taken over from the machine before: no bit of a result may depend on what was computed earlier.
       self%first_level = min(exponent(max(self%basis%fastest, 1.0_wp)), finest_level)
@@ -362,11 +362,21 @@ contains
       type(system_t), intent(in) :: system
       integer, intent(in) :: i
 
-      associate (solution => self%of(i))
-         if (solution%touching_version == system%version) return
-         solution%touching_version = system%version
-         call new_rows(solution%touching, solution%response, system%gap)
-      end associate
+      if (self%of(i)%touching_version /= system%version) call row_contacts(self%of(i), system)
    end subroutine lay_out_contacts
+
+   subroutine row_contacts(self, system)
+      type(solution_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+
+      type(linear_form_t) :: gap(size(system%gap))
+      integer :: j
+
+      do j = 1, size(gap)
+         gap(j) = self%constrained%form_of(system%gap(j))
+      end do
+      call new_rows(self%touching, self%response, gap)
+      self%touching_version = system%version
+   end subroutine row_contacts
 
 end module razy_exact_solutions

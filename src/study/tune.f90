@@ -16,7 +16,7 @@ module razy_study_tune
    implicit none(type, external)
    private
 
-   public :: apply_tune, new_tune, solve_tune, tune_t
+   public :: apply_tune, new_tune, solve_tune, tune_t, tunes
 
    !> More changes of a mode than this are counted, not listed.
    integer, parameter :: most_lines = 8
@@ -59,11 +59,8 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(tune_t) :: self
-      logical :: apply
 
-      if (input%count("tune") == 0) return
-      call input%get("tune", 1, "apply", apply)
-      if (.not. apply) return
+      if (.not. tunes(input)) return
       call new_tune(self, input, error)
       if (.not. allocated(error)) call solve_tune(self, error)
       if (allocated(error)) return
@@ -71,6 +68,14 @@ contains
       unit = self%unit
       call input%put(self%family%slot, value, error)
    end subroutine apply_tune
+
+   !> Whether an input is to be tuned.
+   logical function tunes(input)
+      type(input_t), intent(in) :: input
+
+      tunes = input%count("tune") > 0
+      if (tunes) call input%get("tune", 1, "apply", tunes)
+   end function tunes
 
    !> Read and check what is asked for.
    subroutine new_tune(self, input, error)

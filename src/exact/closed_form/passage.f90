@@ -1,7 +1,8 @@
 !! From the amplitudes at the end of a piece in one mode to those at the start of the next in another, without the state between.
 !!
 !! The state z is a linear function of the first, and the second of z (razy_exact_closed_form_response): their product is one matrix
-!! of the size of one of them. It is made when the motion has passed so often that this pays.
+!! of the size of one of them. It is made when the motion has passed so often that this pays; of another excitation only its
+!! columns are made anew.
 module razy_exact_closed_form_passage
    use razy_core_kinds, only: wp
    use razy_exact_closed_form_amplitudes, only: amplitudes_t, set_excitation
@@ -15,14 +16,19 @@ module razy_exact_closed_form_passage
    type :: passage_t
       !> How often the motion under way has come here over the state.
       integer :: uses = 0
-      !> From all amplitudes of one mode to terms and rigid modes of the other (length, length).
+      !> From all amplitudes of one mode to terms and rigid modes of the other (length, length); whether it is of this excitation,
+      !> and whether its columns of terms are those of any.
       real(wp), allocatable, private :: matrix(:, :)
+      logical, private :: ready = .false., lasting = .false.
    contains
       procedure :: pass
+      procedure :: renew
    end type passage_t
 
    !> What the way over the state takes beside its products, measured in products of two numbers.
    real(wp), parameter :: besides = 100.0_wp
+   !> So many more passages are expected for each that there was.
+   real(wp), parameter :: to_come = 8.0_wp
 
 contains
 
@@ -39,38 +45,55 @@ contains
       passed = from%nx == 0 .and. to%nx == 0 .and. pays(self%uses, 2.0_wp*from%m, real(from%length, wp), real(to%length, wp))
       if (.not. passed) self%uses = self%uses + 1
       if (.not. passed) return
-      if (.not. allocated(self%matrix)) self%matrix = passage_between(from, to)
+      if (.not. self%ready) call make_matrix(self, from, to)
       call product(to%length, from%length, self%matrix, last%x, start%x)
       call set_excitation(start, to, phasor)
    end subroutine pass
 
-   !> Whether so many passages over the state could have saved more products of two numbers than the matrix costs.
+   !> The excitation is another.
+   elemental subroutine renew(self)
+      class(passage_t), intent(inout) :: self
+
+      self%ready = .false.
+   end subroutine renew
+
+   !> Whether so many passages over the state, and those to come, cost more products of two numbers than the matrix saves.
    elemental logical function pays(uses, states, from, to)
       integer, intent(in) :: uses
       real(wp), intent(in) :: states, from, to
 
-      pays = uses*(states*(from + to) + besides - from*to) > states*from*to
+      pays = to_come*uses*(states*(from + to) + besides - from*to) > states*from*to
    end function pays
 
    !> into' (from - constant' - tones').
-   pure function passage_between(from, to) result(matrix)
+   pure subroutine make_matrix(self, from, to)
+      class(passage_t), intent(inout) :: self
       type(response_t), intent(in) :: from, to
-      real(wp) :: matrix(to%length, from%length)
 
-      real(wp) :: state(2*from%m, from%length)
-      integer :: j
+      real(wp) :: state(2*from%m)
+      integer :: j, t
+      logical :: kept, lasts
 
-      state = from%from
-      state(:, from%one) = state(:, from%one) - to%from(:, to%one)
-      do j = 1, to%tones
-         associate (re => from%terms + j, im => from%filled + from%terms + j, n => to%terms + j)
-            state(:, re) = state(:, re) - to%from(:, n)
-            state(:, im) = state(:, im) - to%from(:, to%filled + n)
-         end associate
-      end do
+      ! Driven terms stand last, and are others for another excitation.
+      lasts = from%driven%count == 0 .and. to%driven%count == 0
+      kept = lasts .and. self%lasting
+      if (kept) kept = all(shape(self%matrix) == [to%length, from%length])
+      if (.not. kept) then
+         if (allocated(self%matrix)) deallocate (self%matrix)
+         allocate (self%matrix(to%length, from%length))
+      end if
       do j = 1, from%length
-         call product(to%length, 2*to%m, to%into, state(:, j), matrix(:, j))
+         t = merge(j, j - from%filled, j <= from%filled) - from%terms
+         if (kept .and. (t <= 0 .or. j > from%one)) cycle
+         state = from%from(:, j)
+         if (j == from%one) state = state - to%from(:, to%one)
+         if (j < from%one .and. t >= 1 .and. t <= to%tones) then
+            state = state - to%from(:, merge(0, to%filled, j <= from%filled) + to%terms + t)
+         end if
+         call product(to%length, 2*to%m, to%into, state, self%matrix(:, j))
       end do
-   end function passage_between
+      self%lasting = lasts
+      self%ready = .true.
+   end subroutine make_matrix
 
 end module razy_exact_closed_form_passage

@@ -35,6 +35,8 @@ module razy_exact_closed_form_rows
 
    !> Below this angle a quotient of differences loses more digits than nine terms of the series leave out.
    real(wp), parameter :: smallest_angle = 0.1_wp
+   !> Terms of that series.
+   integer, parameter :: series = 9
 
 contains
 
@@ -229,7 +231,7 @@ contains
 
       complex(wp) :: part, z
       real(wp) :: h, im, re
-      integer :: i
+      integer :: i, k
 
       h = to%tau - from%tau
       total = h*rows%constant(j)
@@ -238,14 +240,18 @@ contains
             if (response%modulus(i)*h > smallest_angle) then
                re = to%x(i) - from%x(i)
                im = to%x(f + i) - from%x(f + i)
-               part = cmplx(re*response%decay(i) + im*response%turn(i), im*response%decay(i) - re*response%turn(i), wp) &
-                      /response%modulus(i)**2
+               associate (decay => response%decay(i), turn => response%turn(i))
+                  total = total + (on(i)*(re*decay + im*turn) + on(f + i)*(im*decay - re*turn))/response%modulus(i)**2
+               end associate
             else
                z = h*response%exponent(i)
-               part = h*cmplx(from%x(i), from%x(f + i), wp)*(1.0_wp + z/2*(1.0_wp + z/3*(1.0_wp + z/4*(1.0_wp + z/5*(1.0_wp &
-                                                                             + z/6*(1.0_wp + z/7*(1.0_wp + z/8*(1.0_wp + z/9))))))))
+               part = (1.0_wp, 0.0_wp)
+               do k = series, 2, -1
+                  part = 1.0_wp + (1.0_wp/k)*z*part
+               end do
+               part = h*cmplx(from%x(i), from%x(f + i), wp)*part
+               total = total + (on(i)*real(part) + on(f + i)*aimag(part))
             end if
-            total = total + (on(i)*real(part) + on(f + i)*aimag(part))
          end do
       end associate
       do i = 1, response%rigid

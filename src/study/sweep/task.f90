@@ -24,7 +24,7 @@ module razy_study_sweep_task
    use razy_study_sweep_axes, only: new_axes, put_point, put_value, varied_t
    use razy_study_sweep_continuation_state, only: continuation_state_t
    use razy_study_sweep_starts, only: new_starts, starts_t
-   use razy_study_tune, only: apply_tune
+   use razy_study_tune, only: apply_tune, tunes
    use razy_study_watch, only: watch_t
    use razy_sweep_clock, only: seconds
    use razy_sweep_grid, only: grid_t
@@ -193,7 +193,7 @@ contains
       character(:), allocatable :: unit
       real(wp), allocatable :: value
 
-      if (self%input%count("tune") == 0) then
+      if (.not. tunes(self%input)) then
          call new_machine(self%machine, self%motion, records, self%input, error, self%scene)
          return
       end if
