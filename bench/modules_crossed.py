@@ -23,6 +23,7 @@ LOOP = "hybrid_flow_MOD_run"
 # What the loop calls that does not count, with all that it calls in turn
 WITHOUT = (
     "hybrid_transition_MOD_begin",
+    "hybrid_switching_MOD_begin",
     "hybrid_system_MOD_first_state",
     "exact_solutions_MOD_find_eigenmodes",
     "exact_solutions_MOD_respond",

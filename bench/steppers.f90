@@ -74,7 +74,7 @@ contains
       if (allocated(error)) error stop error%message
       z = system%first_state()
       call rhs%dynamics%make_room(system, 0.0_wp)
-      call rhs%dynamics%begin(system, 0.0_wp, 0.0_wp)
+      call rhs%dynamics%excitation%begin(system%machine%tone, 0.0_wp, 0.0_wp)
       call rhs%enter(system)
       method%integrator = name
       method%relative_tolerance = tolerance
@@ -105,7 +105,7 @@ contains
          right_hand_side = (ended - begun)/repeats
          call cpu_time(begun)
          do i = 1, repeats/10
-            call rhs%dynamics%begin(system, 1.0e-4_wp*(i - 1), 0.0_wp)
+            call rhs%dynamics%excitation%begin(system%machine%tone, 1.0e-4_wp*(i - 1), 0.0_wp)
             call stepper%attempt(rhs, system, z, 1.0e-4_wp, accepted, failed)
             z = stepper%z_end
          end do
@@ -161,7 +161,7 @@ contains
       end if
       tau = 0.0_wp
       do while (tau < t_end)
-         call rhs%dynamics%begin(system, tau, 0.0_wp)
+         call rhs%dynamics%excitation%begin(system%machine%tone, tau, 0.0_wp)
          call stepper%attempt(rhs, system, z, step, accepted, failed)
          if (accepted) then
             z = stepper%z_end

@@ -32,8 +32,8 @@ contains
       character(len(text)) :: small
       integer :: i
 
-      small = text
       do i = 1, len(text)
+         small(i:i) = text(i:i)
          if (text(i:i) >= "A" .and. text(i:i) <= "Z") small(i:i) = achar(iachar(text(i:i)) + 32)
       end do
    end function lower

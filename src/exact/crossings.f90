@@ -16,14 +16,15 @@ module razy_exact_crossings
    !> Crossings at one time that are remembered, and switching functions that a contact may have.
    integer, parameter :: most = 16, most_functions = 3
 
-   !> The bound of a switching function that was crossed, and the side on which the motion had been.
+   !> The bound of a switching function that was crossed, the branch beyond, and the side on which the motion had been.
    type :: crossed_t
-      integer :: contact = 0, function = 0
+      integer :: contact = 0, function = 0, next = 0
       real(wp) :: side = 0.0_wp, bound = 0.0_wp
    end type crossed_t
 
    type :: crossings_t
-      integer, private :: count = 0
+      !> Of `count` those from number `first` on ended the last piece.
+      integer, private :: count = 0, first = 1
       type(crossed_t), private :: crossed(most)
       !> Pieces of no length since; what is rounding in the functions at this time (function, contact).
       integer :: standing = 0
@@ -34,7 +35,8 @@ module razy_exact_crossings
       procedure :: prepare
       procedure :: end_piece
       procedure :: add
-      procedure :: is_full
+      procedure :: can_add
+      procedure :: hand_over
       procedure :: take_noise
    end type crossings_t
 
@@ -93,23 +95,41 @@ contains
       self%standing = merge(self%standing + 1, 0, stands)
       if (self%standing == 0) self%count = 0
       if (self%standing == 1) self%noise = 0.0_wp
+      self%first = min(self%count + 1, most)
    end subroutine end_piece
 
-   !> The function of a guard crosses its bound.
+   !> The function of a guard crosses its bound at the end of the piece.
    pure subroutine add(self, guard, watched)
       class(crossings_t), intent(inout) :: self
       type(guard_entry_t), intent(in) :: guard
       type(watched_t), intent(in) :: watched
 
       self%count = min(self%count + 1, most)
-      self%crossed(self%count) = crossed_t(guard%contact, guard%function, watched%side, watched%bound)
+      self%crossed(self%count) = crossed_t(guard%contact, guard%function, guard%next, watched%side, watched%bound)
    end subroutine add
 
-   pure logical function is_full(self)
+   !> Whether a contact can cross another bound there.
+   pure logical function can_add(self, contact)
       class(crossings_t), intent(in) :: self
+      integer, intent(in) :: contact
 
-      is_full = self%count == most
-   end function is_full
+      can_add = self%count < most .and. .not. any(self%crossed(self%first:self%count)%contact == contact)
+   end function can_add
+
+   !> The contacts that crossed bounds at the end of the piece (the first `count`), and their branches beyond.
+   pure subroutine hand_over(self, contact, branch, count)
+      class(crossings_t), intent(in) :: self
+      integer, intent(inout) :: contact(:), branch(:)
+      integer, intent(out) :: count
+
+      integer :: i
+
+      count = self%count - self%first + 1
+      do i = 1, count
+         contact(i) = self%crossed(self%first + i - 1)%contact
+         branch(i) = self%crossed(self%first + i - 1)%next
+      end do
+   end subroutine hand_over
 
    !> Take up what was rounding in the functions of a mode.
    pure subroutine take_noise(self, entry, watched)

@@ -113,7 +113,7 @@ contains
          if (self%system%constrained) then
             call self%transition%start_piece(self%system, self%time, self%time_low, delta_of(self, self%remaining(t_end)), self%z)
          else
-            call self%transition%dynamics%begin(self%system, self%time, self%time_low)
+            call self%transition%dynamics%excitation%begin(self%system%machine%tone, self%time, self%time_low)
          end if
          call place(self)
       end if
@@ -188,7 +188,7 @@ contains
 
       call find_solution(self, outcome)
       if (self%now == 0) return
-      call self%transition%dynamics%begin(self%system, self%time, self%time_low)
+      call self%transition%dynamics%excitation%begin(self%system%machine%tone, self%time, self%time_low)
       call place(self)
       self%placed = .not. self%system%constrained
    end subroutine stand
@@ -304,35 +304,25 @@ contains
 
       call self%crossings%end_piece(stands=found%watched > 0 .and. .not. found%tau > 0.0_wp)
       if (found%watched == 0) return
-      associate (solution => self%solutions%of(self%now), transition => self%transition)
-         transition%changes = 0
-         call cross(self, found%watched)
+      associate (solution => self%solutions%of(self%now), crossings => self%crossings, transition => self%transition)
+         call crossings%add(solution%entry(found%watched), solution%watched(found%watched))
          ! Tangents are carried through one event after the other.
          if (found%tau > 0.0_wp .and. .not. allocated(self%tangent)) then
             do i = 1, size(solution%watched)
                if (.not. solution%watched(i)%f1 < 0.0_wp) cycle
-               if (self%crossings%is_full() .or. any(transition%contact(:transition%changes) == solution%entry(i)%contact)) cycle
-               if (leaves_too(self%search, solution%response, solution%switching, solution%watched(i))) call cross(self, i)
+               if (.not. crossings%can_add(solution%entry(i)%contact)) cycle
+               if (.not. leaves_too(self%search, solution%response, solution%switching, solution%watched(i))) cycle
+               call crossings%add(solution%entry(i), solution%watched(i))
             end do
          end if
-         if (self%crossings%standing == 0) return
-         if (self%crossings%standing == 1 .and. self%before > 0) then
-            call self%crossings%take_noise(self%solutions%of(self%before)%entry, self%solutions%of(self%before)%watched)
+         call crossings%hand_over(transition%contact, transition%branch, transition%changes)
+         if (crossings%standing == 0) return
+         if (crossings%standing == 1 .and. self%before > 0) then
+            call crossings%take_noise(self%solutions%of(self%before)%entry, self%solutions%of(self%before)%watched)
          end if
-         call self%crossings%take_noise(solution%entry, solution%watched)
+         call crossings%take_noise(solution%entry, solution%watched)
       end associate
    end subroutine note_crossed
-
-   !> Guard i of the mode is left.
-   subroutine cross(self, i)
-      type(exact_t), intent(inout) :: self
-      integer, intent(in) :: i
-
-      associate (solution => self%solutions%of(self%now))
-         call self%crossings%add(solution%entry(i), solution%watched(i))
-         call self%transition%note(solution%entry(i)%contact, solution%entry(i)%next)
-      end associate
-   end subroutine cross
 
    !> With constraints: what is rounding in the functions at z, and which of them start on their bounds: settled as the
    !> branches are, these move inwards, or rest if they are fixed. Where friction has pulled open the stop that it goes with, no

@@ -61,12 +61,11 @@ contains
       self%rest = huge(1.0_wp)
    end subroutine begin
 
-   !> Time passes, s.
+   !> Time passes while bodies are landing, s.
    pure subroutine pass(self, duration)
       class(accumulation_t), intent(inout) :: self
       real(wp), intent(in) :: duration
 
-      if (.not. self%landing) return
       self%ends = self%ends - duration
       self%rest = self%rest - duration
    end subroutine pass

@@ -24,7 +24,6 @@ module razy_hybrid_dynamics
       real(wp) :: sharpness = 0.0_wp
    contains
       procedure :: make_room
-      procedure :: begin
       procedure :: look_at_contact
       procedure :: look_at_contacts
       procedure :: free_acceleration
@@ -53,15 +52,6 @@ contains
          allocate (self%s(contacts), self%rate(contacts), self%force(contacts), self%normal(contacts), source=0.0_wp)
       end associate
    end subroutine make_room
-
-   !> A piece begins at `time + time_low`, s.
-   pure subroutine begin(self, system, time, time_low)
-      class(dynamics_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: time, time_low
-
-      call self%excitation%begin(system%machine%tone, time, time_low)
-   end subroutine begin
 
    !> s and s' of contact j at z and the time looked at last.
    pure subroutine look_at_contact(self, system, j, z)

@@ -180,7 +180,8 @@ contains
          piece%last = .false.
          longest = huge(1.0_wp)
          if (self%transition%accumulation%landing) longest = max(self%transition%accumulation%rest, 0.0_wp)
-         rest = self%switching%rest(self%time, self%time_low)
+         rest = huge(rest)
+         if (self%switching%acts) rest = self%switching%rest(self%time, self%time_low)
          ! At the end of the motion nothing switches any more.
          if (.not. rest < (1 - 8*eps)*self%remaining(t_end)) rest = huge(rest)
          call self%advance(t_end, min(longest, rest), piece, ending, outcome)
@@ -268,7 +269,7 @@ contains
 
       if (allocated(self%tangent)) call arrive(self, ending, piece%duration)
       associate (transition => self%transition)
-         call transition%accumulation%pass(piece%duration)
+         if (transition%accumulation%landing) call transition%accumulation%pass(piece%duration)
          self%anew = ending == ends_in_event .or. (transition%accumulation%landing &
                                                    .and. .not. transition%accumulation%rest > 0.0_wp)
          if (switches) then

@@ -11,8 +11,10 @@ module razy_hybrid_switching
 
    public :: switching_t
 
-   !> The pairs in mesh, 0 where the stiffness does not switch, the turn n, and the time of the next switch, s (contacts).
+   !> Whether any does; the pairs in mesh, 0 where the stiffness does not switch, the turn n, and the time of the next switch, s
+   !> (contacts).
    type :: switching_t
+      logical :: acts = .false.
       integer, allocatable, private :: pairs(:)
       integer(i8), allocatable, private :: turn(:)
       real(wp), allocatable, private :: at(:)
@@ -36,6 +38,7 @@ contains
       integer :: j
 
       self%pairs = [(0, j=1, size(branch))]
+      self%acts = any(machine%contact%mesh_tone > 0)
       self%turn = int(self%pairs, i8)
       self%at = spread(huge(1.0_wp), 1, size(branch))
       do j = 1, size(branch)
@@ -62,14 +65,12 @@ contains
       end associate
    end subroutine foresee
 
-   !> Time until the next switch from `time + time_low` on, s, not 0; huge if there is none.
+   !> Time until the next switch from `time + time_low` on, s, not 0.
    pure function rest(self, time, time_low)
       class(switching_t), intent(in) :: self
       real(wp), intent(in) :: time, time_low
       real(wp) :: rest
 
-      rest = huge(1.0_wp)
-      if (.not. any(self%pairs > 0)) return
       associate (next => minval(self%at))
          rest = max((next - time) - time_low, rounding*abs(next), tiny(1.0_wp))
       end associate

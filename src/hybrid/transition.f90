@@ -104,7 +104,7 @@ contains
       call clear(self)
       call self%accumulation%begin(size(self%next))
       associate (dynamics => self%dynamics)
-         call dynamics%begin(system, 0.0_wp, 0.0_wp)
+         call dynamics%excitation%begin(system%machine%tone, 0.0_wp, 0.0_wp)
          call dynamics%look_at_contacts(system, 0.0_wp, z)
          do j = 1, size(dynamics%mode%branch)
             dynamics%mode%branch(j) = system%machine%contact(j)%law%initial_branch(dynamics%s(j), dynamics%rate(j))
@@ -129,7 +129,7 @@ contains
       real(wp), intent(in) :: time, time_low, delta
       real(wp), intent(inout) :: z(:)
 
-      call self%dynamics%begin(system, time, time_low)
+      call self%dynamics%excitation%begin(system%machine%tone, time, time_low)
       self%guards%delta = delta
       call self%dynamics%keep_constraints(system, 0.0_wp, z)
       call self%guards%list(system, self%dynamics%mode)

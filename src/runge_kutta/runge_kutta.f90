@@ -124,7 +124,7 @@ contains
       real(wp) :: h, rest
 
       if (self%starting) call begin_run(self)
-      call self%rhs%dynamics%begin(self%system, self%time, self%time_low)
+      call self%rhs%dynamics%excitation%begin(self%system%machine%tone, self%time, self%time_low)
       if (.not. self%anew) return
       outcome%pieces = outcome%pieces + 1
       rest = self%remaining(t_end)
@@ -446,7 +446,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
 
       associate (unused => outcome)
-         call self%rhs%dynamics%begin(self%system, self%time, self%time_low)
+         call self%rhs%dynamics%excitation%begin(self%system%machine%tone, self%time, self%time_low)
          self%rhs%dynamics%mode%branch = self%transition%dynamics%mode%branch
          call self%rhs%enter(self%system)
          self%seen%moment = .true.

@@ -44,7 +44,7 @@ contains
       call dynamics%make_room(system, 0.0_wp)
       dynamics%mode%branch = branch
       call dynamics%mode%enter(system)
-      call dynamics%begin(system, 0.0_wp, 0.0_wp)
+      call dynamics%excitation%begin(system%machine%tone, 0.0_wp, 0.0_wp)
    end function in_mode
 
    !> A ball over a rigid floor at 0.

@@ -176,7 +176,7 @@ contains
       call rhs%dynamics%make_room(system, 0.0_wp)
       z = system%first_state()
       associate (dynamics => rhs%dynamics)
-         call dynamics%begin(system, 0.0_wp, 0.0_wp)
+         call dynamics%excitation%begin(system%machine%tone, 0.0_wp, 0.0_wp)
          call dynamics%look_at_contacts(system, 0.0_wp, z)
          do j = 1, size(machine%contact)
             dynamics%mode%branch(j) = machine%contact(j)%law%initial_branch(dynamics%s(j), dynamics%rate(j))
@@ -206,7 +206,7 @@ contains
 
       call make_ready(machine, name, 1.0e-12_wp, 1.0e-15_wp, system, rhs, stepper, z)
       do i = 1, steps
-         call rhs%dynamics%begin(system, (i - 1)*(t_end/steps), 0.0_wp)
+         call rhs%dynamics%excitation%begin(system%machine%tone, (i - 1)*(t_end/steps), 0.0_wp)
          call stepper%attempt(rhs, system, z, t_end/steps, accepted, failed)
          z = stepper%z_end
          if (.not. accepted) call stepper%restart()
@@ -233,7 +233,7 @@ contains
       call stepper%first_step(rhs, system, z, t_end, h)
       time = 0.0_wp
       do while (time < t_end .and. h > epsilon(1.0_wp)*t_end)
-         call rhs%dynamics%begin(system, time, 0.0_wp)
+         call rhs%dynamics%excitation%begin(system%machine%tone, time, 0.0_wp)
          call stepper%attempt(rhs, system, z, h, accepted, failed)
          if (accepted) then
             z = stepper%z_end
@@ -267,7 +267,7 @@ contains
       machine%displacement = motion(:m)
       machine%velocity = motion(m + 1:)
       call make_ready(machine, method, 1.0e20_wp, 1.0e20_wp, system, rhs, stepper, z)
-      call rhs%dynamics%begin(system, t, 0.0_wp)
+      call rhs%dynamics%excitation%begin(system%machine%tone, t, 0.0_wp)
       call stepper%attempt(rhs, system, z, h, accepted, failed)
       call stepper%prepare_dense(rhs, system, z)
       allocate (x(2*m))

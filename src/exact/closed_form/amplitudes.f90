@@ -11,8 +11,8 @@ module razy_exact_closed_form_amplitudes
    implicit none(type, external)
    private
 
-   public :: amplitudes_t, carry_disturbances, copy, go_from, move_to, reserve, rigid_of, rigid_rate_of, set_excitation, &
-             set_state, shift, state_of, step, tabulate
+   public :: amplitudes_t, carry_disturbances, copy, enter_terms, go_from, move_to, reserve, rigid_of, rigid_rate_of, &
+             set_excitation, set_state, shift, state_of, step, tabulate
 
    !> Arrays may be longer than the response at hand needs.
    type :: amplitudes_t
@@ -74,7 +74,7 @@ contains
       real(wp), intent(in) :: z(:)
       complex(wp), intent(in) :: phasor(:)
 
-      real(wp) :: rest(2*response%m)
+      real(wp) :: rest(2*response%m), y(response%rows)
       integer :: i, j, m, n
 
       m = response%m
@@ -87,10 +87,31 @@ contains
             rest(i) = rest(i) - (response%from(i, n + j)*phasor(j)%re + response%from(i, response%filled + n + j)*phasor(j)%im)
          end do
       end do
-      call product(response%length, 2*m, response%into, rest, self%x)
+      call product(response%rows, 2*m, response%into, rest, y)
+      call enter_terms(response, y, self%x)
       call set_excitation(self, response, phasor)
       if (response%nx > 0) call start_dense(self, response, z, phasor)
    end subroutine set_state
+
+   !> Enter terms and rigid modes `y` (rows) into a list; all else in it is 0.
+   pure subroutine enter_terms(response, y, x)
+      type(response_t), intent(in) :: response
+      real(wp), intent(in) :: y(:)
+      real(wp), intent(inout) :: x(:)
+
+      integer :: i
+
+      do i = 1, response%length
+         x(i) = 0.0_wp
+      end do
+      do i = 1, response%terms
+         x(i) = y(i)
+         x(response%filled + i) = y(response%terms + i)
+      end do
+      do i = 1, 2*response%rigid
+         x(response%one + i) = y(2*response%terms + i)
+      end do
+   end subroutine enter_terms
 
    !> What of the list at tau = 0 is not the state: the tones' phasors (tones) and what is constant.
    pure subroutine set_excitation(self, response, phasor)
@@ -134,7 +155,7 @@ contains
 
       integer :: j
 
-      call product(2*response%m, response%length, response%from, self%x, z)
+      call product(2*response%m, response%columns, response%from, self%x, z)
       if (response%nx == 0) return
       do j = 1, size(response%dense)
          call response%dense(j)%add_state(self%dense(response%first(j):response%first(j + 1) - 1), z)
@@ -401,7 +422,7 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(inout) :: z(:, :)
 
-      real(wp) :: before(size(z, 1), size(z, 2)), factor(2*response%filled), x(response%length)
+      real(wp) :: before(size(z, 1), size(z, 2)), factor(2*response%filled), x(response%length), y(response%rows)
       integer :: c, i
 
       before = z
@@ -411,12 +432,13 @@ contains
       end do
       do c = 1, size(z, 2)
          ! Neither tones nor constant forces change: what is not a term or a rigid mode is 0.
-         call product(response%length, size(z, 1), response%into, before(:, c), x)
+         call product(response%rows, size(z, 1), response%into, before(:, c), y)
+         call enter_terms(response, y, x)
          call rotate_self(response%filled, factor, x)
          do i = response%one + 1, response%one + response%rigid
             x(i) = x(i) + tau*x(i + response%rigid)
          end do
-         call product(size(z, 1), response%length, response%from, x, z(:, c))
+         call product(size(z, 1), response%columns, response%from, x, z(:, c))
       end do
       if (response%nx > 0) call carry_dense(response, tau, before, z)
    end subroutine carry_disturbances

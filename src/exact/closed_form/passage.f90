@@ -5,7 +5,7 @@
 !! columns are made anew.
 module razy_exact_closed_form_passage
    use razy_core_kinds, only: wp
-   use razy_exact_closed_form_amplitudes, only: amplitudes_t, set_excitation
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t, enter_terms, set_excitation
    use razy_exact_closed_form_response, only: response_t
    use razy_linalg_blocks, only: product
    implicit none(type, external)
@@ -16,7 +16,7 @@ module razy_exact_closed_form_passage
    type :: passage_t
       !> How often the motion under way has come here over the state.
       integer :: uses = 0
-      !> From all amplitudes of one mode to terms and rigid modes of the other (length, length); whether it is of this excitation,
+      !> From all amplitudes of one mode to terms and rigid modes of the other (rows, columns); whether it is of this excitation,
       !> and whether its columns of terms are those of any.
       real(wp), allocatable, private :: matrix(:, :)
       logical, private :: ready = .false., lasting = .false.
@@ -42,11 +42,14 @@ contains
       type(amplitudes_t), intent(inout) :: start
       logical, intent(out) :: passed
 
-      passed = from%nx == 0 .and. to%nx == 0 .and. pays(self%uses, 2.0_wp*from%m, real(from%length, wp), real(to%length, wp))
+      real(wp) :: y(to%rows)
+
+      passed = from%nx == 0 .and. to%nx == 0 .and. pays(self%uses, 2.0_wp*from%m, real(from%columns, wp), real(to%rows, wp))
       if (.not. passed) self%uses = self%uses + 1
       if (.not. passed) return
       if (.not. self%ready) call make_matrix(self, from, to)
-      call product(to%length, from%length, self%matrix, last%x, start%x)
+      call product(to%rows, from%columns, self%matrix, last%x, y)
+      call enter_terms(to, y, start%x)
       call set_excitation(start, to, phasor)
    end subroutine pass
 
@@ -77,12 +80,12 @@ contains
       ! Driven terms stand last, and are others for another excitation.
       lasts = from%driven%count == 0 .and. to%driven%count == 0
       kept = lasts .and. self%lasting
-      if (kept) kept = all(shape(self%matrix) == [to%length, from%length])
+      if (kept) kept = all(shape(self%matrix) == [to%rows, from%columns])
       if (.not. kept) then
          if (allocated(self%matrix)) deallocate (self%matrix)
-         allocate (self%matrix(to%length, from%length))
+         allocate (self%matrix(to%rows, from%columns))
       end if
-      do j = 1, from%length
+      do j = 1, from%columns
          t = merge(j, j - from%filled, j <= from%filled) - from%terms
          if (kept .and. (t <= 0 .or. j > from%one)) cycle
          state = from%from(:, j)
@@ -90,7 +93,7 @@ contains
          if (j < from%one .and. t >= 1 .and. t <= to%tones) then
             state = state - to%from(:, merge(0, to%filled, j <= from%filled) + to%terms + t)
          end if
-         call product(to%length, 2*to%m, to%into, state, self%matrix(:, j))
+         call product(to%rows, 2*to%m, to%into, state, self%matrix(:, j))
       end do
       self%lasting = lasts
       self%ready = .true.

@@ -29,6 +29,9 @@ module razy_exact_closed_form_response
       !> Length of lists of amplitudes filled up with zeros to pairs, and of the list of all of the motion but dense states
       !> (razy_exact_closed_form_amplitudes), in which the constant 1 has this place.
       integer :: filled = 0, length = 0, one = 0
+      !> The first numbers of the list, on which the state depends; those that depend on the state: real parts of terms, their
+      !> imaginary parts, rigid modes, their rates.
+      integer :: columns = 0, rows = 0
       type(driven_t) :: driven
       !> Exponents of all amplitudes (amplitudes); their real and imaginary parts and moduli (filled).
       complex(wp), allocatable :: exponent(:)
@@ -42,8 +45,7 @@ module razy_exact_closed_form_response
       logical :: plain = .true., bounded = .true.
       !> Level of steps on which the fastest amplitude turns by less than 0.05.
       integer :: fine_level = 0
-      !> On the list x: z = from x and dense parts (2m, length), and x = into z for terms and rigid modes (length, 2m), z without
-      !> constant and tones.
+      !> On the list x: z = from x and dense parts (2m, columns), and of z without constant and tones into z (rows, 2m).
       real(wp), allocatable :: from(:, :), into(:, :)
       !> Moduli of what is from amplitudes, 1, rigid modes and rates to the state, and back to terms, rigid modes and rates (2m,
       !> amplitudes + 1 + 2 rigid; terms + 2 rigid, 2m), made when they are asked for.
@@ -99,7 +101,7 @@ contains
             self%from(:, i) = real(basis%from_term(:, order(i)))
             self%from(:, f + i) = -aimag(basis%from_term(:, order(i)))
             self%into(i, :) = real(basis%to_term(order(i), :))
-            self%into(f + i, :) = aimag(basis%to_term(order(i), :))
+            self%into(self%terms + i, :) = aimag(basis%to_term(order(i), :))
             if (i > plain) cycle
             force = sum(basis%to_term(order(i), m + 1:)*load)
             if (.not. abs(force) > 0.0_wp) cycle
@@ -112,8 +114,8 @@ contains
          end do
          self%from(:m, one + 1:one + r) = basis%rigid
          self%from(m + 1:, one + r + 1:one + 2*r) = basis%rigid
-         self%into(one + 1:one + r, :m) = transpose(basis%rigid)
-         self%into(one + r + 1:one + 2*r, m + 1:) = transpose(basis%rigid)
+         self%into(2*self%terms + 1:2*self%terms + r, :m) = transpose(basis%rigid)
+         self%into(2*self%terms + r + 1:, m + 1:) = transpose(basis%rigid)
       end associate
       if (allocated(self%from_size)) deallocate (self%from_size, self%to_size)
       call measure_lengths(self)
@@ -141,8 +143,10 @@ contains
       self%filled = paired(self%amplitudes)
       self%one = 2*self%filled + 1
       self%length = filled(self%one + 3*self%rigid)
+      self%columns = self%one + 2*self%rigid
+      self%rows = 2*(self%terms + self%rigid)
       if (allocated(self%from)) deallocate (self%from, self%into, self%factor)
-      allocate (self%from(2*self%m, self%length), self%into(self%length, 2*self%m), source=0.0_wp)
+      allocate (self%from(2*self%m, self%columns), self%into(self%rows, 2*self%m), source=0.0_wp)
       ! In free flight there is no factor, and a place all the same.
       allocate (self%factor(max(2*self%filled, 1), coarsest_level:finest_level), source=0.0_wp)
    end subroutine shape_lists
@@ -161,8 +165,8 @@ contains
                                       hypot(norm2(from(m + 1:, k)), norm2(from(m + 1:, f + k)))]
          end do
          do k = 1, self%terms
-            self%to_length(:, k) = [hypot(norm2(into(k, :m)), norm2(into(f + k, :m))), &
-                                    hypot(norm2(into(k, m + 1:)), norm2(into(f + k, m + 1:)))]
+            self%to_length(:, k) = [hypot(norm2(into(k, :m)), norm2(into(self%terms + k, :m))), &
+                                    hypot(norm2(into(k, m + 1:)), norm2(into(self%terms + k, m + 1:)))]
          end do
       end associate
    end subroutine measure_lengths

@@ -159,8 +159,8 @@ contains
          allocate (response%from_size(2*response%m, n + 1 + 2*r), response%to_size(s + 2*r, 2*response%m))
          response%from_size(:, :n) = hypot(from(:, :n), from(:, f + 1:f + n))
          response%from_size(:, n + 1:) = abs(from(:, one:one + 2*r))
-         response%to_size(:s, :) = hypot(into(:s, :), into(f + 1:f + s, :))
-         response%to_size(s + 1:, :) = abs(into(one + 1:one + 2*r, :))
+         response%to_size(:s, :) = hypot(into(:s, :), into(s + 1:2*s, :))
+         response%to_size(s + 1:, :) = abs(into(2*s + 1:, :))
       end associate
    end subroutine measure_sizes
 
