@@ -66,6 +66,11 @@ contains
 
       tau = max((self%from - part%time) - part%time_low, 0.0_wp)
       if (tau > part%duration) return
+      if (.not. part%duration > 0.0_wp) then
+         ! What has jumped is seen where the next piece starts.
+         self%after_event = self%begun .and. (self%after_event .or. part%contact /= 0)
+         return
+      end if
       call begin_piece(self, part, tau, flat)
       if (flat) return
       turned = .false.
