@@ -1,9 +1,11 @@
 !! The bounds that were crossed last, at one time: functions known to start on them in the mode that follows.
 !!
-!! Where nothing is held, values and slopes of switching functions do not jump, so events at one time are crossed one after the
-!! other: those that the search finds on their bounds at one root together, others after pieces of no length. What is rounding in a
-!! function stays so as long as the motion stands: at the start of the next mode their terms may be gone in which the error was
-!! made. Of bodies that have just left their stops together, all are near them.
+!! Where nothing is held, s and s' do not jump, so events at one time are crossed one after the other: those that the search finds
+!! on their bounds at one root together, others after pieces of no length. The slope of a function with s' in it jumps where a
+!! contact closes on a damper; functions of the force leave together only with others of their kind, at which no force jumps.
+!!
+!! What is rounding in a function stays so as long as the motion stands: at the start of the next mode their terms may be gone in
+!! which the error was made. Of bodies that have just left their stops together, all are near them.
 module razy_exact_crossings
    use razy_core_kinds, only: wp
    use razy_exact_search_refine, only: watched_t
@@ -16,9 +18,11 @@ module razy_exact_crossings
    !> Crossings at one time that are remembered, and switching functions that a contact may have.
    integer, parameter :: most = 16, most_functions = 3
 
-   !> The bound of a switching function that was crossed, the branch beyond, and the side on which the motion had been.
+   !> The bound of a switching function that was crossed, the branch beyond, and the side on which the motion had been; whether the
+   !> function has s' in it.
    type :: crossed_t
       integer :: contact = 0, function = 0, next = 0
+      logical :: of_rate = .false.
       real(wp) :: side = 0.0_wp, bound = 0.0_wp
    end type crossed_t
 
@@ -105,15 +109,19 @@ contains
       type(watched_t), intent(in) :: watched
 
       self%count = min(self%count + 1, most)
-      self%crossed(self%count) = crossed_t(guard%contact, guard%function, guard%next, watched%side, watched%bound)
+      self%crossed(self%count) = crossed_t(guard%contact, guard%function, guard%next, abs(guard%beta) > 0.0_wp, watched%side, &
+                                           watched%bound)
    end subroutine add
 
-   !> Whether a contact can cross another bound there.
-   pure logical function can_add(self, contact)
+   !> Whether another function may cross its bound with those that have there.
+   pure logical function can_add(self, guard)
       class(crossings_t), intent(in) :: self
-      integer, intent(in) :: contact
+      type(guard_entry_t), intent(in) :: guard
 
-      can_add = self%count < most .and. .not. any(self%crossed(self%first:self%count)%contact == contact)
+      associate (there => self%crossed(self%first:self%count))
+         can_add = self%count < most .and. .not. any(there%contact == guard%contact) &
+                   .and. all(there%of_rate .eqv. abs(guard%beta) > 0.0_wp)
+      end associate
    end function can_add
 
    !> The contacts that crossed bounds at the end of the piece (the first `count`), and their branches beyond.

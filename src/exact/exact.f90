@@ -310,7 +310,7 @@ contains
          if (found%tau > 0.0_wp .and. .not. allocated(self%tangent)) then
             do i = 1, size(solution%watched)
                if (.not. solution%watched(i)%f1 < 0.0_wp) cycle
-               if (.not. crossings%can_add(solution%entry(i)%contact)) cycle
+               if (.not. crossings%can_add(solution%entry(i))) cycle
                if (.not. leaves_too(self%search, solution%response, solution%switching, solution%watched(i))) cycle
                call crossings%add(solution%entry(i), solution%watched(i))
             end do

@@ -217,7 +217,7 @@ contains
    end function leaves_later
 
    !> Whether a function that is beyond its bound after the step (f1 < 0) is on it at the exit that was found, and firmly on its way
-   !> outwards: it leaves there whatever the other changes, as its value and slope do not jump.
+   !> outwards: it leaves there, too, if the other changes neither its value nor its slope.
    pure logical function leaves_too(self, response, rows, w)
       type(search_t), intent(in) :: self
       type(response_t), intent(in) :: response
