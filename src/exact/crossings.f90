@@ -66,8 +66,8 @@ contains
    !> Tell the functions of the guards `entry(:)` before a piece which of them start on their bounds, and what is rounding in them.
    pure subroutine prepare(self, entry, watched)
       class(crossings_t), intent(in) :: self
-      type(guard_entry_t), intent(in) :: entry(:)
-      type(watched_t), intent(inout) :: watched(:)
+      type(guard_entry_t), contiguous, intent(in) :: entry(:)
+      type(watched_t), contiguous, intent(inout) :: watched(:)
 
       integer :: i, t
 
@@ -75,21 +75,16 @@ contains
          watched(t)%floor = 0.0_wp
          if (self%standing > 0) watched(t)%floor = self%noise(entry(t)%function, entry(t)%contact)
          watched(t)%from_zero = .false.
-         do i = 1, self%count
-            watched(t)%from_zero = watched(t)%from_zero .or. has_crossed(self%crossed(i), entry(t), watched(t))
+      end do
+      do i = 1, self%count
+         do t = 1, size(watched)
+            if (entry(t)%contact /= self%crossed(i)%contact .or. entry(t)%function /= self%crossed(i)%function) cycle
+            ! It has come from the other side of this bound.
+            if (.not. watched(t)%side*self%crossed(i)%side < 0.0_wp) cycle
+            if (.not. abs(watched(t)%bound - self%crossed(i)%bound) > 0.0_wp) watched(t)%from_zero = .true.
          end do
       end do
    end subroutine prepare
-
-   !> Whether a guard's function has come from the other side of the bound that was crossed.
-   pure logical function has_crossed(crossed, guard, watched)
-      type(crossed_t), intent(in) :: crossed
-      type(guard_entry_t), intent(in) :: guard
-      type(watched_t), intent(in) :: watched
-
-      has_crossed = guard%contact == crossed%contact .and. guard%function == crossed%function &
-                    .and. watched%side*crossed%side < 0.0_wp .and. .not. abs(watched%bound - crossed%bound) > 0.0_wp
-   end function has_crossed
 
    !> A piece has ended; `stands`: it had no length and ends in an event.
    pure subroutine end_piece(self, stands)

@@ -307,7 +307,7 @@ contains
       associate (solution => self%solutions%of(self%now), crossings => self%crossings, transition => self%transition)
          call crossings%add(solution%entry(found%watched), solution%watched(found%watched))
          ! Tangents are carried through one event after the other.
-         if (found%tau > 0.0_wp .and. .not. allocated(self%tangent)) then
+         if (self%search%leaving > 1 .and. found%tau > 0.0_wp .and. .not. allocated(self%tangent)) then
             do i = 1, size(solution%watched)
                if (.not. solution%watched(i)%f1 < 0.0_wp) cycle
                if (.not. crossings%can_add(solution%entry(i))) cycle

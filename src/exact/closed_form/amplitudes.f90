@@ -96,21 +96,25 @@ contains
    !> Enter terms and rigid modes `y` (rows) into a list; all else in it is 0.
    pure subroutine enter_terms(response, y, x)
       type(response_t), intent(in) :: response
-      real(wp), intent(in) :: y(:)
-      real(wp), intent(inout) :: x(:)
+      real(wp), intent(in) :: y(response%rows)
+      real(wp), intent(inout) :: x(response%length)
 
       integer :: i
 
-      do i = 1, response%length
-         x(i) = 0.0_wp
-      end do
-      do i = 1, response%terms
-         x(i) = y(i)
-         x(response%filled + i) = y(response%terms + i)
-      end do
-      do i = 1, 2*response%rigid
-         x(response%one + i) = y(2*response%terms + i)
-      end do
+      associate (n => response%terms, f => response%filled, one => response%one)
+         !$omp simd
+         do i = 1, response%length
+            x(i) = 0.0_wp
+         end do
+         !$omp simd
+         do i = 1, n
+            x(i) = y(i)
+            x(f + i) = y(n + i)
+         end do
+         do i = 1, 2*response%rigid
+            x(one + i) = y(2*n + i)
+         end do
+      end associate
    end subroutine enter_terms
 
    !> What of the list at tau = 0 is not the state: the tones' phasors (tones) and what is constant.

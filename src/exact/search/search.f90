@@ -40,8 +40,8 @@ module razy_exact_search_search
       integer, private :: room(2) = -1
       !> Moduli of the amplitudes at the last exact evaluation.
       real(wp), allocatable, private :: modulus(:)
-      !> Steps are 2^-level s.
-      integer :: level = 10
+      !> Steps are 2^-level s; so many functions left on the last one.
+      integer :: level = 10, leaving = 0
       !> Steps tried and halvings among them.
       integer(i8) :: steps = 0, halvings = 0
    end type search_t
@@ -172,6 +172,7 @@ contains
       call step(self%point(self%now), response, self%level, self%point(3 - self%now))
       h = response%step_length(self%level)
       self%steps = self%steps + 1
+      self%leaving = 0
       roomy = .true.
       verdict = stays
       if (response%terms >= many) call screen(response, rows, self%point(self%now), self%point(3 - self%now)%tau, watched)
@@ -184,6 +185,7 @@ contains
          roomy = roomy .and. room
          if (verdict == undecided) exit
          if (verdict == stays) cycle
+         self%leaving = self%leaving + 1
          if (found%watched == 0) then
             call refine_root(response, rows, self%point(self%now), self%level, high, watched(i), self%probe, root)
             found = exit_t(i, root)
