@@ -1,4 +1,4 @@
-"""Random machines, each from its seed: of the lumped kind, and rotors that turn.
+"""Random machines, each from its seed: of the lumped kind, some of them symmetric, and rotors that turn.
 
 No rigid stop or friction is in line with others, as one load may then be shared in many ways. Friction goes with
 undamped compliant stops, in `bound_text_of` with others too: where it pulls open the stop that it needs, or presses a
@@ -122,6 +122,45 @@ def frictions_of(random, n, push, speed, rigid, stops):
             line += f", only_with='{name}'"
         lines.append(line + " /")
     return lines
+
+
+def symmetric_text_of(seed):
+    """The text of a body between equal pairs of others, with stops that all meet at the same time in each pair."""
+    random = np.random.default_rng(seed)
+    pairs, speed = int(random.integers(1, 3)), 10 ** random.uniform(1.0, 2.5)
+    mass = 10 ** random.uniform(-0.3, 0.7, pairs + 1)
+    reach = 10 ** random.uniform(-4.0, -2.5)
+    lines = ["&scene kind='lumped' /", f"&mass name='b0', value={mass[0]:.17g} /"]
+    joints = [("b0", "frame", 0)]
+    for i in range(1, pairs + 1):
+        names = f"b{i}", f"c{i}"
+        lines += [f"&mass name='{name}', value={mass[i]:.17g} /" for name in names]
+        joints += [(name, other, i) for other in ("b0", "frame") for name in names]
+    draws = {}
+    for name, other, i in joints:
+        # What joins the two of a pair to a body is equal.
+        key = name[1:], other
+        if key not in draws:
+            k, c = mass[i] * speed**2 * 10 ** random.uniform(-0.7, 0.7, 2)
+            gap, part = reach * 10 ** random.uniform(-0.7, 0.3), random.choice(["zero_force", "zero_deformation"])
+            b, hard = 0.1 * k / speed, c * 10 ** random.uniform(0.5, 3.0)
+            damping = hard / speed * random.choice([0.0, 0.01, 0.05])
+            side = random.choice(["upper", "lower", "both"])
+            draws[key] = k, b, side, gap, hard, damping, part
+        k, b, side, gap, hard, damping, part = draws[key]
+        lines.append(f"&spring between='{name}','{other}', stiffness={k:.17g}, damping={b:.17g} /")
+        for j in range(2 if name == "b0" else 1):
+            lines.append(
+                f"&stop name='s{name}{other}{j}', between='{name}','{other}', side='{side}', clearance={gap:.17g}, "
+                f"stiffness={hard * (1 + j):.17g}, damping={damping:.17g}, separation='{part}' /"
+            )
+    push = mass[0] * speed**2 * reach * random.uniform(1.0, 5.0)
+    lines.append(f"&load on='b0', amplitude={push:.17g}, angular_frequency={speed * random.uniform(0.5, 3.0):.17g} /")
+    lines.append(f"&initial on='b0', velocity={speed * reach * random.uniform(-2.0, 2.0):.17g} /")
+    end = 60.0 / speed
+    lines.append(f"&motion t_end={end:.17g}, start='given', integrator='exact', max_seconds=30.0 /")
+    lines.append(f"&record observable='state', what='trajectory', interval={end / 60:.17g} /")
+    return "\n".join(lines) + "\n"
 
 
 def turning_text_of(seed):
