@@ -60,7 +60,7 @@ contains
       self%ready = .false.
    end subroutine renew
 
-   !> Whether so many passages over the state, and those to come, cost more products of two numbers than the matrix saves.
+   !> Whether so many passages over the state, with those to come, could save more products of two numbers than the matrix costs.
    elemental logical function pays(uses, states, from, to)
       integer, intent(in) :: uses
       real(wp), intent(in) :: states, from, to
