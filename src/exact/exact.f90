@@ -45,7 +45,6 @@ module razy_exact_exact
       integer, private :: before = 0
       !> Whether the piece to come has begun already, as the moment that it starts with.
       logical, private :: placed = .false.
-      real(wp), allocatable, private :: noise(:, :)
    contains
       procedure :: prepare
       procedure :: enter
