@@ -347,9 +347,9 @@ class Follower:
         noise = 64 * EPS * (np.abs(forms) @ np.maximum(np.maximum(np.abs(x), np.abs(after)), self.size))
         armed |= start > noise
         suspects = (end < -noise) | ((slope < 0) & (last > 0))
-        # It may rise, fall and rise again.
+        # It may rise, fall and rise again, or fall, rise and fall.
         near = np.minimum(start, end) < mode.longest * 2.0**-level * np.maximum(np.abs(slope), np.abs(last))
-        suspects |= near & (mode.forms[2] @ x < 0) & (mode.forms[2] @ after > 0)
+        suspects |= near & ((slope < 0) | ((mode.forms[2] @ x < 0) & (mode.forms[2] @ after > 0)))
         for i in np.flatnonzero(~armed & ((start < -noise) | ((slope < 0) & (np.abs(start) <= noise)))):
             suspects[i] = True
         best = None
