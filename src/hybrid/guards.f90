@@ -14,7 +14,7 @@ module razy_hybrid_guards
    implicit none(type, external)
    private
 
-   public :: guard_entry_t, guard_forms, guards_t, list_guards, of_force, of_press
+   public :: guard_entry_t, guard_forms, guards_t, list_guards, may_pull, of_force, of_press
 
    !> Numbers in the place of a switching function's: a constraint force, the force that presses friction.
    integer, parameter :: of_force = 0, of_press = -1

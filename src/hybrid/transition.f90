@@ -14,7 +14,7 @@ module razy_hybrid_transition
    use razy_hybrid_accumulation, only: accumulation_t
    use razy_hybrid_active_sides, only: assume, choose, find_sides, side_t
    use razy_hybrid_dynamics, only: dynamics_t
-   use razy_hybrid_guards, only: guards_t, of_force, of_press
+   use razy_hybrid_guards, only: guards_t, may_pull, of_force, of_press
    use razy_hybrid_impact, only: impact_derivative_t, push_apart, strike
    use razy_hybrid_saltation, only: saltation_t
    use razy_hybrid_system, only: system_t
@@ -587,8 +587,8 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: tau, z(:)
 
-      real(wp) :: force
       integer :: by, j
+      logical :: pushes_up
 
       associate (dynamics => self%dynamics)
          do j = 1, size(self%next)
@@ -597,15 +597,15 @@ contains
             if (by == 0) cycle
             associate (law => system%machine%contact(by)%law, branch => dynamics%mode%branch(by))
                if (law%constraint(branch) .or. .not. law%piecewise_linear) cycle
-               call dynamics%excitation%look(system%machine%tone, tau)
-               call dynamics%look_at_contact(system, by, z)
-               force = law%force(branch, dynamics%s(by), dynamics%rate(by), 0.0_wp)
-               dynamics%mode%press(j) = merge(1, -1, force > 0.0_wp)
-               ! Without damping the force has the sign of its side, also where it is on its edge: +1 above, whose branch ends
-               ! below.
-               if (law%piecewise_linear .and. .not. law%branch(branch)%damping > 0.0_wp) then
-                  dynamics%mode%press(j) = merge(1, -1, law%guard(1, branch)%above == 0)
+               if (may_pull(system, dynamics%mode, j)) then
+                  call dynamics%excitation%look(system%machine%tone, tau)
+                  call dynamics%look_at_contact(system, by, z)
+                  pushes_up = law%force(branch, dynamics%s(by), dynamics%rate(by), 0.0_wp) > 0.0_wp
+               else
+                  ! The sign of its side, also where it comes to press at zero force: +1 above, whose branch ends below.
+                  pushes_up = all(law%guard(:law%functions, branch)%above == 0)
                end if
+               dynamics%mode%press(j) = merge(1, -1, pushes_up)
             end associate
          end do
       end associate
