@@ -240,23 +240,21 @@ contains
       end associate
    end function normal_of
 
-   !> Whether friction element j is in play: the contact that it goes with presses.
+   !> Whether friction element j is in play; a smoothed law that it goes with is in no branch but that of s and s'.
    pure function is_in_play(self, system, j) result(is)
       class(dynamics_t), intent(in) :: self
       type(system_t), intent(in) :: system
       integer, intent(in) :: j
       logical :: is
 
-      integer :: branch
-
       is = .true.
-      associate (with => system%machine%contact(j)%only_with)
-         if (with == 0) return
-         branch = self%mode%branch(with)
-         ! A smoothed law is in no branch but that of s and s'.
-         if (self%mode%smoothed) branch = system%machine%contact(with)%law%initial_branch(self%s(with), self%rate(with))
-         is = presses(branch)
-      end associate
+      if (.not. self%mode%smoothed) then
+         is = self%mode%in_play(system, j)
+      else if (system%machine%contact(j)%only_with > 0) then
+         associate (with => system%machine%contact(j)%only_with)
+            is = presses(system%machine%contact(with)%law%initial_branch(self%s(with), self%rate(with)))
+         end associate
+      end if
    end function is_in_play
 
    !> Slopes of the force of contact j at its s, s' and normal force looked at last.

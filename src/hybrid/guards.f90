@@ -59,7 +59,7 @@ module razy_hybrid_guards
 
 contains
 
-   !> All guards of a mode: the first `count` of `entry`, whose size has to be 8 a contact.
+   !> All guards of a mode, those of friction in play only: the first `count` of `entry`, whose size has to be 8 a contact.
    subroutine list_guards(system, mode, entry, count)
       type(system_t), intent(in) :: system
       type(mode_t), intent(in) :: mode
@@ -71,6 +71,7 @@ contains
       count = 0
       do j = 1, size(mode%branch)
          associate (law => system%machine%contact(j)%law, branch => mode%branch(j))
+            if (law%of_normal .and. .not. mode%in_play(system, j)) cycle
             if (law%constraint(branch)) then
                call add(guard_entry_t(contact=j, function=of_force, of_normal=law%of_normal), law%force_guard(branch))
                cycle

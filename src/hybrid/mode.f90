@@ -36,6 +36,7 @@ module razy_hybrid_mode
    contains
       procedure :: make_room
       procedure :: enter
+      procedure :: in_play
       procedure :: force_form
       procedure :: normal_form
       procedure :: matrices
@@ -126,6 +127,21 @@ contains
       presses = all(plain_branch(branch) /= [branch_open, branch_upper_parting, branch_lower_parting])
    end function presses
 
+   !> Whether friction element j can have a normal force: the contact that it goes with presses, and one that gives it, if there is
+   !> no constant one.
+   pure function in_play(self, system, j) result(is)
+      class(mode_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      logical :: is
+
+      is = .true.
+      associate (friction => system%machine%contact(j))
+         if (friction%only_with > 0) is = presses(self%branch(friction%only_with))
+         if (is .and. friction%normal_of > 0 .and. .not. friction%normal > 0.0_wp) is = presses(self%branch(friction%normal_of))
+      end associate
+   end function in_play
+
    !> Sign by which a contact's force presses: that which it has in the mode, beyond its zero too, so that the field of the mode
    !> is smooth up to the event and behind it; where none is known, its own.
    elemental function press_of(press, force) result(factor)
@@ -166,11 +182,7 @@ contains
       type(linear_form_t) :: form
 
       form = zero_form(system%m, size(system%omega))
-      associate (with => system%machine%contact(j)%only_with)
-         if (with > 0) then
-            if (.not. presses(self%branch(with))) return
-         end if
-      end associate
+      if (.not. self%in_play(system, j)) return
       form%constant = system%machine%contact(j)%normal
       associate (by => system%machine%contact(j)%normal_of)
          if (by == 0) return

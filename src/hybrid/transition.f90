@@ -264,6 +264,7 @@ contains
             do round = 1, 2*size(self%next) + 1
                call take_forces(self, system, tau, z)
                if (.not. self%found) return
+               call slide_out_of_play(self, system)
                call dynamics%mode%enter(system)
                call dynamics%keep_constraints(system, tau, z)
                call guards%list(system, dynamics%mode)
@@ -497,6 +498,23 @@ contains
          end do
       end associate
    end subroutine take_forces
+
+   !> Friction that nothing presses does not stick.
+   subroutine slide_out_of_play(self, system)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+
+      integer :: j
+
+      associate (branch => self%dynamics%mode%branch)
+         do j = 1, size(branch)
+            if (.not. self%resting(j) .or. branch(j) /= branch_sticking .or. self%dynamics%mode%in_play(system, j)) cycle
+            branch(j) = branch_forward
+            self%next(j) = branch_forward
+            self%resting(j) = .false.
+         end do
+      end associate
+   end subroutine slide_out_of_play
 
    !> s'' of all contacts without the constraint forces of the mode, normal forces of friction without those, and the forces of
    !> sliding friction per normal force (contacts each).
