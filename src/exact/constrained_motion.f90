@@ -54,7 +54,7 @@ module razy_exact_constrained_motion
    end type constrained_motion_t
 
    !> Modes of K_q below this part of the largest are slow.
-   real(wp), parameter :: slow = 1.0e-8_wp
+   real(wp), parameter :: slow = 1.0e-12_wp
    !> A coupling below this part of its terms is rounding.
    real(wp), parameter :: rounding = 1.0e-13_wp
 

@@ -19,6 +19,11 @@ contains
       real(wp) :: term(size(x)), part
       integer :: parts, i, k
 
+      ! In so many parts the series would take longer than the whole exponential.
+      if (norm*abs(tau) > size(x)) then
+         y = matmul(matrix_exponential(matrix, tau), x)
+         return
+      end if
       parts = max(1, ceiling(2.0_wp*norm*abs(tau)))
       part = tau/parts
       y = x

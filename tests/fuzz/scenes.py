@@ -1,4 +1,4 @@
-"""Random machines, each from its seed: of the lumped kind, some of them symmetric, and rotors that turn.
+"""Random machines, each from its seed: of the lumped kind, some of them symmetric, in a plane, and rotors that turn.
 
 No rigid stop or friction is in line with others, as one load may then be shared in many ways. Friction goes with
 undamped compliant stops, in `bound_text_of` with others too: where it pulls open the stop that it needs, or presses a
@@ -161,6 +161,86 @@ def symmetric_text_of(seed):
     lines.append(f"&motion t_end={end:.17g}, start='given', integrator='exact', max_seconds=30.0 /")
     lines.append(f"&record observable='state', what='trajectory', interval={end / 60:.17g} /")
     return "\n".join(lines) + "\n"
+
+
+def planar_text_of(seed):
+    """The text of one to three bodies on top of each other, with stops at two points and friction that these press."""
+    random = np.random.default_rng(seed)
+    n, speed = int(random.integers(1, 4)), 10 ** random.uniform(1.0, 2.5)
+    mass, reach = 10 ** random.uniform(-0.5, 1.0, n), 10 ** random.uniform(-4.0, -2.5)
+    rigid, rough = random.choice([0.0, 0.4, 1.0]), random.choice([0.0, 0.6])
+    place = {"l": -random.uniform(0.1, 0.6), "r": random.uniform(0.1, 0.6)}
+    if random.random() < 0.2:
+        place["r"] = -place["l"]
+    lines = ["&scene kind='planar' /"]
+    lines += [f"&point name='f{p}', body='frame', position={x:.17g},-0.1 /" for p, x in place.items()]
+    for i in range(n):
+        inertia = mass[i] * 10 ** random.uniform(-2.0, 0.0)
+        lines.append(f"&body name='b{i}', mass={mass[i]:.17g}, inertia={inertia:.17g}, centre=0.0,{0.5 * i} /")
+        for p, x in place.items():
+            lines.append(f"&point name='{p}{i}', body='b{i}', position={1.5 * x:.17g},{random.choice([0.0, 0.1])} /")
+            lines.append(f"&point name='t{p}{i}', body='b{i}', position={x:.17g},0.1 /")
+            lines.append(f"&point name='d{p}{i}', body='b{i}', position={x:.17g},-0.1 /")
+            lines += planar_springs(random, f"{p}{i}", mass[i], speed, i == 0)
+    for i in range(n):
+        for p in place:
+            if random.random() < 0.8:
+                ends = f"d{p}{i}", f"t{p}{i - 1}" if i > 0 else f"f{p}"
+                lines += planar_stop(random, f"s{p}{i}", ends, mass[i], speed, reach, random.random() < rigid)
+                if random.random() < rough:
+                    lines.append(planar_friction(random, f"s{p}{i}", ends, speed * reach))
+    push = speed**2 * reach
+    lines.append(
+        f"&gravity acceleration={push * random.uniform(0.0, 2.0):.17g}, direction={random.choice([0.0, 0.2])},-1.0 /"
+    )
+    for name, size in (("y", 1.0), ("x", 1.0), ("phi", 0.3)):
+        if random.random() < 0.7:
+            amplitude, angle = push * size * np.mean(mass) * random.uniform(0.2, 2.0), int(random.integers(360))
+            tone = f"angular_frequency={speed * 10 ** random.uniform(-0.5, 0.8):.17g}, phase={angle}"
+            lines.append(f"&load on='b{random.integers(n)}.{name}', amplitude={amplitude:.17g}, {tone} /")
+    for i in range(n):
+        for name in ("y", "x", "phi"):
+            velocity = speed * reach * random.uniform(-2.0, 2.0)
+            lines.append(f"&initial on='b{i}.{name}', velocity={velocity:.17g} /")
+    end = 60.0 / speed
+    lines.append(f"&motion t_end={end:.17g}, start='given', integrator='exact', max_seconds=30.0 /")
+    lines.append(f"&record observable='state', what='trajectory', interval={end / 60:.17g} /")
+    return "\n".join(lines) + "\n"
+
+
+def planar_springs(random, point, mass, speed, always):
+    """Springs between a point and the frame, upwards and across."""
+    lines, ratio = [], random.choice([0.0, 0.005, 0.05, 0.5])
+    for direction, chance in ("0.0,1.0", 1.0 if always else 0.6), (f"1.0,{random.choice([0.0, 0.3])}", 0.8):
+        k = mass * speed**2 * 10 ** random.uniform(-0.7, 0.7)
+        if random.random() < chance:
+            stiffness = f"stiffness={k:.17g}, damping={2 * ratio * np.sqrt(k * mass):.17g}"
+            lines.append(f"&spring between='{point}','frame', direction={direction}, {stiffness} /")
+    return lines
+
+
+def planar_stop(random, name, ends, mass, speed, reach, rigid):
+    clearance = reach * random.choice([0.0, 10 ** random.uniform(-0.7, 0.5)])
+    start = f"&stop name='{name}', between='{ends[0]}','{ends[1]}', direction=0.0,1.0, clearance={clearance:.17g}"
+    if rigid:
+        return [f"{start}, law='rigid', restitution={random.choice([0.0, 0.3, 0.5, 0.8, 0.95])} /"]
+    k = mass * speed**2 * 10 ** random.uniform(0.0, 3.5)
+    b = 2 * np.sqrt(k * mass) * random.choice([0.0, 0.0, 0.02, 0.2])
+    part = random.choice(["zero_force", "zero_deformation"])
+    return [f"{start}, stiffness={k:.17g}, damping={b:.17g}, separation='{part}' /"]
+
+
+def planar_friction(random, stop, ends, speed):
+    static = random.uniform(0.1, 0.6)
+    kinetic, belt = (
+        static * random.choice([1.0, random.uniform(0.4, 1.0)]),
+        random.choice([0.0, 0.0, random.uniform(-1, 1)]),
+    )
+    coefficients = f"static_coefficient={static:.17g}, kinetic_coefficient={kinetic:.17g}"
+    return (
+        f"&friction name='f{stop}', between='{ends[0]}','{ends[1]}', {coefficients}, normal_contact='{stop}', "
+        f"belt_speed={speed * belt:.17g} /"
+    )
 
 
 def turning_text_of(seed):

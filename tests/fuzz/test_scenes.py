@@ -20,7 +20,8 @@ def test_what_once_parted_agrees(path, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "text_of", [scenes.text_of, scenes.bound_text_of, scenes.turning_text_of, scenes.symmetric_text_of]
+    "text_of",
+    [scenes.text_of, scenes.bound_text_of, scenes.turning_text_of, scenes.symmetric_text_of, scenes.planar_text_of],
 )
 @pytest.mark.parametrize("seed", range(FIRST, LAST))
 def test_random_scene_agrees(seed, text_of, tmp_path):
