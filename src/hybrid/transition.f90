@@ -66,6 +66,8 @@ module razy_hybrid_transition
    integer, parameter :: most_passed = 9
    !> Rounding of a constant of a switching function, and of its bound.
    real(wp), parameter :: of_constant = 16*epsilon(1.0_wp)
+   !> Of a direction, what is held leaves at least this part, or it is held itself.
+   real(wp), parameter :: shortest_reach = 1.0e-11_wp
 
 contains
 
@@ -317,7 +319,7 @@ contains
    end subroutine take_hits
 
    !> Put z on the bound of guard i, where whoever found the event has it: the state is the sum of many terms, and errs by more than
-   !> the function does.
+   !> the function does. What is held stays so.
    subroutine put_on_bound(self, system, i, tau, z)
       type(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -325,16 +327,20 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(inout) :: z(:)
 
-      real(wp) :: miss
+      real(wp) :: along(system%m), miss, reach
 
       call self%dynamics%look_at_contacts(system, tau, z)
       associate (guard => self%guards%entry(i), m => system%m, j => self%guards%entry(i)%contact)
          miss = guard%alpha*self%dynamics%s(j) + guard%beta*self%dynamics%rate(j) + guard%gamma - guard%bound
-         associate (w => system%w(:, j))
+         associate (w => system%w(:, j), constraints => self%dynamics%mode%constraints)
+            along = w
+            if (constraints%count > 0) call constraints%displace(system%w, -matmul(w, system%w(:, constraints%contact)), along)
+            reach = dot_product(w, along)
+            if (reach <= shortest_reach*dot_product(w, w)) return
             if (abs(guard%alpha) > 0.0_wp) then
-               z(:m) = z(:m) - w*(miss/(guard%alpha*dot_product(w, w)))
+               z(:m) = z(:m) - along*(miss/(guard%alpha*reach))
             else
-               z(m + 1:) = z(m + 1:) - w*(miss/(guard%beta*dot_product(w, w)))
+               z(m + 1:) = z(m + 1:) - along*(miss/(guard%beta*reach))
             end if
          end associate
       end associate
