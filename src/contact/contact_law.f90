@@ -22,7 +22,7 @@ module razy_contact_contact_law
    public :: branch_t, contact_law_t, guard_t, same_slopes
    public :: branch_open, branch_upper, branch_lower, branch_upper_parting, branch_lower_parting
    public :: branch_forward, branch_backward, branch_sticking, branch_meanings, branches
-   public :: plain_branch, with_pairs
+   public :: is_closed, plain_branch, with_pairs
 
    !> Branches of all laws, as results name them.
    integer, parameter :: branch_open = 1, branch_upper = 2, branch_lower = 3, branch_upper_parting = 4, branch_lower_parting = 5, &
@@ -96,6 +96,13 @@ contains
       plain_branch = branch
       if (branch > 8) plain_branch = 1 + modulo(branch - 9, varied)
    end function plain_branch
+
+   !> Whether a contact in this branch is closed; one that is parting, whose surfaces relax without force, is not.
+   elemental logical function is_closed(branch)
+      integer, intent(in) :: branch
+
+      is_closed = all(plain_branch(branch) /= [branch_open, branch_upper_parting, branch_lower_parting])
+   end function is_closed
 
    !> Bound a function from above (direction > 0) or below, and name the branch beyond.
    pure subroutine bound(self, direction, value, beyond)

@@ -5,10 +5,10 @@
 !! Times `tau` are s after the start of the piece, whose phases `begin` forms.
 module razy_hybrid_dynamics
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use razy_contact_contact_law, only: branch_open
+   use razy_contact_contact_law, only: branch_open, is_closed
    use razy_core_kinds, only: wp
    use razy_hybrid_excitation, only: excitation_t
-   use razy_hybrid_mode, only: affine, constrained, idle, mode_t, press_of, presses
+   use razy_hybrid_mode, only: affine, constrained, idle, mode_t, press_of
    use razy_hybrid_system, only: system_t
    implicit none(type, external)
    private
@@ -240,7 +240,7 @@ contains
       end associate
    end function normal_of
 
-   !> Whether friction element j is in play: the contact that it goes with presses.
+   !> Whether friction element j is in play: the contact that it goes with is closed.
    pure function is_in_play(self, system, j) result(is)
       class(dynamics_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -255,7 +255,7 @@ contains
          branch = self%mode%branch(with)
          ! A smoothed law is in no branch but that of s and s'.
          if (self%mode%smoothed) branch = system%machine%contact(with)%law%initial_branch(self%s(with), self%rate(with))
-         is = presses(branch)
+         is = is_closed(branch)
       end associate
    end function is_in_play
 

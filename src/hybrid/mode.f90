@@ -7,7 +7,7 @@
 !!
 !!     K + Σ_j w_j a_jᵀ,  B + Σ_j w_j b_jᵀ   with   F_j = a_j·y + b_j·y' + c_j + Re(Σ e_jt E_t).
 module razy_hybrid_mode
-   use razy_contact_contact_law, only: branch_lower_parting, branch_open, branch_upper_parting, plain_branch
+   use razy_contact_contact_law, only: branch_open, is_closed, plain_branch
    use razy_core_kinds, only: wp
    use razy_hybrid_constraints, only: constraints_t, new_constraints
    use razy_hybrid_linear_form, only: linear_form_t, zero_form
@@ -15,7 +15,7 @@ module razy_hybrid_mode
    implicit none(type, external)
    private
 
-   public :: affine, constrained, idle, lawful, mode_t, presses, press_of
+   public :: affine, constrained, idle, lawful, mode_t, press_of
 
    !> What a contact does in a mode: nothing, an affine force, the law's force, a constraint force.
    integer, parameter :: idle = 0, affine = 1, lawful = 2, constrained = 3
@@ -118,14 +118,6 @@ contains
       end associate
    end function task_of
 
-   !> Whether a contact in this branch presses friction that goes with it: not while it is open or parting.
-   elemental function presses(branch)
-      integer, intent(in) :: branch
-      logical :: presses
-
-      presses = all(plain_branch(branch) /= [branch_open, branch_upper_parting, branch_lower_parting])
-   end function presses
-
    !> Sign by which a contact's force presses: that which it has in the mode, beyond its zero too, so that the field of the mode
    !> is smooth up to the event and behind it; where none is known, its own.
    elemental function press_of(press, force) result(factor)
@@ -168,7 +160,7 @@ contains
       form = zero_form(system%m, size(system%omega))
       associate (with => system%machine%contact(j)%only_with)
          if (with > 0) then
-            if (.not. presses(self%branch(with))) return
+            if (.not. is_closed(self%branch(with))) return
          end if
       end associate
       form%constant = system%machine%contact(j)%normal

@@ -6,12 +6,13 @@
 !! others a step. An impact is a change from open or parting to closed, or a
 !! jump of s' at a rigid contact; a time-stepping method spreads a jump over a step, where its impulse is a force.
 module razy_observe_contact_statistics
+   use razy_contact_contact_law, only: is_closed
    use razy_core_kinds, only: wp
    use razy_core_table, only: table_t
    use razy_machine_excitation, only: period_of_loads
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: observer_t, piece_t
-   use razy_observe_contact_tally, only: contact_tally_t, is_closed
+   use razy_observe_contact_tally, only: contact_tally_t
    use razy_observe_gauss, only: abscissa, peak_of, points, weight
    use razy_observe_rigid_impacts, only: rigid_impacts_t
    implicit none(type, external)

@@ -12,12 +12,12 @@
 !! - what has no period is not settled while its differences from period to period still shrink, and not periodic otherwise.
 module razy_observe_periodicity
    use, intrinsic :: iso_fortran_env, only: int64
+   use razy_contact_contact_law, only: is_closed
    use razy_core_kinds, only: pi, wp
    use razy_core_table, only: table_t
    use razy_machine_excitation, only: period_of_loads
    use razy_machine_machine, only: machine_t, observe_linear
    use razy_motion_integrator, only: observer_t, piece_t
-   use razy_observe_contact_tally, only: is_closed
    implicit none(type, external)
    private
 
