@@ -104,6 +104,8 @@ module razy_motion_integrator
    !> A method of integration. Times `tau` are s after the start of the piece, in [0, duration].
    type, abstract :: integrator_t
       type(budget_t) :: budget
+      !> Branches in the piece being shown (contacts).
+      integer, allocatable :: branch(:)
    contains
       !> Take a machine; `keep_all` follows every coordinate, not only those that contacts and observables feel.
       procedure(take_machine), deferred :: prepare
@@ -120,8 +122,6 @@ module razy_motion_integrator
       procedure(state_at), deferred :: state
       !> Variable s, rate s' and reported force of contact j.
       procedure(contact_at), deferred :: contact
-      !> Branch of contact j.
-      procedure(branch_of), deferred :: branch_now
       !> A time between points that resolves the motion, s.
       procedure(natural_interval), deferred :: interval
       !> Displacements and velocities (n each) that the last run ended with; needs `keep_all`.
@@ -214,14 +214,6 @@ module razy_motion_integrator
          real(wp), intent(in) :: tau
          real(wp), intent(out) :: s, rate, force
       end subroutine contact_at
-
-      pure function branch_of(self, j) result(branch)
-         import :: integrator_t
-         implicit none(type, external)
-         class(integrator_t), intent(in) :: self
-         integer, intent(in) :: j
-         integer :: branch
-      end function branch_of
 
       pure function natural_interval(self) result(interval)
          import :: integrator_t, wp

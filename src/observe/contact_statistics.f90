@@ -115,7 +115,7 @@ contains
 
       do i = 1, size(self%tally)
          associate (tally => self%tally(i))
-            branch = part%by%branch_now(tally%number)
+            branch = part%by%branch(tally%number)
             closed = is_closed(branch)
             closing = closed .and. .not. tally%closed .and. self%begun
             if (.not. self%begun .and. closed) then
@@ -185,7 +185,7 @@ contains
          associate (tally => self%tally(i))
             if (.not. tally%closed) cycle
             call part%by%contact(tally%number, part%duration, s, rate, force)
-            tally%stored = tally%elastic(part%by%branch_now(tally%number), s)
+            tally%stored = tally%elastic(part%by%branch(tally%number), s)
          end associate
       end do
    end subroutine integrate

@@ -126,7 +126,7 @@ contains
       integer :: j
 
       do j = 1, self%contacts
-         if (.not. (is_closed(part%by%branch_now(j)) .or. (j == part%contact .and. .not. part%last))) cycle
+         if (.not. (is_closed(part%by%branch(j)) .or. (j == part%contact .and. .not. part%last))) cycle
          self%touched = ibset(self%touched, min(j - 1, last_bit))
       end do
    end subroutine touch
