@@ -50,8 +50,6 @@ module razy_hybrid_transition
       logical, allocatable, private :: resting(:), let_go(:)
       !> Edges that were left (lower and upper, contacts).
       logical, allocatable, private :: left(:, :)
-      !> Rounding of s and s' (contacts each).
-      real(wp), allocatable, private :: noise_s(:), noise_rate(:)
       !> Guards: none is hit.
       logical, allocatable, private :: none(:)
    contains
@@ -82,11 +80,11 @@ contains
       call self%guards%make_room(system)
       if (allocated(self%contact)) then
          deallocate (self%contact, self%branch, self%next, self%before, self%impacted, self%thrown, self%resting, &
-                     self%let_go, self%left, self%none, self%speed, self%direction, self%noise_s, self%noise_rate, self%side)
+                     self%let_go, self%left, self%none, self%speed, self%direction, self%side)
       end if
       allocate (self%contact(most_passed*n), self%branch(most_passed*n), self%next(n), self%before(n), source=0)
       allocate (self%impacted(n), self%thrown(n), self%resting(n), self%let_go(n), self%left(2, n), self%none(8*n), source=.false.)
-      allocate (self%speed(n), self%direction(n), self%noise_s(n), self%noise_rate(n), source=0.0_wp)
+      allocate (self%speed(n), self%direction(n), source=0.0_wp)
       allocate (self%side(2*n))
    end subroutine make_room
 
@@ -245,10 +243,6 @@ contains
          self%impacts = 0
          call guards%measure(system, tau, z, .false.)
          call take_hits(self, system, hit, tau, z)
-         do j = 1, size(self%next)
-            self%noise_s(j) = guards%on_s(j)
-            self%noise_rate(j) = guards%on_rate(j)
-         end do
          self%changes = 0
          dynamics%mode%press = 0
          if (.not. system%constrained) then
@@ -346,8 +340,8 @@ contains
 
       integer :: i
 
-      call find_sides(system%machine%contact, self%dynamics%s, self%dynamics%rate, self%noise_s, self%noise_rate, self%before, &
-                      self%left, self%side, self%sides)
+      call find_sides(system%machine%contact, self%dynamics%s, self%dynamics%rate, self%guards%on_s, self%guards%on_rate, &
+                      self%before, self%left, self%side, self%sides)
       do i = 1, self%sides
          associate (side => self%side(i))
             side%released = self%let_go(side%contact) .and. self%before(side%contact) == side%closed
@@ -367,14 +361,15 @@ contains
 
       associate (side => self%side(:self%sides))
          if (self%saltation%wanted) then
-            call strike(system%machine%contact, system%w, self%dynamics%rate, self%noise_rate, side, change, self%found, derivative)
+            call strike(system%machine%contact, system%w, self%dynamics%rate, self%guards%on_rate, side, change, self%found, &
+                        derivative)
             still = 0.0_wp
             self%saltation%defined = self%saltation%defined .and. derivative%defined
             call self%saltation%add_impulses(derivative%effect, derivative%direction, derivative%sign &
                                              *[(self%dynamics%second_rate(system, derivative%contact(i), still), &
                                                 i=1, size(derivative%contact))])
          else
-            call strike(system%machine%contact, system%w, self%dynamics%rate, self%noise_rate, side, change, self%found)
+            call strike(system%machine%contact, system%w, self%dynamics%rate, self%guards%on_rate, side, change, self%found)
          end if
       end associate
       if (.not. self%found) return
@@ -404,7 +399,7 @@ contains
       do j = 1, size(self%next)
          if (.not. system%machine%contact(j)%law%constraint(branch_sticking)) cycle
          if (self%let_go(j) .and. self%impacts == 0) cycle
-         if (abs(self%dynamics%rate(j)) <= self%noise_rate(j)) then
+         if (abs(self%dynamics%rate(j)) <= self%guards%on_rate(j)) then
             self%resting(j) = .not. self%let_go(j)
          else
             self%resting(j) = .false.
@@ -426,8 +421,8 @@ contains
          do j = 1, size(self%next)
             associate (law => system%machine%contact(j)%law)
                if (law%impacts .or. law%constraint(branch_sticking)) cycle
-               branch = branch_beyond(law, self%next(j), self%dynamics%s(j), self%dynamics%rate(j), self%noise_s(j), &
-                                      self%noise_rate(j))
+               branch = branch_beyond(law, self%next(j), self%dynamics%s(j), self%dynamics%rate(j), self%guards%on_s(j), &
+                                      self%guards%on_rate(j))
             end associate
             if (branch == 0) cycle
             if (self%next(j) /= self%before(j)) call self%note(j, self%next(j))
@@ -566,18 +561,13 @@ contains
       real(wp), intent(inout) :: z(:)
 
       real(wp) :: change(system%m)
-      integer :: j
       logical :: moved
 
-      do j = 1, size(self%next)
-         self%noise_s(j) = self%guards%on_s(j)
-         self%noise_rate(j) = self%guards%on_rate(j)
-      end do
       self%before = branch_open
       self%let_go = .false.
       self%left = .false.
       call take_sides(self, system)
-      call push_apart(system%w, self%dynamics%s, self%noise_s, self%side(:self%sides), change, moved, self%found)
+      call push_apart(system%w, self%dynamics%s, self%guards%on_s, self%side(:self%sides), change, moved, self%found)
       if (moved .and. self%found) z(:system%m) = z(:system%m) + change
    end subroutine push_out
 
