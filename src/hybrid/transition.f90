@@ -13,9 +13,10 @@ module razy_hybrid_transition
    use razy_core_kinds, only: wp
    use razy_hybrid_accumulation, only: accumulation_t
    use razy_hybrid_active_sides, only: assume, choose, find_sides, side_t
-   use razy_hybrid_dynamics, only: dynamics_t
+   use razy_hybrid_dynamics, only: accelerate_unconstrained, dynamics_t
    use razy_hybrid_guards, only: guards_t, of_force, of_press
    use razy_hybrid_impact, only: impact_derivative_t, push_apart, strike
+   use razy_hybrid_mode, only: lawful
    use razy_hybrid_saltation, only: saltation_t
    use razy_hybrid_system, only: system_t
    implicit none(type, external)
@@ -502,26 +503,18 @@ contains
       real(wp), intent(out) :: second_rate(:), normal(:), per_normal(:)
 
       real(wp) :: a(system%m)
-      integer :: j, k
+      integer :: j
 
       call dynamics%mode%enter(system)
-      call dynamics%look_at_contacts(system, tau, z)
-      call dynamics%free_acceleration(system, z, a)
+      call accelerate_unconstrained(dynamics, system, tau, z, a)
       per_normal = 0.0_wp
-      do k = 1, dynamics%mode%acts
-         j = dynamics%mode%acting(k)
-         associate (law => system%machine%contact(j)%law, branch => dynamics%mode%branch(j))
-            if (law%of_normal) then
-               dynamics%normal(j) = dynamics%normal_of(system, j)
-               per_normal(j) = law%force(branch, dynamics%s(j), dynamics%rate(j), 1.0_wp)
-            end if
-            dynamics%force(j) = law%force(branch, dynamics%s(j), dynamics%rate(j), dynamics%normal(j))
-            a = a - system%w(:, j)*dynamics%force(j)
-         end associate
-      end do
       do j = 1, size(second_rate)
          second_rate(j) = dynamics%second_rate(system, j, a)
          normal(j) = dynamics%normal_of(system, j)
+         associate (law => system%machine%contact(j)%law)
+            if (dynamics%mode%does(j) /= lawful .or. .not. law%of_normal) cycle
+            per_normal(j) = law%force(dynamics%mode%branch(j), dynamics%s(j), dynamics%rate(j), 1.0_wp)
+         end associate
       end do
    end subroutine accelerations
 
