@@ -36,12 +36,13 @@ module razy_hybrid_active_sides
 contains
 
    !> The first `count` of `side` (two a contact): all sides that were closed in `branch` (contacts), whose edge was `left` (lower
-   !> and upper one; 2, contacts), or whose gap is not above the rounding of s; speeds below the rounding of s' are 0.
-   subroutine find_sides(contact, s, rate, noise_s, noise_rate, branch, left, side, count)
+   !> and upper one; 2, contacts), or whose gap is not above the rounding of s; speeds below the rounding of s' are 0. Those that
+   !> were closed are released if their contact was `let_go` (contacts).
+   subroutine find_sides(contact, s, rate, noise_s, noise_rate, branch, left, let_go, side, count)
       type(contact_t), intent(in) :: contact(:)
       real(wp), intent(in) :: s(:), rate(:), noise_s(:), noise_rate(:)
       integer, intent(in) :: branch(:)
-      logical, intent(in) :: left(:, :)
+      logical, intent(in) :: left(:, :), let_go(:)
       type(side_t), intent(inout) :: side(:)
       integer, intent(out) :: count
 
@@ -70,6 +71,7 @@ contains
             if (abs(rate(j)) > noise_rate(j)) found%before = direction*rate(j)
             found%after = found%before
             found%candidate = .not. found%before > 0.0_wp
+            found%released = let_go(j) .and. branch(j) == closed
          end associate
       end subroutine look_at_side
 

@@ -32,14 +32,15 @@ module razy_hybrid_impact
 contains
 
    !> Speeds `after` of the sides, and the change of y' (m), for the directions `w` (m, contacts) and s' before, `rate`
-   !> (contacts), with its rounding. Not `found`: no impulses obey the laws. With `derivative`, that of the change.
+   !> (contacts), with its rounding. Not `found`: no impulses obey the laws. With `derivative`, that of the change; the actual
+   !> argument may be unallocated.
    subroutine strike(contact, w, rate, noise_rate, side, change, found, derivative)
       type(contact_t), intent(in) :: contact(:)
       real(wp), intent(in) :: w(:, :), rate(:), noise_rate(:)
       type(side_t), intent(inout) :: side(:)
       real(wp), intent(out) :: change(:)
       logical, intent(out) :: found
-      type(impact_derivative_t), intent(out), optional :: derivative
+      type(impact_derivative_t), intent(inout), optional :: derivative
 
       type(impact_problem_t) :: problem
       type(impact_effort_t) :: effort

@@ -39,10 +39,6 @@ module razy_hybrid_transition
       integer, allocatable :: contact(:), branch(:)
       !> Impacts, and ends of accumulations.
       integer :: impacts = 0, landed = 0
-      !> Contacts that had an impact, those that were closed and are thrown up by one, and the speeds of their gaps after it with
-      !> their directions in s (contacts).
-      logical, allocatable, private :: impacted(:), thrown(:)
-      real(wp), allocatable, private :: speed(:), direction(:)
       !> Rigid sides that touch (the first `sides`).
       integer, private :: sides = 0
       type(side_t), allocatable, private :: side(:)
@@ -80,12 +76,10 @@ contains
       call self%dynamics%make_room(system, sharpness)
       call self%guards%make_room(system)
       if (allocated(self%contact)) then
-         deallocate (self%contact, self%branch, self%next, self%before, self%impacted, self%thrown, self%resting, &
-                     self%let_go, self%left, self%none, self%speed, self%direction, self%side)
+         deallocate (self%contact, self%branch, self%next, self%before, self%resting, self%let_go, self%left, self%none, self%side)
       end if
       allocate (self%contact(most_passed*n), self%branch(most_passed*n), self%next(n), self%before(n), source=0)
-      allocate (self%impacted(n), self%thrown(n), self%resting(n), self%let_go(n), self%left(2, n), self%none(8*n), source=.false.)
-      allocate (self%speed(n), self%direction(n), source=0.0_wp)
+      allocate (self%resting(n), self%let_go(n), self%left(2, n), self%none(8*n), source=.false.)
       allocate (self%side(2*n))
    end subroutine make_room
 
@@ -181,8 +175,6 @@ contains
       self%changes = 0
       self%impacts = 0
       self%landed = 0
-      self%impacted = .false.
-      self%thrown = .false.
    end subroutine clear
 
    !> Add a change to the list.
@@ -208,8 +200,7 @@ contains
       logical :: gathered
 
       if (.not. self%found .or. self%impacts == 0) return
-      call self%accumulation%follow(system, self%dynamics, self%guards, self%impacted, self%thrown, self%speed, &
-                                    self%direction, tau, z, self%saltation, gathered)
+      call self%accumulation%follow(system, self%dynamics, self%guards, self%side(:self%sides), tau, z, self%saltation, gathered)
       if (.not. gathered) return
       contact = self%contact
       branch = self%branch
@@ -239,9 +230,8 @@ contains
          self%next = dynamics%mode%branch
          self%resting = .false.
          self%let_go = .false.
-         self%impacted = .false.
-         self%thrown = .false.
          self%impacts = 0
+         self%sides = 0
          call guards%measure(system, tau, z, .false.)
          call take_hits(self, system, hit, tau, z)
          self%changes = 0
@@ -250,7 +240,7 @@ contains
             call pass_branches(self, system)
             dynamics%mode%branch = self%next
          else
-            call take_sides(self, system)
+            call touch(self, system)
             if (any(self%side(:self%sides)%before < 0.0_wp)) call take_impact(self, system, z)
             if (.not. self%found) return
             call dynamics%look_at_contacts(system, tau, z)
@@ -266,11 +256,13 @@ contains
                if (.not. let_go_of(self, system, tau, z)) exit
             end do
          end if
-         do j = 1, size(self%next)
-            if (dynamics%mode%branch(j) == self%before(j) .and. .not. self%impacted(j) &
-                .and. .not. any(self%contact(:self%changes) == j)) cycle
-            call self%note(j, dynamics%mode%branch(j))
-         end do
+         associate (side => self%side(:self%sides))
+            do j = 1, size(self%next)
+               if (dynamics%mode%branch(j) == self%before(j) .and. .not. any(side%contact == j .and. side%before < 0.0_wp) &
+                   .and. .not. any(self%contact(:self%changes) == j)) cycle
+               call self%note(j, dynamics%mode%branch(j))
+            end do
+         end associate
       end associate
    end subroutine resolve
 
@@ -335,20 +327,15 @@ contains
    end subroutine put_on_bound
 
    !> The rigid sides that touch; those whose force has come to 0 are released.
-   subroutine take_sides(self, system)
+   subroutine touch(self, system)
       type(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
 
-      integer :: i
-
-      call find_sides(system%machine%contact, self%dynamics%s, self%dynamics%rate, self%guards%on_s, self%guards%on_rate, &
-                      self%before, self%left, self%side, self%sides)
-      do i = 1, self%sides
-         associate (side => self%side(i))
-            side%released = self%let_go(side%contact) .and. self%before(side%contact) == side%closed
-         end associate
-      end do
-   end subroutine take_sides
+      associate (dynamics => self%dynamics, guards => self%guards)
+         call find_sides(system%machine%contact, dynamics%s, dynamics%rate, guards%on_s, guards%on_rate, self%before, self%left, &
+                         self%let_go, self%side, self%sides)
+      end associate
+   end subroutine touch
 
    !> The impact of all sides that touch; what it hits may be held again.
    subroutine take_impact(self, system, z)
@@ -356,38 +343,29 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(inout) :: z(:)
 
-      type(impact_derivative_t) :: derivative
+      !> Stays unallocated, and so absent, if it is not wanted.
+      type(impact_derivative_t), allocatable :: derivative
       real(wp) :: change(system%m), still(system%m)
       integer :: i
 
+      if (self%saltation%wanted) allocate (derivative)
       associate (side => self%side(:self%sides))
-         if (self%saltation%wanted) then
-            call strike(system%machine%contact, system%w, self%dynamics%rate, self%guards%on_rate, side, change, self%found, &
-                        derivative)
-            still = 0.0_wp
-            self%saltation%defined = self%saltation%defined .and. derivative%defined
-            call self%saltation%add_impulses(derivative%effect, derivative%direction, derivative%sign &
-                                             *[(self%dynamics%second_rate(system, derivative%contact(i), still), &
-                                                i=1, size(derivative%contact))])
-         else
-            call strike(system%machine%contact, system%w, self%dynamics%rate, self%guards%on_rate, side, change, self%found)
-         end if
+         call strike(system%machine%contact, system%w, self%dynamics%rate, self%guards%on_rate, side, change, self%found, &
+                     derivative)
+         if (.not. self%found) return
+         z(system%m + 1:) = z(system%m + 1:) + change
+         do i = 1, self%sides
+            self%let_go(side(i)%contact) = .false.
+         end do
+         self%let_go = self%let_go .and. .not. system%machine%contact%normal_of > 0
+         self%impacts = count(side%before < 0.0_wp)
       end associate
-      if (.not. self%found) return
-      z(system%m + 1:) = z(system%m + 1:) + change
-      do i = 1, self%sides
-         associate (side => self%side(i))
-            self%let_go(side%contact) = .false.
-            if (side%before > 0.0_wp .or. (.not. side%before < 0.0_wp .and. .not. side%after > 0.0_wp)) cycle
-            self%speed(side%contact) = side%after
-            self%direction(side%contact) = side%direction
-            self%thrown(side%contact) = .not. side%before < 0.0_wp
-            if (self%thrown(side%contact)) cycle
-            self%impacted(side%contact) = .true.
-            self%impacts = self%impacts + 1
-         end associate
-      end do
-      self%let_go = self%let_go .and. .not. system%machine%contact%normal_of > 0
+      if (.not. allocated(derivative)) return
+      still = 0.0_wp
+      self%saltation%defined = self%saltation%defined .and. derivative%defined
+      call self%saltation%add_impulses(derivative%effect, derivative%direction, derivative%sign &
+                                       *[(self%dynamics%second_rate(system, derivative%contact(i), still), &
+                                          i=1, size(derivative%contact))])
    end subroutine take_impact
 
    !> Which friction elements slide and which rest.
@@ -559,7 +537,7 @@ contains
       self%before = branch_open
       self%let_go = .false.
       self%left = .false.
-      call take_sides(self, system)
+      call touch(self, system)
       call push_apart(system%w, self%dynamics%s, self%guards%on_s, self%side(:self%sides), change, moved, self%found)
       if (moved .and. self%found) z(:system%m) = z(:system%m) + change
    end subroutine push_out
