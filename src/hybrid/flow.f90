@@ -321,20 +321,14 @@ contains
       integer, intent(in) :: ending
       real(wp), intent(in) :: duration
 
-      logical :: none(size(self%hit))
+      logical :: hit(size(self%hit))
 
       call self%transport()
+      hit = self%hit .and. ending == ends_in_event
       associate (transition => self%transition)
          call transition%dynamics%mode%enter(self%system)
-         if (ending == ends_in_event) then
-            if (.not. self%system%constrained) call transition%guards%list(self%system, transition%dynamics%mode)
-            call transition%saltation%arrive(self%system, transition%dynamics, transition%guards, self%hit, duration, self%z, &
-                                             self%tangent)
-         else
-            none = .false.
-            call transition%saltation%arrive(self%system, transition%dynamics, transition%guards, none, duration, self%z, &
-                                             self%tangent)
-         end if
+         if (any(hit) .and. .not. self%system%constrained) call transition%guards%list(self%system, transition%dynamics%mode)
+         call transition%saltation%arrive(self%system, transition%dynamics, transition%guards, hit, duration, self%z, self%tangent)
       end associate
    end subroutine arrive
 

@@ -16,6 +16,7 @@ module razy_hybrid_saltation
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_guards, only: guards_t, of_force, of_press
    use razy_hybrid_system, only: system_t
+   use razy_linalg_dense, only: identity
    implicit none(type, external)
    private
 
@@ -46,13 +47,8 @@ contains
       class(saltation_t), intent(inout) :: self
       integer, intent(in) :: m
 
-      integer :: i
-
-      if (allocated(self%by_state)) deallocate (self%by_state, self%by_time)
-      allocate (self%by_state(2*m, 2*m), self%by_time(2*m), source=0.0_wp)
-      do i = 1, 2*m
-         self%by_state(i, i) = 1.0_wp
-      end do
+      self%by_state = identity(2*m)
+      self%by_time = spread(0.0_wp, 1, 2*m)
    end subroutine begin
 
    !> Velocities y' jump by D λ(u), u = Dᵀ y' + ė: `effect` (m, directions) is D dλ/du, `direction` (m, directions) D, and
