@@ -65,7 +65,6 @@ module razy_motion_integrator
    contains
       procedure :: begin
       procedure :: spend
-      procedure, private :: look
    end type budget_t
 
    !> An observable at a moment, for those who look for its extrema.
@@ -251,12 +250,12 @@ contains
       real(wp), intent(in), optional :: rest
 
       self%steps = self%steps + 1
-      if (self%steps > self%next_look) call self%look(rest)
+      if (self%steps > self%next_look) call look(self, rest)
    end subroutine spend
 
    !> See what is left.
    subroutine look(self, rest)
-      class(budget_t), intent(inout) :: self
+      type(budget_t), intent(inout) :: self
       real(wp), intent(in), optional :: rest
 
       logical :: stop

@@ -34,10 +34,6 @@ module razy_observe_contact_statistics
       procedure :: piece
       procedure :: forget
       procedure :: columns
-      procedure, private :: begin_piece
-      procedure, private :: impacts
-      procedure, private :: integrate
-      procedure, private :: add_part
    end type contact_statistics_t
 
    !> Natural intervals in a part of the quadrature.
@@ -97,15 +93,15 @@ contains
       tau = max((self%from - part%time) - part%time_low, 0.0_wp)
       if (tau > part%duration) return
       call self%rigid%look_after(part%by, tau)
-      call self%begin_piece(part, tau)
+      call begin_piece(self, part, tau)
       self%begun = .true.
-      if (tau < part%duration) call self%integrate(part, tau)
+      if (tau < part%duration) call integrate(self, part, tau)
       call self%rigid%look_before(part%by, part%duration)
    end subroutine piece
 
    !> Closings and jumps at the start `tau` of a piece; energies that are stored at the start of recording.
    subroutine begin_piece(self, part, tau)
-      class(contact_statistics_t), intent(inout) :: self
+      type(contact_statistics_t), intent(inout) :: self
       type(piece_t), intent(in) :: part
       real(wp), intent(in) :: tau
 
@@ -125,7 +121,7 @@ contains
             end if
             if (.not. closed) tally%stored = 0.0_wp
             tally%closed = closed
-            call self%impacts(i, closing)
+            call impacts(self, i, closing)
             if (.not. closing) cycle
             call part%by%contact(tally%number, tau, s, rate, force)
             call tally%impact(abs(rate))
@@ -135,7 +131,7 @@ contains
 
    !> Add the jump of contact i of those recorded, if there is one; then `closing` has been counted.
    subroutine impacts(self, i, closing)
-      class(contact_statistics_t), intent(inout) :: self
+      type(contact_statistics_t), intent(inout) :: self
       integer, intent(in) :: i
       logical, intent(inout) :: closing
 
@@ -154,7 +150,7 @@ contains
 
    !> Add the integrals from `tau` to the end of a piece.
    subroutine integrate(self, part, tau)
-      class(contact_statistics_t), intent(inout) :: self
+      type(contact_statistics_t), intent(inout) :: self
       type(piece_t), intent(in) :: part
       real(wp), intent(in) :: tau
 
@@ -179,7 +175,7 @@ contains
       if (any(active)) n = max(1, ceiling((part%duration - tau)/(intervals*part%by%interval())))
       if (n > 0 .and. part%parts > 1) n = max(n, ceiling(part%parts*((part%duration - tau)/part%duration)))
       do k = 1, n
-         call self%add_part(part, active, tau + (part%duration - tau)*(real(k - 1, wp)/n), (part%duration - tau)/n)
+         call add_part(self, part, active, tau + (part%duration - tau)*(real(k - 1, wp)/n), (part%duration - tau)/n)
       end do
       do i = 1, size(self%tally)
          associate (tally => self%tally(i))
@@ -192,7 +188,7 @@ contains
 
    !> Add the integrals of the active contacts over `length` s from `tau` on, and see whether a force is the largest.
    subroutine add_part(self, part, active, tau, length)
-      class(contact_statistics_t), intent(inout) :: self
+      type(contact_statistics_t), intent(inout) :: self
       type(piece_t), intent(in) :: part
       logical, intent(in) :: active(:)
       real(wp), intent(in) :: tau, length
