@@ -202,17 +202,11 @@ contains
       type(system_t), intent(in) :: system
       type(mode_t), intent(in) :: mode
 
-      integer :: i
-
       call list_guards(system, mode, self%entry, self%count)
-      self%forced = .false.
-      self%accelerated = .false.
-      do i = 1, self%count
-         associate (guard => self%entry(i))
-            self%forced = self%forced .or. guard%function == of_force
-            self%accelerated = self%accelerated .or. guard%function <= 0 .or. abs(guard%beta) > 0.0_wp
-         end associate
-      end do
+      associate (guard => self%entry(:self%count))
+         self%forced = any(guard%function == of_force)
+         self%accelerated = any(guard%function <= 0 .or. abs(guard%beta) > 0.0_wp)
+      end associate
       self%fastest = merge(system%fastest, self%fastest_error, self%forced)
    end subroutine list
 
@@ -276,7 +270,11 @@ contains
             case (of_force)
                g(i) = of_constraint(self%entry(i), dynamics)
                rate(i) = (rate(i) - g(i))/self%delta
-               self%noise(i) = noise_of_force(i)
+               associate (guard => self%entry(i), j => self%entry(i)%contact, noise => self%noise(i))
+                  noise = abs(dynamics%force(j)) + norm2(self%a)/norm2(system%w(:, j))
+                  if (guard%of_normal) noise = noise + abs(guard%bound*dynamics%normal(j))
+                  noise = rounding_of_force*noise
+               end associate
             case (of_press)
                call look_at_press(self, system, dynamics, self%entry(i)%contact, g(i), rate(i), self%noise(i))
             case default
@@ -289,20 +287,6 @@ contains
             end select
          end do
       end associate
-
-   contains
-
-      pure function noise_of_force(i) result(noise)
-         integer, intent(in) :: i
-         real(wp) :: noise
-
-         associate (guard => self%entry(i), j => self%entry(i)%contact)
-            noise = abs(dynamics%force(j)) + norm2(self%a)/norm2(system%w(:, j))
-            if (guard%of_normal) noise = noise + abs(guard%bound*dynamics%normal(j))
-            noise = rounding_of_force*noise
-         end associate
-      end function noise_of_force
-
    end subroutine look
 
    pure function of_constraint(guard, dynamics) result(g)

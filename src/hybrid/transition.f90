@@ -564,7 +564,7 @@ contains
                dynamics%mode%press(j) = merge(1, -1, force > 0.0_wp)
                ! Without damping the force has the sign of its side, also where it is on its edge: +1 above, whose branch ends
                ! below.
-               if (law%piecewise_linear .and. .not. law%branch(branch)%damping > 0.0_wp) then
+               if (.not. law%branch(branch)%damping > 0.0_wp) then
                   dynamics%mode%press(j) = merge(1, -1, law%guard(1, branch)%above == 0)
                end if
             end associate
