@@ -23,11 +23,11 @@ module razy_hybrid_active_sides
    public :: assume, choose, find_sides, set_up, side_t
 
    !> A side that touches: contact, branch when closed, direction of its gap in s, edge, speed of the gap before and after the
-   !> impact, whether it is still a candidate for a constraint, whether it was let go of as its force came to 0.
+   !> impact, whether it is a candidate for a constraint: it does not open, and was not let go of as its force came to 0.
    type :: side_t
       integer :: contact = 0, closed = 0
       real(wp) :: direction = 0.0_wp, edge = 0.0_wp, before = 0.0_wp, after = 0.0_wp
-      logical :: candidate = .false., released = .false.
+      logical :: candidate = .false.
    end type side_t
 
    !> Smaller accelerations, in parts of the largest term, are rounding.
@@ -37,7 +37,7 @@ contains
 
    !> The first `count` of `side` (two a contact): all sides that were closed in `branch` (contacts), whose edge was `left` (lower
    !> and upper one; 2, contacts), or whose gap is not above the rounding of s; speeds below the rounding of s' are 0. Those that
-   !> were closed are released if their contact was `let_go` (contacts).
+   !> were closed are no candidates if their contact was `let_go` (contacts).
    subroutine find_sides(contact, s, rate, noise_s, noise_rate, branch, left, let_go, side, count)
       type(contact_t), intent(in) :: contact(:)
       real(wp), intent(in) :: s(:), rate(:), noise_s(:), noise_rate(:)
@@ -70,8 +70,7 @@ contains
          associate (found => side(count))
             if (abs(rate(j)) > noise_rate(j)) found%before = direction*rate(j)
             found%after = found%before
-            found%candidate = .not. found%before > 0.0_wp
-            found%released = let_go(j) .and. branch(j) == closed
+            found%candidate = .not. (found%before > 0.0_wp .or. (let_go(j) .and. branch(j) == closed))
          end associate
       end subroutine look_at_side
 
@@ -94,7 +93,7 @@ contains
          if (resting(i)) branch(i) = branch_sticking
       end do
       do i = size(side), 1, -1
-         if (.not. side(i)%candidate .or. side(i)%released) cycle
+         if (.not. side(i)%candidate) cycle
          candidates = candidates + 1
          branch(side(i)%contact) = side(i)%closed
       end do
@@ -122,7 +121,7 @@ contains
       integer :: i, k, n, outcome
 
       loose = 0
-      sides = pack([(i, i=1, size(side))], side%candidate .and. .not. side%released)
+      sides = pack([(i, i=1, size(side))], side%candidate)
       tangent = pack([(i, i=1, size(resting))], resting)
       n = size(sides)
       call set_up(w, side(sides), tangent, d, problem)

@@ -71,7 +71,6 @@ contains
          side(i)%after = side(i)%before + dot_product(problem%delassus(i, :), impulse)
          if (abs(side(i)%after) <= noise_rate(side(i)%contact)) side(i)%after = 0.0_wp
          side(i)%candidate = .not. side(i)%after > 0.0_wp
-         side(i)%released = .false.
       end do
       if (.not. present(derivative)) return
       derivative%contact = [side%contact, friction]

@@ -326,7 +326,7 @@ contains
       end associate
    end subroutine put_on_bound
 
-   !> The rigid sides that touch; those whose force has come to 0 are released.
+   !> The rigid sides that touch.
    subroutine touch(self, system)
       type(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -520,7 +520,7 @@ contains
             self%resting(j) = .false.
             self%next(j) = guards%entry(i)%next
             where (self%side(:self%sides)%contact == j .and. self%side(:self%sides)%closed == self%dynamics%mode%branch(j)) &
-               self%side(:self%sides)%released = .true.
+               self%side(:self%sides)%candidate = .false.
          end do
       end associate
    end function let_go_of
