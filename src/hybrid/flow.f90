@@ -116,8 +116,6 @@ module razy_hybrid_flow
       real(wp) :: time = 0.0_wp, took = 1.0e300_wp, first = 0.0_wp
       integer(i8) :: events = 0
       integer :: hurried = 0
-   contains
-      procedure :: look
    end type pace_t
 
 contains
@@ -158,7 +156,7 @@ contains
       call self%budget%begin()
       call begin(self, t_end, piece, observers, outcome)
       do while (outcome%status == status_ok .and. self%remaining(t_end) > 0.0_wp)
-         call pace%look(outcome%events, most_events, self%time, t_end)
+         call look(pace, outcome%events, most_events, self%time, t_end)
          if (outcome%events >= most_events .or. pace%hurried >= most_hurried) outcome%status = status_event_limit
          if (outcome%status /= status_ok) exit
          call self%enter(t_end, outcome)
@@ -198,7 +196,7 @@ contains
 
    !> Look at the pace at `time`, s, after so many events, if it is time to.
    pure subroutine look(self, events, most_events, time, t_end)
-      class(pace_t), intent(inout) :: self
+      type(pace_t), intent(inout) :: self
       integer(i8), intent(in) :: events, most_events
       real(wp), intent(in) :: time, t_end
 

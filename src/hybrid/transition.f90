@@ -47,8 +47,6 @@ module razy_hybrid_transition
       logical, allocatable, private :: resting(:), let_go(:)
       !> Edges that were left (lower and upper, contacts).
       logical, allocatable, private :: left(:, :)
-      !> Guards: none is hit.
-      logical, allocatable, private :: none(:)
    contains
       procedure :: make_room
       procedure :: begin
@@ -76,10 +74,10 @@ contains
       call self%dynamics%make_room(system, sharpness)
       call self%guards%make_room(system)
       if (allocated(self%contact)) then
-         deallocate (self%contact, self%branch, self%next, self%before, self%resting, self%let_go, self%left, self%none, self%side)
+         deallocate (self%contact, self%branch, self%next, self%before, self%resting, self%let_go, self%left, self%side)
       end if
       allocate (self%contact(most_passed*n), self%branch(most_passed*n), self%next(n), self%before(n), source=0)
-      allocate (self%resting(n), self%let_go(n), self%left(2, n), self%none(8*n), source=.false.)
+      allocate (self%resting(n), self%let_go(n), self%left(2, n), source=.false.)
       allocate (self%side(2*n))
    end subroutine make_room
 
@@ -109,7 +107,7 @@ contains
          call self%guards%measure(system, 0.0_wp, z, .true.)
          call push_out(self, system, z)
          if (.not. self%found) return
-         call resolve(self, system, self%none, 0.0_wp, z)
+         call resolve(self, system, 0.0_wp, z)
          call follow_impacts(self, system, 0.0_wp, z)
          call choose_press(self, system, 0.0_wp, z)
       end associate
@@ -151,7 +149,7 @@ contains
          end associate
       end do
       if (any(hit(:self%guards%count) .and. self%guards%entry(:self%guards%count)%function /= of_press)) then
-         call resolve(self, system, hit, tau, z)
+         call resolve(self, system, tau, z, hit)
       else if (presses_change) then
          return
       end if
@@ -206,7 +204,7 @@ contains
       branch = self%branch
       changes = self%changes
       impacts = self%impacts
-      call resolve(self, system, self%none, tau, z)
+      call resolve(self, system, tau, z)
       self%contact = contact
       self%branch = branch
       self%changes = changes
@@ -214,18 +212,18 @@ contains
       call self%accumulation%confirm(system, self%dynamics%mode%branch)
    end subroutine follow_impacts
 
-   !> Impacts and the branches that follow at (tau, z), where the guards `hit` were left (none: make branches and state consistent).
-   subroutine resolve(self, system, hit, tau, z)
+   !> Impacts and the branches that follow at (tau, z), where the guards `hit` were left; without, branches and state are made
+   !> consistent.
+   subroutine resolve(self, system, tau, z, hit)
       type(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      logical, intent(in) :: hit(:)
       real(wp), intent(in) :: tau
       real(wp), intent(inout) :: z(:)
+      logical, intent(in), optional :: hit(:)
 
       integer :: j, round
 
       associate (dynamics => self%dynamics, guards => self%guards)
-         self%found = .true.
          self%before = dynamics%mode%branch
          self%next = dynamics%mode%branch
          self%resting = .false.
@@ -233,7 +231,9 @@ contains
          self%impacts = 0
          self%sides = 0
          call guards%measure(system, tau, z, .false.)
-         call take_hits(self, system, hit, tau, z)
+         self%left = .false.
+         if (present(hit)) call take_hits(self, system, hit, tau, z)
+         call dynamics%look_at_contacts(system, tau, z)
          self%changes = 0
          dynamics%mode%press = 0
          if (.not. system%constrained) then
@@ -276,9 +276,8 @@ contains
 
       integer :: i, j
 
-      self%left = .false.
-      associate (guards => self%guards, dynamics => self%dynamics)
-         if (any(hit(:guards%count))) call dynamics%keep_constraints(system, tau, z)
+      associate (guards => self%guards)
+         if (any(hit(:guards%count))) call self%dynamics%keep_constraints(system, tau, z)
          do i = 1, guards%count
             if (.not. hit(i) .or. guards%entry(i)%function == of_press) cycle
             j = guards%entry(i)%contact
@@ -298,7 +297,6 @@ contains
                end if
             end associate
          end do
-         call dynamics%look_at_contacts(system, tau, z)
       end associate
    end subroutine take_hits
 
