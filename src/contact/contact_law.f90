@@ -76,9 +76,14 @@ module razy_contact_contact_law
       !> F and its slopes with every jump smoothed: H(x) = 1/2 + atan(sharpness x)/pi, sign x = 2 atan(sharpness x)/pi
       !> (source thesis, (3.40)-(3.43)).
       procedure :: smoothed
+      !> The branch that follows at once where a bound has been crossed.
+      procedure :: branch_beyond
       !> Whether a closed branch has a bound besides that of s.
       procedure :: parts
    end type contact_law_t
+
+   !> Rounding of a constant of a switching function, and of its bound.
+   real(wp), parameter :: of_constant = 16*epsilon(1.0_wp)
 
 contains
 
@@ -179,6 +184,41 @@ contains
          damping = force
       end associate
    end subroutine smoothed
+
+   !> The branch that follows `branch` at once at s and s' with their rounding, as a switching function is beyond a bound, or on it
+   !> and about to cross; 0 if there is none. The rate of a function of s' needs s'', so it counts as none.
+   pure function branch_beyond(self, branch, s, rate, noise_s, noise_rate) result(next)
+      class(contact_law_t), intent(in) :: self
+      integer, intent(in) :: branch
+      real(wp), intent(in) :: s, rate, noise_s, noise_rate
+      integer :: next
+
+      real(wp) :: noise, slope, value
+      integer :: f
+
+      next = 0
+      do f = 1, self%functions
+         value = self%slope(1, f)*s + self%slope(2, f)*rate + self%constant(f)
+         slope = self%slope(1, f)*rate
+         if (abs(self%slope(2, f)) > 0.0_wp .or. abs(rate) <= noise_rate) slope = 0.0_wp
+         noise = abs(self%slope(1, f))*noise_s + abs(self%slope(2, f))*noise_rate + of_constant*abs(self%constant(f))
+         associate (guard => self%guard(f, branch))
+            if (guard%below /= 0 .and. beyond(value - guard%lower, slope, noise + of_constant*abs(guard%lower))) then
+               next = guard%below
+            else if (guard%above /= 0 .and. beyond(guard%upper - value, -slope, noise + of_constant*abs(guard%upper))) then
+               next = guard%above
+            end if
+         end associate
+         if (next /= 0) return
+      end do
+   end function branch_beyond
+
+   !> Whether g is below 0, or 0 and falling.
+   pure logical function beyond(g, rate, noise)
+      real(wp), intent(in) :: g, rate, noise
+
+      beyond = (g < -noise .and. .not. rate > 0.0_wp) .or. (g <= noise .and. rate < 0.0_wp)
+   end function beyond
 
    !> Whether a closed side has a bound besides that of s: it parts at zero force.
    pure function parts(self, branch)

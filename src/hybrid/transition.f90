@@ -9,7 +9,7 @@
 !!
 !! Where no contact impacts or holds a constraint, branches follow one another, and that is all.
 module razy_hybrid_transition
-   use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking, contact_law_t
+   use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking
    use razy_core_kinds, only: wp
    use razy_hybrid_accumulation, only: accumulation_t
    use razy_hybrid_active_sides, only: assume, choose, find_sides, side_t
@@ -57,8 +57,6 @@ module razy_hybrid_transition
 
    !> Branches that one contact may pass in no time, with the one that holds.
    integer, parameter :: most_passed = 9
-   !> Rounding of a constant of a switching function, and of its bound.
-   real(wp), parameter :: of_constant = 16*epsilon(1.0_wp)
 
 contains
 
@@ -398,8 +396,8 @@ contains
          do j = 1, size(self%next)
             associate (law => system%machine%contact(j)%law)
                if (law%impacts .or. law%constraint(branch_sticking)) cycle
-               branch = branch_beyond(law, self%next(j), self%dynamics%s(j), self%dynamics%rate(j), self%guards%on_s(j), &
-                                      self%guards%on_rate(j))
+               branch = law%branch_beyond(self%next(j), self%dynamics%s(j), self%dynamics%rate(j), self%guards%on_s(j), &
+                                          self%guards%on_rate(j))
             end associate
             if (branch == 0) cycle
             if (self%next(j) /= self%before(j)) call self%note(j, self%next(j))
@@ -409,41 +407,6 @@ contains
          if (.not. further) exit
       end do
    end subroutine pass_branches
-
-   !> The branch that follows `branch` at once at s and s' with their rounding, as a switching function is beyond a bound, or on it
-   !> and about to cross; 0 if there is none. The rate of a function of s' needs s'', so it counts as none.
-   pure function branch_beyond(law, branch, s, rate, noise_s, noise_rate) result(next)
-      class(contact_law_t), intent(in) :: law
-      integer, intent(in) :: branch
-      real(wp), intent(in) :: s, rate, noise_s, noise_rate
-      integer :: next
-
-      real(wp) :: noise, slope, value
-      integer :: f
-
-      next = 0
-      do f = 1, law%functions
-         value = law%slope(1, f)*s + law%slope(2, f)*rate + law%constant(f)
-         slope = law%slope(1, f)*rate
-         if (abs(law%slope(2, f)) > 0.0_wp .or. abs(rate) <= noise_rate) slope = 0.0_wp
-         noise = abs(law%slope(1, f))*noise_s + abs(law%slope(2, f))*noise_rate + of_constant*abs(law%constant(f))
-         associate (guard => law%guard(f, branch))
-            if (guard%below /= 0 .and. beyond(value - guard%lower, slope, noise + of_constant*abs(guard%lower))) then
-               next = guard%below
-            else if (guard%above /= 0 .and. beyond(guard%upper - value, -slope, noise + of_constant*abs(guard%upper))) then
-               next = guard%above
-            end if
-         end associate
-         if (next /= 0) return
-      end do
-   end function branch_beyond
-
-   !> Whether g is below 0, or 0 and falling.
-   pure logical function beyond(g, rate, noise)
-      real(wp), intent(in) :: g, rate, noise
-
-      beyond = (g < -noise .and. .not. rate > 0.0_wp) .or. (g <= noise .and. rate < 0.0_wp)
-   end function beyond
 
    !> The branches from what is certain and, for candidates, from problems of accelerations: one, and one more after each friction
    !> element that begins to slide with less than the force of sticking.
