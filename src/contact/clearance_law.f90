@@ -17,7 +17,6 @@
 module razy_contact_clearance_law
    use razy_contact_contact_law, only: branch_lower, branch_lower_parting, branch_open, branch_t, branch_upper, &
                                        branch_upper_parting, contact_law_t, with_pairs
-   use razy_contact_gap_branches, only: bound, gap_branch
    use razy_core_kinds, only: pi, wp
    implicit none(type, external)
    private
@@ -38,9 +37,6 @@ module razy_contact_clearance_law
    !> Switching functions: 1 is s, 2 and 3 the force of a side that parts at zero force.
    type, extends(contact_law_t) :: clearance_law_t
    contains
-      procedure :: initial_branch
-      procedure :: force
-      procedure :: slopes
       procedure :: smoothed
    end type clearance_law_t
 
@@ -96,54 +92,20 @@ contains
       parting = merge(branch_upper_parting, branch_lower_parting, direction > 0.0_wp)
       law%branch(closed) = branch_t(side%stiffness, side%damping, &
                                     direction*side%jump - (side%stiffness - law%branch(branch_open)%stiffness)*side%edge)
-      call bound(law%guard(1, branch_open), direction, side%edge, closed)
+      call law%guard(1, branch_open)%bound(direction, side%edge, closed)
       if (.not. part_at_zero_force .or. .not. side%damping > 0.0_wp) then
-         call bound(law%guard(1, closed), -direction, side%edge, branch_open)
+         call law%guard(1, closed)%bound(-direction, side%edge, branch_open)
          return
       end if
-      if (side%jump > 0.0_wp) call bound(law%guard(1, closed), -direction, side%edge, branch_open)
+      if (side%jump > 0.0_wp) call law%guard(1, closed)%bound(-direction, side%edge, branch_open)
       law%functions = law%functions + 1
       f = law%functions
       law%slope(:, f) = [side%stiffness, side%damping]
       law%constant(f) = law%branch(closed)%offset
-      call bound(law%guard(f, closed), -direction, 0.0_wp, parting)
-      call bound(law%guard(f, parting), direction, 0.0_wp, closed)
-      call bound(law%guard(1, parting), -direction, side%edge, branch_open)
+      call law%guard(f, closed)%bound(-direction, 0.0_wp, parting)
+      call law%guard(f, parting)%bound(direction, 0.0_wp, closed)
+      call law%guard(1, parting)%bound(-direction, side%edge, branch_open)
    end subroutine add_side
-
-   !> The branch in which a motion with `s` and its rate starts. On an edge the rate decides, then `open`.
-   pure function initial_branch(self, s, rate) result(branch)
-      class(clearance_law_t), intent(in) :: self
-      real(wp), intent(in) :: s, rate
-      integer :: branch
-
-      branch = gap_branch(self, s, rate)
-   end function initial_branch
-
-   !> F in a branch, N (N m).
-   pure function force(self, branch, s, rate, normal)
-      class(clearance_law_t), intent(in) :: self
-      integer, intent(in) :: branch
-      real(wp), intent(in) :: s, rate, normal
-      real(wp) :: force
-
-      associate (piece => self%branch(branch), unused => normal)
-         force = piece%stiffness*s + piece%damping*rate + piece%offset
-      end associate
-   end function force
-
-   !> dF/ds and dF/ds' in a branch.
-   pure subroutine slopes(self, branch, s, rate, normal, stiffness, damping)
-      class(clearance_law_t), intent(in) :: self
-      integer, intent(in) :: branch
-      real(wp), intent(in) :: s, rate, normal
-      real(wp), intent(out) :: stiffness, damping
-
-      associate (unused_1 => s, unused_2 => rate, unused_3 => normal)
-         stiffness = self%branch(branch)%stiffness
-         damping = self%branch(branch)%damping
-      end associate
-   end subroutine slopes
 
    !> The force within the clearance and what each side adds to it, switched on by a smoothed step of its penetration.
    pure subroutine smoothed(self, s, rate, normal, sharpness, force, stiffness, damping)

@@ -15,7 +15,6 @@
 module razy_contact_power_law
    use razy_contact_contact_law, only: branch_lower, branch_lower_parting, branch_open, branch_upper, branch_upper_parting, &
                                        contact_law_t
-   use razy_contact_gap_branches, only: bound, gap_branch
    use razy_core_kinds, only: pi, wp
    implicit none(type, external)
    private
@@ -40,7 +39,6 @@ module razy_contact_power_law
    type, extends(contact_law_t) :: power_law_t
       type(power_side_t) :: lower, upper
    contains
-      procedure :: initial_branch
       procedure :: force
       procedure :: slopes
       procedure :: smoothed
@@ -82,27 +80,18 @@ contains
 
       closed = merge(branch_upper, branch_lower, direction > 0.0_wp)
       parting = merge(branch_upper_parting, branch_lower_parting, direction > 0.0_wp)
-      call bound(law%guard(1, branch_open), direction, side%edge, closed)
+      call law%guard(1, branch_open)%bound(direction, side%edge, closed)
       ! The force vanishes at zero deformation as well, so both rules end the contact there.
-      call bound(law%guard(1, closed), -direction, side%edge, branch_open)
+      call law%guard(1, closed)%bound(-direction, side%edge, branch_open)
       if (.not. part_at_zero_force .or. .not. side%hysteresis > 0.0_wp) return
       law%functions = law%functions + 1
       f = law%functions
       law%slope(:, f) = [0.0_wp, 1.5_wp*side%hysteresis]
       law%constant(f) = direction
-      call bound(law%guard(f, closed), -direction, 0.0_wp, parting)
-      call bound(law%guard(f, parting), direction, 0.0_wp, closed)
-      call bound(law%guard(1, parting), -direction, side%edge, branch_open)
+      call law%guard(f, closed)%bound(-direction, 0.0_wp, parting)
+      call law%guard(f, parting)%bound(direction, 0.0_wp, closed)
+      call law%guard(1, parting)%bound(-direction, side%edge, branch_open)
    end subroutine add_side
-
-   !> The branch in which a motion with `s` and its rate starts.
-   pure function initial_branch(self, s, rate) result(branch)
-      class(power_law_t), intent(in) :: self
-      real(wp), intent(in) :: s, rate
-      integer :: branch
-
-      branch = gap_branch(self, s, rate)
-   end function initial_branch
 
    !> F in a branch, N (N m).
    pure function force(self, branch, s, rate, normal)

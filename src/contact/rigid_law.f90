@@ -6,7 +6,6 @@
 !! and a side whose force would pull gives over to the other.
 module razy_contact_rigid_law
    use razy_contact_contact_law, only: branch_lower, branch_open, branch_upper, contact_law_t
-   use razy_contact_gap_branches, only: bound
    use razy_core_kinds, only: wp
    implicit none(type, external)
    private
@@ -24,9 +23,6 @@ module razy_contact_rigid_law
    type, extends(contact_law_t) :: rigid_law_t
    contains
       procedure :: initial_branch
-      procedure :: force
-      procedure :: slopes
-      procedure :: smoothed
    end type rigid_law_t
 
 contains
@@ -44,19 +40,19 @@ contains
       law%slope(1, 1) = 1.0_wp
       if (upper%present) then
          law%constraint(branch_upper) = .true.
-         call bound(law%guard(1, branch_open), 1.0_wp, upper%edge, branch_upper)
-         call bound(law%force_guard(branch_upper), -1.0_wp, 0.0_wp, branch_open)
+         call law%guard(1, branch_open)%bound(1.0_wp, upper%edge, branch_upper)
+         call law%force_guard(branch_upper)%bound(-1.0_wp, 0.0_wp, branch_open)
       end if
       if (lower%present) then
          law%constraint(branch_lower) = .true.
-         call bound(law%guard(1, branch_open), -1.0_wp, lower%edge, branch_lower)
-         call bound(law%force_guard(branch_lower), 1.0_wp, 0.0_wp, branch_open)
+         call law%guard(1, branch_open)%bound(-1.0_wp, lower%edge, branch_lower)
+         call law%force_guard(branch_lower)%bound(1.0_wp, 0.0_wp, branch_open)
       end if
       if (.not. (lower%present .and. upper%present)) return
       if (upper%edge > lower%edge) return
       law%restitution = 0.0_wp
-      call bound(law%force_guard(branch_upper), -1.0_wp, 0.0_wp, branch_lower)
-      call bound(law%force_guard(branch_lower), 1.0_wp, 0.0_wp, branch_upper)
+      call law%force_guard(branch_upper)%bound(-1.0_wp, 0.0_wp, branch_lower)
+      call law%force_guard(branch_lower)%bound(1.0_wp, 0.0_wp, branch_upper)
    end function new_rigid_law
 
    !> The branch in which a motion with `s` and its rate starts: closed on (or beyond) an edge unless the rate leads away. With
@@ -72,44 +68,5 @@ contains
          if (edge%above /= 0 .and. s >= edge%upper .and. rate >= 0.0_wp) branch = edge%above
       end associate
    end function initial_branch
-
-   !> 0: open there is none, and closed it is a constraint force, which the integrator knows.
-   pure function force(self, branch, s, rate, normal)
-      class(rigid_law_t), intent(in) :: self
-      integer, intent(in) :: branch
-      real(wp), intent(in) :: s, rate, normal
-      real(wp) :: force
-
-      associate (u1 => self%impacts, u2 => branch, u3 => s, u4 => rate, u5 => normal)
-         force = 0.0_wp
-      end associate
-   end function force
-
-   !> 0 in every branch, as the force.
-   pure subroutine slopes(self, branch, s, rate, normal, stiffness, damping)
-      class(rigid_law_t), intent(in) :: self
-      integer, intent(in) :: branch
-      real(wp), intent(in) :: s, rate, normal
-      real(wp), intent(out) :: stiffness, damping
-
-      associate (u1 => self%impacts, u2 => branch, u3 => s, u4 => rate, u5 => normal)
-         stiffness = 0.0_wp
-         damping = 0.0_wp
-      end associate
-   end subroutine slopes
-
-   !> There is none (`smoothable` is false): not a number, so that it cannot be used unseen.
-   pure subroutine smoothed(self, s, rate, normal, sharpness, force, stiffness, damping)
-      use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-      class(rigid_law_t), intent(in) :: self
-      real(wp), intent(in) :: s, rate, normal, sharpness
-      real(wp), intent(out) :: force, stiffness, damping
-
-      associate (u1 => self%impacts, u2 => s, u3 => rate, u4 => normal, u5 => sharpness)
-         force = ieee_value(force, ieee_quiet_nan)
-         stiffness = force
-         damping = force
-      end associate
-   end subroutine smoothed
 
 end module razy_contact_rigid_law

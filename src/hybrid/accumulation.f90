@@ -15,6 +15,7 @@
 module razy_hybrid_accumulation
    use razy_contact_contact_law, only: branch_lower, branch_open
    use razy_core_kinds, only: wp
+   use razy_hybrid_active_sides, only: side_t
    use razy_hybrid_constraints, only: constraints_t, new_constraints
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_guards, only: guards_t
@@ -70,59 +71,59 @@ contains
       self%rest = self%rest - duration
    end subroutine pass
 
-   !> Follow the impacts, now, at `tau` of the piece and z, of the contacts `impacted`, whose gaps then open with `speed` in
-   !> `direction` of s, as do those of the contacts `thrown` up by them. If sequences end here, `gathered`, z is left without the
-   !> speeds of their gaps.
-   subroutine follow(self, system, dynamics, guards, impacted, thrown, speed, direction, tau, z, saltation, gathered)
+   !> Follow the impact, now, at `tau` of the piece and z, of the rigid sides that touched: those that are hit, and those that were
+   !> closed and are thrown up by it. If sequences end here, `gathered`, z is left without the speeds of their gaps.
+   subroutine follow(self, system, dynamics, guards, side, tau, z, saltation, gathered)
       class(accumulation_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
       type(guards_t), intent(in) :: guards
-      logical, intent(in) :: impacted(:), thrown(:)
-      real(wp), intent(in) :: speed(:), direction(:), tau
+      type(side_t), intent(in) :: side(:)
+      real(wp), intent(in) :: tau
       real(wp), intent(inout) :: z(:)
       type(saltation_t), intent(inout) :: saltation
       logical, intent(out) :: gathered
 
-      real(wp) :: a(system%m), pull, ways(size(impacted))
+      real(wp) :: a(system%m), pull
+      real(wp), allocatable :: ways(:)
       integer, allocatable :: list(:)
-      integer :: j, n
+      integer :: i, j, n
       logical :: low
 
-      allocate (list(0))
+      allocate (list(0), ways(0))
       call dynamics%accelerate(system, tau, z, a)
-      do j = 1, size(impacted)
-         if (.not. (impacted(j) .or. thrown(j))) cycle
-         pull = -direction(j)*dynamics%second_rate(system, j, a)
-         low = pull > 0.0_wp .and. speed(j)**2 <= 2*pull*16*guards%on_s(j)
+      do i = 1, size(side)
+         j = side(i)%contact
+         pull = -side(i)%direction*dynamics%second_rate(system, j, a)
+         low = pull > 0.0_wp .and. side(i)%after**2 <= 2*pull*16*guards%on_s(j)
          associate (restitution => system%machine%contact(j)%law%restitution)
-            if (impacted(j)) then
-               call take_up(self, j, speed(j))
+            if (side(i)%before < 0.0_wp) then
+               call take_up(self, j, side(i)%after)
                if (.not. ended(self, j, pull, low, alone(self, system, dynamics%mode%branch, j), restitution)) cycle
             else
-               if (.not. low) cycle
+               if (side(i)%before > 0.0_wp .or. .not. side(i)%after > 0.0_wp .or. .not. low) cycle
                self%ratio(j) = restitution
             end if
          end associate
          list = [list, j]
+         ways = [ways, side(i)%direction]
          self%whose(j) = .true.
          self%ends(j) = 0.0_wp
-         if (self%ratio(j) < 1.0_wp) self%ends(j) = 2*speed(j)/(pull*(1.0_wp - self%ratio(j)))
+         if (self%ratio(j) < 1.0_wp) self%ends(j) = 2*side(i)%after/(pull*(1.0_wp - self%ratio(j)))
          self%count(j) = 0
       end do
       gathered = size(list) > 0
       if (.not. gathered) return
       call dynamics%look_at_contacts(system, tau, z)
       n = size(list)
-      ways = direction
-      do j = 1, size(impacted)
+      do j = 1, size(dynamics%mode%branch)
          associate (branch => dynamics%mode%branch(j))
             if (any(list(:n) == j) .or. .not. system%machine%contact(j)%law%impacts .or. branch == branch_open) cycle
             list = [list, j]
-            ways(j) = merge(1.0_wp, -1.0_wp, branch == branch_lower)
+            ways = [ways, merge(1.0_wp, -1.0_wp, branch == branch_lower)]
          end associate
       end do
-      call take_out(system, dynamics, list, n, ways(list), self%ends(list), z(system%m + 1:), saltation)
+      call take_out(system, dynamics, list, n, ways, self%ends(list), z(system%m + 1:), saltation)
    end subroutine follow
 
    !> Take the speeds of the gaps of the contacts `list`, which open in `direction` of s, out of y' (m). The first `n` end their

@@ -20,14 +20,14 @@ module razy_hybrid_active_sides
    implicit none(type, external)
    private
 
-   public :: assume, choose, find_sides, side_t
+   public :: assume, choose, find_sides, set_up, side_t
 
    !> A side that touches: contact, branch when closed, direction of its gap in s, edge, speed of the gap before and after the
-   !> impact, whether it is still a candidate for a constraint, whether it was let go of as its force came to 0.
+   !> impact, whether it is a candidate for a constraint: it does not open, and was not let go of as its force came to 0.
    type :: side_t
       integer :: contact = 0, closed = 0
       real(wp) :: direction = 0.0_wp, edge = 0.0_wp, before = 0.0_wp, after = 0.0_wp
-      logical :: candidate = .false., released = .false.
+      logical :: candidate = .false.
    end type side_t
 
    !> Smaller accelerations, in parts of the largest term, are rounding.
@@ -36,12 +36,13 @@ module razy_hybrid_active_sides
 contains
 
    !> The first `count` of `side` (two a contact): all sides that were closed in `branch` (contacts), whose edge was `left` (lower
-   !> and upper one; 2, contacts), or whose gap is not above the rounding of s; speeds below the rounding of s' are 0.
-   subroutine find_sides(contact, s, rate, noise_s, noise_rate, branch, left, side, count)
+   !> and upper one; 2, contacts), or whose gap is not above the rounding of s; speeds below the rounding of s' are 0. Those that
+   !> were closed are no candidates if their contact was `let_go` (contacts).
+   subroutine find_sides(contact, s, rate, noise_s, noise_rate, branch, left, let_go, side, count)
       type(contact_t), intent(in) :: contact(:)
       real(wp), intent(in) :: s(:), rate(:), noise_s(:), noise_rate(:)
       integer, intent(in) :: branch(:)
-      logical, intent(in) :: left(:, :)
+      logical, intent(in) :: left(:, :), let_go(:)
       type(side_t), intent(inout) :: side(:)
       integer, intent(out) :: count
 
@@ -69,7 +70,7 @@ contains
          associate (found => side(count))
             if (abs(rate(j)) > noise_rate(j)) found%before = direction*rate(j)
             found%after = found%before
-            found%candidate = .not. found%before > 0.0_wp
+            found%candidate = .not. (found%before > 0.0_wp .or. (let_go(j) .and. branch(j) == closed))
          end associate
       end subroutine look_at_side
 
@@ -92,7 +93,7 @@ contains
          if (resting(i)) branch(i) = branch_sticking
       end do
       do i = size(side), 1, -1
-         if (.not. side(i)%candidate .or. side(i)%released) cycle
+         if (.not. side(i)%candidate) cycle
          candidates = candidates + 1
          branch(side(i)%contact) = side(i)%closed
       end do
@@ -115,15 +116,17 @@ contains
       integer, allocatable :: sides(:), tangent(:)
       type(impact_problem_t) :: problem
       type(impact_effort_t) :: effort
+      real(wp), allocatable :: d(:, :)
       real(wp) :: fastest, least
       integer :: i, k, n, outcome
 
       loose = 0
-
-      sides = pack([(i, i=1, size(side))], side%candidate .and. .not. side%released)
+      sides = pack([(i, i=1, size(side))], side%candidate)
       tangent = pack([(i, i=1, size(resting))], resting)
       n = size(sides)
-      call set_up(contact, w, side(sides), tangent, second_rate, normal, per_normal, problem)
+      call set_up(w, side(sides), tangent, d, problem)
+      problem%drift = [side(sides)%direction*second_rate(side(sides)%contact), second_rate(tangent)]
+      call press_friction(contact, w, d, side(sides), tangent, normal, per_normal, problem)
       allocate (forces(n + size(tangent)))
       call solve_impact(problem, forces, outcome, effort)
       found = outcome == impact_solved .or. outcome == impact_swept
@@ -171,27 +174,37 @@ contains
       end associate
    end function weakens
 
-   !> The problem of accelerations of the candidate sides and the tangential directions of the contacts `tangent`.
-   pure subroutine set_up(contact, w, side, tangent, second_rate, normal, per_normal, problem)
-      type(contact_t), intent(in) :: contact(:)
-      real(wp), intent(in) :: w(:, :), second_rate(:), normal(:), per_normal(:)
+   !> The directions `d` (m, sides and tangents) of sides and of the contacts `tangent`, and the problem of impulses or forces in
+   !> these with its Delassus matrix; what else it needs is for the caller to say, and 0.
+   pure subroutine set_up(w, side, tangent, d, problem)
+      real(wp), intent(in) :: w(:, :)
       type(side_t), intent(in) :: side(:)
       integer, intent(in) :: tangent(:)
+      real(wp), allocatable, intent(out) :: d(:, :)
       type(impact_problem_t), intent(out) :: problem
 
-      real(wp) :: d(size(w, 1), size(side) + size(tangent))
-      integer :: i, j, k, n
+      integer :: i
 
-      n = size(side)
-      do i = 1, n
-         d(:, i) = side(i)%direction*w(:, side(i)%contact)
+      d = w(:, [side%contact, tangent])
+      do i = 1, size(side)
+         d(:, i) = side(i)%direction*d(:, i)
       end do
-      d(:, n + 1:) = w(:, tangent)
       problem%delassus = matmul(transpose(d), d)
-      problem%drift = [side%direction*second_rate(side%contact), second_rate(tangent)]
-      allocate (problem%before(n), problem%restitution(n), source=0.0_wp)
-      allocate (problem%coefficient(size(tangent), n), problem%limit(size(tangent)))
-      do i = 1, n
+      allocate (problem%drift(size(d, 2)), problem%before(size(side)), problem%restitution(size(side)), source=0.0_wp)
+      allocate (problem%coefficient(size(tangent), size(side)), problem%limit(size(tangent)), source=0.0_wp)
+   end subroutine set_up
+
+   !> Add the friction that slides or sticks under the candidate sides to the problem of their accelerations.
+   pure subroutine press_friction(contact, w, d, side, tangent, normal, per_normal, problem)
+      type(contact_t), intent(in) :: contact(:)
+      real(wp), intent(in) :: w(:, :), d(:, :), normal(:), per_normal(:)
+      type(side_t), intent(in) :: side(:)
+      integer, intent(in) :: tangent(:)
+      type(impact_problem_t), intent(inout) :: problem
+
+      integer :: i, j, k
+
+      do i = 1, size(side)
          do j = 1, size(contact)
             if (contact(j)%normal_of /= side(i)%contact .or. .not. abs(per_normal(j)) > 0.0_wp) cycle
             problem%delassus(:, i) = problem%delassus(:, i) - per_normal(j)*matmul(w(:, j), d)
@@ -203,6 +216,6 @@ contains
             problem%coefficient(k, :) = merge(mu, 0.0_wp, side%contact == friction%normal_of)
          end associate
       end do
-   end subroutine set_up
+   end subroutine press_friction
 
 end module razy_hybrid_active_sides

@@ -5,15 +5,15 @@
 !! Times `tau` are s after the start of the piece, whose phases `begin` forms.
 module razy_hybrid_dynamics
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use razy_contact_contact_law, only: branch_open
+   use razy_contact_contact_law, only: branch_open, is_closed
    use razy_core_kinds, only: wp
    use razy_hybrid_excitation, only: excitation_t
-   use razy_hybrid_mode, only: affine, constrained, idle, mode_t, press_of, presses
+   use razy_hybrid_mode, only: affine, constrained, idle, mode_t, press_of
    use razy_hybrid_system, only: system_t
    implicit none(type, external)
    private
 
-   public :: dynamics_t
+   public :: accelerate_unconstrained, dynamics_t
 
    type :: dynamics_t
       type(mode_t) :: mode
@@ -26,7 +26,6 @@ module razy_hybrid_dynamics
       procedure :: make_room
       procedure :: look_at_contact
       procedure :: look_at_contacts
-      procedure :: free_acceleration
       procedure :: speed_gained
       procedure :: second_rate
       procedure :: accelerate
@@ -83,7 +82,7 @@ contains
 
    !> y'' (m) without any contact at z and the time looked at last.
    pure subroutine free_acceleration(self, system, z, a)
-      class(dynamics_t), intent(in) :: self
+      type(dynamics_t), intent(in) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: z(:)
       real(wp), intent(out) :: a(:)
@@ -146,11 +145,22 @@ contains
       real(wp), intent(in) :: tau, z(:)
       real(wp), intent(out) :: a(:)
 
+      call accelerate_unconstrained(self, system, tau, z, a)
+      if (self%mode%constraints%count > 0) call add_constraint_forces(self, system, a)
+   end subroutine accelerate
+
+   !> The same without the forces of constraints.
+   subroutine accelerate_unconstrained(self, system, tau, z, a)
+      type(dynamics_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: tau, z(:)
+      real(wp), intent(out) :: a(:)
+
       real(wp) :: unused_1, unused_2
       integer :: i, j, k
 
       call self%excitation%look(system%machine%tone, tau)
-      call self%free_acceleration(system, z, a)
+      call free_acceleration(self, system, z, a)
       self%force = 0.0_wp
       do k = 1, self%mode%acts
          j = self%mode%acting(k)
@@ -173,8 +183,7 @@ contains
             a(i) = a(i) - system%w(i, j)*self%force(j)
          end do
       end do
-      if (self%mode%constraints%count > 0) call add_constraint_forces(self, system, a)
-   end subroutine accelerate
+   end subroutine accelerate_unconstrained
 
    !> Add to a (m) the forces that keep the constraints, and the friction that they press.
    subroutine add_constraint_forces(self, system, a)
@@ -252,7 +261,7 @@ contains
          is = self%mode%in_play(system, j)
       else if (system%machine%contact(j)%only_with > 0) then
          associate (with => system%machine%contact(j)%only_with)
-            is = presses(system%machine%contact(with)%law%initial_branch(self%s(with), self%rate(with)))
+            is = is_closed(system%machine%contact(with)%law%initial_branch(self%s(with), self%rate(with)))
          end associate
       end if
    end function is_in_play

@@ -30,10 +30,9 @@ module razy_hybrid_flow
       type(switching_t), private :: switching
       !> Whether events are looked for; whether `advance` notes itself what they change, as where nothing jumps.
       logical :: finds_events = .true., notes_changes = .false.
-      !> Time of the motion, s (sum of both), state z = (y, y') (2m), and branches of the piece under way (contacts).
+      !> Time of the motion, s (sum of both), and state z = (y, y') (2m).
       real(wp) :: time = 0.0_wp, time_low = 0.0_wp
       real(wp), allocatable :: z(:)
-      integer, allocatable :: branch(:)
       !> Whether the motion has come to this mode, or has jumped, since the piece before; whether it has only just begun.
       logical :: anew = .true., starting = .true.
       !> Guards of the mode that are left at an event.
@@ -48,12 +47,13 @@ module razy_hybrid_flow
       procedure, non_overridable :: take
       procedure :: run
       procedure, non_overridable :: remaining
-      procedure :: branch_now
       procedure :: final_state
       procedure(enter_mode), deferred :: enter
       procedure(go_on), deferred :: advance
-      procedure(at_moment), deferred :: stand
-      procedure(end_run), deferred :: finish
+      !> The piece under way is this moment, with the state and the mode as they are now.
+      procedure(report), deferred :: stand
+      !> The run has ended: have the state in z, and add the flow's own counters.
+      procedure(report), deferred :: finish
       procedure(carry), deferred :: transport
    end type flow_t
 
@@ -79,14 +79,6 @@ module razy_hybrid_flow
          type(outcome_t), intent(inout) :: outcome
       end subroutine go_on
 
-      !> The piece under way is this moment, with the state and the mode as they are now.
-      subroutine at_moment(self, outcome)
-         import :: flow_t, outcome_t
-         implicit none(type, external)
-         class(flow_t), intent(inout) :: self
-         type(outcome_t), intent(inout) :: outcome
-      end subroutine at_moment
-
       !> Carry the tangents through the piece under way.
       subroutine carry(self)
          import :: flow_t
@@ -94,13 +86,12 @@ module razy_hybrid_flow
          class(flow_t), intent(inout) :: self
       end subroutine carry
 
-      !> The run has ended: have the state in z, and add the flow's own counters.
-      subroutine end_run(self, outcome)
+      subroutine report(self, outcome)
          import :: flow_t, outcome_t
          implicit none(type, external)
          class(flow_t), intent(inout) :: self
          type(outcome_t), intent(inout) :: outcome
-      end subroutine end_run
+      end subroutine report
    end interface
 
    real(wp), parameter :: eps = epsilon(1.0_wp)
@@ -125,8 +116,6 @@ module razy_hybrid_flow
       real(wp) :: time = 0.0_wp, took = 1.0e300_wp, first = 0.0_wp
       integer(i8) :: events = 0
       integer :: hurried = 0
-   contains
-      procedure :: look
    end type pace_t
 
 contains
@@ -167,7 +156,7 @@ contains
       call self%budget%begin()
       call begin(self, t_end, piece, observers, outcome)
       do while (outcome%status == status_ok .and. self%remaining(t_end) > 0.0_wp)
-         call pace%look(outcome%events, most_events, self%time, t_end)
+         call look(pace, outcome%events, most_events, self%time, t_end)
          if (outcome%events >= most_events .or. pace%hurried >= most_hurried) outcome%status = status_event_limit
          if (outcome%status /= status_ok) exit
          call self%enter(t_end, outcome)
@@ -207,7 +196,7 @@ contains
 
    !> Look at the pace at `time`, s, after so many events, if it is time to.
    pure subroutine look(self, events, most_events, time, t_end)
-      class(pace_t), intent(inout) :: self
+      type(pace_t), intent(inout) :: self
       integer(i8), intent(in) :: events, most_events
       real(wp), intent(in) :: time, t_end
 
@@ -330,20 +319,14 @@ contains
       integer, intent(in) :: ending
       real(wp), intent(in) :: duration
 
-      logical :: none(size(self%hit))
+      logical :: hit(size(self%hit))
 
       call self%transport()
+      hit = self%hit .and. ending == ends_in_event
       associate (transition => self%transition)
          call transition%dynamics%mode%enter(self%system)
-         if (ending == ends_in_event) then
-            if (.not. self%system%constrained) call transition%guards%list(self%system, transition%dynamics%mode)
-            call transition%saltation%arrive(self%system, transition%dynamics, transition%guards, self%hit, duration, self%z, &
-                                             self%tangent)
-         else
-            none = .false.
-            call transition%saltation%arrive(self%system, transition%dynamics, transition%guards, none, duration, self%z, &
-                                             self%tangent)
-         end if
+         if (any(hit) .and. .not. self%system%constrained) call transition%guards%list(self%system, transition%dynamics%mode)
+         call transition%saltation%arrive(self%system, transition%dynamics, transition%guards, hit, duration, self%z, self%tangent)
       end associate
    end subroutine arrive
 
@@ -392,15 +375,6 @@ contains
 
       time = (t_end - self%time) - self%time_low
    end function remaining
-
-   !> Branch of contact j.
-   pure function branch_now(self, j) result(branch)
-      class(flow_t), intent(in) :: self
-      integer, intent(in) :: j
-      integer :: branch
-
-      branch = self%branch(j)
-   end function branch_now
 
    !> Displacements and velocities (n each) that the last run ended with; needs a machine prepared with `keep_all`.
    subroutine final_state(self, displacement, velocity)

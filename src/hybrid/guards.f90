@@ -41,17 +41,15 @@ module razy_hybrid_guards
       !> Largest angular frequency that the guards feel at once, whatever the motion is, rad/s: of errors of s, and of loads where
       !> there is a constraint force among them.
       real(wp) :: fastest = 0.0_wp
-      !> Size of the terms of s and s' seen in this motion (contacts), lengths of the contact directions (contacts).
-      real(wp), allocatable :: size_s(:), size_rate(:), reach(:)
-      real(wp), private :: fastest_error = 0.0_wp, fastest_tone = 0.0_wp, of_time = 0.0_wp
+      !> Size of the terms of s and s' seen in this motion, their rounding, lengths of the contact directions (contacts each).
+      real(wp), allocatable :: size_s(:), size_rate(:), on_s(:), on_rate(:), reach(:)
+      real(wp), private :: fastest_error = 0.0_wp
       real(wp), allocatable, private :: a(:), moved(:)
    contains
       procedure :: make_room
       procedure :: list
       procedure :: measure
       procedure :: look
-      procedure :: on_s
-      procedure :: on_rate
    end type guards_t
 
    !> Rounding of a sum in units of its largest term, and of a constraint force.
@@ -185,16 +183,17 @@ contains
       integer :: contacts, j
 
       contacts = size(system%machine%contact)
-      if (allocated(self%entry)) deallocate (self%entry, self%noise, self%size_s, self%size_rate, self%a, self%moved)
+      if (allocated(self%entry)) deallocate (self%entry, self%noise, self%size_s, self%size_rate, self%on_s, self%on_rate, &
+                                             self%a, self%moved)
       allocate (self%entry(8*contacts))
-      allocate (self%noise(8*contacts), self%size_s(contacts), self%size_rate(contacts), source=0.0_wp)
+      allocate (self%noise(8*contacts), source=0.0_wp)
+      allocate (self%size_s(contacts), self%size_rate(contacts), self%on_s(contacts), self%on_rate(contacts), source=0.0_wp)
       allocate (self%a(system%m), self%moved(2*system%m), source=0.0_wp)
       self%reach = norm2(system%w, dim=1)
       self%fastest_error = 0.0_wp
       do j = 1, contacts
          self%fastest_error = max(self%fastest_error, maxval([0.0_wp, system%omega], [.true., abs(system%gap(j)%error) > 0.0_wp]))
       end do
-      self%fastest_tone = system%fastest
       self%count = 0
    end subroutine make_room
 
@@ -204,18 +203,12 @@ contains
       type(system_t), intent(in) :: system
       type(mode_t), intent(in) :: mode
 
-      integer :: i
-
       call list_guards(system, mode, self%entry, self%count)
-      self%forced = .false.
-      self%accelerated = .false.
-      do i = 1, self%count
-         associate (guard => self%entry(i))
-            self%forced = self%forced .or. guard%function == of_force
-            self%accelerated = self%accelerated .or. guard%function <= 0 .or. abs(guard%beta) > 0.0_wp
-         end associate
-      end do
-      self%fastest = merge(self%fastest_tone, self%fastest_error, self%forced)
+      associate (guard => self%entry(:self%count))
+         self%forced = any(guard%function == of_force)
+         self%accelerated = any(guard%function <= 0 .or. abs(guard%beta) > 0.0_wp)
+      end associate
+      self%fastest = merge(system%fastest, self%fastest_error, self%forced)
    end subroutine list
 
    !> Take up the size of the terms at z, and the rounding of the time `tau` there; `anew` forgets those seen before.
@@ -228,7 +221,6 @@ contains
       real(wp) :: length, rate, s, speed
       integer :: i, j
 
-      self%of_time = 4*epsilon(1.0_wp)*abs(tau)
       ! What is rounding in one coordinate reaches all others through the matrices.
       length = norm2(z(:system%m))
       speed = norm2(z(system%m + 1:))
@@ -241,6 +233,8 @@ contains
          if (.not. anew) rate = max(rate, self%size_rate(j))
          self%size_s(j) = s
          self%size_rate(j) = rate
+         self%on_s(j) = rounding*s + 4*epsilon(1.0_wp)*abs(tau)*rate
+         self%on_rate(j) = rounding*rate
       end do
       do i = 1, self%count
          associate (guard => self%entry(i))
@@ -249,23 +243,6 @@ contains
          end associate
       end do
    end subroutine measure
-
-   !> Rounding of s and of s' of contact j.
-   pure function on_s(self, j) result(noise)
-      class(guards_t), intent(in) :: self
-      integer, intent(in) :: j
-      real(wp) :: noise
-
-      noise = rounding*self%size_s(j) + self%of_time*self%size_rate(j)
-   end function on_s
-
-   pure function on_rate(self, j) result(noise)
-      class(guards_t), intent(in) :: self
-      integer, intent(in) :: j
-      real(wp) :: noise
-
-      noise = rounding*self%size_rate(j)
-   end function on_rate
 
    !> g and g' (count each) at (tau, z) of `dynamics`, which is in the mode.
    subroutine look(self, system, dynamics, tau, z, g, rate)
@@ -294,7 +271,11 @@ contains
             case (of_force)
                g(i) = of_constraint(self%entry(i), dynamics)
                rate(i) = (rate(i) - g(i))/self%delta
-               self%noise(i) = noise_of_force(i)
+               associate (guard => self%entry(i), j => self%entry(i)%contact, noise => self%noise(i))
+                  noise = abs(dynamics%force(j)) + norm2(self%a)/norm2(system%w(:, j))
+                  if (guard%of_normal) noise = noise + abs(guard%bound*dynamics%normal(j))
+                  noise = rounding_of_force*noise
+               end associate
             case (of_press)
                call look_at_press(self, system, dynamics, self%entry(i)%contact, g(i), rate(i), self%noise(i))
             case default
@@ -307,20 +288,6 @@ contains
             end select
          end do
       end associate
-
-   contains
-
-      pure function noise_of_force(i) result(noise)
-         integer, intent(in) :: i
-         real(wp) :: noise
-
-         associate (guard => self%entry(i), j => self%entry(i)%contact)
-            noise = abs(dynamics%force(j)) + norm2(self%a)/norm2(system%w(:, j))
-            if (guard%of_normal) noise = noise + abs(guard%bound*dynamics%normal(j))
-            noise = rounding_of_force*noise
-         end associate
-      end function noise_of_force
-
    end subroutine look
 
    pure function of_constraint(guard, dynamics) result(g)

@@ -6,9 +6,10 @@
 module razy_hybrid_impact
    use razy_contact_contact_law, only: branch_forward, branch_sticking
    use razy_core_kinds, only: wp
-   use razy_hybrid_active_sides, only: side_t
+   use razy_hybrid_active_sides, only: set_up, side_t
    use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept, solve_impact
    use razy_linalg_complementarity_impact, only: impact_problem_t, impulse_bound
+   use razy_linalg_dense, only: identity
    use razy_linalg_lapack, only: dgetrf, dgetrs
    use razy_machine_machine, only: contact_t
    implicit none(type, external)
@@ -32,61 +33,50 @@ module razy_hybrid_impact
 contains
 
    !> Speeds `after` of the sides, and the change of y' (m), for the directions `w` (m, contacts) and s' before, `rate`
-   !> (contacts), with its rounding. Not `found`: no impulses obey the laws. With `derivative`, that of the change.
+   !> (contacts), with its rounding. Not `found`: no impulses obey the laws. With `derivative`, that of the change; the actual
+   !> argument may be unallocated.
    subroutine strike(contact, w, rate, noise_rate, side, change, found, derivative)
       type(contact_t), intent(in) :: contact(:)
       real(wp), intent(in) :: w(:, :), rate(:), noise_rate(:)
       type(side_t), intent(inout) :: side(:)
       real(wp), intent(out) :: change(:)
       logical, intent(out) :: found
-      type(impact_derivative_t), intent(out), optional :: derivative
+      type(impact_derivative_t), intent(inout), optional :: derivative
 
       type(impact_problem_t) :: problem
       type(impact_effort_t) :: effort
-      integer :: friction(size(contact)), i, k, m, n, outcome
-      real(wp) :: d(size(w, 1), size(side) + size(contact)), impulse(size(side) + size(contact))
+      real(wp), allocatable :: d(:, :), impulse(:)
+      integer, allocatable :: friction(:)
+      integer :: i, k, outcome
 
-      n = size(side)
-      m = 0
-      do i = 1, size(contact)
-         if (.not. contact(i)%law%constraint(branch_sticking)) cycle
-         if (.not. any(side%contact == contact(i)%normal_of)) cycle
-         m = m + 1
-         friction(m) = i
-         d(:, n + m) = w(:, i)
-      end do
-      do i = 1, n
-         d(:, i) = side(i)%direction*w(:, side(i)%contact)
-      end do
-      problem%delassus = matmul(transpose(d(:, :n + m)), d(:, :n + m))
+      friction = pack([(i, i=1, size(contact))], [(contact(i)%law%constraint(branch_sticking) .and. &
+                                                   any(side%contact == contact(i)%normal_of), i=1, size(contact))])
+      call set_up(w, side, friction, d, problem)
       problem%before = side%before
-      problem%drift = [side%before, rate(friction(:m))]
-      allocate (problem%restitution(n), problem%coefficient(m, n), problem%limit(m))
-      problem%limit = 0.0_wp
-      do i = 1, n
+      problem%drift = [side%before, rate(friction)]
+      do i = 1, size(side)
          problem%restitution(i) = contact(side(i)%contact)%law%restitution
-         do k = 1, m
-            problem%coefficient(k, i) = 0.0_wp
+         do k = 1, size(friction)
             if (contact(friction(k))%normal_of /= side(i)%contact) cycle
             problem%coefficient(k, i) = coefficient(contact(friction(k)), rate(friction(k)), noise_rate(friction(k)))
          end do
       end do
-      call solve_impact(problem, impulse(:n + m), outcome, effort)
+      allocate (impulse(size(d, 2)))
+      call solve_impact(problem, impulse, outcome, effort)
       change = 0.0_wp
       found = outcome == impact_solved .or. outcome == impact_swept
       if (.not. found) return
-      change = matmul(d(:, :n + m), impulse(:n + m))
-      do i = 1, n
-         side(i)%after = side(i)%before + dot_product(problem%delassus(i, :), impulse(:n + m))
+      change = matmul(d, impulse)
+      do i = 1, size(side)
+         side(i)%after = side(i)%before + dot_product(problem%delassus(i, :), impulse)
          if (abs(side(i)%after) <= noise_rate(side(i)%contact)) side(i)%after = 0.0_wp
          side(i)%candidate = .not. side(i)%after > 0.0_wp
-         side(i)%released = .false.
       end do
       if (.not. present(derivative)) return
-      derivative%contact = [side%contact, friction(:m)]
-      derivative%sign = [side%direction, (1.0_wp, k=1, m)]
-      derivative%direction = d(:, :n + m)
-      call differentiate(problem, impulse(:n + m), derivative)
+      derivative%contact = [side%contact, friction]
+      derivative%sign = [side%direction, (1.0_wp, k=1, size(friction))]
+      derivative%direction = d
+      call differentiate(problem, impulse, derivative)
    end subroutine strike
 
    !> D dλ/du with the sides that have an impulse, and the friction that sticks, as they are; the coefficients of friction do not
@@ -100,23 +90,19 @@ contains
       integer :: i, info, n, pivot(size(impulse))
 
       n = size(problem%before)
-      left = 0.0_wp
+      left = identity(size(impulse))
       right = 0.0_wp
       do i = 1, size(impulse)
          if (i <= n) then
-            if (impulse(i) > 0.0_wp) then
-               ! u⁺ + ε u⁻ = 0
-               left(i, :) = problem%delassus(i, :)
-               right(i, i) = -(1.0_wp + problem%restitution(i))
-            else
-               left(i, i) = 1.0_wp
-            end if
+            if (.not. impulse(i) > 0.0_wp) cycle
+            ! u⁺ + ε u⁻ = 0
+            left(i, :) = problem%delassus(i, :)
+            right(i, i) = -(1.0_wp + problem%restitution(i))
          else if (abs(impulse(i)) < (1.0_wp - sticking)*impulse_bound(problem, i - n, impulse)) then
             left(i, :) = problem%delassus(i, :)
             right(i, i) = -1.0_wp
          else
-            left(i, i) = 1.0_wp
-            left(i, :n) = left(i, :n) - sign(1.0_wp, impulse(i))*problem%coefficient(i - n, :)
+            left(i, :n) = -sign(1.0_wp, impulse(i))*problem%coefficient(i - n, :)
          end if
       end do
       call dgetrf(size(impulse), size(impulse), left, size(impulse), pivot, info)
@@ -146,22 +132,16 @@ contains
 
       type(impact_problem_t) :: problem
       type(impact_effort_t) :: effort
-      real(wp) :: d(size(w, 1), size(side)), shift(size(side))
-      integer :: i, n, outcome
+      real(wp), allocatable :: d(:, :)
+      real(wp) :: shift(size(side))
+      integer :: outcome
 
-      n = size(side)
       change = 0.0_wp
       found = .true.
-      moved = .false.
-      allocate (problem%coefficient(0, n), problem%limit(0), problem%drift(n))
-      allocate (problem%before(n), problem%restitution(n), source=0.0_wp)
-      do i = 1, n
-         d(:, i) = side(i)%direction*w(:, side(i)%contact)
-         problem%drift(i) = side(i)%direction*(s(side(i)%contact) - side(i)%edge)
-         moved = moved .or. problem%drift(i) < -noise_s(side(i)%contact)
-      end do
+      call set_up(w, side, [integer ::], d, problem)
+      problem%drift = side%direction*(s(side%contact) - side%edge)
+      moved = any(problem%drift < -noise_s(side%contact))
       if (.not. moved) return
-      problem%delassus = matmul(transpose(d), d)
       call solve_impact(problem, shift, outcome, effort)
       found = outcome == impact_solved .or. outcome == impact_swept
       if (found) change = matmul(d, shift)

@@ -7,7 +7,7 @@
 !!
 !!     K + Σ_j w_j a_jᵀ,  B + Σ_j w_j b_jᵀ   with   F_j = a_j·y + b_j·y' + c_j + Re(Σ e_jt E_t).
 module razy_hybrid_mode
-   use razy_contact_contact_law, only: branch_lower_parting, branch_open, branch_upper_parting, plain_branch
+   use razy_contact_contact_law, only: branch_open, is_closed, plain_branch
    use razy_core_kinds, only: wp
    use razy_hybrid_constraints, only: constraints_t, new_constraints
    use razy_hybrid_linear_form, only: linear_form_t, zero_form
@@ -15,7 +15,7 @@ module razy_hybrid_mode
    implicit none(type, external)
    private
 
-   public :: affine, constrained, idle, lawful, mode_t, presses, press_of
+   public :: affine, constrained, idle, lawful, mode_t, press_of
 
    !> What a contact does in a mode: nothing, an affine force, the law's force, a constraint force.
    integer, parameter :: idle = 0, affine = 1, lawful = 2, constrained = 3
@@ -119,16 +119,8 @@ contains
       end associate
    end function task_of
 
-   !> Whether a contact in this branch presses friction that goes with it: not while it is open or parting.
-   elemental function presses(branch)
-      integer, intent(in) :: branch
-      logical :: presses
-
-      presses = all(plain_branch(branch) /= [branch_open, branch_upper_parting, branch_lower_parting])
-   end function presses
-
-   !> Whether friction element j can have a normal force: the contact that it goes with presses, and one that gives it, if there is
-   !> no constant one.
+   !> Whether friction element j can have a normal force: the contact that it goes with is closed, and so is the one that gives it,
+   !> if there is no constant one.
    pure function in_play(self, system, j) result(is)
       class(mode_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -137,8 +129,8 @@ contains
 
       is = .true.
       associate (friction => system%machine%contact(j))
-         if (friction%only_with > 0) is = presses(self%branch(friction%only_with))
-         if (is .and. friction%normal_of > 0 .and. .not. friction%normal > 0.0_wp) is = presses(self%branch(friction%normal_of))
+         if (friction%only_with > 0) is = is_closed(self%branch(friction%only_with))
+         if (is .and. friction%normal_of > 0 .and. .not. friction%normal > 0.0_wp) is = is_closed(self%branch(friction%normal_of))
       end associate
    end function in_play
 

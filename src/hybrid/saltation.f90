@@ -16,6 +16,7 @@ module razy_hybrid_saltation
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_guards, only: guards_t, of_force, of_press
    use razy_hybrid_system, only: system_t
+   use razy_linalg_dense, only: identity
    implicit none(type, external)
    private
 
@@ -46,13 +47,8 @@ contains
       class(saltation_t), intent(inout) :: self
       integer, intent(in) :: m
 
-      integer :: i
-
-      if (allocated(self%by_state)) deallocate (self%by_state, self%by_time)
-      allocate (self%by_state(2*m, 2*m), self%by_time(2*m), source=0.0_wp)
-      do i = 1, 2*m
-         self%by_state(i, i) = 1.0_wp
-      end do
+      self%by_state = identity(2*m)
+      self%by_time = spread(0.0_wp, 1, 2*m)
    end subroutine begin
 
    !> Velocities y' jump by D λ(u), u = Dᵀ y' + ė: `effect` (m, directions) is D dλ/du, `direction` (m, directions) D, and
@@ -91,17 +87,18 @@ contains
       real(wp), intent(in) :: tau, z(:), tangent(:, :)
 
       real(wp), dimension(guards%count) :: g, rate
+      logical :: moving(guards%count)
       real(wp) :: field(2*system%m)
       integer :: c, i
 
       call self%begin(system%m)
-      if (allocated(self%delay)) deallocate (self%delay)
-      allocate (self%delay(size(tangent, 2)), source=0.0_wp)
+      self%delay = spread(0.0_wp, 1, size(tangent, 2))
       self%moved = tangent
       ! Where friction's pressing force goes through zero the field is continuous, and the event moves nothing.
-      i = findloc(hit(:guards%count) .and. guards%entry(:guards%count)%function /= of_press, .true., 1)
+      moving = hit(:guards%count) .and. guards%entry(:guards%count)%function /= of_press
+      i = findloc(moving, .true., 1)
       if (i == 0) return
-      if (count(hit(:guards%count) .and. guards%entry(:guards%count)%function /= of_press) > 1) self%defined = .false.
+      if (count(moving) > 1) self%defined = .false.
       call field_of(system, dynamics, tau, z, field)
       call guards%look(system, dynamics, tau, z, g, rate)
       if (guards%entry(i)%function == of_force) rate(i) = rate_of_force(system, dynamics, guards, i, tau, z, field)

@@ -92,7 +92,12 @@ contains
          self%gap(j) = self%contact_form(j, 1.0_wp, 0.0_wp, 0.0_wp)
       end do
       do j = 1, size(self%observed)
-         self%observed(j) = observed_form(self, j)
+         associate (observable => machine%observable(j), project => self%coupled%project)
+            self%observed(j) = zero_form(self%m, size(self%omega))
+            if (observable%kind == observe_contact_force) cycle
+            self%observed(j) = new_form(matmul(project, observable%on_displacement), matmul(project, observable%on_velocity), &
+                                        observable%constant, observable%error)
+         end associate
       end do
    end subroutine take
 
@@ -108,22 +113,6 @@ contains
                          alpha*contact%error + beta*rate_of(self%machine%tone, contact%error))
       end associate
    end function contact_form
-
-   !> A linear observable.
-   pure function observed_form(self, i) result(form)
-      type(system_t), intent(in) :: self
-      integer, intent(in) :: i
-      type(linear_form_t) :: form
-
-      associate (observable => self%machine%observable(i))
-         if (observable%kind == observe_contact_force) then
-            form = zero_form(self%m, size(self%omega))
-         else
-            form = new_form(matmul(self%coupled%project, observable%on_displacement), &
-                            matmul(self%coupled%project, observable%on_velocity), observable%constant, observable%error)
-         end if
-      end associate
-   end function observed_form
 
    !> z (2m) at the time 0.
    pure function first_state(self) result(z)

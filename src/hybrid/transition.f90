@@ -9,13 +9,14 @@
 !!
 !! Where no contact impacts or holds a constraint, branches follow one another, and that is all.
 module razy_hybrid_transition
-   use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking, contact_law_t
+   use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking
    use razy_core_kinds, only: wp
    use razy_hybrid_accumulation, only: accumulation_t
    use razy_hybrid_active_sides, only: assume, choose, find_sides, side_t
-   use razy_hybrid_dynamics, only: dynamics_t
+   use razy_hybrid_dynamics, only: accelerate_unconstrained, dynamics_t
    use razy_hybrid_guards, only: guards_t, may_pull, of_force, of_press
    use razy_hybrid_impact, only: impact_derivative_t, push_apart, strike
+   use razy_hybrid_mode, only: lawful
    use razy_hybrid_saltation, only: saltation_t
    use razy_hybrid_system, only: system_t
    implicit none(type, external)
@@ -38,10 +39,6 @@ module razy_hybrid_transition
       integer, allocatable :: contact(:), branch(:)
       !> Impacts, and ends of accumulations.
       integer :: impacts = 0, landed = 0
-      !> Contacts that had an impact, those that were closed and are thrown up by one, and the speeds of their gaps after it with
-      !> their directions in s (contacts).
-      logical, allocatable, private :: impacted(:), thrown(:)
-      real(wp), allocatable, private :: speed(:), direction(:)
       !> Rigid sides that touch (the first `sides`).
       integer, private :: sides = 0
       type(side_t), allocatable, private :: side(:)
@@ -50,10 +47,6 @@ module razy_hybrid_transition
       logical, allocatable, private :: resting(:), let_go(:)
       !> Edges that were left (lower and upper, contacts).
       logical, allocatable, private :: left(:, :)
-      !> Rounding of s and s' (contacts each).
-      real(wp), allocatable, private :: noise_s(:), noise_rate(:)
-      !> Guards: none is hit.
-      logical, allocatable, private :: none(:)
    contains
       procedure :: make_room
       procedure :: begin
@@ -64,8 +57,6 @@ module razy_hybrid_transition
 
    !> Branches that one contact may pass in no time, with the one that holds.
    integer, parameter :: most_passed = 9
-   !> Rounding of a constant of a switching function, and of its bound.
-   real(wp), parameter :: of_constant = 16*epsilon(1.0_wp)
    !> Of a direction, what is held leaves at least this part, or it is held itself.
    real(wp), parameter :: shortest_reach = 1.0e-11_wp
 
@@ -83,12 +74,10 @@ contains
       call self%dynamics%make_room(system, sharpness)
       call self%guards%make_room(system)
       if (allocated(self%contact)) then
-         deallocate (self%contact, self%branch, self%next, self%before, self%impacted, self%thrown, self%resting, &
-                     self%let_go, self%left, self%none, self%speed, self%direction, self%noise_s, self%noise_rate, self%side)
+         deallocate (self%contact, self%branch, self%next, self%before, self%resting, self%let_go, self%left, self%side)
       end if
       allocate (self%contact(most_passed*n), self%branch(most_passed*n), self%next(n), self%before(n), source=0)
-      allocate (self%impacted(n), self%thrown(n), self%resting(n), self%let_go(n), self%left(2, n), self%none(8*n), source=.false.)
-      allocate (self%speed(n), self%direction(n), self%noise_s(n), self%noise_rate(n), source=0.0_wp)
+      allocate (self%resting(n), self%let_go(n), self%left(2, n), source=.false.)
       allocate (self%side(2*n))
    end subroutine make_room
 
@@ -118,7 +107,7 @@ contains
          call self%guards%measure(system, 0.0_wp, z, .true.)
          call push_out(self, system, z)
          if (.not. self%found) return
-         call resolve(self, system, self%none, 0.0_wp, z)
+         call resolve(self, system, 0.0_wp, z)
          call follow_impacts(self, system, 0.0_wp, z)
          call choose_press(self, system, 0.0_wp, z)
       end associate
@@ -160,7 +149,7 @@ contains
          end associate
       end do
       if (any(hit(:self%guards%count) .and. self%guards%entry(:self%guards%count)%function /= of_press)) then
-         call resolve(self, system, hit, tau, z)
+         call resolve(self, system, tau, z, hit)
       else if (presses_change) then
          return
       end if
@@ -184,8 +173,6 @@ contains
       self%changes = 0
       self%impacts = 0
       self%landed = 0
-      self%impacted = .false.
-      self%thrown = .false.
    end subroutine clear
 
    !> Add a change to the list.
@@ -211,14 +198,13 @@ contains
       logical :: gathered
 
       if (.not. self%found .or. self%impacts == 0) return
-      call self%accumulation%follow(system, self%dynamics, self%guards, self%impacted, self%thrown, self%speed, &
-                                    self%direction, tau, z, self%saltation, gathered)
+      call self%accumulation%follow(system, self%dynamics, self%guards, self%side(:self%sides), tau, z, self%saltation, gathered)
       if (.not. gathered) return
       contact = self%contact
       branch = self%branch
       changes = self%changes
       impacts = self%impacts
-      call resolve(self, system, self%none, tau, z)
+      call resolve(self, system, tau, z)
       self%contact = contact
       self%branch = branch
       self%changes = changes
@@ -226,38 +212,35 @@ contains
       call self%accumulation%confirm(system, self%dynamics%mode%branch)
    end subroutine follow_impacts
 
-   !> Impacts and the branches that follow at (tau, z), where the guards `hit` were left (none: make branches and state consistent).
-   subroutine resolve(self, system, hit, tau, z)
+   !> Impacts and the branches that follow at (tau, z), where the guards `hit` were left; without, branches and state are made
+   !> consistent.
+   subroutine resolve(self, system, tau, z, hit)
       type(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      logical, intent(in) :: hit(:)
       real(wp), intent(in) :: tau
       real(wp), intent(inout) :: z(:)
+      logical, intent(in), optional :: hit(:)
 
       integer :: j, round
 
       associate (dynamics => self%dynamics, guards => self%guards)
-         self%found = .true.
          self%before = dynamics%mode%branch
          self%next = dynamics%mode%branch
          self%resting = .false.
          self%let_go = .false.
-         self%impacted = .false.
-         self%thrown = .false.
          self%impacts = 0
+         self%sides = 0
          call guards%measure(system, tau, z, .false.)
-         call take_hits(self, system, hit, tau, z)
-         do j = 1, size(self%next)
-            self%noise_s(j) = guards%on_s(j)
-            self%noise_rate(j) = guards%on_rate(j)
-         end do
+         self%left = .false.
+         if (present(hit)) call take_hits(self, system, hit, tau, z)
+         call dynamics%look_at_contacts(system, tau, z)
          self%changes = 0
          dynamics%mode%press = 0
          if (.not. system%constrained) then
             call pass_branches(self, system)
             dynamics%mode%branch = self%next
          else
-            call take_sides(self, system)
+            call touch(self, system)
             if (any(self%side(:self%sides)%before < 0.0_wp)) call take_impact(self, system, z)
             if (.not. self%found) return
             call dynamics%look_at_contacts(system, tau, z)
@@ -274,11 +257,13 @@ contains
                if (.not. let_go_of(self, system, tau, z)) exit
             end do
          end if
-         do j = 1, size(self%next)
-            if (dynamics%mode%branch(j) == self%before(j) .and. .not. self%impacted(j) &
-                .and. .not. any(self%contact(:self%changes) == j)) cycle
-            call self%note(j, dynamics%mode%branch(j))
-         end do
+         associate (side => self%side(:self%sides))
+            do j = 1, size(self%next)
+               if (dynamics%mode%branch(j) == self%before(j) .and. .not. any(side%contact == j .and. side%before < 0.0_wp) &
+                   .and. .not. any(self%contact(:self%changes) == j)) cycle
+               call self%note(j, dynamics%mode%branch(j))
+            end do
+         end associate
       end associate
    end subroutine resolve
 
@@ -292,9 +277,8 @@ contains
 
       integer :: i, j
 
-      self%left = .false.
-      associate (guards => self%guards, dynamics => self%dynamics)
-         if (any(hit(:guards%count))) call dynamics%keep_constraints(system, tau, z)
+      associate (guards => self%guards)
+         if (any(hit(:guards%count))) call self%dynamics%keep_constraints(system, tau, z)
          do i = 1, guards%count
             if (.not. hit(i) .or. guards%entry(i)%function == of_press) cycle
             j = guards%entry(i)%contact
@@ -314,7 +298,6 @@ contains
                end if
             end associate
          end do
-         call dynamics%look_at_contacts(system, tau, z)
       end associate
    end subroutine take_hits
 
@@ -346,21 +329,16 @@ contains
       end associate
    end subroutine put_on_bound
 
-   !> The rigid sides that touch; those whose force has come to 0 are released.
-   subroutine take_sides(self, system)
+   !> The rigid sides that touch.
+   subroutine touch(self, system)
       type(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
 
-      integer :: i
-
-      call find_sides(system%machine%contact, self%dynamics%s, self%dynamics%rate, self%noise_s, self%noise_rate, self%before, &
-                      self%left, self%side, self%sides)
-      do i = 1, self%sides
-         associate (side => self%side(i))
-            side%released = self%let_go(side%contact) .and. self%before(side%contact) == side%closed
-         end associate
-      end do
-   end subroutine take_sides
+      associate (dynamics => self%dynamics, guards => self%guards)
+         call find_sides(system%machine%contact, dynamics%s, dynamics%rate, guards%on_s, guards%on_rate, self%before, self%left, &
+                         self%let_go, self%side, self%sides)
+      end associate
+   end subroutine touch
 
    !> The impact of all sides that touch; what it hits may be held again.
    subroutine take_impact(self, system, z)
@@ -368,37 +346,29 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(inout) :: z(:)
 
-      type(impact_derivative_t) :: derivative
+      !> Stays unallocated, and so absent, if it is not wanted.
+      type(impact_derivative_t), allocatable :: derivative
       real(wp) :: change(system%m), still(system%m)
       integer :: i
 
+      if (self%saltation%wanted) allocate (derivative)
       associate (side => self%side(:self%sides))
-         if (self%saltation%wanted) then
-            call strike(system%machine%contact, system%w, self%dynamics%rate, self%noise_rate, side, change, self%found, derivative)
-            still = 0.0_wp
-            self%saltation%defined = self%saltation%defined .and. derivative%defined
-            call self%saltation%add_impulses(derivative%effect, derivative%direction, derivative%sign &
-                                             *[(self%dynamics%second_rate(system, derivative%contact(i), still), &
-                                                i=1, size(derivative%contact))])
-         else
-            call strike(system%machine%contact, system%w, self%dynamics%rate, self%noise_rate, side, change, self%found)
-         end if
+         call strike(system%machine%contact, system%w, self%dynamics%rate, self%guards%on_rate, side, change, self%found, &
+                     derivative)
+         if (.not. self%found) return
+         z(system%m + 1:) = z(system%m + 1:) + change
+         do i = 1, self%sides
+            self%let_go(side(i)%contact) = .false.
+         end do
+         self%let_go = self%let_go .and. .not. system%machine%contact%normal_of > 0
+         self%impacts = count(side%before < 0.0_wp)
       end associate
-      if (.not. self%found) return
-      z(system%m + 1:) = z(system%m + 1:) + change
-      do i = 1, self%sides
-         associate (side => self%side(i))
-            self%let_go(side%contact) = .false.
-            if (side%before > 0.0_wp .or. (.not. side%before < 0.0_wp .and. .not. side%after > 0.0_wp)) cycle
-            self%speed(side%contact) = side%after
-            self%direction(side%contact) = side%direction
-            self%thrown(side%contact) = .not. side%before < 0.0_wp
-            if (self%thrown(side%contact)) cycle
-            self%impacted(side%contact) = .true.
-            self%impacts = self%impacts + 1
-         end associate
-      end do
-      self%let_go = self%let_go .and. .not. system%machine%contact%normal_of > 0
+      if (.not. allocated(derivative)) return
+      still = 0.0_wp
+      self%saltation%defined = self%saltation%defined .and. derivative%defined
+      call self%saltation%add_impulses(derivative%effect, derivative%direction, derivative%sign &
+                                       *[(self%dynamics%second_rate(system, derivative%contact(i), still), &
+                                          i=1, size(derivative%contact))])
    end subroutine take_impact
 
    !> Which friction elements slide and which rest.
@@ -411,7 +381,7 @@ contains
       do j = 1, size(self%next)
          if (.not. system%machine%contact(j)%law%constraint(branch_sticking)) cycle
          if (self%let_go(j) .and. self%impacts == 0) cycle
-         if (abs(self%dynamics%rate(j)) <= self%noise_rate(j)) then
+         if (abs(self%dynamics%rate(j)) <= self%guards%on_rate(j)) then
             self%resting(j) = .not. self%let_go(j)
          else
             self%resting(j) = .false.
@@ -433,8 +403,8 @@ contains
          do j = 1, size(self%next)
             associate (law => system%machine%contact(j)%law)
                if (law%impacts .or. law%constraint(branch_sticking)) cycle
-               branch = branch_beyond(law, self%next(j), self%dynamics%s(j), self%dynamics%rate(j), self%noise_s(j), &
-                                      self%noise_rate(j))
+               branch = law%branch_beyond(self%next(j), self%dynamics%s(j), self%dynamics%rate(j), self%guards%on_s(j), &
+                                          self%guards%on_rate(j))
             end associate
             if (branch == 0) cycle
             if (self%next(j) /= self%before(j)) call self%note(j, self%next(j))
@@ -444,41 +414,6 @@ contains
          if (.not. further) exit
       end do
    end subroutine pass_branches
-
-   !> The branch that follows `branch` at once at s and s' with their rounding, as a switching function is beyond a bound, or on it
-   !> and about to cross; 0 if there is none. The rate of a function of s' needs s'', so it counts as none.
-   pure function branch_beyond(law, branch, s, rate, noise_s, noise_rate) result(next)
-      class(contact_law_t), intent(in) :: law
-      integer, intent(in) :: branch
-      real(wp), intent(in) :: s, rate, noise_s, noise_rate
-      integer :: next
-
-      real(wp) :: noise, slope, value
-      integer :: f
-
-      next = 0
-      do f = 1, law%functions
-         value = law%slope(1, f)*s + law%slope(2, f)*rate + law%constant(f)
-         slope = law%slope(1, f)*rate
-         if (abs(law%slope(2, f)) > 0.0_wp .or. abs(rate) <= noise_rate) slope = 0.0_wp
-         noise = abs(law%slope(1, f))*noise_s + abs(law%slope(2, f))*noise_rate + of_constant*abs(law%constant(f))
-         associate (guard => law%guard(f, branch))
-            if (guard%below /= 0 .and. beyond(value - guard%lower, slope, noise + of_constant*abs(guard%lower))) then
-               next = guard%below
-            else if (guard%above /= 0 .and. beyond(guard%upper - value, -slope, noise + of_constant*abs(guard%upper))) then
-               next = guard%above
-            end if
-         end associate
-         if (next /= 0) return
-      end do
-   end function branch_beyond
-
-   !> Whether g is below 0, or 0 and falling.
-   pure logical function beyond(g, rate, noise)
-      real(wp), intent(in) :: g, rate, noise
-
-      beyond = (g < -noise .and. .not. rate > 0.0_wp) .or. (g <= noise .and. rate < 0.0_wp)
-   end function beyond
 
    !> The branches from what is certain and, for candidates, from problems of accelerations: one, and one more after each friction
    !> element that begins to slide with less than the force of sticking.
@@ -531,26 +466,18 @@ contains
       real(wp), intent(out) :: second_rate(:), normal(:), per_normal(:)
 
       real(wp) :: a(system%m)
-      integer :: j, k
+      integer :: j
 
       call dynamics%mode%enter(system)
-      call dynamics%look_at_contacts(system, tau, z)
-      call dynamics%free_acceleration(system, z, a)
+      call accelerate_unconstrained(dynamics, system, tau, z, a)
       per_normal = 0.0_wp
-      do k = 1, dynamics%mode%acts
-         j = dynamics%mode%acting(k)
-         associate (law => system%machine%contact(j)%law, branch => dynamics%mode%branch(j))
-            if (law%of_normal) then
-               dynamics%normal(j) = dynamics%normal_of(system, j)
-               per_normal(j) = law%force(branch, dynamics%s(j), dynamics%rate(j), 1.0_wp)
-            end if
-            dynamics%force(j) = law%force(branch, dynamics%s(j), dynamics%rate(j), dynamics%normal(j))
-            a = a - system%w(:, j)*dynamics%force(j)
-         end associate
-      end do
       do j = 1, size(second_rate)
          second_rate(j) = dynamics%second_rate(system, j, a)
          normal(j) = dynamics%normal_of(system, j)
+         associate (law => system%machine%contact(j)%law)
+            if (dynamics%mode%does(j) /= lawful .or. .not. law%of_normal) cycle
+            per_normal(j) = law%force(dynamics%mode%branch(j), dynamics%s(j), dynamics%rate(j), 1.0_wp)
+         end associate
       end do
    end subroutine accelerations
 
@@ -578,7 +505,7 @@ contains
             self%resting(j) = .false.
             self%next(j) = guards%entry(i)%next
             where (self%side(:self%sides)%contact == j .and. self%side(:self%sides)%closed == self%dynamics%mode%branch(j)) &
-               self%side(:self%sides)%released = .true.
+               self%side(:self%sides)%candidate = .false.
          end do
       end associate
    end function let_go_of
@@ -590,18 +517,13 @@ contains
       real(wp), intent(inout) :: z(:)
 
       real(wp) :: change(system%m)
-      integer :: j
       logical :: moved
 
-      do j = 1, size(self%next)
-         self%noise_s(j) = self%guards%on_s(j)
-         self%noise_rate(j) = self%guards%on_rate(j)
-      end do
       self%before = branch_open
       self%let_go = .false.
       self%left = .false.
-      call take_sides(self, system)
-      call push_apart(system%w, self%dynamics%s, self%noise_s, self%side(:self%sides), change, moved, self%found)
+      call touch(self, system)
+      call push_apart(system%w, self%dynamics%s, self%guards%on_s, self%side(:self%sides), change, moved, self%found)
       if (moved .and. self%found) z(:system%m) = z(:system%m) + change
    end subroutine push_out
 

@@ -11,7 +11,7 @@ module razy_machine_equilibrium
    use razy_contact_contact_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
-   use razy_linalg_dense, only: add_outer
+   use razy_linalg_dense, only: add_outer, identity
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
    use razy_linalg_lapack, only: dpotrf, dtrsm
    use razy_machine_machine, only: machine_t
@@ -89,10 +89,7 @@ contains
          return
       end if
       allocate (pairs%value(n), source=1.0_wp)
-      allocate (pairs%vector(n, n), source=0.0_wp)
-      do i = 1, n
-         pairs%vector(i, i) = 1.0_wp
-      end do
+      pairs%vector = identity(n)
       call dtrsm("L", "L", "T", "N", n, n, 1.0_wp, factor, n, pairs%vector, n)
    end function directions_of
 

@@ -35,7 +35,6 @@ module razy_moreau_moreau
       !> derivative of displacement and velocity; contact forces (contacts) and their rates.
       real(wp), private :: time = 0.0_wp, time_low = 0.0_wp, duration = 0.0_wp
       real(wp), allocatable, private :: q(:), v(:), bend(:), acceleration(:), force(:), force_rate(:)
-      integer, allocatable, private :: branch(:)
    contains
       procedure :: prepare
       procedure :: run
@@ -44,7 +43,6 @@ module razy_moreau_moreau
       procedure :: next_turn
       procedure :: state
       procedure :: contact
-      procedure :: branch_now
       procedure :: interval
       procedure :: final_state
    end type moreau_t
@@ -407,15 +405,6 @@ contains
          force = contact%force_sign*(self%force(j) + tau*self%force_rate(j))
       end associate
    end subroutine contact
-
-   !> Branch of contact j.
-   pure function branch_now(self, j) result(branch)
-      class(moreau_t), intent(in) :: self
-      integer, intent(in) :: j
-      integer :: branch
-
-      branch = self%branch(j)
-   end function branch_now
 
    !> The step, s.
    pure function interval(self)

@@ -65,7 +65,6 @@ module razy_motion_integrator
    contains
       procedure :: begin
       procedure :: spend
-      procedure, private :: look
    end type budget_t
 
    !> An observable at a moment, for those who look for its extrema.
@@ -104,6 +103,8 @@ module razy_motion_integrator
    !> A method of integration. Times `tau` are s after the start of the piece, in [0, duration].
    type, abstract :: integrator_t
       type(budget_t) :: budget
+      !> Branches in the piece being shown (contacts).
+      integer, allocatable :: branch(:)
    contains
       !> Take a machine; `keep_all` follows every coordinate, not only those that contacts and observables feel.
       procedure(take_machine), deferred :: prepare
@@ -120,8 +121,6 @@ module razy_motion_integrator
       procedure(state_at), deferred :: state
       !> Variable s, rate s' and reported force of contact j.
       procedure(contact_at), deferred :: contact
-      !> Branch of contact j.
-      procedure(branch_of), deferred :: branch_now
       !> A time between points that resolves the motion, s.
       procedure(natural_interval), deferred :: interval
       !> Displacements and velocities (n each) that the last run ended with; needs `keep_all`.
@@ -215,14 +214,6 @@ module razy_motion_integrator
          real(wp), intent(out) :: s, rate, force
       end subroutine contact_at
 
-      pure function branch_of(self, j) result(branch)
-         import :: integrator_t
-         implicit none(type, external)
-         class(integrator_t), intent(in) :: self
-         integer, intent(in) :: j
-         integer :: branch
-      end function branch_of
-
       pure function natural_interval(self) result(interval)
          import :: integrator_t, wp
          implicit none(type, external)
@@ -259,12 +250,12 @@ contains
       real(wp), intent(in), optional :: rest
 
       self%steps = self%steps + 1
-      if (self%steps > self%next_look) call self%look(rest)
+      if (self%steps > self%next_look) call look(self, rest)
    end subroutine spend
 
    !> See what is left.
    subroutine look(self, rest)
-      class(budget_t), intent(inout) :: self
+      type(budget_t), intent(inout) :: self
       real(wp), intent(in), optional :: rest
 
       logical :: stop

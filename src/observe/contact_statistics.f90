@@ -6,12 +6,13 @@
 !! others a step. An impact is a change from open or parting to closed, or a
 !! jump of s' at a rigid contact; a time-stepping method spreads a jump over a step, where its impulse is a force.
 module razy_observe_contact_statistics
+   use razy_contact_contact_law, only: is_closed
    use razy_core_kinds, only: wp
    use razy_core_table, only: table_t
    use razy_machine_excitation, only: period_of_loads
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: observer_t, piece_t
-   use razy_observe_contact_tally, only: contact_tally_t, is_closed
+   use razy_observe_contact_tally, only: contact_tally_t
    use razy_observe_gauss, only: abscissa, peak_of, points, weight
    use razy_observe_rigid_impacts, only: rigid_impacts_t
    implicit none(type, external)
@@ -33,10 +34,6 @@ module razy_observe_contact_statistics
       procedure :: piece
       procedure :: forget
       procedure :: columns
-      procedure, private :: begin_piece
-      procedure, private :: impacts
-      procedure, private :: integrate
-      procedure, private :: add_part
    end type contact_statistics_t
 
    !> Natural intervals in a part of the quadrature.
@@ -96,15 +93,15 @@ contains
       tau = max((self%from - part%time) - part%time_low, 0.0_wp)
       if (tau > part%duration) return
       call self%rigid%look_after(part%by, tau)
-      call self%begin_piece(part, tau)
+      call begin_piece(self, part, tau)
       self%begun = .true.
-      if (tau < part%duration) call self%integrate(part, tau)
+      if (tau < part%duration) call integrate(self, part, tau)
       call self%rigid%look_before(part%by, part%duration)
    end subroutine piece
 
    !> Closings and jumps at the start `tau` of a piece; energies that are stored at the start of recording.
    subroutine begin_piece(self, part, tau)
-      class(contact_statistics_t), intent(inout) :: self
+      type(contact_statistics_t), intent(inout) :: self
       type(piece_t), intent(in) :: part
       real(wp), intent(in) :: tau
 
@@ -114,7 +111,7 @@ contains
 
       do i = 1, size(self%tally)
          associate (tally => self%tally(i))
-            branch = part%by%branch_now(tally%number)
+            branch = part%by%branch(tally%number)
             closed = is_closed(branch)
             closing = closed .and. .not. tally%closed .and. self%begun
             if (.not. self%begun .and. closed) then
@@ -124,7 +121,7 @@ contains
             end if
             if (.not. closed) tally%stored = 0.0_wp
             tally%closed = closed
-            call self%impacts(i, closing)
+            call impacts(self, i, closing)
             if (.not. closing) cycle
             call part%by%contact(tally%number, tau, s, rate, force)
             call tally%impact(abs(rate))
@@ -134,7 +131,7 @@ contains
 
    !> Add the jump of contact i of those recorded, if there is one; then `closing` has been counted.
    subroutine impacts(self, i, closing)
-      class(contact_statistics_t), intent(inout) :: self
+      type(contact_statistics_t), intent(inout) :: self
       integer, intent(in) :: i
       logical, intent(inout) :: closing
 
@@ -153,7 +150,7 @@ contains
 
    !> Add the integrals from `tau` to the end of a piece.
    subroutine integrate(self, part, tau)
-      class(contact_statistics_t), intent(inout) :: self
+      type(contact_statistics_t), intent(inout) :: self
       type(piece_t), intent(in) :: part
       real(wp), intent(in) :: tau
 
@@ -178,20 +175,20 @@ contains
       if (any(active)) n = max(1, ceiling((part%duration - tau)/(intervals*part%by%interval())))
       if (n > 0 .and. part%parts > 1) n = max(n, ceiling(part%parts*((part%duration - tau)/part%duration)))
       do k = 1, n
-         call self%add_part(part, active, tau + (part%duration - tau)*(real(k - 1, wp)/n), (part%duration - tau)/n)
+         call add_part(self, part, active, tau + (part%duration - tau)*(real(k - 1, wp)/n), (part%duration - tau)/n)
       end do
       do i = 1, size(self%tally)
          associate (tally => self%tally(i))
             if (.not. tally%closed) cycle
             call part%by%contact(tally%number, part%duration, s, rate, force)
-            tally%stored = tally%elastic(part%by%branch_now(tally%number), s)
+            tally%stored = tally%elastic(part%by%branch(tally%number), s)
          end associate
       end do
    end subroutine integrate
 
    !> Add the integrals of the active contacts over `length` s from `tau` on, and see whether a force is the largest.
    subroutine add_part(self, part, active, tau, length)
-      class(contact_statistics_t), intent(inout) :: self
+      type(contact_statistics_t), intent(inout) :: self
       type(piece_t), intent(in) :: part
       logical, intent(in) :: active(:)
       real(wp), intent(in) :: tau, length

@@ -11,8 +11,7 @@
 !! energy that is still stored then too: it is lost in the relaxation of the surface.
 module razy_observe_contact_tally
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use razy_contact_contact_law, only: branch_lower, branch_lower_parting, branch_open, branch_upper, branch_upper_parting, &
-                                       plain_branch
+   use razy_contact_contact_law, only: branch_lower, branch_open, branch_upper, plain_branch
    use razy_core_kinds, only: wp
    use razy_core_table, only: table_t
    use razy_machine_machine, only: contact_t
@@ -20,7 +19,7 @@ module razy_observe_contact_tally
    implicit none(type, external)
    private
 
-   public :: contact_tally_t, is_closed
+   public :: contact_tally_t
 
    !> The sums of one contact, number `number` of the machine.
    type :: contact_tally_t
@@ -38,13 +37,6 @@ module razy_observe_contact_tally
    end type contact_tally_t
 
 contains
-
-   !> Whether a contact in this branch is closed; one that is parting, whose surfaces relax without force, is not.
-   pure logical function is_closed(branch)
-      integer, intent(in) :: branch
-
-      is_closed = all(plain_branch(branch) /= [branch_open, branch_upper_parting, branch_lower_parting])
-   end function is_closed
 
    !> Count an impact with this speed.
    pure subroutine impact(self, speed)

@@ -36,8 +36,6 @@ module razy_observe_extrema
       procedure :: reset
       procedure :: piece
       procedure :: columns
-      procedure, private :: record
-      procedure, private :: turn
    end type extrema_t
 
    !> A smaller difference across an event, relative likewise, is the rounding of two evaluations and no jump.
@@ -78,7 +76,7 @@ contains
          call part%by%next_turn(self%form, tau, part%duration, self%direction, turned, found, tau_found, value)
          if (.not. found) exit
          tau = tau_found
-         call self%record(part%time + (part%time_low + tau), value, self%direction)
+         call record(self, part%time + (part%time_low + tau), value, self%direction)
          self%direction = -self%direction
          turned = .true.
       end do
@@ -102,7 +100,7 @@ contains
       before = self%size
       self%size = seen%size
       if (self%after_event .and. abs(jump) > smallest_jump*max(before, self%size)) then
-         call self%turn(nint(sign(1.0_wp, jump)))
+         call turn(self, nint(sign(1.0_wp, jump)))
          self%end_value = seen%value
          self%end_time = part%time + (part%time_low + tau)
       end if
@@ -113,21 +111,21 @@ contains
          self%end_time = part%time + (part%time_low + tau)
       end if
       self%begun = .true.
-      call self%turn(seen%direction)
+      call turn(self, seen%direction)
    end subroutine begin_piece
 
    !> Go on in a direction; a reversal makes the last value an extremum.
    subroutine turn(self, direction)
-      class(extrema_t), intent(inout) :: self
+      type(extrema_t), intent(inout) :: self
       integer, intent(in) :: direction
 
       if (direction == 0) return
-      if (self%direction == -direction) call self%record(self%end_time, self%end_value, self%direction)
+      if (self%direction == -direction) call record(self, self%end_time, self%end_value, self%direction)
       self%direction = direction
    end subroutine turn
 
    subroutine record(self, time, value, kind)
-      class(extrema_t), intent(inout) :: self
+      type(extrema_t), intent(inout) :: self
       real(wp), intent(in) :: time, value
       integer, intent(in) :: kind
 

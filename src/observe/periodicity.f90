@@ -12,12 +12,12 @@
 !! - what has no period is not settled while its differences from period to period still shrink, and not periodic otherwise.
 module razy_observe_periodicity
    use, intrinsic :: iso_fortran_env, only: int64
+   use razy_contact_contact_law, only: is_closed
    use razy_core_kinds, only: pi, wp
    use razy_core_table, only: table_t
    use razy_machine_excitation, only: period_of_loads
    use razy_machine_machine, only: machine_t, observe_linear
    use razy_motion_integrator, only: observer_t, piece_t
-   use razy_observe_contact_tally, only: is_closed
    implicit none(type, external)
    private
 
@@ -55,11 +55,6 @@ module razy_observe_periodicity
       procedure :: found
       procedure :: forget
       procedure :: columns
-      procedure, private :: touch
-      procedure, private :: look
-      procedure, private :: step_after
-      procedure, private :: stays
-      procedure, private :: shrinks
    end type periodicity_t
 
 contains
@@ -109,31 +104,31 @@ contains
 
       tau = (self%t_end - part%time) - (part%time_low + part%duration)
       if (part%contact > 0 .and. tau < self%sections*self%period) self%linear = .false.
-      if (part%time + (part%time_low + part%duration) > self%from) call self%touch(part)
+      if (part%time + (part%time_low + part%duration) > self%from) call touch(self, part)
       do while (self%next >= 0)
          tau = ((self%t_end - part%time) - part%time_low) - self%next*0.25_wp*self%period
          if (tau >= part%duration .and. .not. (part%last .and. self%next == 0)) return
-         if (mod(self%next, 4) == 0 .or. self%next <= 4*quartered) call self%look(part, min(max(tau, 0.0_wp), part%duration))
+         if (mod(self%next, 4) == 0 .or. self%next <= 4*quartered) call look(self, part, min(max(tau, 0.0_wp), part%duration))
          self%next = self%next - 1
       end do
    end subroutine piece
 
    !> Note which contacts are closed, or end the piece by touching or parting.
    subroutine touch(self, part)
-      class(periodicity_t), intent(inout) :: self
+      type(periodicity_t), intent(inout) :: self
       type(piece_t), intent(in) :: part
 
       integer :: j
 
       do j = 1, self%contacts
-         if (.not. (is_closed(part%by%branch_now(j)) .or. (j == part%contact .and. .not. part%last))) cycle
+         if (.not. (is_closed(part%by%branch(j)) .or. (j == part%contact .and. .not. part%last))) cycle
          self%touched = ibset(self%touched, min(j - 1, last_bit))
       end do
    end subroutine touch
 
    !> The state at `tau`, and its size; a whole number of periods before the end it is a section.
    subroutine look(self, part, tau)
-      class(periodicity_t), intent(inout) :: self
+      type(periodicity_t), intent(inout) :: self
       type(piece_t), intent(in) :: part
       real(wp), intent(in) :: tau
 
@@ -171,19 +166,19 @@ contains
       end do
       do k = 1, longest
          if (k + max(k, fewest) - 1 > self%sections) exit
-         if (self%step_after(k, 0, max(k, fewest) - 1, limit) > 1.0_wp) cycle
+         if (step_after(self, k, 0, max(k, fewest) - 1, limit) > 1.0_wp) cycle
          multiple = k
          if (k > 1) then
-            if (self%linear .or. .not. self%stays(k, limit)) multiple = not_settled
+            if (self%linear .or. .not. stays(self, k, limit)) multiple = not_settled
          end if
          return
       end do
-      multiple = merge(not_settled, not_periodic, self%linear .or. self%sections < enough .or. self%shrinks(limit))
+      multiple = merge(not_settled, not_periodic, self%linear .or. self%sections < enough .or. shrinks(self, limit))
    end function found
 
    !> Largest difference between the sections `first` to `last` and those k before them, in limits.
    pure real(wp) function step_after(self, k, first, last, limit)
-      class(periodicity_t), intent(in) :: self
+      type(periodicity_t), intent(in) :: self
       integer, intent(in) :: k, first, last
       real(wp), intent(in) :: limit(:)
 
@@ -197,7 +192,7 @@ contains
 
    !> Whether the k states that follow each other are apart, and where they were over half of the sections.
    pure logical function stays(self, k, limit)
-      class(periodicity_t), intent(in) :: self
+      type(periodicity_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: limit(:)
 
@@ -205,10 +200,10 @@ contains
 
       stays = .false.
       do j = 1, k - 1
-         if (self%step_after(j, 0, k - 1, limit) < clearly) return
+         if (step_after(self, j, 0, k - 1, limit) < clearly) return
       end do
       do j = 2*k, self%sections/2, k
-         if (self%step_after(j, 0, k - 1, limit) > 2.0_wp) return
+         if (step_after(self, j, 0, k - 1, limit) > 2.0_wp) return
       end do
       stays = .true.
    end function stays
@@ -216,7 +211,7 @@ contains
    !> Whether the differences from period to period, or over some more, shrink: by half from the older half of the sections to
    !> the newer, or from each eighth to the next.
    pure logical function shrinks(self, limit)
-      class(periodicity_t), intent(in) :: self
+      type(periodicity_t), intent(in) :: self
       real(wp), intent(in) :: limit(:)
 
       integer, parameter :: parts = 8
@@ -243,7 +238,7 @@ contains
 
          mean_square = 0.0_wp
          do i = first, last
-            mean_square = mean_square + self%step_after(k, i, i, limit)**2/(last - first + 1)
+            mean_square = mean_square + step_after(self, k, i, i, limit)**2/(last - first + 1)
          end do
       end function mean_square
 

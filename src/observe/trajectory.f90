@@ -30,7 +30,6 @@ module razy_observe_trajectory
       procedure :: reset
       procedure :: piece
       procedure :: columns
-      procedure, private :: record
    end type trajectory_t
 
 contains
@@ -57,7 +56,7 @@ contains
          do
             tau = ((self%from - part%time) + self%next*self%interval) - part%time_low
             if (tau >= part%duration .and. .not. (part%last .and. tau <= part%duration + 4*spacing(part%time))) exit
-            call self%record(part, self%from + self%next*self%interval, min(max(tau, 0.0_wp), part%duration))
+            call record(self, part, self%from + self%next*self%interval, min(max(tau, 0.0_wp), part%duration))
             self%next = self%next + 1
          end do
       else
@@ -66,15 +65,15 @@ contains
          do
             tau = i*h
             if (tau >= part%duration) exit
-            if (part%time + tau >= self%from) call self%record(part, part%time + (part%time_low + tau), tau)
+            if (part%time + tau >= self%from) call record(self, part, part%time + (part%time_low + tau), tau)
             i = i + 1
          end do
-         if (part%last) call self%record(part, part%time + (part%time_low + part%duration), part%duration)
+         if (part%last) call record(self, part, part%time + (part%time_low + part%duration), part%duration)
       end if
    end subroutine piece
 
    subroutine record(self, part, time, tau)
-      class(trajectory_t), intent(inout) :: self
+      type(trajectory_t), intent(inout) :: self
       type(piece_t), intent(in) :: part
       real(wp), intent(in) :: time, tau
 

@@ -40,7 +40,7 @@ contains
       if (.not. allocated(self%time)) allocate (self%time(1024), self%contact(1024), self%branch(1024), self%state(0))
       code = 0
       do j = 1, self%contacts
-         code = 10*code + part%by%branch_now(j)
+         code = 10*code + part%by%branch(j)
       end do
       if (.not. any(self%state == code)) self%state = [self%state, code]
       if (part%contact == 0) return
