@@ -6,13 +6,14 @@ module smooth_motions
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, qp, wp
    use razy_hybrid_system, only: system_t
+   use razy_runge_kutta_methods_dense_output, only: path_t
    use razy_runge_kutta_methods_stepper, only: stepper_t
    use razy_machine_machine, only: machine_t
    use razy_motion_method, only: method_t
    implicit none(type, external)
    private
 
-   public :: controlled_steps, dense_errors, exact_motion, fixed_steps, make_ready, order_between, power_law_t, sample
+   public :: controlled_steps, dense_errors, exact_motion, fixed_steps, make_ready, order_between, power_law_t, rate_inside, sample
 
    !> F = stiffness |s|^(3/2) sign s, always closed.
    type, extends(contact_law_t) :: power_law_t
@@ -211,6 +212,22 @@ contains
       call system%to_coordinates(z, motion(:system%m), motion(system%m + 1:))
    end subroutine fixed_steps
 
+   !> dz/dt at theta of the step, by the dense output.
+   function rate_inside(stepper, theta) result(dz)
+      type(stepper_t), intent(in) :: stepper
+      real(wp), intent(in) :: theta
+      real(wp) :: dz(size(stepper%z_end))
+
+      type(path_t) :: path
+      real(wp) :: unused
+      integer :: i
+
+      do i = 1, size(dz)
+         call stepper%output%follow([1.0_wp], i - 1, path)
+         call path%look(theta, unused, dz(i))
+      end do
+   end function rate_inside
+
    !> The same by controlled steps from a first one that the stepper chooses; `stepper` keeps the counters.
    subroutine controlled_steps(machine, name, relative, absolute, t_end, motion, stepper, ended)
       type(machine_t), intent(in) :: machine
@@ -273,7 +290,7 @@ contains
          call stepper%output%at(real(i, wp)/points, z)
          call system%to_coordinates(z, x(:m), x(m + 1:))
          error = max(error, norm2(x - motion))
-         call stepper%output%rate_at(real(i, wp)/points, z)
+         z = rate_inside(stepper, real(i, wp)/points)
          call system%to_coordinates(z, x(:m), x(m + 1:))
          rate_error = max(rate_error, norm2(x(:m) - motion(m + 1:)))
       end do
