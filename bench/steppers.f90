@@ -13,7 +13,6 @@ program steppers
    use razy_machine_machine, only: machine_t, plain_machine
    use razy_motion_method, only: method_t
    use razy_runge_kutta_methods_stepper, only: stepper_t
-   use razy_runge_kutta_right_hand_side, only: right_hand_side_t
    implicit none(type, external)
 
    character(*), parameter :: methods(*) = [character(16) :: "rk4", "bogacki_shampine", "dormand_prince", "dop853", "radau5"]
@@ -58,12 +57,11 @@ contains
       machine%displacement = [(1.0e-2_wp*i/m, i=1, m)]
    end function chain
 
-   subroutine make_ready(machine, name, tolerance, system, rhs, stepper, z)
+   subroutine make_ready(machine, name, tolerance, system, stepper, z)
       type(machine_t), intent(in) :: machine
       character(*), intent(in) :: name
       real(wp), intent(in) :: tolerance
       type(system_t), intent(out) :: system
-      type(right_hand_side_t), intent(out) :: rhs
       type(stepper_t), intent(out) :: stepper
       real(wp), allocatable, intent(out) :: z(:)
 
@@ -73,9 +71,9 @@ contains
       call system%take(machine, .true., error)
       if (allocated(error)) error stop error%message
       z = system%first_state()
-      call rhs%dynamics%make_room(system, 0.0_wp)
-      call rhs%dynamics%excitation%begin(system%machine%tone, 0.0_wp, 0.0_wp)
-      call rhs%enter(system)
+      call stepper%rhs%dynamics%make_room(system, 0.0_wp)
+      call stepper%rhs%dynamics%excitation%begin(system%machine%tone, 0.0_wp, 0.0_wp)
+      call stepper%rhs%enter(system)
       method%integrator = name
       method%relative_tolerance = tolerance
       method%absolute_tolerance = 1.0e-2_wp*tolerance
@@ -87,7 +85,6 @@ contains
       integer, intent(in) :: repeats
 
       type(system_t) :: system
-      type(right_hand_side_t) :: rhs
       type(stepper_t) :: stepper
       real(wp), allocatable :: z(:), dz(:)
       real(wp) :: begun, ended, right_hand_side
@@ -95,18 +92,18 @@ contains
       logical :: accepted, failed
 
       do k = 1, size(methods)
-         call make_ready(machine, methods(k), 1.0_wp, system, rhs, stepper, z)
+         call make_ready(machine, methods(k), 1.0_wp, system, stepper, z)
          allocate (dz, mold=z)
          call cpu_time(begun)
          do i = 1, repeats
-            call rhs%derivative(system, 1.0e-6_wp*i, z, dz)
+            call stepper%rhs%derivative(system, 1.0e-6_wp*i, z, dz)
          end do
          call cpu_time(ended)
          right_hand_side = (ended - begun)/repeats
          call cpu_time(begun)
          do i = 1, repeats/10
-            call rhs%dynamics%excitation%begin(system%machine%tone, 1.0e-4_wp*(i - 1), 0.0_wp)
-            call stepper%attempt(rhs, system, z, 1.0e-4_wp, accepted, failed)
+            call stepper%rhs%dynamics%excitation%begin(system%machine%tone, 1.0e-4_wp*(i - 1), 0.0_wp)
+            call stepper%attempt(system, z, 1.0e-4_wp, accepted, failed)
             z = stepper%z_end
          end do
          call cpu_time(ended)
@@ -147,22 +144,21 @@ contains
 
       real(wp), parameter :: t_end = 2.0_wp
       type(system_t) :: system
-      type(right_hand_side_t) :: rhs
       type(stepper_t) :: stepper
       real(wp) :: begun, ended, step, tau
       logical :: accepted, failed
 
-      call make_ready(machine, name, tolerance, system, rhs, stepper, z)
+      call make_ready(machine, name, tolerance, system, stepper, z)
       call cpu_time(begun)
       if (stepper%adaptive) then
-         call stepper%first_step(rhs, system, z, t_end, step)
+         call stepper%first_step(system, z, t_end, step)
       else
          step = t_end/ceiling(t_end/h)
       end if
       tau = 0.0_wp
       do while (tau < t_end)
-         call rhs%dynamics%excitation%begin(system%machine%tone, tau, 0.0_wp)
-         call stepper%attempt(rhs, system, z, step, accepted, failed)
+         call stepper%rhs%dynamics%excitation%begin(system%machine%tone, tau, 0.0_wp)
+         call stepper%attempt(system, z, step, accepted, failed)
          if (accepted) then
             z = stepper%z_end
             tau = tau + step
@@ -173,7 +169,7 @@ contains
       end do
       call cpu_time(ended)
       seconds = ended - begun
-      counts = [rhs%evaluations, stepper%accepted_steps, stepper%rejected_steps]
+      counts = [stepper%rhs%evaluations, stepper%accepted_steps, stepper%rejected_steps]
    end subroutine follow
 
 end program steppers

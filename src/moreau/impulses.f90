@@ -52,8 +52,6 @@ contains
          if (n == 0 .and. .not. any(problem%limit > 0.0_wp)) return
          call find_velocities(self, dv)
          call continue_impact(problem, impulse, outcome, effort)
-         work%pivots = work%pivots + effort%pivots
-         work%sweeps = work%sweeps + effort%sweeps
          found = outcome == impact_solved .or. outcome == impact_swept
          if (.not. found) return
          do i = 1, size(impulse)
@@ -133,9 +131,8 @@ contains
             associate (j => work%contact(i))
                before = dot_product(self%v0, self%w(:, j))
                problem%drift(i) = work%sign(i)*(before + dot_product(dv, self%w(:, j)) + self%finish%rate(j))
-               before = work%sign(i)*(before + self%start%rate(j))
-               work%free(j) = work%sign(i)*(problem%drift(i) - before)
                if (i > work%count) cycle
+               before = work%sign(i)*(before + self%start%rate(j))
                problem%before(i) = before
                problem%restitution(i) = 1.0_wp
                if (.not. before > 0.0_wp) problem%restitution(i) = self%kinds%side(work%active(i))%restitution

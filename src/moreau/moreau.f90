@@ -31,10 +31,10 @@ module razy_moreau_moreau
    type, extends(integrator_t) :: moreau_t
       real(wp) :: step = 0.0_wp, theta = 0.5_wp
       type(moreau_step_t), private :: scheme
-      !> The piece as it is shown: time of its start (sum of both) and length, s; state (n) there, half the second and the first
-      !> derivative of displacement and velocity; contact forces (contacts) and their rates.
+      !> The piece as it is shown: time of its start (sum of both) and length, s; state (n) there, the derivative of velocity;
+      !> contact forces (contacts) and their rates.
       real(wp), private :: time = 0.0_wp, time_low = 0.0_wp, duration = 0.0_wp
-      real(wp), allocatable, private :: q(:), v(:), bend(:), acceleration(:), force(:), force_rate(:)
+      real(wp), allocatable, private :: q(:), v(:), acceleration(:), force(:), force_rate(:)
    contains
       procedure :: prepare
       procedure :: run
@@ -148,7 +148,6 @@ contains
          self%q = step%q0
          self%v = step%v0
          self%acceleration = (step%v1 - step%v0)/step%h
-         self%bend = step%theta*self%acceleration
          self%force = step%force0
          self%force_rate = (step%force1 - step%force0)/step%h
       end associate
@@ -208,7 +207,6 @@ contains
       self%v = self%scheme%v1
       self%force = self%scheme%force1
       self%acceleration = 0.0_wp*self%v
-      self%bend = self%acceleration
       self%force_rate = 0.0_wp*self%force
    end subroutine end_of
 
@@ -218,7 +216,7 @@ contains
       real(wp), intent(in) :: tau
       real(wp) :: q(size(self%q))
 
-      q = self%q + tau*(self%v + tau*self%bend)
+      q = self%q + tau*(self%v + tau*(self%theta*self%acceleration))
    end function displacement_of
 
    !> Velocities (n) at `tau`.
@@ -249,10 +247,10 @@ contains
             q = displacement_of(self, tau)
             v = velocity_of(self, tau)
          case (1)
-            q = self%v + 2*tau*self%bend
+            q = self%v + 2*tau*(self%theta*self%acceleration)
             v = self%acceleration
          case default
-            q = 2*self%bend
+            q = 2*(self%theta*self%acceleration)
             v = 0.0_wp
          end select
          value = dot_product(observable%on_displacement, q) + dot_product(observable%on_velocity, v)

@@ -5,12 +5,13 @@
 module razy_moreau_state
    use razy_contact_contact_law, only: branch_forward, branch_open, branch_sticking
    use razy_core_kinds, only: i8, wp
+   use razy_core_tone, only: add_time
    use razy_linalg_complementarity_impact, only: impact_problem_t
    use razy_machine_machine, only: contact_t, machine_t
    implicit none(type, external)
    private
 
-   public :: carry_excitation, contact_kinds_t, excitation_t, excite, friction_coefficient, moreau_step_t, new_contact_kinds
+   public :: contact_kinds_t, excitation_t, excite, friction_coefficient, moreau_step_t, new_contact_kinds
    public :: new_impulse_work, rigid_side_t
 
    !> One side of a rigid contact: its number in the machine, which side, and the branch of the law when it is closed.
@@ -43,10 +44,6 @@ module razy_moreau_state
       real(wp), allocatable :: sign(:), impulse(:)
       !> Factorisation of which the matrix of the problem is.
       integer(i8) :: factorisation = -1
-      !> Change of s' in the step without impulses (contacts).
-      real(wp), allocatable :: free(:)
-      !> Pivots and sweeps so far.
-      integer(i8) :: pivots = 0, sweeps = 0
    end type impulse_work_t
 
    !> The scheme with its machine, the state at both ends of the last step, and the matrices of its equations.
@@ -98,44 +95,35 @@ contains
    end subroutine new_contact_kinds
 
    !> Room for any set of active sides.
-   pure subroutine new_impulse_work(work, kinds, contacts)
+   pure subroutine new_impulse_work(work, kinds)
       type(impulse_work_t), intent(out) :: work
       type(contact_kinds_t), intent(in) :: kinds
-      integer, intent(in) :: contacts
 
       integer :: most
 
       most = size(kinds%side) + size(kinds%friction)
-      allocate (work%active(size(kinds%side)), work%contact(most), source=0)
-      allocate (work%listed(size(kinds%side)), source=0)
-      allocate (work%sign(most), work%impulse(most), work%free(contacts), source=0.0_wp)
+      allocate (work%active(size(kinds%side)), work%listed(size(kinds%side)), work%contact(most), source=0)
+      allocate (work%sign(most), work%impulse(most), source=0.0_wp)
    end subroutine new_impulse_work
 
-   !> Take over excitation in the arrays there are.
-   pure subroutine carry_excitation(from, to)
-      type(excitation_t), intent(in) :: from
-      type(excitation_t), intent(inout) :: to
-
-      to%load = from%load
-      to%s = from%s
-      to%rate = from%rate
-   end subroutine carry_excitation
-
-   !> Loads and excitation of the contacts at the time `time + time_low`, s.
-   pure subroutine excite(machine, time, time_low, now)
+   !> Loads and excitation of the contacts `tau` after the time `time + time_low`, s.
+   pure subroutine excite(machine, time, time_low, tau, now)
       type(machine_t), intent(in) :: machine
-      real(wp), intent(in) :: time, time_low
+      real(wp), intent(in) :: time, time_low, tau
       type(excitation_t), intent(inout) :: now
 
       complex(wp) :: turn
-      real(wp) :: cosine, sine
+      real(wp) :: at, at_low, cosine, sine
       integer :: j, t
 
+      at = time
+      at_low = time_low
+      call add_time(at, at_low, tau)
       now%load = machine%load
       now%s = machine%contact%offset
       now%rate = machine%contact%drive
       do t = 1, size(machine%tone)
-         call machine%tone(t)%phasor(time, time_low, cosine, sine)
+         call machine%tone(t)%phasor(at, at_low, cosine, sine)
          turn = cmplx(cosine, sine, wp)
          now%load = now%load + real(machine%harmonic_load(:, t)*turn)
          do j = 1, size(machine%contact)

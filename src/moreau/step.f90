@@ -16,10 +16,9 @@
 module razy_moreau_step
    use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking
    use razy_core_kinds, only: wp
-   use razy_core_tone, only: add_time
    use razy_linalg_lapack, only: dgetrf, dgetrs
    use razy_moreau_impulses, only: add_impulses
-   use razy_moreau_state, only: carry_excitation, excite, moreau_step_t, new_contact_kinds, new_impulse_work
+   use razy_moreau_state, only: excitation_t, excite, moreau_step_t, new_contact_kinds, new_impulse_work
    implicit none(type, external)
    private
 
@@ -43,7 +42,7 @@ contains
       n = size(self%machine%load)
       contacts = size(self%machine%contact)
       call new_contact_kinds(self%kinds, self%machine)
-      call new_impulse_work(self%work, self%kinds, contacts)
+      call new_impulse_work(self%work, self%kinds)
       self%q1 = self%machine%displacement
       self%v1 = self%machine%velocity
       self%q0 = self%q1
@@ -56,7 +55,7 @@ contains
       allocate (self%stiffness(contacts), self%damping(contacts), source=0.0_wp)
       self%h_of_factor = -1.0_wp
       if (.not. allocated(self%start)) allocate (self%start, self%inner, self%finish)
-      call excite(self%machine, 0.0_wp, 0.0_wp, self%finish)
+      call excite(self%machine, 0.0_wp, 0.0_wp, 0.0_wp, self%finish)
       do j = 1, contacts
          self%w(:, j) = self%machine%contact(j)%w
          call contact_at(self, j, self%q1, self%v1, s, rate)
@@ -89,7 +88,8 @@ contains
       real(wp), intent(in) :: time, time_low, h
       logical, intent(out) :: found
 
-      real(wp) :: at, at_low, dv(size(self%q1)), next(size(self%q1)), rest(size(self%q1)), change
+      type(excitation_t), allocatable :: spare
+      real(wp) :: dv(size(self%q1)), next(size(self%q1)), rest(size(self%q1)), change
       integer :: branch(size(self%branch1)), before(size(self%branch1)), round
 
       self%h = h
@@ -97,15 +97,11 @@ contains
       self%v0 = self%v1
       self%branch0 = self%branch1
       self%force0 = self%force1
-      call carry_excitation(self%finish, self%start)
-      at = time
-      at_low = time_low
-      call add_time(at, at_low, self%theta*h)
-      call excite(self%machine, at, at_low, self%inner)
-      at = time
-      at_low = time_low
-      call add_time(at, at_low, h)
-      call excite(self%machine, at, at_low, self%finish)
+      call move_alloc(self%start, spare)
+      call move_alloc(self%finish, self%start)
+      call move_alloc(spare, self%finish)
+      call excite(self%machine, time, time_low, self%theta*h, self%inner)
+      call excite(self%machine, time, time_low, h, self%finish)
 
       rest = h*(self%inner%load - matmul(self%machine%damping, self%v0) &
                 - matmul(self%machine%stiffness, self%q0 + self%theta*h*self%v0))
@@ -127,6 +123,8 @@ contains
       if (.not. found) return
       self%q1 = self%q0 + h*(self%v0 + self%theta*dv)
       self%v1 = self%v0 + dv
+      call implicit_branches(self, dv, branch)
+      self%branch1 = branch
       call end_branches(self)
       call end_forces(self)
    end subroutine take_step
@@ -230,18 +228,13 @@ contains
       norm = sqrt(abs(dot_product(v, matmul(self%machine%mass, v))))
    end function energy_norm
 
-   !> Branches at the end of the step.
+   !> Branches of rigid contacts and friction at the end of the step.
    subroutine end_branches(self)
       type(moreau_step_t), intent(inout) :: self
 
       real(wp) :: rate, s, terms
       integer :: i, j
 
-      do i = 1, size(self%kinds%compliant)
-         j = self%kinds%compliant(i)
-         call contact_at(self, j, self%q1, self%v1, s, rate)
-         self%branch1(j) = self%machine%contact(j)%law%initial_branch(s, rate)
-      end do
       self%branch1(self%kinds%side%contact) = branch_open
       do i = 1, size(self%kinds%side)
          associate (side => self%kinds%side(i))

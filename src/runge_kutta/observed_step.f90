@@ -21,13 +21,11 @@ module razy_runge_kutta_observed_step
 
    public :: observed_step_t
 
-   !> The part [0, duration] of a step `h`, with the states at its start and end (2m each); `moment`: no step, but the state
-   !> at the end.
+   !> The part [0, duration] of the stepper's step, with the state at its end (2m); `moment`: no step, but that state.
    type :: observed_step_t
-      real(wp) :: h = 0.0_wp, duration = 0.0_wp
-      real(wp), allocatable :: z_start(:), z_stop(:)
-      !> Whether the dense output has been made.
-      logical :: moment = .false., dense = .false.
+      real(wp) :: duration = 0.0_wp
+      real(wp), allocatable :: z_stop(:)
+      logical :: moment = .false.
       !> State looked at last (2m).
       real(wp), allocatable, private :: z(:)
       !> The path of an observable that is a sum of displacements, if turns are looked for on it, and the rounding in its rate.
@@ -54,15 +52,14 @@ contains
       class(observed_step_t), intent(inout) :: self
       type(system_t), intent(in) :: system
 
-      if (allocated(self%z)) deallocate (self%z, self%z_start, self%z_stop)
-      allocate (self%z(2*system%m), self%z_start(2*system%m), self%z_stop(2*system%m), source=0.0_wp)
+      if (allocated(self%z)) deallocate (self%z, self%z_stop)
+      allocate (self%z(2*system%m), self%z_stop(2*system%m), source=0.0_wp)
    end subroutine make_room
 
    !> The state z (2m) at `tau`.
-   subroutine look(self, system, rhs, stepper, tau, z)
+   subroutine look(self, system, stepper, tau, z)
       class(observed_step_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      type(right_hand_side_t), intent(inout) :: rhs
       type(stepper_t), intent(inout) :: stepper
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: z(:)
@@ -70,29 +67,17 @@ contains
       if (self%moment .or. tau >= self%duration) then
          z = self%z_stop
       else if (tau <= 0.0_wp) then
-         z = self%z_start
+         z = stepper%z_start(:2*system%m)
       else
-         call make_dense(self, system, rhs, stepper)
-         call stepper%at(tau/stepper%h, z)
+         call stepper%prepare_dense(system)
+         call stepper%output%at(tau/stepper%h, z)
       end if
    end subroutine look
 
-   !> Make the dense output of the step, unless it has been made.
-   subroutine make_dense(self, system, rhs, stepper)
-      type(observed_step_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(right_hand_side_t), intent(inout) :: rhs
-      type(stepper_t), intent(inout) :: stepper
-
-      if (.not. self%dense) call stepper%prepare_dense(rhs, system, self%z_start)
-      self%dense = .true.
-   end subroutine make_dense
-
    !> Value of observable `form` at `tau`.
-   function value(self, system, rhs, stepper, form, tau)
+   function value(self, system, stepper, form, tau)
       class(observed_step_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      type(right_hand_side_t), intent(inout) :: rhs
       type(stepper_t), intent(inout) :: stepper
       integer, intent(in) :: form
       real(wp), intent(in) :: tau
@@ -100,8 +85,8 @@ contains
 
       real(wp) :: a(system%m)
 
-      call self%look(system, rhs, stepper, tau, self%z)
-      associate (observable => system%machine%observable(form))
+      call self%look(system, stepper, tau, self%z)
+      associate (observable => system%machine%observable(form), rhs => stepper%rhs)
          if (observable%kind == observe_contact_force) then
             call rhs%accelerate(system, tau, self%z, a)
             value = 0.0_wp
@@ -116,10 +101,9 @@ contains
    end function value
 
    !> Rate of observable `form` at `tau`, and the rounding in it; a constraint force's is a difference along the motion.
-   subroutine rate_of(self, system, rhs, stepper, form, tau, rate, noise)
+   subroutine rate_of(self, system, stepper, form, tau, rate, noise)
       type(observed_step_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      type(right_hand_side_t), intent(inout) :: rhs
       type(stepper_t), intent(inout) :: stepper
       integer, intent(in) :: form
       real(wp), intent(in) :: tau
@@ -127,15 +111,16 @@ contains
 
       real(wp) :: dz(2*system%m)
 
-      call self%look(system, rhs, stepper, tau, self%z)
-      associate (m => system%m, observable => system%machine%observable(form), sum_of => system%observed(form))
+      call self%look(system, stepper, tau, self%z)
+      associate (m => system%m, observable => system%machine%observable(form), sum_of => system%observed(form), &
+                 rhs => stepper%rhs)
          dz(:m) = self%z(m + 1:)
          dz(m + 1:) = 0.0_wp
          if (observable%kind == observe_contact_force .or. sum_of%of_rates) then
             call rhs%accelerate(system, tau, self%z, dz(m + 1:))
          end if
          if (observable%kind == observe_contact_force) then
-            call force_rate(system, rhs, observable%contact, tau, self%z, dz(m + 1:), 1.0e-5_wp*self%h, rate, noise)
+            call force_rate(system, rhs, observable%contact, tau, self%z, dz(m + 1:), 1.0e-5_wp*stepper%h, rate, noise)
          else
             call rhs%dynamics%excitation%look(system%machine%tone, tau)
             rate = sum_of%rate(dz) + rhs%dynamics%excitation%rate(system%machine%tone, sum_of%error, 1)
@@ -203,10 +188,9 @@ contains
    end function size_of
 
    !> Value, size and direction of observable `form` at `tau`; a rate of rounding is looked at again a little later.
-   subroutine glimpse(self, system, rhs, stepper, form, tau, seen)
+   subroutine glimpse(self, system, stepper, form, tau, seen)
       class(observed_step_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      type(right_hand_side_t), intent(inout) :: rhs
       type(stepper_t), intent(inout) :: stepper
       integer, intent(in) :: form
       real(wp), intent(in) :: tau
@@ -216,11 +200,11 @@ contains
       real(wp) :: noise, rate
       integer :: k
 
-      seen%value = self%value(system, rhs, stepper, form, tau)
-      seen%size = size_of(self, system, rhs, form)
+      seen%value = self%value(system, stepper, form, tau)
+      seen%size = size_of(self, system, stepper%rhs, form)
       if (self%moment) return
       do k = 1, size(later)
-         call rate_of(self, system, rhs, stepper, form, tau + later(k)*(self%duration - tau), rate, noise)
+         call rate_of(self, system, stepper, form, tau + later(k)*(self%duration - tau), rate, noise)
          if (.not. abs(rate) > noise) cycle
          seen%direction = nint(sign(1.0_wp, rate))
          return
@@ -228,10 +212,9 @@ contains
    end subroutine glimpse
 
    !> The first time after `tau` at which the rate of observable `form`, of the sign of `direction` so far, changes sign.
-   subroutine next_turn(self, system, rhs, stepper, form, tau, tau_end, direction, found, tau_found, value)
+   subroutine next_turn(self, system, stepper, form, tau, tau_end, direction, found, tau_found, value)
       class(observed_step_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      type(right_hand_side_t), intent(inout) :: rhs
       type(stepper_t), intent(inout) :: stepper
       integer, intent(in) :: form, direction
       real(wp), intent(in) :: tau, tau_end
@@ -246,40 +229,39 @@ contains
       tau_found = tau_end
       value = 0.0_wp
       if (self%moment) return
-      self%on_path = rhs%treatment == treat_by_events .and. .not. system%observed(form)%of_rates &
+      self%on_path = stepper%rhs%treatment == treat_by_events .and. .not. system%observed(form)%of_rates &
                      .and. system%machine%observable(form)%kind /= observe_contact_force
       if (self%on_path) then
-         if (steady(self, system, rhs, stepper, form, direction)) return
-         call make_dense(self, system, rhs, stepper)
+         if (steady(self, system, stepper, form, direction)) return
+         call stepper%prepare_dense(system)
          call stepper%output%follow(system%observed(form)%on_y, system%m, self%path)
       end if
-      n = max(1, ceiling(max(probes*(tau_end - tau)/self%h, system%fastest*(tau_end - tau)/longest_angle)))
+      n = max(1, ceiling(max(probes*(tau_end - tau)/stepper%h, system%fastest*(tau_end - tau)/longest_angle)))
       a = tau
       do k = 1, n
          b = tau + (tau_end - tau)*(real(k, wp)/n)
          if (k == n) b = tau_end
-         call look_at_rate(self, system, rhs, stepper, form, b, rate, noise)
+         call look_at_rate(self, system, stepper, form, b, rate, noise)
          found = direction*rate < -noise
          if (found) exit
          a = b
       end do
       if (.not. found) return
-      call look_at_rate(self, system, rhs, stepper, form, a, rate_a, noise)
+      call look_at_rate(self, system, stepper, form, a, rate_a, noise)
       ! It keeps its sign at the start, whatever rounding says there.
       call root%start(a, max(direction*rate_a, tiny(1.0_wp)), b, direction*rate)
       do while (.not. root%done())
-         call look_at_rate(self, system, rhs, stepper, form, root%trial, rate, noise)
+         call look_at_rate(self, system, stepper, form, root%trial, rate, noise)
          call root%take(merge(0.0_wp, direction*rate, abs(rate) <= noise))
       end do
       tau_found = root%best
-      value = self%value(system, rhs, stepper, form, tau_found)
+      value = self%value(system, stepper, form, tau_found)
    end subroutine next_turn
 
    !> Rate of observable `form` at `tau` where turns are looked for, and the rounding in it.
-   subroutine look_at_rate(self, system, rhs, stepper, form, tau, rate, noise)
+   subroutine look_at_rate(self, system, stepper, form, tau, rate, noise)
       type(observed_step_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      type(right_hand_side_t), intent(inout) :: rhs
       type(stepper_t), intent(inout) :: stepper
       integer, intent(in) :: form
       real(wp), intent(in) :: tau
@@ -288,35 +270,36 @@ contains
       real(wp) :: unused
 
       if (.not. self%on_path) then
-         call rate_of(self, system, rhs, stepper, form, tau, rate, noise)
+         call rate_of(self, system, stepper, form, tau, rate, noise)
          return
       end if
       noise = self%noise
-      call rhs%dynamics%excitation%look(system%machine%tone, tau)
-      call self%path%look(tau/self%h, rate, unused)
-      rate = rate + rhs%dynamics%excitation%rate(system%machine%tone, system%observed(form)%error, 1)
+      associate (excitation => stepper%rhs%dynamics%excitation)
+         call excitation%look(system%machine%tone, tau)
+         call self%path%look(tau/stepper%h, rate, unused)
+         rate = rate + excitation%rate(system%machine%tone, system%observed(form)%error, 1)
+      end associate
    end subroutine look_at_rate
 
    !> Whether observable `form`, a sum of displacements, moves in `direction` through all of the step, by its rates and
    !> accelerations at both ends.
-   function steady(self, system, rhs, stepper, form, direction)
+   function steady(self, system, stepper, form, direction)
       type(observed_step_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      type(right_hand_side_t), intent(inout) :: rhs
-      type(stepper_t), intent(in) :: stepper
+      type(stepper_t), intent(inout) :: stepper
       integer, intent(in) :: form, direction
       logical :: steady
 
       real(wp) :: bend(2), rate(2), total(2)
 
-      associate (m => system%m, excitation => rhs%dynamics%excitation)
+      associate (m => system%m, excitation => stepper%rhs%dynamics%excitation)
          call excitation%look(system%machine%tone, 0.0_wp)
-         call look_at_end(self%z_start(m + 1:), stepper%dz_start(m + 1:), 1)
-         call excitation%look(system%machine%tone, self%h)
+         call look_at_end(stepper%z_start(m + 1:2*m), stepper%dz_start(m + 1:), 1)
+         call excitation%look(system%machine%tone, stepper%h)
          call look_at_end(stepper%z_end(m + 1:), stepper%dz_end(m + 1:), 2)
       end associate
       self%noise = rounding*maxval(total)
-      steady = minval(direction*rate) > self%noise .and. monotone_sign(self%h, rate(1), rate(2), bend(1), bend(2)) == direction
+      steady = minval(direction*rate) > self%noise .and. monotone_sign(stepper%h, rate(1), rate(2), bend(1), bend(2)) == direction
 
    contains
 
@@ -324,7 +307,7 @@ contains
          real(wp), intent(in) :: v(:), a(:)
          integer, intent(in) :: i
 
-         associate (sum_of => system%observed(form), excitation => rhs%dynamics%excitation)
+         associate (sum_of => system%observed(form), excitation => stepper%rhs%dynamics%excitation)
             rate(i) = sum_of%rate(v) + excitation%rate(system%machine%tone, sum_of%error, 1)
             bend(i) = dot_product(sum_of%on_y, a) + excitation%rate(system%machine%tone, sum_of%error, 2)
             total(i) = sum_of%size_of_rate(v, system%omega)

@@ -21,7 +21,7 @@ module razy_runge_kutta_runge_kutta
    use razy_runge_kutta_event_finder, only: event_finder_t
    use razy_runge_kutta_methods_stepper, only: stepper_t
    use razy_runge_kutta_observed_step, only: observed_step_t
-   use razy_runge_kutta_right_hand_side, only: right_hand_side_t, treat_by_events, treat_by_smoothing, treat_by_switching
+   use razy_runge_kutta_right_hand_side, only: treat_by_events, treat_by_smoothing, treat_by_switching
    use razy_runge_kutta_sticking, only: sticking_t
    implicit none(type, external)
    private
@@ -40,7 +40,6 @@ module razy_runge_kutta_runge_kutta
 
    type, extends(flow_t) :: runge_kutta_t
       type(method_t), private :: method
-      type(right_hand_side_t), private :: rhs
       type(stepper_t), private :: stepper
       type(event_finder_t), private :: finder
       type(sticking_t), private :: sticking
@@ -97,22 +96,22 @@ contains
 
       real(wp) :: sharpness
 
-      self%rhs%treatment = treat_by_events
       sharpness = 0.0_wp
-      if (self%method%treatment == "switching") self%rhs%treatment = treat_by_switching
-      if (self%method%treatment == "smoothing") then
-         self%rhs%treatment = treat_by_smoothing
-         sharpness = self%method%sharpness
-      end if
+      if (self%method%treatment == "smoothing") sharpness = self%method%sharpness
       call self%take(machine, keep_all, sharpness, error)
       if (allocated(error)) return
-      self%finds_events = self%rhs%treatment == treat_by_events
-      self%rhs%band = self%method%band
-      call self%rhs%dynamics%make_room(self%system, sharpness)
-      call self%finder%make_room(self%system, size(self%hit))
-      call self%seen%make_room(self%system)
-      call self%stepper%prepare(self%method, size(self%z))
-      call self%sticking%make_ready(self%rhs, self%system, self%stepper%adaptive)
+      associate (rhs => self%stepper%rhs)
+         rhs%treatment = treat_by_events
+         if (self%method%treatment == "switching") rhs%treatment = treat_by_switching
+         if (self%method%treatment == "smoothing") rhs%treatment = treat_by_smoothing
+         self%finds_events = rhs%treatment == treat_by_events
+         rhs%band = self%method%band
+         call rhs%dynamics%make_room(self%system, sharpness)
+         call self%finder%make_room(size(self%hit))
+         call self%seen%make_room(self%system)
+         call self%stepper%prepare(self%method, size(self%z))
+         call self%sticking%make_ready(rhs, self%system, self%stepper%adaptive)
+      end associate
    end subroutine prepare
 
    !> If the mode is new: slope and guards there, and a step to begin with, that of the last time if there is one.
@@ -124,26 +123,26 @@ contains
       real(wp) :: h, rest
 
       if (self%starting) call begin_run(self)
-      call self%rhs%dynamics%excitation%begin(self%system%machine%tone, self%time, self%time_low)
-      if (.not. self%anew) return
-      outcome%pieces = outcome%pieces + 1
-      rest = self%remaining(t_end)
-      self%rhs%dynamics%mode%branch = self%transition%dynamics%mode%branch
-      if (self%finds_events) self%rhs%dynamics%mode%press = self%transition%dynamics%mode%press
-      call self%rhs%enter(self%system)
-      associate (stepper => self%stepper, guards => self%transition%guards)
+      associate (stepper => self%stepper, rhs => self%stepper%rhs, guards => self%transition%guards)
+         call rhs%dynamics%excitation%begin(self%system%machine%tone, self%time, self%time_low)
+         if (.not. self%anew) return
+         outcome%pieces = outcome%pieces + 1
+         rest = self%remaining(t_end)
+         rhs%dynamics%mode%branch = self%transition%dynamics%mode%branch
+         if (self%finds_events) rhs%dynamics%mode%press = self%transition%dynamics%mode%press
+         call rhs%enter(self%system)
          stepper%rough = self%finds_events .and. acts_curved(self)
          call stepper%restart()
          call recall(self)
          h = self%known(self%now)%opening(1)
-         if (.not. stepper%adaptive .or. .not. h > 0.0_wp) call stepper%first_step(self%rhs, self%system, self%z, rest, h)
+         if (.not. stepper%adaptive .or. .not. h > 0.0_wp) call stepper%first_step(self%system, self%z, rest, h)
          stepper%h_next = h
-         call stepper%begin(self%rhs, self%system, self%z)
-         if (self%sticking%watching) call self%sticking%begin(self%rhs, self%system, min(h, rest), self%z)
+         call stepper%begin(self%system, self%z)
+         if (self%sticking%watching) call self%sticking%begin(rhs, self%system, min(h, rest), self%z)
          if (.not. self%finds_events) return
          guards%delta = 1.0e-5_wp*min(h, rest)
-         call guards%list(self%system, self%rhs%dynamics%mode)
-         call self%finder%start(self%system, self%rhs, guards, self%z, stepper%dz_end)
+         call guards%list(self%system, rhs%dynamics%mode)
+         call self%finder%begin(self%system, rhs%dynamics, guards, self%z, stepper%dz_end)
       end associate
    end subroutine enter
 
@@ -157,8 +156,6 @@ contains
          self%known(i) = known_t()
          self%known(i)%branch = [integer ::]
       end do
-      self%rhs%evaluations = 0
-      self%rhs%jacobians = 0
       self%finder%near_misses = 0
       call self%stepper%prepare(self%method, size(self%z))
    end subroutine begin_run
@@ -170,7 +167,7 @@ contains
       integer :: i
 
       self%steps = 0
-      associate (branch => self%rhs%dynamics%mode%branch)
+      associate (branch => self%stepper%rhs%dynamics%mode%branch)
          do i = 1, size(self%known)
             if (size(self%known(i)%branch) /= size(branch)) cycle
             if (any(self%known(i)%branch /= branch)) cycle
@@ -191,11 +188,13 @@ contains
       integer :: k
 
       any_does = .false.
-      do k = 1, self%rhs%dynamics%mode%acts
-         associate (law => self%system%machine%contact(self%rhs%dynamics%mode%acting(k))%law)
-            any_does = any_does .or. .not. (law%piecewise_linear .or. law%of_normal)
-         end associate
-      end do
+      associate (mode => self%stepper%rhs%dynamics%mode)
+         do k = 1, mode%acts
+            associate (law => self%system%machine%contact(mode%acting(k))%law)
+               any_does = any_does .or. .not. (law%piecewise_linear .or. law%of_normal)
+            end associate
+         end do
+      end associate
    end function acts_curved
 
    !> Remember the first steps of the mode, or what follows each if that is shorter or so much longer that it is worth a refusal.
@@ -231,60 +230,37 @@ contains
       integer, intent(out) :: ending
       type(outcome_t), intent(inout) :: outcome
 
-      real(wp) :: theta
-      logical :: dense, found
-
       ending = ends_open
-      found = .false.
-      dense = .false.
       if (self%finds_events) call self%finder%advance(self%transition%guards)
       call take_step(self, t_end, longest, piece%last, outcome)
       if (outcome%status /= status_ok) return
       outcome%steps = outcome%steps + 1
-      associate (stepper => self%stepper, seen => self%seen)
+      associate (stepper => self%stepper, seen => self%seen, finder => self%finder)
          if (self%finds_events) then
-            call find_event(self, found, theta, dense)
-            if (found .and. theta < least_share .and. .not. polished(stepper)) call shorten(self, t_end, found, theta, dense)
+            call finder%find(self%system, self%transition%guards, stepper, self%hit)
+            if (finder%found .and. finder%theta < least_share .and. .not. polished(stepper)) call shorten(self, t_end)
          end if
          call keep(self)
-         piece%last = piece%last .and. .not. found .and. .not. stepper%h < self%remaining(t_end)
-         seen%z_start = self%z
-         seen%h = stepper%h
-         seen%dense = dense
+         piece%last = piece%last .and. .not. finder%found .and. .not. stepper%h < self%remaining(t_end)
          seen%moment = .false.
          seen%duration = stepper%h
-         if (found) then
+         if (finder%found) then
             ending = ends_in_event
-            seen%duration = theta*stepper%h
-            call stepper%at(theta, seen%z_stop)
-            if (polished(stepper) .and. .not. stepper%fine_at(theta)) call polish(self)
-            self%transition%dynamics%excitation = self%rhs%dynamics%excitation
+            seen%duration = finder%theta*stepper%h
+            call stepper%output%at(finder%theta, seen%z_stop)
+            if (polished(stepper) .and. .not. stepper%fine_at(finder%theta)) call polish(self)
+            self%transition%dynamics%excitation = stepper%rhs%dynamics%excitation
          else
             seen%z_stop = stepper%z_end
-            call self%rhs%dynamics%keep_constraints(self%system, stepper%h, seen%z_stop)
-            if (self%finds_events) call self%finder%keep_at_rest(self%system, self%transition%guards, seen%z_stop)
-            if (.not. seen%duration < longest) self%transition%dynamics%excitation = self%rhs%dynamics%excitation
+            call stepper%rhs%dynamics%keep_constraints(self%system, stepper%h, seen%z_stop)
+            if (self%finds_events) call finder%keep_at_rest(self%system, self%transition%guards, seen%z_stop)
+            if (.not. seen%duration < longest) self%transition%dynamics%excitation = stepper%rhs%dynamics%excitation
          end if
          piece%duration = seen%duration
          self%z = seen%z_stop
       end associate
       if (.not. self%finds_events) call note_changes(self, ending)
    end subroutine advance
-
-   !> Look for an event in the step.
-   subroutine find_event(self, found, theta, dense)
-      type(runge_kutta_t), intent(inout) :: self
-      logical, intent(out) :: found, dense
-      real(wp), intent(out) :: theta
-
-      real(wp) :: allowed
-
-      ! After n steps errors are up to n times what the tolerance allows in one.
-      allowed = real(self%stepper%accepted_steps, wp)
-      call self%finder%find(self%system, self%rhs, self%transition%guards, self%stepper, self%z, &
-                            allowed*self%method%relative_tolerance, allowed*self%method%absolute_tolerance, self%hit, found, &
-                            theta, dense)
-   end subroutine find_event
 
    !> Whether the last step to an event is made anew: it pays where a step costs little and dense output is of lower order.
    pure logical function polished(stepper)
@@ -328,11 +304,11 @@ contains
             outcome%status = self%budget%status
             if (outcome%status /= status_ok) return
             stepper%plain = stepper%rough .and. (self%steps == 0 .or. h > way)
-            call stepper%attempt(self%rhs, self%system, self%z, h, accepted, failed)
+            call stepper%attempt(self%system, self%z, h, accepted, failed)
             again = .false.
             if (stepper%rough .and. h > way) call learn_closing(known, accepted, stepper%h_next)
             if (accepted .and. self%sticking%watching) then
-               call self%sticking%passes_over(self%rhs, self%system, stepper%z_end, h, again)
+               call self%sticking%passes_over(stepper%rhs, self%system, stepper%z_end, h, again)
             end if
             if (again) then
                call stepper%restart()
@@ -347,26 +323,24 @@ contains
    end subroutine take_step
 
    !> An event early in a long step is found again in a shorter one: a polynomial over the whole step would lose digits there.
-   subroutine shorten(self, t_end, found, theta, dense)
+   subroutine shorten(self, t_end)
       type(runge_kutta_t), intent(inout) :: self
       real(wp), intent(in) :: t_end
-      logical, intent(inout) :: found, dense
-      real(wp), intent(inout) :: theta
 
       real(wp) :: h
       logical :: accepted, failed
 
-      associate (stepper => self%stepper)
+      associate (stepper => self%stepper, theta => self%finder%theta)
          h = 2*theta*stepper%h
          if (.not. h > least_step*t_end) return
          call stepper%restart()
-         call stepper%attempt(self%rhs, self%system, self%z, h, accepted, failed)
+         call stepper%attempt(self%system, self%z, h, accepted, failed)
          if (.not. accepted) then
             call stepper%restart()
-            call stepper%attempt(self%rhs, self%system, self%z, 0.5_wp*h/theta, accepted, failed)
+            call stepper%attempt(self%system, self%z, 0.5_wp*h/theta, accepted, failed)
          end if
+         call self%finder%find(self%system, self%transition%guards, stepper, self%hit)
       end associate
-      call find_event(self, found, theta, dense)
    end subroutine shorten
 
    !> Where the dense output is of lower order than the method: step to the event by the method itself. What is left of the way is
@@ -380,18 +354,16 @@ contains
       logical :: accepted, failed
 
       associate (seen => self%seen, stepper => self%stepper, guards => self%transition%guards)
-         whole = seen%h
+         whole = stepper%h
          h = seen%duration
          if (.not. h > 0.0_wp) return
          i = self%finder%first
          do round = 1, 4
-            call stepper%leap(self%rhs, self%system, self%z, h, accepted)
+            call stepper%leap(self%system, self%z, h, accepted)
             if (.not. accepted) exit
-            seen%h = h
             seen%duration = h
-            seen%dense = .false.
             seen%z_stop = stepper%z_end
-            call guards%look(self%system, self%rhs%dynamics, h, seen%z_stop, g, rate)
+            call guards%look(self%system, stepper%rhs%dynamics, h, seen%z_stop, g, rate)
             if (.not. abs(g(i)) < 0.1_wp*h*abs(rate(i))) return
             rest = -g(i)/rate(i)
             if (abs(rest) <= along_slope*h) then
@@ -404,11 +376,9 @@ contains
          if (accepted) return
          ! The shorter step was refused: the dense output of the whole one has to do.
          call stepper%restart()
-         call stepper%attempt(self%rhs, self%system, self%z, whole, accepted, failed)
-         seen%h = whole
-         call stepper%prepare_dense(self%rhs, self%system, self%z)
-         seen%dense = .true.
-         call stepper%at(seen%duration/whole, seen%z_stop)
+         call stepper%attempt(self%system, self%z, whole, accepted, failed)
+         call stepper%prepare_dense(self%system)
+         call stepper%output%at(seen%duration/whole, seen%z_stop)
       end associate
    end subroutine polish
 
@@ -420,10 +390,11 @@ contains
       real(wp) :: a(self%system%m)
       integer :: branch, j
 
-      associate (dynamics => self%rhs%dynamics, transition => self%transition, tau => self%seen%duration)
-         if (self%rhs%treatment == treat_by_switching .and. self%sticking%sticks) then
-            call self%rhs%accelerate(self%system, tau, self%z, a)
-            self%rhs%evaluations = self%rhs%evaluations + 1
+      associate (rhs => self%stepper%rhs, dynamics => self%stepper%rhs%dynamics, transition => self%transition, &
+                 tau => self%seen%duration)
+         if (rhs%treatment == treat_by_switching .and. self%sticking%sticks) then
+            call rhs%accelerate(self%system, tau, self%z, a)
+            rhs%evaluations = rhs%evaluations + 1
          end if
          call dynamics%look_at_contacts(self%system, tau, self%z)
          transition%changes = 0
@@ -431,7 +402,7 @@ contains
             associate (law => self%system%machine%contact(j)%law)
                branch = law%initial_branch(dynamics%s(j), dynamics%rate(j))
                ! Sticking within the band, unless with more than friction can hold.
-               if (law%constraint(branch_sticking) .and. self%rhs%treatment == treat_by_switching) branch = dynamics%mode%branch(j)
+               if (law%constraint(branch_sticking) .and. rhs%treatment == treat_by_switching) branch = dynamics%mode%branch(j)
             end associate
             if (branch /= transition%dynamics%mode%branch(j)) call transition%note(j, branch)
             transition%dynamics%mode%branch(j) = branch
@@ -445,10 +416,10 @@ contains
       class(runge_kutta_t), intent(inout) :: self
       type(outcome_t), intent(inout) :: outcome
 
-      associate (unused => outcome)
-         call self%rhs%dynamics%excitation%begin(self%system%machine%tone, self%time, self%time_low)
-         self%rhs%dynamics%mode%branch = self%transition%dynamics%mode%branch
-         call self%rhs%enter(self%system)
+      associate (unused => outcome, rhs => self%stepper%rhs)
+         call rhs%dynamics%excitation%begin(self%system%machine%tone, self%time, self%time_low)
+         rhs%dynamics%mode%branch = self%transition%dynamics%mode%branch
+         call rhs%enter(self%system)
          self%seen%moment = .true.
          self%seen%duration = 0.0_wp
          self%seen%z_stop = self%z
@@ -459,13 +430,7 @@ contains
    subroutine transport(self)
       class(runge_kutta_t), intent(inout) :: self
 
-      associate (seen => self%seen)
-         if (self%stepper%implicit .and. .not. seen%dense) then
-            call self%stepper%prepare_dense(self%rhs, self%system, seen%z_start)
-            seen%dense = .true.
-         end if
-         call self%stepper%transport(self%rhs, self%system, seen%z_start, seen%duration, self%tangent)
-      end associate
+      call self%stepper%transport(self%system, self%seen%duration, self%tangent)
    end subroutine transport
 
    !> Counters of right-hand sides and refused steps.
@@ -473,10 +438,12 @@ contains
       class(runge_kutta_t), intent(inout) :: self
       type(outcome_t), intent(inout) :: outcome
 
-      outcome%evaluations = self%rhs%evaluations
-      outcome%jacobians = self%rhs%jacobians
-      outcome%factorisations = self%stepper%radau%factorisations
-      outcome%rejected = self%stepper%rejected_steps
+      associate (stepper => self%stepper)
+         outcome%evaluations = stepper%rhs%evaluations
+         outcome%jacobians = stepper%rhs%jacobians
+         outcome%factorisations = stepper%radau%factorisations
+         outcome%rejected = stepper%rejected_steps
+      end associate
       outcome%near_misses = self%finder%near_misses
    end subroutine finish
 
@@ -487,7 +454,7 @@ contains
       real(wp), intent(in) :: tau
       real(wp) :: value
 
-      value = self%seen%value(self%system, self%rhs, self%stepper, form, tau)
+      value = self%seen%value(self%system, self%stepper, form, tau)
    end function value
 
    !> Value, size and direction of observable `form` at `tau`.
@@ -497,7 +464,7 @@ contains
       real(wp), intent(in) :: tau
       type(glimpse_t), intent(out) :: seen
 
-      call self%seen%glimpse(self%system, self%rhs, self%stepper, form, tau, seen)
+      call self%seen%glimpse(self%system, self%stepper, form, tau, seen)
    end subroutine glimpse
 
    !> The next turn of an observable, by probes of the dense output.
@@ -510,7 +477,7 @@ contains
       real(wp), intent(out) :: tau_found, value
 
       associate (unused => turned)
-         call self%seen%next_turn(self%system, self%rhs, self%stepper, form, tau, tau_end, direction, found, tau_found, value)
+         call self%seen%next_turn(self%system, self%stepper, form, tau, tau_end, direction, found, tau_found, value)
       end associate
    end subroutine next_turn
 
@@ -522,7 +489,7 @@ contains
 
       real(wp) :: z(size(self%z))
 
-      call self%seen%look(self%system, self%rhs, self%stepper, tau, z)
+      call self%seen%look(self%system, self%stepper, tau, z)
       call self%system%to_coordinates(z, displacement, velocity)
    end subroutine state
 
@@ -535,9 +502,9 @@ contains
 
       real(wp) :: a(self%system%m), z(size(self%z))
 
-      call self%seen%look(self%system, self%rhs, self%stepper, tau, z)
-      call self%rhs%accelerate(self%system, tau, z, a)
-      associate (dynamics => self%rhs%dynamics)
+      call self%seen%look(self%system, self%stepper, tau, z)
+      associate (dynamics => self%stepper%rhs%dynamics)
+         call self%stepper%rhs%accelerate(self%system, tau, z, a)
          force = self%system%machine%contact(j)%force_sign*dynamics%force(j)
          call dynamics%look_at_contacts(self%system, tau, z)
          s = dynamics%s(j)
@@ -550,7 +517,7 @@ contains
       class(runge_kutta_t), intent(in) :: self
       real(wp) :: interval
 
-      interval = self%seen%h
+      interval = self%stepper%h
    end function interval
 
 end module razy_runge_kutta_runge_kutta

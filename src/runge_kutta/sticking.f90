@@ -35,7 +35,6 @@ module razy_runge_kutta_sticking
       real(wp), private :: fastest = 0.0_wp, fastest_error = 0.0_wp
       !> At the start of a step and at its end.
       type(room_t), private :: start, finish
-      real(wp), allocatable, private :: moved(:), a(:)
    contains
       procedure :: make_ready
       procedure :: begin
@@ -73,8 +72,6 @@ contains
       end do
       call make_room(self%start, n)
       call make_room(self%finish, n)
-      if (allocated(self%moved)) deallocate (self%moved, self%a)
-      allocate (self%moved(2*system%m), self%a(system%m), source=0.0_wp)
    end subroutine make_ready
 
    pure subroutine make_room(room, n)
@@ -93,7 +90,7 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: rest, z(:)
 
-      if (self%sticks) call measure(self, rhs, system, 0.0_wp, rest, z, self%start)
+      if (self%sticks) call measure(rhs, system, 0.0_wp, rest, self%fastest, z, self%start)
       call limit(self)
    end subroutine begin
 
@@ -113,7 +110,7 @@ contains
 
       again = .false.
       if (.not. self%sticks) return
-      call measure(self, rhs, system, h, h, z, self%finish)
+      call measure(rhs, system, h, h, self%fastest, z, self%finish)
       first = 1.0_wp
       do j = 1, size(self%start%sticking)
          if (.not. (self%start%sticking(j) .and. self%finish%sticking(j))) cycle
@@ -147,32 +144,31 @@ contains
       if (fastest > 0.0_wp) self%longest = longest_angle/fastest
    end subroutine limit
 
-   !> What sticks at (tau, z), after or before a step h, with what room.
-   subroutine measure(self, rhs, system, tau, h, z, room)
-      class(sticking_t), intent(inout) :: self
+   !> What sticks at (tau, z), after or before a step h, with what room; `fastest` is the excitation, rad/s.
+   subroutine measure(rhs, system, tau, h, fastest, z, room)
       type(right_hand_side_t), intent(inout) :: rhs
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: tau, h, z(:)
+      real(wp), intent(in) :: tau, h, fastest, z(:)
       type(room_t), intent(inout) :: room
 
-      real(wp) :: delta
+      real(wp) :: a(system%m), delta, moved(2*system%m)
       integer :: j
 
-      call rhs%accelerate(system, tau, z, self%a)
+      call rhs%accelerate(system, tau, z, a)
       rhs%evaluations = rhs%evaluations + 1
       do j = 1, size(room%sticking)
          room%sticking(j) = rhs%dynamics%mode%does(j) == constrained .and. system%machine%contact(j)%law%of_normal
          if (room%sticking(j)) room%noise(j) = of_force*(abs(rhs%dynamics%force(j)) + abs(rhs%dynamics%normal(j)) &
-                                                         + norm2(self%a)/norm2(system%w(:, j)))
+                                                         + norm2(a)/norm2(system%w(:, j)))
       end do
       if (.not. any(room%sticking)) return
       call look(rhs, system, room%sticking, room%value)
-      delta = of_step*h/max(1.0_wp, self%fastest*h)
-      self%moved(:system%m) = z(:system%m) + delta*z(system%m + 1:)
-      self%moved(system%m + 1:) = z(system%m + 1:) + delta*self%a
+      delta = of_step*h/max(1.0_wp, fastest*h)
+      moved(:system%m) = z(:system%m) + delta*z(system%m + 1:)
+      moved(system%m + 1:) = z(system%m + 1:) + delta*a
       ! The same branches a little later, whether friction could hold then or not.
       rhs%treatment = treat_by_events
-      call rhs%accelerate(system, tau + delta, self%moved, self%a)
+      call rhs%accelerate(system, tau + delta, moved, a)
       rhs%treatment = treat_by_switching
       rhs%evaluations = rhs%evaluations + 1
       call look(rhs, system, room%sticking, room%rate)

@@ -6,14 +6,14 @@ module smooth_motions
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, qp, wp
    use razy_hybrid_system, only: system_t
+   use razy_runge_kutta_methods_dense_output, only: path_t
    use razy_runge_kutta_methods_stepper, only: stepper_t
-   use razy_runge_kutta_right_hand_side, only: right_hand_side_t
    use razy_machine_machine, only: machine_t
    use razy_motion_method, only: method_t
    implicit none(type, external)
    private
 
-   public :: controlled_steps, dense_errors, exact_motion, fixed_steps, make_ready, order_between, power_law_t, sample
+   public :: controlled_steps, dense_errors, exact_motion, fixed_steps, make_ready, order_between, power_law_t, rate_inside, sample
 
    !> F = stiffness |s|^(3/2) sign s, always closed.
    type, extends(contact_law_t) :: power_law_t
@@ -159,12 +159,11 @@ contains
    end function pressed_ball
 
    !> A system, a right-hand side and a stepper ready at the state of the machine at time 0, all coordinates followed.
-   subroutine make_ready(machine, name, relative, absolute, system, rhs, stepper, z)
+   subroutine make_ready(machine, name, relative, absolute, system, stepper, z)
       type(machine_t), intent(in) :: machine
       character(*), intent(in) :: name
       real(wp), intent(in) :: relative, absolute
       type(system_t), intent(out) :: system
-      type(right_hand_side_t), intent(out) :: rhs
       type(stepper_t), intent(out) :: stepper
       real(wp), allocatable, intent(out) :: z(:)
 
@@ -173,16 +172,16 @@ contains
       integer :: j
 
       call system%take(machine, .true., error)
-      call rhs%dynamics%make_room(system, 0.0_wp)
+      call stepper%rhs%dynamics%make_room(system, 0.0_wp)
       z = system%first_state()
-      associate (dynamics => rhs%dynamics)
+      associate (dynamics => stepper%rhs%dynamics)
          call dynamics%excitation%begin(system%machine%tone, 0.0_wp, 0.0_wp)
          call dynamics%look_at_contacts(system, 0.0_wp, z)
          do j = 1, size(machine%contact)
             dynamics%mode%branch(j) = machine%contact(j)%law%initial_branch(dynamics%s(j), dynamics%rate(j))
          end do
       end associate
-      call rhs%enter(system)
+      call stepper%rhs%enter(system)
       method%integrator = name
       method%relative_tolerance = relative
       method%absolute_tolerance = absolute
@@ -198,30 +197,44 @@ contains
       real(wp), intent(out) :: motion(:)
 
       type(system_t) :: system
-      type(right_hand_side_t) :: rhs
       type(stepper_t) :: stepper
       real(wp), allocatable :: z(:)
       integer :: i
       logical :: accepted, failed
 
-      call make_ready(machine, name, 1.0e-12_wp, 1.0e-15_wp, system, rhs, stepper, z)
+      call make_ready(machine, name, 1.0e-12_wp, 1.0e-15_wp, system, stepper, z)
       do i = 1, steps
-         call rhs%dynamics%excitation%begin(system%machine%tone, (i - 1)*(t_end/steps), 0.0_wp)
-         call stepper%attempt(rhs, system, z, t_end/steps, accepted, failed)
+         call stepper%rhs%dynamics%excitation%begin(system%machine%tone, (i - 1)*(t_end/steps), 0.0_wp)
+         call stepper%attempt(system, z, t_end/steps, accepted, failed)
          z = stepper%z_end
          if (.not. accepted) call stepper%restart()
       end do
       call system%to_coordinates(z, motion(:system%m), motion(system%m + 1:))
    end subroutine fixed_steps
 
+   !> dz/dt at theta of the step, by the dense output.
+   function rate_inside(stepper, theta) result(dz)
+      type(stepper_t), intent(in) :: stepper
+      real(wp), intent(in) :: theta
+      real(wp) :: dz(size(stepper%z_end))
+
+      type(path_t) :: path
+      real(wp) :: unused
+      integer :: i
+
+      do i = 1, size(dz)
+         call stepper%output%follow([1.0_wp], i - 1, path)
+         call path%look(theta, unused, dz(i))
+      end do
+   end function rate_inside
+
    !> The same by controlled steps from a first one that the stepper chooses; `stepper` keeps the counters.
-   subroutine controlled_steps(machine, name, relative, absolute, t_end, motion, stepper, rhs, ended)
+   subroutine controlled_steps(machine, name, relative, absolute, t_end, motion, stepper, ended)
       type(machine_t), intent(in) :: machine
       character(*), intent(in) :: name
       real(wp), intent(in) :: relative, absolute, t_end
       real(wp), intent(out) :: motion(:)
       type(stepper_t), intent(out) :: stepper
-      type(right_hand_side_t), intent(out) :: rhs
       logical, intent(out) :: ended
 
       type(system_t) :: system
@@ -229,12 +242,12 @@ contains
       real(wp) :: h, time
       logical :: accepted, failed
 
-      call make_ready(machine, name, relative, absolute, system, rhs, stepper, z)
-      call stepper%first_step(rhs, system, z, t_end, h)
+      call make_ready(machine, name, relative, absolute, system, stepper, z)
+      call stepper%first_step(system, z, t_end, h)
       time = 0.0_wp
       do while (time < t_end .and. h > epsilon(1.0_wp)*t_end)
-         call rhs%dynamics%excitation%begin(system%machine%tone, time, 0.0_wp)
-         call stepper%attempt(rhs, system, z, h, accepted, failed)
+         call stepper%rhs%dynamics%excitation%begin(system%machine%tone, time, 0.0_wp)
+         call stepper%attempt(system, z, h, accepted, failed)
          if (accepted) then
             z = stepper%z_end
             time = time + h
@@ -254,7 +267,6 @@ contains
 
       integer, parameter :: points = 16
       type(system_t) :: system
-      type(right_hand_side_t) :: rhs
       type(stepper_t) :: stepper
       type(machine_t) :: machine
       real(wp), allocatable :: z(:), motion(:), x(:)
@@ -266,19 +278,19 @@ contains
       m = size(motion)/2
       machine%displacement = motion(:m)
       machine%velocity = motion(m + 1:)
-      call make_ready(machine, method, 1.0e20_wp, 1.0e20_wp, system, rhs, stepper, z)
-      call rhs%dynamics%excitation%begin(system%machine%tone, t, 0.0_wp)
-      call stepper%attempt(rhs, system, z, h, accepted, failed)
-      call stepper%prepare_dense(rhs, system, z)
+      call make_ready(machine, method, 1.0e20_wp, 1.0e20_wp, system, stepper, z)
+      call stepper%rhs%dynamics%excitation%begin(system%machine%tone, t, 0.0_wp)
+      call stepper%attempt(system, z, h, accepted, failed)
+      call stepper%prepare_dense(system)
       allocate (x(2*m))
       error = 0.0_wp
       rate_error = 0.0_wp
       do i = 0, points
          motion = exact_motion(name, t + h*i/points)
-         call stepper%at(real(i, wp)/points, z)
+         call stepper%output%at(real(i, wp)/points, z)
          call system%to_coordinates(z, x(:m), x(m + 1:))
          error = max(error, norm2(x - motion))
-         call stepper%rate_at(real(i, wp)/points, z)
+         z = rate_inside(stepper, real(i, wp)/points)
          call system%to_coordinates(z, x(:m), x(m + 1:))
          rate_error = max(rate_error, norm2(x(:m) - motion(m + 1:)))
       end do

@@ -19,7 +19,6 @@ module razy_runge_kutta_methods_dense_output
    contains
       procedure :: prepare
       procedure :: at
-      procedure :: rate_at
       procedure :: follow
    end type dense_output_t
 
@@ -65,24 +64,6 @@ contains
          end do
       end do
    end subroutine at
-
-   !> dz/dt at theta, the derivative of `at`.
-   pure subroutine rate_at(self, theta, dz)
-      class(dense_output_t), intent(in) :: self
-      real(wp), intent(in) :: theta
-      real(wp), intent(out) :: dz(:)
-
-      type(path_t) :: path
-      real(wp) :: unused
-      integer :: i
-
-      path%last = self%last
-      path%h = self%h
-      do i = 1, size(self%r, 1)
-         path%r = self%r(i, :)
-         call path%look(theta, unused, dz(i))
-      end do
-   end subroutine rate_at
 
    !> The path of the form with the coefficients `on` of the components of z after the first `skipped`.
    pure subroutine follow(self, on, skipped, path)

@@ -100,21 +100,6 @@ module razy_runge_kutta_methods_radau5
 
 contains
 
-   !> Make room for 2m components.
-   subroutine make_room(self, m)
-      type(radau5_t), intent(inout) :: self
-      integer, intent(in) :: m
-
-      integer :: n
-
-      n = 2*m
-      if (allocated(self%w)) deallocate (self%jacobian, self%factor, self%complex_factor, self%pivot, self%complex_pivot, self%w, &
-                                         self%f, self%real_side, self%complex_side)
-      allocate (self%jacobian(n, n), self%factor(m, m), self%complex_factor(m, m), self%pivot(m), self%complex_pivot(m))
-      allocate (self%w(n, 3), self%f(n, 3), self%real_side(m), self%complex_side(m))
-      self%m = m
-   end subroutine make_room
-
    !> From slopes f and transformed increments w to the correction of w, in f.
    subroutine newton_correction(self, h)
       type(radau5_t), intent(inout) :: self
@@ -248,13 +233,13 @@ contains
       self%relative = relative**0.8_wp
       self%absolute = absolute*(self%relative/relative)
       self%factorisations = 0
-      if (self%m /= m .or. .not. allocated(self%z)) then
-         if (allocated(self%z)) then
-            deallocate (self%z, self%difference, self%error, self%raw, self%stage)
-         end if
-         allocate (self%z(n, 3), self%difference(n, 3), self%error(n), self%raw(n), self%stage(n))
-         call make_room(self, m)
-      end if
+      self%m = m
+      if (allocated(self%z)) deallocate (self%z, self%difference, self%w, self%f, self%error, self%raw, self%stage, self%jacobian, &
+                                         self%factor, self%complex_factor, self%pivot, self%complex_pivot, self%real_side, &
+                                         self%complex_side)
+      allocate (self%z(n, 3), self%difference(n, 3), self%w(n, 3), self%f(n, 3), self%error(n), self%raw(n), self%stage(n))
+      allocate (self%jacobian(n, n), self%factor(m, m), self%complex_factor(m, m), self%pivot(m), self%complex_pivot(m))
+      allocate (self%real_side(m), self%complex_side(m))
       call self%restart()
    end subroutine prepare
 

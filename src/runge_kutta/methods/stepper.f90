@@ -1,10 +1,10 @@
 !! Steps of a Runge-Kutta method along a smooth piece of motion: trial step, error, proposal of the next, dense output.
 !!
-!! Each step starts at the time 0 of a right-hand side that has begun there. `attempt` changes nothing but its own; the caller takes
-!! `z_end` if he likes. After an accepted step the next attempt has to start at its end, after one that was not accepted at the same
-!! point, unless `restart` is called in between (an event, a shorter piece of the step): slopes known from the step before and the
-!! controller's memory are forgotten there. `attempt` evaluates the slope at the end of an accepted step, so that an explicit method
-!! of s stages needs s right-hand sides a step. Rows of stages are filled up to whole blocks with zeros.
+!! Each step starts at the time 0 of the right-hand side, which has begun there. `attempt` changes nothing but its own; the caller
+!! takes `z_end` if he likes. After an accepted step the next attempt has to start at its end, after one that was not accepted at
+!! the same point, unless `restart` is called in between (an event, a shorter piece of the step): slopes known from the step before
+!! and the controller's memory are forgotten there. `attempt` evaluates the slope at the end of an accepted step, so that an
+!! explicit method of s stages needs s right-hand sides a step. Rows of stages are filled up to whole blocks with zeros.
 !!
 !! The error of a step is the largest |error_i|/(absolute + relative max(|z_i| before, |z_i| after)); up to 1 it is accepted.
 !! Nothing is allocated but by `prepare`.
@@ -25,8 +25,9 @@ module razy_runge_kutta_methods_stepper
 
    public :: stepper_t
 
-   !> A method at work on z of n components.
+   !> A method at work on z' = f(t, z) of n components.
    type :: stepper_t
+      type(right_hand_side_t) :: rhs
       !> Orders of the result and of the dense output.
       integer :: order = 0, dense_order = 0
       !> Whether the step is controlled, and whether equations have to be solved.
@@ -38,8 +39,9 @@ module razy_runge_kutta_methods_stepper
       real(wp) :: h = 0.0_wp, error = 0.0_wp, h_next = 0.0_wp
       !> Attempts that were accepted, and those that were not.
       integer(i8) :: accepted_steps = 0, rejected_steps = 0
-      !> End of the last attempt; slopes at its start and (accepted steps only) at its end (n each).
-      real(wp), allocatable :: z_end(:), dz_start(:), dz_end(:)
+      !> Start of the last attempt (n, filled up to blocks) and its end (n); slopes at its start and (accepted steps only) at its
+      !> end (n each).
+      real(wp), allocatable :: z_start(:), z_end(:), dz_start(:), dz_end(:)
       type(dense_output_t) :: output
       type(tableau_t) :: tableau
       type(radau5_t) :: radau
@@ -47,11 +49,14 @@ module razy_runge_kutta_methods_stepper
       !> Components of z, rows of the stages, stages.
       integer, private :: n = 0, rows = 0, stages = 0
       !> Tolerances, step of the method (0: chosen).
-      real(wp), private :: relative = 0.0_wp, absolute = 0.0_wp, step = 0.0_wp
+      real(wp) :: relative = 0.0_wp, absolute = 0.0_wp
+      real(wp), private :: step = 0.0_wp
       !> What is known of the slope at the start of the next attempt.
       integer, private :: known = 0
-      !> Start and stage of the step, nothing (rows each), slopes (rows, stages), error estimates (rows, estimates).
-      real(wp), allocatable, private :: z_start(:), z_stage(:), zero(:), k(:, :), estimates(:, :)
+      !> Whether the dense output is that of the last step.
+      logical, private :: dense = .false.
+      !> Stage of the step, nothing (rows each), slopes (rows, stages), error estimates (rows, estimates).
+      real(wp), allocatable, private :: z_stage(:), zero(:), k(:, :), estimates(:, :)
    contains
       procedure :: prepare
       procedure :: restart
@@ -60,9 +65,7 @@ module razy_runge_kutta_methods_stepper
       procedure :: attempt
       procedure :: leap
       procedure :: prepare_dense
-      procedure :: at
       procedure :: fine_at
-      procedure :: rate_at
       procedure :: transport
    end type stepper_t
 
@@ -105,6 +108,8 @@ contains
       self%step = method%step
       self%accepted_steps = 0
       self%rejected_steps = 0
+      self%rhs%evaluations = 0
+      self%rhs%jacobians = 0
       self%h = 0.0_wp
       self%h_next = self%step
       self%n = n
@@ -130,9 +135,8 @@ contains
 
    !> A step to start with, s, at most `longest`: that of the method if it gives one, else by the size of z, z' and z'' (Hairer,
    !> Nørsett and Wanner I, II.4). `longest` if there is no slope.
-   subroutine first_step(self, rhs, system, z, longest, h)
+   subroutine first_step(self, system, z, longest, h)
       class(stepper_t), intent(inout) :: self
-      type(right_hand_side_t), intent(inout) :: rhs
       type(system_t), intent(in) :: system
       real(wp), intent(in), contiguous :: z(:)
       real(wp), intent(in) :: longest
@@ -143,7 +147,7 @@ contains
 
       h = min(self%step, longest)
       if (h > 0.0_wp) return
-      call know_start(self, rhs, system, z)
+      call know_start(self, system, z)
       h = longest
       if (.not. all(ieee_is_finite(self%dz_start))) return
       unit = self%absolute + self%relative*abs(z)
@@ -153,7 +157,7 @@ contains
       if (min(size_z, size_f) > 1.0e-5_wp) h = 0.01_wp*size_z/size_f
       h = min(h, longest)
       there = z + h*self%dz_start
-      call rhs%derivative(system, h, there, slope)
+      call self%rhs%derivative(system, h, there, slope)
       if (.not. all(ieee_is_finite(slope))) return
       size_f = max(size_f, maxval(abs(slope - self%dz_start)/(unit*h)))
       if (size_f > 1.0e-15_wp) then
@@ -164,42 +168,40 @@ contains
    end subroutine first_step
 
    !> Evaluate the slope at z, unless `first_step` has done so there: it is as if a step had ended there.
-   subroutine begin(self, rhs, system, z)
+   subroutine begin(self, system, z)
       class(stepper_t), intent(inout) :: self
-      type(right_hand_side_t), intent(inout) :: rhs
       type(system_t), intent(in) :: system
       real(wp), intent(in), contiguous :: z(:)
 
-      call know_start(self, rhs, system, z)
+      call know_start(self, system, z)
       self%dz_end(:) = self%dz_start
       self%known = moved_on
    end subroutine begin
 
    !> Try a step h from z. `failed`: it led to no number, or its equations were not solved; then, and when it is not accepted,
    !> `h_next` is shorter.
-   subroutine attempt(self, rhs, system, z, h, accepted, failed)
+   subroutine attempt(self, system, z, h, accepted, failed)
       class(stepper_t), intent(inout) :: self
-      type(right_hand_side_t), intent(inout) :: rhs
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: h
       real(wp), intent(in), contiguous :: z(:)
       logical, intent(out) :: accepted, failed
 
-      call know_start(self, rhs, system, z)
+      call know_start(self, system, z)
       self%h = h
       self%error = 0.0_wp
       failed = .not. all(ieee_is_finite(self%dz_start))
       if (.not. failed) then
          if (self%implicit) then
-            call implicit_step(self, rhs, system, z, h, failed)
+            call implicit_step(self, system, z, h, failed)
          else
-            call explicit_step(self, rhs, system, h, failed)
+            call explicit_step(self, system, h, failed)
          end if
       end if
       accepted = .false.
       if (.not. failed) accepted = self%error <= 1.0_wp
       if (accepted) then
-         call end_slope(self, rhs, system, h)
+         call end_slope(self, system, h)
          failed = .not. all(ieee_is_finite(self%dz_end))
          accepted = .not. failed
       end if
@@ -208,34 +210,32 @@ contains
 
    !> Step h from z, which is part of an accepted one that began there; the next step has to start anew. `taken`: it led to
    !> numbers.
-   subroutine leap(self, rhs, system, z, h, taken)
+   subroutine leap(self, system, z, h, taken)
       class(stepper_t), intent(inout) :: self
-      type(right_hand_side_t), intent(inout) :: rhs
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: h
       real(wp), intent(in), contiguous :: z(:)
       logical, intent(out) :: taken
 
       self%known = same_start
-      call know_start(self, rhs, system, z)
+      call know_start(self, system, z)
       self%h = h
-      call form_stages(self, rhs, system, h)
-      call end_slope(self, rhs, system, h)
+      call form_stages(self, system, h)
+      call end_slope(self, system, h)
       self%accepted_steps = self%accepted_steps + 1
       taken = all(ieee_is_finite(self%z_end)) .and. all(ieee_is_finite(self%dz_end))
    end subroutine leap
 
    !> Stages, end and error of a step h from the start known.
-   subroutine explicit_step(self, rhs, system, h, failed)
+   subroutine explicit_step(self, system, h, failed)
       type(stepper_t), intent(inout) :: self
-      type(right_hand_side_t), intent(inout) :: rhs
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: h
       logical, intent(out) :: failed
 
       integer :: e
 
-      call form_stages(self, rhs, system, h)
+      call form_stages(self, system, h)
       if (self%adaptive) then
          do e = 1, self%tableau%errors
             call combine(self%rows, size(self%k, 2), self%zero, h, self%k, self%tableau%error(e), self%estimates(:, e))
@@ -247,9 +247,8 @@ contains
    end subroutine explicit_step
 
    !> Stages and end of a step h from the start known.
-   subroutine form_stages(self, rhs, system, h)
+   subroutine form_stages(self, system, h)
       type(stepper_t), intent(inout) :: self
-      type(right_hand_side_t), intent(inout) :: rhs
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: h
 
@@ -258,42 +257,40 @@ contains
       last = self%stages + 1
       do i = 2, self%stages
          call combine(self%rows, size(self%k, 2), self%z_start, h, self%k, self%tableau%row(i), self%z_stage)
-         call rhs%derivative(system, self%tableau%node(i)*h, self%z_stage, self%k(:, i))
+         call self%rhs%derivative(system, self%tableau%node(i)*h, self%z_stage, self%k(:, i))
       end do
       call combine(self%rows, size(self%k, 2), self%z_start, h, self%k, self%tableau%row(last), self%z_stage)
       self%z_end(:) = self%z_stage(:self%n)
-      if (self%tableau%fsal) call rhs%derivative(system, h, self%z_end, self%k(:, last))
+      if (self%tableau%fsal) call self%rhs%derivative(system, h, self%z_end, self%k(:, last))
    end subroutine form_stages
 
    !> The slope at the end of the step h, whose stages have been formed.
-   subroutine end_slope(self, rhs, system, h)
+   subroutine end_slope(self, system, h)
       type(stepper_t), intent(inout) :: self
-      type(right_hand_side_t), intent(inout) :: rhs
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: h
 
       if (self%tableau%fsal) then
          self%dz_end(:) = self%k(:self%n, self%stages + 1)
       else
-         call rhs%derivative(system, h, self%z_end, self%dz_end)
+         call self%rhs%derivative(system, h, self%z_end, self%dz_end)
          self%k(:self%n, self%stages + 1) = self%dz_end
       end if
    end subroutine end_slope
 
    !> A step h from z by Newton's iteration.
-   subroutine implicit_step(self, rhs, system, z, h, failed)
+   subroutine implicit_step(self, system, z, h, failed)
       type(stepper_t), intent(inout) :: self
-      type(right_hand_side_t), intent(inout) :: rhs
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: z(:), h
       logical, intent(out) :: failed
 
       logical :: again
 
-      call self%radau%solve_stages(rhs, system, z, h, failed)
+      call self%radau%solve_stages(self%rhs, system, z, h, failed)
       if (failed) return
       again = self%control%rejected .or. .not. self%control%last_h > 0.0_wp
-      call self%radau%estimate_error(rhs, system, z, self%dz_start, h, again, self%error)
+      call self%radau%estimate_error(self%rhs, system, z, self%dz_start, h, again, self%error)
       self%z_end = z + self%radau%z(:, 3)
       failed = .not. all(ieee_is_finite(self%z_end)) .or. .not. ieee_is_finite(self%error)
    end subroutine implicit_step
@@ -333,15 +330,15 @@ contains
    end subroutine propose
 
    !> Start of the step and the slope there, evaluated unless it is known.
-   subroutine know_start(self, rhs, system, z)
+   subroutine know_start(self, system, z)
       type(stepper_t), intent(inout) :: self
-      type(right_hand_side_t), intent(inout) :: rhs
       type(system_t), intent(in) :: system
       real(wp), intent(in), contiguous :: z(:)
 
       self%z_start(:self%n) = z
+      self%dense = .false.
       if (self%known == unknown) then
-         call rhs%derivative(system, 0.0_wp, z, self%dz_start)
+         call self%rhs%derivative(system, 0.0_wp, z, self%dz_start)
       else if (self%known == moved_on) then
          self%dz_start(:) = self%dz_end
       end if
@@ -349,17 +346,17 @@ contains
       self%known = same_start
    end subroutine know_start
 
-   !> Make the dense output of the accepted step from z; evaluates the stages that only it needs.
-   subroutine prepare_dense(self, rhs, system, z)
+   !> Make the dense output of the accepted step unless it has been made; evaluates the stages that only it needs.
+   subroutine prepare_dense(self, system)
       class(stepper_t), intent(inout) :: self
-      type(right_hand_side_t), intent(inout) :: rhs
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: z(:)
 
       integer :: i, l
 
+      if (self%dense) return
+      self%dense = .true.
       self%output%h = self%h
-      associate (r => self%output%r)
+      associate (r => self%output%r, z => self%z_start)
          do i = 1, self%n
             r(i, 0) = z(i)
          end do
@@ -374,7 +371,7 @@ contains
          end do
          do i = self%stages + 2, self%stages + 1 + self%tableau%extra
             call combine(self%rows, size(self%k, 2), self%z_start, self%h, self%k, self%tableau%row(i), self%z_stage)
-            call rhs%derivative(system, self%tableau%node(i)*self%h, self%z_stage, self%k(:, i))
+            call self%rhs%derivative(system, self%tableau%node(i)*self%h, self%z_stage, self%k(:, i))
          end do
          do l = 1, self%tableau%polynomials
             call combine(self%rows, size(self%k, 2), self%zero, self%h, self%k, self%tableau%dense(l), self%z_stage)
@@ -403,31 +400,12 @@ contains
       end associate
    end function fine_at
 
-   !> z at theta in [0, 1] of the step whose dense output was prepared.
-   pure subroutine at(self, theta, z)
-      class(stepper_t), intent(in) :: self
-      real(wp), intent(in) :: theta
-      real(wp), intent(out) :: z(:)
-
-      call self%output%at(theta, z)
-   end subroutine at
-
-   !> dz/dt at theta, the derivative of `at`.
-   pure subroutine rate_at(self, theta, dz)
-      class(stepper_t), intent(in) :: self
-      real(wp), intent(in) :: theta
-      real(wp), intent(out) :: dz(:)
-
-      call self%output%rate_at(theta, dz)
-   end subroutine rate_at
-
-   !> Carry disturbances (n, columns) of the state through a step h from z: the variational equation by the same method. Of the
-   !> implicit one the stages are those of the step's dense output, which has to be at hand.
-   subroutine transport(self, rhs, system, z, h, tangent)
-      class(stepper_t), intent(in) :: self
-      type(right_hand_side_t), intent(inout) :: rhs
+   !> Carry disturbances (n, columns) of the state through the first h, s, of the accepted step: the variational equation by the
+   !> same method. Of the implicit one the stages are those of the step's dense output.
+   subroutine transport(self, system, h, tangent)
+      class(stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: z(:), h
+      real(wp), intent(in) :: h
       real(wp), intent(inout) :: tangent(:, :)
 
       real(wp) :: slope(self%n, size(self%k, 2)), stage(self%n), jacobian(self%n, self%n)
@@ -435,11 +413,11 @@ contains
       integer :: i, j
 
       if (self%implicit) then
-         call transport_implicitly(self, rhs, system, h, tangent)
+         call transport_implicitly(self, system, h, tangent)
          return
       end if
       do i = 1, self%stages + 1
-         stage = z
+         stage = self%z_start(:self%n)
          moved = tangent
          associate (row => self%tableau%row(i))
             do j = 1, row%terms
@@ -448,17 +426,16 @@ contains
             end do
          end associate
          if (i > self%stages) exit
-         call rhs%derivative(system, self%tableau%node(i)*h, stage, slope(:, i))
-         call rhs%jacobian(system, self%tableau%node(i)*h, stage, jacobian)
+         call self%rhs%derivative(system, self%tableau%node(i)*h, stage, slope(:, i))
+         call self%rhs%jacobian(system, self%tableau%node(i)*h, stage, jacobian)
          change(:, :, i) = matmul(jacobian, moved)
       end do
       tangent = moved
    end subroutine transport
 
    !> The same by the collocation of Radau IIA: K_i = J_i (V + h Σ_j a_ij K_j).
-   subroutine transport_implicitly(self, rhs, system, h, tangent)
-      type(stepper_t), intent(in) :: self
-      type(right_hand_side_t), intent(inout) :: rhs
+   subroutine transport_implicitly(self, system, h, tangent)
+      type(stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: h
       real(wp), intent(inout) :: tangent(:, :)
@@ -467,9 +444,10 @@ contains
       integer :: i, info, j, n, pivot(3*self%n)
 
       n = self%n
+      call self%prepare_dense(system)
       do i = 1, 3
          call self%output%at(radau_node(i)*h/self%h, stage)
-         call rhs%jacobian(system, radau_node(i)*h, stage, jacobian)
+         call self%rhs%jacobian(system, radau_node(i)*h, stage, jacobian)
          associate (rows => [(n*(i - 1) + j, j=1, n)])
             side(rows, :) = matmul(jacobian, tangent)
             do j = 1, 3

@@ -25,7 +25,6 @@ module razy_runge_kutta_methods_tableaux
 
    !> A method.
    type :: tableau_t
-      character(16) :: name = ""
       !> Order of the result and of the dense output; the error estimate is of order `estimate` in h (0: there is none).
       integer :: order = 0, dense_order = 0, estimate = 0
       !> Right-hand sides of a step, and additional ones for the dense output.
@@ -44,12 +43,11 @@ module razy_runge_kutta_methods_tableaux
 
 contains
 
-   !> The tableau of one of `explicit_methods`; without a name and stages for any other.
+   !> The tableau of one of `explicit_methods`; without stages for any other.
    subroutine new_tableau(self, name)
       type(tableau_t), intent(out) :: self
       character(*), intent(in) :: name
 
-      self%name = name
       select case (name)
       case ("rk4")
          call classical(self)
@@ -60,7 +58,7 @@ contains
       case ("dop853")
          call dop853(self)
       case default
-         self%name = ""
+         self%stages = 0
       end select
    end subroutine new_tableau
 
@@ -84,13 +82,14 @@ contains
       self%order = 3
       self%dense_order = 3
       self%estimate = 3
+      self%errors = 1
       self%beta = 0.4_wp/6
       self%stages = 3
       self%fsal = .true.
       call set_row(self, 2, 0.5_wp, [1], [0.5_wp])
       call set_row(self, 3, 0.75_wp, [2], [0.75_wp])
       call set_row(self, 4, 1.0_wp, [1, 2, 3], [2.0_wp/9, 1.0_wp/3, 4.0_wp/9])
-      call set_error(self, 1, [1, 2, 3, 4], [-5.0_wp/72, 1.0_wp/12, 1.0_wp/9, -1.0_wp/8])
+      call set_sum(self%error(1), [1, 2, 3, 4], [-5.0_wp/72, 1.0_wp/12, 1.0_wp/9, -1.0_wp/8])
    end subroutine bogacki_shampine
 
    !> Order 5(4): J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19-26; dense output of order 4 after Hairer,
@@ -101,6 +100,8 @@ contains
       self%order = 5
       self%dense_order = 4
       self%estimate = 5
+      self%errors = 1
+      self%polynomials = 1
       self%beta = 0.04_wp
       self%stages = 6
       self%fsal = .true.
@@ -112,11 +113,11 @@ contains
                    [9017.0_wp/3168, -355.0_wp/33, 46732.0_wp/5247, 49.0_wp/176, -5103.0_wp/18656])
       call set_row(self, 7, 1.0_wp, [1, 3, 4, 5, 6], &
                    [35.0_wp/384, 500.0_wp/1113, 125.0_wp/192, -2187.0_wp/6784, 11.0_wp/84])
-      call set_error(self, 1, [1, 3, 4, 5, 6, 7], [71.0_wp/57600, -71.0_wp/16695, 71.0_wp/1920, -17253.0_wp/339200, &
-                                                   22.0_wp/525, -1.0_wp/40])
-      call set_dense(self, 1, [1, 3, 4, 5, 6, 7], &
-                     [-12715105075.0_wp/11282082432.0_wp, 87487479700.0_wp/32700410799.0_wp, -10690763975.0_wp/1880347072.0_wp, &
-                      701980252875.0_wp/199316789632.0_wp, -1453857185.0_wp/822651844.0_wp, 69997945.0_wp/29380423.0_wp])
+      call set_sum(self%error(1), [1, 3, 4, 5, 6, 7], [71.0_wp/57600, -71.0_wp/16695, 71.0_wp/1920, -17253.0_wp/339200, &
+                                                       22.0_wp/525, -1.0_wp/40])
+      call set_sum(self%dense(1), [1, 3, 4, 5, 6, 7], &
+                   [-12715105075.0_wp/11282082432.0_wp, 87487479700.0_wp/32700410799.0_wp, -10690763975.0_wp/1880347072.0_wp, &
+                    701980252875.0_wp/199316789632.0_wp, -1453857185.0_wp/822651844.0_wp, 69997945.0_wp/29380423.0_wp])
    end subroutine dormand_prince
 
    !> Order 8 with error estimates of orders 5 and 3 and dense output of order 7: Hairer, Nørsett and Wanner I, II.5, II.6 (Dormand
@@ -127,6 +128,8 @@ contains
       self%order = 8
       self%dense_order = 7
       self%estimate = 8
+      self%errors = 2
+      self%polynomials = 4
       ! Hairer's program takes 0; with this nothing is rejected on smooth motions, and equal errors cost an eighth less.
       self%beta = 0.04_wp
       self%least = 0.333_wp
@@ -179,54 +182,43 @@ contains
                    3.567271874552811092707e-1_wp, -1.399024165159014621294e-3_wp, 2.947514789152772338956_wp, &
                    -9.150958472179870010819_wp])
       call dop853_errors(self)
-      call set_dense(self, 1, [1, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16], [ &
+      call set_sum(self%dense(1), [1, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16], [ &
                -8.428938276109012865135_wp, 5.667149535193777696253e-1_wp, -3.06894994594989169128_wp, 2.384667656512069828773_wp, &
-                     2.117034582445028276716_wp, -8.713915837779729920679e-1_wp, 2.240437430260788275854_wp, &
-                     6.315787787694688181557e-1_wp, -8.89903364513333108207e-2_wp, 1.814850552085472725666e1_wp, &
-                     -9.194632392478355400045_wp, -4.436036387594893966431_wp])
-      call set_dense(self, 2, [1, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16], [ &
-                     1.042750864257913460341e1_wp, 2.422834917752581828843e2_wp, 1.652004517172702819851e2_wp, &
-                     -3.745467547226902027952e2_wp, -2.211366685312530603627e1_wp, 7.73343266847226383896_wp, &
-                     -3.067408473108939818206e1_wp, -9.332130526430227872957_wp, 1.569723812177084388613e1_wp, &
-                     -3.113940321956517767728e1_wp, -9.352924358844478386571_wp, 3.581684148639408375247e1_wp])
-      call set_dense(self, 3, [1, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16], [ &
-                     1.998505324200243382099e1_wp, -3.870373087493517655511e2_wp, -1.891781381951675688283e2_wp, &
-                     5.278081592054236490056e2_wp, -1.157390253995963012614e1_wp, 6.881232694696300016967_wp, &
-                     -1.000605096691083840318_wp, 7.777137798053443209287e-1_wp, -2.778205752353508406593_wp, &
-                     -6.019669523126412075827e1_wp, 8.432040550667716101816e1_wp, 1.199229113618278932804e1_wp])
-      call set_dense(self, 4, [1, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16], [ &
-                     -2.569393346270374900331e1_wp, -1.541897486902364337405e2_wp, -2.315293791760454956754e2_wp, &
-                     3.576391179106141237829e2_wp, 9.340532418362431000391e1_wp, -3.745832313645163315688e1_wp, &
-                     1.040996495089623004515e2_wp, 2.984029342666050312334e1_wp, -4.353345659001114375443e1_wp, &
-                     9.632455395918828294839e1_wp, -3.917726167561543916523e1_wp, -1.497268362579856258142e2_wp])
+                   2.117034582445028276716_wp, -8.713915837779729920679e-1_wp, 2.240437430260788275854_wp, &
+                   6.315787787694688181557e-1_wp, -8.89903364513333108207e-2_wp, 1.814850552085472725666e1_wp, &
+                   -9.194632392478355400045_wp, -4.436036387594893966431_wp])
+      call set_sum(self%dense(2), [1, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16], [ &
+                   1.042750864257913460341e1_wp, 2.422834917752581828843e2_wp, 1.652004517172702819851e2_wp, &
+                   -3.745467547226902027952e2_wp, -2.211366685312530603627e1_wp, 7.73343266847226383896_wp, &
+                   -3.067408473108939818206e1_wp, -9.332130526430227872957_wp, 1.569723812177084388613e1_wp, &
+                   -3.113940321956517767728e1_wp, -9.352924358844478386571_wp, 3.581684148639408375247e1_wp])
+      call set_sum(self%dense(3), [1, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16], [ &
+                   1.998505324200243382099e1_wp, -3.870373087493517655511e2_wp, -1.891781381951675688283e2_wp, &
+                   5.278081592054236490056e2_wp, -1.157390253995963012614e1_wp, 6.881232694696300016967_wp, &
+                   -1.000605096691083840318_wp, 7.777137798053443209287e-1_wp, -2.778205752353508406593_wp, &
+                   -6.019669523126412075827e1_wp, 8.432040550667716101816e1_wp, 1.199229113618278932804e1_wp])
+      call set_sum(self%dense(4), [1, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16], [ &
+                   -2.569393346270374900331e1_wp, -1.541897486902364337405e2_wp, -2.315293791760454956754e2_wp, &
+                   3.576391179106141237829e2_wp, 9.340532418362431000391e1_wp, -3.745832313645163315688e1_wp, &
+                   1.040996495089623004515e2_wp, 2.984029342666050312334e1_wp, -4.353345659001114375443e1_wp, &
+                   9.632455395918828294839e1_wp, -3.917726167561543916523e1_wp, -1.497268362579856258142e2_wp])
    end subroutine dop853
 
    pure subroutine dop853_errors(self)
       type(tableau_t), intent(inout) :: self
 
-      call set_error(self, 1, [1, 6, 7, 8, 9, 10, 11, 12], [ &
-                     1.31200449941948807325e-2_wp, -1.225156446376204440721_wp, -4.957589496572501915214e-1_wp, &
-                     1.664377182454986536962_wp, -3.503288487499736816886e-1_wp, 3.341791187130174790297e-1_wp, &
-                     8.192320648511571246571e-2_wp, -2.235530786388629525884e-2_wp])
+      call set_sum(self%error(1), [1, 6, 7, 8, 9, 10, 11, 12], [ &
+                   1.31200449941948807325e-2_wp, -1.225156446376204440721_wp, -4.957589496572501915214e-1_wp, &
+                   1.664377182454986536962_wp, -3.503288487499736816886e-1_wp, 3.341791187130174790297e-1_wp, &
+                   8.192320648511571246571e-2_wp, -2.235530786388629525884e-2_wp])
       ! The weights less those of a method of order 3 on the nodes of stages 1, 9 and 12.
-      self%errors = 2
       self%error(2) = self%row(13)
-      call subtract(self%error(2), 1, 0.244094488188976377952755905512_wp)
-      call subtract(self%error(2), 9, 0.733846688281611857341361741547_wp)
-      call subtract(self%error(2), 12, 0.220588235294117647058823529412e-1_wp)
+      associate (column => self%error(2)%column, value => self%error(2)%value)
+         where (column == 1) value = value - 0.244094488188976377952755905512_wp
+         where (column == 9) value = value - 0.733846688281611857341361741547_wp
+         where (column == 12) value = value - 0.220588235294117647058823529412e-1_wp
+      end associate
    end subroutine dop853_errors
-
-   pure subroutine subtract(self, column, value)
-      type(sum_t), intent(inout) :: self
-      integer, intent(in) :: column
-      real(wp), intent(in) :: value
-
-      integer :: j
-
-      do j = 1, self%terms
-         if (self%column(j) == column) self%value(j) = self%value(j) - value
-      end do
-   end subroutine subtract
 
    pure subroutine set_row(self, i, node, column, value)
       type(tableau_t), intent(inout) :: self
@@ -236,24 +228,6 @@ contains
       self%node(i) = node
       call set_sum(self%row(i), column, value)
    end subroutine set_row
-
-   pure subroutine set_error(self, i, column, value)
-      type(tableau_t), intent(inout) :: self
-      integer, intent(in) :: i, column(:)
-      real(wp), intent(in) :: value(:)
-
-      self%errors = max(self%errors, i)
-      call set_sum(self%error(i), column, value)
-   end subroutine set_error
-
-   pure subroutine set_dense(self, i, column, value)
-      type(tableau_t), intent(inout) :: self
-      integer, intent(in) :: i, column(:)
-      real(wp), intent(in) :: value(:)
-
-      self%polynomials = max(self%polynomials, i)
-      call set_sum(self%dense(i), column, value)
-   end subroutine set_dense
 
    pure subroutine set_sum(self, column, value)
       type(sum_t), intent(inout) :: self
