@@ -28,8 +28,8 @@ module razy_orbits_branch
       !> Points 1 to `count` along the branch; periods of the excitation in one of the motion.
       type(point_t), allocatable :: point(:)
       integer :: count = 0, periods = 1
-      !> Where it begins: number of a branch and of a point of it, 0: it was found by itself.
-      integer :: parent = 0, origin = 0
+      !> The branch that it begins on, 0: it was found by itself.
+      integer :: parent = 0
       !> Why it ends, in words.
       character(:), allocatable :: ending
    contains

@@ -63,7 +63,6 @@ module razy_orbits_orbit
       !> Floquet multipliers (n; without excitation n - 1).
       complex(wp), allocatable :: multiplier(:)
       type(event_log_t) :: sequence
-      logical :: differentiable = .true.
       !> Length of the last correction.
       real(wp) :: correction = huge(1.0_wp)
       integer :: rounds = 0
@@ -188,10 +187,7 @@ contains
       end if
       orbit%u = u
       orbit%sequence = back%sequence
-      if (derivative) then
-         orbit%derivative = back%derivative
-         orbit%differentiable = back%differentiable
-      end if
+      if (derivative) orbit%derivative = back%derivative
       orbit%residual = (back%x - x)/s(:n)
       if (self%is_autonomous()) orbit%residual = [orbit%residual, dot_product(self%normal, u(:n) - self%origin)]
    end subroutine evaluate
