@@ -22,7 +22,6 @@ module razy_orbits_orbit
    private
 
    public :: bordered, determinant, orbit_t, problem_t, solve_square
-   public :: outside, through_doubling
 
    !> What is looked for: motions of `periods` periods of the excitation, with parameter number `active` of `parameter` free.
    type :: problem_t
@@ -47,6 +46,7 @@ module razy_orbits_orbit
       procedure :: is_autonomous
       procedure :: order
       procedure :: scales
+      procedure :: value_of
       procedure :: go_to
       procedure :: evaluate
       procedure :: differentiate
@@ -99,6 +99,14 @@ contains
                    spread(self%period, 1, self%order() - n), self%range]
       end associate
    end function scales
+
+   !> The free parameter of a motion, in its unit.
+   pure real(wp) function value_of(self, orbit) result(value)
+      class(problem_t), intent(in) :: self
+      type(orbit_t), intent(in) :: orbit
+
+      value = orbit%u(size(orbit%u))*self%range
+   end function value_of
 
    !> Begin with a state x, whose size gives the scales; `period`, s, counts without excitation. The map is at its parameters.
    subroutine begin(self, x, period, range)
@@ -349,19 +357,5 @@ contains
 
       is_stable = all(abs(self%multiplier) < 1.0_wp)
    end function is_stable
-
-   !> Multipliers outside the unit circle.
-   pure integer function outside(orbit)
-      type(orbit_t), intent(in) :: orbit
-
-      outside = count(abs(orbit%multiplier) > 1.0_wp)
-   end function outside
-
-   !> A function that changes its sign where a multiplier goes through -1: Π (1 + μ).
-   pure real(wp) function through_doubling(orbit)
-      type(orbit_t), intent(in) :: orbit
-
-      through_doubling = real(product(1.0_wp + orbit%multiplier), wp)
-   end function through_doubling
 
 end module razy_orbits_orbit

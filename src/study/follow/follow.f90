@@ -296,7 +296,7 @@ contains
 
       associate (problem => self%problem, point => self%branch(branch)%point(place))
          if (.not. any(point%label == ["LP", "PD", "TR", "GR"]) .or. self%curves == most_curves) return
-         at = [point%orbit%u(size(point%orbit%u))*problem%range, problem%parameter(2)]
+         at = [problem%value_of(point%orbit), problem%parameter(2)]
          range = abs(self%last - self%first)
          do i = 1, self%curves
             if (self%curve(i)%periods == self%branch(branch)%periods .and. &
@@ -305,9 +305,6 @@ contains
          self%curves = self%curves + 1
          problem%periods = self%branch(branch)%periods
          associate (curve => self%curve(self%curves))
-            curve%label = point%label
-            curve%contact = point%contact
-            curve%periods = problem%periods
             curve%branch = branch
             call curve%follow(problem, point, min(self%first, self%last), max(self%first, self%last), range(2), most_on_curve)
          end associate
