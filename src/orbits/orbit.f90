@@ -113,6 +113,7 @@ contains
       class(problem_t), intent(inout) :: self
       real(wp), intent(in) :: x(:), period, range
 
+      real(wp), allocatable :: s(:)
       real(wp) :: omega
       type(return_t) :: back
 
@@ -123,9 +124,10 @@ contains
          self%velocity = max(norm2([omega*x(:n/2), x(n/2 + 1:)]), tiny(1.0_wp)*1.0e30_wp)
          self%displacement = self%velocity/omega
          if (.not. self%is_autonomous()) return
-         self%origin = x/[spread(self%displacement, 1, n/2), spread(self%velocity, 1, n/2)]
+         s = self%scales()
+         self%origin = x/s(:n)
          call self%map%go(x, self%step*period, .false., back)
-         self%normal = (back%x - x)/[spread(self%displacement, 1, n/2), spread(self%velocity, 1, n/2)]
+         self%normal = (back%x - x)/s(:n)
          self%normal = self%normal/norm2(self%normal)
       end associate
    end subroutine begin
