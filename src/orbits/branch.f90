@@ -9,7 +9,7 @@ module razy_orbits_branch
    use razy_contact_contact_law, only: branch_forward, branch_sticking
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
-   use razy_orbits_orbit, only: bordered, determinant, orbit_t, outside, problem_t, solve_square, through_doubling
+   use razy_orbits_orbit, only: bordered, determinant, orbit_t, problem_t, solve_square
    implicit none(type, external)
    private
 
@@ -28,8 +28,8 @@ module razy_orbits_branch
       !> Points 1 to `count` along the branch; periods of the excitation in one of the motion.
       type(point_t), allocatable :: point(:)
       integer :: count = 0, periods = 1
-      !> Where it begins: number of a branch and of a point of it, 0: it was found by itself.
-      integer :: parent = 0, origin = 0
+      !> The branch that it begins on, 0: it was found by itself.
+      integer :: parent = 0
       !> Why it ends, in words.
       character(:), allocatable :: ending
    contains
@@ -426,7 +426,7 @@ contains
          crossed(kind) = value_of(problem, a%orbit, kind)*value_of(problem, b%orbit, kind) < 0.0_wp
       end do
       explained = count(crossed(:2))
-      crossed(3) = abs(outside(a%orbit) - outside(b%orbit)) > explained
+      crossed(3) = abs(count(abs(a%orbit%multiplier) > 1.0_wp) - count(abs(b%orbit%multiplier) > 1.0_wp)) > explained
       last = size(a%orbit%u)
       do kind = 1, 3
          if (.not. crossed(kind)) cycle
@@ -457,7 +457,7 @@ contains
          matrix = problem%jacobian(orbit)
          value = determinant(matrix(:, :problem%order()))
       case (2)
-         value = through_doubling(orbit)
+         value = real(product(1.0_wp + orbit%multiplier), wp)
       case default
          associate (pairs => pack(abs(orbit%multiplier), orbit%multiplier%im > 0.0_wp))
             value = -1.0_wp

@@ -36,6 +36,8 @@ module razy_orbits_curve
       type(junction_t), allocatable :: junction(:)
       !> Why it ends on both sides, in words.
       type(string_t) :: ending(2)
+      !> Ranges of the two parameters, which are their units below; ends of the box in these units.
+      real(wp), private :: scale(2) = 1.0_wp, low(2) = 0.0_wp, high(2) = 0.0_wp
    contains
       procedure :: follow
       procedure :: passes
@@ -75,37 +77,40 @@ contains
       integer, intent(in) :: most
 
       type(station_t) :: first
-      real(wp) :: parameter(2), scale(2)
+      real(wp) :: parameter(2)
       integer :: half, side
 
-      scale = [problem%range, range]
+      self%label = point%label
+      self%contact = point%contact
+      self%periods = problem%periods
+      self%scale = [problem%range, range]
+      self%low = low/self%scale
+      self%high = high/self%scale
       parameter = problem%parameter
       first%point = point
       first%at = [point%orbit%u(size(point%orbit%u)), parameter(2)/range]
       allocate (self%place(2, 2*most + 1), self%largest(2*most + 1), self%junction(0))
       do side = 1, 2
-         call one_side(self, problem, first, merge(-1.0_wp, 1.0_wp, side == 1), low/scale, high/scale, scale, &
-                       most, self%ending(side)%text)
+         call one_side(self, problem, first, side, most)
          if (side == 2) exit
          half = self%count
          self%place(:, :half) = self%place(:, half:1:-1)
          self%largest(:half) = self%largest(half:1:-1)
-         call self%add(first, scale)
+         call self%add(first)
       end do
       problem%active = 1
-      problem%range = scale(1)
+      problem%range = self%scale(1)
       problem%parameter = parameter
       self%place = self%place(:, :self%count)
       self%largest = self%largest(:self%count)
    end subroutine follow
 
-   pure subroutine add(self, station, scale)
+   pure subroutine add(self, station)
       class(curve_t), intent(inout) :: self
       type(station_t), intent(in) :: station
-      real(wp), intent(in) :: scale(2)
 
       self%count = self%count + 1
-      self%place(:, self%count) = station%at*scale
+      self%place(:, self%count) = station%at*self%scale
       self%largest(self%count) = maxval([0.0_wp, abs(station%point%orbit%multiplier)])
    end subroutine add
 
@@ -130,14 +135,12 @@ contains
       end do
    end function passes
 
-   !> From a point on, at first towards higher or lower values of parameter 2.
-   subroutine one_side(self, problem, first, way, low, high, scale, most, ending)
+   !> From a point on, at first towards lower (side 1) or higher (2) values of parameter 2.
+   subroutine one_side(self, problem, first, side, most)
       class(curve_t), intent(inout) :: self
       type(problem_t), intent(inout) :: problem
       type(station_t), intent(in) :: first
-      real(wp), intent(in) :: way, low(2), high(2), scale(2)
-      integer, intent(in) :: most
-      character(:), allocatable, intent(out) :: ending
+      integer, intent(in) :: side, most
 
       type(station_t) :: last(3), next
       real(wp), allocatable :: expected(:)
@@ -149,32 +152,32 @@ contains
       known = 1
       n = size(first%point%orbit%u) - 1
       h = first_step
-      ending = "the most points"
+      self%ending(side)%text = "the most points"
       do count = 1, most
          do
             expected = ahead(last(:known), last(1)%length + h)
-            if (known == 1) expected(n + 2) = expected(n + 2) + way*h
+            if (known == 1) expected(n + 2) = expected(n + 2) + merge(-h, h, side == 1)
             associate (at => expected(n + 1:))
                held = merge(2, 1, abs(at(2) - last(1)%at(2)) >= abs(at(1) - last(1)%at(1)))
-               if (at(3 - held) < low(3 - held) .or. at(3 - held) > high(3 - held)) held = 3 - held
-               at_end = at(held) <= low(held) .or. at(held) >= high(held)
-               at(held) = max(low(held), min(high(held), at(held)))
+               if (at(3 - held) < self%low(3 - held) .or. at(3 - held) > self%high(3 - held)) held = 3 - held
+               at_end = at(held) <= self%low(held) .or. at(held) >= self%high(held)
+               at(held) = max(self%low(held), min(self%high(held), at(held)))
             end associate
-            call look(problem, self%label, self%contact, last(1), expected, held, h, scale, next, error, found)
+            call look(self, problem, last(1), expected, held, h, next, error, found)
             ! Nothing is known of the slope at first.
             if (found) found = error <= merge(steepest, straight, known == 1)*h
-            outside = found .and. any(next%at < low .or. next%at > high)
+            outside = found .and. any(next%at < self%low .or. next%at > self%high)
             if (found .and. .not. outside) exit
             h = h/4
             if (h > merge(near_end, least_step, outside)) cycle
-            ending = "no such point further on"
-            if (outside) ending = at_border
+            self%ending(side)%text = "no such point further on"
+            if (outside) self%ending(side)%text = at_border
             return
          end do
-         call self%add(next, scale)
+         call self%add(next)
          next%length = last(1)%length + norm2(next%at - last(1)%at)
-         call self%find_junctions(problem, [next, last(:min(known, 2))], held, scale)
-         if (at_end) ending = at_border
+         call self%find_junctions(problem, [next, last(:min(known, 2))], held)
+         if (at_end) self%ending(side)%text = at_border
          if (at_end) return
          if (error < 0.25_wp*straight*h) h = min(2*h, largest_step)
          last(2:) = last(:2)
@@ -184,12 +187,11 @@ contains
    end subroutine one_side
 
    !> What else happens between the last two of some stations, the newest first, along parameter 3 - `held`.
-   subroutine find_junctions(self, problem, station, held, scale)
+   subroutine find_junctions(self, problem, station, held)
       class(curve_t), intent(inout) :: self
       type(problem_t), intent(inout) :: problem
       type(station_t), intent(in) :: station(:)
       integer, intent(in) :: held
-      real(wp), intent(in) :: scale(2)
 
       type(bracketed_root_t) :: root
       type(station_t) :: there
@@ -205,14 +207,14 @@ contains
          call root%start(station(2)%length, before(k), station(1)%length, after(k))
          found = .true.
          do while (root%width() > close_enough*abs(station(1)%length - station(2)%length) .and. .not. root%done())
-            call look(problem, self%label, self%contact, station(2), ahead(station, root%trial), held, &
-                      abs(root%trial - station(2)%length), scale, there, error, found)
+            call look(self, problem, station(2), ahead(station, root%trial), held, abs(root%trial - station(2)%length), there, &
+                      error, found)
             if (.not. found) exit
             call test_for_others(self%label, there%point%orbit%multiplier, name, now)
             call root%take(now(k))
          end do
          if (.not. found .or. abs(root%value) >= jumps*max(abs(before(k)), abs(after(k)))) cycle
-         self%junction = [self%junction, junction_t(name(k), there%at*scale)]
+         self%junction = [self%junction, junction_t(name(k), there%at*self%scale)]
       end do
    end subroutine find_junctions
 
@@ -269,12 +271,12 @@ contains
 
    !> The special point near where the curve is expected, a step h from `here`, with parameter `held` as it is there. `error`:
    !> how far it is from where it was expected.
-   subroutine look(problem, label, contact, here, there, held, h, scale, next, error, found)
+   subroutine look(self, problem, here, there, held, h, next, error, found)
+      type(curve_t), intent(in) :: self
       type(problem_t), intent(inout) :: problem
-      character(*), intent(in) :: label
-      integer, intent(in) :: contact, held
+      integer, intent(in) :: held
       type(station_t), intent(in) :: here
-      real(wp), intent(in) :: there(:), h, scale(2)
+      real(wp), intent(in) :: there(:), h
       type(station_t), intent(out) :: next
       real(wp), intent(out) :: error
       logical, intent(out) :: found
@@ -290,11 +292,11 @@ contains
       next%active = 3 - held
       next%at = there(last:)
       problem%active = next%active
-      problem%range = scale(next%active)
-      problem%parameter(held) = next%at(held)*scale(held)
+      problem%range = self%scale(next%active)
+      problem%parameter(held) = next%at(held)*self%scale(held)
       expected = [there(:last - 1), next%at(next%active)]
       error = huge(error)
-      call along(problem, here, next%active, scale, row, found)
+      call along(self, problem, here, next%active, row, found)
       if (.not. found) return
       half = min(narrow, narrow_share*h)
       ends = .true.
@@ -309,7 +311,7 @@ contains
          if (.not. ends(1)) a = before_a
          if (.not. ends(2)) b = before_b
          call short%search_between(problem, a, b)
-         call pick(short, label, contact, expected, next%point, found)
+         call pick(self, short, expected, next%point, found)
          if (found) exit
          half = wider*half
       end do
@@ -333,11 +335,11 @@ contains
 
    !> The direction at a point of the branch over parameter `active`: its tangent, or that by the derivatives with respect to this
    !> parameter if the point was found along the other. It exists at a fold too.
-   subroutine along(problem, here, active, scale, row, ok)
+   subroutine along(self, problem, here, active, row, ok)
+      type(curve_t), intent(in) :: self
       type(problem_t), intent(inout) :: problem
       type(station_t), intent(in) :: here
       integer, intent(in) :: active
-      real(wp), intent(in) :: scale(2)
       real(wp), allocatable, intent(out) :: row(:)
       logical, intent(out) :: ok
 
@@ -351,7 +353,7 @@ contains
       there%orbit%u(size(row)) = here%at(active)
       associate (held => problem%parameter(3 - active))
          held_value = held
-         held = here%at(3 - active)*scale(3 - active)
+         held = here%at(3 - active)*self%scale(3 - active)
          call problem%differentiate(there%orbit, ok)
          if (ok) call find_tangent(problem, there, row, ok)
          held = held_value
@@ -360,10 +362,9 @@ contains
    end subroutine along
 
    !> Of the points of a branch the one of this kind nearest to where it is expected.
-   subroutine pick(short, label, contact, expected, point, found)
+   subroutine pick(self, short, expected, point, found)
+      type(curve_t), intent(in) :: self
       type(branch_t), intent(in) :: short
-      character(*), intent(in) :: label
-      integer, intent(in) :: contact
       real(wp), intent(in) :: expected(:)
       type(point_t), intent(inout) :: point
       logical, intent(out) :: found
@@ -373,7 +374,7 @@ contains
 
       nearest = huge(nearest)
       do i = 1, short%count
-         if (short%point(i)%label /= label .or. short%point(i)%contact /= contact) cycle
+         if (short%point(i)%label /= self%label .or. short%point(i)%contact /= self%contact) cycle
          if (norm2(short%point(i)%orbit%u - expected) >= nearest) cycle
          nearest = norm2(short%point(i)%orbit%u - expected)
          point = short%point(i)

@@ -22,7 +22,6 @@ module razy_orbits_orbit
    private
 
    public :: bordered, determinant, orbit_t, problem_t, solve_square
-   public :: outside, through_doubling
 
    !> What is looked for: motions of `periods` periods of the excitation, with parameter number `active` of `parameter` free.
    type :: problem_t
@@ -47,6 +46,7 @@ module razy_orbits_orbit
       procedure :: is_autonomous
       procedure :: order
       procedure :: scales
+      procedure :: value_of
       procedure :: go_to
       procedure :: evaluate
       procedure :: differentiate
@@ -63,7 +63,6 @@ module razy_orbits_orbit
       !> Floquet multipliers (n; without excitation n - 1).
       complex(wp), allocatable :: multiplier(:)
       type(event_log_t) :: sequence
-      logical :: differentiable = .true.
       !> Length of the last correction.
       real(wp) :: correction = huge(1.0_wp)
       integer :: rounds = 0
@@ -101,11 +100,20 @@ contains
       end associate
    end function scales
 
+   !> The free parameter of a motion, in its unit.
+   pure real(wp) function value_of(self, orbit) result(value)
+      class(problem_t), intent(in) :: self
+      type(orbit_t), intent(in) :: orbit
+
+      value = orbit%u(size(orbit%u))*self%range
+   end function value_of
+
    !> Begin with a state x, whose size gives the scales; `period`, s, counts without excitation. The map is at its parameters.
    subroutine begin(self, x, period, range)
       class(problem_t), intent(inout) :: self
       real(wp), intent(in) :: x(:), period, range
 
+      real(wp), allocatable :: s(:)
       real(wp) :: omega
       type(return_t) :: back
 
@@ -116,9 +124,10 @@ contains
          self%velocity = max(norm2([omega*x(:n/2), x(n/2 + 1:)]), tiny(1.0_wp)*1.0e30_wp)
          self%displacement = self%velocity/omega
          if (.not. self%is_autonomous()) return
-         self%origin = x/[spread(self%displacement, 1, n/2), spread(self%velocity, 1, n/2)]
+         s = self%scales()
+         self%origin = x/s(:n)
          call self%map%go(x, self%step*period, .false., back)
-         self%normal = (back%x - x)/[spread(self%displacement, 1, n/2), spread(self%velocity, 1, n/2)]
+         self%normal = (back%x - x)/s(:n)
          self%normal = self%normal/norm2(self%normal)
       end associate
    end subroutine begin
@@ -188,10 +197,7 @@ contains
       end if
       orbit%u = u
       orbit%sequence = back%sequence
-      if (derivative) then
-         orbit%derivative = back%derivative
-         orbit%differentiable = back%differentiable
-      end if
+      if (derivative) orbit%derivative = back%derivative
       orbit%residual = (back%x - x)/s(:n)
       if (self%is_autonomous()) orbit%residual = [orbit%residual, dot_product(self%normal, u(:n) - self%origin)]
    end subroutine evaluate
@@ -353,19 +359,5 @@ contains
 
       is_stable = all(abs(self%multiplier) < 1.0_wp)
    end function is_stable
-
-   !> Multipliers outside the unit circle.
-   pure integer function outside(orbit)
-      type(orbit_t), intent(in) :: orbit
-
-      outside = count(abs(orbit%multiplier) > 1.0_wp)
-   end function outside
-
-   !> A function that changes its sign where a multiplier goes through -1: Π (1 + μ).
-   pure real(wp) function through_doubling(orbit)
-      type(orbit_t), intent(in) :: orbit
-
-      through_doubling = real(product(1.0_wp + orbit%multiplier), wp)
-   end function through_doubling
 
 end module razy_orbits_orbit

@@ -42,8 +42,6 @@ module razy_orbits_period_map
       real(wp), allocatable :: x(:), derivative(:, :)
       type(event_log_t) :: sequence
       type(outcome_t) :: outcome
-      !> All that the motion came through has a derivative.
-      logical :: differentiable = .true.
    end type return_t
 
    type :: period_map_t
@@ -160,7 +158,6 @@ contains
          if (derivative) by%tangent = self%basis
          call by%run(duration, most_events, slots, back%outcome)
          back%x = matmul(by%z, self%basis)
-         back%differentiable = by%differentiable
          if (derivative .and. back%outcome%status == status_ok) back%derivative = matmul(transpose(self%basis), by%tangent)
       end select
    end subroutine go

@@ -41,7 +41,6 @@ module razy_orbits_search
       procedure, private :: settled_to
       procedure, private :: try_from
       procedure, private :: try_returns
-      procedure, private :: add
    end type search_t
 
    !> Motions that come back this near, relative to their size, have settled; those nearer than this to each other are one.
@@ -99,21 +98,26 @@ contains
       end do
    end subroutine run
 
-   !> Newton's method from a state.
-   subroutine try_from(self, problem, x)
+   !> Newton's method from a state; `place` of the motion among those found, at the end if it is new, 0 if there is none.
+   subroutine try_from(self, problem, x, place)
       class(search_t), intent(inout) :: self
       type(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: x(:)
+      integer, intent(out) :: place
 
       type(found_t) :: motion
-      integer :: place
+      type(orbit_t) :: orbit
       logical :: ok
 
-      call refine(problem, x, motion%orbit, ok)
-      if (ok) ok = minimal(problem, motion%orbit)
+      place = 0
+      call refine(problem, x, orbit, ok)
+      if (ok) ok = minimal(problem, orbit)
       if (.not. ok) return
-      call new_found(motion, problem, motion%orbit)
-      call self%add(motion, place)
+      call new_found(motion, problem, orbit)
+      do place = 1, size(self%found)
+         if (self%found(place)%periods == motion%periods .and. is_same(self%found(place), orbit%u)) return
+      end do
+      self%found = [self%found, motion]
    end subroutine try_from
 
    subroutine find_exponent(self, problem, x)
@@ -141,19 +145,14 @@ contains
       type(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: x(:, 0:)
 
-      type(found_t) :: motion
       integer :: k, last, place
-      logical :: ok
 
       last = ubound(x, 2)
       do k = 1, self%most_periods
          if (distance(problem, x(:, last), x(:, last - k)) > near) cycle
          problem%periods = k
-         call refine(problem, x(:, last), motion%orbit, ok)
-         if (ok) ok = minimal(problem, motion%orbit)
-         if (.not. ok) cycle
-         call new_found(motion, problem, motion%orbit)
-         call self%add(motion, place)
+         call self%try_from(problem, x(:, last), place)
+         if (place == 0) cycle
          ! A chaotic motion can pass by one that nothing settles to.
          if (.not. self%found(place)%orbit%is_stable()) exit
          self%found(place)%starts = self%found(place)%starts + 1
@@ -170,7 +169,7 @@ contains
       integer, intent(in) :: periods
 
       real(wp) :: apart(0:ubound(history, 2) - periods, size(history, 3))
-      integer :: at(2), i, k, trial
+      integer :: at(2), i, k, place, trial
 
       do k = 1, size(history, 3)
          do i = 0, ubound(apart, 1)
@@ -186,22 +185,10 @@ contains
          associate (x => history(:, at(1), at(2)))
             if (any([(self%found(i)%is_near(problem, x, beside), i=1, size(self%found))])) cycle
             trial = trial + 1
-            call self%try_from(problem, x)
+            call self%try_from(problem, x, place)
          end associate
       end do
    end subroutine try_returns
-
-   !> `place` of the motion among those found; at the end if it is new.
-   subroutine add(self, motion, place)
-      class(search_t), intent(inout) :: self
-      type(found_t), intent(in) :: motion
-      integer, intent(out) :: place
-
-      do place = 1, size(self%found)
-         if (self%found(place)%periods == motion%periods .and. is_same(self%found(place), motion%orbit%u)) return
-      end do
-      self%found = [self%found, motion]
-   end subroutine add
 
    !> The motion of an orbit of the problem's periods that was corrected, with its states after each period of the excitation.
    subroutine new_found(motion, problem, orbit)

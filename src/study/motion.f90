@@ -24,7 +24,8 @@ contains
    !> of the same method is taken up with what it knows of the machine before; that changes no bit of a motion. `stop_is_asked` is
    !> looked at now and then, and ends the motion as interrupted.
    !> Errors: a method that the machine's laws do not allow, a machine that the integrator refuses.
-   subroutine run_motion(machine, method, t_end, observers, outcome, error, most_events, keep_all, integrator, stop_is_asked)
+   recursive subroutine run_motion(machine, method, t_end, observers, outcome, error, most_events, keep_all, integrator, &
+                                   stop_is_asked)
       type(machine_t), intent(in) :: machine
       type(method_t), intent(in) :: method
       real(wp), intent(in) :: t_end
@@ -37,41 +38,31 @@ contains
       procedure(ask_stop), pointer, intent(in), optional :: stop_is_asked
 
       class(integrator_t), allocatable, target :: own
+      type(method_t) :: checked
+      character(:), allocatable :: allowed, key
+      integer(i8) :: limit
+      logical :: all
 
-      if (present(integrator)) then
-         call run_by(integrator)
-      else
-         call run_by(own)
+      if (.not. present(integrator)) then
+         call run_motion(machine, method, t_end, observers, outcome, error, most_events, keep_all, own, stop_is_asked)
+         return
       end if
-
-   contains
-
-      subroutine run_by(by)
-         class(integrator_t), allocatable, intent(inout), target :: by
-
-         type(method_t) :: checked
-         character(:), allocatable :: allowed, key
-         integer(i8) :: limit
-         logical :: all
-
-         checked = method
-         call check_method(checked, machine, key, allowed)
-         if (len(key) > 0) then
-            call raise(error, key//": "//allowed)
-            return
-         end if
-         all = .false.
-         if (present(keep_all)) all = keep_all
-         limit = usual_events
-         if (present(most_events)) limit = most_events
-         call new_integrator(by, checked, error)
-         if (allocated(error)) return
-         by%budget%stop_is_asked => null()
-         if (present(stop_is_asked)) by%budget%stop_is_asked => stop_is_asked
-         call by%prepare(machine, all, error)
-         if (.not. allocated(error)) call by%run(t_end, limit, observers, outcome)
-      end subroutine run_by
-
+      checked = method
+      call check_method(checked, machine, key, allowed)
+      if (len(key) > 0) then
+         call raise(error, key//": "//allowed)
+         return
+      end if
+      all = .false.
+      if (present(keep_all)) all = keep_all
+      limit = usual_events
+      if (present(most_events)) limit = most_events
+      call new_integrator(integrator, checked, error)
+      if (allocated(error)) return
+      integrator%budget%stop_is_asked => null()
+      if (present(stop_is_asked)) integrator%budget%stop_is_asked => stop_is_asked
+      call integrator%prepare(machine, all, error)
+      if (.not. allocated(error)) call integrator%run(t_end, limit, observers, outcome)
    end subroutine run_motion
 
    !> Make the integrator of a method that razy_motion_method has checked; one of the same kind is kept with what it knows.

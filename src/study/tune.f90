@@ -7,9 +7,9 @@ module razy_study_tune
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, did_you_mean, position_of, string_t, texts_of
    use razy_eigen_mode_branches, only: branches_t, hertz, machines_t
+   use razy_eigen_spectrum, only: spectrum_t
    use razy_eigen_tuning, only: attainable, change_t, changes, frequencies, objective, tune, tuning_t
    use razy_input_input, only: input_t, slot_t
-   use razy_linalg_generalised, only: dense_modes, eigenpairs_t
    use razy_machine_linearised, only: contact_choices, linear_curved, linear_no_equilibrium, linear_rigid, linearise
    use razy_machine_machine, only: machine_t
    use razy_scenes_case, only: new_structure
@@ -268,14 +268,10 @@ contains
       real(wp), allocatable, intent(out) :: frequency(:)
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: mass(:, :), stiffness(:, :)
-      type(eigenpairs_t) :: modes
+      type(spectrum_t) :: spectrum
 
-      call self%family%matrices(parameter, mass, stiffness, error)
-      if (allocated(error)) return
-      modes = dense_modes(stiffness, mass)
-      if (modes%status /= 0) call raise(error, "the eigenproblem could not be solved at the value "//to_text(parameter))
-      frequency = hertz(modes%value)
+      call self%family%solve(parameter, spectrum, error)
+      if (.not. allocated(error)) frequency = hertz(real(spectrum%value, wp))
    end subroutine frequencies_at
 
    !> The answer, and what becomes of the mode over the range, in lines for the user.

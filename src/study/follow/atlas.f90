@@ -166,7 +166,7 @@ contains
          do side = 1, 2
             call motion_at(cells, branch, merge(1, branch%count, side == 1), piece%end(side)%motion)
          end do
-         associate (p => value_at(cells, piece%end(2)))
+         associate (p => cells%follow%problem%value_of(piece%end(2)%motion%orbit))
             piece%end(2)%open = branch%point(branch%count)%label == "EP" .and. &
                                 (is_there(p, cells%border(cell - 1)) .or. is_there(p, cells%border(cell)))
          end associate
@@ -181,16 +181,6 @@ contains
       end function is_there
 
    end subroutine add
-
-   !> The parameter at an end.
-   pure real(wp) function value_at(cells, end)
-      type(cells_t), intent(in) :: cells
-      type(end_t), intent(in) :: end
-
-      associate (u => end%motion%orbit%u)
-         value_at = u(size(u))*cells%follow%problem%range
-      end associate
-   end function value_at
 
    !> Find which ends are one motion.
    subroutine mate_ends(self)
@@ -231,7 +221,8 @@ contains
          associate (piece => self%piece(i), end => self%piece(i)%end(2), n => size(s) - 1)
             if (.not. end%open .or. end%mate(1) > 0 .or. end%handed_on) cycle
             end%handed_on = .true.
-            associate (p => value_at(cells, end), middle => 0.5_wp*(cells%border(piece%cell - 1) + cells%border(piece%cell)))
+            associate (p => cells%follow%problem%value_of(end%motion%orbit), &
+                       middle => 0.5_wp*(cells%border(piece%cell - 1) + cells%border(piece%cell)))
                next = piece%cell + merge(1, -1, (p - middle)*(cells%border(cells%cells) - cells%border(0)) > 0.0_wp)
                if (next < 1 .or. next > cells%cells) cycle
                arrival = [arrival, arrival_t(next, piece%branch%periods, next - piece%cell, p, end%motion%orbit%u(:n)*s(:n))]

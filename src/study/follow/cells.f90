@@ -11,6 +11,7 @@ module razy_study_follow_cells
    use razy_orbits_branch, only: branch_t
    use razy_orbits_orbit, only: orbit_t
    use razy_orbits_search, only: found_t, new_found, search_t
+   use razy_orbits_start, only: refine
    use razy_study_follow_follow, only: follow_t, new_follow, sample_t
    use razy_sweep_task, only: point_task
    implicit none(type, external)
@@ -154,7 +155,6 @@ contains
       type(error_t), allocatable :: error
       type(found_t) :: motion
       type(orbit_t) :: orbit
-      real(wp), allocatable :: guess(:), row(:), s(:)
       integer :: i
       logical :: begun, ok
 
@@ -169,17 +169,10 @@ contains
                problem%periods = arrival%periods
                if (.not. begun) call problem%begin(arrival%x, 0.0_wp, abs(self%last - self%first))
                begun = .true.
-               s = problem%scales()
-               guess = [arrival%x, arrival%parameter]/s
-               row = 0*guess
-               row(size(row)) = 1.0_wp
-               if (allocated(orbit%column)) deallocate (orbit%column)
-               call problem%correct(guess, row, orbit, ok)
-               if (ok) call problem%complete(orbit, ok)
+               call refine(problem, arrival%x, orbit, ok)
                if (.not. ok) cycle
                call new_found(motion, problem, orbit)
                if (self%follow%place_on(motion) > 0) cycle
-               problem%periods = arrival%periods
                call self%follow%follow_from(orbit, arrival%side)
             end associate
          end do

@@ -244,15 +244,13 @@ contains
       integer, intent(in) :: side
 
       real(wp) :: guide(size(orbit%u))
-      integer :: from, i, periods
+      integer :: from, i
 
       i = self%count
-      periods = self%problem%periods
       guide = 0.0_wp
       guide(size(guide)) = sign(1.0_wp, self%last(1) - self%first(1))
-      if (side >= 0) call self%one_branch(orbit, guide, 0, 0)
-      self%problem%periods = periods
-      if (side <= 0) call self%one_branch(orbit, -guide, 0, 0)
+      if (side >= 0) call self%one_branch(orbit, guide, 0)
+      if (side <= 0) call self%one_branch(orbit, -guide, 0)
       do while (i < self%count)
          i = i + 1
          from = 0
@@ -298,7 +296,7 @@ contains
 
       associate (problem => self%problem, point => self%branch(branch)%point(place))
          if (.not. any(point%label == ["LP", "PD", "TR", "GR"]) .or. self%curves == most_curves) return
-         at = [point%orbit%u(size(point%orbit%u))*problem%range, problem%parameter(2)]
+         at = [problem%value_of(point%orbit), problem%parameter(2)]
          range = abs(self%last - self%first)
          do i = 1, self%curves
             if (self%curve(i)%periods == self%branch(branch)%periods .and. &
@@ -307,27 +305,23 @@ contains
          self%curves = self%curves + 1
          problem%periods = self%branch(branch)%periods
          associate (curve => self%curve(self%curves))
-            curve%label = point%label
-            curve%contact = point%contact
-            curve%periods = problem%periods
             curve%branch = branch
             call curve%follow(problem, point, min(self%first, self%last), max(self%first, self%last), range(2), most_on_curve)
          end associate
       end associate
    end subroutine curve_through
 
-   !> The branch of a motion on the side of `guide`, which begins at point `origin` of branch `parent`; 0: it was found by itself.
-   subroutine one_branch(self, orbit, guide, parent, origin)
+   !> The branch of a motion on the side of `guide`, which begins on branch `parent`; 0: it was found by itself.
+   subroutine one_branch(self, orbit, guide, parent)
       class(follow_t), intent(inout) :: self
       type(orbit_t), intent(in) :: orbit
       real(wp), intent(in) :: guide(:)
-      integer, intent(in) :: parent, origin
+      integer, intent(in) :: parent
 
       if (self%count == most_branches) return
       self%count = self%count + 1
       associate (branch => self%branch(self%count), ends => [self%first(1), self%last(1)]/self%problem%range)
          branch%parent = parent
-         branch%origin = origin
          call branch%follow(self%problem, orbit, guide, minval(ends), maxval(ends), self%most_points)
       end associate
    end subroutine one_branch
@@ -342,7 +336,7 @@ contains
       type(found_t) :: motion
       real(wp), allocatable :: guide(:)
       character(2) :: label
-      integer :: periods, side
+      integer :: side
       logical :: ok
 
       label = self%branch(parent)%point(place)%label
@@ -355,12 +349,10 @@ contains
          call switch_branch(self%problem, self%branch(parent)%point(place), side == 1, orbit, guide, ok)
          if (.not. ok) cycle
          if (self%all_motions) then
-            periods = self%problem%periods
             call new_found(motion, self%problem, orbit)
             if (self%place_on(motion) > 0) cycle
-            self%problem%periods = periods
          end if
-         call self%one_branch(orbit, guide, parent, place)
+         call self%one_branch(orbit, guide, parent)
       end do
    end subroutine follow_switched
 

@@ -93,7 +93,7 @@ contains
 
       associate (orbit => point%orbit, map => self%problem%map)
          s = self%problem%scales()
-         value = orbit%u(size(orbit%u))*s(size(s))
+         value = self%problem%value_of(orbit)
          self%problem%parameter(1) = value
          call map%go_to(self%problem%parameter, error)
          if (allocated(error)) return
@@ -179,7 +179,7 @@ contains
                contact = [contact, name]
                branch = [branch, b]
                place = [place, k - 1]
-               parameter = [parameter, point%orbit%u(size(point%orbit%u))*self%problem%range]
+               parameter = [parameter, self%problem%value_of(point%orbit)]
             end associate
          end do
       end do
@@ -298,7 +298,7 @@ contains
             associate (point => self%branch(b)%point(i))
                if (point%label == "") cycle
                call append_text(lines, right(to_text(b), 6)//right(to_text(i), 7)//right(point%label, 7)//"  "// &
-                                right(decimal(point%orbit%u(size(point%orbit%u))*self%problem%range, 12), 20)// &
+                                right(decimal(self%problem%value_of(point%orbit), 12), 20)// &
                                 right(to_text(self%branch(b)%periods), 6)// &
                                 right(decimal(maxval([0.0_wp, abs(point%orbit%multiplier)]), 6), 14)//"  "// &
                                 self%contact_name(point%contact))

@@ -10,7 +10,7 @@ module razy_study_follow_summary
    implicit none(type, external)
    private
 
-   public :: stretch_t, stable_stretches, summary_of
+   public :: summary_of
 
    !> Stable motions of a branch, points `first` to `last` of it, over a range of the parameter.
    type :: stretch_t
@@ -67,8 +67,8 @@ contains
                end do
                if (k > i) then
                   one = stretch_t(b, max(1, i - borders(branch, i - 1)), min(branch%count, k - 1 + borders(branch, k)))
-                  one%low = minval([(parameter_at(self, branch, i), i=one%first, one%last)])
-                  one%high = maxval([(parameter_at(self, branch, i), i=one%first, one%last)])
+                  one%low = minval([(self%problem%value_of(branch%point(i)%orbit), i=one%first, one%last)])
+                  one%high = maxval([(self%problem%value_of(branch%point(i)%orbit), i=one%first, one%last)])
                   if (one%high - one%low > least_part*self%problem%range) stretch = [stretch, one]
                end if
                i = k + 1
@@ -86,16 +86,6 @@ contains
       borders = 0
       if (i >= 1 .and. i <= branch%count) borders = merge(1, 0, branch%point(i)%label /= "")
    end function borders
-
-   pure real(wp) function parameter_at(self, branch, i)
-      type(follow_t), intent(in) :: self
-      type(branch_t), intent(in) :: branch
-      integer, intent(in) :: i
-
-      associate (u => branch%point(i)%orbit%u)
-         parameter_at = u(size(u))*self%problem%range
-      end associate
-   end function parameter_at
 
    !> Where there is more than one stable motion, and where none.
    subroutine tell_counts(self, stretch, lines)
@@ -173,17 +163,16 @@ contains
             do k = stretch(i)%first, stretch(i)%last
                words = change_at(self, branch, k)
                if (words == "") cycle
-               at = [at, parameter_at(self, branch, k)]
+               at = [at, self%problem%value_of(branch%point(k)%orbit)]
                call append_text(text, "  at "//with_unit(self, at(size(at)))//": "//words//", branch "//to_text(stretch(i)%branch))
             end do
          end associate
       end do
-      do while (size(at) > 0)
-         k = minloc(at, dim=1)
-         call append_text(lines, text(k)%text)
-         text = [text(:k - 1), text(k + 1:)]
-         at = [at(:k - 1), at(k + 1:)]
-      end do
+      associate (order => rising_order(at))
+         do i = 1, size(order)
+            call append_text(lines, text(order(i))%text)
+         end do
+      end associate
    end subroutine tell_changes
 
    !> What happens at a point; empty if nothing does.
@@ -211,9 +200,11 @@ contains
          case ("GR", "CH")
             if (i == 1 .or. i == branch%count) return
             ! Changes of contact in a motion, below and above this value.
-            higher = merge(1, 2, parameter_at(self, branch, i - 1) > parameter_at(self, branch, i + 1))
-            events(higher) = branch%point(i - 1)%orbit%sequence%count
-            events(3 - higher) = branch%point(i + 1)%orbit%sequence%count
+            associate (before => branch%point(i - 1)%orbit, after => branch%point(i + 1)%orbit)
+               higher = merge(1, 2, self%problem%value_of(before) > self%problem%value_of(after))
+               events(higher) = before%sequence%count
+               events(3 - higher) = after%sequence%count
+            end associate
             words = self%contact_name(point%contact)
             if (words == "") words = "contacts"
             if (events(1) == 0 .or. events(2) == 0) then

@@ -13,7 +13,7 @@ module razy_study_modes_machine
    implicit none(type, external)
    private
 
-   public :: find_machine_modes, parts_of
+   public :: find_machine_modes
 
 contains
 
@@ -57,17 +57,7 @@ contains
       content%share = share(:, :kept)
       content%speed = [0.0_wp]
       content%frequency = reshape(content%natural, [kept, 1])
-      content%eigenvalue = parts_of(reshape(values, [size(values), 1]))
+      content%eigenvalue = reshape(values, [size(values), 1])
    end subroutine find_machine_modes
-
-   !> (2, values, speeds).
-   pure function parts_of(values) result(parts)
-      complex(wp), intent(in) :: values(:, :)
-      real(wp), allocatable :: parts(:, :, :)
-
-      allocate (parts(2, size(values, 1), size(values, 2)))
-      parts(1, :, :) = real(values, wp)
-      parts(2, :, :) = aimag(values)
-   end function parts_of
 
 end module razy_study_modes_machine

@@ -77,15 +77,13 @@ contains
          table%coordinates(i) = size(reduced%load)
          table%compliance(:, i) = found%reduced_compliance
          table%frequency(:m, i) = found%nearest/(2*pi)
-         table%response(1, :, :, i) = real(transpose(found%reduced_response), wp)
-         table%response(2, :, :, i) = aimag(transpose(found%reduced_response))
+         table%response(:, :, i) = transpose(found%reduced_response)
          table%error(:, i) = [found%largest_compliance_error(), found%largest_mesh_mode_error(), found%largest_response_error()]
          if (i > 1) return
          table%true_compliance = found%compliance
          table%true_frequency(:m) = found%frequency/(2*pi)
          table%moves(:m) = merge(1, 0, found%moves)
-         table%true_response(1, :, :) = real(transpose(found%response), wp)
-         table%true_response(2, :, :) = aimag(transpose(found%response))
+         table%true_response = transpose(found%response)
       end subroutine put
 
    end subroutine compare_reductions
@@ -102,7 +100,7 @@ contains
       allocate (table%name(kinds), table%coordinates(kinds))
       allocate (table%moves(modes), source=0)
       allocate (table%compliance(meshes, kinds), table%frequency(modes, kinds), table%true_frequency(modes), source=nan)
-      allocate (table%response(2, size(omega), meshes, kinds), table%true_response(2, size(omega), meshes), source=nan)
+      allocate (table%response(size(omega), meshes, kinds), source=cmplx(nan, nan, wp))
       allocate (table%error(3, kinds), source=nan)
    end subroutine begin
 

@@ -18,7 +18,7 @@ module razy_study_modes_response
    implicit none(type, external)
    private
 
-   public :: new_response, response_t, solve_response
+   public :: new_response, parts_of, response_t, solve_response
 
    !> A maximum of an amplitude; values of the parameter in its unit.
    type :: peak_t
@@ -305,16 +305,13 @@ contains
 
       character(*), parameter :: parameter = group//"parameter", tone = group//"tone", peak = group//"peak"
       character(64) :: names(size(self%peak))
-      real(wp) :: parts(2, size(self%value, 2), size(self%value, 3))
       integer :: i
 
       call table%add(parameter, self%grid, self%varied%unit, self%varied%parameter, parameter)
       call table%add(tone, [(i, i=1, size(self%hertz, 1))], "1", "number of the tone of the excitation", tone)
       call table%add(group//"frequency", self%hertz, "Hz", "frequency of the tone", [character(20) :: tone, parameter])
       do i = 1, size(self%observable)
-         parts(1, :, :) = self%value(i, :, :)%re
-         parts(2, :, :) = self%value(i, :, :)%im
-         call table%add(group//"phasor/"//self%observable(i)%name, parts, self%observable(i)%unit, &
+         call table%add(group//"phasor/"//self%observable(i)%name, parts_of(self%value(i, :, :)), self%observable(i)%unit, &
                         self%observable(i)%long_name//", real and imaginary part of its phasor", &
                         [character(20) :: "/complex", tone, parameter])
       end do
@@ -329,6 +326,15 @@ contains
       call table%add(group//"separation_margin", self%peak%margin, "1", "distance from the operating range over its end", peak)
       call table%add(group//"required_margin", self%peak%required, "1", "separation margin that API 617 asks for", peak)
    end subroutine columns
+
+   !> Real and imaginary parts (2, rows, columns) of complex numbers (rows, columns).
+   pure function parts_of(values) result(parts)
+      complex(wp), intent(in) :: values(:, :)
+      real(wp) :: parts(2, size(values, 1), size(values, 2))
+
+      parts(1, :, :) = values%re
+      parts(2, :, :) = values%im
+   end function parts_of
 
    !> The peaks, in lines.
    function words(self) result(lines)

@@ -7,7 +7,7 @@ module razy_study_modes_result
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
    use razy_rotor_whirl_critical, only: critical_t
-   use razy_study_modes_response, only: response_t
+   use razy_study_modes_response, only: parts_of, response_t
    implicit none(type, external)
    private
 
@@ -24,9 +24,9 @@ module razy_study_modes_result
       !> nearest frequency that each kind has (modes, kinds).
       real(wp), allocatable :: frequency(:, :), true_frequency(:)
       integer, allocatable :: moves(:)
-      !> Frequencies, Hz; real and imaginary part of the transfer function at each mesh (2, frequencies, meshes, kinds), m/N, and
-      !> of the unreduced model.
-      real(wp), allocatable :: hertz(:), response(:, :, :, :), true_response(:, :, :)
+      !> Frequencies, Hz; the transfer function at each mesh (frequencies, meshes, kinds), m/N, and of the unreduced model.
+      real(wp), allocatable :: hertz(:)
+      complex(wp), allocatable :: response(:, :, :), true_response(:, :)
       !> Largest errors (3, kinds) of compliance and frequency, relative, and of the transfer function over its largest modulus.
       real(wp), allocatable :: error(:, :)
    end type reduction_result_t
@@ -49,8 +49,8 @@ module razy_study_modes_result
       real(wp), allocatable :: deformation(:, :)
       !> Speeds, rad/s; frequencies, Hz (modes, speeds).
       real(wp), allocatable :: speed(:), frequency(:, :)
-      !> Real and imaginary parts (2, eigenvalues, speeds), 1/s and rad/s. As many eigenvalues as modes with `branch`.
-      real(wp), allocatable :: eigenvalue(:, :, :)
+      !> Eigenvalues (eigenvalues, speeds), 1/s. As many as modes with `branch`.
+      complex(wp), allocatable :: eigenvalue(:, :)
       !> Number of the branch, direction of whirl (modes, speeds).
       real(wp), allocatable :: branch(:, :), direction(:, :)
       !> Critical speeds (criticals).
@@ -122,7 +122,7 @@ contains
       call table%add("/frequency", self%frequency, "Hz", "frequency in ascending order", along)
       if (.not. allocated(self%eigenvalue)) return
       roots = [character(6) :: merge(mode, "/root", allocated(self%branch)), speed]
-      call table%add("/eigenvalue", self%eigenvalue, "1/s", "eigenvalue, imaginary part ascending", &
+      call table%add("/eigenvalue", parts_of(self%eigenvalue), "1/s", "eigenvalue, imaginary part ascending", &
                      [character(8) :: "/complex", roots])
       call dampings(self%eigenvalue, ratio, decrement)
       call table%add("/damping_ratio", ratio, "1", "damping ratio of an eigenvalue", roots)
@@ -134,7 +134,7 @@ contains
 
    !> Damping ratio -Re λ/|λ| and logarithmic decrement -2π Re λ/Im λ (eigenvalues, speeds each); NaN where nothing vibrates.
    pure subroutine dampings(eigenvalue, ratio, decrement)
-      real(wp), intent(in) :: eigenvalue(:, :, :)
+      complex(wp), intent(in) :: eigenvalue(:, :)
       real(wp), allocatable, intent(out) :: ratio(:, :), decrement(:, :)
 
       real(wp), parameter :: rounding = 1.0e-7_wp
@@ -142,7 +142,7 @@ contains
       real(wp) :: least
       integer :: i, k
 
-      modulus = hypot(eigenvalue(1, :, :), eigenvalue(2, :, :))
+      modulus = abs(eigenvalue)
       least = rounding*maxval(modulus, mask=.not. ieee_is_nan(modulus))
       allocate (ratio, decrement, mold=modulus)
       ratio = ieee_value(least, ieee_quiet_nan)
@@ -150,7 +150,7 @@ contains
       do k = 1, size(modulus, 2)
          do i = 1, size(modulus, 1)
             if (ieee_is_nan(modulus(i, k))) cycle
-            associate (re => eigenvalue(1, i, k), im => eigenvalue(2, i, k))
+            associate (re => eigenvalue(i, k)%re, im => eigenvalue(i, k)%im)
                if (modulus(i, k) > least) ratio(i, k) = -re/modulus(i, k)
                if (im > least) decrement(i, k) = -2*pi*re/im
             end associate
@@ -185,7 +185,7 @@ contains
                                                                                                                "transfer function"]
       integer :: i, rows
 
-      rows = size(reduction%true_response, 2)*size(reduction%true_response, 3)
+      rows = size(reduction%true_response)
       call table%add(kind, reduction%name, "1", "kind of reduction", kind)
       call table%add(group//"coordinates", reduction%coordinates, "1", "coordinates of the reduced model", kind)
       call table%add(quantity, quantities, "1", "what is compared", quantity)
@@ -202,9 +202,9 @@ contains
                      "natural frequency of the unreduced model with meshes closed", mode)
       call table%add(group//"moves_mesh", reduction%moves, "1", "1 for a mode of the unreduced model that moves a mesh", mode)
       call table%add(hertz, reduction%hertz, "Hz", "frequency of a force in the mesh", hertz)
-      call table%add(group//"response", reshape(reduction%response, [2, rows, size(reduction%name)]), "m/N", &
+      call table%add(group//"response", parts_of(reshape(reduction%response, [rows, size(reduction%name)])), "m/N", &
                      "transfer function at the closed mesh, real and imaginary part", [character(32) :: "/complex", row, kind])
-      call table%add(group//"unreduced_response", reshape(reduction%true_response, [2, rows]), "m/N", &
+      call table%add(group//"unreduced_response", reshape(parts_of(reduction%true_response), [2, rows]), "m/N", &
                      "the same of the unreduced model", [character(32) :: "/complex", row])
    end subroutine reduction_columns
 
@@ -256,20 +256,20 @@ contains
    !> Frequencies and damping of a machine at rest, where anything damps it.
    subroutine append_dampings(lines, eigenvalue)
       type(string_t), allocatable, intent(inout) :: lines(:)
-      real(wp), intent(in) :: eigenvalue(:, :, :)
+      complex(wp), intent(in) :: eigenvalue(:, :)
 
       real(wp), parameter :: rounding = 1.0e-9_wp
       real(wp), allocatable :: decrement(:, :), ratio(:, :)
       integer :: i, found
 
-      if (.not. maxval(abs(eigenvalue(1, :, 1))) > rounding*maxval(abs(eigenvalue))) return
+      if (.not. maxval(abs(eigenvalue%re)) > rounding*maxval(abs(eigenvalue%im))) return
       call dampings(eigenvalue, ratio, decrement)
       found = 0
-      do i = 1, size(eigenvalue, 2)
+      do i = 1, size(eigenvalue, 1)
          if (ieee_is_nan(decrement(i, 1))) cycle
          found = found + 1
          if (found > most_lines) cycle
-         call append_text(lines, "damped: "//decimal(eigenvalue(2, i, 1)/(2*pi), 3)//" Hz, damping ratio "// &
+         call append_text(lines, "damped: "//decimal(eigenvalue(i, 1)%im/(2*pi), 3)//" Hz, damping ratio "// &
                           decimal(ratio(i, 1), 6)//", logarithmic decrement "//decimal(decrement(i, 1), 6))
       end do
       if (found > most_lines) call append_text(lines, "and "//to_text(found - most_lines)//" more damped frequencies")

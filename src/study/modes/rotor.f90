@@ -14,7 +14,6 @@ module razy_study_modes_rotor
    use razy_rotor_whirl_whirl, only: new_whirl, whirl_found, whirl_problem_t
    use razy_scenes_rotor_reduction, only: is_reduced
    use razy_scenes_rotor_scene, only: rotor_scene_t
-   use razy_study_modes_machine, only: parts_of
    use razy_study_modes_result, only: modes_result_t
    implicit none(type, external)
    private
@@ -125,7 +124,7 @@ contains
          return
       end if
       content%frequency = aimag(diagram%value)/(2*pi)
-      content%eigenvalue = parts_of(diagram%value)
+      content%eigenvalue = diagram%value
       content%branch = real(diagram%branch, wp)
       content%direction = diagram%direction
       ! Modes that a speed does not have.
@@ -133,7 +132,7 @@ contains
       where (diagram%branch == 0) content%frequency = nan
       where (diagram%branch == 0) content%branch = nan
       where (diagram%branch == 0) content%direction = nan
-      where (spread(diagram%branch == 0, 1, 2)) content%eigenvalue = nan
+      where (diagram%branch == 0) content%eigenvalue = cmplx(nan, nan, wp)
       content%critical = diagram%critical
       content%lost = diagram%lost
       if (with_damping) then

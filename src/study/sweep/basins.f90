@@ -131,14 +131,14 @@ contains
       integer(i8) :: point
       integer :: before, number
 
-      call scale_of_cell(task, checkpoint, row, first, grid, attractors%scale, error)
+      call find_scale(attractors%scale)
       if (allocated(error) .or. attractors%scale < 0.0_wp) return
       call task%machine_at(first, error)
       if (allocated(error)) return
       call attractors%begin(task%machine%mass, task%watch%strobe_period, task%starts%tolerance, attractors%scale)
       before = n
       do point = first, first + grid*(task%plan%starts - 1), grid
-         call read_states(checkpoint, row, point, size(task%machine%mass, 1), states, error)
+         call read_states()
          if (allocated(error)) return
          if (size(states) == 0) cycle
          call attractors%number_of(states, number)
@@ -160,6 +160,31 @@ contains
       rows(before + 1:n)%fraction = real(rows(before + 1:n)%starts, wp)/real(sum(rows(before + 1:n)%starts), wp)
 
    contains
+
+      !> The largest norm of all states of the grid point; -1 if all its motions failed.
+      subroutine find_scale(scale)
+         real(wp), intent(out) :: scale
+
+         integer :: norm
+
+         scale = -1.0_wp
+         norm = row%place_of("strobe/norm")
+         do point = first, first + grid*(task%plan%starts - 1), grid
+            call checkpoint%get(point, row, error)
+            if (allocated(error)) return
+            ! The states follow their norm.
+            if (size(row%column(norm + 1)%reals) > 0) scale = max(scale, row%column(norm)%reals(1))
+         end do
+      end subroutine find_scale
+
+      !> The states of the point, displacements above velocities (2 coordinates, times); none of a motion that failed.
+      subroutine read_states()
+         call checkpoint%get(point, row, error)
+         if (allocated(error)) return
+         associate (values => row%column(row%place_of("strobe/states"))%reals, m => 2*size(task%machine%mass, 1))
+            states = reshape(values, [m, size(values)/m])
+         end associate
+      end subroutine read_states
 
       subroutine count_start(found)
          type(row_t), intent(inout) :: found
@@ -187,43 +212,5 @@ contains
       n = n + 1
       rows(n) = row_t()
    end subroutine append
-
-   !> The largest norm of all states of a grid point; -1 if all its motions failed.
-   subroutine scale_of_cell(task, checkpoint, row, first, grid, scale, error)
-      class(sweep_task_t), intent(in) :: task
-      type(checkpoint_t), intent(inout) :: checkpoint
-      type(table_t), intent(inout) :: row
-      integer(i8), intent(in) :: first, grid
-      real(wp), intent(out) :: scale
-      type(error_t), allocatable, intent(out) :: error
-
-      integer(i8) :: point
-      integer :: norm
-
-      scale = -1.0_wp
-      norm = row%place_of("strobe/norm")
-      do point = first, first + grid*(task%plan%starts - 1), grid
-         call checkpoint%get(point, row, error)
-         if (allocated(error)) return
-         ! The states follow their norm.
-         if (size(row%column(norm + 1)%reals) > 0) scale = max(scale, row%column(norm)%reals(1))
-      end do
-   end subroutine scale_of_cell
-
-   !> The states of a point, n displacements above n velocities (2 n, times); none of a motion that failed.
-   subroutine read_states(checkpoint, row, point, n, states, error)
-      type(checkpoint_t), intent(inout) :: checkpoint
-      type(table_t), intent(inout) :: row
-      integer(i8), intent(in) :: point
-      integer, intent(in) :: n
-      real(wp), allocatable, intent(out) :: states(:, :)
-      type(error_t), allocatable, intent(out) :: error
-
-      call checkpoint%get(point, row, error)
-      if (allocated(error)) return
-      associate (values => row%column(row%place_of("strobe/states"))%reals)
-         states = reshape(values, [2*n, size(values)/(2*n)])
-      end associate
-   end subroutine read_states
 
 end module razy_study_sweep_basins

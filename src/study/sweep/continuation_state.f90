@@ -12,6 +12,7 @@ module razy_study_sweep_continuation_state
    use razy_core_table, only: table_t
    use razy_machine_excitation, only: turn_tones
    use razy_machine_machine, only: machine_t
+   use razy_motion_integrator, only: integrator_t
    implicit none(type, external)
    private
 
@@ -48,11 +49,12 @@ contains
       self%phasor = spread((1.0_wp, 0.0_wp), 1, size(machine%tone))
    end subroutine begin
 
-   !> A motion of the machine has ended at `t_end`, s, with this state (n each).
-   pure subroutine finish(self, machine, t_end, displacement, velocity)
+   !> A motion of the machine has ended at `t_end`, s, by this integrator.
+   subroutine finish(self, machine, t_end, integrator)
       class(continuation_state_t), intent(inout) :: self
       type(machine_t), intent(in) :: machine
-      real(wp), intent(in) :: t_end, displacement(:), velocity(:)
+      real(wp), intent(in) :: t_end
+      class(integrator_t), intent(in) :: integrator
 
       real(wp) :: cosine, sine
       integer :: t
@@ -62,8 +64,9 @@ contains
          self%phasor(t) = self%phasor(t)*cmplx(cosine, sine, wp)
          self%phasor(t) = self%phasor(t)/abs(self%phasor(t))
       end do
-      self%displacement = displacement
-      self%velocity = velocity
+      self%displacement = machine%displacement
+      self%velocity = machine%velocity
+      call integrator%final_state(self%displacement, self%velocity)
    end subroutine finish
 
    !> Hand over the state as columns of a row, empty if it is not there.

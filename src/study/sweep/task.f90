@@ -247,7 +247,6 @@ contains
       type(error_t), allocatable :: error
       type(outcome_t) :: outcome
       type(continuation_state_t) :: continuation
-      real(wp), allocatable :: displacement(:), velocity(:)
       real(wp) :: begun, work_begun, work_ended
 
       begun = seconds()
@@ -260,9 +259,7 @@ contains
       if (allocated(error)) outcome%status = status_no_machine
       self%broken_off = outcome%status == status_interrupted
       if (self%plan%has_chains() .and. outcome%status == status_ok) then
-         allocate (displacement(size(self%machine%displacement)), velocity(size(self%machine%velocity)))
-         call self%integrator%final_state(displacement, velocity)
-         call continuation%finish(self%machine, self%watch%followed, displacement, velocity)
+         call continuation%finish(self%machine, self%watch%followed, self%integrator)
       else
          call continuation%take_from()
       end if
