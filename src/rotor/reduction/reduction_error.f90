@@ -2,7 +2,7 @@
 !! closed, transfer function at the meshes.
 module razy_rotor_reduction_reduction_error
    use razy_core_kinds, only: wp
-   use razy_linalg_banded, only: band_factor_t, solve_complex
+   use razy_linalg_banded, only: band_factor_t, narrow_order, solve_complex
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
    use razy_linalg_lapack, only: zgesv
    use razy_linalg_sparse, only: add_matrices, csr_t
@@ -76,9 +76,10 @@ contains
       real(wp), intent(in) :: omega(:)
 
       type(band_factor_t) :: factor
-      type(csr_t) :: damping, dynamic, stiffness
+      type(csr_t) :: damping, mass, stiffness
       type(eigenpairs_t) :: pairs
-      complex(wp), allocatable :: column(:, :)
+      complex(wp), allocatable :: ordered(:, :), solution(:, :)
+      integer, allocatable :: order(:)
       integer :: f, info, j
 
       associate (w => model%mesh_direction, meshes => size(model%mesh_stiffness))
@@ -94,12 +95,17 @@ contains
          difference%moves = moving(model, pairs%vector)
          stiffness = add_matrices(1.0_wp, model%closed_stiffness(), 1.0_wp, model%cross_stiffness)
          damping = add_matrices(1.0_wp, model%closed_damping(), 1.0_wp, model%cross_damping)
+         order = narrow_order(add_matrices(1.0_wp, add_matrices(1.0_wp, stiffness, 1.0_wp, model%mass), 1.0_wp, damping))
+         stiffness = stiffness%extract(order)
+         damping = damping%extract(order)
+         mass = model%mass%extract(order)
+         allocate (solution(size(w, 1), meshes))
          do f = 1, size(omega)
-            dynamic = add_matrices(1.0_wp, stiffness, -omega(f)**2, model%mass)
-            column = cmplx(w, kind=wp)
-            call solve_complex(dynamic, damping, omega(f), column, info)
+            ordered = cmplx(w(order, :), kind=wp)
+            call solve_complex(stiffness, damping, mass, cmplx(0.0_wp, omega(f), wp), ordered, info)
             difference%complete = difference%complete .and. info == 0
-            difference%response(:, f) = sum(w*column, dim=1)
+            solution(order, :) = ordered
+            difference%response(:, f) = sum(w*solution, dim=1)
          end do
       end associate
    end subroutine find_unreduced
