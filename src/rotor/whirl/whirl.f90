@@ -14,9 +14,7 @@ module razy_rotor_whirl_whirl
    private
 
    public :: new_whirl, whirl_direction, whirl_problem_t
-   public :: whirl_found, whirl_failed
 
-   integer, parameter :: whirl_found = 0, whirl_failed = 1
    !> Lateral motion below this share of a shape is rounding.
    real(wp), parameter :: still = 1.0e-6_wp
    !> Eigenvalues apart by less than this share of their size are degenerate.
@@ -25,7 +23,8 @@ module razy_rotor_whirl_whirl
    !> The problem over the speed, rad/s, and what of it does not depend on that. Shapes of its spectra (p, values) are in
    !> modes at rest times their frequencies; `shape_of` turns them into shapes of the model.
    type, extends(family_t) :: whirl_problem_t
-      integer :: status = whirl_found
+      !> Whether the modes at rest were found.
+      logical :: complete = .true.
       !> Whether the circulatory matrix acts; whether damping and the skew parts of bearings do.
       logical :: circulatory = .false., damped = .true.
       !> The model in its modes, M = 1 and K = diag(omega²), meshes in it if they are closed.
@@ -38,7 +37,6 @@ module razy_rotor_whirl_whirl
       type(eigen_path_t) :: path
    contains
       procedure :: solve
-      procedure :: growth
       procedure :: shape_of
       procedure :: damping_at
       procedure :: cross_at
@@ -57,7 +55,7 @@ contains
       type(eigenpairs_t) :: pairs
 
       pairs = reduced%modes(meshed)
-      if (pairs%status /= modes_found) problem%status = whirl_failed
+      problem%complete = pairs%status == modes_found
       problem%squared = pairs%value
       problem%modal = transformed(reduced, pairs%vector)
       problem%damping = problem%modal%damping
@@ -120,35 +118,17 @@ contains
       integer :: info
 
       self%solved = self%solved + 1
-      info = 0
-      if (self%status == whirl_found) then
+      info = merge(0, 1, self%complete)
+      if (info == 0) then
          call damped_eigen(self%squared, self%damping_at(parameter), value, info, self%cross_at(parameter), shape, &
                            self%path, parameter)
       end if
-      if (info /= 0 .or. self%status /= whirl_found) then
+      if (info /= 0) then
          call raise(error, "an eigenproblem could not be solved")
       else
          spectrum = new_spectrum(parameter, value, shape, equal, 0.0_wp)
       end if
    end subroutine solve
-
-   !> The largest real part of an eigenvalue at a speed, 1/s; `status` is `whirl_found` or `whirl_failed`.
-   subroutine growth(self, speed, value, status)
-      class(whirl_problem_t), intent(in) :: self
-      real(wp), intent(in) :: speed
-      real(wp), intent(out) :: value
-      integer, intent(out) :: status
-
-      complex(wp), allocatable :: values(:)
-      integer :: info
-
-      value = 0.0_wp
-      status = self%status
-      if (status /= whirl_found .or. size(self%squared) == 0) return
-      call damped_eigen(self%squared, self%damping_at(speed), values, info, self%cross_at(speed))
-      if (info /= 0) status = whirl_failed
-      if (info == 0) value = maxval(values%re)
-   end subroutine growth
 
    !> A shape (n) in the coordinates of the unreduced model from one in modes at rest (p).
    pure function shape_of(self, modal) result(shape)
