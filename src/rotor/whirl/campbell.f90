@@ -94,13 +94,12 @@ contains
 
    !> Whether every mode that matters has a shape like that of the mode it continues, or was given enough halvings: those
    !> asked for all of them, those beyond that a line of excitation can cross on the way a few.
-   function is_fine(self, before, after, likeness)
+   function is_fine(self, before, after)
       class(search_t), intent(inout) :: self
       type(spectrum_t), intent(in) :: before, after
-      real(wp), intent(in) :: likeness(:)
       logical :: is_fine
 
-      integer :: halvings, wanted(size(likeness))
+      integer :: halvings, wanted(size(after%value))
 
       halvings = nint(log(self%interval/(after%parameter - before%parameter))/log(2.0_wp))
       wanted = 0
@@ -110,16 +109,15 @@ contains
          end where
       end if
       wanted(:min(self%modes, size(wanted))) = most_halvings
-      is_fine = .not. any(likeness < likely .and. halvings < wanted)
+      is_fine = .not. any(after%likeness < likely .and. halvings < wanted)
    end function is_fine
 
    !> Give new branches to modes that continue none, and find the critical speeds in the step.
-   subroutine take(self, family, before, after, likeness, error)
+   subroutine take(self, family, before, after, error)
       class(search_t), intent(inout) :: self
       class(family_t), intent(inout) :: family
       type(spectrum_t), intent(in) :: before
       type(spectrum_t), intent(inout) :: after
-      real(wp), intent(in) :: likeness(:)
       type(error_t), allocatable, intent(out) :: error
 
       type(critical_t) :: critical
@@ -134,8 +132,8 @@ contains
       end do
       select type (family)
       type is (whirl_problem_t)
-         do j = 1, size(likeness)
-            if (likeness(j) < likely) then
+         do j = 1, size(after%value)
+            if (after%likeness(j) < likely) then
                self%branches = self%branches + 1
                after%branch(j) = self%branches
                cycle

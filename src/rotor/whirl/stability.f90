@@ -38,7 +38,6 @@ contains
       type(spectrum_t) :: at, high, low
       type(error_t), allocatable :: error
       type(line_t) :: stable
-      real(wp), allocatable :: likeness(:)
       real(wp) :: largest
       integer :: i, place
 
@@ -67,8 +66,7 @@ contains
       limit%status = limit_failed
       call family%solve(speed(i - 1), low, error)
       if (allocated(error)) return
-      allocate (likeness(size(high%value)))
-      call continue_branches(low, high, likeness)
+      call continue_branches(low, high)
       associate (branch => high%branch(place))
          if (branch == 0) return
          if (stable%height(low, branch) >= 0.0_wp) return
