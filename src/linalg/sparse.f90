@@ -1,8 +1,7 @@
 !! Sparse matrices in compressed rows, and lists of entries to build them from.
 module razy_linalg_sparse
    use razy_core_kinds, only: wp
-   use razy_linalg_dense, only: rising_order
-   use razy_linalg_lapack, only: dgemm
+   use razy_linalg_dense, only: rising_order, transposed_product
    implicit none(type, external)
    private
 
@@ -226,16 +225,13 @@ contains
       real(wp), allocatable :: projected(:, :)
 
       real(wp), allocatable :: image(:, :)
-      integer :: j, n, p
+      integer :: j
 
-      n = size(basis, 1)
-      p = size(basis, 2)
-      allocate (image(n, p), projected(p, p))
-      if (n*p == 0) return
-      do j = 1, p
+      allocate (image, mold=basis)
+      do j = 1, size(basis, 2)
          call self%multiply(basis(:, j), image(:, j))
       end do
-      call dgemm("T", "N", p, p, n, 1.0_wp, basis, n, image, n, 0.0_wp, projected, p)
+      projected = transposed_product(basis, image)
    end function congruence
 
    !> The rows and columns `chosen`, each once, of a square matrix, in that order.
