@@ -49,26 +49,23 @@ module razy_eigen_branches
          type(error_t), allocatable, intent(out) :: error
       end subroutine solve
 
-      !> Whether the step from `before` to `after`, whose modes have their branches, need not be halved; `likeness` (modes of
-      !> after) is that of `continue_branches`.
-      function is_fine(self, before, after, likeness)
-         import :: spectrum_t, walk_t, wp
+      !> Whether the step from `before` to `after`, whose modes have their branches, need not be halved.
+      function is_fine(self, before, after)
+         import :: spectrum_t, walk_t
          implicit none(type, external)
          class(walk_t), intent(inout) :: self
          type(spectrum_t), intent(in) :: before, after
-         real(wp), intent(in) :: likeness(:)
          logical :: is_fine
       end function is_fine
 
       !> Take a step. Branches may be changed.
-      subroutine take(self, family, before, after, likeness, error)
-         import :: error_t, family_t, spectrum_t, walk_t, wp
+      subroutine take(self, family, before, after, error)
+         import :: error_t, family_t, spectrum_t, walk_t
          implicit none(type, external)
          class(walk_t), intent(inout) :: self
          class(family_t), intent(inout) :: family
          type(spectrum_t), intent(in) :: before
          type(spectrum_t), intent(inout) :: after
-         real(wp), intent(in) :: likeness(:)
          type(error_t), allocatable, intent(out) :: error
       end subroutine take
    end interface
@@ -85,23 +82,20 @@ contains
 
       ! Spectra ahead, the nearest last.
       type(spectrum_t) :: ahead(most_halvings + 1)
-      real(wp), allocatable :: likeness(:)
       integer :: n
       logical :: fine
 
       call family%solve(target, ahead(1), error)
       n = 1
       do while (n > 0 .and. .not. allocated(error))
-         if (allocated(likeness)) deallocate (likeness)
-         allocate (likeness(size(ahead(n)%value)))
-         call continue_branches(front, ahead(n), likeness)
+         call continue_branches(front, ahead(n))
          fine = n > most_halvings
-         if (.not. fine) fine = walk%is_fine(front, ahead(n), likeness)
+         if (.not. fine) fine = walk%is_fine(front, ahead(n))
          if (.not. fine) then
             n = n + 1
             call family%solve(front%parameter + 0.5_wp*(ahead(n - 1)%parameter - front%parameter), ahead(n), error)
          else
-            call walk%take(family, front, ahead(n), likeness, error)
+            call walk%take(family, front, ahead(n), error)
             front = ahead(n)
             n = n - 1
          end if
@@ -125,7 +119,6 @@ contains
 
       type(bracketed_root_t) :: root
       type(spectrum_t) :: side(2), trial
-      real(wp), allocatable :: likeness(:)
       real(wp) :: f, height(2)
       integer :: i, k
 
@@ -137,9 +130,7 @@ contains
       do while (.not. root%done())
          call family%solve(root%trial, trial, error)
          if (allocated(error)) return
-         if (allocated(likeness)) deallocate (likeness)
-         allocate (likeness(size(trial%value)))
-         call continue_branches(side(better_side(side, branch, trial%parameter)), trial, likeness)
+         call continue_branches(side(better_side(side, branch, trial%parameter)), trial)
          i = findloc(trial%branch, branch, dim=1)
          if (i == 0) return
          f = line%height(trial, i)

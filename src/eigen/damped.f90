@@ -67,20 +67,17 @@ contains
          all = path%value(:, 1)
          vector = spread(scaling, 2, n)*path%right(:, :, 1)
       else
-         allocate (all(2*n), vector(2*n, merge(2*n, 0, present(shape))), left(2*n, merge(2*n, 0, followed)))
+         ! Vectors that are not allocated are not asked for.
+         if (present(shape)) allocate (vector(2*n, 2*n))
+         if (followed) allocate (left(2*n, 2*n))
+         allocate (all(2*n))
          allocate (state(2*n, 2*n), source=0.0_wp)
          do i = 1, n
             state(i, n + i) = scaling(i)
             state(n + 1:, i) = -stiffness(:, i)/scaling(i)
          end do
          state(n + 1:, n + 1:) = -damping
-         if (followed) then
-            call right_eigen(state, all, info, vector, left)
-         else if (present(shape)) then
-            call right_eigen(state, all, info, vector)
-         else
-            call right_eigen(state, all, info)
-         end if
+         call right_eigen(state, all, info, vector, left)
          if (info /= 0) all = (0.0_wp, -1.0_wp)
       end if
       order = pack([(i, i=1, size(all))], all%im >= 0.0_wp)

@@ -92,9 +92,8 @@ module razy_eigen_mode_branches
       type(point_t), allocatable :: point(:)
       real(wp), allocatable :: value(:, :)
       type(root_t), allocatable :: root(:)
-      !> Whether every step could be made fine enough, and how many machines were computed.
+      !> Whether every step could be made fine enough.
       logical :: resolved = .true.
-      integer :: machines = 0
       integer, private :: most = 0
       real(wp), private :: resolution = 0.0_wp
       type(watch_t), private :: watch
@@ -174,7 +173,6 @@ contains
          self%value = self%value(:, n:1:-1)
          n = size(grid)
       end do
-      self%machines = family%solved
    end subroutine follow_branches
 
    !> The modes of a spectrum, the mode watched and its strongest coordinate. In a tie these stay what they were at the point
@@ -213,17 +211,16 @@ contains
    end function front_of
 
    !> Whether a step need not be halved, or cannot.
-   function is_fine(self, before, after, likeness)
+   function is_fine(self, before, after)
       class(branches_t), intent(inout) :: self
       type(spectrum_t), intent(in) :: before, after
-      real(wp), intent(in) :: likeness(:)
       logical :: is_fine
 
       type(front_t) :: next
       integer :: b
 
       next = front_of(after, self%watch, self%front)
-      is_fine = minval(likeness) >= least_likeness .and. next%branch == self%front%branch &
+      is_fine = minval(after%likeness) >= least_likeness .and. next%branch == self%front%branch &
                 .and. (next%coordinate == self%front%coordinate .or. self%watch%coordinate > 0)
       do b = 1, size(next%place)
          ! Branches that change places, meet or part.
@@ -238,12 +235,11 @@ contains
    end function is_fine
 
    !> Record a step, and the roots in it.
-   subroutine take(self, family, before, after, likeness, error)
+   subroutine take(self, family, before, after, error)
       class(branches_t), intent(inout) :: self
       class(family_t), intent(inout) :: family
       type(spectrum_t), intent(in) :: before
       type(spectrum_t), intent(inout) :: after
-      real(wp), intent(in) :: likeness(:)
       type(error_t), allocatable, intent(out) :: error
 
       type(front_t) :: next
@@ -252,7 +248,7 @@ contains
       integer :: b, place
 
       next = front_of(after, self%watch, self%front)
-      do b = 1, size(likeness)
+      do b = 1, size(next%value)
          f = [self%front%value(b), next%value(b)]/self%watch%goal - 1
          if (is_root(f(2))) call add_root(self, next, b)
          if (is_root(f(1)) .or. is_root(f(2)) .or. (f(1) < 0.0_wp .eqv. f(2) < 0.0_wp)) cycle

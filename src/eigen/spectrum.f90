@@ -21,6 +21,9 @@ module razy_eigen_spectrum
       integer, allocatable :: first(:)
       !> The branch that each belongs to (modes), from 1; 0 if it continues none.
       integer, allocatable :: branch(:)
+      !> Of what `continue_branches` has matched, the assurance criterion of each mode with the one it continues, of degenerate
+      !> ones that of their spaces (modes).
+      real(wp), allocatable :: likeness(:)
    contains
       procedure :: equals_of
    end type spectrum_t
@@ -89,11 +92,9 @@ contains
    end function equals_of
 
    !> Give each mode of `after` the branch of the mode of `before` that it continues: pairs of largest overlap first, each once.
-   !> `likeness` (modes of after): assurance criterion of each with the mode it continues, of degenerate ones that of their spaces.
-   pure subroutine continue_branches(before, after, likeness)
+   pure subroutine continue_branches(before, after)
       type(spectrum_t), intent(in) :: before
       type(spectrum_t), intent(inout) :: after
-      real(wp), intent(out) :: likeness(:)
 
       complex(wp), allocatable :: product(:, :)
       real(wp), allocatable :: overlap(:, :), own(:, :)
@@ -115,13 +116,13 @@ contains
       end do
       own = overlap + tie*own
       partner = 0
-      likeness = 0.0_wp
+      after%likeness = spread(0.0_wp, 1, size(partner))
       after%branch = 0
       do k = 1, min(size(before%value), size(after%value))
          best = maxloc(own)
          partner(best(2)) = best(1)
          after%branch(best(2)) = before%branch(best(1))
-         likeness(best(2)) = overlap(best(1), best(2))
+         after%likeness(best(2)) = overlap(best(1), best(2))
          own(best(1), :) = -1.0_wp
          own(:, best(2)) = -1.0_wp
       end do

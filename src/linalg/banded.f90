@@ -92,46 +92,41 @@ contains
       integer, allocatable, intent(out) :: order(:)
       real(wp), allocatable, intent(out) :: band(:, :)
 
-      integer, allocatable :: place(:)
-      integer :: i, j, k, row
+      type(csr_t) :: ordered
+      integer :: i, k
 
       order = narrow_order(matrix)
-      place = inverse_of(order)
-      allocate (band(bandwidth(matrix, order) + 1, matrix%rows), source=0.0_wp)
-      do row = 1, matrix%rows
-         i = place(row)
-         do k = matrix%start(row), matrix%start(row + 1) - 1
-            j = place(matrix%column(k))
-            if (i >= j) band(1 + i - j, j) = matrix%value(k)
+      ordered = matrix%extract(order)
+      allocate (band(bandwidth(ordered) + 1, ordered%rows), source=0.0_wp)
+      do i = 1, ordered%rows
+         do k = ordered%start(i), ordered%start(i + 1) - 1
+            associate (j => ordered%column(k))
+               if (i >= j) band(1 + i - j, j) = ordered%value(k)
+            end associate
          end do
       end do
    end subroutine to_band
 
-   !> Solve (A + i omega B) X = R with matrices of one size that are symmetric in their patterns, by a banded factor in a
-   !> narrow order. `x` (n, systems) holds the right-hand sides before; `info` is LAPACK's: 0 is success.
-   subroutine solve_complex(a, b, omega, x, info)
-      type(csr_t), intent(in) :: a, b
-      real(wp), intent(in) :: omega
+   !> Solve (K + s B + s² M) X = R with matrices of one size, by a banded factor in the order that they have. `x` (n, systems) holds
+   !> the right-hand sides before; `info` is LAPACK's: 0 is success.
+   subroutine solve_complex(stiffness, damping, mass, s, x, info)
+      type(csr_t), intent(in) :: stiffness, damping, mass
+      complex(wp), intent(in) :: s
       complex(wp), intent(inout) :: x(:, :)
       integer, intent(out) :: info
 
-      type(csr_t) :: pattern
-      complex(wp), allocatable :: band(:, :), right(:, :)
-      integer, allocatable :: order(:), pivot(:), place(:)
+      complex(wp), allocatable :: band(:, :)
+      integer, allocatable :: pivot(:)
       integer :: n, width
 
-      n = a%rows
-      pattern = add_matrices(1.0_wp, a, 1.0_wp, b)
-      order = narrow_order(pattern)
-      place = inverse_of(order)
-      width = bandwidth(pattern, order)
+      n = stiffness%rows
+      width = max(bandwidth(stiffness), bandwidth(damping), bandwidth(mass))
       allocate (band(3*width + 1, n), source=(0.0_wp, 0.0_wp))
-      allocate (pivot(n), right(n, size(x, 2)))
-      call enter(a, (1.0_wp, 0.0_wp))
-      call enter(b, cmplx(0.0_wp, omega, wp))
-      right(place, :) = x
-      call zgbsv(n, width, width, size(x, 2), band, 3*width + 1, pivot, right, n, info)
-      x(order, :) = right
+      allocate (pivot(n))
+      call enter(stiffness, (1.0_wp, 0.0_wp))
+      call enter(damping, s)
+      call enter(mass, s**2)
+      call zgbsv(n, width, width, size(x, 2), band, 3*width + 1, pivot, x, n, info)
 
    contains
 
@@ -139,13 +134,11 @@ contains
          type(csr_t), intent(in) :: matrix
          complex(wp), intent(in) :: factor
 
-         integer :: i, j, k, row
+         integer :: i, k
 
-         do row = 1, n
-            i = place(row)
-            do k = matrix%start(row), matrix%start(row + 1) - 1
-               j = place(matrix%column(k))
-               associate (entry => band(2*width + 1 + i - j, j))
+         do i = 1, matrix%rows
+            do k = matrix%start(i), matrix%start(i + 1) - 1
+               associate (entry => band(2*width + 1 + i - matrix%column(k), matrix%column(k)))
                   entry = entry + factor*matrix%value(k)
                end associate
             end do
@@ -160,7 +153,7 @@ contains
       integer, allocatable :: order(:)
 
       logical, allocatable :: numbered(:)
-      integer :: count, levels, first, found, k, last, old_levels, root, seed
+      integer :: count, levels, found, old_levels, root, seed
 
       allocate (order(matrix%rows))
       allocate (numbered(matrix%rows), source=.false.)
@@ -174,12 +167,8 @@ contains
             if (levels <= old_levels) exit
             ! The last vertex found is far from the root: try it as the root, while that makes the levels more.
             old_levels = levels
-            first = count + 1
-            last = count + found
-            do k = first, last
-               numbered(order(k)) = .false.
-            end do
-            root = order(last)
+            numbered(order(count + 1:count + found)) = .false.
+            root = order(count + found)
          end do
          count = count + found
       end do
@@ -194,7 +183,7 @@ contains
       integer, intent(out) :: found, levels
 
       integer, allocatable :: near(:)
-      integer :: first, j, k, level_end, vertex
+      integer :: j, level_end
 
       order(1) = root
       numbered(root) = .true.
@@ -203,16 +192,12 @@ contains
       level_end = 1
       j = 1
       do while (j <= found)
-         vertex = order(j)
-         first = found + 1
-         do k = matrix%start(vertex), matrix%start(vertex + 1) - 1
-            if (numbered(matrix%column(k))) cycle
-            found = found + 1
-            order(found) = matrix%column(k)
-            numbered(matrix%column(k)) = .true.
-         end do
-         near = order(first:found)
-         order(first:found) = near(rising_order(real(matrix%start(near + 1) - matrix%start(near), wp)))
+         associate (columns => matrix%column(matrix%start(order(j)):matrix%start(order(j) + 1) - 1))
+            near = pack(columns,.not. numbered(columns))
+         end associate
+         numbered(near) = .true.
+         order(found + 1:found + size(near)) = near(rising_order(real(matrix%start(near + 1) - matrix%start(near), wp)))
+         found = found + size(near)
          if (j == level_end) then
             levels = levels + 1
             level_end = found
@@ -221,33 +206,19 @@ contains
       end do
    end subroutine number_component
 
-   !> Largest distance of an entry from the diagonal in this order.
-   pure function bandwidth(matrix, order) result(width)
+   !> Largest distance of an entry from the diagonal.
+   pure function bandwidth(matrix) result(width)
       type(csr_t), intent(in) :: matrix
-      integer, intent(in) :: order(:)
       integer :: width
-
-      integer, allocatable :: place(:)
-      integer :: i, k
-
-      place = inverse_of(order)
-      width = 0
-      do i = 1, matrix%rows
-         do k = matrix%start(i), matrix%start(i + 1) - 1
-            width = max(width, abs(place(i) - place(matrix%column(k))))
-         end do
-      end do
-   end function bandwidth
-
-   !> Where each old index is in an order.
-   pure function inverse_of(order) result(place)
-      integer, intent(in) :: order(:)
-      integer, allocatable :: place(:)
 
       integer :: i
 
-      allocate (place(size(order)))
-      place(order) = [(i, i=1, size(order))]
-   end function inverse_of
+      width = 0
+      do i = 1, matrix%rows
+         associate (columns => matrix%column(matrix%start(i):matrix%start(i + 1) - 1))
+            width = max(width, maxval(abs(columns - i)))
+         end associate
+      end do
+   end function bandwidth
 
 end module razy_linalg_banded

@@ -5,7 +5,7 @@ module razy_linalg_dense
    implicit none(type, external)
    private
 
-   public :: add_outer, congruence_of, identity, product_of, rising_order, symmetric_part
+   public :: add_outer, congruence_of, identity, product_of, rising_order, symmetric_part, transposed_product
 
 contains
 
@@ -14,14 +14,7 @@ contains
       real(wp), contiguous, intent(in) :: matrix(:, :), basis(:, :)
       real(wp), allocatable :: projected(:, :)
 
-      real(wp), allocatable :: image(:, :)
-      integer :: m, p
-
-      p = size(basis, 1)
-      m = size(basis, 2)
-      image = product_of(matrix, basis)
-      allocate (projected(m, m))
-      if (p*m > 0) call dgemm("T", "N", m, m, p, 1.0_wp, basis, p, image, p, 0.0_wp, projected, m)
+      projected = transposed_product(basis, product_of(matrix, basis))
    end function congruence_of
 
    !> A B.
@@ -29,13 +22,20 @@ contains
       real(wp), contiguous, intent(in) :: a(:, :), b(:, :)
       real(wp), allocatable :: c(:, :)
 
-      allocate (c(size(a, 1), size(b, 2)))
-      if (size(a)*size(b) == 0) then
-         c = 0.0_wp
-         return
-      end if
+      allocate (c(size(a, 1), size(b, 2)), source=0.0_wp)
+      if (size(a)*size(b) == 0) return
       call dgemm("N", "N", size(a, 1), size(b, 2), size(a, 2), 1.0_wp, a, size(a, 1), b, size(b, 1), 0.0_wp, c, size(c, 1))
    end function product_of
+
+   !> Aᵀ B.
+   function transposed_product(a, b) result(c)
+      real(wp), contiguous, intent(in) :: a(:, :), b(:, :)
+      real(wp), allocatable :: c(:, :)
+
+      allocate (c(size(a, 2), size(b, 2)), source=0.0_wp)
+      if (size(a)*size(b) == 0) return
+      call dgemm("T", "N", size(a, 2), size(b, 2), size(a, 1), 1.0_wp, a, size(a, 1), b, size(b, 1), 0.0_wp, c, size(c, 1))
+   end function transposed_product
 
    !> A + k w wᵀ in place of A (n, n), with w (n): what a spring k along w adds to a stiffness matrix.
    pure subroutine add_outer(matrix, k, w)

@@ -2,6 +2,7 @@
 module razy_linalg_eigen
    use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_get_halting_mode, ieee_set_halting_mode
    use razy_core_kinds, only: qp, wp
+   use razy_linalg_dense, only: identity
    use razy_linalg_lapack, only: dgeev, dsyev, zgesv
    implicit none(type, external)
    private
@@ -97,7 +98,7 @@ contains
 
       real(wp), allocatable :: copy(:, :)
       complex(wp), allocatable :: factor(:, :)
-      integer :: i, n, pivot(size(values))
+      integer :: n, pivot(size(values))
       logical :: halting(size(ieee_all))
 
       n = size(values)
@@ -109,10 +110,7 @@ contains
       call ieee_get_halting_mode(ieee_all, halting)
       call ieee_set_halting_mode(ieee_all, .false.)
       factor = vectors
-      inverse = (0.0_wp, 0.0_wp)
-      do i = 1, n
-         inverse(i, i) = (1.0_wp, 0.0_wp)
-      end do
+      inverse = cmplx(identity(n), kind=wp)
       call zgesv(n, n, factor, n, pivot, inverse, n, info)
       if (info == 0) condition = sqrt(maxval(sum(squares(vectors), dim=1)*sum(squares(inverse), dim=2)))
       if (.not. condition <= huge(1.0_wp)) condition = huge(1.0_wp)

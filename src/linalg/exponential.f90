@@ -4,6 +4,7 @@
 !! fewer than twenty terms and has no cancellation to speak of (Al-Mohy and Higham, SIAM J. Sci. Comput. 33 (2011)).
 module razy_linalg_exponential
    use razy_core_kinds, only: wp
+   use razy_linalg_dense, only: identity
    implicit none(type, external)
    private
 
@@ -49,10 +50,7 @@ contains
       squarings = 0
       if (norm > 0.5_wp) squarings = exponent(2.0_wp*norm)
       scaled = matrix*scale(tau, -squarings)
-      term = 0.0_wp
-      do i = 1, size(matrix, 1)
-         term(i, i) = 1.0_wp
-      end do
+      term = identity(size(matrix, 1))
       power = term
       do k = 1, 30
          term = matmul(scaled, term)/k

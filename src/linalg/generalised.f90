@@ -8,7 +8,7 @@ module razy_linalg_generalised
    use razy_core_kinds, only: wp
    use razy_linalg_banded, only: band_factor_t, negative_eigenvalues
    use razy_linalg_dense, only: rising_order
-   use razy_linalg_lapack, only: dgemv, dsaupd, dseupd, dsygvd
+   use razy_linalg_lapack, only: dsaupd, dseupd, dsygvd
    use razy_linalg_sparse, only: add_matrices, csr_t
    implicit none(type, external)
    private
@@ -33,15 +33,6 @@ module razy_linalg_generalised
       !> Solutions with the factor, and searches (1 unless copies were missed); 0 where LAPACK served.
       integer :: solutions = 0, searches = 0
    end type eigenpairs_t
-
-   !> The operator of ARPACK's mode 3.
-   type :: shifted_t
-      type(csr_t) :: mass
-      type(band_factor_t) :: factor
-      real(wp) :: shift = 0.0_wp
-      !> Shapes found already, which are taken out of all directions (deflation), and M times them.
-      real(wp), allocatable :: deflated(:, :), image(:, :)
-   end type shifted_t
 
 contains
 
@@ -92,35 +83,25 @@ contains
       real(wp), intent(in) :: shift
       type(eigenpairs_t) :: pairs
 
-      type(shifted_t) :: operator
-      type(eigenpairs_t) :: more
+      type(band_factor_t) :: factor
       real(wp) :: gap
       integer :: below, info, wanted
 
-      operator%mass = mass
-      operator%shift = shift
-      allocate (operator%deflated(mass%rows, 0), operator%image(mass%rows, 0))
-      call operator%factor%factor(add_matrices(1.0_wp, stiffness, -shift, mass), info)
-      if (info /= 0) then
-         pairs%status = modes_not_definite
-         allocate (pairs%value(0), pairs%vector(mass%rows, 0))
-         return
-      end if
+      allocate (pairs%value(0), pairs%vector(mass%rows, 0))
+      call factor%factor(add_matrices(1.0_wp, stiffness, -shift, mass), info)
+      if (info /= 0) pairs%status = modes_not_definite
       ! One more than asked for, to have a gap above the last.
       wanted = min(count + 1, mass%rows - 1)
-      call lanczos(pairs, operator, wanted)
-      do while (pairs%status == modes_found)
-         call find_gap(pairs%value, count, gap, below)
-         if (below == 0) exit
-         wanted = negative_eigenvalues(add_matrices(1.0_wp, stiffness, -gap, mass)) - below
-         if (wanted <= 0) exit
+      do while (pairs%status == modes_found .and. wanted > 0)
          if (pairs%searches == most_searches) then
             pairs%status = modes_missing
             exit
          end if
-         call deflate(operator, pairs)
-         call lanczos(more, operator, wanted)
-         call merge_pairs(pairs, more)
+         call find_more(pairs, mass, factor, shift, wanted)
+         if (pairs%status /= modes_found) exit
+         call find_gap(pairs%value, count, gap, below)
+         if (below == 0) exit
+         wanted = negative_eigenvalues(add_matrices(1.0_wp, stiffness, -gap, mass)) - below
       end do
       if (size(pairs%value) > count) call keep_first(pairs, count)
       call orient(pairs%vector)
@@ -143,93 +124,82 @@ contains
       end do
    end subroutine find_gap
 
-   !> Remove the directions of all pairs found from the operator.
-   subroutine deflate(operator, pairs)
-      type(shifted_t), intent(inout) :: operator
-      type(eigenpairs_t), intent(in) :: pairs
-
-      integer :: j
-
-      operator%deflated = pairs%vector
-      operator%image = pairs%vector
-      do j = 1, size(pairs%value)
-         call operator%mass%multiply(pairs%vector(:, j), operator%image(:, j))
-      end do
-   end subroutine deflate
-
-   !> The `wanted` lowest eigenpairs, orthogonal to those the operator knows, by the implicitly restarted Lanczos method.
-   subroutine lanczos(pairs, operator, wanted)
-      type(eigenpairs_t), intent(out) :: pairs
-      type(shifted_t), intent(in) :: operator
+   !> Add the `wanted` lowest eigenpairs that are orthogonal to `pairs`, by the implicitly restarted Lanczos method in shift-invert
+   !> mode; `factor` is that of K - shift M.
+   subroutine find_more(pairs, mass, factor, shift, wanted)
+      type(eigenpairs_t), intent(inout) :: pairs
+      type(csr_t), intent(in) :: mass
+      type(band_factor_t), intent(in) :: factor
+      real(wp), intent(in) :: shift
       integer, intent(in) :: wanted
 
-      real(wp), allocatable :: basis(:, :), residual(:), workd(:, :), workl(:)
+      real(wp), allocatable :: basis(:, :), image(:, :), residual(:), value(:), vector(:, :), workd(:, :), workl(:)
       logical, allocatable :: select(:)
       real(wp) :: tolerance
-      integer :: ido, info, iparam(11), ipntr(11), n, width
+      integer :: ido, info, iparam(11), ipntr(11), j, known, n, width
 
-      n = operator%mass%rows
+      n = mass%rows
+      known = size(pairs%value)
       width = min(n, max(2*wanted + 1, 20))
       allocate (basis(n, width), residual(n), workd(n, 3), workl(width*(width + 8)), select(width))
-      allocate (pairs%value(wanted))
+      allocate (image(n, known), value(wanted), vector(n, known + wanted))
+      do j = 1, known
+         call mass%multiply(pairs%vector(:, j), image(:, j))
+      end do
       call start_vector(residual)
-      call remove_known(operator, residual)
+      call remove_known(pairs%vector, image, residual)
       iparam = 0
       iparam([1, 3, 7]) = [1, most_restarts, 3]
       ipntr = 0
       tolerance = 0.0_wp
       ido = 0
       info = 1
-      pairs%searches = 1
+      pairs%searches = pairs%searches + 1
       do
          call dsaupd(ido, "G", n, "LM", wanted, tolerance, residual, width, basis, n, iparam, ipntr, workd, workl, &
                      size(workl), info)
          if (abs(ido) /= 1 .and. ido /= 2) exit
          associate (x => workd(:, 1 + ipntr(1)/n), y => workd(:, 1 + ipntr(2)/n))
             if (ido == 2) then
-               call operator%mass%multiply(x, y)
+               call mass%multiply(x, y)
             else
                if (ido == 1) then
-                  y = operator%factor%solve(workd(:, 1 + ipntr(3)/n))
+                  y = factor%solve(workd(:, 1 + ipntr(3)/n))
                else
-                  y = operator%factor%solve(operator%mass%times(x))
+                  y = factor%solve(mass%times(x))
                end if
-               call remove_known(operator, y)
+               call remove_known(pairs%vector, image, y)
                pairs%solutions = pairs%solutions + 1
             end if
          end associate
       end do
       if (info == 0 .and. iparam(5) >= wanted) then
-         call dseupd(.true., "A", select, pairs%value, basis, n, operator%shift, "G", n, "LM", wanted, tolerance, residual, &
+         call dseupd(.true., "A", select, value, basis, n, shift, "G", n, "LM", wanted, tolerance, residual, &
                      width, basis, n, iparam, ipntr, workd, workl, size(workl), info)
          if (info /= 0) pairs%status = modes_failed
       else
          pairs%status = merge(modes_not_converged, modes_failed, info == 0 .or. info == 1 .or. info == 3)
       end if
-      if (pairs%status == modes_found) then
-         allocate (pairs%vector(n, wanted))
-         pairs%vector(:, :) = basis(:, :wanted)
-      else
-         pairs%value = pairs%value(:0)
-         allocate (pairs%vector(n, 0))
-      end if
-   end subroutine lanczos
+      if (pairs%status /= modes_found) return
+      value = [pairs%value, value]
+      vector(:, :known) = pairs%vector
+      vector(:, known + 1:) = basis(:, :wanted)
+      associate (order => rising_order(value))
+         pairs%value = value(order)
+         pairs%vector = vector(:, order)
+      end associate
+   end subroutine find_more
 
-   !> x - X Xᵀ M x for the pairs X found already, twice, because once leaves rounding behind.
-   subroutine remove_known(operator, x)
-      type(shifted_t), intent(in) :: operator
+   !> x - X Xᵀ M x for the pairs X found already (deflation), with `image` M X, twice, because once leaves rounding behind.
+   pure subroutine remove_known(vector, image, x)
+      real(wp), intent(in) :: vector(:, :), image(:, :)
       real(wp), intent(inout) :: x(:)
 
-      real(wp), allocatable :: share(:)
-      integer :: m, n, pass
+      integer :: pass
 
-      n = size(operator%deflated, 1)
-      m = size(operator%deflated, 2)
-      if (m == 0) return
-      allocate (share(m))
+      if (size(vector, 2) == 0) return
       do pass = 1, 2
-         call dgemv("T", n, m, 1.0_wp, operator%image, n, x, 1, 0.0_wp, share, 1)
-         call dgemv("N", n, m, -1.0_wp, operator%deflated, n, share, 1, 1.0_wp, x, 1)
+         x = x - matmul(vector, matmul(x, image))
       end do
    end subroutine remove_known
 
@@ -247,31 +217,6 @@ contains
          x(i) = 2*real(state, wp)/modulus - 1
       end do
    end subroutine start_vector
-
-   !> Both sets of pairs in ascending order.
-   subroutine merge_pairs(pairs, more)
-      type(eigenpairs_t), intent(inout) :: pairs
-      type(eigenpairs_t), intent(in) :: more
-
-      real(wp), allocatable :: value(:), vector(:, :)
-      integer :: j
-      integer, allocatable :: order(:)
-
-      pairs%status = more%status
-      pairs%solutions = pairs%solutions + more%solutions
-      pairs%searches = pairs%searches + 1
-      value = [pairs%value, more%value]
-      order = rising_order(value)
-      allocate (vector(size(pairs%vector, 1), size(value)))
-      associate (known => size(pairs%value))
-         do j = 1, size(order)
-            if (order(j) <= known) vector(:, j) = pairs%vector(:, order(j))
-            if (order(j) > known) vector(:, j) = more%vector(:, order(j) - known)
-         end do
-      end associate
-      pairs%value = value(order)
-      call move_alloc(vector, pairs%vector)
-   end subroutine merge_pairs
 
    !> Keep the `count` lowest pairs.
    subroutine keep_first(pairs, count)

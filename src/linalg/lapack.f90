@@ -5,7 +5,7 @@ module razy_linalg_lapack
    implicit none(type, external)
    private
 
-   public :: dgeev, dgemm, dgemv, dgetrf, dgetrs, dpbtrf, dpbtrs, dposv, dpotrf, dpotrs, dsaupd, dseupd, dsyev, dsygvd, dtrsm, &
+   public :: dgeev, dgemm, dgetrf, dgetrs, dpbtrf, dpbtrs, dpotrf, dpotrs, dsaupd, dseupd, dsyev, dsygvd, dtrsm, &
              zgbsv, zgesv, zgetrf, zgetrs
 
    interface
@@ -50,16 +50,6 @@ module razy_linalg_lapack
          real(wp), intent(inout) :: b(ldb, *)
          integer, intent(out) :: info
       end subroutine dgetrs
-
-      !> Solution of a symmetric positive definite system with several right-hand sides.
-      subroutine dposv(uplo, n, nrhs, a, lda, b, ldb, info)
-         import :: wp
-         implicit none(type, external)
-         character, intent(in) :: uplo
-         integer, intent(in) :: n, nrhs, lda, ldb
-         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
-         integer, intent(out) :: info
-      end subroutine dposv
 
       !> Cholesky factor of a symmetric positive definite matrix.
       subroutine dpotrf(uplo, n, a, lda, info)
@@ -120,16 +110,6 @@ module razy_linalg_lapack
          real(wp), intent(in) :: alpha, a(lda, *)
          real(wp), intent(inout) :: b(ldb, *)
       end subroutine dtrsm
-
-      !> y = alpha op(A) x + beta y.
-      subroutine dgemv(trans, m, n, alpha, a, lda, x, incx, beta, y, incy)
-         import :: wp
-         implicit none(type, external)
-         character, intent(in) :: trans
-         integer, intent(in) :: m, n, lda, incx, incy
-         real(wp), intent(in) :: alpha, a(lda, *), x(*), beta
-         real(wp), intent(inout) :: y(*)
-      end subroutine dgemv
 
       !> C = alpha op(A) op(B) + beta C.
       subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)

@@ -120,7 +120,7 @@ contains
       settled = abs(value) <= 2*eps*total
       do j = 1, size(root)
          if (j /= i) others = others - 1.0_wp/difference(pole, root(i), root(j))
-         others = others - 1.0_wp/mirrored(pole, root(i), root(j))
+         others = others - 1.0_wp/root(i)%minus(conjg(root(j)%minus((0.0_wp, 0.0_wp), pole)), pole)
       end do
       change = (0.0_wp, 0.0_wp)
       if (abs(value) > 0.0_wp) change = -value/(slope + value*others)
@@ -192,15 +192,6 @@ contains
       if (b%pole > 0) distance = distance - pole(b%pole)
       if (a%pole > 0 .and. b%pole > 0) distance = (pole(a%pole) - pole(b%pole)) + (a%offset - b%offset)
    end function difference
-
-   !> a - conj(b).
-   pure function mirrored(pole, a, b) result(distance)
-      complex(wp), intent(in) :: pole(:)
-      type(root_t), intent(in) :: a, b
-      complex(wp) :: distance
-
-      distance = a%minus(conjg(b%minus((0.0_wp, 0.0_wp), pole)), pole)
-   end function mirrored
 
    !> Add `change`; a root stays above the real axis, and is counted from the pole that is nearest.
    pure subroutine move(root, pole, change)

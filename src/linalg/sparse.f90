@@ -1,21 +1,27 @@
 !! Sparse matrices in compressed rows, and lists of entries to build them from.
 module razy_linalg_sparse
    use razy_core_kinds, only: wp
-   use razy_linalg_dense, only: rising_order
-   use razy_linalg_lapack, only: dgemm
+   use razy_linalg_dense, only: rising_order, transposed_product
    implicit none(type, external)
    private
 
    public :: csr_t, entries_t, add_matrices, new_csr
 
+   type :: entry_t
+      integer :: row = 0, column = 0
+      real(wp) :: value = 0.0_wp
+   end type entry_t
+
    !> Entries of a matrix in any order; entries of the same place are added up by `new_csr`, in the order of their coming.
    type :: entries_t
+      private
       integer :: count = 0
-      integer, allocatable :: row(:), column(:)
-      real(wp), allocatable :: value(:)
+      !> The first `count` of these.
+      type(entry_t), allocatable :: list(:)
    contains
       procedure :: add
       procedure :: add_block
+      procedure :: add_matrix
    end type entries_t
 
    !> A matrix in compressed rows: row i holds `column(k)`, ascending, and `value(k)` for start(i) <= k < start(i + 1).
@@ -40,49 +46,24 @@ contains
       integer, intent(in) :: row, column
       real(wp), intent(in) :: value
 
-      if (row < 1 .or. column < 1 .or. .not. abs(value) > 0.0_wp) return
-      call make_room(self)
-      self%count = self%count + 1
-      self%row(self%count) = row
-      self%column(self%count) = column
-      self%value(self%count) = value
+      if (row > 0 .and. column > 0 .and. abs(value) > 0.0_wp) call append(self, entry_t(row, column, value))
    end subroutine add
 
-   !> Room for one more entry.
-   pure subroutine make_room(self)
+   pure subroutine append(self, entry)
       type(entries_t), intent(inout) :: self
+      type(entry_t), intent(in) :: entry
 
-      integer, allocatable :: column(:), row(:)
-      real(wp), allocatable :: value(:)
-      integer :: room
+      type(entry_t), allocatable :: longer(:)
 
-      if (.not. allocated(self%row)) allocate (self%row(256), self%column(256), self%value(256))
-      if (self%count < size(self%row)) return
-      room = 2*self%count
-      allocate (row(room), column(room), value(room))
-      row(:self%count) = self%row
-      column(:self%count) = self%column
-      value(:self%count) = self%value
-      call move_alloc(row, self%row)
-      call move_alloc(column, self%column)
-      call move_alloc(value, self%value)
-   end subroutine make_room
-
-   !> Cut the room of a matrix to its entries.
-   pure subroutine trim_room(matrix, used)
-      type(csr_t), intent(inout) :: matrix
-      integer, intent(in) :: used
-
-      integer, allocatable :: column(:)
-      real(wp), allocatable :: value(:)
-
-      matrix%start(matrix%rows + 1) = used + 1
-      allocate (column(used), value(used))
-      column = matrix%column(:used)
-      value = matrix%value(:used)
-      call move_alloc(column, matrix%column)
-      call move_alloc(value, matrix%value)
-   end subroutine trim_room
+      if (.not. allocated(self%list)) allocate (self%list(256))
+      if (self%count == size(self%list)) then
+         allocate (longer(2*self%count))
+         longer(:self%count) = self%list
+         call move_alloc(longer, self%list)
+      end if
+      self%count = self%count + 1
+      self%list(self%count) = entry
+   end subroutine append
 
    !> Add a dense `block` (m, m) at the rows and columns `index` (m); an index 0 is left out.
    pure subroutine add_block(self, index, block)
@@ -99,54 +80,71 @@ contains
       end do
    end subroutine add_block
 
+   !> Add `factor` times a matrix, with all its entries, also those that are zero.
+   pure subroutine add_matrix(self, factor, matrix)
+      class(entries_t), intent(inout) :: self
+      real(wp), intent(in) :: factor
+      type(csr_t), intent(in) :: matrix
+
+      integer :: i, k
+
+      do i = 1, matrix%rows
+         do k = matrix%start(i), matrix%start(i + 1) - 1
+            call append(self, entry_t(i, matrix%column(k), factor*matrix%value(k)))
+         end do
+      end do
+   end subroutine add_matrix
+
    !> The matrix (rows, columns) of these entries.
    pure function new_csr(entries, rows, columns) result(matrix)
       type(entries_t), intent(in) :: entries
       integer, intent(in) :: rows, columns
       type(csr_t) :: matrix
 
-      integer, allocatable :: next(:), place(:), row(:)
-      integer :: first, i, k, last, used
+      integer, allocatable :: column(:), next(:), place(:), row(:)
+      real(wp), allocatable :: value(:)
+      integer :: i, k, used
 
       matrix%rows = rows
       matrix%columns = columns
       allocate (matrix%start(rows + 1), source=0)
       do k = 1, entries%count
-         matrix%start(entries%row(k) + 1) = matrix%start(entries%row(k) + 1) + 1
+         i = entries%list(k)%row
+         matrix%start(i + 1) = matrix%start(i + 1) + 1
       end do
       matrix%start(1) = 1
       do i = 1, rows
          matrix%start(i + 1) = matrix%start(i) + matrix%start(i + 1)
       end do
       next = matrix%start
-      allocate (place(entries%count), matrix%column(entries%count), matrix%value(entries%count))
+      allocate (place(entries%count), column(entries%count), value(entries%count))
       do k = 1, entries%count
-         i = entries%row(k)
+         i = entries%list(k)%row
          place(next(i)) = k
          next(i) = next(i) + 1
       end do
       used = 0
       do i = 1, rows
-         first = matrix%start(i)
-         last = next(i) - 1
-         row = place(first:last)
-         place(first:last) = row(rising_order(real(entries%column(row), wp)))
+         row = place(matrix%start(i):next(i) - 1)
+         row = row(rising_order(real(entries%list(row)%column, wp)))
          matrix%start(i) = used + 1
-         do k = first, last
-            associate (column => entries%column(place(k)), value => entries%value(place(k)))
+         do k = 1, size(row)
+            associate (entry => entries%list(row(k)))
                if (used >= matrix%start(i)) then
-                  if (matrix%column(used) == column) then
-                     matrix%value(used) = matrix%value(used) + value
+                  if (column(used) == entry%column) then
+                     value(used) = value(used) + entry%value
                      cycle
                   end if
                end if
                used = used + 1
-               matrix%column(used) = column
-               matrix%value(used) = value
+               column(used) = entry%column
+               value(used) = entry%value
             end associate
          end do
       end do
-      call trim_room(matrix, used)
+      matrix%start(rows + 1) = used + 1
+      matrix%column = column(:used)
+      matrix%value = value(:used)
    end function new_csr
 
    !> a*A + b*B of two matrices of the same shape.
@@ -155,43 +153,12 @@ contains
       type(csr_t), intent(in) :: matrix_a, matrix_b
       type(csr_t) :: total
 
-      integer :: i, ka, kb, used
+      type(entries_t) :: entries
 
-      total%rows = matrix_a%rows
-      total%columns = matrix_a%columns
-      used = size(matrix_a%value) + size(matrix_b%value)
-      allocate (total%start(total%rows + 1), total%column(used), total%value(used))
-      used = 0
-      do i = 1, total%rows
-         total%start(i) = used + 1
-         ka = matrix_a%start(i)
-         kb = matrix_b%start(i)
-         do while (ka < matrix_a%start(i + 1) .or. kb < matrix_b%start(i + 1))
-            used = used + 1
-            total%column(used) = min(column_at(matrix_a, i, ka), column_at(matrix_b, i, kb))
-            total%value(used) = 0.0_wp
-            if (column_at(matrix_a, i, ka) == total%column(used)) then
-               total%value(used) = a*matrix_a%value(ka)
-               ka = ka + 1
-            end if
-            if (column_at(matrix_b, i, kb) == total%column(used)) then
-               total%value(used) = total%value(used) + b*matrix_b%value(kb)
-               kb = kb + 1
-            end if
-         end do
-      end do
-      call trim_room(total, used)
+      call entries%add_matrix(a, matrix_a)
+      call entries%add_matrix(b, matrix_b)
+      total = new_csr(entries, matrix_a%rows, matrix_a%columns)
    end function add_matrices
-
-   !> Column of entry k, beyond all columns after the end of row i.
-   pure function column_at(matrix, i, k) result(column)
-      type(csr_t), intent(in) :: matrix
-      integer, intent(in) :: i, k
-      integer :: column
-
-      column = huge(column)
-      if (k < matrix%start(i + 1)) column = matrix%column(k)
-   end function column_at
 
    !> A x.
    pure function times(self, x) result(y)
@@ -258,16 +225,13 @@ contains
       real(wp), allocatable :: projected(:, :)
 
       real(wp), allocatable :: image(:, :)
-      integer :: j, n, p
+      integer :: j
 
-      n = size(basis, 1)
-      p = size(basis, 2)
-      allocate (image(n, p), projected(p, p))
-      if (n*p == 0) return
-      do j = 1, p
+      allocate (image, mold=basis)
+      do j = 1, size(basis, 2)
          call self%multiply(basis(:, j), image(:, j))
       end do
-      call dgemm("T", "N", p, p, n, 1.0_wp, basis, n, image, n, 0.0_wp, projected, p)
+      projected = transposed_product(basis, image)
    end function congruence
 
    !> The rows and columns `chosen`, each once, of a square matrix, in that order.

@@ -12,8 +12,8 @@ module razy_rotor_damping
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
+   use razy_linalg_dense, only: product_of
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
-   use razy_linalg_lapack, only: dgemm
    use razy_linalg_sparse, only: csr_t, entries_t, new_csr
    use razy_rotor_numbering, only: numbering_t
    use razy_rotor_rotor, only: damping_modal, damping_nodal, rotor_t
@@ -30,12 +30,12 @@ module razy_rotor_damping
 
 contains
 
-   !> B of the shafts' material (n, n); `stiffness` is that of the shafts alone, `bearings` that of the bearings.
-   subroutine internal_damping(damping, rotor, numbering, mass, stiffness, bearings, error)
+   !> B of the shafts' material (n, n); `shafts` is the stiffness of the shafts alone, `stiffness` that with bearings.
+   subroutine internal_damping(damping, rotor, numbering, mass, shafts, stiffness, error)
       type(csr_t), intent(out) :: damping
       type(rotor_t), intent(in) :: rotor
       type(numbering_t), intent(in) :: numbering
-      type(csr_t), intent(in) :: mass, stiffness, bearings
+      type(csr_t), intent(in) :: mass, shafts, stiffness
       type(error_t), allocatable, intent(out) :: error
 
       type(entries_t) :: entries
@@ -43,7 +43,7 @@ contains
       integer :: i, s
 
       if (rotor%damping == damping_nodal) then
-         k = stiffness%diagonal()
+         k = shafts%diagonal()
          m = mass%diagonal()
          do i = 1, numbering%n
             if (numbering%kind(i) /= 2 .and. numbering%kind(i) /= 3) cycle
@@ -51,22 +51,22 @@ contains
          end do
       else if (rotor%damping == damping_modal) then
          do s = 1, size(rotor%shaft)
-            call add_modal(entries, numbering, s, rotor%shaft(s)%damping_ratio, mass, stiffness, bearings, error)
+            call add_modal(entries, numbering, s, rotor%shaft(s)%damping_ratio, mass, stiffness, error)
             if (allocated(error)) return
          end do
       end if
       damping = new_csr(entries, numbering%n, numbering%n)
    end subroutine internal_damping
 
-   subroutine add_modal(entries, numbering, s, ratio, mass, stiffness, bearings, error)
+   subroutine add_modal(entries, numbering, s, ratio, mass, stiffness, error)
       type(entries_t), intent(inout) :: entries
       type(numbering_t), intent(in) :: numbering
       integer, intent(in) :: s
       real(wp), intent(in) :: ratio
-      type(csr_t), intent(in) :: mass, stiffness, bearings
+      type(csr_t), intent(in) :: mass, stiffness
       type(error_t), allocatable, intent(out) :: error
 
-      type(csr_t) :: m, k, kb
+      type(csr_t) :: m, k
       type(eigenpairs_t) :: pairs
       real(wp), allocatable :: image(:, :), block(:, :)
       integer, allocatable :: own(:)
@@ -82,31 +82,22 @@ contains
       end if
       m = mass%extract(own)
       k = stiffness%extract(own)
-      kb = bearings%extract(own)
-      pairs = dense_modes(add_dense(k, kb), m%dense())
+      pairs = dense_modes(k%dense(), m%dense())
       if (pairs%status /= modes_found) then
          call raise(error, "modal damping of shaft "//to_text(s)//": the eigenproblem was not solved")
          return
       end if
-      allocate (image(n, n), block(n, n))
+      allocate (image(n, n))
       do i = 1, n
          image(:, i) = sqrt(2*ratio*sqrt(max(pairs%value(i), 0.0_wp)))*m%times(pairs%vector(:, i))
       end do
-      call dgemm("N", "T", n, n, n, 1.0_wp, image, n, image, n, 0.0_wp, block, n)
+      block = product_of(image, transpose(image))
       ! Symmetric to the last bit, so that C is skew-symmetric.
       do i = 1, n
          block(i, :i - 1) = block(:i - 1, i)
       end do
       call entries%add_block(own, block)
    end subroutine add_modal
-
-   function add_dense(a, b) result(total)
-      type(csr_t), intent(in) :: a, b
-      real(wp), allocatable :: total(:, :)
-
-      total = a%dense()
-      total = total + b%dense()
-   end function add_dense
 
    !> C (n, n) of the internal damping B, with the speed ratio of each shaft in it.
    pure function circulatory_matrix(rotor, numbering, damping) result(circulatory)

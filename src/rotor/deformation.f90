@@ -10,7 +10,7 @@ module razy_rotor_deformation
    use razy_core_kinds, only: wp
    use razy_linalg_dense, only: add_outer, symmetric_part
    use razy_rotor_model, only: rotor_model_t
-   use razy_rotor_numbering, only: values_at
+   use razy_rotor_numbering, only: add_at, values_at
    use razy_rotor_section, only: section_t, shear_cowper
    implicit none(type, external)
    private
@@ -179,17 +179,5 @@ contains
          stiffness(5:6) = 3*young*second/(l*(1 + ratio))
       end associate
    end function stiffness_of
-
-   pure subroutine add_at(force, at, part)
-      real(wp), intent(inout) :: force(:)
-      integer, intent(in) :: at(6)
-      real(wp), intent(in) :: part(6)
-
-      integer :: k
-
-      do k = 1, 6
-         if (at(k) > 0) force(at(k)) = force(at(k)) + part(k)
-      end do
-   end subroutine add_at
 
 end module razy_rotor_deformation

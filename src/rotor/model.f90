@@ -11,7 +11,7 @@ module razy_rotor_model
    use razy_linalg_sparse, only: add_matrices, csr_t, entries_t, new_csr
    use razy_rotor_damping, only: circulatory_matrix, internal_damping
    use razy_rotor_element, only: element_t, new_element
-   use razy_rotor_numbering, only: new_numbering, numbering_t
+   use razy_rotor_numbering, only: add_at, new_numbering, numbering_t
    use razy_rotor_rotor, only: rotor_t
    implicit none(type, external)
    private
@@ -52,7 +52,6 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(entries_t) :: bearing_damping, bearing_stiffness, cross_damping, cross_stiffness
-      type(csr_t) :: bearings
       integer :: i, n
 
       call rotor%check(error)
@@ -69,11 +68,11 @@ contains
             call cross_damping%add_block(at, rotor%bearing(i)%cross_damping)
          end associate
       end do
-      bearings = new_csr(bearing_stiffness, n, n)
       model%cross_stiffness = new_csr(cross_stiffness, n, n)
       model%cross_damping = new_csr(cross_damping, n, n)
-      model%stiffness = add_matrices(1.0_wp, model%shaft_stiffness, 1.0_wp, bearings)
-      call internal_damping(model%internal_damping, rotor, model%numbering, model%mass, model%shaft_stiffness, bearings, error)
+      model%stiffness = add_matrices(1.0_wp, model%shaft_stiffness, 1.0_wp, new_csr(bearing_stiffness, n, n))
+      call internal_damping(model%internal_damping, rotor, model%numbering, model%mass, model%shaft_stiffness, model%stiffness, &
+                            error)
       if (allocated(error)) return
       model%damping = add_matrices(1.0_wp, model%internal_damping, 1.0_wp, new_csr(bearing_damping, n, n))
       model%circulatory = circulatory_matrix(rotor, model%numbering, model%internal_damping)
@@ -125,17 +124,14 @@ contains
    subroutine assemble_meshes(model)
       type(rotor_model_t), intent(inout) :: model
 
-      integer :: gear, i, j
+      integer :: gear, j
 
       allocate (model%mesh_direction(model%numbering%n, size(model%rotor%mesh)), source=0.0_wp)
       do j = 1, size(model%rotor%mesh)
          associate (mesh => model%rotor%mesh(j))
             do gear = 1, 2
-               associate (at => model%numbering%of(mesh%shaft(gear), mesh%node(gear)), delta => mesh%direction(gear))
-                  do i = 1, 6
-                     if (at(i) > 0) model%mesh_direction(at(i), j) = merge(1.0_wp, -1.0_wp, gear == 1)*delta(i)
-                  end do
-               end associate
+               call add_at(model%mesh_direction(:, j), model%numbering%of(mesh%shaft(gear), mesh%node(gear)), &
+                           merge(1.0_wp, -1.0_wp, gear == 1)*mesh%direction(gear))
             end do
          end associate
       end do
@@ -147,16 +143,13 @@ contains
       type(rotor_model_t), intent(inout) :: model
 
       complex(wp) :: phase
-      integer :: at(6), i, k
+      integer :: at(6), i
 
       allocate (model%load(model%numbering%n), source=0.0_wp)
       allocate (model%unbalance(model%numbering%n, size(model%rotor%shaft)), source=(0.0_wp, 0.0_wp))
       do i = 1, size(model%rotor%load)
          associate (load => model%rotor%load(i))
-            at = model%numbering%of(load%shaft, load%node)
-            do k = 1, 6
-               if (at(k) > 0) model%load(at(k)) = model%load(at(k)) + load%force(k)
-            end do
+            call add_at(model%load, model%numbering%of(load%shaft, load%node), load%force)
          end associate
       end do
       do i = 1, size(model%rotor%unbalance)

@@ -6,7 +6,7 @@ module razy_rotor_numbering
    implicit none(type, external)
    private
 
-   public :: numbering_t, new_numbering, coordinate_names, values_at
+   public :: numbering_t, new_numbering, add_at, coordinate_names, values_at
 
    character(5), parameter :: coordinate_names(6) = [character(5) :: "u", "v", "w", "phi", "theta", "psi"]
    integer, parameter :: longest_coordinate = longest_name + 16
@@ -89,6 +89,19 @@ contains
          if (at(k) > 0) values(k) = q(at(k))
       end do
    end function values_at
+
+   !> Add six numbers to a vector `q` (n) at the coordinates of a node, but for those that are held.
+   pure subroutine add_at(q, at, part)
+      real(wp), intent(inout) :: q(:)
+      integer, intent(in) :: at(6)
+      real(wp), intent(in) :: part(6)
+
+      integer :: k
+
+      do k = 1, 6
+         if (at(k) > 0) q(at(k)) = q(at(k)) + part(k)
+      end do
+   end subroutine add_at
 
    !> Name of coordinate i: shaft, node and coordinate, such as `input.8.v`; a shaft without a name has its number.
    pure function name(self, rotor, i) result(text)

@@ -11,7 +11,7 @@ module razy_exact_modal_eigenmodes
    use razy_exact_modal_observable_terms, only: keep_observable
    use razy_hybrid_mode, only: mode_t
    use razy_hybrid_system, only: system_t
-   use razy_linalg_lapack, only: dposv
+   use razy_linalg_lapack, only: dpotrf, dpotrs
    implicit none(type, external)
    private
 
@@ -148,8 +148,9 @@ contains
          end do
          ! Of K that is not symmetric the lower triangle stands for all: a coarser step, which two rounds make up for.
          shifted = k + maxval(abs(k))*matmul(rigid, transpose(rigid))
-         call dposv("L", size(k, 1), size(rest, 2), shifted, size(k, 1), rest, size(k, 1), info)
+         call dpotrf("L", size(k, 1), shifted, size(k, 1), info)
          if (info /= 0) return
+         call dpotrs("L", size(k, 1), size(rest, 2), shifted, size(k, 1), rest, size(k, 1), info)
          rigid = rigid - rest
          do i = 1, size(rigid, 2)
             rigid(:, i) = rigid(:, i) - matmul(rigid(:, :i - 1), matmul(rigid(:, i), rigid(:, :i - 1)))

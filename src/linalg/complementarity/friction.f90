@@ -19,7 +19,7 @@ module razy_linalg_complementarity_friction
    implicit none(type, external)
    private
 
-   public :: impact_effort_t, pivot_impact, solve_impact
+   public :: impact_effort_t, solve_impact
    public :: impact_solved, impact_swept, impact_none, impact_not_found
 
    !> How a problem ended: solved by pivots; solved by sweeps, as pivots failed; proved unsolvable (ray, where the properties

@@ -17,7 +17,7 @@ module razy_linalg_complementarity_lemke
    implicit none(type, external)
    private
 
-   public :: complementarity_residual, even_scale, solve_complementarity
+   public :: solve_complementarity
    public :: complementarity_solved, complementarity_ray, complementarity_pivot_limit
    public :: complementarity_inaccurate, complementarity_not_finite
 

@@ -13,16 +13,9 @@ module razy_rotor_reduction_craig_bampton
    implicit none(type, external)
    private
 
-   public :: craig_bampton, interface_size
+   public :: craig_bampton, interface_coordinates
 
 contains
-
-   !> Number of coordinates of nodes with bearings or gears.
-   pure integer function interface_size(model)
-      type(rotor_model_t), intent(in) :: model
-
-      interface_size = count(interface_coordinates(model))
-   end function interface_size
 
    !> The Craig-Bampton model: all coordinates of nodes with bearings or gears, and `count` modes of each shaft with these fixed.
    subroutine craig_bampton(reduced, model, count, error)

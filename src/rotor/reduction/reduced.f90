@@ -122,15 +122,13 @@ contains
       integer :: i, j, p
 
       p = size(basis, 2)
-      allocate (reduced%mesh_direction(p, size(direction, 2)), reduced%load(p), reduced%unbalance(p, size(unbalance, 2)))
-      do i = 1, p
-         do j = 1, size(direction, 2)
-            reduced%mesh_direction(i, j) = dot_product(basis(:, i), direction(:, j))
-         end do
-         do j = 1, size(unbalance, 2)
-            reduced%unbalance(i, j) = sum(basis(:, i)*unbalance(:, j))
-         end do
-         reduced%load(i) = dot_product(basis(:, i), load)
+      allocate (reduced%mesh_direction(p, size(direction, 2)), reduced%unbalance(p, size(unbalance, 2)))
+      reduced%load = [(dot_product(basis(:, i), load), i=1, p)]
+      do j = 1, size(direction, 2)
+         reduced%mesh_direction(:, j) = [(dot_product(basis(:, i), direction(:, j)), i=1, p)]
+      end do
+      do j = 1, size(unbalance, 2)
+         reduced%unbalance(:, j) = [(sum(basis(:, i)*unbalance(:, j)), i=1, p)]
       end do
    end subroutine project_vectors
 

@@ -83,23 +83,14 @@ contains
             shape = merge(model%mesh_direction(:, j), 0.0_wp, model%numbering%shaft == s)
             if (.not. any(abs(shape) > 0.0_wp)) cycle
             shape = factor%solve(shape)
-            size_all = norm_of(model, shape)
+            size_all = sqrt(dot_product(shape, model%mass%times(shape)))
             call remove_span(shape, model, basis)
-            size_part = norm_of(model, shape)
+            size_part = sqrt(dot_product(shape, model%mass%times(shape)))
             if (size_part > least_part*size_all) call append(basis, all, reshape(shape/size_part, [size(shape), 1]))
          end do
       end do
       reduced = new_reduced(model, basis)
    end subroutine add_static_correction
-
-   !> sqrt(xᵀ M x).
-   function norm_of(model, x) result(norm)
-      type(rotor_model_t), intent(in) :: model
-      real(wp), intent(in) :: x(:)
-      real(wp) :: norm
-
-      norm = sqrt(dot_product(x, model%mass%times(x)))
-   end function norm_of
 
    !> Make `x` M-orthogonal to the columns of `basis`, which need not be orthogonal to each other.
    subroutine remove_span(x, model, basis)

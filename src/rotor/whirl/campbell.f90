@@ -9,7 +9,7 @@ module razy_rotor_whirl_campbell
    use razy_eigen_spectrum, only: spectrum_t
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_whirl_critical, only: critical_t, find_critical, in_order, likely
-   use razy_rotor_whirl_whirl, only: whirl_direction, whirl_failed, whirl_found, whirl_problem_t
+   use razy_rotor_whirl_whirl, only: whirl_direction, whirl_problem_t
    implicit none(type, external)
    private
 
@@ -21,7 +21,6 @@ module razy_rotor_whirl_campbell
    !> Eigenvalues (modes, speeds) with Im >= 0 in the order of their imaginary parts, 1/s and rad/s; the branch that each belongs
    !> to; the direction of its orbits, see `whirl_direction`. Modes that a speed does not have are 0 in `branch`.
    type :: campbell_t
-      integer :: status = whirl_found
       real(wp), allocatable :: speed(:)
       complex(wp), allocatable :: value(:, :)
       integer, allocatable :: branch(:, :)
@@ -51,22 +50,20 @@ module razy_rotor_whirl_campbell
 contains
 
    !> The diagram at the rising speeds `speed`, rad/s, of `modes` modes, with critical speeds for the excitation orders `order`.
-   function new_campbell(problem, model, speed, modes, order, circulatory) result(diagram)
+   subroutine new_campbell(diagram, problem, model, speed, modes, order, error)
+      type(campbell_t), intent(out) :: diagram
       type(whirl_problem_t), intent(in) :: problem
       type(rotor_model_t), intent(in) :: model
       real(wp), intent(in) :: speed(:), order(:)
       integer, intent(in) :: modes
-      logical, intent(in) :: circulatory
-      type(campbell_t) :: diagram
+      type(error_t), allocatable, intent(out) :: error
 
       type(spectrum_t) :: front
       type(search_t) :: search
       type(whirl_problem_t) :: family
-      type(error_t), allocatable :: error
       integer :: i, k
 
       family = problem
-      family%circulatory = circulatory
       search%model = model
       search%order = order
       search%modes = modes
@@ -76,13 +73,14 @@ contains
       allocate (diagram%branch(modes, size(speed)), source=0)
       allocate (diagram%direction(modes, size(speed)), diagram%growth(size(speed)), source=0.0_wp)
       call family%solve(speed(1), front, error)
-      if (.not. allocated(error)) search%branches = size(front%value)
+      if (allocated(error)) return
+      search%branches = size(front%value)
       do k = 1, size(speed)
          if (k > 1) then
             search%interval = speed(k) - front%parameter
             call follow(search, family, front, speed(k), error)
+            if (allocated(error)) return
          end if
-         if (allocated(error)) exit
          do i = 1, min(modes, size(front%value))
             diagram%value(i, k) = front%value(i)
             diagram%branch(i, k) = front%branch(i)
@@ -90,20 +88,18 @@ contains
          end do
          diagram%growth(k) = maxval(front%value%re)
       end do
-      if (allocated(error)) diagram%status = whirl_failed
       diagram%critical = in_order(search%critical)
       diagram%lost = search%lost
-   end function new_campbell
+   end subroutine new_campbell
 
    !> Whether every mode that matters has a shape like that of the mode it continues, or was given enough halvings: those
    !> asked for all of them, those beyond that a line of excitation can cross on the way a few.
-   function is_fine(self, before, after, likeness)
+   function is_fine(self, before, after)
       class(search_t), intent(inout) :: self
       type(spectrum_t), intent(in) :: before, after
-      real(wp), intent(in) :: likeness(:)
       logical :: is_fine
 
-      integer :: halvings, wanted(size(likeness))
+      integer :: halvings, wanted(size(after%value))
 
       halvings = nint(log(self%interval/(after%parameter - before%parameter))/log(2.0_wp))
       wanted = 0
@@ -113,16 +109,15 @@ contains
          end where
       end if
       wanted(:min(self%modes, size(wanted))) = most_halvings
-      is_fine = .not. any(likeness < likely .and. halvings < wanted)
+      is_fine = .not. any(after%likeness < likely .and. halvings < wanted)
    end function is_fine
 
    !> Give new branches to modes that continue none, and find the critical speeds in the step.
-   subroutine take(self, family, before, after, likeness, error)
+   subroutine take(self, family, before, after, error)
       class(search_t), intent(inout) :: self
       class(family_t), intent(inout) :: family
       type(spectrum_t), intent(in) :: before
       type(spectrum_t), intent(inout) :: after
-      real(wp), intent(in) :: likeness(:)
       type(error_t), allocatable, intent(out) :: error
 
       type(critical_t) :: critical
@@ -137,8 +132,8 @@ contains
       end do
       select type (family)
       type is (whirl_problem_t)
-         do j = 1, size(likeness)
-            if (likeness(j) < likely) then
+         do j = 1, size(after%value)
+            if (after%likeness(j) < likely) then
                self%branches = self%branches + 1
                after%branch(j) = self%branches
                cycle

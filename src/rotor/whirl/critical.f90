@@ -127,15 +127,13 @@ contains
 
       p = size(u)
       lambda = cmplx(growth, order*speed, wp)
-      associate (problem => family)
-         matrix = problem%damping_at(speed)
-         right(:, 1) = matmul(matrix, u) + 2*lambda*u
-         right(:, 2) = lambda*matmul(problem%damping_rate(speed), u) + matmul(problem%cross_rate(speed), u)
-         matrix = lambda*matrix + problem%cross_at(speed)
-         do i = 1, p
-            matrix(i, i) = matrix(i, i) + problem%squared(i) + lambda**2
-         end do
-      end associate
+      matrix = family%damping_at(speed, rate=.false.)
+      right(:, 1) = matmul(matrix, u) + 2*lambda*u
+      right(:, 2) = lambda*matmul(family%damping_at(speed, rate=.true.), u) + matmul(family%cross_at(speed, rate=.true.), u)
+      matrix = lambda*matrix + family%cross_at(speed, rate=.false.)
+      do i = 1, p
+         matrix(i, i) = matrix(i, i) + family%squared(i) + lambda**2
+      end do
       step = 0.0_wp
       call zgesv(p, 2, matrix, p, pivot, right, p, info)
       solved = info == 0

@@ -60,7 +60,8 @@ contains
       logical, intent(in) :: meshed
 
       type(band_factor_t) :: factor
-      real(wp), allocatable :: force(:), old(:), residual(:)
+      type(eigenpairs_t) :: ritz
+      real(wp), allocatable :: force(:), old(:), residual(:), vector(:, :)
       integer :: info, j, step
 
       call factor%factor(add_matrices(1.0_wp, stiffness, -shift, model%mass), info)
@@ -76,28 +77,16 @@ contains
             pairs%vector(:, j) = pairs%vector(:, j) + force
          end do
          pairs%solutions = pairs%solutions + size(pairs%value)
-         call take_ritz_pairs(pairs, model, meshed)
+         ritz = dense_modes(projected_stiffness(model, pairs%vector, meshed), model%mass%congruence(pairs%vector))
+         pairs%status = ritz%status
+         pairs%value = ritz%value
+         ! A separate array: the compiler would take the stack for the product otherwise.
+         vector = product_of(pairs%vector, ritz%vector)
+         call move_alloc(vector, pairs%vector)
+         call orient(pairs%vector)
          if (maxval(abs(pairs%value - old)/(abs(pairs%value) - shift)) <= settled) exit
       end do
    end subroutine improve
-
-   !> The eigenpairs in the space of the vectors.
-   subroutine take_ritz_pairs(pairs, model, meshed)
-      type(eigenpairs_t), intent(inout) :: pairs
-      type(rotor_model_t), intent(in) :: model
-      logical, intent(in) :: meshed
-
-      type(eigenpairs_t) :: ritz
-      real(wp), allocatable :: vector(:, :)
-
-      ritz = dense_modes(projected_stiffness(model, pairs%vector, meshed), model%mass%congruence(pairs%vector))
-      pairs%status = ritz%status
-      pairs%value = ritz%value
-      ! A separate array: the compiler would take the stack for the product otherwise.
-      vector = product_of(pairs%vector, ritz%vector)
-      call move_alloc(vector, pairs%vector)
-      call orient(pairs%vector)
-   end subroutine take_ritz_pairs
 
    !> The factor of K with open meshes, `shift` = 0, or where rigid motion is free that of K + s M with s = `shift` of
    !> `reference_shift`. `info` is 0 if the matrix is positive definite.

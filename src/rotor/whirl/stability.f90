@@ -4,11 +4,11 @@ module razy_rotor_whirl_stability
    use razy_core_kinds, only: wp
    use razy_eigen_branches, only: find_crossing, line_t
    use razy_eigen_spectrum, only: continue_branches, spectrum_t
-   use razy_rotor_whirl_whirl, only: whirl_found, whirl_problem_t
+   use razy_rotor_whirl_whirl, only: whirl_problem_t
    implicit none(type, external)
    private
 
-   public :: known_limit, limit_t, stability_limit
+   public :: limit_t, stability_limit
    public :: limit_found, limit_meanings, limit_none, limit_below, limit_failed
 
    !> Found; no instability in the range; unstable already at its lower end; an eigenproblem failed or the eigenvalue was lost.
@@ -26,53 +26,38 @@ module razy_rotor_whirl_stability
 
 contains
 
-   !> The lowest limit in [low, high] that `parts` equal parts of the range can tell, to a relative error `tolerance`.
-   function stability_limit(problem, low, high, parts, circulatory, tolerance) result(limit)
+   !> The lowest limit that the rising speeds `speed`, rad/s, can tell, to a relative error `tolerance`. `growth` is the largest
+   !> real part at each, 1/s, if it is known.
+   function stability_limit(problem, speed, tolerance, growth) result(limit)
       type(whirl_problem_t), intent(in) :: problem
-      real(wp), intent(in) :: low, high
-      integer, intent(in) :: parts
-      logical, intent(in) :: circulatory
-      real(wp), intent(in) :: tolerance
-      type(limit_t) :: limit
-
-      type(whirl_problem_t) :: family
-      real(wp) :: growth(0:parts), speed(0:parts)
-      integer :: i, status
-
-      family = problem
-      family%circulatory = circulatory
-      do i = 0, parts
-         speed(i) = low + (high - low)*i/parts
-         call family%growth(speed(i), growth(i), status)
-         if (status /= whirl_found) then
-            limit%status = limit_failed
-            return
-         end if
-         if (growth(i) > rounding*maxval(problem%scaling)) exit
-      end do
-      limit = known_limit(problem, speed(:min(i, parts)), growth(:min(i, parts)), circulatory, tolerance)
-   end function stability_limit
-
-   !> The same where the largest real part `growth`, 1/s, is known at rising speeds.
-   function known_limit(problem, speed, growth, circulatory, tolerance) result(limit)
-      type(whirl_problem_t), intent(in) :: problem
-      real(wp), intent(in) :: speed(:), growth(:), tolerance
-      logical, intent(in) :: circulatory
+      real(wp), intent(in) :: speed(:), tolerance
+      real(wp), intent(in), optional :: growth(:)
       type(limit_t) :: limit
 
       type(whirl_problem_t) :: family
       type(spectrum_t) :: at, high, low
       type(error_t), allocatable :: error
       type(line_t) :: stable
-      real(wp), allocatable :: likeness(:)
+      real(wp) :: largest
       integer :: i, place
 
       stable%constant = -rounding*maxval(problem%scaling)
-      i = findloc(growth + stable%constant > 0.0_wp, .true., dim=1)
-      if (i == 0) return
       limit%status = limit_failed
       family = problem
-      family%circulatory = circulatory
+      do i = 1, size(speed)
+         if (present(growth)) then
+            largest = growth(i)
+         else
+            call family%solve(speed(i), high, error)
+            if (allocated(error)) return
+            largest = maxval(high%value%re)
+         end if
+         if (largest + stable%constant > 0.0_wp) exit
+      end do
+      if (i > size(speed)) then
+         limit%status = limit_none
+         return
+      end if
       call family%solve(speed(i), high, error)
       if (allocated(error)) return
       place = maxloc(high%value%re, dim=1)
@@ -81,8 +66,7 @@ contains
       limit%status = limit_failed
       call family%solve(speed(i - 1), low, error)
       if (allocated(error)) return
-      allocate (likeness(size(high%value)))
-      call continue_branches(low, high, likeness)
+      call continue_branches(low, high)
       associate (branch => high%branch(place))
          if (branch == 0) return
          if (stable%height(low, branch) >= 0.0_wp) return
@@ -90,6 +74,6 @@ contains
       end associate
       if (allocated(error) .or. place == 0) return
       limit = limit_t(limit_found, at%parameter, at%value(place)%im)
-   end function known_limit
+   end function stability_limit
 
 end module razy_rotor_whirl_stability

@@ -14,9 +14,7 @@ module razy_rotor_whirl_whirl
    private
 
    public :: new_whirl, whirl_direction, whirl_problem_t
-   public :: whirl_found, whirl_failed
 
-   integer, parameter :: whirl_found = 0, whirl_failed = 1
    !> Lateral motion below this share of a shape is rounding.
    real(wp), parameter :: still = 1.0e-6_wp
    !> Eigenvalues apart by less than this share of their size are degenerate.
@@ -25,25 +23,23 @@ module razy_rotor_whirl_whirl
    !> The problem over the speed, rad/s, and what of it does not depend on that. Shapes of its spectra (p, values) are in
    !> modes at rest times their frequencies; `shape_of` turns them into shapes of the model.
    type, extends(family_t) :: whirl_problem_t
-      integer :: status = whirl_found
+      !> Whether the modes at rest were found.
+      logical :: complete = .true.
       !> Whether the circulatory matrix acts; whether damping and the skew parts of bearings do.
       logical :: circulatory = .false., damped = .true.
       !> The model in its modes, M = 1 and K = diag(omega²), meshes in it if they are closed.
       type(reduced_t) :: modal
       !> omega², (rad/s)², and the scaling S of razy_eigen_damped, rad/s (p each).
       real(wp), allocatable :: squared(:), scaling(:)
-      !> B + Bx with the meshes, if they are closed, and Kx (p, p).
-      real(wp), allocatable :: damping(:, :), cross_stiffness(:, :)
+      !> B + Bx with the meshes, if they are closed (p, p).
+      real(wp), allocatable :: damping(:, :)
       !> The speeds solved last.
       type(eigen_path_t) :: path
    contains
       procedure :: solve
-      procedure :: growth
       procedure :: shape_of
       procedure :: damping_at
       procedure :: cross_at
-      procedure :: damping_rate
-      procedure :: cross_rate
    end type whirl_problem_t
 
 contains
@@ -57,56 +53,40 @@ contains
       type(eigenpairs_t) :: pairs
 
       pairs = reduced%modes(meshed)
-      if (pairs%status /= modes_found) problem%status = whirl_failed
+      problem%complete = pairs%status == modes_found
       problem%squared = pairs%value
       problem%modal = transformed(reduced, pairs%vector)
       problem%damping = problem%modal%damping
       if (meshed) problem%damping = problem%modal%closed_damping()
       problem%damping = problem%damping + problem%modal%cross_damping
-      problem%cross_stiffness = problem%modal%cross_stiffness
       problem%scaling = modal_scaling(pairs%value)
    end function new_whirl
 
-   !> Omega G, with damping B + Bx + Omega G (p, p).
-   pure function damping_at(self, speed) result(damping)
+   !> Omega G, with damping B + Bx + Omega G (p, p); with `rate` the derivative by Omega.
+   pure function damping_at(self, speed, rate) result(damping)
       class(whirl_problem_t), intent(in) :: self
       real(wp), intent(in) :: speed
+      logical, intent(in) :: rate
       real(wp), allocatable :: damping(:, :)
 
-      damping = speed*self%modal%gyroscopic
-      if (self%damped) damping = damping + self%damping + self%modal%bearing_change(speed, .true., .false., .true.)
+      damping = merge(1.0_wp, speed, rate)*self%modal%gyroscopic
+      if (.not. self%damped) return
+      if (.not. rate) damping = damping + self%damping
+      damping = damping + self%modal%bearing_change(speed, .true., rate, .true.)
    end function damping_at
 
-   !> Kx, or Kx + Omega C if C acts, and what bearings have more of K and Kx than at their first speeds (p, p).
-   pure function cross_at(self, speed) result(cross)
+   !> Kx, or Kx + Omega C if C acts, and what bearings have more of K and Kx than at their first speeds (p, p); with `rate` the
+   !> derivative by Omega.
+   pure function cross_at(self, speed, rate) result(cross)
       class(whirl_problem_t), intent(in) :: self
       real(wp), intent(in) :: speed
+      logical, intent(in) :: rate
       real(wp), allocatable :: cross(:, :)
 
-      cross = self%modal%bearing_change(speed, .false., .false., self%damped)
-      if (self%damped) cross = cross + self%cross_stiffness
-      if (self%circulatory) cross = cross + speed*self%modal%circulatory
+      cross = self%modal%bearing_change(speed, .false., rate, self%damped)
+      if (self%damped .and. .not. rate) cross = cross + self%modal%cross_stiffness
+      if (self%circulatory) cross = cross + merge(1.0_wp, speed, rate)*self%modal%circulatory
    end function cross_at
-
-   !> The derivative of `damping_at` by the speed.
-   pure function damping_rate(self, speed) result(rate)
-      class(whirl_problem_t), intent(in) :: self
-      real(wp), intent(in) :: speed
-      real(wp), allocatable :: rate(:, :)
-
-      rate = self%modal%gyroscopic
-      if (self%damped) rate = rate + self%modal%bearing_change(speed, .true., .true., .true.)
-   end function damping_rate
-
-   !> The derivative of `cross_at` by the speed.
-   pure function cross_rate(self, speed) result(rate)
-      class(whirl_problem_t), intent(in) :: self
-      real(wp), intent(in) :: speed
-      real(wp), allocatable :: rate(:, :)
-
-      rate = self%modal%bearing_change(speed, .false., .true., self%damped)
-      if (self%circulatory) rate = rate + self%modal%circulatory
-   end function cross_rate
 
    !> Eigenvalues with imaginary part >= 0, 1/s and rad/s, in the order of their imaginary parts, and shapes at the angular speed
    !> `parameter` of the system, rad/s.
@@ -120,35 +100,17 @@ contains
       integer :: info
 
       self%solved = self%solved + 1
-      info = 0
-      if (self%status == whirl_found) then
-         call damped_eigen(self%squared, self%damping_at(parameter), value, info, self%cross_at(parameter), shape, &
-                           self%path, parameter)
+      info = merge(0, 1, self%complete)
+      if (info == 0) then
+         call damped_eigen(self%squared, self%damping_at(parameter, rate=.false.), value, info, &
+                           self%cross_at(parameter, rate=.false.), shape, self%path, parameter)
       end if
-      if (info /= 0 .or. self%status /= whirl_found) then
+      if (info /= 0) then
          call raise(error, "an eigenproblem could not be solved")
       else
          spectrum = new_spectrum(parameter, value, shape, equal, 0.0_wp)
       end if
    end subroutine solve
-
-   !> The largest real part of an eigenvalue at a speed, 1/s; `status` is `whirl_found` or `whirl_failed`.
-   subroutine growth(self, speed, value, status)
-      class(whirl_problem_t), intent(in) :: self
-      real(wp), intent(in) :: speed
-      real(wp), intent(out) :: value
-      integer, intent(out) :: status
-
-      complex(wp), allocatable :: values(:)
-      integer :: info
-
-      value = 0.0_wp
-      status = self%status
-      if (status /= whirl_found .or. size(self%squared) == 0) return
-      call damped_eigen(self%squared, self%damping_at(speed), values, info, self%cross_at(speed))
-      if (info /= 0) status = whirl_failed
-      if (info == 0) value = maxval(values%re)
-   end subroutine growth
 
    !> A shape (n) in the coordinates of the unreduced model from one in modes at rest (p).
    pure function shape_of(self, modal) result(shape)

@@ -7,7 +7,7 @@ module razy_study_modes_reduction
    use razy_core_kinds, only: pi, wp
    use razy_study_modes_result, only: modes_result_t, reduction_result_t
    use razy_linalg_generalised, only: eigenpairs_t
-   use razy_rotor_reduction_craig_bampton, only: interface_size
+   use razy_rotor_reduction_craig_bampton, only: interface_coordinates
    use razy_rotor_whirl_modes, only: natural_modes
    use razy_rotor_reduction_reduced, only: reduced_t
    use razy_rotor_reduction_reduction_error, only: compare_reduction, reduction_error_t
@@ -158,7 +158,7 @@ contains
       if (allocated(error)) return
       other = reduction_t(method=method_craig_bampton)
       ! As many coordinates as modal synthesis has, as far as interfaces leave room.
-      other%modes = spread(max(0, (size(first%load) - interface_size(rotor%model))/shafts), 1, shafts)
+      other%modes = spread(max(0, (size(first%load) - count(interface_coordinates(rotor%model)))/shafts), 1, shafts)
       call add_pair(other)
 
    contains

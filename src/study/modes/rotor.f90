@@ -10,8 +10,8 @@ module razy_study_modes_rotor
    use razy_rotor_whirl_campbell, only: campbell_t, new_campbell
    use razy_rotor_whirl_degenerate, only: separate_degenerate
    use razy_rotor_whirl_modes, only: rotor_modes => natural_modes, rotor_shares => energy_shares, shaft_shares, strain_shares
-   use razy_rotor_whirl_stability, only: known_limit, limit_found, limit_meanings, limit_t, stability_limit
-   use razy_rotor_whirl_whirl, only: new_whirl, whirl_found, whirl_problem_t
+   use razy_rotor_whirl_stability, only: limit_found, limit_meanings, limit_t, stability_limit
+   use razy_rotor_whirl_whirl, only: new_whirl, whirl_problem_t
    use razy_scenes_rotor_reduction, only: is_reduced
    use razy_scenes_rotor_scene, only: rotor_scene_t
    use razy_study_modes_result, only: modes_result_t
@@ -115,14 +115,13 @@ contains
       damped = new_whirl(rotor%reduced, closed)
       if (.not. gyroscopic) damped%modal%gyroscopic = 0.0_wp
       problem = damped
+      damped%circulatory = circulatory
       problem%damped = with_damping
+      problem%circulatory = circulatory .and. with_damping
       modes = min(count, size(damped%squared))
       content%speed = [((first + (last - first)*(real(i, wp)/(points - 1)))*pi/30, i=0, points - 1)]
-      diagram = new_campbell(problem, rotor%model, content%speed, modes, order, circulatory .and. with_damping)
-      if (diagram%status /= whirl_found) then
-         call raise(error, "an eigenproblem could not be solved")
-         return
-      end if
+      call new_campbell(diagram, problem, rotor%model, content%speed, modes, order, error)
+      if (allocated(error)) return
       content%frequency = aimag(diagram%value)/(2*pi)
       content%eigenvalue = diagram%value
       content%branch = real(diagram%branch, wp)
@@ -136,9 +135,9 @@ contains
       content%critical = diagram%critical
       content%lost = diagram%lost
       if (with_damping) then
-         limit = known_limit(damped, content%speed, diagram%growth, circulatory, limit_tolerance)
+         limit = stability_limit(damped, content%speed, limit_tolerance, diagram%growth)
       else
-         limit = stability_limit(damped, content%speed(1), content%speed(points), points - 1, circulatory, limit_tolerance)
+         limit = stability_limit(damped, content%speed, limit_tolerance)
       end if
       content%limit = merge(limit%speed, nan, limit%status == limit_found)
       content%limit_words = trim(limit_meanings(limit%status))
