@@ -107,6 +107,9 @@ def compare(text, folder):
     # On the edge of a law whose force jumps a motion may have to stay, which no branch does.
     if wrong and "switched_spring" in text and all("limit reached" in line for line in wrong):
         return "undecided", []
+    # Bodies between several rigid stops may rattle more often than is allowed.
+    if wrong and "kind='planar'" in text and all("event limit reached" in line for line in wrong):
+        return "undecided", []
     explained = part(exact[:rows], shaken[:rows], size) if shaken is not None else np.zeros(rows)
     if mine is not None:
         explained = np.maximum(explained, part(mine[:rows], disturbed[:rows], size))
