@@ -222,6 +222,7 @@ contains
       logical, intent(in), optional :: hit(:)
 
       integer :: j, round
+      logical :: lets_go
 
       associate (dynamics => self%dynamics, guards => self%guards)
          self%before = dynamics%mode%branch
@@ -232,7 +233,11 @@ contains
          self%sides = 0
          call guards%measure(system, tau, z, .false.)
          self%left = .false.
-         if (present(hit)) call take_hits(self, system, hit, tau, z)
+         lets_go = present(hit)
+         if (present(hit)) then
+            lets_go = all(guards%entry(:guards%count)%function == of_force .or. .not. hit(:guards%count))
+            call take_hits(self, system, hit, tau, z)
+         end if
          call dynamics%look_at_contacts(system, tau, z)
          self%changes = 0
          dynamics%mode%press = 0
@@ -244,7 +249,7 @@ contains
             if (any(self%side(:self%sides)%before < 0.0_wp)) call take_impact(self, system, z)
             if (.not. self%found) return
             call dynamics%look_at_contacts(system, tau, z)
-            call sort_friction(self, system)
+            call sort_friction(self, system, lets_go)
             call pass_branches(self, system)
             do round = 1, 2*size(self%next) + 1
                call take_forces(self, system, tau, z)
@@ -371,16 +376,19 @@ contains
                                           i=1, size(derivative%contact))])
    end subroutine take_impact
 
-   !> Which friction elements slide and which rest.
-   subroutine sort_friction(self, system)
+   !> Which friction elements slide and which rest. Where contacts only let go, speeds stay as they are: what slides at speed 0,
+   !> beside others in its direction that stick, does not stick again.
+   subroutine sort_friction(self, system, lets_go)
       type(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
+      logical, intent(in) :: lets_go
 
       integer :: j
 
       do j = 1, size(self%next)
          if (.not. system%machine%contact(j)%law%constraint(branch_sticking)) cycle
          if (self%let_go(j) .and. self%impacts == 0) cycle
+         if (lets_go .and. self%impacts == 0 .and. self%before(j) /= branch_sticking) cycle
          if (abs(self%dynamics%rate(j)) <= self%guards%on_rate(j)) then
             self%resting(j) = .not. self%let_go(j)
          else
