@@ -6,7 +6,7 @@ module razy_machine_excitation
    implicit none(type, external)
    private
 
-   public :: excitation_period, period_of_loads, turn_tones
+   public :: acting_tones, excitation_period, period_of_loads, turn_tones
 
    !> The period is looked for up to so many periods of the first tone.
    integer, parameter :: most_turns = 1000
@@ -15,13 +15,11 @@ module razy_machine_excitation
 
 contains
 
-   !> Common period of the tones that act on the machine, s; 0 if there is none or one is swept. A tone without amplitude
-   !> does not count.
-   pure function period_of_loads(machine) result(period)
+   !> Which tones have an amplitude and a frequency: of loads, of errors of contacts and of their stiffness (tones).
+   pure function acting_tones(machine) result(acts)
       type(machine_t), intent(in) :: machine
-      real(wp) :: period
-
       logical :: acts(size(machine%tone))
+
       integer :: j, t
 
       do t = 1, size(acts)
@@ -32,6 +30,16 @@ contains
          end do
          acts(t) = acts(t) .and. machine%tone(t)%omega > 0.0_wp
       end do
+   end function acting_tones
+
+   !> Common period of the tones that act on the machine, s; 0 if there is none or one is swept.
+   pure function period_of_loads(machine) result(period)
+      type(machine_t), intent(in) :: machine
+      real(wp) :: period
+
+      logical :: acts(size(machine%tone))
+
+      acts = acting_tones(machine)
       period = 0.0_wp
       if (any(acts .and. machine%tone%is_swept())) return
       period = excitation_period(pack(machine%tone, acts))

@@ -5,7 +5,7 @@ module razy_study_follow_family
    use razy_core_number, only: to_text
    use razy_hybrid_flow, only: flow_t
    use razy_input_input, only: input_t
-   use razy_machine_excitation, only: period_of_loads
+   use razy_machine_excitation, only: acting_tones, period_of_loads
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: integrator_t
    use razy_orbits_period_map, only: family_t
@@ -62,26 +62,15 @@ contains
          if (by%finds_events .or. size(self%machine%contact) == 0) then
             period = period_of_loads(self%machine)
             if (period > 0.0_wp) return
-            if (has_tones()) call raise(error, "the tones "//tones()//" have no common period: periodic motions "// &
-                                        "need frequencies in whole ratios")
+            if (any(acting_tones(self%machine))) then
+               call raise(error, "the tones "//tones()//" have no common period: periodic motions need frequencies in whole ratios")
+            end if
             return
          end if
       end select
       call raise(error, "the method has no derivatives: &motion integrator='exact', or a Runge-Kutta method with treatment='event'")
 
    contains
-
-      pure logical function has_tones()
-         integer :: j
-
-         associate (machine => self%machine)
-            has_tones = any(abs(machine%harmonic_load) > 0.0_wp)
-            do j = 1, size(machine%contact)
-               has_tones = has_tones .or. any(abs(machine%contact(j)%error) > 0.0_wp)
-            end do
-            has_tones = has_tones .and. any(machine%tone%omega > 0.0_wp)
-         end associate
-      end function has_tones
 
       pure function tones() result(list)
          character(:), allocatable :: list
