@@ -209,15 +209,20 @@ contains
 
    end subroutine separate
 
-   !> Qᵀ P A V. What is rounding of its terms is nothing: the stiffness between bodies that are held together is none of the free
-   !> motion, which would have a slow mode else where it has a rigid one.
+   !> Qᵀ P A V. What is rounding of its terms, or of Q and V, is nothing: the stiffness between bodies that are held together is
+   !> none of the free motion, which would have a slow mode else where it has a rigid one.
    pure function projected(self, a, v) result(product)
       class(constrained_motion_t), intent(in) :: self
       real(wp), intent(in) :: a(:, :), v(:, :)
       real(wp) :: product(size(self%left, 1), size(v, 2))
 
+      real(wp) :: by_left(size(self%left, 1)), by_v(size(v, 2))
+
       product = matmul(self%left, matmul(a, v))
-      where (abs(product) <= 16*self%m*epsilon(1.0_wp)*matmul(abs(self%left), matmul(abs(a), abs(v)))) product = 0.0_wp
+      by_left = sum(matmul(abs(self%left), abs(a)), dim=2)
+      by_v = sum(matmul(abs(a), abs(v)), dim=1)
+      where (abs(product) <= 16*self%m*epsilon(1.0_wp)*(spread(by_left, 2, size(by_v)) + spread(by_v, 1, size(by_left)))) &
+         product = 0.0_wp
    end function projected
 
    !> K_x and B_x (m, m) from K and B.
