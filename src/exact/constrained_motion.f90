@@ -53,7 +53,7 @@ module razy_exact_constrained_motion
       procedure :: to_state
    end type constrained_motion_t
 
-   !> Modes of K_q below this part of the largest are slow.
+   !> Modes of K_q below this part of the largest are slow; in all others a decoupling leaves no more than the rounding of K_q.
    real(wp), parameter :: slow = 1.0e-12_wp
    !> A coupling below this part of its terms is rounding.
    real(wp), parameter :: rounding = 1.0e-13_wp
