@@ -2,8 +2,9 @@
 !! motion has of its own.
 !!
 !! A gate leads from one mode through one of its guards into the next. Its numbers, and those of modes, are made from the closed
-!! forms that the propagator of one motion has found (razy_exact_solutions). Lists of amplitudes hold the real parts of terms, their
-!! imaginary parts, rigid modes and their rates, and nothing else.
+!! forms that the propagator of one motion has found (razy_exact_solutions). All guards of a mode are on one form, as those of a
+!! machine with one contact are: motions with several contacts spread over so many gates that lanes stay empty. Lists of amplitudes
+!! hold the real parts of terms, their imaginary parts, rigid modes and their rates, and nothing else.
 module razy_exact_lanes_gates
    use razy_core_kinds, only: wp
    use razy_exact_closed_form_passage, only: passage_column
@@ -19,8 +20,8 @@ module razy_exact_lanes_gates
    integer, parameter :: order = 16
    !> The angle by which the fastest exponent or tone turns on a stretch at most.
    real(wp), parameter :: longest_angle = 3.0_wp
-   !> Amplitudes, beyond which a mode is not followed in lanes.
-   integer, parameter :: most_rows = 64
+   !> Amplitudes, beyond which a mode is not followed in lanes: nothing would be gained.
+   integer, parameter :: most_rows = 12
 
    !> The way out of a mode through one of its guards.
    type :: gate_t
@@ -35,24 +36,20 @@ module razy_exact_lanes_gates
 
    type :: lane_mode_t
       integer, allocatable :: branch(:)
-      !> Terms, tones, rigid modes, amplitudes in all; forms and the guards on them.
-      integer :: terms = 0, tones = 0, rigid = 0, rows = 0, forms = 0, guards = 0
+      !> Terms, tones, rigid modes, amplitudes in all; guards.
+      integer :: terms = 0, tones = 0, rigid = 0, rows = 0, guards = 0
       !> Length of a stretch, s.
       real(wp) :: step = 0.0_wp
       !> Exponents, and factors over a stretch (real parts, then imaginary ones).
       real(wp), allocatable :: decay(:), turn(:), grown(:)
-      !> What terms give to Taylor coefficients of the forms over a stretch (2 terms, 0:order, forms); what their moduli give to
-      !> bounds: of what these leave out, and of the third and fourth derivative (terms, 3, forms); coefficients of rigid modes and
-      !> their rates (rigid, forms).
-      real(wp), allocatable :: series(:, :, :), bounds_by(:, :, :), rigid_y(:, :), rigid_v(:, :)
-      !> Form and side of each guard.
-      integer, allocatable :: form(:)
+      !> What terms give to Taylor coefficients of the form over a stretch (0:order, 2 terms); what their moduli give to bounds: of
+      !> what these leave out, and of the third and fourth derivative (terms, 3); coefficients of rigid modes and their rates.
+      real(wp), allocatable :: series(:, :), bounds_by(:, :), rigid_y(:), rigid_v(:)
+      !> Side of each guard.
       real(wp), allocatable :: side(:)
-      !> The places before those of each motion's own numbers: constants of forms, bounds of guards, forces on rigid modes, sizes
-      !> and reaches of forms, factors of tones over a stretch, and the first of two coefficients of each tone in each form
-      !> (tones, forms); how many they are.
-      integer :: constants = 0, bounds = 0, forces = 0, sizes = 0, reaches = 0, turns = 0, numbers = 0
-      integer, allocatable :: row_of(:, :)
+      !> Places of each motion's own numbers: the form's constant, size and reach; before those of the guards' bounds, of forces on
+      !> rigid modes, of factors of tones over a stretch and of their coefficients in the form (two each); how many they are.
+      integer :: constant = 1, size = 2, reach = 3, bounds = 3, forces = 0, turns = 0, waves = 0, numbers = 0
       !> Through each guard.
       type(gate_t), allocatable :: gate(:)
    end type lane_mode_t
@@ -65,7 +62,7 @@ contains
 
       associate (response => solution%response)
          fits_lanes = response%bounded .and. solution%constrained%n == 0 .and. size(solution%watched) > 0 &
-                      .and. response%rows <= most_rows .and. response%fastest > 0.0_wp
+                      .and. response%rows <= most_rows .and. solution%switching%forms == 1 .and. response%fastest > 0.0_wp
       end associate
    end function fits_lanes
 
@@ -75,7 +72,7 @@ contains
       type(lane_mode_t), intent(in) :: mode
 
       is_of_mode = all(solution%branch == mode%branch) .and. solution%response%terms == mode%terms &
-                   .and. size(solution%watched) == mode%guards .and. solution%switching%forms == mode%forms
+                   .and. size(solution%watched) == mode%guards
       if (is_of_mode) is_of_mode = .not. (abs(step_of(solution%response) - mode%step) > 0.0_wp &
                                           .or. any(abs(solution%response%decay(:mode%terms) - mode%decay) > 0.0_wp) &
                                           .or. any(abs(solution%response%turn(:mode%terms) - mode%turn) > 0.0_wp))
@@ -97,7 +94,7 @@ contains
       type(solution_t), intent(in) :: solution
 
       complex(wp) :: coefficient
-      integer :: f, k, p
+      integer :: k, p
 
       associate (response => solution%response, rows => solution%switching, n => solution%response%terms)
          self%branch = solution%branch
@@ -105,28 +102,24 @@ contains
          self%tones = response%tones
          self%rigid = response%rigid
          self%rows = response%rows
-         self%forms = rows%forms
          self%guards = size(solution%watched)
-         self%form = solution%watched%form
          self%side = solution%watched%side
          self%step = step_of(response)
          self%decay = response%decay(:n)
          self%turn = response%turn(:n)
          self%grown = exp(self%decay*self%step)
          self%grown = [self%grown*cos(self%turn*self%step), self%grown*sin(self%turn*self%step)]
-         self%rigid_y = rows%rigid_y
-         self%rigid_v = rows%rigid_v
-         allocate (self%series(2*n, 0:order, self%forms), self%bounds_by(n, 3, self%forms))
-         do f = 1, self%forms
-            do k = 1, n
-               coefficient = cmplx(rows%on(k, 0, f), -rows%on(response%filled + k, 0, f), wp)
-               do p = 0, order
-                  self%series(k, p, f) = real(coefficient)
-                  self%series(n + k, p, f) = -aimag(coefficient)
-                  coefficient = coefficient*response%exponent(k)*(self%step/(p + 1))
-               end do
-               self%bounds_by(k, :, f) = [abs(coefficient), rows%moduli(k, 0, f)*(response%modulus(k)*self%step)**[3, 4]]
+         self%rigid_y = rows%rigid_y(:, 1)
+         self%rigid_v = rows%rigid_v(:, 1)
+         allocate (self%series(0:order, 2*n), self%bounds_by(n, 3))
+         do k = 1, n
+            coefficient = cmplx(rows%on(k, 0, 1), -rows%on(response%filled + k, 0, 1), wp)
+            do p = 0, order
+               self%series(p, k) = real(coefficient)
+               self%series(p, n + k) = -aimag(coefficient)
+               coefficient = coefficient*response%exponent(k)*(self%step/(p + 1))
             end do
+            self%bounds_by(k, :) = [abs(coefficient), rows%moduli(k, 0, 1)*(response%modulus(k)*self%step)**[3, 4]]
          end do
       end associate
       allocate (self%gate(self%guards))
@@ -137,21 +130,10 @@ contains
    pure subroutine lay_out(self)
       type(lane_mode_t), intent(inout) :: self
 
-      integer :: f, t
-
-      self%bounds = self%constants + self%forms
       self%forces = self%bounds + self%guards
-      self%sizes = self%forces + self%rigid
-      self%reaches = self%sizes + self%forms
-      self%turns = self%reaches + self%forms
-      self%numbers = self%turns + 2*self%tones
-      allocate (self%row_of(self%tones, self%forms))
-      do f = 1, self%forms
-         do t = 1, self%tones
-            self%row_of(t, f) = self%numbers + 1
-            self%numbers = self%numbers + 2
-         end do
-      end do
+      self%turns = self%forces + self%rigid
+      self%waves = self%turns + 2*self%tones
+      self%numbers = self%waves + 2*self%tones
    end subroutine lay_out
 
    !> A motion's own numbers in a mode.
@@ -160,24 +142,21 @@ contains
       type(solution_t), intent(in) :: solution
       real(wp) :: own(self%numbers)
 
-      integer :: f, t
+      real(wp) :: angle
+      integer :: t
 
       associate (response => solution%response, rows => solution%switching)
-         own(self%constants + 1:self%constants + self%forms) = rows%constant
+         own(self%constant) = rows%constant(1)
+         own(self%size) = rows%reach_constant(1) + 2*abs(rows%constant(1)) + 2*self%tones*rows%longest_reach(1) &
+                          + maxval(abs(solution%watched%bound))
+         own(self%reach) = 2*rows%longest_reach(1)
          own(self%bounds + 1:self%bounds + self%guards) = solution%watched%bound
          own(self%forces + 1:self%forces + self%rigid) = response%rigid_force
-         own(self%sizes + 1:self%sizes + self%forms) = rows%reach_constant + 2*abs(rows%constant) &
-                                                       + 2*self%tones*rows%longest_reach + maxval(abs(solution%watched%bound))
-         own(self%reaches + 1:self%reaches + self%forms) = 2*rows%longest_reach
          do t = 1, self%tones
-            associate (angle => response%turn(self%terms + t)*self%step)
-               own(self%turns + 2*t - 1:self%turns + 2*t) = [cos(angle), sin(angle)]
-            end associate
-            do f = 1, self%forms
-               associate (at => self%terms + t)
-                  own(self%row_of(t, f):self%row_of(t, f) + 1) = [rows%on(at, 0, f), rows%on(response%filled + at, 0, f)]
-               end associate
-            end do
+            angle = response%turn(self%terms + t)*self%step
+            own(self%turns + 2*t - 1:self%turns + 2*t) = [cos(angle), sin(angle)]
+            own(self%waves + 2*t - 1) = rows%on(self%terms + t, 0, 1)
+            own(self%waves + 2*t) = rows%on(response%filled + self%terms + t, 0, 1)
          end do
       end associate
    end function numbers_of_mode

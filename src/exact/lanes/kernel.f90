@@ -15,7 +15,7 @@ module razy_exact_lanes_kernel
    implicit none(type, external)
    private
 
-   public :: first_root, follow_pieces, grow_by, turn_by
+   public :: evaluate, first_root, follow_pieces, grow_by, turn_by
 
    !> Stretches of a piece, and steps towards a root on one, before the motion is left to the other search.
    integer, parameter :: most_stretches = 64, most_steps = 16
@@ -38,7 +38,8 @@ contains
       type(gate_t), intent(in) :: gate
       type(block_t), intent(inout) :: b
 
-      real(wp) :: at(lanes, mode%rows), bounds(lanes, 3, mode%forms), cosine(lanes, mode%tones), sine(lanes, mode%tones)
+      real(wp) :: at(lanes, mode%rows), bounds(lanes, 3), cosine(lanes, mode%tones), sine(lanes, mode%tones)
+      real(wp) :: powers(lanes, order, mode%tones)
       real(wp), dimension(lanes) :: left, active, root, tau
       real(wp) :: hit
       integer :: i, l
@@ -47,14 +48,15 @@ contains
       at = b%start(:, :mode%rows)
       cosine = b%cosine(:, :mode%tones)
       sine = b%sine(:, :mode%tones)
-      call bound_derivatives(mode, b%own, b%tone, at, bounds)
+      call find_powers(mode, b%tone, powers)
+      call bound_derivatives(mode, b%own, powers, at, bounds)
       active = 1.0_wp
       tau = 0.0_wp
       b%left = 0.0_wp
       b%tau = 0.0_wp
       b%stretches = 0.0_wp
       do i = 1, most_stretches
-         call find_exit(mode, merge(gate%zero, 0, i == 1), b%own, b%tone, bounds, at, cosine, sine, i == 1, active, root, left)
+         call find_exit(mode, merge(gate%zero, 0, i == 1), b%own, powers, bounds, at, cosine, sine, i == 1, active, root, left)
          !$omp simd private(hit)
          do l = 1, lanes
             hit = active(l)*is_positive(root(l) - 0.5_wp*unknown)*is_positive(0.5_wp*(1.0_wp + none) - root(l))
@@ -98,153 +100,188 @@ contains
       end do
    end subroutine pass
 
+   !> angle^p/p! of each tone over a stretch: odd and even ones each from the one before.
+   pure subroutine find_powers(mode, tone, powers)
+      type(lane_mode_t), intent(in) :: mode
+      real(wp), intent(in) :: tone(lanes, mode%tones)
+      real(wp), intent(out) :: powers(lanes, order, mode%tones)
+
+      real(wp), dimension(lanes) :: even, odd, square
+      integer :: l, p, t
+      real(wp), parameter :: part(3:order) = [(1.0_wp/(p*(p - 1)), p=3, order)]
+
+      do t = 1, mode%tones
+         odd = tone(:, t)*mode%step
+         square = odd*odd
+         even = 0.5_wp*square
+         powers(:, 1, t) = odd
+         powers(:, 2, t) = even
+         do p = 3, order, 2
+            !$omp simd
+            do l = 1, lanes
+               odd(l) = odd(l)*(square(l)*part(p))
+               even(l) = even(l)*(square(l)*part(p + 1))
+               powers(l, p, t) = odd(l)
+               powers(l, p + 1, t) = even(l)
+            end do
+         end do
+      end do
+   end subroutine find_powers
+
+   !> Bounds of the form from the start of a piece on, which nothing grows in: of what its Taylor polynomials leave out, and of its
+   !> third and fourth derivative by the time in stretches.
+   pure subroutine bound_derivatives(mode, own, powers, at, bounds)
+      type(lane_mode_t), intent(in) :: mode
+      real(wp), intent(in) :: own(lanes, mode%numbers), powers(lanes, order, mode%tones), at(lanes, mode%rows)
+      real(wp), intent(out) :: bounds(lanes, 3)
+
+      real(wp) :: angle, modulus, row
+      integer :: k, l, t
+
+      bounds = 0.0_wp
+      do k = 1, mode%terms
+         !$omp simd private(modulus)
+         do l = 1, lanes
+            modulus = sqrt(at(l, k)**2 + at(l, mode%terms + k)**2)
+            bounds(l, 1) = bounds(l, 1) + mode%bounds_by(k, 1)*modulus
+            bounds(l, 2) = bounds(l, 2) + mode%bounds_by(k, 2)*modulus
+            bounds(l, 3) = bounds(l, 3) + mode%bounds_by(k, 3)*modulus
+         end do
+      end do
+      do t = 1, mode%tones
+         !$omp simd private(angle, row)
+         do l = 1, lanes
+            angle = powers(l, 1, t)
+            row = abs(own(l, mode%waves + 2*t - 1)) + abs(own(l, mode%waves + 2*t))
+            bounds(l, 1) = bounds(l, 1) + row*powers(l, order, t)*angle*(1.0_wp/(order + 1))
+            bounds(l, 2) = bounds(l, 2) + row*angle**3
+            bounds(l, 3) = bounds(l, 3) + row*angle**4
+         end do
+      end do
+   end subroutine bound_derivatives
+
    !> The first root of any guard on a stretch, in stretches, and whose it is. `zero` starts on its bound; `first`: guards that
    !> start near theirs, whatever they do, cannot be told.
-   subroutine find_exit(mode, zero, own, tone, bounds, at, cosine, sine, first, active, root, left)
+   subroutine find_exit(mode, zero, own, powers, bounds, at, cosine, sine, first, active, root, left)
       type(lane_mode_t), intent(in) :: mode
       integer, intent(in) :: zero
-      real(wp), intent(in) :: own(lanes, mode%numbers), tone(lanes, mode%tones), bounds(lanes, 3, mode%forms)
+      real(wp), intent(in) :: own(lanes, mode%numbers), powers(lanes, order, mode%tones), bounds(lanes, 3)
       real(wp), intent(in) :: at(lanes, mode%rows), cosine(lanes, mode%tones), sine(lanes, mode%tones)
       logical, intent(in) :: first
       real(wp), intent(in) :: active(lanes)
       real(wp), intent(out) :: root(lanes), left(lanes)
 
-      real(wp) :: a(lanes, 0:order), c(lanes, 0:order), bound(lanes), margin(lanes), motion(lanes), other(lanes), third(lanes)
+      real(wp) :: a(lanes, 0:order), c(lanes, 0:order), bound(lanes), margin(lanes), other(lanes), third(lanes)
       real(wp) :: later
-      integer :: f, g, l, p
+      integer :: g, l, p
 
       later = merge(0.0_wp, 1.0_wp, first)
       root = none
       left = 0.0_wp
-      motion = 0.0_wp
-      do p = 1, 2*mode%terms
-         motion = motion + abs(at(:, p))
-      end do
-      do f = 1, mode%forms
-         call series_of(mode, f, own, tone, at, cosine, sine, c)
-         margin = margin_of(mode, f, own, motion, at)
-         do g = 1, mode%guards
-            if (mode%form(g) /= f) cycle
-            bound = own(:, mode%bounds + g)
-            if (g == zero) then
-               a(:, :order - 1) = mode%side(g)*c(:, 1:)
-               a(:, order) = 0.0_wp
-               ! Of f(s)/s, the mean of the derivative from 0 to s.
-               third = 0.25_wp*bounds(:, 3, f)
-            else
-               a = mode%side(g)*c
-               a(:, 0) = mode%side(g)*(c(:, 0) - bound)
-               third = bounds(:, 2, f)
-            end if
-            call first_root(a, bounds(:, 1, f), third, active, other)
-            !$omp simd
-            do l = 1, lanes
-               other(l) = unknown + max(later, is_positive(a(l, 0) - margin(l)))*(other(l) - unknown)
-               left(l) = left(l) + is_positive(root(l) - other(l))*(g - left(l))
-               root(l) = min(root(l), other(l))
+      call series_of(mode, own, powers, at, cosine, sine, c)
+      margin = margin_of(mode, own, at)
+      do g = 1, mode%guards
+         if (g == zero) then
+            do p = 1, order
+               !$omp simd
+               do l = 1, lanes
+                  a(l, p - 1) = mode%side(g)*c(l, p)
+               end do
             end do
+            a(:, order) = 0.0_wp
+            ! Of f(s)/s, the mean of the derivative from 0 to s.
+            third = 0.25_wp*bounds(:, 3)
+         else
+            bound = own(:, mode%bounds + g)
+            do p = 0, order
+               !$omp simd
+               do l = 1, lanes
+                  a(l, p) = mode%side(g)*c(l, p)
+               end do
+            end do
+            a(:, 0) = mode%side(g)*(c(:, 0) - bound)
+            third = bounds(:, 2)
+         end if
+         call first_root(a, bounds(:, 1), third, active, other)
+         !$omp simd
+         do l = 1, lanes
+            other(l) = unknown + max(later, is_positive(a(l, 0) - margin(l)))*(other(l) - unknown)
+            left(l) = left(l) + is_positive(root(l) - other(l))*(g - left(l))
+            root(l) = min(root(l), other(l))
          end do
       end do
    end subroutine find_exit
 
-   !> Bounds of each form from the start of a piece on, which nothing grows in: of what its Taylor polynomials leave out, and of its
-   !> third and fourth derivative by the time in stretches.
-   pure subroutine bound_derivatives(mode, own, tone, at, bounds)
+   !> Taylor coefficients of the form over a stretch.
+   pure subroutine series_of(mode, own, powers, at, cosine, sine, c)
       type(lane_mode_t), intent(in) :: mode
-      real(wp), intent(in) :: own(lanes, mode%numbers), tone(lanes, mode%tones), at(lanes, mode%rows)
-      real(wp), intent(out) :: bounds(lanes, 3, mode%forms)
-
-      real(wp) :: angle, modulus(lanes), row
-      integer :: f, k, l, p, t
-
-      bounds = 0.0_wp
-      do k = 1, mode%terms
-         modulus = sqrt(at(:, k)**2 + at(:, mode%terms + k)**2)
-         do f = 1, mode%forms
-            do p = 1, 3
-               !$omp simd
-               do l = 1, lanes
-                  bounds(l, p, f) = bounds(l, p, f) + mode%bounds_by(k, p, f)*modulus(l)
-               end do
-            end do
-         end do
-      end do
-      do f = 1, mode%forms
-         do t = 1, mode%tones
-            !$omp simd private(angle, row)
-            do l = 1, lanes
-               row = abs(own(l, mode%row_of(t, f))) + abs(own(l, mode%row_of(t, f) + 1))
-               angle = tone(l, t)*mode%step
-               bounds(l, 1, f) = bounds(l, 1, f) + row*angle**(order + 1)*(1.0_wp/gamma(real(order + 2, wp)))
-               bounds(l, 2, f) = bounds(l, 2, f) + row*angle**3
-               bounds(l, 3, f) = bounds(l, 3, f) + row*angle**4
-            end do
-         end do
-      end do
-   end subroutine bound_derivatives
-
-   !> Taylor coefficients of a form over a stretch.
-   pure subroutine series_of(mode, f, own, tone, at, cosine, sine, c)
-      type(lane_mode_t), intent(in) :: mode
-      integer, intent(in) :: f
-      real(wp), intent(in) :: own(lanes, mode%numbers), tone(lanes, mode%tones)
+      real(wp), intent(in) :: own(lanes, mode%numbers), powers(lanes, order, mode%tones)
       real(wp), intent(in) :: at(lanes, mode%rows), cosine(lanes, mode%tones), sine(lanes, mode%tones)
       real(wp), intent(out) :: c(lanes, 0:order)
 
-      real(wp), dimension(lanes) :: angle, swap, total, u, v
+      real(wp), dimension(lanes) :: even, odd
       integer :: k, l, n, p, t
 
       n = mode%terms
-      do p = 0, order
-         total = 0.0_wp
-         do k = 1, 2*n
-            !$omp simd
-            do l = 1, lanes
-               total(l) = total(l) + mode%series(k, p, f)*at(l, k)
-            end do
-         end do
-         c(:, p) = total
-      end do
-      do t = 1, mode%tones
-         angle = tone(:, t)*mode%step
-         u = own(:, mode%row_of(t, f))
-         v = own(:, mode%row_of(t, f) + 1)
+      c = 0.0_wp
+      do k = 1, 2*n
          do p = 0, order
             !$omp simd
             do l = 1, lanes
-               c(l, p) = c(l, p) + (u(l)*cosine(l, t) + v(l)*sine(l, t))
-               swap(l) = angle(l)*v(l)*(1.0_wp/(p + 1))
-               v(l) = -angle(l)*u(l)*(1.0_wp/(p + 1))
-               u(l) = swap(l)
+               c(l, p) = c(l, p) + mode%series(p, k)*at(l, k)
             end do
          end do
       end do
-      c(:, 0) = c(:, 0) + own(:, mode%constants + f)
+      do t = 1, mode%tones
+         !$omp simd
+         do l = 1, lanes
+            even(l) = own(l, mode%waves + 2*t - 1)*cosine(l, t) + own(l, mode%waves + 2*t)*sine(l, t)
+            odd(l) = own(l, mode%waves + 2*t)*cosine(l, t) - own(l, mode%waves + 2*t - 1)*sine(l, t)
+            c(l, 0) = c(l, 0) + even(l)
+         end do
+         do p = 1, order, 4
+            !$omp simd
+            do l = 1, lanes
+               c(l, p) = c(l, p) + odd(l)*powers(l, p, t)
+               c(l, p + 1) = c(l, p + 1) - even(l)*powers(l, p + 1, t)
+               c(l, p + 2) = c(l, p + 2) - odd(l)*powers(l, p + 2, t)
+               c(l, p + 3) = c(l, p + 3) + even(l)*powers(l, p + 3, t)
+            end do
+         end do
+      end do
+      c(:, 0) = c(:, 0) + own(:, mode%constant)
       associate (h => mode%step, r => mode%rigid)
          do k = 1, r
             !$omp simd
             do l = 1, lanes
-               c(l, 0) = c(l, 0) + (mode%rigid_y(k, f)*at(l, 2*n + k) + mode%rigid_v(k, f)*at(l, 2*n + r + k))
-               c(l, 1) = c(l, 1) + h*(mode%rigid_y(k, f)*at(l, 2*n + r + k) + mode%rigid_v(k, f)*own(l, mode%forces + k))
-               c(l, 2) = c(l, 2) + 0.5_wp*h**2*mode%rigid_y(k, f)*own(l, mode%forces + k)
+               c(l, 0) = c(l, 0) + (mode%rigid_y(k)*at(l, 2*n + k) + mode%rigid_v(k)*at(l, 2*n + r + k))
+               c(l, 1) = c(l, 1) + h*(mode%rigid_y(k)*at(l, 2*n + r + k) + mode%rigid_v(k)*own(l, mode%forces + k))
+               c(l, 2) = c(l, 2) + 0.5_wp*h**2*mode%rigid_y(k)*own(l, mode%forces + k)
             end do
          end do
       end associate
    end subroutine series_of
 
-   !> What of a form may be rounding, amply; `motion`: sum of the moduli of the terms.
-   pure function margin_of(mode, f, own, motion, at) result(margin)
+   !> What of the form may be rounding, amply.
+   pure function margin_of(mode, own, at) result(margin)
       type(lane_mode_t), intent(in) :: mode
-      integer, intent(in) :: f
-      real(wp), intent(in) :: own(lanes, mode%numbers), motion(lanes), at(lanes, mode%rows)
+      real(wp), intent(in) :: own(lanes, mode%numbers), at(lanes, mode%rows)
       real(wp) :: margin(lanes)
 
-      integer :: k
+      real(wp) :: motion(lanes)
+      integer :: k, l
 
-      margin = own(:, mode%sizes + f) + own(:, mode%reaches + f)*motion
+      motion = 0.0_wp
+      do k = 1, 2*mode%terms
+         motion = motion + abs(at(:, k))
+      end do
+      !$omp simd
+      do l = 1, lanes
+         margin(l) = own(l, mode%size) + own(l, mode%reach)*motion(l)
+      end do
       do k = 1, mode%rigid
-         margin = margin + (abs(mode%rigid_y(k, f)*at(:, 2*mode%terms + k)) &
-                            + abs(mode%rigid_v(k, f)*at(:, 2*mode%terms + mode%rigid + k)))
+         margin = margin + (abs(mode%rigid_y(k)*at(:, 2*mode%terms + k)) &
+                            + abs(mode%rigid_v(k)*at(:, 2*mode%terms + mode%rigid + k)))
       end do
       margin = small*margin
    end function margin_of
@@ -260,7 +297,7 @@ contains
 
       real(wp), dimension(lanes) :: arrived, d, f, g, s, todo
       real(wp) :: bend, gap, last, reach, stays, step, there
-      integer :: i, l, p
+      integer :: i, l
 
       !$omp simd private(bend, stays, there)
       do l = 1, lanes
@@ -286,27 +323,16 @@ contains
             root(l) = root(l) + stays*(none - root(l))
             todo(l) = todo(l) - stays
             last = max(f(l), tiny(gap))
-            step = 2*last/max(sqrt(g(l)*g(l) + 2*bend*last) - g(l), last)
-            reach = min(gap, 2*step)
+            ! Any reach is right; this one is far enough for the step near a root, and all that is left elsewhere.
+            reach = min(gap, 2*last/max(-g(l), last))
             bend = max(m3(l)*reach*(1.0_wp/3) - d(l), 0.0_wp)
             step = min(reach, 2*last/max(sqrt(g(l)*g(l) + 2*bend*last) - g(l), last))
             s(l) = s(l) + step
             arrived(l) = is_positive(short - step)
          end do
-         f = a(:, order)
-         g = 0.0_wp
-         d = 0.0_wp
-         do p = order - 1, 0, -1
-            !$omp simd
-            do l = 1, lanes
-               d(l) = d(l)*s(l) + g(l)
-               g(l) = g(l)*s(l) + f(l)
-               f(l) = f(l)*s(l) + a(l, p)
-            end do
-         end do
+         call evaluate(a, s, f, g, d)
          !$omp simd private(last)
          do l = 1, lanes
-            d(l) = 2*d(l)
             f(l) = f(l) - rest(l)
             last = todo(l)*max(arrived(l), 1.0_wp - is_positive(f(l)))
             root(l) = root(l) + last*is_positive(-g(l))*(s(l) - root(l))
@@ -314,6 +340,37 @@ contains
          end do
       end do
    end subroutine first_root
+
+   !> Value, slope and curvature of Σ a_p s^p, from its even and its odd part: chains of half the length.
+   pure subroutine evaluate(a, s, f, g, d)
+      real(wp), intent(in) :: a(lanes, 0:order), s(lanes)
+      real(wp), intent(out) :: f(lanes), g(lanes), d(lanes)
+
+      real(wp), dimension(lanes) :: even, even_d, even_g, odd, odd_d, odd_g, square
+      integer :: l, p
+
+      square = s*s
+      even = a(:, order)
+      odd = 0.0_wp
+      even_g = 0.0_wp
+      even_d = 0.0_wp
+      odd_g = 0.0_wp
+      odd_d = 0.0_wp
+      do p = order - 2, 0, -2
+         !$omp simd
+         do l = 1, lanes
+            odd_d(l) = odd_d(l)*square(l) + odd_g(l)
+            odd_g(l) = odd_g(l)*square(l) + odd(l)
+            odd(l) = odd(l)*square(l) + a(l, p + 1)
+            even_d(l) = even_d(l)*square(l) + even_g(l)
+            even_g(l) = even_g(l)*square(l) + even(l)
+            even(l) = even(l)*square(l) + a(l, p)
+         end do
+      end do
+      f = even + s*odd
+      g = odd + 2*s*(even_g + s*odd_g)
+      d = 2*even_g + s*(6*odd_g + 8*s*(even_d + s*odd_d))
+   end subroutine evaluate
 
    !> 1 if x > 0, else 0: a factor in place of a branch.
    elemental real(wp) function is_positive(x)
@@ -377,7 +434,7 @@ contains
       type(lane_mode_t), intent(in) :: mode
       type(block_t), intent(inout) :: b
 
-      real(wp), dimension(lanes) :: cosine, d, decay, delta, f, good, margin, motion, sine, slope
+      real(wp), dimension(lanes) :: cosine, d, decay, delta, f, good, margin, sine, slope
       real(wp) :: square
       integer :: k, l, n, t
 
@@ -399,12 +456,8 @@ contains
       do t = 1, mode%tones
          call turn_tone(b%tone(:, mode%tones + 4*t - 3:mode%tones + 4*t), b%time, b%time_low, b%cosine(:, t), b%sine(:, t))
       end do
-      motion = 0.0_wp
-      do k = 1, 2*n
-         motion = motion + abs(b%state(:, k))
-      end do
       good = is_positive(b%left)
-      call look_at_guards(mode, b, motion, good, f, slope, d, margin)
+      call look_at_guards(mode, b, good, f, slope, d, margin)
       !$omp simd private(square)
       do l = 1, lanes
          square = slope(l)*slope(l) - 2*f(l)*d(l)
@@ -421,45 +474,38 @@ contains
 
    !> Value, slope and curvature of the guard that is left in each lane, and what of it may be rounding; where another is not
    !> clear of its bound the lane is no `good`.
-   subroutine look_at_guards(mode, b, motion, good, f, slope, d, margin)
+   subroutine look_at_guards(mode, b, good, f, slope, d, margin)
       type(lane_mode_t), intent(in) :: mode
       type(block_t), intent(in) :: b
-      real(wp), intent(in) :: motion(lanes)
       real(wp), intent(inout) :: good(lanes)
       real(wp), dimension(lanes), intent(out) :: f, slope, d, margin
 
-      real(wp), dimension(lanes) :: first, limit, second, value
+      real(wp), dimension(lanes) :: first, second, value
       real(wp) :: own, side, this
-      integer :: g, i, l
+      integer :: g, l
 
       f = 0.0_wp
       slope = 0.0_wp
       d = 0.0_wp
-      margin = 0.0_wp
-      do i = 1, mode%forms
-         call derivatives(mode, i, b%own, b%tone, b%state, b%cosine, b%sine, value, first, second)
-         limit = margin_of(mode, i, b%own, motion, b%state)
-         do g = 1, mode%guards
-            if (mode%form(g) /= i) cycle
-            side = mode%side(g)
-            !$omp simd private(own, this)
-            do l = 1, lanes
-               own = side*(value(l) - b%own(l, mode%bounds + g))
-               this = is_positive(0.5_wp - abs(b%left(l) - g))
-               good(l) = good(l)*(this + (1.0_wp - this)*is_positive(own - limit(l)))
-               f(l) = f(l) + this*own
-               slope(l) = slope(l) + this*side*first(l)
-               d(l) = d(l) + this*side*second(l)
-               margin(l) = margin(l) + this*limit(l)
-            end do
+      call derivatives(mode, b%own, b%tone, b%state, b%cosine, b%sine, value, first, second)
+      margin = margin_of(mode, b%own, b%state)
+      do g = 1, mode%guards
+         side = mode%side(g)
+         !$omp simd private(own, this)
+         do l = 1, lanes
+            own = side*(value(l) - b%own(l, mode%bounds + g))
+            this = is_positive(0.5_wp - abs(b%left(l) - g))
+            good(l) = good(l)*(this + (1.0_wp - this)*is_positive(own - margin(l)))
+            f(l) = f(l) + this*own
+            slope(l) = slope(l) + this*side*first(l)
+            d(l) = d(l) + this*side*second(l)
          end do
       end do
    end subroutine look_at_guards
 
-   !> Value of a form and its first two derivatives.
-   pure subroutine derivatives(mode, f, own, tone, at, cosine, sine, value, first, second)
+   !> Value of the form and its first two derivatives.
+   pure subroutine derivatives(mode, own, tone, at, cosine, sine, value, first, second)
       type(lane_mode_t), intent(in) :: mode
-      integer, intent(in) :: f
       real(wp), intent(in) :: own(lanes, mode%numbers), tone(lanes, mode%tones)
       real(wp), intent(in) :: at(lanes, mode%rows), cosine(lanes, mode%tones), sine(lanes, mode%tones)
       real(wp), dimension(lanes), intent(out) :: value, first, second
@@ -468,15 +514,15 @@ contains
       real(wp) :: u, v, part
 
       n = mode%terms
-      value = own(:, mode%constants + f)
+      value = own(:, mode%constant)
       first = 0.0_wp
       second = 0.0_wp
       do k = 1, 2*n
          !$omp simd
          do l = 1, lanes
-            value(l) = value(l) + mode%series(k, 0, f)*at(l, k)
-            first(l) = first(l) + mode%series(k, 1, f)*at(l, k)
-            second(l) = second(l) + mode%series(k, 2, f)*at(l, k)
+            value(l) = value(l) + mode%series(0, k)*at(l, k)
+            first(l) = first(l) + mode%series(1, k)*at(l, k)
+            second(l) = second(l) + mode%series(2, k)*at(l, k)
          end do
       end do
       first = first/mode%step
@@ -484,8 +530,8 @@ contains
       do t = 1, mode%tones
          !$omp simd private(u, v, part)
          do l = 1, lanes
-            u = own(l, mode%row_of(t, f))
-            v = own(l, mode%row_of(t, f) + 1)
+            u = own(l, mode%waves + 2*t - 1)
+            v = own(l, mode%waves + 2*t)
             part = u*cosine(l, t) + v*sine(l, t)
             value(l) = value(l) + part
             first(l) = first(l) + tone(l, t)*(v*cosine(l, t) - u*sine(l, t))
@@ -495,9 +541,9 @@ contains
       do k = 1, mode%rigid
          !$omp simd
          do l = 1, lanes
-            value(l) = value(l) + (mode%rigid_y(k, f)*at(l, 2*n + k) + mode%rigid_v(k, f)*at(l, 2*n + mode%rigid + k))
-            first(l) = first(l) + (mode%rigid_y(k, f)*at(l, 2*n + mode%rigid + k) + mode%rigid_v(k, f)*own(l, mode%forces + k))
-            second(l) = second(l) + mode%rigid_y(k, f)*own(l, mode%forces + k)
+            value(l) = value(l) + (mode%rigid_y(k)*at(l, 2*n + k) + mode%rigid_v(k)*at(l, 2*n + mode%rigid + k))
+            first(l) = first(l) + (mode%rigid_y(k)*at(l, 2*n + mode%rigid + k) + mode%rigid_v(k)*own(l, mode%forces + k))
+            second(l) = second(l) + mode%rigid_y(k)*own(l, mode%forces + k)
          end do
       end do
    end subroutine derivatives

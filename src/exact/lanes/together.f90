@@ -69,8 +69,7 @@ module razy_exact_lanes_together
       type(lane_mode_t), allocatable :: mode(:)
    end type registry_t
 
-   !> A motion of which lanes do not decide more than a few pieces, and one of so many, as where contacts of a symmetric machine
-   !> meet at the same time, is followed alone from then on.
+   !> A motion of which lanes do not decide more than a few pieces, and one of so many, is followed alone from then on.
    integer(i8), parameter :: few = 8, most_undecided = 8
    !> A time that is nearer to the end of a motion is for its last piece.
    real(wp), parameter :: last_part = 8*epsilon(1.0_wp)

@@ -43,14 +43,15 @@ contains
 
       allocate (self%member(1), source=task)
       if (task%motion%method%integrator /= "exact" .or. task%plan%has_chains() .or. task%watch%until_periodic) return
-      if (.not. keeps_structure(self%member(1))) return
+      if (.not. suits_lanes(self%member(1))) return
       self%side_by_side = .true.
       deallocate (self%member)
       allocate (self%member(int(min(int(most, i8), task%plan%points))), source=task)
    end subroutine new_crew
 
-   !> Whether machines at the ends of all axes have the same matrices: only then motions are in like modes.
-   logical function keeps_structure(task) result(keeps)
+   !> Whether machines have one contact, and those at the ends of all axes the same matrices: only then motions are in like modes.
+   !> With more contacts they are in so many modes that lanes stay empty.
+   logical function suits_lanes(task) result(suits)
       type(sweep_task_t), intent(inout) :: task
 
       type(machine_t) :: first
@@ -58,19 +59,20 @@ contains
       integer(i8) :: n(size(task%grid%axes))
       integer :: i
 
-      keeps = .false.
+      suits = .false.
       n = task%grid%axes%n
       call task%machine_at(1_i8, error)
       if (allocated(error)) return
+      if (size(task%machine%contact) /= 1) return
       first = task%machine
       do i = 1, size(n)
          ! The last axis varies fastest.
          call task%machine_at(1 + (n(i) - 1)*product(n(i + 1:)), error)
          if (allocated(error)) return
-         keeps = same_structure(first, task%machine)
-         if (.not. keeps) return
+         suits = same_structure(first, task%machine)
+         if (.not. suits) return
       end do
-   end function keeps_structure
+   end function suits_lanes
 
    subroutine describe(self, row)
       class(crew_t), intent(inout) :: self
