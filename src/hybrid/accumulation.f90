@@ -12,9 +12,13 @@
 !!
 !! A flight lower than 16 roundings of the gap cannot be followed: its end is found too late, and so too fast. A contact that
 !! would take one ends its sequence here, whatever the ratio, also where the impact of another one has thrown it up.
+!!
+!! A body that two others squeeze goes to and fro between them, and the speeds of both gaps fall by the same ratio, whatever pulls.
+!! In the limit all of them are none: the impulses of Newton's impacts have added up to those of an inelastic impact of both. This
+!! is done at once when the flights can no longer be followed.
 module razy_hybrid_accumulation
    use razy_contact_contact_law, only: branch_lower, branch_open
-   use razy_core_kinds, only: wp
+   use razy_core_kinds, only: i8, wp
    use razy_hybrid_active_sides, only: side_t
    use razy_hybrid_constraints, only: constraints_t, new_constraints
    use razy_hybrid_dynamics, only: dynamics_t
@@ -33,9 +37,16 @@ module razy_hybrid_accumulation
       !> Whose sequences these are (contacts), and their ends, s from now.
       logical, allocatable, private :: whose(:)
       real(wp), allocatable, private :: ends(:)
-      !> The last impacts of every contact (contacts): number in the sequence, first and last speed, last ratio.
+      !> The last impacts of every contact (contacts): number in the sequence, first and last speed, last ratio; the direction in
+      !> which the gap opens; time since the last one and that between it and the one before, s; numbers of these two among the
+      !> impacts of all contacts, and how many there were.
       integer, allocatable, private :: count(:)
-      real(wp), allocatable, private :: first(:), last(:), ratio(:)
+      real(wp), allocatable, private :: first(:), last(:), ratio(:), way(:), since(:), flight(:)
+      integer(i8), allocatable, private :: number(:, :)
+      integer(i8), private :: impacts = 0
+      !> Branches at the impact before (contacts), and the number of the impact at which they changed last.
+      integer, allocatable, private :: branch(:)
+      integer(i8), allocatable, private :: changed(:)
    contains
       procedure :: begin
       procedure :: pass
@@ -54,19 +65,25 @@ contains
       class(accumulation_t), intent(inout) :: self
       integer, intent(in) :: contacts
 
-      if (allocated(self%count)) deallocate (self%count, self%first, self%last, self%ratio, self%whose, self%ends)
-      allocate (self%count(contacts), source=0)
-      allocate (self%first(contacts), self%last(contacts), self%ratio(contacts), self%ends(contacts), source=0.0_wp)
+      if (allocated(self%count)) deallocate (self%count, self%first, self%last, self%ratio, self%way, self%since, self%flight, &
+                                             self%number, self%changed, self%whose, self%ends, self%branch)
+      allocate (self%count(contacts), self%branch(contacts), source=0)
+      allocate (self%number(2, contacts), self%changed(contacts), source=0_i8)
+      allocate (self%first(contacts), self%last(contacts), self%ratio(contacts), self%way(contacts), self%since(contacts), &
+                self%flight(contacts), self%ends(contacts), source=0.0_wp)
+      self%impacts = 0
       allocate (self%whose(contacts), source=.false.)
       self%landing = .false.
       self%rest = huge(1.0_wp)
    end subroutine begin
 
-   !> Time passes while bodies are landing, s.
+   !> Time passes, s.
    pure subroutine pass(self, duration)
       class(accumulation_t), intent(inout) :: self
       real(wp), intent(in) :: duration
 
+      self%since = self%since + duration
+      if (.not. self%landing) return
       self%ends = self%ends - duration
       self%rest = self%rest - duration
    end subroutine pass
@@ -98,7 +115,11 @@ contains
          low = pull > 0.0_wp .and. side(i)%after**2 <= 2*pull*16*guards%on_s(j)
          associate (restitution => system%machine%contact(j)%law%restitution)
             if (side(i)%before < 0.0_wp) then
-               call take_up(self, j, side(i)%after)
+               call take_up(self, j, side(i)%after, side(i)%direction)
+               if (-side(i)%before*self%flight(j) <= 16*guards%on_s(j)) then
+                  call end_squeezed(self, system, dynamics%mode%branch, j, list, ways)
+               end if
+               if (any(list == j)) cycle
                if (.not. ended(self, j, pull, low, alone(self, system, dynamics%mode%branch, j), restitution)) cycle
             else
                if (side(i)%before > 0.0_wp .or. .not. side(i)%after > 0.0_wp .or. .not. low) cycle
@@ -112,6 +133,8 @@ contains
          if (self%ratio(j) < 1.0_wp) self%ends(j) = 2*side(i)%after/(pull*(1.0_wp - self%ratio(j)))
          self%count(j) = 0
       end do
+      where (dynamics%mode%branch /= self%branch) self%changed = self%impacts
+      self%branch = dynamics%mode%branch
       gathered = size(list) > 0
       if (.not. gathered) return
       call dynamics%look_at_contacts(system, tau, z)
@@ -202,14 +225,51 @@ contains
 
    end subroutine take_out
 
-   !> An impact of contact j after which the gap opens with speed u.
-   pure subroutine take_up(self, j, u)
+   !> Add contact j and those whose impacts alternate with its own, if the speeds of all fall by the same ratio, to the `list` of
+   !> sequences that end now, with the directions in which their gaps open. Not where friction that they press sticks, or has
+   !> turned round at one of the last impacts; `branch`: those of all contacts now.
+   subroutine end_squeezed(self, system, branch, j, list, ways)
+      type(accumulation_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: branch(:), j
+      integer, allocatable, intent(inout) :: list(:)
+      real(wp), allocatable, intent(inout) :: ways(:)
+
+      integer, allocatable :: all_of_them(:)
+      integer :: k
+
+      if (self%count(j) < 3) return
+      all_of_them = pack([(k, k=1, size(self%count))], self%count >= 3 .and. self%number(2, :) > self%number(1, j) .and. &
+                         abs(self%ratio - self%ratio(j)) <= steady*self%ratio(j))
+      if (size(all_of_them) < 2) return
+      do k = 1, size(branch)
+         if (.not. any(all_of_them == system%machine%contact(k)%normal_of)) cycle
+         if (branch(k) /= self%branch(k) .or. system%machine%contact(k)%law%constraint(branch(k))) return
+         if (self%impacts - self%changed(k) < 3*size(all_of_them)) return
+      end do
+      do k = 1, size(all_of_them)
+         if (any(list == all_of_them(k))) cycle
+         list = [list, all_of_them(k)]
+         ways = [ways, self%way(all_of_them(k))]
+      end do
+      self%whose(all_of_them) = .true.
+      self%ends(all_of_them) = 0.0_wp
+      self%count(all_of_them) = 0
+   end subroutine end_squeezed
+
+   !> An impact of contact j after which the gap opens with speed u, in this direction of s.
+   pure subroutine take_up(self, j, u, way)
       type(accumulation_t), intent(inout) :: self
       integer, intent(in) :: j
-      real(wp), intent(in) :: u
+      real(wp), intent(in) :: u, way
 
       real(wp) :: ratio
 
+      self%impacts = self%impacts + 1
+      self%number(:, j) = [self%number(2, j), self%impacts]
+      self%way(j) = way
+      self%flight(j) = self%since(j)
+      self%since(j) = 0.0_wp
       ratio = 0.0_wp
       if (self%count(j) > 0 .and. self%last(j) > 0.0_wp) ratio = u/self%last(j)
       if (self%count(j) > 1 .and. abs(ratio - self%ratio(j)) > steady*self%ratio(j)) self%count(j) = 0

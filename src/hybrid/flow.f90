@@ -322,7 +322,7 @@ contains
 
       if (allocated(self%tangent)) call arrive(self, ending, piece%duration)
       associate (transition => self%transition)
-         if (transition%accumulation%landing) call transition%accumulation%pass(piece%duration)
+         if (self%system%constrained) call transition%accumulation%pass(piece%duration)
          self%anew = ending == ends_in_event .or. (transition%accumulation%landing &
                                                    .and. .not. transition%accumulation%rest > 0.0_wp)
          if (switches) then
