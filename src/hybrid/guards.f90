@@ -270,7 +270,8 @@ contains
             select case (self%entry(i)%function)
             case (of_force)
                g(i) = of_constraint(self%entry(i), dynamics)
-               rate(i) = (rate(i) - g(i))/self%delta
+               ! On a step of no length, as where sequences of impacts end at once, there is no difference.
+               rate(i) = (rate(i) - g(i))/max(self%delta, tiny(1.0_wp))
                associate (guard => self%entry(i), j => self%entry(i)%contact, noise => self%noise(i))
                   noise = abs(dynamics%force(j)) + norm2(self%a)/norm2(system%w(:, j))
                   if (guard%of_normal) noise = noise + abs(guard%bound*dynamics%normal(j))
