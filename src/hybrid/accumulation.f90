@@ -14,10 +14,11 @@
 !! would take one ends its sequence here, whatever the ratio, also where the impact of another one has thrown it up.
 !!
 !! A body that two others squeeze goes to and fro between them, and the speeds of both gaps fall by the same ratio, whatever pulls.
-!! In the limit all of them are none: the impulses of Newton's impacts have added up to those of an inelastic impact of both. This
-!! is done at once when the flights can no longer be followed.
+!! When the flights can no longer be followed, what is still to come is given at once: all impulses from one impact of a contact to
+!! its next fall by the ratio ρ, also those of friction that stops at some impacts and is set in motion by others, so what they
+!! change comes once more times ρ/(1 - ρ). In the limit no gap has a speed; what is left of them is taken out as above.
 module razy_hybrid_accumulation
-   use razy_contact_contact_law, only: branch_lower, branch_open
+   use razy_contact_contact_law, only: branch_lower
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_active_sides, only: side_t
    use razy_hybrid_constraints, only: constraints_t, new_constraints
@@ -44,9 +45,8 @@ module razy_hybrid_accumulation
       real(wp), allocatable, private :: first(:), last(:), ratio(:), way(:), since(:), flight(:)
       integer(i8), allocatable, private :: number(:, :)
       integer(i8), private :: impacts = 0
-      !> Branches at the impact before (contacts), and the number of the impact at which they changed last.
-      integer, allocatable, private :: branch(:)
-      integer(i8), allocatable, private :: changed(:)
+      !> y' after these two impacts (m, 2, contacts).
+      real(wp), allocatable, private :: speed(:, :, :)
    contains
       procedure :: begin
       procedure :: pass
@@ -57,18 +57,21 @@ module razy_hybrid_accumulation
 
    !> Ratios of one sequence differ by less than this part.
    real(wp), parameter :: steady = 0.01_wp
+   !> Flights between two others that are shorter than so many roundings of the gap are not followed: the next would be rounding.
+   real(wp), parameter :: shortest = 64.0_wp
 
 contains
 
-   !> No impact yet, of so many contacts.
-   pure subroutine begin(self, contacts)
+   !> No impact yet, of so many contacts on m coordinates.
+   pure subroutine begin(self, m, contacts)
       class(accumulation_t), intent(inout) :: self
-      integer, intent(in) :: contacts
+      integer, intent(in) :: m, contacts
 
       if (allocated(self%count)) deallocate (self%count, self%first, self%last, self%ratio, self%way, self%since, self%flight, &
-                                             self%number, self%changed, self%whose, self%ends, self%branch)
-      allocate (self%count(contacts), self%branch(contacts), source=0)
-      allocate (self%number(2, contacts), self%changed(contacts), source=0_i8)
+                                             self%number, self%whose, self%ends, self%speed)
+      allocate (self%count(contacts), source=0)
+      allocate (self%number(2, contacts), source=0_i8)
+      allocate (self%speed(m, 2, contacts), source=0.0_wp)
       allocate (self%first(contacts), self%last(contacts), self%ratio(contacts), self%way(contacts), self%since(contacts), &
                 self%flight(contacts), self%ends(contacts), source=0.0_wp)
       self%impacts = 0
@@ -89,8 +92,9 @@ contains
    end subroutine pass
 
    !> Follow the impact, now, at `tau` of the piece and z, of the rigid sides that touched: those that are hit, and those that were
-   !> closed and are thrown up by it. If sequences end here, `gathered`, z is left without the speeds of their gaps.
-   subroutine follow(self, system, dynamics, guards, side, tau, z, saltation, gathered)
+   !> closed and are thrown up by it. Where sequences end here, on the edges `touching` (lower and upper, contacts), z is left
+   !> without the speeds of their gaps.
+   subroutine follow(self, system, dynamics, guards, side, tau, z, saltation, touching)
       class(accumulation_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
@@ -99,7 +103,7 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(inout) :: z(:)
       type(saltation_t), intent(inout) :: saltation
-      logical, intent(out) :: gathered
+      logical, intent(out) :: touching(:, :)
 
       real(wp) :: a(system%m), pull
       real(wp), allocatable :: ways(:)
@@ -115,9 +119,9 @@ contains
          low = pull > 0.0_wp .and. side(i)%after**2 <= 2*pull*16*guards%on_s(j)
          associate (restitution => system%machine%contact(j)%law%restitution)
             if (side(i)%before < 0.0_wp) then
-               call take_up(self, j, side(i)%after, side(i)%direction)
-               if (-side(i)%before*self%flight(j) <= 16*guards%on_s(j)) then
-                  call end_squeezed(self, system, dynamics%mode%branch, j, list, ways)
+               call take_up(self, j, side(i)%after, side(i)%direction, z(system%m + 1:))
+               if (-side(i)%before*self%flight(j) <= shortest*guards%on_s(j)) then
+                  call end_squeezed(self, system, dynamics%rate, guards%on_rate, j, z(system%m + 1:), list, ways, saltation%defined)
                end if
                if (any(list == j)) cycle
                if (.not. ended(self, j, pull, low, alone(self, system, dynamics%mode%branch, j), restitution)) cycle
@@ -133,21 +137,33 @@ contains
          if (self%ratio(j) < 1.0_wp) self%ends(j) = 2*side(i)%after/(pull*(1.0_wp - self%ratio(j)))
          self%count(j) = 0
       end do
-      where (dynamics%mode%branch /= self%branch) self%changed = self%impacts
-      self%branch = dynamics%mode%branch
-      gathered = size(list) > 0
-      if (.not. gathered) return
-      call dynamics%look_at_contacts(system, tau, z)
       n = size(list)
+      touching = .false.
+      do i = 1, n
+         touching(merge(1, 2, ways(i) > 0.0_wp), list(i)) = .true.
+      end do
+      if (n == 0) return
+      call dynamics%look_at_contacts(system, tau, z)
       do j = 1, size(dynamics%mode%branch)
-         associate (branch => dynamics%mode%branch(j))
-            if (any(list(:n) == j) .or. .not. system%machine%contact(j)%law%impacts .or. branch == branch_open) cycle
-            list = [list, j]
-            ways = [ways, merge(1.0_wp, -1.0_wp, branch == branch_lower)]
-         end associate
+         if (any(list(:n) == j) .or. .not. is_held(system, dynamics%mode%branch, j)) cycle
+         list = [list, j]
+         ways = [ways, merge(1.0_wp, -1.0_wp, dynamics%mode%branch(j) == branch_lower)]
       end do
       call take_out(system, dynamics, list, n, ways, self%ends(list), z(system%m + 1:), saltation)
    end subroutine follow
+
+   !> Whether contact j is closed rigidly, or sticks under one that is.
+   logical function is_held(system, branch, j) result(held)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: branch(:), j
+
+      associate (contact => system%machine%contact, by => system%machine%contact(j)%normal_of)
+         held = contact(j)%law%constraint(branch(j))
+         if (contact(j)%law%impacts .or. .not. held) return
+         held = by > 0
+         if (held) held = contact(by)%law%constraint(branch(by))
+      end associate
+   end function is_held
 
    !> Take the speeds of the gaps of the contacts `list`, which open in `direction` of s, out of y' (m). The first `n` end their
    !> sequences; the others are held, and would be thrown up by that. Out goes also what has been given by the friction that
@@ -226,27 +242,37 @@ contains
    end subroutine take_out
 
    !> Add contact j and those whose impacts alternate with its own, if the speeds of all fall by the same ratio, to the `list` of
-   !> sequences that end now, with the directions in which their gaps open. Not where friction that they press sticks, or has
-   !> turned round at one of the last impacts; `branch`: those of all contacts now.
-   subroutine end_squeezed(self, system, branch, j, list, ways)
+   !> sequences that end now, with the directions in which their gaps open. Where there is friction, `speed`, y' (m), gets what all
+   !> impacts still to come give, unless friction would turn round by that, and derivatives are no longer `defined`; `rate` and
+   !> `on_rate` are s' of all contacts, and what is rounding in it.
+   subroutine end_squeezed(self, system, rate, on_rate, j, speed, list, ways, defined)
       type(accumulation_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      integer, intent(in) :: branch(:), j
+      real(wp), intent(in) :: rate(:), on_rate(:)
+      integer, intent(in) :: j
+      real(wp), intent(inout) :: speed(:)
       integer, allocatable, intent(inout) :: list(:)
       real(wp), allocatable, intent(inout) :: ways(:)
+      logical, intent(inout) :: defined
 
       integer, allocatable :: all_of_them(:)
+      real(wp) :: to_come(system%m), later
       integer :: k
 
       if (self%count(j) < 3) return
       all_of_them = pack([(k, k=1, size(self%count))], self%count >= 3 .and. self%number(2, :) > self%number(1, j) .and. &
                          abs(self%ratio - self%ratio(j)) <= steady*self%ratio(j))
       if (size(all_of_them) < 2) return
-      do k = 1, size(branch)
-         if (.not. any(all_of_them == system%machine%contact(k)%normal_of)) cycle
-         if (branch(k) /= self%branch(k) .or. system%machine%contact(k)%law%constraint(branch(k))) return
-         if (self%impacts - self%changed(k) < 3*size(all_of_them)) return
-      end do
+      if (any(system%machine%contact%normal_of > 0)) then
+         to_come = (speed - self%speed(:, 1, j))*(self%ratio(j)/(1.0_wp - self%ratio(j)))
+         do k = 1, size(self%count)
+            if (system%machine%contact(k)%normal_of == 0) cycle
+            later = rate(k) + dot_product(system%w(:, k), to_come)
+            if (rate(k)*later < 0.0_wp .and. abs(later) > max(steady*abs(rate(k)), on_rate(k))) return
+         end do
+         speed = speed + to_come
+         defined = .false.
+      end if
       do k = 1, size(all_of_them)
          if (any(list == all_of_them(k))) cycle
          list = [list, all_of_them(k)]
@@ -257,16 +283,18 @@ contains
       self%count(all_of_them) = 0
    end subroutine end_squeezed
 
-   !> An impact of contact j after which the gap opens with speed u, in this direction of s.
-   pure subroutine take_up(self, j, u, way)
+   !> An impact of contact j after which the gap opens with speed u, in this direction of s, and y' is `speed` (m).
+   pure subroutine take_up(self, j, u, way, speed)
       type(accumulation_t), intent(inout) :: self
       integer, intent(in) :: j
-      real(wp), intent(in) :: u, way
+      real(wp), intent(in) :: u, way, speed(:)
 
       real(wp) :: ratio
 
       self%impacts = self%impacts + 1
       self%number(:, j) = [self%number(2, j), self%impacts]
+      self%speed(:, 1, j) = self%speed(:, 2, j)
+      self%speed(:, 2, j) = speed
       self%way(j) = way
       self%flight(j) = self%since(j)
       self%since(j) = 0.0_wp

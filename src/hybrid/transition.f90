@@ -93,7 +93,7 @@ contains
       integer :: j
 
       call clear(self)
-      call self%accumulation%begin(size(self%next))
+      call self%accumulation%begin(system%m, size(self%next))
       associate (dynamics => self%dynamics)
          call dynamics%excitation%begin(system%machine%tone, 0.0_wp, 0.0_wp)
          call dynamics%look_at_contacts(system, 0.0_wp, z)
@@ -195,16 +195,16 @@ contains
 
       integer, dimension(size(self%contact)) :: branch, contact
       integer :: changes, impacts
-      logical :: gathered
+      logical :: touching(2, size(self%next))
 
       if (.not. self%found .or. self%impacts == 0) return
-      call self%accumulation%follow(system, self%dynamics, self%guards, self%side(:self%sides), tau, z, self%saltation, gathered)
-      if (.not. gathered) return
+      call self%accumulation%follow(system, self%dynamics, self%guards, self%side(:self%sides), tau, z, self%saltation, touching)
+      if (.not. any(touching)) return
       contact = self%contact
       branch = self%branch
       changes = self%changes
       impacts = self%impacts
-      call resolve(self, system, tau, z)
+      call resolve(self, system, tau, z, touching=touching)
       self%contact = contact
       self%branch = branch
       self%changes = changes
@@ -213,13 +213,13 @@ contains
    end subroutine follow_impacts
 
    !> Impacts and the branches that follow at (tau, z), where the guards `hit` were left; without, branches and state are made
-   !> consistent.
-   subroutine resolve(self, system, tau, z, hit)
+   !> consistent. Edges that are `touching` (lower and upper, contacts) do so whatever the gap.
+   subroutine resolve(self, system, tau, z, hit, touching)
       type(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: tau
       real(wp), intent(inout) :: z(:)
-      logical, intent(in), optional :: hit(:)
+      logical, intent(in), optional :: hit(:), touching(:, :)
 
       integer :: j, round
       logical :: lets_go
@@ -233,6 +233,7 @@ contains
          self%sides = 0
          call guards%measure(system, tau, z, .false.)
          self%left = .false.
+         if (present(touching)) self%left = touching
          lets_go = present(hit)
          if (present(hit)) then
             lets_go = all(guards%entry(:guards%count)%function == of_force .or. .not. hit(:guards%count))
