@@ -23,7 +23,8 @@ def attack(seed):
     program = mutants.one_of(random, programs)
     words = ["--set", "motion%max_seconds=1", "--force"]
     if program == "razy-sweep":
-        words += ["--set", "sweep(1)%points=3", "--set", "sweep(1)%step=0"]
+        for i in range(1, 1 + max(1, text.count("&sweep "))):
+            words += ["--set", f"sweep({i})%points=3", "--set", f"sweep({i})%step=0"]
     command = [BIN / program, "mutant.nml", *words]
     try:
         done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, timeout=PATIENCE)
