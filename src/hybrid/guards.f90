@@ -252,6 +252,7 @@ contains
       real(wp), intent(in) :: tau, z(:)
       real(wp), intent(out) :: g(:), rate(:)
 
+      real(wp) :: held
       integer :: i
 
       associate (m => system%m)
@@ -266,6 +267,15 @@ contains
          end if
          if (self%accelerated) call dynamics%accelerate(system, tau, z, self%a)
          call dynamics%look_at_contacts(system, tau, z)
+         ! Forces of constraints come out of one system of equations: none is less uncertain than the largest.
+         held = 0.0_wp
+         if (self%forced) then
+            associate (constraints => dynamics%mode%constraints)
+               do i = 1, constraints%count
+                  held = held + abs(dynamics%force(constraints%contact(i)))*norm2(system%w(:, constraints%contact(i)))
+               end do
+            end associate
+         end if
          do i = 1, self%count
             select case (self%entry(i)%function)
             case (of_force)
@@ -273,7 +283,7 @@ contains
                ! On a step of no length, as where sequences of impacts end at once, there is no difference.
                rate(i) = (rate(i) - g(i))/max(self%delta, tiny(1.0_wp))
                associate (guard => self%entry(i), j => self%entry(i)%contact, noise => self%noise(i))
-                  noise = abs(dynamics%force(j)) + norm2(self%a)/norm2(system%w(:, j))
+                  noise = abs(dynamics%force(j)) + (norm2(self%a) + held)/norm2(system%w(:, j))
                   if (guard%of_normal) noise = noise + abs(guard%bound*dynamics%normal(j))
                   noise = rounding_of_force*noise
                end associate
