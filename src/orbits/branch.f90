@@ -44,7 +44,8 @@ module razy_orbits_branch
    real(wp), parameter :: first_step = 2.0e-3_wp, largest_step = 5.0e-3_wp, least_step = 1.0e-9_wp, least_cosine = 0.95_wp
    !> Shorter steps may turn by any angle: the branch has a kink where contacts change.
    real(wp), parameter :: kink = 1.0e-6_wp
-   integer, parameter :: most_changes = 40
+   !> So many steps of that kind in a row do not get past a jump.
+   integer, parameter :: most_creeping = 20, most_changes = 40
    !> Contacts and flights shorter than this part of the period end in a grazing.
    real(wp), parameter :: short = 1.0e-4_wp
    !> Special points nearer than this, relative to the state, are one.
@@ -68,7 +69,7 @@ contains
 
       type(point_t) :: here, next
       real(wp) :: h, p
-      integer :: last
+      integer :: creeping, last
       logical :: ok
 
       self%periods = problem%periods
@@ -77,6 +78,7 @@ contains
       call find_tangent(problem, here, guide, ok)
       call self%add(here)
       h = first_step
+      creeping = 0
       self%ending = "the most points"
       do while (ok .and. self%count < most)
          call step(problem, here, h, next, ok)
@@ -111,6 +113,9 @@ contains
          if (next%orbit%rounds <= 5 .and. dot_product(here%tangent, next%tangent) > 0.99_wp) then
             h = min(1.6_wp*h, largest_step*max(1.0_wp, norm2(next%orbit%u(:last - 1))))
          end if
+         creeping = merge(creeping + 1, 0, length(here, next) < kink)
+         ok = creeping < most_creeping
+         if (.not. ok) self%ending = "the motion jumps: only ever smaller steps come to another"
          if (next%orbit%rounds > 7) h = h/2
          here = next
       end do

@@ -265,7 +265,7 @@ contains
       logical, intent(out) :: ok
 
       real(wp), allocatable :: change(:), matrix(:, :)
-      real(wp) :: before, nearly
+      real(wp) :: before, growth, nearly
       integer :: round
 
       before = far/epsilon(1.0_wp)
@@ -281,21 +281,20 @@ contains
          end if
          if (.not. ok) return
          matrix = bordered(self%jacobian(orbit), row)
+         growth = norm2(matrix(:self%map%n, :self%map%n))
          change = -[orbit%residual, dot_product(row, orbit%u - guess)]
          call solve_square(matrix, change, ok)
          ok = ok .and. all(abs(change) <= huge(1.0_wp))
          orbit%correction = norm2(change)
          if (ok) ok = orbit%correction <= far .and. (orbit%correction <= 10*before .or. orbit%correction <= nearly)
-         if (.not. ok) then
-            self%reason = "Newton's method does not converge"
-            return
-         end if
-         if (orbit%correction <= converged*max(1.0_wp, norm2(orbit%u(:self%order())))) return
-         if (orbit%correction <= nearly .and. orbit%correction > 0.25_wp*before) return
+         if (.not. ok) exit
+         if (orbit%correction <= converged*max(1.0_wp, norm2(orbit%u(:self%order())))) exit
+         if (orbit%correction <= nearly .and. orbit%correction > 0.25_wp*before) exit
          orbit%u = orbit%u + change
          before = orbit%correction
       end do
-      ok = orbit%correction <= nearly
+      ! Where P jumps, the column of the parameter is steep, and corrections are small also far from a motion.
+      ok = ok .and. orbit%correction <= nearly .and. norm2(orbit%residual) <= nearly*(1.0_wp + growth)
       if (.not. ok) self%reason = "Newton's method does not converge"
    end subroutine correct
 

@@ -46,6 +46,27 @@ def text_of(seed, any_stop=False):
     return "\n".join(lines) + "\n"
 
 
+def driven_text_of(seed):
+    """The same machines driven by one tone and damped, without motion and record; bodies, tone, number of its load."""
+    lines, tones = [], []
+    for line in text_of(seed).splitlines():
+        tone = re.search(r"angular_frequency=(\S+?)[, ]", line)
+        if (
+            line.startswith(("&motion", "&record", "&initial"))
+            or "motion_angular_frequency" in line
+            or (tone and tones)
+        ):
+            continue
+        lines.append(line)
+        if tone:
+            tones = [float(tone[1]), 1 + sum(other.startswith("&load") for other in lines[:-1])]
+    mass = [float(m) for m in re.findall(r"&mass name='b\d', value=(\S+)", "\n".join(lines))]
+    for i, m in enumerate(mass):
+        k, b = 0.3 * m * tones[0] ** 2, 0.1 * m * tones[0]
+        lines.append(f"&spring between='b{i}','frame', stiffness={k:.17g}, damping={b:.17g} /")
+    return "\n".join(lines) + "\n", len(mass), *tones
+
+
 def springs(random, mass, speed):
     lines = []
     for i, m in enumerate(mass):

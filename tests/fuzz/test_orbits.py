@@ -1,0 +1,89 @@
+"""Branches of random machines: `dop853` comes back to every motion, and differences of `exact` give its multipliers."""
+
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import scenes
+
+BIN = Path(os.environ["RAZY_BUILD"]) / "bin"
+FIRST, LAST = (int(number) for number in os.environ.get("RAZY_FUZZ_SEEDS", "0:8").split(":"))
+# Newton's method had stood still where the motion jumps, and the branches went on with what were no motions.
+JUMPS = [125, 153, 381]
+PATIENCE = 200
+# Parts of the size of the motion by which states are changed, and of the largest multiplier that it errs by then.
+CHANGE, ERROR = 1e-8, 1e-3
+
+
+def branches(text, tone, load):
+    """Tone, period, state and multipliers of each motion that is no special point; nothing if none was found."""
+    text += f"&motion t_end={400 / tone:.17g}, start='zero', integrator='exact', max_seconds=5.0 /\n"
+    text += "&record observable='displacement', of='b0', what='extrema' /\n"
+    text += f"&follow parameter='load({load})%angular_frequency', first={tone:.17g}, last={1.4 * tone:.17g}, "
+    Path("follow.nml").write_text(text + "doublings=1, max_points=60 /\n")
+    command = [BIN / "razy-follow", "follow.nml", "--force", "--anew", "--output", "follow.h5"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
+    if done.returncode == 2 and "no motion" in done.stderr:
+        return []
+    assert done.returncode in (0, 1), done.stderr
+    with h5py.File("follow.h5") as file:
+        point, special = file["point"], set(file["special/point"][:])
+        tones = next(point[name] for name in point if name.endswith("angular_frequency"))
+        columns = tones, *(point[name] for name in ("period", "state", "multiplier"))
+        return [[column[i] for column in columns] for i in range(len(tones)) if i not in special]
+
+
+def state_after(text, tone, period, state, integrator):
+    """The state a period later, or none where the start is refused, as beyond a rigid stop."""
+    n = len(state) // 2
+    text = re.sub(r"angular_frequency=[^, ]+", f"angular_frequency={tone:.17g}", text)
+    for i in range(n):
+        text += f"&initial on='b{i}', displacement={state[i]:.17g}, velocity={state[n + i]:.17g} /\n"
+    text += f"&motion t_end={period:.17g}, start='given', integrator='{integrator}', relative_tolerance=1e-12, "
+    text += "absolute_tolerance=1e-17, max_seconds=20 /\n"
+    text += f"&record observable='state', what='trajectory', interval={period:.17g} /\n"
+    Path("run.nml").write_text(text)
+    done = subprocess.run([BIN / "razy-run", "run.nml", "--force", "--output", "run.h5"], timeout=PATIENCE)
+    if done.returncode == 2:
+        return None
+    with h5py.File("run.h5") as file:
+        return np.concatenate([file["state/displacement"][-1], file["state/velocity"][-1]])
+
+
+def multipliers_by_differences(text, tone, period, state, unit):
+    """Moduli of the multipliers, the largest first, or none where a start is refused."""
+    matrix = np.empty((len(state), len(state)))
+    for k, size in enumerate(unit):
+        step = CHANGE * size * np.eye(len(state))[k]
+        ends = [state_after(text, tone, period, state + sign * step, "exact") for sign in (1, -1)]
+        if any(end is None for end in ends):
+            return None
+        matrix[:, k] = (ends[0] - ends[1]) / (2 * CHANGE) / unit
+    return np.sort(np.abs(np.linalg.eigvals(matrix)))[::-1]
+
+
+@pytest.mark.parametrize("seed", [*JUMPS, *range(FIRST, LAST)])
+def test_motions_of_branches_are_motions(seed, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text, n, tone, load = scenes.driven_text_of(seed)
+    found = branches(text, tone, load)
+    random = np.random.default_rng(seed)
+    # Of each branch the end too: there it may be no motion any more.
+    for i in {*random.integers(len(found), size=2), len(found) - 1} if found else ():
+        tone, period, state, multiplier = found[i]
+        state, multiplier = state.reshape(-1), np.sort(np.hypot(*multiplier))[::-1]
+        size = np.max(np.abs(state[:n])) + np.max(np.abs(state[n:])) / tone
+        # What contacts do not feel is not followed.
+        if len(multiplier) < 2 * n or size == 0:
+            continue
+        unit = np.repeat([size, size * tone], n)
+        away = np.max(np.abs(state_after(text, tone, period, state, "dop853") - state) / unit)
+        assert away < 1e-7 * max(1, multiplier[0])
+        differences = multipliers_by_differences(text, tone, period, state, unit)
+        if differences is not None and i != len(found) - 1:
+            assert differences == pytest.approx(multiplier, abs=ERROR * max(1, multiplier[0]))
