@@ -18,6 +18,7 @@ JUMPS = [125, 153, 381]
 PATIENCE = 200
 # Parts of the size of the motion by which states are changed, and of the largest multiplier that it errs by then.
 CHANGE, ERROR = 1e-8, 1e-3
+STEEP = 10
 
 
 def branches(text, tone, load):
@@ -84,6 +85,9 @@ def test_motions_of_branches_are_motions(seed, tmp_path, monkeypatch):
         unit = np.repeat([size, size * tone], n)
         away = np.max(np.abs(state_after(text, tone, period, state, "dop853") - state) / unit)
         assert away < 1e-7 * max(1, multiplier[0])
-        differences = multipliers_by_differences(text, tone, period, state, unit)
-        if differences is not None and i != len(found) - 1:
+        # Beside a grazing the largest multiplier grows without bound, and no change is small enough.
+        differences = None
+        if multiplier[0] < STEEP and i != len(found) - 1:
+            differences = multipliers_by_differences(text, tone, period, state, unit)
+        if differences is not None:
             assert differences == pytest.approx(multiplier, abs=ERROR * max(1, multiplier[0]))
