@@ -16,8 +16,10 @@ FIRST, LAST = (int(number) for number in os.environ.get("RAZY_FUZZ_SEEDS", "0:8"
 # Newton's method had stood still where the motion jumps, and the branches went on with what were no motions.
 JUMPS = [125, 153, 381]
 PATIENCE = 200
-# Parts of the size of the motion by which states are changed, and of the largest multiplier that it errs by then.
-CHANGE, ERROR = 1e-8, 1e-3
+# Parts of the size of the motion by which states are changed: a small one for events that are near, a larger one for
+# rounding that grows; one has to agree.
+CHANGES, ERROR = (1e-8, 1e-7), 1e-3
+# Beside a grazing the largest multiplier grows without bound, and no change is small enough.
 STEEP = 10
 
 
@@ -29,7 +31,7 @@ def branches(text, tone, load):
     Path("follow.nml").write_text(text + "doublings=1, max_points=60 /\n")
     command = [BIN / "razy-follow", "follow.nml", "--force", "--anew", "--output", "follow.h5"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
-    if done.returncode == 2 and "no motion" in done.stderr:
+    if done.returncode == 2 and ("no motion" in done.stderr or "does not come through" in done.stderr):
         return []
     assert done.returncode in (0, 1), done.stderr
     with h5py.File("follow.h5") as file:
@@ -56,15 +58,15 @@ def state_after(text, tone, period, state, integrator):
         return np.concatenate([file["state/displacement"][-1], file["state/velocity"][-1]])
 
 
-def multipliers_by_differences(text, tone, period, state, unit):
+def multipliers_by_differences(text, tone, period, state, unit, change):
     """Moduli of the multipliers, the largest first, or none where a start is refused."""
     matrix = np.empty((len(state), len(state)))
     for k, size in enumerate(unit):
-        step = CHANGE * size * np.eye(len(state))[k]
+        step = change * size * np.eye(len(state))[k]
         ends = [state_after(text, tone, period, state + sign * step, "exact") for sign in (1, -1)]
         if any(end is None for end in ends):
             return None
-        matrix[:, k] = (ends[0] - ends[1]) / (2 * CHANGE) / unit
+        matrix[:, k] = (ends[0] - ends[1]) / (2 * change) / unit
     return np.sort(np.abs(np.linalg.eigvals(matrix)))[::-1]
 
 
@@ -85,9 +87,10 @@ def test_motions_of_branches_are_motions(seed, tmp_path, monkeypatch):
         unit = np.repeat([size, size * tone], n)
         away = np.max(np.abs(state_after(text, tone, period, state, "dop853") - state) / unit)
         assert away < 1e-7 * max(1, multiplier[0])
-        # Beside a grazing the largest multiplier grows without bound, and no change is small enough.
-        differences = None
-        if multiplier[0] < STEEP and i != len(found) - 1:
-            differences = multipliers_by_differences(text, tone, period, state, unit)
-        if differences is not None:
-            assert differences == pytest.approx(multiplier, abs=ERROR * max(1, multiplier[0]))
+        if multiplier[0] > STEEP or i == len(found) - 1:
+            continue
+        for change in CHANGES:
+            differences = multipliers_by_differences(text, tone, period, state, unit, change)
+            if differences is None or np.max(np.abs(differences - multiplier)) < ERROR:
+                break
+        assert differences is None or differences == pytest.approx(multiplier, abs=ERROR)
