@@ -305,6 +305,9 @@ contains
       outcome%impacts = self%transition%impacts
       call self%switching%begin(self%system%machine, self%transition%dynamics%mode%branch)
       self%branch = self%transition%dynamics%mode%branch
+      if (allocated(self%tangent) .and. outcome%status == status_ok) then
+         call self%transition%saltation%hold(self%system, self%transition%dynamics, self%tangent)
+      end if
       if (outcome%status == status_ok .and. outcome%impacts > 0) call show_changes(self, 1, piece, observers, outcome)
    end subroutine begin
 

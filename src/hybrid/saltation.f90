@@ -13,6 +13,7 @@
 !! vanishes. Both are said, in `defined`, and nothing is divided by.
 module razy_hybrid_saltation
    use razy_core_kinds, only: wp
+   use razy_hybrid_constraints, only: constraints_t, new_constraints
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_guards, only: guards_t, of_force, of_press
    use razy_hybrid_system, only: system_t
@@ -33,6 +34,7 @@ module razy_hybrid_saltation
       procedure :: begin
       procedure :: add_impulses
       procedure :: add_projection
+      procedure, nopass :: hold
       procedure :: arrive
       procedure :: leave
    end type saltation_t
@@ -75,6 +77,28 @@ contains
          self%by_state(:m, :) = self%by_state(:m, :) + matmul(effect, matmul(transpose(direction), self%by_state(:m, :)))
       end associate
    end subroutine add_projection
+
+   !> The tangents (2m, columns) where a motion starts in a mode with constraints: a neighbour that is off them comes to them at
+   !> once, to first order, by impacts and friction, which act in their directions.
+   subroutine hold(system, dynamics, tangent)
+      type(system_t), intent(in) :: system
+      type(dynamics_t), intent(in) :: dynamics
+      real(wp), intent(inout) :: tangent(:, :)
+
+      type(constraints_t) :: closed
+      integer :: c, i
+      integer, allocatable :: rigid(:)
+
+      associate (held => dynamics%mode%constraints, m => system%m, w => system%w)
+         if (held%count == 0) return
+         rigid = pack(held%contact, [(system%machine%contact(held%contact(i))%law%impacts, i=1, held%count)])
+         call new_constraints(closed, w, rigid, [integer ::], [integer ::], [real(wp) ::])
+         do c = 1, size(tangent, 2)
+            call held%displace(w, -matmul(tangent(m + 1:, c), w(:, held%contact)), tangent(m + 1:, c))
+            if (closed%count > 0) call closed%displace(w, -matmul(tangent(:m, c), w(:, rigid)), tangent(:m, c))
+         end do
+      end associate
+   end subroutine hold
 
    !> The event at (tau, z) in the mode before it, where the guards `hit` are left: the tangents (2m, columns) there, and by
    !> how much it comes later for each.

@@ -56,6 +56,25 @@ def test_impact_oscillator():
     assert end == pytest.approx(tuple(state), abs=1e-11)
 
 
+def test_stop_that_stays_closed():
+    """A mass held on a rigid stop: the other is a damped oscillator, and what is held has multipliers of 0."""
+    text = ["&scene kind='lumped' /", "&mass name='free', value=1.0 /", "&mass name='held', value=1.0 /"]
+    text += ["&spring between='free','frame', stiffness=100.0, damping=0.5 /"]
+    text += ["&spring between='free','held', stiffness=50.0, damping=0.1 /"]
+    text += ["&stop name='s', between='held','frame', side='lower', clearance=0.0, law='rigid', restitution=0.3 /"]
+    text += ["&load on='held', value=-50.0 /", "&load on='free', amplitude=4.0, angular_frequency=8.0 /"]
+    text += ["&motion t_end=40.0, start='zero', integrator='exact' /"]
+    text += ["&record observable='displacement', of='free', what='extrema' /"]
+    text += ["&follow parameter='load(2)%angular_frequency', first=8.0, last=9.0 /"]
+    Path("held.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("held.nml")) as file:
+        found, largest = multipliers(file), file["extrema/displacement.free/value"][0]
+        period = file["point/period"][0]
+    damped = np.exp((-0.3 + 1j * np.sqrt(150 - 0.09)) * period)
+    assert found == pytest.approx(np.sort_complex([0, 0, damped, damped.conjugate()]), abs=1e-12)
+    assert abs(largest) == pytest.approx(4 / np.hypot(150 - 64, 0.6 * 8), rel=1e-12)
+
+
 def one_impact(omega, periods, damping=0.2):
     """Find the orbit x'' + 0.2 x' + x = cos(ωt) of one elastic impact with x <= 0 in so many periods, in closed form.
 
