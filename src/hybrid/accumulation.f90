@@ -153,7 +153,7 @@ contains
    end subroutine follow
 
    !> Whether contact j is closed rigidly, or sticks under one that is.
-   logical function is_held(system, branch, j) result(held)
+   pure logical function is_held(system, branch, j) result(held)
       type(system_t), intent(in) :: system
       integer, intent(in) :: branch(:), j
 
