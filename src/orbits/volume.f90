@@ -2,7 +2,7 @@
 !! goes on, Liouville's formula, and by the restitution twice at an impact of a rigid stop. So det ∂P/∂x and the sum of all
 !! Lyapunov exponents are known in another way.
 module razy_orbits_volume
-   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use razy_contact_contact_law, only: branch_sticking
    use razy_core_kinds, only: wp
    use razy_hybrid_flow, only: flow_t
@@ -52,6 +52,7 @@ contains
       integer :: j, struck
       logical :: known
 
+      if (ieee_is_nan(self%logarithm)) return
       struck = 0
       known = .true.
       select type (by => part%by)
