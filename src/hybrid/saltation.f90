@@ -10,7 +10,8 @@
 !! What a reset does is gathered as it happens: impulses of impacts with the sides and the friction that take part as they do;
 !! at an accumulation of impacts the derivative is that of its limit, the constraint's projection (Nordmark and Piiroinen,
 !! Nonlinear Dyn. 58 (2009) 85-106). Several guards left at once have no single derivative; at a grazing the denominator
-!! vanishes. Both are said, in `defined`, and nothing is divided by.
+!! vanishes. Both are said, in `defined`, and nothing is divided by; tangents come to the constraints of the mode that follows,
+!! as they do where a body that has hardly begun to slide sticks again.
 module razy_hybrid_saltation
    use razy_core_kinds, only: wp
    use razy_hybrid_constraints, only: constraints_t, new_constraints
@@ -26,6 +27,8 @@ module razy_hybrid_saltation
    type :: saltation_t
       !> Whether tangents are carried, and whether all events so far have a derivative.
       logical :: wanted = .false., defined = .true.
+      !> Whether that under way has one.
+      logical, private :: regular = .true.
       !> R_z (2m, 2m) and R_t (2m) of the event under way.
       real(wp), allocatable, private :: by_state(:, :), by_time(:)
       !> f⁻ (2m), the tangents at the event that comes later by δt (2m, columns), and δt (columns).
@@ -78,8 +81,8 @@ contains
       end associate
    end subroutine add_projection
 
-   !> The tangents (2m, columns) where a motion starts in a mode with constraints: a neighbour that is off them comes to them at
-   !> once, to first order, by impacts and friction, which act in their directions.
+   !> The tangents (2m, columns) in a mode with constraints where a motion starts, or an event has no derivative: a neighbour that
+   !> is off them comes to them at once, to first order, by impacts and friction, which act in their directions.
    subroutine hold(system, dynamics, tangent)
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(in) :: dynamics
@@ -111,25 +114,26 @@ contains
       real(wp), intent(in) :: tau, z(:), tangent(:, :)
 
       real(wp), dimension(guards%count) :: g, rate
-      logical :: moving(guards%count)
+      logical :: crosses, moving(guards%count)
       real(wp) :: field(2*system%m)
       integer :: c, i
 
       call self%begin(system%m)
       self%delay = spread(0.0_wp, 1, size(tangent, 2))
       self%moved = tangent
+      self%regular = .true.
       ! Where friction's pressing force goes through zero the field is continuous, and the event moves nothing.
       moving = hit(:guards%count) .and. guards%entry(:guards%count)%function /= of_press
       i = findloc(moving, .true., 1)
       if (i == 0) return
-      if (count(moving) > 1) self%defined = .false.
+      self%regular = count(moving) == 1
       call field_of(system, dynamics, tau, z, field)
       call guards%look(system, dynamics, tau, z, g, rate)
       if (guards%entry(i)%function == of_force) rate(i) = rate_of_force(system, dynamics, guards, i, tau, z, field)
-      if (.not. abs(rate(i)) > grazing*largest_rate(system, guards, i, field)) then
-         self%defined = .false.
-         return
-      end if
+      crosses = abs(rate(i)) > grazing*largest_rate(system, guards, i, field)
+      self%regular = self%regular .and. crosses
+      self%defined = self%defined .and. self%regular
+      if (.not. crosses) return
       do c = 1, size(tangent, 2)
          self%delay(c) = -slope_along(system, dynamics, guards, i, tau, z, tangent(:, c))/rate(i)
          self%moved(:, c) = tangent(:, c) + field*self%delay(c)
@@ -242,6 +246,7 @@ contains
       do c = 1, size(tangent, 2)
          tangent(:, c) = tangent(:, c) + (self%by_time - field)*self%delay(c)
       end do
+      if (.not. self%regular) call self%hold(system, dynamics, tangent)
    end subroutine leave
 
 end module razy_hybrid_saltation

@@ -13,12 +13,13 @@ import scenes
 
 BIN = Path(os.environ["RAZY_BUILD"]) / "bin"
 FIRST, LAST = (int(number) for number in os.environ.get("RAZY_FUZZ_SEEDS", "0:8").split(":"))
-# Newton's method had stood still where the motion jumps, and the branches went on with what were no motions.
-JUMPS = [125, 153, 381]
+# Newton's method had stood still where the motion jumps, and the branches went on with what were no motions. In the
+# last, what sticks and hardly slides had a wrong multiplier.
+ONCE_WRONG = [125, 153, 381, 633]
 PATIENCE = 200
-# Parts of the size of the motion by which states are changed: a small one for events that are near, a larger one for
+# Parts of the size of the motion by which states are changed: small ones for events that are near, a larger one for
 # rounding that grows; one has to agree.
-CHANGES, ERROR = (1e-8, 1e-7), 1e-3
+CHANGES, ERROR = (1e-9, 1e-8, 1e-7), 1e-3
 # Beside a grazing the largest multiplier grows without bound, and no change is small enough.
 STEEP = 10
 
@@ -70,7 +71,7 @@ def multipliers_by_differences(text, tone, period, state, unit, change):
     return np.sort(np.abs(np.linalg.eigvals(matrix)))[::-1]
 
 
-@pytest.mark.parametrize("seed", [*JUMPS, *range(FIRST, LAST)])
+@pytest.mark.parametrize("seed", [*ONCE_WRONG, *range(FIRST, LAST)])
 def test_motions_of_branches_are_motions(seed, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text, n, tone, load = scenes.driven_text_of(seed)
