@@ -20,6 +20,8 @@ PATIENCE = 200
 # Parts of the size of the motion by which states are changed: small ones for events that are near, a larger one for
 # rounding that grows; one has to agree.
 CHANGES, ERROR = (1e-9, 1e-8, 1e-7), 1e-3
+# No change of that size comes to so much of the size of the motion, but where the motion jumps.
+JUMP = 1e-3
 # Beside a grazing the largest multiplier grows without bound, and no change is small enough.
 STEEP = 10
 
@@ -60,12 +62,12 @@ def state_after(text, tone, period, state, integrator):
 
 
 def multipliers_by_differences(text, tone, period, state, unit, change):
-    """Moduli of the multipliers, the largest first, or none where a start is refused."""
+    """Moduli of the multipliers, the largest first; none where a start is refused, or static friction lets go."""
     matrix = np.empty((len(state), len(state)))
     for k, size in enumerate(unit):
         step = change * size * np.eye(len(state))[k]
         ends = [state_after(text, tone, period, state + sign * step, "exact") for sign in (1, -1)]
-        if any(end is None for end in ends):
+        if any(end is None for end in ends) or np.max(np.abs(ends[0] - ends[1]) / unit) > JUMP:
             return None
         matrix[:, k] = (ends[0] - ends[1]) / (2 * change) / unit
     return np.sort(np.abs(np.linalg.eigvals(matrix)))[::-1]
