@@ -3,6 +3,7 @@
 import os
 import re
 import subprocess
+from itertools import chain
 from pathlib import Path
 
 import h5py
@@ -20,7 +21,7 @@ PATIENCE = 200
 # Parts of the size of the motion by which states are changed: small ones for events that are near, a larger one for
 # rounding that grows; one has to agree.
 CHANGES, ERROR = (1e-9, 1e-8, 1e-7), 1e-3
-# No change of that size comes to so much of the size of the motion, but where the motion jumps.
+# The smallest change comes to so much of the size of the motion only where the motion jumps: nothing to compare there.
 JUMP = 1e-3
 # Beside a grazing the largest multiplier grows without bound, and no change is small enough.
 STEEP = 10
@@ -92,8 +93,11 @@ def test_motions_of_branches_are_motions(seed, tmp_path, monkeypatch):
         assert away < 1e-7 * max(1, multiplier[0])
         if multiplier[0] > STEEP or i == len(found) - 1:
             continue
-        for change in CHANGES:
-            differences = multipliers_by_differences(text, tone, period, state, unit, change)
-            if differences is None or np.max(np.abs(differences - multiplier)) < ERROR:
-                break
-        assert differences is None or differences == pytest.approx(multiplier, abs=ERROR)
+        by_change = (multipliers_by_differences(text, tone, period, state, unit, change) for change in CHANGES)
+        smallest = next(by_change)
+        if smallest is None:
+            continue
+        agree = (
+            near is not None and np.max(np.abs(near - multiplier)) < ERROR for near in chain([smallest], by_change)
+        )
+        assert any(agree), (smallest, multiplier)
