@@ -5,7 +5,7 @@ module razy_linalg_lapack
    implicit none(type, external)
    private
 
-   public :: dgeev, dgemm, dgetrf, dgetrs, dpbtrf, dpbtrs, dpotrf, dpotrs, dsaupd, dseupd, dsyev, dsygvd, dtrsm, &
+   public :: dgeev, dgemm, dgesvd, dgetrf, dgetrs, dpbtrf, dpbtrs, dpotrf, dpotrs, dsaupd, dseupd, dsyev, dsygvd, dtrsm, &
              zgbsv, zgesv, zgetrf, zgetrs
 
    interface
@@ -30,6 +30,17 @@ module razy_linalg_lapack
          real(wp), intent(out) :: wr(*), wi(*), vl(ldvl, *), vr(ldvr, *), work(*)
          integer, intent(out) :: info
       end subroutine dgeev
+
+      !> Singular values and vectors of a general matrix.
+      subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
+         import :: wp
+         implicit none(type, external)
+         character, intent(in) :: jobu, jobvt
+         integer, intent(in) :: m, n, lda, ldu, ldvt, lwork
+         real(wp), intent(inout) :: a(lda, *)
+         real(wp), intent(out) :: s(*), u(ldu, *), vt(ldvt, *), work(*)
+         integer, intent(out) :: info
+      end subroutine dgesvd
 
       !> Triangular factors of a general matrix.
       subroutine dgetrf(m, n, a, lda, ipiv, info)
