@@ -14,11 +14,15 @@
 !!
 !! and x'' + B_x x' + K_x x = f_x is an equation like that of free motion, in which the ξ are rigid modes. Where K_q is not
 !! symmetric or has slow modes that ξ moves, a = b = 0 and the coupling stays in K_x and B_x, which are then not symmetric.
+!!
+!! Motions among the η without stiffness, and those without damping too, are known from the directions of elements and contacts
+!! (razy_machine_free_motions). They are the last columns of Q, and what K and B do to them is 0, not what rounding leaves of it.
 module razy_exact_constrained_motion
    use razy_core_kinds, only: wp
    use razy_hybrid_constraints, only: constraints_t
    use razy_hybrid_linear_form, only: linear_form_t, new_form
    use razy_linalg_eigen, only: symmetric_eigen
+   use razy_linalg_null_space, only: complement_of
    implicit none(type, external)
    private
 
@@ -27,6 +31,8 @@ module razy_exact_constrained_motion
    !> Coordinates (m) of a state with constraints (n, of rank r).
    type :: constrained_motion_t
       integer :: m = 0, n = 0, rank = 0
+      !> The last of the η have no stiffness; of these the first `rigid` have no damping either.
+      integer :: unsprung = 0, rigid = 0
       !> Whether constraint forces exist.
       logical :: found = .true.
       !> Whether a and b are used.
@@ -43,8 +49,8 @@ module razy_exact_constrained_motion
       !> a (m - r, r), and B_q a + B_r (m - r, r).
       real(wp), allocatable, private :: follow(:, :), drag(:, :)
    contains
-      procedure :: projected
       procedure :: transform_matrices
+      procedure :: unsprung_in_x
       procedure :: load_of
       procedure :: harmonic_of
       procedure :: form_of
@@ -61,11 +67,13 @@ module razy_exact_constrained_motion
 contains
 
    !> The coordinates for `constraints` with the directions `w` (m, contacts) of all contacts and the coefficients `phi` of the
-   !> friction that the constraints press; `k` and `b` (m, m) are those of motion without constraints, `drive` (n) the speeds c.
-   subroutine new_constrained_motion(self, constraints, w, phi, k, b, drive)
+   !> friction that the constraints press; `k` and `b` (m, m) are those of motion without constraints, `drive` (n) the speeds c,
+   !> `free` (m, r) the motions without stiffness, the first `rigid` without damping, too.
+   subroutine new_constrained_motion(self, constraints, w, phi, k, b, drive, free, rigid)
       type(constrained_motion_t), intent(out) :: self
       type(constraints_t), intent(in) :: constraints
-      real(wp), intent(in) :: w(:, :), phi(:), k(:, :), b(:, :), drive(:)
+      real(wp), intent(in) :: w(:, :), phi(:), k(:, :), b(:, :), drive(:), free(:, :)
+      integer, intent(in) :: rigid
 
       real(wp) :: d(size(w, 1), constraints%count), unit(constraints%count)
       integer :: i, m, n
@@ -75,6 +83,8 @@ contains
       self%m = m
       self%n = n
       self%rank = constraints%rank
+      self%unsprung = size(free, 2)
+      self%rigid = rigid
       self%contact = constraints%contact(:n)
       self%sliding = constraints%sliding(:constraints%couplings)
       self%row = constraints%row(:constraints%couplings)
@@ -92,7 +102,7 @@ contains
       end do
       self%pull = matmul(self%lambda, transpose(w(:, self%contact)))
       self%push = matmul(d, self%lambda)
-      call find_bases(self, constraints, w(:, self%contact))
+      call find_bases(self, constraints, w(:, self%contact), free)
       self%left = transpose(self%q)
       if (constraints%couplings > 0) self%left = self%left - matmul(matmul(self%left, self%push), transpose(w(:, self%contact)))
       call separate(self, k, b, drive)
@@ -104,16 +114,16 @@ contains
       end associate
    end subroutine new_constrained_motion
 
-   !> R, Q and S; Q are the last columns of Householder's reflections that take R to the first unit vectors.
-   subroutine find_bases(self, constraints, w)
+   !> R, Q and S.
+   subroutine find_bases(self, constraints, w, free)
       type(constrained_motion_t), intent(inout) :: self
       type(constraints_t), intent(in) :: constraints
-      real(wp), intent(in) :: w(:, :)
+      real(wp), intent(in) :: w(:, :), free(:, :)
 
-      real(wp) :: mirror(self%m, self%rank), rest(self%m, self%rank), square, twice(self%rank)
-      integer :: i, j
+      real(wp) :: square
+      integer :: i
 
-      allocate (self%r(self%m, self%rank), self%q(self%m, self%m - self%rank), self%settle(self%rank, self%n))
+      allocate (self%r(self%m, self%rank), self%settle(self%rank, self%n))
       do i = 1, self%rank
          associate (v => constraints%range(:, i))
             square = dot_product(v, matmul(constraints%gram, v))
@@ -121,24 +131,9 @@ contains
             self%settle(i, :) = v/sqrt(square)
          end associate
       end do
-      rest = self%r
-      mirror = 0.0_wp
-      do i = 1, self%rank
-         mirror(i:, i) = rest(i:, i)
-         mirror(i, i) = mirror(i, i) + sign(norm2(rest(i:, i)), rest(i, i))
-         ! Not normalised, so that unit vectors stay what they are.
-         twice(i) = 2/dot_product(mirror(:, i), mirror(:, i))
-         do j = i, self%rank
-            rest(:, j) = rest(:, j) - mirror(:, i)*(twice(i)*dot_product(mirror(:, i), rest(:, j)))
-         end do
-      end do
-      self%q = 0.0_wp
-      do j = 1, self%m - self%rank
-         self%q(self%rank + j, j) = 1.0_wp
-         do i = self%rank, 1, -1
-            self%q(:, j) = self%q(:, j) - mirror(:, i)*(twice(i)*dot_product(mirror(:, i), self%q(:, j)))
-         end do
-      end do
+      associate (known => reshape([self%r, free], [self%m, self%rank + self%unsprung]))
+         self%q = reshape([complement_of(known), free], [self%m, self%m - self%rank])
+      end associate
    end subroutine find_bases
 
    !> a, b and y0, or none of them.
@@ -156,10 +151,8 @@ contains
          allocate (self%follow(free, self%rank), self%drag(free, self%rank), source=0.0_wp)
          allocate (self%y0(self%m), source=0.0_wp)
          if (free == 0) return
-         kq = self%projected(k, self%q)
-         bq = self%projected(b, self%q)
-         kr = self%projected(k, self%r)
-         self%drag = self%projected(b, self%r)
+         call project(self, k, self%unsprung, kq, kr)
+         call project(self, b, self%rigid, bq, self%drag)
          lag = 0.0_wp
          self%apart = all(abs(kq - transpose(kq)) <= rounding*maxval(abs(kq)))
          if (self%apart) then
@@ -179,7 +172,7 @@ contains
             self%y0 = -matmul(self%q, matmul(lag, matmul(self%settle, drive)))
          else
             self%follow = 0.0_wp
-            self%drag = self%projected(b, self%r)
+            call project(self, b, self%rigid, bq, self%drag)
          end if
       end associate
 
@@ -209,21 +202,33 @@ contains
 
    end subroutine separate
 
-   !> Qᵀ P A V. What is rounding of its terms, or of Q and V, is nothing: the stiffness between bodies that are held together is
-   !> none of the free motion, which would have a slow mode else where it has a rigid one.
-   pure function projected(self, a, v) result(product)
-      class(constrained_motion_t), intent(in) :: self
-      real(wp), intent(in) :: a(:, :), v(:, :)
-      real(wp) :: product(size(self%left, 1), size(v, 2))
+   !> Qᵀ P A Q and Qᵀ P A R. The first `still` of the last columns of Q are not felt by A; where A and P are symmetric, neither are
+   !> their rows. Else what is rounding of its terms, or of Q and R, is nothing.
+   subroutine project(self, a, still, on_free, on_held)
+      type(constrained_motion_t), intent(in) :: self
+      real(wp), intent(in) :: a(:, :)
+      integer, intent(in) :: still
+      real(wp), intent(out) :: on_free(:, :), on_held(:, :)
 
-      real(wp) :: by_left(size(self%left, 1)), by_v(size(v, 2))
+      real(wp) :: product(size(self%left, 1), self%m), v(self%m, self%m)
+      real(wp) :: by_left(size(self%left, 1)), by_v(self%m)
 
-      product = matmul(self%left, matmul(a, v))
-      by_left = sum(matmul(abs(self%left), abs(a)), dim=2)
-      by_v = sum(matmul(abs(a), abs(v)), dim=1)
-      where (abs(product) <= 16*self%m*epsilon(1.0_wp)*(spread(by_left, 2, size(by_v)) + spread(by_v, 1, size(by_left)))) &
-         product = 0.0_wp
-   end function projected
+      associate (free => self%m - self%rank)
+         v(:, :free) = self%q
+         v(:, free + 1:) = self%r
+         product = matmul(self%left, matmul(a, v))
+         by_left = sum(matmul(abs(self%left), abs(a)), dim=2)
+         by_v = sum(matmul(abs(a), abs(v)), dim=1)
+         where (abs(product) <= 16*self%m*epsilon(1.0_wp)*(spread(by_left, 2, size(by_v)) + spread(by_v, 1, size(by_left)))) &
+            product = 0.0_wp
+         associate (first => free - self%unsprung + 1, last => free - self%unsprung + still)
+            product(:, first:last) = 0.0_wp
+            if (size(self%sliding) == 0 .and. all(abs(a - transpose(a)) <= rounding*maxval(abs(a)))) product(first:last, :) = 0.0_wp
+         end associate
+         on_free = product(:, :free)
+         on_held = product(:, free + 1:)
+      end associate
+   end subroutine project
 
    !> K_x and B_x (m, m) from K and B.
    subroutine transform_matrices(self, k, b)
@@ -235,18 +240,38 @@ contains
       kx = 0.0_wp
       bx = 0.0_wp
       associate (free => self%m - self%rank)
-         kx(:free, :free) = self%projected(k, self%q)
-         bx(:free, :free) = self%projected(b, self%q)
+         call project(self, k, self%unsprung, kx(:free, :free), kx(:free, free + 1:))
+         call project(self, b, self%rigid, bx(:free, :free), bx(:free, free + 1:))
          if (self%apart) then
+            kx(:, free + 1:) = 0.0_wp
+            bx(:, free + 1:) = 0.0_wp
             kx = 0.5_wp*(kx + transpose(kx))
-         else
-            kx(:free, free + 1:) = self%projected(k, self%r)
-            bx(:free, free + 1:) = self%drag
          end if
       end associate
       k = kx
       b = bx
    end subroutine transform_matrices
+
+   !> The motions without stiffness in x (m, r), the first `rigid` without damping, too. The ξ are some of them where nothing
+   !> couples them with the η.
+   pure subroutine unsprung_in_x(self, shape, rigid)
+      class(constrained_motion_t), intent(in) :: self
+      real(wp), allocatable, intent(out) :: shape(:, :)
+      integer, intent(out) :: rigid
+
+      integer :: at(self%unsprung + self%rank), i, used
+
+      associate (free => self%m - self%rank)
+         used = merge(self%rank, 0, self%apart)
+         rigid = used + self%rigid
+         at(:used) = [(free + i, i=1, used)]
+         at(used + 1:used + self%unsprung) = [(free - self%unsprung + i, i=1, self%unsprung)]
+      end associate
+      allocate (shape(self%m, used + self%unsprung), source=0.0_wp)
+      do i = 1, size(shape, 2)
+         shape(at(i), i) = 1.0_wp
+      end do
+   end subroutine unsprung_in_x
 
    !> The constant part of f_x (m) under the load (m).
    pure function load_of(self, load) result(in_x)

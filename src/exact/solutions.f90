@@ -169,7 +169,8 @@ contains
       integer, intent(in) :: i
 
       real(wp) :: k(system%m, system%m), b(system%m, system%m)
-      integer :: j, other
+      real(wp), allocatable :: free(:, :)
+      integer :: j, other, rigid
 
       associate (basis => self%of(i)%basis, constrained => self%of(i)%constrained)
          if (.not. system%constrained) then
@@ -184,16 +185,18 @@ contains
             return
          end if
          call mode%matrices(system, k, b)
+         call mode%free_motions(system, free, rigid)
          if (mode%constraints%count > 0) then
             call new_constrained_motion(constrained, mode%constraints, system%w, coefficients(system, mode), k, b, &
-                                        [(system%machine%contact(mode%constraints%contact(j))%drive, j=1, mode%constraints%count)])
+                                        drives(system, mode), free, rigid)
             if (.not. constrained%found) then
                basis%info = 1
                return
             end if
             call constrained%transform_matrices(k, b)
+            call constrained%unsprung_in_x(free, rigid)
          end if
-         call new_modal_basis(basis, k, b, impacts=.true.)
+         call new_modal_basis(basis, k, b, free, rigid, impacts=.true.)
       end associate
    end subroutine find_eigenmodes
 
@@ -226,6 +229,19 @@ contains
          if (slides) slides = .not. system%machine%contact(by)%law%impacts
       end associate
    end function slides_under_spring
+
+   !> Speeds with which what is held is driven (constraints).
+   pure function drives(system, mode) result(drive)
+      type(system_t), intent(in) :: system
+      type(mode_t), intent(in) :: mode
+      real(wp) :: drive(mode%constraints%count)
+
+      integer :: i
+
+      do i = 1, size(drive)
+         drive(i) = system%machine%contact(mode%constraints%contact(i))%drive
+      end do
+   end function drives
 
    !> Coefficients of the friction that constraints press (couplings).
    pure function coefficients(system, mode) result(phi)

@@ -40,6 +40,7 @@ module razy_hybrid_mode
       procedure :: force_form
       procedure :: normal_form
       procedure :: matrices
+      procedure :: free_motions
       procedure :: damping_trace
       procedure :: loads
    end type mode_t
@@ -206,6 +207,29 @@ contains
          end do
       end do
    end subroutine matrices
+
+   !> The motions (m, r) that have no stiffness, orthonormal; the first `rigid` have no damping either.
+   subroutine free_motions(self, system, shape, rigid)
+      class(mode_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      real(wp), allocatable, intent(out) :: shape(:, :)
+      integer, intent(out) :: rigid
+
+      logical :: held(size(self%branch)), felt(size(self%branch))
+      integer :: j
+
+      do j = 1, size(self%branch)
+         associate (law => system%machine%contact(j)%law)
+            held(j) = law%constraint(self%branch(j))
+            felt(j) = held(j)
+            ! Friction under a contact is felt where that contact is.
+            if (law%of_normal .or. held(j)) cycle
+            held(j) = abs(law%branch(self%branch(j))%stiffness) > 0.0_wp
+            felt(j) = held(j) .or. abs(law%branch(self%branch(j))%damping) > 0.0_wp
+         end associate
+      end do
+      call system%free%in_state(held, felt, shape, rigid)
+   end subroutine free_motions
 
    !> Trace of B, 1/s; volumes of states shrink with it.
    pure function damping_trace(self, system) result(trace)

@@ -11,6 +11,7 @@ module razy_hybrid_system
    use razy_hybrid_linear_form, only: linear_form_t, new_form, zero_form
    use razy_linalg_pattern, only: find_profile
    use razy_machine_coupled, only: coupled_t, new_coupled
+   use razy_machine_free_motions, only: free_motions_t, new_free_motions
    use razy_machine_machine, only: machine_t, observe_contact_force, same_structure
    implicit none(type, external)
    private
@@ -20,6 +21,8 @@ module razy_hybrid_system
    type :: system_t
       type(machine_t) :: machine
       type(coupled_t) :: coupled
+      !> Its motions without stiffness and damping, by structure.
+      type(free_motions_t) :: free
       !> Coupled coordinates; z has 2m components.
       integer :: m = 0
       !> Whether every coordinate is followed, not only those that contacts and observables feel.
@@ -69,6 +72,7 @@ contains
             return
          end if
          self%m = self%coupled%m
+         call new_free_motions(self%free, machine, self%coupled)
          if (allocated(self%coupled%gyroscopic)) then
             call find_profile(abs(self%coupled%stiffness) + abs(self%coupled%circulatory), &
                               abs(self%coupled%damping) + abs(self%coupled%gyroscopic), self%first, self%last)

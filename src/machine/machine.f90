@@ -11,10 +11,12 @@ module razy_machine_machine
    use razy_contact_contact_law, only: contact_law_t, same_slopes
    use razy_core_kinds, only: wp
    use razy_core_tone, only: tone_t
+   use razy_linalg_null_space, only: null_space
    implicit none(type, external)
    private
 
-   public :: add_contact, add_observable, contact_t, machine_t, mass_complaint, observable_t, plain_machine, same_structure
+   public :: add_contact, add_observable, contact_t, find_free_motions, machine_t, mass_complaint, observable_t, plain_machine, &
+             same_structure
    public :: observe_linear, observe_contact_force
 
    !> One contact: direction `w` (n), constant `offset` and excitation `error` (tones) of its variable s, and its law.
@@ -63,6 +65,9 @@ module razy_machine_machine
       character(16), allocatable :: unit(:), rate_unit(:)
       !> M, B, K (n, n): kg (kg m²), N s/m (N m s/rad), N/m (N m/rad).
       real(wp), allocatable :: mass(:, :), damping(:, :), stiffness(:, :)
+      !> Motions that no spring holds, and that no damper feels, all contacts open (n, r each): orthonormal, from the directions
+      !> of the elements, not from the matrices that these add up to. Not allocated where elements are not known.
+      real(wp), allocatable :: free_of_stiffness(:, :), free_of_damping(:, :)
       !> f0 (n), N (N m).
       real(wp), allocatable :: load(:)
       !> Frequencies of excitation and force phasors F (n, tones).
@@ -101,6 +106,20 @@ contains
       allocate (machine%load(n), machine%displacement(n), machine%velocity(n), source=0.0_wp)
       allocate (machine%tone(0), machine%harmonic_load(n, 0), machine%contact(0), machine%observable(0))
    end function plain_machine
+
+   !> The motions of a machine that stretch none of its `springs` (n, springs) and `dampers` (n, dampers), directions of elements.
+   subroutine find_free_motions(machine, springs, dampers)
+      type(machine_t), intent(inout) :: machine
+      real(wp), intent(in) :: springs(:, :), dampers(:, :)
+
+      integer :: info(2)
+
+      call null_space(springs, machine%free_of_stiffness, info(1))
+      call null_space(dampers, machine%free_of_damping, info(2))
+      ! Without singular values nothing is known to be free.
+      if (info(1) /= 0) machine%free_of_stiffness = machine%free_of_stiffness(:, :0)
+      if (info(2) /= 0) machine%free_of_damping = machine%free_of_damping(:, :0)
+   end subroutine find_free_motions
 
    !> Add a contact on wᵀq, m, with this law.
    subroutine add_contact(machine, name, w, law)

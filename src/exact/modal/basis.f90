@@ -8,11 +8,15 @@
 !!   instead.
 !! Coordinates that K and B do not couple are apart from the start, if these are not symmetric. In each set the symmetric
 !! eigenproblem of K, or of its symmetric part, comes first, so that repeated frequencies have orthogonal modes; modes that
-!! damping, gyroscopic or circulatory matrix couple form parts with a general eigenproblem of their own.
+!! damping, gyroscopic or circulatory matrix couple form parts with a general eigenproblem of their own. Modes without stiffness are
+!! not looked for among the eigenvalues: they are known (razy_machine_free_motions), and the eigenproblem is that of the others.
 module razy_exact_modal_basis
    use razy_core_kinds, only: qp, wp
+   use razy_linalg_dense, only: symmetric_part
    use razy_linalg_eigen, only: general_eigen, refine_eigen, symmetric_eigen
+   use razy_linalg_null_space, only: complement_of
    use razy_linalg_pattern, only: connected_sets, linked
+   use razy_machine_free_motions, only: part_of
    implicit none(type, external)
    private
 
@@ -54,16 +58,17 @@ module razy_exact_modal_basis
 
 contains
 
-   !> The modes of y'' + damping y' + stiffness y. `rigid` (m, r): orthonormal modes without stiffness, if they are known better
-   !> than the eigenproblem gives them. `impacts`: the machine has some.
-   subroutine new_modal_basis(self, stiffness, damping, rigid, impacts)
+   !> The modes of y'' + damping y' + stiffness y. `free` (m, r): orthonormal motions without stiffness, all there are; the first
+   !> `rigid` are without damping, too. `impacts`: the machine has some.
+   subroutine new_modal_basis(self, stiffness, damping, free, rigid, impacts)
       type(modal_basis_t), intent(out) :: self
-      real(wp), intent(in) :: stiffness(:, :), damping(:, :)
-      real(wp), intent(in), optional :: rigid(:, :)
+      real(wp), intent(in) :: stiffness(:, :), damping(:, :), free(:, :)
+      integer, intent(in) :: rigid
       logical, intent(in), optional :: impacts
 
       integer :: set(size(damping, 1)), i, j, m
       integer, allocatable :: members(:)
+      real(wp), allocatable :: chosen(:, :), damped(:, :), undamped(:, :)
 
       m = size(damping, 1)
       self%m = m
@@ -74,42 +79,46 @@ contains
       if (turning(stiffness, damping)) then
          set = connected_sets(linked(stiffness, rounding_of_sums) .or. linked(damping, rounding_of_sums))
       end if
+      if (all(set == 1)) then
+         call add_set(self, stiffness, damping, [(j, j=1, m)], free, rigid)
+         return
+      end if
       do i = 1, maxval(set)
          members = pack([(j, j=1, m)], set == i)
-         call add_set(self, stiffness, damping, members, rigid)
+         ! What is free is so in each of the sets.
+         call part_of(free(members, :rigid), undamped, chosen)
+         call part_of(free(members, rigid + 1:), damped, chosen)
+         call add_set(self, stiffness, damping, members, &
+                      reshape([undamped, damped], [size(members), size(undamped, 2) + size(damped, 2)]), size(undamped, 2))
          if (self%info /= 0) return
       end do
    end subroutine new_modal_basis
 
-   !> Add the modes of the coordinates `set`, which are coupled with no other.
-   subroutine add_set(self, stiffness, damping, set, rigid)
+   !> Add the modes of the coordinates `set`, which are coupled with no other; `free` (set, r) as above.
+   subroutine add_set(self, stiffness, damping, set, free, rigid)
       type(modal_basis_t), intent(inout) :: self
-      real(wp), intent(in) :: stiffness(:, :), damping(:, :)
-      integer, intent(in) :: set(:)
-      real(wp), intent(in), optional :: rigid(:, :)
+      real(wp), intent(in) :: stiffness(:, :), damping(:, :), free(:, :)
+      integer, intent(in) :: set(:), rigid
 
-      real(wp) :: phi(size(set), size(set)), k(size(set), size(set)), b(size(set), size(set)), skew(size(set), size(set))
+      real(wp), dimension(size(set), size(set)) :: phi, k, b
       real(wp) :: square(size(set)), shape(self%m, size(set))
-      integer :: part(size(set)), i, j, s
+      integer :: part(size(set)), held, i, j, s
       integer, allocatable :: modes(:)
 
       s = size(set)
+      held = s - size(free, 2)
       k = stiffness(set, set)
-      phi = k
-      if (.not. is_symmetric(k)) phi = 0.5_wp*(k + transpose(k))
-      skew = k - phi
-      call symmetric_eigen(phi, square, self%info)
+      b = damping(set, set)
+      call find_shapes(k, free, phi, square, self%info)
       if (self%info /= 0) return
-      ! Eigenvalues below the rounding of the largest are rigid-body modes.
-      where (abs(square) <= 64*s*epsilon(1.0_wp)*maxval(abs(square))) square = 0.0_wp
-      if (present(rigid)) call put_rigid(phi, square, rigid(set, :))
-      k = 0.0_wp
-      if (any(abs(skew) > 0.0_wp)) k = small_removed(matmul(transpose(phi), matmul(skew, phi)))
-      b = small_removed(matmul(transpose(phi), matmul(damping(set, set), phi)))
-      part = connected_sets(abs(k) > 0.0_wp .or. abs(b) > 0.0_wp)
-      do i = 1, s
+      k = couplings(k, phi, held)
+      do i = 1, held
          k(i, i) = k(i, i) + square(i)
       end do
+      b = small_removed(matmul(transpose(phi), matmul(b, phi)))
+      b(:, held + 1:held + rigid) = 0.0_wp
+      if (is_symmetric(damping(set, set))) b(held + 1:held + rigid, :) = 0.0_wp
+      part = connected_sets(abs(k) > 0.0_wp .or. abs(b) > 0.0_wp)
       self%fastest = max(self%fastest, sqrt(maxval(sum(abs(k), dim=1))), maxval(sum(abs(b), dim=1)))
       shape = 0.0_wp
       shape(set, :) = phi
@@ -119,6 +128,47 @@ contains
          if (self%info /= 0) return
       end do
    end subroutine add_set
+
+   !> Orthonormal shapes `phi` (s, s): the eigenvectors of the symmetric part of `k` beside the motions `free` (s, r), with the
+   !> eigenvalues `square`, and these motions.
+   subroutine find_shapes(k, free, phi, square, info)
+      real(wp), intent(in) :: k(:, :), free(:, :)
+      real(wp), intent(out) :: phi(:, :), square(:)
+      integer, intent(out) :: info
+
+      real(wp) :: beside(size(k, 1), size(k, 1) - size(free, 2))
+      real(wp), allocatable :: inner(:, :)
+      integer :: held
+
+      held = size(beside, 2)
+      square = 0.0_wp
+      phi(:, held + 1:) = free
+      if (held == size(k, 1)) then
+         phi = k
+         if (.not. is_symmetric(k)) phi = symmetric_part(k)
+         call symmetric_eigen(phi, square, info)
+         return
+      end if
+      beside = complement_of(free)
+      inner = symmetric_part(matmul(transpose(beside), matmul(k, beside)))
+      call symmetric_eigen(inner, square(:held), info)
+      phi(:, :held) = matmul(beside, inner)
+   end subroutine find_shapes
+
+   !> Φᵀ K Φ without the diagonal of its symmetric part: of the first `held` shapes, its eigenvectors; the others are not felt by K.
+   pure function couplings(k, phi, held)
+      real(wp), intent(in) :: k(:, :), phi(:, :)
+      integer, intent(in) :: held
+      real(wp) :: couplings(size(k, 1), size(k, 1))
+
+      couplings = 0.0_wp
+      if (is_symmetric(k)) return
+      associate (first => phi(:, :held), others => phi(:, held + 1:))
+         couplings(:held, :held) = matmul(transpose(first), matmul(k - symmetric_part(k), first))
+         couplings(held + 1:, :held) = matmul(transpose(others), matmul(k, first))
+      end associate
+      couplings = small_removed(couplings)
+   end function couplings
 
    pure function small_removed(matrix) result(b)
       real(wp), intent(in) :: matrix(:, :)
@@ -142,35 +192,6 @@ contains
 
       turning = .not. (is_symmetric(stiffness) .and. is_symmetric(damping))
    end function turning
-
-   !> Put the rigid modes in the place of those with square 0, and make the others orthogonal to them. Each column of `known` is
-   !> such a mode or belongs to other coordinates than these.
-   pure subroutine put_rigid(phi, square, known)
-      real(wp), intent(inout) :: phi(:, :)
-      real(wp), intent(in) :: square(:), known(:, :)
-
-      real(wp) :: rigid(size(known, 1), size(known, 2))
-      integer :: found, i, r
-
-      r = 0
-      do i = 1, size(known, 2)
-         if (norm2(known(:, i)) < 0.5_wp) cycle
-         r = r + 1
-         rigid(:, r) = known(:, i)
-      end do
-      if (count(.not. abs(square) > 0.0_wp) /= r) return
-      found = r
-      r = 0
-      do i = 1, size(square)
-         if (abs(square(i)) > 0.0_wp) then
-            phi(:, i) = phi(:, i) - matmul(rigid(:, :found), matmul(phi(:, i), rigid(:, :found)))
-            phi(:, i) = phi(:, i)/norm2(phi(:, i))
-         else
-            r = r + 1
-            phi(:, i) = rigid(:, r)
-         end if
-      end do
-   end subroutine put_rigid
 
    !> Add the modes with numbers `modes`, columns `phi` (m, s).
    subroutine add_part(self, phi, k, b, modes)

@@ -5,6 +5,7 @@
 !! (razy_exact_modal_contact_modes), and only if that fails its own eigenproblem is solved. What no contact and observable
 !! feels is left out.
 module razy_exact_modal_eigenmodes
+   use razy_contact_contact_law, only: branch_open
    use razy_core_kinds, only: qp, wp
    use razy_exact_modal_basis, only: modal_basis_t, new_modal_basis, turning
    use razy_exact_modal_contact_modes, only: add_contact
@@ -65,6 +66,8 @@ contains
       type(mode_t), intent(in) :: mode
 
       real(wp) :: k(system%m, system%m), b(system%m, system%m)
+      real(wp), allocatable :: free(:, :)
+      integer :: rigid
       logical :: done
 
       if (open%turns .and. .not. system%constrained) then
@@ -72,7 +75,9 @@ contains
          if (done) return
       end if
       call mode%matrices(system, k, b)
-      call solve(basis, system, mode%branch, k, b)
+      call mode%free_motions(system, free, rigid)
+      call refine(system, mode%branch, k, free)
+      call new_modal_basis(basis, k, b, free, rigid, system%constrained)
       if (basis%info == 0 .and. open%turns) call leave_unfelt(basis, open)
    end subroutine new_eigenmodes
 
@@ -84,11 +89,16 @@ contains
       integer, intent(in) :: branch(:)
       logical, intent(out) :: done
 
-      integer :: j
+      type(mode_t) :: all_open
+      real(wp), allocatable :: free(:, :)
+      integer :: j, rigid
 
       if (.not. open%made) then
          open%made = .true.
-         call solve(open%basis, system, [integer ::], system%coupled%stiffness, system%coupled%damping)
+         all_open%branch = [(branch_open, j=1, size(branch))]
+         call all_open%free_motions(system, free, rigid)
+         call refine(system, [integer ::], system%coupled%stiffness, free)
+         call new_modal_basis(open%basis, system%coupled%stiffness, system%coupled%damping, free, rigid, system%constrained)
          if (open%basis%info == 0) call leave_unfelt(open%basis, open)
       end if
       basis = open%basis
@@ -109,56 +119,36 @@ contains
       if (size(open%on_y, 2) > 0) call keep_observable(basis, open%on_y, open%on_v)
    end subroutine leave_unfelt
 
-   !> The eigenproblem; rigid modes, if there are any, are refined and it is solved again with them. `branch` may be empty: all
-   !> contacts open.
-   subroutine solve(basis, system, branch, k, b)
-      type(modal_basis_t), intent(out) :: basis
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: branch(:)
-      real(wp), intent(in) :: k(:, :), b(:, :)
-
-      real(wp), allocatable :: rigid(:, :)
-      logical :: known
-
-      call new_modal_basis(basis, k, b, impacts=system%constrained)
-      if (basis%info /= 0 .or. size(basis%rigid, 2) == 0) return
-      rigid = basis%rigid
-      call refine_rigid_modes(system, branch, k, rigid, known)
-      if (known) call new_modal_basis(basis, k, b, rigid, system%constrained)
-   end subroutine solve
-
-   !> Rigid modes to rounding. An eigenproblem knows them to epsilon times the ratio of the largest to the smallest stiffness,
-   !> and constant loads that are in balance then drive them. Here K v is formed from the machine's own matrices in extended
-   !> precision, where the terms of a rigid motion cancel, and v corrected by (K + s V Vᵀ)⁻¹ K v.
-   subroutine refine_rigid_modes(system, branch, k, rigid, known)
+   !> Motions without stiffness to the last bit: what their directions and the coupled coordinates round would be driven by constant
+   !> loads that are in balance. K v is formed from the machine's own matrices in extended precision, where its terms cancel, and v
+   !> corrected by (K + s V Vᵀ)⁻¹ K v.
+   subroutine refine(system, branch, k, free)
       type(system_t), intent(in) :: system
       integer, intent(in) :: branch(:)
       real(wp), intent(in) :: k(:, :)
-      real(wp), intent(inout) :: rigid(:, :)
-      logical, intent(out) :: known
+      real(wp), intent(inout) :: free(:, :)
 
       integer, parameter :: rounds = 2
-      real(wp) :: shifted(size(k, 1), size(k, 1)), rest(size(rigid, 1), size(rigid, 2))
+      real(wp) :: shifted(size(k, 1), size(k, 1)), rest(size(free, 1), size(free, 2))
       integer :: i, info, round
 
-      known = .false.
+      if (size(free, 2) == 0) return
       do round = 1, rounds
-         do i = 1, size(rigid, 2)
-            rest(:, i) = restoring_of(system, branch, rigid(:, i))
+         do i = 1, size(free, 2)
+            rest(:, i) = restoring_of(system, branch, free(:, i))
          end do
          ! Of K that is not symmetric the lower triangle stands for all: a coarser step, which two rounds make up for.
-         shifted = k + maxval(abs(k))*matmul(rigid, transpose(rigid))
+         shifted = k + maxval(abs(k))*matmul(free, transpose(free))
          call dpotrf("L", size(k, 1), shifted, size(k, 1), info)
          if (info /= 0) return
          call dpotrs("L", size(k, 1), size(rest, 2), shifted, size(k, 1), rest, size(k, 1), info)
-         rigid = rigid - rest
-         do i = 1, size(rigid, 2)
-            rigid(:, i) = rigid(:, i) - matmul(rigid(:, :i - 1), matmul(rigid(:, i), rigid(:, :i - 1)))
-            rigid(:, i) = rigid(:, i)/norm2(rigid(:, i))
+         free = free - rest
+         do i = 1, size(free, 2)
+            free(:, i) = free(:, i) - matmul(free(:, :i - 1), matmul(free(:, i), free(:, :i - 1)))
+            free(:, i) = free(:, i)/norm2(free(:, i))
          end do
       end do
-      known = .true.
-   end subroutine refine_rigid_modes
+   end subroutine refine
 
    !> K v in coupled coordinates (m), contacts with their branches included, formed in extended precision.
    pure function restoring_of(system, branch, v) result(force)

@@ -10,7 +10,7 @@ module razy_scenes_lumped_scene
    use razy_input_input, only: input_t
    use razy_input_schema, only: group_spec_t
    use razy_linalg_dense, only: add_outer
-   use razy_machine_machine, only: contact_t, machine_t
+   use razy_machine_machine, only: contact_t, find_free_motions, machine_t
    use razy_scenes_contacts, only: read_contacts
    use razy_scenes_gears, only: read_gear_mesh
    use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
@@ -101,7 +101,7 @@ contains
       call read_gear_mesh(contact, input, i, w, ratio(ends(1)), "a body that springs and meshes", harmonics, row, error)
    end subroutine new_mesh
 
-   !> Springs and dampers into K and B.
+   !> Springs and dampers into K and B, and what is free of them; those of no stiffness or damping are none.
    subroutine add_connections(machine, bodies, input, error)
       type(machine_t), intent(inout) :: machine
       type(bodies_t), intent(in) :: bodies
@@ -109,11 +109,15 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: w(:)
+      real(wp), dimension(bodies%count, input%count("spring") + input%count("damper")) :: springs, dampers
       real(wp) :: damping, factor, stiffness
       logical :: turns
-      integer :: i
+      integer :: i, n
 
-      do i = 1, input%count("spring")
+      n = input%count("spring")
+      springs = 0.0_wp
+      dampers = 0.0_wp
+      do i = 1, n
          call find_row(bodies, input, "spring", i, w, turns, error)
          if (allocated(error)) return
          call input%get("spring", i, "stiffness", stiffness)
@@ -121,13 +125,17 @@ contains
          call input%get("spring", i, "damping_factor", factor)
          call add_outer(machine%stiffness, stiffness, w)
          call add_outer(machine%damping, damping + factor*stiffness, w)
+         if (abs(stiffness) > 0.0_wp) springs(:, i) = w
+         if (abs(damping + factor*stiffness) > 0.0_wp) dampers(:, i) = w
       end do
       do i = 1, input%count("damper")
          call find_row(bodies, input, "damper", i, w, turns, error)
          if (allocated(error)) return
          call input%get("damper", i, "damping", damping)
          call add_outer(machine%damping, damping, w)
+         if (abs(damping) > 0.0_wp) dampers(:, n + i) = w
       end do
+      call find_free_motions(machine, springs, dampers)
    end subroutine add_connections
 
    !> The coordinate of a body; without a name that of the only one.

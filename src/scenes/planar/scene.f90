@@ -12,7 +12,7 @@ module razy_scenes_planar_scene
    use razy_core_text, only: did_you_mean, lower, position_of, string_t
    use razy_input_input, only: input_t
    use razy_linalg_dense, only: add_outer
-   use razy_machine_machine, only: machine_t
+   use razy_machine_machine, only: find_free_motions, machine_t
    use razy_scenes_contacts, only: read_contacts
    use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
    use razy_scenes_loads, only: add_loads
@@ -89,7 +89,8 @@ contains
       end do
    end subroutine begin_machine
 
-   !> Springs, dampers and proportional damping into K and B; all pairs of a group share its stiffness and damping.
+   !> Springs, dampers and proportional damping into K and B, and what is free of them; all pairs of a group share its stiffness
+   !> and damping.
    subroutine add_connections(machine, links, stops, input, error)
       type(machine_t), intent(inout) :: machine
       type(link_t), intent(in) :: links(:), stops(:)
@@ -97,10 +98,15 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: proportional(:, :)
+      real(wp), dimension(size(machine%load), size(links) + size(stops)) :: springs, dampers
       character(:), allocatable :: matrix
       real(wp) :: damping, factor, stiffness
       integer :: k
 
+      springs = 0.0_wp
+      dampers = 0.0_wp
+      factor = 0.0_wp
+      if (input%count("damping") > 0) call input%get("damping", 1, "factor", factor)
       allocate (proportional, mold=machine%stiffness)
       proportional(:, :) = 0.0_wp
       matrix = input%choice("damping", 1, "matrix")
@@ -108,24 +114,27 @@ contains
          associate (group => links(k)%group, i => links(k)%number, pairs => links(k)%pairs, w => links(k)%w)
             call input%get(group, i, "damping", damping)
             call add_outer(machine%damping, damping/pairs, w)
+            if (abs(damping) > 0.0_wp) dampers(:, k) = w
             if (group == "damper") cycle
             call input%get(group, i, "stiffness", stiffness)
             call add_outer(machine%stiffness, stiffness/pairs, w)
+            if (abs(stiffness) > 0.0_wp) springs(:, k) = w
             if (matrix == matrix_untuned) call input%get(group, i, "untuned_stiffness", stiffness)
             call add_outer(proportional, stiffness/pairs, w)
+            if (abs(factor*stiffness) > 0.0_wp) dampers(:, k) = w
          end associate
       end do
-      if (input%count("damping") == 0) return
-      do k = 1, merge(size(stops), 0, matrix == matrix_all)
+      do k = 1, merge(size(stops), 0, input%count("damping") > 0 .and. matrix == matrix_all)
          if (input%choice("stop", k, "law") /= "kelvin_voigt") then
             call input%complain(error, "damping", 1, "matrix", "'springs' or 'untuned' where a stop has a law that is no spring")
             return
          end if
          call input%get("stop", k, "stiffness", stiffness)
          call add_outer(proportional, stiffness, stops(k)%w)
+         if (abs(factor*stiffness) > 0.0_wp) dampers(:, size(links) + k) = stops(k)%w
       end do
-      call input%get("damping", 1, "factor", factor)
       machine%damping = machine%damping + factor*proportional
+      call find_free_motions(machine, springs, dampers)
    end subroutine add_connections
 
    !> The coordinate, or, but for the start, also the component of the motion of a point, that a key names.

@@ -1,0 +1,138 @@
+!! Motions of a machine in coupled coordinates that no stiffness holds, and those of them that no damping feels either (rigid
+!! motions), with contacts in whatever state.
+!!
+!! They follow from the directions of elements and contacts alone: what is free of the springs, and in its span what stretches no
+!! contact that acts. No matrix in which elements have been added up is asked. The coupled coordinates span a subspace that is
+!! invariant under K and B, so that of the orthonormal free motions of the whole machine (in the norm of M) some lie in it and the
+!! others are orthogonal to it: Gram's matrix of their parts has the eigenvalues 0 and 1.
+module razy_machine_free_motions
+   use razy_core_kinds, only: wp
+   use razy_linalg_eigen, only: symmetric_eigen
+   use razy_linalg_null_space, only: complement_of, intersection_of, null_space, rank_bound
+   use razy_machine_coupled, only: coupled_t
+   use razy_machine_machine, only: machine_t
+   implicit none(type, external)
+   private
+
+   public :: free_motions_t, new_free_motions, part_of
+
+   !> Orthonormal motions (m, r) with all contacts open, and how they stretch the contacts (r, contacts); a stretch that is rounding
+   !> of its terms is 0.
+   type :: span_t
+      real(wp), allocatable :: shape(:, :), stretch(:, :)
+   end type span_t
+
+   type :: free_motions_t
+      private
+      type(span_t) :: unsprung, rigid
+   contains
+      procedure :: in_state
+   end type free_motions_t
+
+contains
+
+   !> The free motions of `machine` that are in its coupled coordinates.
+   subroutine new_free_motions(self, machine, coupled)
+      type(free_motions_t), intent(out) :: self
+      type(machine_t), intent(in) :: machine
+      type(coupled_t), intent(in) :: coupled
+
+      real(wp), allocatable :: both(:, :), of_damping(:, :), of_stiffness(:, :)
+      integer :: info
+
+      if (allocated(machine%free_of_stiffness)) then
+         of_stiffness = machine%free_of_stiffness
+         of_damping = machine%free_of_damping
+      else
+         call null_space(transpose(machine%stiffness), of_stiffness, info)
+         if (info /= 0) of_stiffness = of_stiffness(:, :0)
+         call null_space(transpose(machine%damping), of_damping, info)
+         if (info /= 0) of_damping = of_damping(:, :0)
+      end if
+      call intersection_of(of_stiffness, of_damping, both, info)
+      if (info /= 0) both = both(:, :0)
+      call new_span(self%unsprung, machine, coupled, of_stiffness)
+      call new_span(self%rigid, machine, coupled, both)
+   end subroutine new_free_motions
+
+   !> The part of `motions` (n, r) that coupled coordinates hold.
+   subroutine new_span(self, machine, coupled, motions)
+      type(span_t), intent(out) :: self
+      type(machine_t), intent(in) :: machine
+      type(coupled_t), intent(in) :: coupled
+      real(wp), intent(in) :: motions(:, :)
+
+      real(wp), allocatable :: felt(:, :), gram(:, :), inside(:, :), value(:)
+      integer :: info, j, k, r
+
+      r = size(motions, 2)
+      gram = matmul(transpose(motions), matmul(machine%mass, motions))
+      allocate (value(r))
+      call symmetric_eigen(gram, value, info)
+      felt = matmul(motions, gram)
+      do k = 1, r
+         felt(:, k) = felt(:, k)/sqrt(value(k))
+      end do
+      inside = matmul(coupled%to_coupled, felt)
+      call part_of(inside, self%shape, gram)
+      felt = matmul(felt, gram)
+      allocate (self%stretch(size(felt, 2), size(machine%contact)))
+      do j = 1, size(machine%contact)
+         associate (w => machine%contact(j)%w)
+            self%stretch(:, j) = matmul(w, felt)
+            where (abs(self%stretch(:, j)) <= rank_bound*matmul(abs(w), abs(felt))) self%stretch(:, j) = 0.0_wp
+         end associate
+      end do
+   end subroutine new_span
+
+   !> An orthonormal basis `part` (p, r') of the columns of `whole` (p, r), the projections of orthonormal vectors of which some
+   !> stay what they are and the others vanish; `chosen` (r, r'): part = whole chosen.
+   subroutine part_of(whole, part, chosen)
+      real(wp), intent(in) :: whole(:, :)
+      real(wp), allocatable, intent(out) :: part(:, :), chosen(:, :)
+
+      real(wp) :: gram(size(whole, 2), size(whole, 2)), value(size(whole, 2))
+      integer :: info, k, lost
+
+      gram = matmul(transpose(whole), whole)
+      call symmetric_eigen(gram, value, info)
+      lost = count(value < 0.5_wp)
+      chosen = gram(:, lost + 1:)
+      do k = 1, size(chosen, 2)
+         chosen(:, k) = chosen(:, k)/sqrt(value(lost + k))
+      end do
+      part = matmul(whole, chosen)
+   end subroutine part_of
+
+   !> An orthonormal basis `shape` (m, r) of the motions without stiffness where the contacts `held` (contacts) hold or have one,
+   !> those `felt` have a damping or are held: the first `rigid` are free of damping, too.
+   subroutine in_state(self, held, felt, shape, rigid)
+      class(free_motions_t), intent(in) :: self
+      logical, intent(in) :: held(:), felt(:)
+      real(wp), allocatable, intent(out) :: shape(:, :)
+      integer, intent(out) :: rigid
+
+      real(wp), allocatable :: first(:, :), rest(:, :)
+
+      call within(self%unsprung, held, rest)
+      call within(self%rigid, felt, first)
+      rigid = size(first, 2)
+      rest = matmul(rest, complement_of(matmul(transpose(rest), first)))
+      shape = reshape([first, rest], [size(first, 1), rigid + size(rest, 2)])
+   end subroutine in_state
+
+   !> What stretches none of the contacts that `act`.
+   subroutine within(self, act, shape)
+      type(span_t), intent(in) :: self
+      logical, intent(in) :: act(:)
+      real(wp), allocatable, intent(out) :: shape(:, :)
+
+      real(wp), allocatable :: basis(:, :)
+      integer :: info, j
+
+      call null_space(self%stretch(:, pack([(j, j=1, size(act))], act)), basis, info)
+      if (info /= 0) basis = basis(:, :0)
+      shape = matmul(self%shape, basis)
+   end subroutine within
+
+end module razy_machine_free_motions
