@@ -57,6 +57,7 @@ module razy_exact_constrained_motion
       procedure :: reaction
       procedure :: to_coordinates
       procedure :: to_state
+      procedure :: hold
    end type constrained_motion_t
 
    !> Modes of K_q below this part of the largest are slow; in all others a decoupling leaves no more than the rounding of K_q.
@@ -351,5 +352,14 @@ contains
       z(:self%m) = self%y0 + matmul(self%from_x, x(:self%m))
       z(self%m + 1:) = matmul(self%from_x, x(self%m + 1:))
    end function to_state
+
+   !> Give the coordinates x (2m) the rates with which what is held moves by drives and errors, whose s' are `rate` (n).
+   pure subroutine hold(self, x, rate)
+      class(constrained_motion_t), intent(in) :: self
+      real(wp), intent(inout) :: x(:)
+      real(wp), intent(in) :: rate(:)
+
+      if (self%n > 0) x(2*self%m - self%rank + 1:) = -matmul(self%settle, rate)
+   end subroutine hold
 
 end module razy_exact_constrained_motion

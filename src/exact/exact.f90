@@ -10,6 +10,7 @@ module razy_exact_exact
    use razy_exact_closed_form_amplitudes, only: amplitudes_t, carry_disturbances, copy, move_to, reserve, set_state, state_of
    use razy_exact_closed_form_rows, only: curvature_bound, integral_of, size_of, value_and_slope, value_of
    use razy_exact_crossings, only: crossings_t
+   use razy_exact_residual, only: worst_residual
    use razy_exact_search_refine, only: watched_t
    use razy_exact_search_search, only: exit_t, first_exit, leaves_too, rounding, search_t, soon
    use razy_exact_solutions, only: solution_t, solutions_t
@@ -17,8 +18,8 @@ module razy_exact_exact
    use razy_hybrid_guards, only: guard_entry_t, of_force, of_press
    use razy_linalg_blocks, only: moduli_of
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: glimpse_t, outcome_t, piece_t, status_no_contact_forces, status_no_modes, &
-                                     status_ok, status_step_limit
+   use razy_motion_integrator, only: glimpse_t, outcome_t, piece_t, status_inaccurate, status_no_contact_forces, &
+                                     status_no_modes, status_ok, status_step_limit
    implicit none(type, external)
    private
 
@@ -30,6 +31,8 @@ module razy_exact_exact
       !> The search for events, whose probe holds the amplitudes at the end of the piece; that for turns of observables.
       type(search_t) :: search
       type(search_t), private :: turns
+      !> Until when the motion lasts, s.
+      real(wp), private :: t_end = 0.0_wp
       !> The piece under way: its solution, duration (s), and the amplitudes at its start.
       integer :: now = 0
       real(wp), private :: duration = 0.0_wp
@@ -101,6 +104,7 @@ contains
       real(wp), intent(in) :: t_end
       type(outcome_t), intent(inout) :: outcome
 
+      self%t_end = t_end
       if (self%starting) then
          call self%crossings%forget()
          self%now = 0
@@ -133,13 +137,16 @@ contains
       type(outcome_t), intent(inout) :: outcome
 
       self%before = self%now
-      call self%solutions%find(self%system, self%transition%dynamics%mode, self%now)
+      call self%solutions%find(self%system, self%transition%dynamics%mode, self%t_end, self%now)
       if (self%now == 0) then
          outcome%status = merge(status_no_contact_forces, status_no_modes, self%solutions%inadmissible)
       else if (self%solutions%fresh) then
          call reserve(self%start, self%solutions%of(self%now)%response)
          call reserve(self%looker, self%solutions%of(self%now)%response)
       end if
+      if (self%now == 0) return
+      outcome%residual = max(outcome%residual, self%solutions%of(self%now)%residual)
+      if (.not. outcome%residual <= worst_residual) outcome%status = status_inaccurate
    end subroutine find_solution
 
    !> Time over which rates of constraint forces are taken, s, with `rest` to go.

@@ -13,6 +13,7 @@ module razy_exact_solutions
    use razy_exact_constrained_motion, only: constrained_motion_t, new_constrained_motion
    use razy_exact_modal_basis, only: modal_basis_t, new_modal_basis
    use razy_exact_modal_eigenmodes, only: new_eigenmodes, new_open_modes, open_modes_t
+   use razy_exact_residual, only: new_probe, probe_t
    use razy_exact_search_refine, only: watched_t
    use razy_hybrid_guards, only: guard_entry_t, guard_forms, list_guards
    use razy_hybrid_linear_form, only: linear_form_t, zero_form
@@ -44,6 +45,8 @@ module razy_exact_solutions
       !> Step level that the last search ended with, and that which a motion begins with.
       integer :: level = 10
       integer, private :: first_level = 10
+      !> By how much it misses the machine's equations (razy_exact_residual).
+      real(wp) :: residual = 0.0_wp
       !> Machine for which the response was made, and the rows of contacts.
       integer, private :: version = 0, touching_version = 0
    end type solution_t
@@ -56,6 +59,7 @@ module razy_exact_solutions
       logical :: inadmissible = .false., fresh = .false.
       integer, private :: structure = 0
       type(open_modes_t), private :: open
+      type(probe_t), private :: probe
    contains
       procedure :: attach
       procedure :: begin_run
@@ -78,6 +82,7 @@ contains
       if (allocated(self%of)) deallocate (self%of)
       allocate (self%of(4))
       call new_open_modes(self%open, system)
+      call new_probe(self%probe, system)
    end subroutine attach
 
    !> A motion begins: its bits do not depend on the one before.
@@ -115,11 +120,12 @@ contains
       end associate
    end subroutine pass
 
-   !> The number of the solution in `mode`, made ready for the system; 0: there is none.
-   subroutine find(self, system, mode, i)
+   !> The number of the solution in `mode`, made ready for the system and put to the test for a motion to `t_end`, s; 0: there is none.
+   subroutine find(self, system, mode, t_end, i)
       class(solutions_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(mode_t), intent(in) :: mode
+      real(wp), intent(in) :: t_end
       integer, intent(out) :: i
 
       type(solution_t), allocatable :: larger(:)
@@ -143,7 +149,13 @@ contains
       self%fresh = self%of(i)%version /= system%version
       if (self%fresh) call respond(self%of(i), system, mode)
       self%inadmissible = .not. self%of(i)%constrained%found
-      if (self%of(i)%basis%info /= 0) i = 0
+      if (self%of(i)%basis%info /= 0) then
+         i = 0
+      else if (self%fresh) then
+         associate (new => self%of(i))
+            new%residual = self%probe%residual(system, mode, new%response, new%constrained, new%force, t_end)
+         end associate
+      end if
    end subroutine find
 
    !> The number of the solution, without constraints, in these branches that is ready for the system; 0: there is none yet.

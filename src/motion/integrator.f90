@@ -15,17 +15,19 @@ module razy_motion_integrator
       & status_meanings
    public :: status_ok, status_event_limit, status_chatter, status_blow_up, status_no_modes, status_no_machine
    public :: status_step_underflow, status_step_limit, status_no_contact_forces, status_time_limit, status_interrupted
-   public :: status_not_computed
+   public :: status_inaccurate, status_not_computed
 
    !> How a run ended.
    integer, parameter :: status_ok = 0, status_event_limit = 1, status_chatter = 2, status_blow_up = 3, status_no_modes = 4, &
                          status_no_machine = 5, status_step_underflow = 6, status_step_limit = 7, status_no_contact_forces = 8, &
-                         status_time_limit = 9, status_interrupted = 10, status_not_computed = 11
-   character(*), parameter :: status_meanings(0:11) = [character(32) :: &
+                         status_time_limit = 9, status_interrupted = 10, status_not_computed = 11, &
+                         status_inaccurate = 12
+   character(*), parameter :: status_meanings(0:12) = [character(32) :: &
                                                        "ok", "event limit reached", "chatter limit reached", "blow-up", &
                                                        "eigenproblem failed", "no machine with this value", "step underflow", &
                                                        "step limit reached", "no admissible contact forces", &
-                                                       "time limit reached", "interrupted", "not computed yet"]
+                                                       "time limit reached", "interrupted", "not computed yet", &
+                                                       "closed form inaccurate"]
 
    !> Result and counters of a run; a counter that a method does not have stays 0.
    type :: outcome_t
@@ -40,6 +42,8 @@ module razy_motion_integrator
       integer(i8) :: near_misses = 0
       !> Modes known at the end (exact).
       integer :: states = 0
+      !> By how much the closed forms that the motion came through miss the machine's equations, over the size of the terms (exact).
+      real(wp) :: residual = 0.0_wp
    contains
       procedure :: columns
    end type outcome_t
@@ -341,6 +345,8 @@ contains
       call table%add(group//"steps", self%steps, "1", "steps of the integrator")
       call table%add(group//"near_misses", self%near_misses, "1", &
                      "switching functions that turned nearer to a bound than resolved")
+      call table%add(group//"residual", self%residual, "1", &
+                     "what closed forms miss in the machine's equations, over the size of their terms; 0 by other methods")
       if (brief) return
       call table%add(group//"time", self%time, "s", "time reached")
       call table%add(group//"rejected", self%rejected, "1", "steps rejected")
