@@ -38,7 +38,6 @@ if(razy_ipo AND CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
   set(CMAKE_INTERPROCEDURAL_OPTIMIZATION_RELEASE ON)
   # Objects hold machine code too, so that the many test programs need not be optimised again when they are linked.
   set(CMAKE_Fortran_COMPILE_OPTIONS_IPO -flto=auto -ffat-lto-objects)
-  set(CMAKE_C_COMPILE_OPTIONS_IPO -flto=auto -ffat-lto-objects)
 endif()
 # Of what another library or the compiler's own run-time library does, sanitizers see nothing.
 set(razy_sanitizers "-O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined")

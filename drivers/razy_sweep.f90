@@ -18,7 +18,6 @@ program razy_sweep
    use razy_study_sweep_log, only: log_end, log_start, open_log, points_done, what_was_written
    use razy_study_sweep_result, only: write_sweep
    use razy_study_sweep_starts, only: identity_of, read_start_file
-   use razy_study_sweep_crew, only: crew_t, new_crew
    use razy_study_sweep_task, only: new_sweep, sweep_task_t
    use razy_sweep_checkpoint, only: checkpoint_path, checkpoint_t
    use razy_sweep_communicator, only: communicator_t
@@ -32,7 +31,6 @@ program razy_sweep
    type(command_t) :: command
    type(error_t), allocatable :: error
    type(sweep_task_t) :: task
-   type(crew_t) :: crew
    type(units_t) :: units
    type(checkpoint_t) :: checkpoint
    type(sweep_options_t) :: options
@@ -131,8 +129,7 @@ contains
       call leave_if(ranks, error, exit_usage)
       call units%share(ranks)
       options%ask_ahead = .not. task%plan%has_chains()
-      call new_crew(crew, task)
-      call run_sweep(ranks, crew, units, checkpoint, options, show_progress, outcome, error, time_is_up)
+      call run_sweep(ranks, task, units, checkpoint, options, show_progress, outcome, error, time_is_up)
       if (ranks%is_root()) call end_sweep(error)
       call leave_if(ranks, error, exit_failure)
       call ranks%broadcast(failed)

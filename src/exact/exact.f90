@@ -23,22 +23,19 @@ module razy_exact_exact
    implicit none(type, external)
    private
 
-   public :: cross, exact_t, place_piece
+   public :: exact_t
 
    !> The propagator with what it keeps from run to run. Steps of its searches and pieces count as steps.
    type, extends(flow_t) :: exact_t
-      type(solutions_t) :: solutions
+      type(solutions_t), private :: solutions
       !> The search for events, whose probe holds the amplitudes at the end of the piece; that for turns of observables.
-      type(search_t) :: search
-      type(search_t), private :: turns
+      type(search_t), private :: search, turns
       !> Until when the motion lasts, s.
       real(wp), private :: t_end = 0.0_wp
       !> The piece under way: its solution, duration (s), and the amplitudes at its start.
-      integer :: now = 0
+      integer, private :: now = 0
       real(wp), private :: duration = 0.0_wp
       type(amplitudes_t), private :: start
-      !> Without constraints: the guard of its mode that alone was left at its end, or 0.
-      integer :: left = 0
       !> Without constraints: the solution of the piece before, whose end the probe holds, 0 where z alone holds the state; whether
       !> z holds it too.
       integer, private :: ended = 0
@@ -311,7 +308,6 @@ contains
 
       integer :: i
 
-      self%left = 0
       call self%crossings%end_piece(stands=found%watched > 0 .and. .not. found%tau > 0.0_wp)
       if (found%watched == 0) return
       associate (solution => self%solutions%of(self%now), crossings => self%crossings, transition => self%transition)
@@ -326,7 +322,6 @@ contains
             end do
          end if
          call crossings%hand_over(transition%contact, transition%branch, transition%changes)
-         if (crossings%standing == 0 .and. transition%changes == 1) self%left = found%watched
          if (crossings%standing == 0) return
          if (crossings%standing == 1 .and. self%before > 0) then
             call crossings%take_noise(self%solutions%of(self%before)%entry, self%solutions%of(self%before)%watched)
@@ -334,44 +329,6 @@ contains
          call crossings%take_noise(solution%entry, solution%watched)
       end associate
    end subroutine note_crossed
-
-   !> Take a piece that was followed elsewhere (razy_exact_lanes_together): in solution i from the amplitudes `start` for
-   !> `duration`, s, to `ended`.
-   subroutine place_piece(self, i, start, ended, duration)
-      type(exact_t), intent(inout) :: self
-      integer, intent(in) :: i
-      type(amplitudes_t), intent(in) :: start, ended
-      real(wp), intent(in) :: duration
-
-      self%now = i
-      self%ended = i
-      self%has_z = .false.
-      self%looked = .false.
-      self%placed = .false.
-      self%duration = duration
-      associate (response => self%solutions%of(i)%response)
-         call copy(start, response, self%start)
-         call reserve(self%search%probe, response)
-         call copy(ended, response, self%search%probe)
-      end associate
-   end subroutine place_piece
-
-   !> At the end of that piece this guard alone is left.
-   subroutine cross(self, guard)
-      type(exact_t), intent(inout) :: self
-      integer, intent(in) :: guard
-
-      self%left = guard
-      self%anew = .true.
-      call self%crossings%end_piece(stands=.false.)
-      associate (solution => self%solutions%of(self%now), transition => self%transition)
-         call self%crossings%add(solution%entry(guard), solution%watched(guard))
-         call self%crossings%hand_over(transition%contact, transition%branch, transition%changes)
-         transition%dynamics%mode%branch = solution%branch
-         transition%dynamics%mode%branch(solution%entry(guard)%contact) = solution%entry(guard)%next
-         self%branch(:) = transition%dynamics%mode%branch
-      end associate
-   end subroutine cross
 
    !> With constraints: what is rounding in the functions at z, and which of them start on their bounds: settled as the
    !> branches are, these move inwards, or rest if they are fixed. Where friction has pulled open the stop that it goes with, no

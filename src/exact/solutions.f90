@@ -64,7 +64,6 @@ module razy_exact_solutions
       procedure :: attach
       procedure :: begin_run
       procedure :: find
-      procedure :: known
       procedure :: lay_out_contacts
       procedure :: pass
    end type solutions_t
@@ -157,20 +156,6 @@ contains
          end associate
       end if
    end subroutine find
-
-   !> The number of the solution, without constraints, in these branches that is ready for the system; 0: there is none yet.
-   pure integer function known(self, system, branch) result(i)
-      class(solutions_t), intent(in) :: self
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: branch(:)
-
-      do i = self%count, 1, -1
-         if (.not. all(self%of(i)%branch == branch)) cycle
-         if (self%of(i)%version /= system%version .or. self%of(i)%basis%info /= 0) exit
-         return
-      end do
-      i = 0
-   end function known
 
    !> The eigenmodes of mode i: of the coordinates in which it is free; those of another mode with the same slopes; or, where
    !> nothing is held and no friction depends on the motion, those of the machine with each closed contact.

@@ -17,7 +17,7 @@ module razy_hybrid_flow
    implicit none(type, external)
    private
 
-   public :: conclude, course_t, flow_t, go_on, is_under_way, set_out
+   public :: flow_t
    public :: ends_in_event, ends_noted, ends_open
 
    !> How a piece ends: without an event; in one; with changes of branch that were noted afterwards.
@@ -27,7 +27,7 @@ module razy_hybrid_flow
       type(system_t) :: system
       !> What happens at events; its mode is the one that the motion is in.
       type(transition_t) :: transition
-      type(switching_t) :: switching
+      type(switching_t), private :: switching
       !> Whether events are looked for; whether `advance` notes itself what they change, as where nothing jumps.
       logical :: finds_events = .true., notes_changes = .false.
       !> Time of the motion, s (sum of both), and state z = (y, y') (2m).
@@ -49,7 +49,7 @@ module razy_hybrid_flow
       procedure, non_overridable :: remaining
       procedure :: final_state
       procedure(enter_mode), deferred :: enter
-      procedure(move_along), deferred :: advance
+      procedure(go_on), deferred :: advance
       !> The piece under way is this moment, with the state and the mode as they are now.
       procedure(report), deferred :: stand
       !> The run has ended: have the state in z, and add the flow's own counters.
@@ -69,7 +69,7 @@ module razy_hybrid_flow
 
       !> Move the state along the mode for at most `longest`, s, and to `t_end`: duration and end of the piece. At an event
       !> `hit` says which guards were left, and the piece what follows the first.
-      subroutine move_along(self, t_end, longest, piece, ending, outcome)
+      subroutine go_on(self, t_end, longest, piece, ending, outcome)
          import :: flow_t, outcome_t, piece_t, wp
          implicit none(type, external)
          class(flow_t), intent(inout) :: self
@@ -77,7 +77,7 @@ module razy_hybrid_flow
          type(piece_t), intent(inout) :: piece
          integer, intent(out) :: ending
          type(outcome_t), intent(inout) :: outcome
-      end subroutine move_along
+      end subroutine go_on
 
       !> Carry the tangents through the piece under way.
       subroutine carry(self)
@@ -118,19 +118,6 @@ module razy_hybrid_flow
       integer :: hurried = 0
    end type pace_t
 
-   !> A run under way: how far it is to go, its piece at hand, what came of it so far; pieces one after the other that were
-   !> shorter than rounding, and that ended in an event then.
-   type :: course_t
-      real(wp) :: t_end = 0.0_wp
-      integer(i8), private :: most_events = 0
-      type(piece_t) :: piece
-      type(outcome_t) :: outcome
-      type(pace_t), private :: pace
-      integer, private :: creeping = 0, standing = 0
-   contains
-      procedure :: may_go_on
-   end type course_t
-
 contains
 
    !> Take a machine; `sharpness` > 0: its laws are smoothed.
@@ -158,64 +145,24 @@ contains
       type(observer_slot_t), intent(in) :: observers(:)
       type(outcome_t), intent(out) :: outcome
 
-      type(course_t) :: course
-
-      call set_out(self, t_end, most_events, observers, course)
-      do while (is_under_way(self, course))
-         call go_on(self, observers, course)
-      end do
-      call conclude(self, course)
-      outcome = course%outcome
-   end subroutine run
-
-   !> Begin to run the prepared machine from 0 to `t_end`, s.
-   subroutine set_out(self, t_end, most_events, observers, course)
-      class(flow_t), intent(inout), target :: self
-      real(wp), intent(in) :: t_end
-      integer(i8), intent(in) :: most_events
-      type(observer_slot_t), intent(in) :: observers(:)
-      type(course_t), intent(out) :: course
-
-      course%t_end = t_end
-      course%most_events = most_events
-      course%piece%by => self
-      call self%budget%begin()
-      call begin(self, t_end, course%piece, observers, course%outcome)
-   end subroutine set_out
-
-   !> Whether there is another piece; a motion whose events are too many has none.
-   logical function is_under_way(self, course)
-      class(flow_t), intent(in) :: self
-      type(course_t), intent(inout) :: course
-
-      is_under_way = course%outcome%status == status_ok .and. self%remaining(course%t_end) > 0.0_wp
-      if (is_under_way) is_under_way = course%may_go_on(self%time)
-   end function is_under_way
-
-   !> Whether a motion that has come to `time`, s, may have more events; if not, its status says so.
-   logical function may_go_on(self, time)
-      class(course_t), intent(inout) :: self
-      real(wp), intent(in) :: time
-
-      call look(self%pace, self%outcome%events, self%most_events, time, self%t_end)
-      may_go_on = self%outcome%events < self%most_events .and. self%pace%hurried < most_hurried
-      if (.not. may_go_on) self%outcome%status = status_event_limit
-   end function may_go_on
-
-   !> The next piece.
-   subroutine go_on(self, observers, course)
-      class(flow_t), intent(inout) :: self
-      type(observer_slot_t), intent(in) :: observers(:)
-      type(course_t), intent(inout) :: course
-
-      integer :: ending
+      type(piece_t) :: piece
+      type(pace_t) :: pace
+      integer :: creeping, ending, standing
       real(wp) :: longest, rest
 
-      associate (outcome => course%outcome, piece => course%piece, t_end => course%t_end)
+      piece%by => self
+      standing = 0
+      creeping = 0
+      call self%budget%begin()
+      call begin(self, t_end, piece, observers, outcome)
+      do while (outcome%status == status_ok .and. self%remaining(t_end) > 0.0_wp)
+         call look(pace, outcome%events, most_events, self%time, t_end)
+         if (outcome%events >= most_events .or. pace%hurried >= most_hurried) outcome%status = status_event_limit
+         if (outcome%status /= status_ok) exit
          call self%enter(t_end, outcome)
          self%starting = .false.
          if (outcome%status == status_ok) outcome%status = self%budget%status
-         if (outcome%status /= status_ok) return
+         if (outcome%status /= status_ok) exit
          piece%time = self%time
          piece%time_low = self%time_low
          piece%contact = 0
@@ -229,34 +176,23 @@ contains
          call self%advance(t_end, min(longest, rest), piece, ending, outcome)
          if (.not. all(abs(self%z) <= largest)) outcome%status = status_blow_up
          if (outcome%status == status_ok) outcome%status = self%budget%status
-         if (outcome%status /= status_ok) return
+         if (outcome%status /= status_ok) exit
          call end_piece(self, t_end, ending, ending == ends_open .and. .not. piece%duration < rest, piece, observers, outcome)
          if (outcome%status == status_ok) outcome%status = self%budget%status
-         course%creeping = merge(course%creeping + 1, 0, piece%duration <= eps*t_end)
-         if (course%creeping > most_creeping .and. outcome%status == status_ok) outcome%status = status_step_underflow
-         course%standing = merge(course%standing + 1, 0, self%anew .and. piece%duration <= 4*eps*self%time)
-         if (course%standing > most_standing*(size(self%branch) + 1) .and. outcome%status == status_ok) then
-            outcome%status = status_chatter
-         end if
-         if (.not. (self%anew .or. ending == ends_noted)) return
+         creeping = merge(creeping + 1, 0, piece%duration <= eps*t_end)
+         if (creeping > most_creeping .and. outcome%status == status_ok) outcome%status = status_step_underflow
+         standing = merge(standing + 1, 0, self%anew .and. piece%duration <= 4*eps*self%time)
+         if (standing > most_standing*(size(self%branch) + 1) .and. outcome%status == status_ok) outcome%status = status_chatter
+         if (.not. (self%anew .or. ending == ends_noted)) cycle
          self%branch(:) = self%transition%dynamics%mode%branch
          if (outcome%status == status_ok .and. self%transition%changes > 1) call show_changes(self, 2, piece, observers, outcome)
-      end associate
-   end subroutine go_on
-
-   !> The end of a run, whatever its status.
-   subroutine conclude(self, course)
-      class(flow_t), intent(inout) :: self
-      type(course_t), intent(inout) :: course
-
-      associate (outcome => course%outcome)
-         outcome%time = self%time + self%time_low
-         if (outcome%status == status_ok) outcome%time = course%t_end
-         call self%finish(outcome)
-         ! Some flows form the state now.
-         if (outcome%status == status_ok .and. .not. all(abs(self%z) <= largest)) outcome%status = status_blow_up
-      end associate
-   end subroutine conclude
+      end do
+      outcome%time = self%time + self%time_low
+      if (outcome%status == status_ok) outcome%time = t_end
+      call self%finish(outcome)
+      ! Some flows form the state now.
+      if (outcome%status == status_ok .and. .not. all(abs(self%z) <= largest)) outcome%status = status_blow_up
+   end subroutine run
 
    !> Look at the pace at `time`, s, after so many events, if it is time to.
    pure subroutine look(self, events, most_events, time, t_end)

@@ -97,8 +97,6 @@ module razy_motion_integrator
    type, abstract :: observer_t
    contains
       procedure(on_piece), deferred :: piece
-      !> Pieces that end before this time, s, need not be shown.
-      procedure :: begins
    end type observer_t
 
    !> An observer of any type, for lists of them.
@@ -296,15 +294,6 @@ contains
       self%steps_then = self%steps
       self%rest_then = rest
    end subroutine look_at_pace
-
-   !> All pieces, unless an observer knows better.
-   pure real(wp) function begins(self)
-      class(observer_t), intent(in) :: self
-
-      associate (unused => self)
-         begins = 0.0_wp
-      end associate
-   end function begins
 
    real(wp) function seconds()
       integer(i8) :: ticks, rate

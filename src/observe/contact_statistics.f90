@@ -32,7 +32,6 @@ module razy_observe_contact_statistics
    contains
       procedure :: attach
       procedure :: piece
-      procedure :: begins
       procedure :: forget
       procedure :: columns
    end type contact_statistics_t
@@ -99,12 +98,6 @@ contains
       if (tau < part%duration) call integrate(self, part, tau)
       call self%rigid%look_before(part%by, part%duration)
    end subroutine piece
-
-   pure real(wp) function begins(self)
-      class(contact_statistics_t), intent(in) :: self
-
-      begins = self%from
-   end function begins
 
    !> Closings and jumps at the start `tau` of a piece; energies that are stored at the start of recording.
    subroutine begin_piece(self, part, tau)

@@ -35,7 +35,6 @@ module razy_observe_extrema
    contains
       procedure :: reset
       procedure :: piece
-      procedure :: begins
       procedure :: columns
    end type extrema_t
 
@@ -84,12 +83,6 @@ contains
       self%end_value = part%by%value(self%form, part%duration)
       self%end_time = part%time + (part%time_low + part%duration)
    end subroutine piece
-
-   pure real(wp) function begins(self)
-      class(extrema_t), intent(in) :: self
-
-      begins = self%from
-   end function begins
 
    !> See whether the motion jumps or turns where recording of a piece begins, at `tau`, and take its direction; `flat`: it
    !> does not move at all.

@@ -52,7 +52,6 @@ module razy_observe_periodicity
    contains
       procedure :: attach
       procedure :: piece
-      procedure :: begins
       procedure :: found
       procedure :: forget
       procedure :: columns
@@ -113,13 +112,6 @@ contains
          self%next = self%next - 1
       end do
    end subroutine piece
-
-   !> The first section, or the start of recording.
-   pure real(wp) function begins(self)
-      class(periodicity_t), intent(in) :: self
-
-      begins = min(self%from, self%t_end - self%sections*self%period)
-   end function begins
 
    !> Note which contacts are closed, or end the piece by touching or parting.
    subroutine touch(self, part)

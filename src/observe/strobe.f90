@@ -18,7 +18,6 @@ module razy_observe_strobe
    contains
       procedure :: begin
       procedure :: piece
-      procedure :: begins
       procedure :: columns
    end type strobe_t
 
@@ -37,12 +36,6 @@ contains
       if (allocated(self%state)) deallocate (self%state)
       allocate (self%state(2*n, periods + 1))
    end subroutine begin
-
-   pure real(wp) function begins(self)
-      class(strobe_t), intent(in) :: self
-
-      begins = self%time(1)
-   end function begins
 
    !> Take the states at times within a piece; its end belongs to the next piece, but for the last.
    subroutine piece(self, part)

@@ -11,7 +11,7 @@ module razy_study_motion
    implicit none(type, external)
    private
 
-   public :: new_integrator, prepare_motion, run_motion
+   public :: new_integrator, run_motion
 
    !> Events of contacts after which a motion is given up, unless a caller says otherwise.
    integer(i8), parameter :: usual_events = 10000000_i8
@@ -38,32 +38,15 @@ contains
       procedure(ask_stop), pointer, intent(in), optional :: stop_is_asked
 
       class(integrator_t), allocatable, target :: own
+      type(method_t) :: checked
+      character(:), allocatable :: allowed, key
       integer(i8) :: limit
+      logical :: all
 
       if (.not. present(integrator)) then
          call run_motion(machine, method, t_end, observers, outcome, error, most_events, keep_all, own, stop_is_asked)
          return
       end if
-      call prepare_motion(machine, method, error, keep_all, integrator, stop_is_asked)
-      if (allocated(error)) return
-      limit = usual_events
-      if (present(most_events)) limit = most_events
-      call integrator%run(t_end, limit, observers, outcome)
-   end subroutine run_motion
-
-   !> Have an integrator of a method that has taken the machine; see `run_motion`.
-   subroutine prepare_motion(machine, method, error, keep_all, integrator, stop_is_asked)
-      type(machine_t), intent(in) :: machine
-      type(method_t), intent(in) :: method
-      type(error_t), allocatable, intent(out) :: error
-      logical, intent(in), optional :: keep_all
-      class(integrator_t), allocatable, intent(inout) :: integrator
-      procedure(ask_stop), pointer, intent(in), optional :: stop_is_asked
-
-      type(method_t) :: checked
-      character(:), allocatable :: allowed, key
-      logical :: all
-
       checked = method
       call check_method(checked, machine, key, allowed)
       if (len(key) > 0) then
@@ -72,12 +55,15 @@ contains
       end if
       all = .false.
       if (present(keep_all)) all = keep_all
+      limit = usual_events
+      if (present(most_events)) limit = most_events
       call new_integrator(integrator, checked, error)
       if (allocated(error)) return
       integrator%budget%stop_is_asked => null()
       if (present(stop_is_asked)) integrator%budget%stop_is_asked => stop_is_asked
       call integrator%prepare(machine, all, error)
-   end subroutine prepare_motion
+      if (.not. allocated(error)) call integrator%run(t_end, limit, observers, outcome)
+   end subroutine run_motion
 
    !> Make the integrator of a method that razy_motion_method has checked; one of the same kind is kept with what it knows.
    subroutine new_integrator(integrator, method, error)

@@ -62,9 +62,6 @@ module razy_study_watch
       procedure :: attach
       procedure :: forget
       procedure :: run
-      procedure :: needs_all
-      procedure :: begin
-      procedure :: finish
       procedure :: columns
       procedure, private :: ask_trajectory
    end type watch_t
@@ -195,6 +192,7 @@ contains
          tried%t_end = min(2*recorded, motion%t_end)
       end if
       do
+         self%followed = tried%t_end
          call follow(self, machine, tried, motion%t_end - tried%t_end, outcome, error, integrator)
          if (allocated(error) .or. outcome%status /= status_ok .or. tried%t_end >= motion%t_end) return
          if (self%periodicity%found() > 0) return
@@ -211,8 +209,9 @@ contains
       type(outcome_t), intent(out) :: outcome
       type(error_t), allocatable, intent(out) :: error
       class(integrator_t), allocatable, intent(inout), target :: integrator
-      type(observer_slot_t), allocatable :: slots(:)
+      type(observer_slot_t) :: slots(size(self%extrema) + 5)
       real(wp) :: from(size(self%extrema)), from_statistics, from_kind
+      integer :: i, n
 
       from = self%extrema%from
       from_statistics = self%statistics%from
@@ -220,35 +219,7 @@ contains
       self%extrema%from = max(from - earlier, 0.0_wp)
       self%statistics%from = max(from_statistics - earlier, 0.0_wp)
       self%periodicity%from = max(from_kind - earlier, 0.0_wp)
-      call self%begin(machine, motion%t_end, slots)
-      call run_motion(machine, motion%method, motion%t_end, slots, outcome, error, motion%most_events, self%needs_all(), &
-                      integrator, self%stop_is_asked)
-      if (.not. allocated(error)) call self%finish(machine, motion, outcome, integrator, error)
-      if (allocated(error)) call self%forget()
-      self%extrema%from = from
-      self%statistics%from = from_statistics
-      self%periodicity%from = from_kind
-   end subroutine follow
-
-   !> Whether every coordinate has to be followed.
-   pure logical function needs_all(self)
-      class(watch_t), intent(in) :: self
-
-      needs_all = self%keep_all .or. self%strobe_periods > 0
-   end function needs_all
-
-   !> Be ready for a motion of a machine until `t_end`, s: its observers, parts of this watch.
-   subroutine begin(self, machine, t_end, slots)
-      class(watch_t), intent(inout), target :: self
-      type(machine_t), intent(in) :: machine
-      real(wp), intent(in) :: t_end
-      type(observer_slot_t), allocatable, intent(out) :: slots(:)
-
-      integer :: i, n
-
-      call self%attach(machine, t_end)
-      self%followed = t_end
-      allocate (slots(size(self%extrema) + 5))
+      call self%attach(machine, motion%t_end)
       n = 0
       do i = 1, size(self%extrema)
          call show(self%extrema(i))
@@ -258,7 +229,19 @@ contains
       if (self%asks_kind) call show(self%periodicity)
       if (allocated(self%trajectory)) call show(self%trajectory)
       if (self%strobe_periods > 0) call show(self%strobe)
-      slots = slots(:n)
+      call run_motion(machine, motion%method, motion%t_end, slots(:n), outcome, error, motion%most_events, &
+                      self%keep_all .or. self%strobe_periods > 0, integrator, self%stop_is_asked)
+      if (.not. allocated(error) .and. outcome%status == status_ok .and. motion%lyapunov > 0) then
+         call find_exponents(self, machine, motion, integrator, error)
+      end if
+      self%extrema%from = from
+      self%statistics%from = from_statistics
+      self%periodicity%from = from_kind
+      if (allocated(error)) call self%forget()
+      if (outcome%status /= status_ok) self%strobe%count = 0
+      do i = 1, self%strobe%count
+         self%norm = max(self%norm, norm_of(self, machine, self%strobe%state(:, i)))
+      end do
 
    contains
 
@@ -269,25 +252,7 @@ contains
          slots(n)%observer => observer
       end subroutine show
 
-   end subroutine begin
-
-   !> What is to be done at the end of a motion.
-   subroutine finish(self, machine, motion, outcome, integrator, error)
-      class(watch_t), intent(inout) :: self
-      type(machine_t), intent(in) :: machine
-      type(motion_t), intent(in) :: motion
-      type(outcome_t), intent(in) :: outcome
-      class(integrator_t), allocatable, intent(inout), target :: integrator
-      type(error_t), allocatable, intent(out) :: error
-
-      integer :: i
-
-      if (outcome%status == status_ok .and. motion%lyapunov > 0) call find_exponents(self, machine, motion, integrator, error)
-      if (outcome%status /= status_ok) self%strobe%count = 0
-      do i = 1, self%strobe%count
-         self%norm = max(self%norm, norm_of(self, machine, self%strobe%state(:, i)))
-      end do
-   end subroutine finish
+   end subroutine follow
 
    !> Lyapunov exponents from the end of a motion on.
    subroutine find_exponents(self, machine, motion, by, error)

@@ -1,8 +1,8 @@
 !! The part of a sweep on rank 0: it hands out chunks, collects results and, between messages, computes points itself.
 !!
-!! Rank 0 takes one row at a time, or a few that are computed together, and looks for messages after each. What others sent is
-!! settled before it computes on, what it computed itself from time to time. Its memory does not grow with the sweep: it receives
-!! a few packets at a time, and their senders keep the others.
+!! Rank 0 takes one row at a time and looks for messages after each. What others sent is settled before it computes on, what it
+!! computed itself from time to time. Its memory does not grow with the sweep: it receives a few
+!! packets at a time, and their senders keep the others.
 !!
 !! When the sweep is to stop, after an interruption or a failure, it tells all ranks, hands out nothing more, and collects what
 !! they still send.
@@ -17,8 +17,8 @@ module razy_sweep_manager
    use razy_sweep_clock, only: patience_t, seconds
    use razy_sweep_communicator, only: communicator_t
    use razy_sweep_message, only: incoming_t, outgoing_t
-   use razy_sweep_protocol, only: ask_interrupt, at_once, chunk_size, sweep_options_t, tag_chunk, tag_request, tag_results, &
-      & tag_stop, tally_t, unpack_tally
+   use razy_sweep_protocol, only: ask_interrupt, chunk_size, sweep_options_t, tag_chunk, tag_request, tag_results, tag_stop, &
+      & tally_t, unpack_tally
    use razy_sweep_packet, only: packet_t
    use razy_sweep_task, only: collector_t, point_task
    use razy_sweep_units, only: units_t
@@ -36,8 +36,6 @@ module razy_sweep_manager
       type(sweep_options_t) :: options
       !> Units of the sweep, the next one to hand out, the one that rank 0 is at, or 0; rows in all, and collected.
       integer(i8) :: n_units = 0, next = 1, own = 0, rows = 0, collected = 0
-      !> Time of the last unit that rank 0 computed, 0: none yet [s].
-      real(wp) :: unit_time = 0.0_wp
       !> Ranks that may still send.
       integer :: active = 0
       !> No more points are computed.
@@ -236,28 +234,17 @@ contains
       type(units_t), intent(inout) :: units
       class(collector_t), intent(inout) :: collector
       real(wp) :: begun
-      integer(i8) :: computed
-      integer :: count
       logical :: more
 
-      count = 0
       if (manager%own == 0) then
-         count = at_once(task, manager%n_units - manager%next + 1, manager%communicator%size, manager%unit_time)
          manager%own = manager%next
-         manager%next = manager%next + count
+         manager%next = manager%next + 1
       end if
       call manager%packet%clear()
       begun = seconds()
-      if (count > 1) then
-         call units%run_several(task, manager%own, count, manager%packet, computed)
-         more = .false.
-      else
-         call units%run(task, manager%own, manager%packet, more)
-         computed = merge(0_i8, 1_i8, task%broken_off)
-      end if
-      manager%unit_time = (seconds() - begun)/max(count, 1)
+      call units%run(task, manager%own, manager%packet, more)
       manager%tallies(0)%busy = manager%tallies(0)%busy + (seconds() - begun)
-      manager%tallies(0)%points = manager%tallies(0)%points + computed
+      if (.not. task%broken_off) manager%tallies(0)%points = manager%tallies(0)%points + 1
       if (.not. more) manager%own = 0
       call collect(manager, collector, manager%packet)
    end subroutine compute_row

@@ -7,11 +7,10 @@
 !! computed.
 module razy_sweep_protocol
    use razy_core_kinds, only: i8, wp
-   use razy_sweep_task, only: point_task
    implicit none(type, external)
    private
 
-   public :: ask_interrupt, at_once, chunk_size, pack_tally, sweep_options_t, tally_t, unpack_tally
+   public :: ask_interrupt, chunk_size, pack_tally, sweep_options_t, tally_t, unpack_tally
 
    integer, parameter, public :: tag_request = 1, tag_results = 2, tag_tally = 3, tag_chunk = 4, tag_stop = 5
 
@@ -70,24 +69,6 @@ contains
       if (unit_time > 0.0_wp) share = max(share, int(min(real(half, wp), ranks*options%request_time/unit_time), i8))
       chunk_size = min(remaining, max(options%smallest_chunk, 1_i8, min(options%largest_chunk, share)))
    end function chunk_size
-
-   !> Number of the `remaining` units that a rank computes together: as many as the task takes, but not for longer than a user waits
-   !> for a sign of life, or, where there are several `ranks` and this one has to answer them, than they do.
-   integer function at_once(task, remaining, ranks, unit_time)
-      class(point_task), intent(in) :: task
-      integer(i8), intent(in) :: remaining
-      integer, intent(in) :: ranks
-      real(wp), intent(in) :: unit_time
-
-      real(wp), parameter :: long = 1.0_wp, short = 0.05_wp
-      integer, parameter :: few = 8
-      real(wp) :: most
-
-      most = real(task%together(), wp)
-      if (ranks > 1) most = min(most, real(few, wp), real(max(remaining/(2_i8*ranks), 1_i8), wp))
-      if (unit_time > 0.0_wp) most = min(most, merge(short, long, ranks > 1)/unit_time)
-      at_once = int(min(real(remaining, wp), max(most, merge(1.0_wp, min(real(task%together(), wp), real(few, wp)), ranks > 1))))
-   end function at_once
 
    !> A tally as words (3) of a message.
    pure function pack_tally(tally) result(words)

@@ -19,9 +19,6 @@ module razy_sweep_task
    contains
       procedure(describe_row), deferred :: describe
       procedure(run_point), deferred :: run
-      !> How many points may be computed together, and these: with the same rows as one by one.
-      procedure :: together => alone
-      procedure :: run_several => run_each
    end type point_task
 
    !> Who takes rows on rank 0.
@@ -70,31 +67,5 @@ module razy_sweep_task
          type(error_t), allocatable, intent(out) :: error
       end subroutine settle_rows
    end interface
-
-contains
-
-   !> A task that says nothing else takes one point at a time.
-   pure integer function alone(self)
-      class(point_task), intent(in) :: self
-
-      associate (unused => self)
-         alone = 1
-      end associate
-   end function alone
-
-   !> Compute several points and fill their rows, which come rewound; `broken`: the point was interrupted, its row is none.
-   subroutine run_each(self, points, rows, broken)
-      class(point_task), intent(inout), target :: self
-      integer(i8), intent(in) :: points(:)
-      type(table_t), intent(inout) :: rows(:)
-      logical, intent(out) :: broken(:)
-
-      integer :: i
-
-      do i = 1, size(points)
-         call self%run(points(i), rows(i))
-         broken(i) = self%broken_off
-      end do
-   end subroutine run_each
 
 end module razy_sweep_task

@@ -21,12 +21,10 @@ module razy_sweep_units
       !> The chain that is being computed and its link that was last; the rows of this point and of the link before.
       integer(i8), private :: at = 0, link = 0
       type(table_t), private :: row, before
-      type(table_t), allocatable, private :: rows(:)
    contains
       procedure :: share
       procedure :: begin
       procedure :: run
-      procedure :: run_several
       procedure, private :: run_link
    end type units_t
 
@@ -58,8 +56,6 @@ contains
       self%row = table_t()
       call task%describe(self%row)
       self%before = self%row
-      if (allocated(self%rows)) deallocate (self%rows)
-      allocate (self%rows(task%together()), source=self%row)
    end subroutine begin
 
    !> Compute a missing point, or the next link of a chain, and append its row to a packet, unless it was
@@ -89,33 +85,6 @@ contains
          call packet%put(point, self%row)
       end if
    end subroutine run
-
-   !> Compute `count` missing points from `unit` on together, at most as many as the task takes, and append the rows of those that
-   !> were not interrupted.
-   subroutine run_several(self, task, unit, count, packet, computed)
-      class(units_t), intent(inout) :: self
-      class(point_task), intent(inout) :: task
-      integer(i8), intent(in) :: unit
-      integer, intent(in) :: count
-      type(packet_t), intent(inout) :: packet
-      integer(i8), intent(out) :: computed
-
-      integer(i8) :: points(count)
-      logical :: broken(count)
-      integer :: i
-
-      do i = 1, count
-         points(i) = self%plan%point_of_unit(unit + i - 1)
-         call self%rows(i)%rewind()
-      end do
-      call task%run_several(points, self%rows(:count), broken)
-      computed = 0
-      do i = 1, count
-         if (broken(i)) cycle
-         call packet%put(points(i), self%rows(i))
-         computed = computed + 1
-      end do
-   end subroutine run_several
 
    subroutine run_link(self, task, unit, point, more)
       class(units_t), intent(inout) :: self

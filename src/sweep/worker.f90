@@ -10,8 +10,8 @@ module razy_sweep_worker
    use razy_sweep_clock, only: patience_t, seconds
    use razy_sweep_communicator, only: communicator_t
    use razy_sweep_message, only: incoming_t, outgoing_t
-   use razy_sweep_protocol, only: ask_interrupt, at_once, pack_tally, sweep_options_t, tag_chunk, tag_request, tag_results, &
-      & tag_tally, tally_t
+   use razy_sweep_protocol, only: ask_interrupt, pack_tally, sweep_options_t, tag_chunk, tag_request, tag_results, tag_tally, &
+      & tally_t
    use razy_sweep_task, only: point_task
    use razy_sweep_units, only: units_t
    implicit none(type, external)
@@ -54,7 +54,6 @@ contains
       type(worker_t), asynchronous :: worker
       integer(i8) :: first, count, unit
       real(wp) :: begun
-      integer :: together
 
       worker%communicator = communicator
       worker%options = options
@@ -65,11 +64,9 @@ contains
          if (count == 0) exit
          if (options%ask_ahead) call ask(worker)
          begun = seconds()
-         unit = first
-         do while (unit < first + count .and. .not. worker%stopping)
-            together = at_once(task, first + count - unit, 1, worker%unit_time)
-            call compute_units(worker, task, units, interrupted, unit, together)
-            unit = unit + together
+         do unit = first, first + count - 1
+            if (worker%stopping) exit
+            call compute_unit(worker, task, units, interrupted, unit)
          end do
          worker%unit_time = (seconds() - begun)/count
          if (.not. options%ask_ahead) call ask(worker)
@@ -77,31 +74,23 @@ contains
       call finish(worker)
    end subroutine work
 
-   !> Compute a unit, all its rows, unless the worker is to stop between them; or `count` units of one row together.
-   subroutine compute_units(worker, task, units, interrupted, unit, count)
+   !> Compute a unit, all its rows, unless the worker is to stop between them.
+   subroutine compute_unit(worker, task, units, interrupted, unit)
       type(worker_t), intent(inout), asynchronous :: worker
       class(point_task), intent(inout) :: task
       type(units_t), intent(inout) :: units
       procedure(ask_interrupt), optional :: interrupted
       integer(i8), intent(in) :: unit
-      integer, intent(in) :: count
 
       real(wp) :: begun, ended
-      integer(i8) :: computed
       logical :: more
 
       do
          begun = seconds()
-         if (count > 1) then
-            call units%run_several(task, unit, count, worker%results(worker%filling)%packet, computed)
-            more = .false.
-         else
-            call units%run(task, unit, worker%results(worker%filling)%packet, more)
-            computed = merge(0_i8, 1_i8, task%broken_off)
-         end if
+         call units%run(task, unit, worker%results(worker%filling)%packet, more)
          ended = seconds()
          worker%tally%busy = worker%tally%busy + (ended - begun)
-         worker%tally%points = worker%tally%points + computed
+         if (.not. task%broken_off) worker%tally%points = worker%tally%points + 1
          call send_if_due(worker, ended)
          call listen(worker)
          if (present(interrupted)) then
@@ -109,7 +98,7 @@ contains
          end if
          if (worker%stopping .or. .not. more) return
       end do
-   end subroutine compute_units
+   end subroutine compute_unit
 
    !> Ask for the next chunk. The answer to the request before has come, so its message is over or nearly so.
    subroutine ask(worker)

@@ -18,15 +18,13 @@ def test_axis_ascends_and_points_are_those_of_single_runs():
         offset, stored = extrema["offset"][:], {key: extrema[key][:] for key in ("value", "time", "kind")}
         events = file["point/events"][:]
     assert np.array_equal(speeds, 1000.0 + 100.0 * np.arange(17))
-    # Where motions are regular; a sweep follows them side by side, so the last digits are others.
-    for k in (0, 7, 12, 16):
+    for k in (0, 6, 9, 16):
         output = f"run_{k}.h5"
         succeed("razy-run", GEAR_PAIR, *sets(rotation__speed_rpm=speeds[k]), "--output", output)
         with h5py.File(output) as file:
             for key, values in stored.items():
-                found = file[f"extrema/mesh_deformation/{key}"][:]
-                np.testing.assert_allclose(
-                    found, values[offset[k] : offset[k + 1]], rtol=0, atol=1e-11 * np.abs(values).max(), err_msg=key
+                assert np.array_equal(file[f"extrema/mesh_deformation/{key}"][:], values[offset[k] : offset[k + 1]]), (
+                    key
                 )
             assert file["event/time"].size == events[k]
 
@@ -87,8 +85,7 @@ def test_any_real_value_can_be_varied(folder, parameter, first, last, units):
     for k in (1, 3):
         succeed("razy-run", case, "--set", f"{parameter}={float(values[k])!r}", "--output", "run.h5", "--force")
         with h5py.File("run.h5") as file:
-            alone = file["extrema/mesh_deformation/value"][:]
-            np.testing.assert_allclose(alone, pieces[k], rtol=0, atol=1e-11 * np.abs(alone).max())
+            assert np.array_equal(file["extrema/mesh_deformation/value"][:], pieces[k])
     assert len({piece.tobytes() for piece in pieces}) == 4
 
 

@@ -11,7 +11,7 @@ module razy_exact_closed_form_passage
    implicit none(type, external)
    private
 
-   public :: passage_column, passage_t
+   public :: passage_t
 
    type :: passage_t
       !> How often the motion under way has come here over the state.
@@ -73,6 +73,7 @@ contains
       class(passage_t), intent(inout) :: self
       type(response_t), intent(in) :: from, to
 
+      real(wp) :: state(2*from%m)
       integer :: j, t
       logical :: kept, lasts
 
@@ -87,28 +88,15 @@ contains
       do j = 1, from%columns
          t = merge(j, j - from%filled, j <= from%filled) - from%terms
          if (kept .and. (t <= 0 .or. j > from%one)) cycle
-         call passage_column(from, to, j, self%matrix(:, j))
+         state = from%from(:, j)
+         if (j == from%one) state = state - to%from(:, to%one)
+         if (j < from%one .and. t >= 1 .and. t <= to%tones) then
+            state = state - to%from(:, merge(0, to%filled, j <= from%filled) + to%terms + t)
+         end if
+         call product(to%rows, 2*to%m, to%into, state, self%matrix(:, j))
       end do
       self%lasting = lasts
       self%ready = .true.
    end subroutine make_matrix
-
-   !> What number j of the list in the response `from` gives to terms and rigid modes of `to` (rows).
-   pure subroutine passage_column(from, to, j, y)
-      type(response_t), intent(in) :: from, to
-      integer, intent(in) :: j
-      real(wp), intent(out) :: y(to%rows)
-
-      real(wp) :: state(2*from%m)
-      integer :: t
-
-      t = merge(j, j - from%filled, j <= from%filled) - from%terms
-      state = from%from(:, j)
-      if (j == from%one) state = state - to%from(:, to%one)
-      if (j < from%one .and. t >= 1 .and. t <= to%tones) then
-         state = state - to%from(:, merge(0, to%filled, j <= from%filled) + to%terms + t)
-      end if
-      call product(to%rows, 2*to%m, to%into, state, y)
-   end subroutine passage_column
 
 end module razy_exact_closed_form_passage

@@ -15,7 +15,7 @@ module razy_exact_closed_form_rows
    type :: rows_t
       integer :: forms = 0
       !> Coefficients of the derivatives f^(p) on the list of a motion (length, 0:4, forms; razy_exact_closed_form_amplitudes).
-      real(wp), allocatable :: on(:, :, :)
+      real(wp), allocatable, private :: on(:, :, :)
       !> Moduli of those of order 0…5 on amplitudes (filled up to pairs, 0:5, forms).
       real(wp), allocatable :: moduli(:, :, :)
       !> Of driven terms: bounds of what their excitation adds to derivatives of order 0…5, and of the terms of that (0:5, forms);

@@ -54,11 +54,10 @@ module razy_study_sweep_task
       character(:), allocatable, private :: tuned_unit
       logical, private :: asks_time = .false.
       class(scene_t), allocatable, private :: scene
-      class(integrator_t), allocatable :: integrator
+      class(integrator_t), allocatable, private :: integrator
    contains
       procedure :: describe
       procedure :: run => run_point
-      procedure :: fill
       procedure :: machine_at
       procedure, private :: check_ends
       procedure, private :: plan_points
@@ -219,7 +218,7 @@ contains
       call self%watch%attach(self%machine, self%motion%t_end)
       call self%watch%forget()
       call continuation%take_from()
-      call self%fill(row, outcome_t(status=status_not_computed), 0.0_wp, 0.0_wp, continuation)
+      call fill(self, row, outcome_t(status=status_not_computed), 0.0_wp, 0.0_wp, continuation)
    end subroutine describe
 
    !> `took` and `worked`: time on the clock and of the processor, s.
@@ -265,7 +264,7 @@ contains
          call continuation%take_from()
       end if
       call cpu_time(work_ended)
-      call self%fill(row, outcome, seconds() - begun, work_ended - work_begun, continuation)
+      call fill(self, row, outcome, seconds() - begun, work_ended - work_begun, continuation)
    end subroutine run_point
 
 end module razy_study_sweep_task
