@@ -12,7 +12,8 @@
 !! coupling (k_yz - k_zy)/2, has no potential and drives whirl; it is kept apart from the symmetric part, and so is that of damping.
 !! Those of a table change with the speed of the shaft.
 module razy_rotor_bearing
-   use razy_core_kinds, only: pi, wp
+   use razy_core_angle, only: turn
+   use razy_core_kinds, only: wp
    use razy_linalg_dense, only: add_outer
    use razy_rotor_speed_table, only: speed_table_t
    implicit none(type, external)
@@ -38,7 +39,7 @@ module razy_rotor_bearing
    !> A row of equal rolling elements.
    type :: rolling_row_t
       integer :: elements = 0
-      !> Angle of the first element from y towards z, rad.
+      !> Angle of the first element from y towards z, deg.
       real(wp) :: first_angle = 0.0_wp
       !> Radial and axial stiffness of each element, N/m.
       real(wp) :: radial = 0.0_wp, axial = 0.0_wp
@@ -86,14 +87,15 @@ contains
       type(rolling_row_t), intent(in) :: row
       type(bearing_t) :: bearing
 
-      real(wp) :: angle, k(6, 6), along(6), radial(6)
+      complex(wp) :: at
+      real(wp) :: k(6, 6), along(6), radial(6)
       integer :: j
 
       k = 0.0_wp
       do j = 1, row%elements
-         angle = row%first_angle + 2*pi*(j - 1)/row%elements
-         radial = [0.0_wp, cos(angle), sin(angle), 0.0_wp, -row%offset*sin(angle), row%offset*cos(angle)]
-         along = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, row%axial_radius*sin(angle), -row%axial_radius*cos(angle)]
+         at = turn(row%first_angle + 360.0_wp*(j - 1)/row%elements)
+         radial = [0.0_wp, at%re, at%im, 0.0_wp, -row%offset*at%im, row%offset*at%re]
+         along = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, row%axial_radius*at%im, -row%axial_radius*at%re]
          call add_outer(k, row%radial, radial)
          call add_outer(k, row%axial, along)
       end do

@@ -14,6 +14,7 @@
 !! with rho_i from the node to the pitch point is positive in contact on the working flanks; the force on the gears is -delta_1 F
 !! and +delta_2 F. The other flank has another normal; one vector for both is a limit of this model.
 module razy_rotor_gear_mesh
+   use razy_core_angle, only: turn
    use razy_core_kinds, only: wp
    implicit none(type, external)
    private
@@ -25,7 +26,7 @@ module razy_rotor_gear_mesh
       integer :: shaft(2) = 0, node(2) = 0
       !> Pitch radii, m; distance of the gears' middle planes from their nodes along +x, m.
       real(wp) :: radius(2) = 0.0_wp, offset(2) = 0.0_wp
-      !> Normal pressure angle, helix angle, angle of the line of centres, rad.
+      !> Normal pressure angle, helix angle, angle of the line of centres, deg.
       real(wp) :: pressure = 0.0_wp, helix = 0.0_wp, centre_line = 0.0_wp
       logical :: right_handed = .true.
       !> Whether a positive torque on gear 1 loads the working flanks.
@@ -44,14 +45,17 @@ contains
       integer, intent(in) :: gear
       real(wp) :: delta(6)
 
+      complex(wp) :: line, helix, pressure
       real(wp) :: arm(3), flank, hand, normal(3), radial(3), tangent(3)
 
-      radial = [0.0_wp, cos(self%centre_line), sin(self%centre_line)]
-      tangent = [0.0_wp, -sin(self%centre_line), cos(self%centre_line)]
+      line = turn(self%centre_line)
+      helix = turn(self%helix)
+      pressure = turn(self%pressure)
+      radial = [0.0_wp, line%re, line%im]
+      tangent = [0.0_wp, -line%im, line%re]
       hand = merge(1.0_wp, -1.0_wp, self%right_handed)
       flank = merge(1.0_wp, -1.0_wp, self%positive_drive)
-      normal = flank*cos(self%pressure)*(cos(self%helix)*tangent - hand*sin(self%helix)*[1.0_wp, 0.0_wp, 0.0_wp]) &
-               + sin(self%pressure)*radial
+      normal = flank*pressure%re*(helix%re*tangent - hand*helix%im*[1.0_wp, 0.0_wp, 0.0_wp]) + pressure%im*radial
       arm = merge(1.0_wp, -1.0_wp, gear == 1)*self%radius(gear)*radial
       arm(1) = self%offset(gear)
       delta(:3) = normal

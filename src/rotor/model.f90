@@ -6,6 +6,7 @@
 !! in B and K: they are directions w_j = (delta_1, -delta_2),
 !! to which a linear mesh adds k w wᵀ and b w wᵀ.
 module razy_rotor_model
+   use razy_core_angle, only: turn
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_linalg_sparse, only: add_matrices, csr_t, entries_t, new_csr
@@ -155,7 +156,7 @@ contains
       do i = 1, size(model%rotor%unbalance)
          associate (unbalance => model%rotor%unbalance(i))
             at = model%numbering%of(unbalance%shaft, unbalance%node)
-            phase = unbalance%moment*exp(cmplx(0.0_wp, unbalance%angle, wp))
+            phase = unbalance%moment*turn(unbalance%angle)
             associate (u => model%unbalance(:, unbalance%shaft))
                if (at(2) > 0) u(at(2)) = u(at(2)) + phase
                ! sin(omega t) along z, turning from y to z for omega > 0

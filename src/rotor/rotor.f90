@@ -50,7 +50,7 @@ module razy_rotor_rotor
       real(wp) :: force(6) = 0.0_wp
    end type node_load_t
 
-   !> Mass times eccentricity, kg m, at an angle, rad, from y towards z at time 0.
+   !> Mass times eccentricity, kg m, at an angle, deg, from y towards z at time 0.
    type :: unbalance_t
       integer :: shaft = 0, node = 0
       real(wp) :: moment = 0.0_wp, angle = 0.0_wp

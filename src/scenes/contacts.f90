@@ -1,8 +1,9 @@
 !! Stops and friction elements of any scene, which says where they act: keys of friction, laws, where a normal force comes from.
 module razy_scenes_contacts
    use razy_contact_friction_law, only: new_friction_law
+   use razy_core_angle, only: turn
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: pi, qp, wp
+   use razy_core_kinds, only: qp, wp
    use razy_core_text, only: did_you_mean, position_of, string_t
    use razy_input_input, only: input_t
    use razy_input_schema, only: add_real, add_string, group_spec_t, nonnegative
@@ -80,6 +81,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp) :: amplitude, clearance, factor, phase
+      complex(wp) :: at
       type(frequency_t) :: frequency
 
       call input%get("stop", i, "clearance", clearance)
@@ -99,8 +101,8 @@ contains
       if (allocated(error)) return
       call read_frequency(frequency, harmonics, input, "stop", i, "motion_", abs(amplitude) > 0.0_wp, error)
       if (allocated(error)) return
-      phase = phase*pi/180
-      call add_harmonic(harmonics, row, frequency, -amplitude*sin(phase), -amplitude*cos(phase))
+      at = -amplitude*turn(phase)
+      call add_harmonic(harmonics, row, frequency, at%im, at%re)
    end subroutine read_stop
 
    !> Law, normal force and belt of `&friction` number i. `stops` are the contacts that may give a normal force; `normal_of` and

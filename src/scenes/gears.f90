@@ -6,8 +6,9 @@
 !! The errors of each gear over a turn may come from a measured table, whose discrete Fourier sum has the orders of that gear.
 module razy_scenes_gears
    use razy_contact_clearance_law, only: clearance_law_t, clearance_side_t, new_clearance_law, vary_stiffness
+   use razy_core_angle, only: turn
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: pi, qp, wp
+   use razy_core_kinds, only: qp, wp
    use razy_core_number, only: decimal, to_text
    use razy_core_text, only: string_t
    use razy_core_text_columns, only: read_text_columns
@@ -142,7 +143,9 @@ contains
 
       !> Share of a step up to which angles may be rounded; share of the largest value below which a harmonic is rounding.
       real(wp), parameter :: rounded = 1.0e-2_wp, nothing = 64*epsilon(1.0_wp)
-      real(wp), allocatable :: angle(:), values(:, :)
+      complex(wp) :: first
+      complex(wp), allocatable :: at(:)
+      real(wp), allocatable :: values(:, :)
       real(wp) :: cosine, sine, step
       integer :: j, k, most, n
 
@@ -170,14 +173,12 @@ contains
       call add_harmonic(harmonics, row, harmonics%of_order(0.0_qp), sum(values(:, 2))/n, 0.0_wp)
       do k = 1, min(most, n/2)
          ! Whole turns are left out, so that the angle is right to rounding.
-         angle = 2*pi*real([(modulo(k*(j - 1), n), j=1, n)], wp)/n
-         cosine = sum(values(:, 2)*cos(angle))*merge(1, 2, 2*k == n)/n
-         sine = sum(values(:, 2)*sin(angle))*merge(0, 2, 2*k == n)/n
+         at = turn(360*real([(modulo(k*(j - 1), n), j=1, n)], wp)/n)
+         cosine = sum(values(:, 2)*at%re)*merge(1, 2, 2*k == n)/n
+         sine = sum(values(:, 2)*at%im)*merge(0, 2, 2*k == n)/n
          if (.not. hypot(cosine, sine) > nothing*maxval(abs(values(:, 2)))) cycle
-         associate (phase => k*values(1, 1)*pi/180)
-            call add_harmonic(harmonics, row, harmonics%of_order(k*ratio), cosine*cos(phase) - sine*sin(phase), &
-                              cosine*sin(phase) + sine*cos(phase))
-         end associate
+         first = cmplx(cosine, sine, wp)*turn(k*values(1, 1))
+         call add_harmonic(harmonics, row, harmonics%of_order(k*ratio), first%re, first%im)
       end do
    end subroutine add_table
 
@@ -194,6 +195,7 @@ contains
 
       character(*), parameter :: keys(3) = [character(16) :: "stiffness_sine", "stiffness_cosine", "contact_ratio"]
       real(wp), allocatable :: cosine(:), sine(:)
+      complex(wp) :: at
       real(wp) :: contact_ratio, pair_ratio, phase
       type(frequency_t) :: of_k, teeth
       logical :: given(3)
@@ -238,14 +240,15 @@ contains
          call input%complain(error, "gear_mesh", i, trim(keys(k)), "amplitudes whose sum is less than 1")
          return
       end if
-      phase = phase*pi/180
       do k = 1, size(sine)
+         at = sine(k)*turn(k*phase)
          of_k = frequency_t(k*teeth%hertz, k*teeth%sweep)
-         call add_harmonic(harmonics, row, of_k, sine(k)*sin(k*phase), sine(k)*cos(k*phase))
+         call add_harmonic(harmonics, row, of_k, at%im, at%re)
       end do
       do k = 1, size(cosine)
+         at = cosine(k)*turn(k*phase)
          of_k = frequency_t(k*teeth%hertz, k*teeth%sweep)
-         call add_harmonic(harmonics, row, of_k, cosine(k)*cos(k*phase), -cosine(k)*sin(k*phase))
+         call add_harmonic(harmonics, row, of_k, at%re, -at%im)
       end do
    end subroutine vary
 

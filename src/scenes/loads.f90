@@ -1,7 +1,8 @@
 !! Loads on the coordinates of a machine, for every kind of scene: &load.
 module razy_scenes_loads
+   use razy_core_angle, only: turn
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: pi, wp
+   use razy_core_kinds, only: wp
    use razy_input_input, only: input_t
    use razy_input_schema, only: add_real, add_string, group_spec_t
    use razy_machine_machine, only: machine_t
@@ -38,6 +39,7 @@ contains
 
       type(coordinate_t) :: on
       real(wp) :: amplitude, phase, unbalance, value
+      complex(wp) :: at
       type(frequency_t) :: frequency
       integer :: i
 
@@ -50,10 +52,10 @@ contains
          call input%get("load", i, "phase", phase)
          call read_frequency(frequency, harmonics, input, "load", i, "", max(abs(amplitude), abs(unbalance)) > 0.0_wp, error)
          if (allocated(error)) return
-         phase = phase*pi/180
          machine%load = machine%load + value*on%row
-         call add_harmonics(harmonics, frequency, amplitude*sin(phase)*on%row, amplitude*cos(phase)*on%row)
-         call add_harmonics(harmonics, frequency, unbalance*sin(phase)*on%row, unbalance*cos(phase)*on%row, unbalance=.true.)
+         at = turn(phase)
+         call add_harmonics(harmonics, frequency, amplitude*at%im*on%row, amplitude*at%re*on%row)
+         call add_harmonics(harmonics, frequency, unbalance*at%im*on%row, unbalance*at%re*on%row, unbalance=.true.)
       end do
    end subroutine add_loads
 

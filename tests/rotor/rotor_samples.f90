@@ -1,7 +1,7 @@
 !! Rotor systems for tests: uniform shafts, and the test gearbox (source thesis, 4.2.3) with the values chosen for it.
 module rotor_samples
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: pi, wp
+   use razy_core_kinds, only: wp
    use razy_linalg_dense, only: identity
    use razy_rotor_bearing, only: bearing_t, rolling_bearing, rolling_row_t
    use razy_rotor_disk, only: disk_t
@@ -111,8 +111,8 @@ contains
       rotor%mesh(1)%shaft = [1, 2]
       rotor%mesh(1)%node = gear
       rotor%mesh(1)%radius = 0.08_wp
-      rotor%mesh(1)%pressure = 20*pi/180
-      rotor%mesh(1)%helix = 15*pi/180
+      rotor%mesh(1)%pressure = 20.0_wp
+      rotor%mesh(1)%helix = 15.0_wp
       rotor%mesh(1)%stiffness = 4.0e8_wp
       rotor%mesh(1)%damping = 2000.0_wp
       rotor%damping = damping_nodal

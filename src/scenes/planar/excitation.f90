@@ -8,6 +8,7 @@
 !! so that for φ0 = 0 the resultant is 2 U ω² sin θ1 n through p. The eccentrics are part of the body; that their axes
 !! move is left out, as in the source.
 module razy_scenes_planar_excitation
+   use razy_core_angle, only: turn
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, qp, wp
    use razy_input_input, only: input_t
@@ -46,7 +47,8 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(point_t) :: axis(2)
-      real(wp) :: across(2), along(2), angle, force, frequency, phase, phase_error
+      complex(wp) :: at
+      real(wp) :: across(2), along(2), force, frequency, phase, phase_error
       real(wp), allocatable :: x(:), y(:)
       integer :: i, k
 
@@ -59,12 +61,12 @@ contains
          call input%get("exciter", i, "phase_error", phase_error)
          do k = 1, 2
             across = merge(1, -1, k == 1)*[along(2), -along(1)]
-            angle = (phase + merge(phase_error, 0.0_wp, k == 2))*pi/180
+            at = turn(phase + merge(phase_error, 0.0_wp, k == 2))
             allocate (x(3*bodies%count), y(3*bodies%count), source=0.0_wp)
             call add_motion(x, axis(k), force*along)
             call add_motion(y, axis(k), force*across)
-            call add_harmonics(harmonics, frequency_t(hertz=real(frequency, qp)), sin(angle)*x + cos(angle)*y, &
-                               cos(angle)*x - sin(angle)*y)
+            call add_harmonics(harmonics, frequency_t(hertz=real(frequency, qp)), at%im*x + at%re*y, &
+                               at%re*x - at%im*y)
             deallocate (x, y)
          end do
       end do

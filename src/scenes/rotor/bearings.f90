@@ -57,7 +57,6 @@ contains
       call input%get("bearing", i, "first_angle", row%first_angle)
       call input%get("bearing", i, "offset", row%offset)
       call input%get("bearing", i, "damping_factor", row%damping_factor)
-      row%first_angle = row%first_angle*pi/180
       bearing = rolling_bearing(shaft, node, row)
    end subroutine read_bearing
 

@@ -2,7 +2,7 @@
 !! speeds of the shafts.
 module razy_scenes_rotor_parts
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: pi, qp, wp
+   use razy_core_kinds, only: qp, wp
    use razy_core_number, only: to_text
    use razy_core_text, only: position_of, string_t
    use razy_input_input, only: input_t
@@ -167,7 +167,6 @@ contains
          if (allocated(error)) return
          call input%get("unbalance", i, "moment", rotor%unbalance(i)%moment)
          call input%get("unbalance", i, "angle", rotor%unbalance(i)%angle)
-         rotor%unbalance(i)%angle = rotor%unbalance(i)%angle*pi/180
       end do
    end subroutine read_disks
 
@@ -205,11 +204,8 @@ contains
             call input%get("gear_mesh", i, "offset", pair)
             mesh%offset = pair
             call input%get("gear_mesh", i, "pressure_angle", mesh%pressure)
-            mesh%pressure = mesh%pressure*pi/180
             call input%get("gear_mesh", i, "helix_angle", mesh%helix)
-            mesh%helix = mesh%helix*pi/180
             call input%get("gear_mesh", i, "centre_line", mesh%centre_line)
-            mesh%centre_line = mesh%centre_line*pi/180
             mesh%right_handed = input%choice("gear_mesh", i, "hand") == "right"
             mesh%positive_drive = input%choice("gear_mesh", i, "drive") == "positive"
             call input%get("gear_mesh", i, "stiffness", mesh%stiffness)

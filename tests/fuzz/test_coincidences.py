@@ -1,0 +1,42 @@
+"""Round numbers, by which several contacts come to their bounds together: `exact` and Runge-Kutta methods are right.
+
+The state is not recorded, as in a sweep: the way through events is another where it is.
+"""
+
+import os
+import subprocess
+from pathlib import Path
+
+import h5py
+import pytest
+
+RUN = Path(os.environ["RAZY_BUILD"]) / "bin" / "razy-run"
+FOLDER = Path(__file__).parent / "data" / "coincidences"
+# Events, and the last value of the record, by closed forms or an independent code.
+RIGHT = {
+    # A body on its stop that its load, at rest at first, presses and pulls: as with the amplitude -1 and no phase.
+    "phase_180": (15, 0.0151886174359572),
+}
+TIGHT = ["motion%relative_tolerance=1e-12", "motion%absolute_tolerance=1e-15"]
+
+
+def run(folder, path, integrator, settings=()):
+    """The number of events, and the record's last value."""
+    words = [word for setting in (f"motion%integrator='{integrator}'", *settings) for word in ("--set", setting)]
+    result = folder / f"{integrator}.h5"
+    done = subprocess.run(
+        [RUN, path, "--output", result, *words], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    with h5py.File(result) as file:
+        (record,) = (values for name, values in file["observable"].items() if name != "time")
+        return int(file["outcome/events"][0]), record[-1]
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853", "radau5"])
+@pytest.mark.parametrize("name", sorted(RIGHT))
+def test_what_comes_together_is_decided_together(name, integrator, tmp_path):
+    events, value = run(tmp_path, FOLDER / f"{name}.nml", integrator, [] if integrator == "exact" else TIGHT)
+    right_events, right_value = RIGHT[name]
+    assert events == right_events
+    assert value == pytest.approx(right_value, rel=1e-8, abs=1e-15)
