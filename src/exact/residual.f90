@@ -110,7 +110,7 @@ contains
       end associate
    end function is_whole
 
-   !> The balance over `tau`, s, from displacements of the size `moves` and velocities of what that is in a turn of the fastest term.
+   !> The balance over `tau`, s, from displacements of the size `moves`, and velocities of that in a turn of the fastest term.
    function balance(self, system, mode, response, constrained, force, tau, moves) result(found)
       class(probe_t), intent(inout) :: self
       type(system_t), intent(in) :: system

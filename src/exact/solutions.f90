@@ -119,7 +119,7 @@ contains
       end associate
    end subroutine pass
 
-   !> The number of the solution in `mode`, made ready for the system and put to the test for a motion to `t_end`, s; 0: there is none.
+   !> The number of the solution in `mode`, made ready for the system, and tested for a motion to `t_end`, s; 0: there is none.
    subroutine find(self, system, mode, t_end, i)
       class(solutions_t), intent(inout) :: self
       type(system_t), intent(in) :: system

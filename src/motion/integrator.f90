@@ -8,6 +8,7 @@ module razy_motion_integrator
    use razy_core_kinds, only: i8, wp
    use razy_core_table, only: table_t
    use razy_machine_machine, only: machine_t
+   use razy_motion_method, only: integrators
    implicit none(type, external)
    private
 
@@ -32,6 +33,8 @@ module razy_motion_integrator
    !> Result and counters of a run; a counter that a method does not have stays 0.
    type :: outcome_t
       integer :: status = status_ok
+      !> Number of the method in `integrators` (razy_motion_method) that followed the motion; 1: none has.
+      integer :: integrator = 1
       !> Time reached, s.
       real(wp) :: time = 0.0_wp
       !> Changes of branch; steps taken (accepted), rejected; halvings of the search; smooth pieces.
@@ -336,6 +339,8 @@ contains
                      "switching functions that turned nearer to a bound than resolved")
       call table%add(group//"residual", self%residual, "1", &
                      "what closed forms miss in the machine's equations, over the size of their terms; 0 by other methods")
+      call table%add(group//"integrator", self%integrator, "1", "method that followed the motion")
+      call table%note_meanings([(i, i=1, size(integrators))], integrators)
       if (brief) return
       call table%add(group//"time", self%time, "s", "time reached")
       call table%add(group//"rejected", self%rejected, "1", "steps rejected")

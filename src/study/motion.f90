@@ -7,7 +7,7 @@ module razy_study_motion
    use razy_motion_integrator, only: ask_stop, integrator_t, observer_slot_t, outcome_t
    use razy_moreau_moreau, only: moreau_t
    use razy_runge_kutta_runge_kutta, only: new_runge_kutta, runge_kutta_t
-   use razy_motion_method, only: check_method, method_t
+   use razy_motion_method, only: check_method, integrators, method_t
    implicit none(type, external)
    private
 
@@ -62,7 +62,9 @@ contains
       integrator%budget%stop_is_asked => null()
       if (present(stop_is_asked)) integrator%budget%stop_is_asked => stop_is_asked
       call integrator%prepare(machine, all, error)
-      if (.not. allocated(error)) call integrator%run(t_end, limit, observers, outcome)
+      if (allocated(error)) return
+      call integrator%run(t_end, limit, observers, outcome)
+      outcome%integrator = findloc(integrators, checked%integrator, dim=1)
    end subroutine run_motion
 
    !> Make the integrator of a method that razy_motion_method has checked; one of the same kind is kept with what it knows.
