@@ -10,6 +10,7 @@ module razy_scenes_rotor_scene
    use razy_linalg_dense, only: symmetric_part
    use razy_machine_machine, only: machine_t
    use razy_rotor_bearing, only: of_stiffness
+   use razy_rotor_free_motions, only: find_rotor_motions
    use razy_rotor_model, only: new_rotor_model, rotor_model_t
    use razy_rotor_reduction_reduced, only: reduced_t
    use razy_rotor_rotor, only: rotor_t
@@ -36,6 +37,8 @@ module razy_scenes_rotor_scene
       type(reduced_t) :: reduced
       !> Speeds of the shafts over that of `&rotation`.
       real(qp), allocatable, private :: ratio(:)
+      !> Motions without stiffness and damping (p, r each).
+      real(wp), allocatable, private :: free_of_stiffness(:, :), free_of_damping(:, :)
       !> The input that model and reduction were made of; not allocated before they are.
       type(input_t), allocatable, private :: made_of
    contains
@@ -122,6 +125,8 @@ contains
       call name_coordinates(machine, self%model, n, is_reduced(input))
       call input%get("scene", 1, "title", machine%title)
       call take_matrices(machine, self%reduced, input)
+      machine%free_of_stiffness = self%free_of_stiffness
+      machine%free_of_damping = self%free_of_damping
       meshes = size(self%model%rotor%mesh)
       allocate (machine%contact(meshes + input%count("stop") + input%count("friction")))
       call new_harmonics(harmonics, n + 2*size(machine%contact), input)
@@ -144,13 +149,23 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
+      logical :: circulatory, gyroscopic
+
       if (allocated(self%made_of)) then
          if (self%made_of%agrees(input, left_out, "speed_rpm")) return
          deallocate (self%made_of)
       end if
       call self%build_model(input, error)
       if (.not. allocated(error)) call reduce(self%reduced, self%model, input, error)
-      if (.not. allocated(error)) self%made_of = input
+      if (allocated(error)) return
+      self%made_of = input
+      circulatory = .false.
+      gyroscopic = .false.
+      if (input%count("rotation") > 0) then
+         call input%get("rotation", 1, "gyroscopic", gyroscopic)
+         call input%get("rotation", 1, "circulatory", circulatory)
+      end if
+      call find_rotor_motions(self%model, self%reduced, gyroscopic, circulatory, self%free_of_stiffness, self%free_of_damping)
    end subroutine renew_model
 
    subroutine name_coordinates(machine, model, n, reduced)

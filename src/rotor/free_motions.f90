@@ -1,0 +1,165 @@
+!! Motions of rotors that no stiffness holds, and that no damping feels, by structure: the six rigid motions of each shaft, of which
+!! supports, bearings and what turns with the shaft hold some. Nothing is asked of assembled matrices; meshes are left open.
+module razy_rotor_free_motions
+   use razy_core_kinds, only: wp
+   use razy_linalg_lapack, only: dpotrf, dpotrs
+   use razy_linalg_null_space, only: null_space
+   use razy_rotor_model, only: rotor_model_t
+   use razy_rotor_reduction_reduced, only: reduced_t
+   use razy_rotor_rotor, only: damping_nodal
+   implicit none(type, external)
+   private
+
+   public :: find_rotor_motions
+
+   !> A rigid motion is in the span of a reduction, to the error of its modes, or far from it.
+   real(wp), parameter :: in_span = 1.0e-6_wp
+
+contains
+
+   !> Orthonormal bases (p, r each) of the motions of `reduced`, made from `model`, without stiffness and without damping;
+   !> `gyroscopic` and `circulatory`: whether G and C act.
+   subroutine find_rotor_motions(model, reduced, gyroscopic, circulatory, of_stiffness, of_damping)
+      type(rotor_model_t), intent(in) :: model
+      type(reduced_t), intent(in) :: reduced
+      logical, intent(in) :: gyroscopic, circulatory
+      real(wp), allocatable, intent(out) :: of_stiffness(:, :), of_damping(:, :)
+
+      real(wp) :: moved(6*size(model%rotor%shaft), size(model%numbering%at))
+      real(wp), allocatable :: felt(:, :), held(:, :), stretched(:, :)
+
+      call list_motions(model, moved)
+      call list_held(model, moved, held)
+      call list_felt(model, moved, .true., circulatory, stretched)
+      call list_felt(model, moved, .false., gyroscopic, felt)
+      call free_of(model, reduced, moved, reshape([held, stretched], [size(moved, 1), size(held, 2) + size(stretched, 2)]), &
+                   of_stiffness)
+      call free_of(model, reduced, moved, reshape([held, felt], [size(moved, 1), size(held, 2) + size(felt, 2)]), of_damping)
+   end subroutine find_rotor_motions
+
+   !> How the six coordinates of each node move (6 shafts, 6 nodes) in the rigid motions of the shafts: along x, y and z, about x,
+   !> and about y and z through the first node, where w = -x theta and v = x psi.
+   pure subroutine list_motions(model, moved)
+      type(rotor_model_t), intent(in) :: model
+      real(wp), intent(out) :: moved(:, :)
+
+      integer :: column, k, node, s
+
+      moved = 0.0_wp
+      column = 0
+      do s = 1, size(model%rotor%shaft)
+         associate (x => model%rotor%shaft(s)%positions(), row => 6*(s - 1))
+            do node = 1, size(x)
+               do k = 1, 6
+                  moved(row + k, column + k) = 1.0_wp
+               end do
+               moved(row + 5, column + 3) = -x(node)
+               moved(row + 6, column + 2) = x(node)
+               column = column + 6
+            end do
+         end associate
+      end do
+   end subroutine list_motions
+
+   !> The columns of `moved` of coordinates that are not there.
+   pure subroutine list_held(model, moved, held)
+      type(rotor_model_t), intent(in) :: model
+      real(wp), intent(in) :: moved(:, :)
+      real(wp), allocatable, intent(out) :: held(:, :)
+
+      integer :: i
+
+      associate (at => reshape(model%numbering%at, [size(moved, 2)]))
+         held = moved(:, pack([(i, i=1, size(at))], at == 0))
+      end associate
+   end subroutine list_held
+
+   !> What bearings feel by stiffness, or else by damping, and what internal damping, if its circulatory matrix `acts`, or else
+   !> itself, and gyroscopic moments, if they act, feel.
+   subroutine list_felt(model, moved, by_stiffness, acts, felt)
+      type(rotor_model_t), intent(in) :: model
+      real(wp), intent(in) :: moved(:, :)
+      logical, intent(in) :: by_stiffness, acts
+      real(wp), allocatable, intent(out) :: felt(:, :)
+
+      real(wp) :: at_node(6, 6)
+      integer :: first, i, s
+
+      allocate (felt(size(moved, 1), 0))
+      do i = 1, size(model%rotor%bearing)
+         associate (bearing => model%rotor%bearing(i))
+            first = first_column(model, bearing%shaft) + 6*(bearing%node - 1)
+            at_node = bearing%damping + bearing%cross_damping
+            if (by_stiffness) at_node = bearing%stiffness + bearing%cross_stiffness
+            ! A table is of the two directions across the shaft, whatever it says at this speed.
+            if (allocated(bearing%table)) at_node(2:3, 2:3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
+            call append(felt, matmul(moved(:, first + 1:first + 6), transpose(at_node)))
+         end associate
+      end do
+      do s = 1, size(model%rotor%shaft)
+         associate (shaft => model%rotor%shaft(s), column => first_column(model, s))
+            if (model%rotor%damping == damping_nodal .and. shaft%damping_ratio > 0.0_wp .and. (acts .or. .not. by_stiffness)) then
+               do i = 1, shaft%nodes()
+                  call append(felt, moved(:, column + 6*i - 4:column + 6*i - 3))
+               end do
+            end if
+            if (.not. by_stiffness .and. acts .and. abs(shaft%speed_ratio) > 0.0_wp) then
+               call append(felt, moved(:, column + 5:column + 6))
+            end if
+         end associate
+      end do
+   end subroutine list_felt
+
+   !> The column before the first of shaft s.
+   pure integer function first_column(model, s)
+      type(rotor_model_t), intent(in) :: model
+      integer, intent(in) :: s
+
+      integer :: i
+
+      first_column = 6*sum([(model%rotor%shaft(i)%nodes(), i=1, s - 1)])
+   end function first_column
+
+   pure subroutine append(list, columns)
+      real(wp), allocatable, intent(inout) :: list(:, :)
+      real(wp), intent(in) :: columns(:, :)
+
+      list = reshape([list, columns], [size(list, 1), size(list, 2) + size(columns, 2)])
+   end subroutine append
+
+   !> The motions that none of the `rows` feels, as far as the reduction has them, in its coordinates.
+   subroutine free_of(model, reduced, moved, rows, free)
+      type(rotor_model_t), intent(in) :: model
+      type(reduced_t), intent(in) :: reduced
+      real(wp), intent(in) :: moved(:, :), rows(:, :)
+      real(wp), allocatable, intent(out) :: free(:, :)
+
+      real(wp), allocatable :: factor(:, :), motion(:, :), moves(:, :)
+      integer :: at(model%numbering%n), i, info, kept, p
+
+      p = size(reduced%basis, 2)
+      call null_space(rows, motion, info)
+      if (info /= 0) motion = motion(:, :0)
+      associate (number => reshape(model%numbering%at, [size(moved, 2)]))
+         do i = 1, size(number)
+            if (number(i) > 0) at(number(i)) = i
+         end do
+      end associate
+      moves = matmul(transpose(moved(:, at)), motion)
+      allocate (free(p, size(moves, 2)))
+      factor = reduced%mass
+      call dpotrf("L", p, factor, p, info)
+      kept = 0
+      do i = 1, size(moves, 2)
+         free(:, kept + 1) = matmul(model%mass%times(moves(:, i)), reduced%basis)
+         call dpotrs("L", p, 1, factor, p, free(:, kept + 1:kept + 1), p, info)
+         if (norm2(matmul(reduced%basis, free(:, kept + 1)) - moves(:, i)) <= in_span*norm2(moves(:, i))) kept = kept + 1
+      end do
+      free = free(:, :kept)
+      do i = 1, kept
+         free(:, i) = free(:, i) - matmul(free(:, :i - 1), matmul(free(:, i), free(:, :i - 1)))
+         free(:, i) = free(:, i)/norm2(free(:, i))
+      end do
+   end subroutine free_of
+
+end module razy_rotor_free_motions
