@@ -178,8 +178,8 @@ contains
    !> Run a machine as `motion` says, and watch; see `run_motion` for `integrator` and errors.
    !>
    !> Where the motion is to be followed only until it is periodic, it is tried with twice the recorded time, and anew with twice
-   !> that as long as it has no period; the end of the recorded time is the end of the motion, and `t_end` the longest. Where a closed
-   !> form is not accurate and the method is `automatic`, it is followed by dop853 from its start.
+   !> that as long as it has no period; the end of the recorded time is the end of the motion, and `t_end` the longest. Where a
+   !> closed form is not accurate and the method is `automatic`, it is followed by dop853 from its start.
    subroutine run(self, machine, motion, outcome, error, integrator)
       class(watch_t), intent(inout), target :: self
       type(machine_t), intent(in) :: machine
