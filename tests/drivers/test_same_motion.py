@@ -1,0 +1,99 @@
+"""A point of a sweep that starts as razy-run does has its bits."""
+
+import re
+
+import f90nml
+import h5py
+import numpy as np
+import pytest
+from programs import GEAR_PAIR, SOURCE, sets, succeed
+
+# Long enough for every kind of event of the input.
+LONGEST = 1.0
+GROUPS = r"(?ms)^[ ]*&(?:sweep|starts|start_range|follow|response|duel|record)\b.*?/[ ]*$"
+INPUTS = [path for path in sorted((SOURCE / "inputs").glob("*.nml")) if "&motion" in path.read_text()]
+
+
+def listed(groups):
+    return groups if isinstance(groups, list) else [groups]
+
+
+def records_for_a_sweep(groups, start):
+    """Extrema of what the input records, and statistics of its contacts."""
+    names = {(group["observable"], group.get("of", "")) for group in listed(groups.get("record", []))}
+    lines = []
+    for name, of in sorted(names):
+        if name != "state" and of != "all":
+            place = f"of='{of}', " if of else ""
+            lines.append(f"&record observable='{name}', {place}what='extrema', from={start!r} /")
+    if set(groups) & {"stop", "gear_mesh", "planar_stop", "friction", "rotor_stop"} or not lines:
+        lines.append(f"&record observable='contact_force', of='all', what='statistics', from={start!r} /")
+    return "\n".join(lines)
+
+
+def axis_of(groups, t_end):
+    """The input's own axis where that is a number of the machine, else the duration."""
+    own = listed(groups.get("sweep", {}))[0]
+    names = own.get("parameter")
+    if names is None:
+        return ["motion%t_end"], 0.5 * t_end, t_end
+    last = own.get("last", own["first"])
+    return listed(names)[:1], own["first"], last
+
+
+def results(file, point=None):
+    """Extrema and statistics of a run, or of a point of a sweep, and its number of events."""
+    found = {}
+
+    def keep(name, item):
+        if not isinstance(item, h5py.Dataset) or name.split("/")[0] not in ("extrema", "contact"):
+            return
+        if name.endswith("/point") or (
+            name.startswith("extrema") and name.split("/")[-1] not in ("value", "time", "kind")
+        ):
+            return
+        if point is None:
+            found[name] = np.atleast_1d(item[()])
+        elif name.startswith("contact"):
+            found[name] = item[point : point + 1]
+        else:
+            first, beyond = file[name.rsplit("/", 1)[0] + "/offset"][point : point + 2]
+            found[name] = item[first:beyond]
+
+    file.visititems(keep)
+    return found
+
+
+def assert_same(run, sweep, point):
+    with h5py.File(run) as one, h5py.File(sweep) as all_of_them:
+        alone, there = results(one), results(all_of_them, point)
+        assert there
+        for name, values in there.items():
+            assert np.array_equal(alone[name], values, equal_nan=True), name
+        if "event/time" in one:
+            assert one["event/time"].size == all_of_them["point/events"][point]
+
+
+@pytest.mark.parametrize("path", INPUTS, ids=lambda path: path.stem)
+def test_a_point_has_the_bits_of_a_run(path, folder):
+    groups = f90nml.read(path)
+    t_end = min(groups["motion"]["t_end"], LONGEST)
+    text = re.sub(GROUPS, "", path.read_text())
+    text = (
+        re.sub(r"\bt_end=[-+.\de]+", f"t_end={t_end!r}", text) + "\n" + records_for_a_sweep(groups, 0.3 * t_end) + "\n"
+    )
+    (parameter,), first, last = axis_of(groups, t_end)
+    (folder / "run.nml").write_text(text)
+    sweep = f"&sweep parameter='{parameter}', first={first!r}, last={last!r}, points=2 /\n"
+    (folder / "sweep.nml").write_text(text + sweep)
+    succeed("razy-sweep", "sweep.nml", "--output", "sweep.h5")
+    succeed("razy-run", "run.nml", "--set", f"{parameter}={last!r}", "--output", "run.h5")
+    assert_same("run.h5", "sweep.h5", 1)
+
+
+def test_a_chaotic_point_has_the_bits_of_a_run():
+    succeed("razy-run", GEAR_PAIR, *sets(rotation__speed_rpm=2000), "--output", "run.h5")
+    succeed("razy-sweep", GEAR_PAIR, *sets(sweep__first=1996, sweep__last=2004), "--output", "sweep.h5")
+    assert_same("run.h5", "sweep.h5", 1)
+    with h5py.File("run.h5") as run:
+        assert run["event/time"].size > 1000
