@@ -8,7 +8,7 @@
 !! for the first n at which one is not 0. Whoever leaves there has left, whoever needs a force there is held; those for whom both are
 !! 0 are decided by the next derivative, and so on. What is 0 in all derivatives that are known stays as it was.
 !!
-!! Friction that weakens as it begins to slide has no such problem, as its force jumps: it lets go, alone, where its force leaves its
+!! for the first n at which one is not 0. Whoever leaves there has left, whoever needs a force is held; those for whom both are
 !! limit, and everything is decided again without it.
 module razy_hybrid_ties
    use razy_contact_contact_law, only: branch_backward, branch_forward, branch_sticking
@@ -48,7 +48,7 @@ contains
       noise = rounding*(norm2(system%w(:, j))*derivatives%size(n) + derivatives%error(j, n))
    end function noise_of
 
-   !> Put the branches of `tie` in the mode of `dynamics` at (tau, z), in which they are held. `loose`: friction that begins to slide
+   !> Put the branches of `tie`, which are held, in the mode of `dynamics` at (tau, z). `loose`: friction that begins to slide
    !> with less than it stuck with, in the branch that it slides in; 0: none.
    subroutine break_ties(system, dynamics, tau, z, tie, loose)
       type(system_t), intent(in) :: system
