@@ -26,7 +26,9 @@ contains
          phasor = cmplx(-phasor%im, phasor%re, wp)
       case (2)
          phasor = -phasor
-      case (3)
+      case (0)
+         return
+      case default
          phasor = cmplx(phasor%im, -phasor%re, wp)
       end select
    end function turn

@@ -15,23 +15,25 @@ module razy_hybrid_active_sides
    use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking
    use razy_core_kinds, only: wp
    use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept, solve_impact
-   use razy_linalg_complementarity_impact, only: impact_problem_t
+   use razy_linalg_complementarity_impact, only: impact_problem_t, impulse_bound
    use razy_machine_machine, only: contact_t
    implicit none(type, external)
    private
 
-   public :: assume, choose, find_sides, set_up, side_t
+   public :: assume, choose, find_sides, set_up, side_t, weakens
 
    !> A side that touches: contact, branch when closed, direction of its gap in s, edge, speed of the gap before and after the
-   !> impact, whether it is a candidate for a constraint: it does not open, and was not let go of as its force came to 0.
+   !> impact, whether it is a candidate for a constraint: it does not open, and was not let go of as its force came to 0; whether
+   !> force and acceleration are both 0.
    type :: side_t
       integer :: contact = 0, closed = 0
       real(wp) :: direction = 0.0_wp, edge = 0.0_wp, before = 0.0_wp, after = 0.0_wp
-      logical :: candidate = .false.
+      logical :: candidate = .false., tied = .false.
    end type side_t
 
-   !> Smaller accelerations, in parts of the largest term, are rounding.
-   real(wp), parameter :: rounding = 1.0e4_wp*epsilon(1.0_wp)
+   !> Smaller accelerations, in parts of the largest term, are rounding; so are differences of friction from its limit, in parts of
+   !> that, to which forces are found at least.
+   real(wp), parameter :: rounding = 1.0e4_wp*epsilon(1.0_wp), on_limit = 1.0e-9_wp
 
 contains
 
@@ -101,26 +103,30 @@ contains
 
    !> Correct the branches of `assume` by the accelerations `second_rate`, s'' (contacts) with all forces but those of
    !> candidates. `normal` (contacts) is the normal force of friction without that of candidates, `per_normal` the force F of
-   !> friction that slides under a unit of it, 0 for all others. `loose`: of the elements that begin to slide with less than the
-   !> force of sticking the one that does so fastest, 0 if there is none. Not `found`: no forces obey the laws.
-   subroutine choose(contact, w, side, resting, second_rate, normal, per_normal, branch, loose, found)
+   !> friction that slides under a unit of it, 0 for all others; accelerations below `noise` (contacts) are rounding. `loose`: of the
+   !> elements that begin to slide with less than the force of sticking the one that does so fastest, 0 if there is none. Sides are
+   !> `tied` whose force and acceleration are both 0, and friction whose force is on its limit while it does not slide: +1 where it
+   !> would slide forward, -1 backward, else 0; in `branch` they are held. Not `found`: no forces obey the laws.
+   subroutine choose(contact, w, side, resting, second_rate, noise, normal, per_normal, branch, loose, tied, found)
       type(contact_t), intent(in) :: contact(:)
-      real(wp), intent(in) :: w(:, :), second_rate(:), normal(:), per_normal(:)
-      type(side_t), intent(in) :: side(:)
+      real(wp), intent(in) :: w(:, :), second_rate(:), noise(:), normal(:), per_normal(:)
+      type(side_t), intent(inout) :: side(:)
       logical, intent(in) :: resting(:)
       integer, intent(inout) :: branch(:)
-      integer, intent(out) :: loose
+      integer, intent(out) :: loose, tied(:)
       logical, intent(out) :: found
 
-      real(wp), allocatable :: forces(:), u(:)
+      real(wp), allocatable :: forces(:), least(:), u(:)
       integer, allocatable :: sides(:), tangent(:)
       type(impact_problem_t) :: problem
       type(impact_effort_t) :: effort
       real(wp), allocatable :: d(:, :)
-      real(wp) :: fastest, least
+      real(wp) :: bound, fastest
       integer :: i, k, n, outcome
 
       loose = 0
+      tied = 0
+      side%tied = .false.
       sides = pack([(i, i=1, size(side))], side%candidate)
       tangent = pack([(i, i=1, size(resting))], resting)
       n = size(sides)
@@ -132,18 +138,28 @@ contains
       found = outcome == impact_solved .or. outcome == impact_swept
       if (.not. found) return
       u = problem%drift + matmul(problem%delassus, forces)
-      least = rounding*(maxval(abs(problem%drift)) + maxval(matmul(abs(problem%delassus), abs(forces))))
+      least = noise([side(sides)%contact, tangent]) &
+              + rounding*(maxval(abs(problem%drift)) + maxval(matmul(abs(problem%delassus), abs(forces))))
       do i = n, 1, -1
          associate (this => side(sides(i)))
-            if (u(i) > least .and. branch(this%contact) == this%closed .and. opens(contact(this%contact), this%closed)) then
-               branch(this%contact) = branch_open
+            if (u(i) > least(i)) then
+               if (branch(this%contact) == this%closed .and. opens(contact(this%contact), this%closed)) &
+                  branch(this%contact) = branch_open
+            else
+               this%tied = .not. forces(i)*problem%delassus(i, i) > least(i)
             end if
-            if (forces(i) > 0.0_wp) branch(this%contact) = this%closed
+            if (forces(i) > 0.0_wp .and. .not. this%tied) branch(this%contact) = this%closed
          end associate
       end do
       fastest = 0.0_wp
       do k = 1, size(tangent)
-         if (abs(u(n + k)) <= least) cycle
+         bound = impulse_bound(problem, k, forces)
+         ! What is far from its limit sticks, however well its force was found.
+         if (abs(forces(n + k)) < (1.0_wp - on_limit)*bound) cycle
+         if (abs(u(n + k)) <= least(n + k)) then
+            if (bound > 0.0_wp) tied(tangent(k)) = merge(1, -1, forces(n + k) < 0.0_wp)
+            cycle
+         end if
          branch(tangent(k)) = merge(branch_forward, branch_backward, u(n + k) > 0.0_wp)
          if (.not. weakens(contact(tangent(k)), branch(tangent(k)))) cycle
          if (abs(u(n + k)) <= fastest*norm2(w(:, tangent(k)))) cycle

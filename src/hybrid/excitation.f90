@@ -79,7 +79,7 @@ contains
       end do
    end subroutine look
 
-   !> The first or second derivative by time of Re Σ_t c_t E_t (tones) at the time looked at last.
+   !> A derivative by time, of a swept tone at most the second, of Re Σ_t c_t E_t (tones) at the time looked at last.
    pure function rate(self, tone, coefficient, derivative)
       class(excitation_t), intent(in) :: self
       type(tone_t), intent(in) :: tone(:)
@@ -98,8 +98,10 @@ contains
                rate = rate + real(c*phasor(derivative), wp)
             else if (derivative == 1) then
                rate = rate - omega*(c%re*e%im + c%im*e%re)
-            else
+            else if (derivative == 2) then
                rate = rate - omega**2*(c%re*e%re - c%im*e%im)
+            else
+               rate = rate + omega**derivative*real((0.0_wp, 1.0_wp)**derivative*c*e, wp)
             end if
          end associate
       end do

@@ -3,22 +3,24 @@
 !! 1. Rigid sides that touch with approaching speeds, together with all that touch already and the friction that they press, form
 !!    one impact (razy_hybrid_impact).
 !! 2. Sides that touch and friction elements that rest after that are candidates for constraints: accelerations say which of them
-!!    separate, slide, or stay closed and stick (razy_hybrid_active_sides).
-!! 3. A constraint whose force is on its bound and about to leave it is let go at once.
-!! 4. Impacts that accumulate are carried to the end of their sequence (razy_hybrid_accumulation).
+!!    separate, slide, or stay closed and stick (razy_hybrid_active_sides), and further derivatives where these are 0
+!!    (razy_hybrid_ties).
+!! 3. Impacts that accumulate are carried to the end of their sequence (razy_hybrid_accumulation).
 !!
 !! Where no contact impacts or holds a constraint, branches follow one another, and that is all.
 module razy_hybrid_transition
    use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking
    use razy_core_kinds, only: wp
    use razy_hybrid_accumulation, only: accumulation_t
-   use razy_hybrid_active_sides, only: assume, choose, find_sides, side_t
+   use razy_hybrid_active_sides, only: assume, choose, find_sides, side_t, weakens
+   use razy_hybrid_derivatives, only: derivatives_t, differentiate
    use razy_hybrid_dynamics, only: accelerate_unconstrained, dynamics_t
    use razy_hybrid_guards, only: guards_t, may_pull, of_force, of_press
    use razy_hybrid_impact, only: impact_derivative_t, push_apart, strike
    use razy_hybrid_mode, only: lawful
    use razy_hybrid_saltation, only: saltation_t
    use razy_hybrid_system, only: system_t
+   use razy_hybrid_ties, only: break_ties, noise_of, tie_t
    implicit none(type, external)
    private
 
@@ -55,6 +57,8 @@ module razy_hybrid_transition
       procedure :: note
    end type transition_t
 
+   !> Decisions at one event, for each contact and one more: more of them go round.
+   integer, parameter :: most_rounds = 4
    !> Branches that one contact may pass in no time, with the one that holds.
    integer, parameter :: most_passed = 9
    !> Of a direction, what is held leaves at least this part, or it is held itself.
@@ -221,7 +225,7 @@ contains
       real(wp), intent(inout) :: z(:)
       logical, intent(in), optional :: hit(:), touching(:, :)
 
-      integer :: j, round
+      integer :: j
       logical :: lets_go
 
       associate (dynamics => self%dynamics, guards => self%guards)
@@ -252,18 +256,15 @@ contains
             call dynamics%look_at_contacts(system, tau, z)
             call sort_friction(self, system, lets_go)
             call pass_branches(self, system)
-            do round = 1, 2*size(self%next) + 1
-               call take_forces(self, system, tau, z)
-               if (.not. self%found) return
-               call slide_out_of_play(self, system)
-               call dynamics%mode%enter(system)
-               call dynamics%keep_constraints(system, tau, z)
-               call guards%list(system, dynamics%mode)
-               call guards%measure(system, tau, z, .false.)
-               if (.not. let_go_of(self, system, tau, z)) exit
-            end do
+            call take_forces(self, system, tau, z)
+            if (.not. self%found) return
+            call slide_out_of_play(self, system)
+            call dynamics%mode%enter(system)
+            call dynamics%keep_constraints(system, tau, z)
+            call guards%list(system, dynamics%mode)
+            call guards%measure(system, tau, z, .false.)
          end if
-         associate (side => self%side(:self%sides))
+      associate (side => self%side(:self%sides))
             do j = 1, size(self%next)
                if (dynamics%mode%branch(j) == self%before(j) .and. .not. any(side%contact == j .and. side%before < 0.0_wp) &
                    .and. .not. any(self%contact(:self%changes) == j)) cycle
@@ -424,30 +425,116 @@ contains
       end do
    end subroutine pass_branches
 
-   !> The branches from what is certain and, for candidates, from problems of accelerations: one, and one more after each friction
-   !> element that begins to slide with less than the force of sticking.
+   !> The branches from what is certain and, for candidates, from problems of accelerations and of further derivatives: one, and one
+   !> more after each friction element that begins to slide with less than the force of sticking, and after each contact that does
+   !> not leave although its guard was left, as others that did so have changed its force.
    subroutine take_forces(self, system, tau, z)
       type(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: tau, z(:)
 
-      real(wp), dimension(size(self%next)) :: normal, per_normal, second_rate
-      integer :: candidates, loose
+      real(wp), dimension(size(self%next)) :: noise, normal, per_normal, second_rate
+      integer :: candidates, loose, round, tied(size(self%next))
+      logical :: returned
+      type(tie_t), allocatable :: tie(:)
 
       associate (contact => system%machine%contact, side => self%side(:self%sides))
-         do
+         do round = 1, most_rounds*(size(self%next) + 1)
             call assume(contact, side, self%resting, self%next, candidates)
             self%dynamics%mode%branch = self%next
-            if (candidates == 0) return
-            call accelerations(self%dynamics, system, tau, z, second_rate, normal, per_normal)
-            call choose(contact, system%w, side, self%resting, second_rate, normal, per_normal, self%next, loose, self%found)
-            if (.not. self%found) return
-            self%dynamics%mode%branch = self%next
+            tied = 0
+            if (candidates > 0) then
+               call accelerations(self%dynamics, system, tau, z, second_rate, noise, normal, per_normal)
+               call choose(contact, system%w, side, self%resting, second_rate, noise, normal, per_normal, self%next, loose, tied, &
+                           self%found)
+               if (.not. self%found) return
+               self%dynamics%mode%branch = self%next
+               if (loose > 0) then
+                  self%resting(loose) = .false.
+                  cycle
+               end if
+            end if
+            call find_ties(self, system, tau, z, tied, tie, returned)
+            if (returned) cycle
+            if (size(tie) == 0) return
+            call break_ties(system, self%dynamics, tau, z, tie, loose)
+            self%next = self%dynamics%mode%branch
             if (loose == 0) return
             self%resting(loose) = .false.
          end do
       end associate
    end subroutine take_forces
+
+   !> The contacts that are tied in the mode as it is: those that `choose` says (contacts), and those whose guard was left while
+   !> their acceleration is 0. If one of the latter does not leave it is a candidate again: it has `returned`.
+   subroutine find_ties(self, system, tau, z, tied, tie, returned)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: tau, z(:)
+      integer, intent(in) :: tied(:)
+      type(tie_t), allocatable, intent(out) :: tie(:)
+      logical, intent(out) :: returned
+
+      type(derivatives_t) :: derivatives
+      real(wp) :: inwards, most
+      integer :: back, i, j, way
+
+      allocate (tie(0))
+      returned = .false.
+      associate (branch => self%dynamics%mode%branch, contact => system%machine%contact, side => self%side(:self%sides))
+         do i = 1, self%sides
+            j = side(i)%contact
+            if (.not. (side(i)%candidate .and. side(i)%tied)) cycle
+            if (any(side%contact == j .and. side%candidate .and. .not. side%tied .and. side%closed == branch(j))) cycle
+            tie = [tie, tie_t(j, side(i)%closed, branch_open, side(i)%direction)]
+         end do
+         do j = 1, size(tied)
+            if (tied(j) == 0) cycle
+            tie = [tie, tie_t(j, branch_sticking, merge(branch_forward, branch_backward, tied(j) > 0), real(tied(j), wp))]
+         end do
+         if (.not. any(self%let_go)) return
+         call self%dynamics%mode%enter(system)
+         call differentiate(derivatives, system, self%dynamics, tau, z, 2)
+         back = 0
+         most = 0.0_wp
+         do j = 1, size(tied)
+            if (.not. self%let_go(j) .or. contact(j)%law%constraint(branch(j))) cycle
+            way = leaves(j)
+            inwards = -way*derivatives%s(j, 2)/norm2(system%w(:, j))
+            if (abs(derivatives%s(j, 2)) <= noise_of(derivatives, system, j, 2)) then
+               ! What has lost force by leaving is not tied any more.
+               if (contact(j)%law%of_normal) then
+                  if (weakens(contact(j), branch(j))) cycle
+               end if
+               tie = [tie, tie_t(j, self%before(j), branch(j), real(way, wp), left=.true.)]
+            else if (inwards > most) then
+               most = inwards
+               back = j
+            end if
+         end do
+         returned = back > 0
+         if (.not. returned) return
+         self%let_go(back) = .false.
+         self%resting(back) = contact(back)%law%constraint(branch_sticking)
+         where (side%contact == back .and. side%closed == self%before(back)) side%candidate = .true.
+      end associate
+
+   contains
+
+      !> The sign of s in which contact j leaves.
+      integer function leaves(j)
+         integer, intent(in) :: j
+
+         associate (branch => self%dynamics%mode%branch(j))
+            if (system%machine%contact(j)%law%impacts) then
+               leaves = merge(1, -1, self%before(j) == system%machine%contact(j)%law%guard(1, branch_open)%below)
+            else
+               leaves = merge(1, -1, branch == branch_forward)
+            end if
+         end associate
+      end function leaves
+
+   end subroutine find_ties
 
    !> Friction that nothing presses does not stick.
    subroutine slide_out_of_play(self, system)
@@ -466,22 +553,25 @@ contains
       end associate
    end subroutine slide_out_of_play
 
-   !> s'' of all contacts without the constraint forces of the mode, normal forces of friction without those, and the forces of
-   !> sliding friction per normal force (contacts each).
-   subroutine accelerations(dynamics, system, tau, z, second_rate, normal, per_normal)
+   !> s'' of all contacts without the constraint forces of the mode, and its rounding; normal forces of friction without those, and
+   !> the forces of sliding friction per normal force (contacts each).
+   subroutine accelerations(dynamics, system, tau, z, second_rate, noise, normal, per_normal)
       type(dynamics_t), intent(inout) :: dynamics
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: tau, z(:)
-      real(wp), intent(out) :: second_rate(:), normal(:), per_normal(:)
+      real(wp), intent(out) :: second_rate(:), noise(:), normal(:), per_normal(:)
 
+      type(derivatives_t) :: derivatives
       real(wp) :: a(system%m)
       integer :: j
 
       call dynamics%mode%enter(system)
+      call differentiate(derivatives, system, dynamics, tau, z, 2)
       call accelerate_unconstrained(dynamics, system, tau, z, a)
       per_normal = 0.0_wp
       do j = 1, size(second_rate)
          second_rate(j) = dynamics%second_rate(system, j, a)
+         noise(j) = noise_of(derivatives, system, j, 2)
          normal(j) = dynamics%normal_of(system, j)
          associate (law => system%machine%contact(j)%law)
             if (dynamics%mode%does(j) /= lawful .or. .not. law%of_normal) cycle
@@ -489,35 +579,6 @@ contains
          end associate
       end do
    end subroutine accelerations
-
-   !> Whether a constraint force of the new mode is on its bound and leaving it; then the contact is let go.
-   function let_go_of(self, system, tau, z) result(any_did)
-      type(transition_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: tau, z(:)
-      logical :: any_did
-
-      real(wp) :: g(self%guards%count), rate(self%guards%count)
-      integer :: i, j
-
-      any_did = .false.
-      associate (guards => self%guards)
-         if (.not. guards%forced) return
-         call guards%look(system, self%dynamics, tau, z, g, rate)
-         do i = 1, guards%count
-            if (guards%entry(i)%function /= of_force) cycle
-            if (g(i) > guards%noise(i) .or. .not. rate(i)*guards%delta < -guards%noise(i)) cycle
-            j = guards%entry(i)%contact
-            if (self%let_go(j)) cycle
-            any_did = .true.
-            self%let_go(j) = .true.
-            self%resting(j) = .false.
-            self%next(j) = guards%entry(i)%next
-            where (self%side(:self%sides)%contact == j .and. self%side(:self%sides)%closed == self%dynamics%mode%branch(j)) &
-               self%side(:self%sides)%candidate = .false.
-         end do
-      end associate
-   end function let_go_of
 
    !> Move z out of rigid stops that it starts beyond, by the shortest way.
    subroutine push_out(self, system, z)

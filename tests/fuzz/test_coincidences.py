@@ -16,6 +16,18 @@ FOLDER = Path(__file__).parent / "data" / "coincidences"
 RIGHT = {
     # A body on its stop that its load, at rest at first, presses and pulls: as with the amplitude -1 and no phase.
     "phase_180": (15, 0.0151886174359572),
+    # Two bodies whose loads let them go from their walls at the same moment.
+    "walls_left_together": (2, -0.1531144390757335),
+    # Two stops between the same bodies open together; then b is free: 10 pi/(3 w^2) + 20/(3 w) (1 - 1/22), w = 22 pi.
+    "stops_side_by_side": (2, 0.09426532442081957),
+    # Two clutches at their limits together: one slips, with less friction, and the other holds on.
+    "clutches_slip_together": (3, 7.58878119016937),
+    # Friction slips from rest: rate and acceleration of sliding are 0 there.
+    "friction_from_rest": (32, 1.50447104025837),
+    # Gap, rate and acceleration are 0 at first.
+    "resting_on_sprung_table": (7, 0.29235070836815),
+    # Frictions far below their limits, under a load of the size of rounding: all bodies move together.
+    "frictions_in_series": (0, 1e-16 * 2 / 3),
 }
 TIGHT = ["motion%relative_tolerance=1e-12", "motion%absolute_tolerance=1e-15"]
 
@@ -39,4 +51,4 @@ def test_what_comes_together_is_decided_together(name, integrator, tmp_path):
     events, value = run(tmp_path, FOLDER / f"{name}.nml", integrator, [] if integrator == "exact" else TIGHT)
     right_events, right_value = RIGHT[name]
     assert events == right_events
-    assert value == pytest.approx(right_value, rel=1e-8, abs=1e-15)
+    assert value == pytest.approx(right_value, rel=1e-8, abs=1e-18)

@@ -84,7 +84,10 @@ contains
       call prepare(self, response, rows, start, tau_from, tau_end, watched, leaves)
       do i = 1, size(watched)
          if (watched(i)%idle) cycle
-         if (watched(i)%from_zero) watched(i)%f0 = 0.0_wp
+         if (watched(i)%from_zero) then
+            watched(i)%f0 = 0.0_wp
+            watched(i)%g0 = max(watched(i)%g0, 0.0_wp)
+         end if
          if (i == leaves .or. watched(i)%f0 < -watched(i)%noise) then
             found = exit_t(i, tau_from)
             call copy(self%point(self%now), response, self%probe)

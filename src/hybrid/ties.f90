@@ -1,0 +1,184 @@
+!! Contacts that are tied: a side that touches, or friction that rests, whose force is on its bound while its acceleration is 0.
+!!
+!! With the direction d in which a tied contact leaves and the force x >= 0 that it gives beyond its bound (for friction at its limit:
+!! less than the limit), the derivatives of the motion in which all tied contacts leave, with the forces of their bounds, obey
+!!
+!!     0 <= x ⟂ dᵀ y⁽ⁿ⁾ + e⁽ⁿ⁾ + G x >= 0
+!!
+!! for the first n at which one is not 0. Whoever leaves there has left, whoever needs a force there is held; those for whom both are
+!! 0 are decided by the next derivative, and so on. What is 0 in all derivatives that are known stays as it was.
+!!
+!! for the first n at which one is not 0. Whoever leaves there has left, whoever needs a force is held; those for whom both are
+!! limit, and everything is decided again without it.
+module razy_hybrid_ties
+   use razy_contact_contact_law, only: branch_backward, branch_forward, branch_sticking
+   use razy_core_kinds, only: wp
+   use razy_hybrid_active_sides, only: weakens
+   use razy_hybrid_derivatives, only: derivatives_t, differentiate, response_to
+   use razy_hybrid_dynamics, only: dynamics_t
+   use razy_hybrid_system, only: system_t
+   use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept, solve_impact
+   use razy_linalg_complementarity_impact, only: impact_problem_t
+   implicit none(type, external)
+   private
+
+   public :: break_ties, noise_of, tie_t
+
+   !> A tied contact: its branches when held and when it has left, the sign of s in which it leaves, whether it was its guard that
+   !> was left, so that it goes if nothing else decides.
+   type :: tie_t
+      integer :: contact = 0, held = 0, free = 0
+      real(wp) :: direction = 0.0_wp
+      logical :: left = .false.
+   end type tie_t
+
+   !> Derivatives that are asked for, and their rounding in units of the size of their terms.
+   integer, parameter :: highest = 9
+   real(wp), parameter :: rounding = 256*epsilon(1.0_wp)
+
+contains
+
+   !> What of s⁽ⁿ⁾ of contact j is rounding.
+   pure function noise_of(derivatives, system, j, n) result(noise)
+      type(derivatives_t), intent(in) :: derivatives
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j, n
+      real(wp) :: noise
+
+      noise = rounding*(norm2(system%w(:, j))*derivatives%size(n) + derivatives%error(j, n))
+   end function noise_of
+
+   !> Put the branches of `tie`, which are held, in the mode of `dynamics` at (tau, z). `loose`: friction that begins to slide
+   !> with less than it stuck with, in the branch that it slides in; 0: none.
+   subroutine break_ties(system, dynamics, tau, z, tie, loose)
+      type(system_t), intent(in) :: system
+      type(dynamics_t), intent(inout) :: dynamics
+      real(wp), intent(in) :: tau, z(:)
+      type(tie_t), intent(in) :: tie(:)
+      integer, intent(out) :: loose
+
+      type(derivatives_t) :: derivatives
+      logical :: jumps(size(tie)), tied(size(tie))
+      integer :: i, n
+
+      do i = 1, size(tie)
+         jumps(i) = tie(i)%held == branch_sticking
+         if (jumps(i)) jumps(i) = weakens(system%machine%contact(tie(i)%contact), tie(i)%free)
+         if (.not. jumps(i)) dynamics%mode%branch(tie(i)%contact) = tie(i)%free
+      end do
+      tied = .not. jumps
+      n = 3
+      do while (any(tied))
+         call dynamics%mode%enter(system)
+         call differentiate(derivatives, system, dynamics, tau, z, highest)
+         if (n > derivatives%highest) exit
+         call part(system, dynamics, derivatives, n, tie, tied)
+         n = n + 1
+      end do
+      do i = 1, size(tie)
+         if (tied(i) .and. .not. tie(i)%left) dynamics%mode%branch(tie(i)%contact) = tie(i)%held
+      end do
+      call find_loose(system, dynamics, tau, z, tie, jumps, loose)
+   end subroutine break_ties
+
+   !> Decide of those that are `tied` whom derivative n decides, and put their branches in the mode.
+   subroutine part(system, dynamics, derivatives, n, tie, tied)
+      type(system_t), intent(in) :: system
+      type(dynamics_t), intent(inout) :: dynamics
+      type(derivatives_t), intent(in) :: derivatives
+      integer, intent(in) :: n
+      type(tie_t), intent(in) :: tie(:)
+      logical, intent(inout) :: tied(:)
+
+      type(impact_problem_t) :: problem
+      type(impact_effort_t) :: effort
+      integer, allocatable :: list(:)
+      real(wp), allocatable :: d(:, :), force(:), noise(:), u(:)
+      integer :: i, outcome
+
+      list = pack([(i, i=1, size(tie))], tied)
+      associate (which => tie(list))
+         problem%drift = which%direction*derivatives%s(which%contact, n)
+         noise = [(noise_of(derivatives, system, which(i)%contact, n), i=1, size(list))]
+         if (all(abs(problem%drift) <= noise)) return
+         allocate (d(system%m, size(list)), problem%delassus(size(list), size(list)), force(size(list)))
+         allocate (problem%before(size(list)), problem%restitution(size(list)), source=0.0_wp)
+         allocate (problem%coefficient(0, size(list)), problem%limit(0), source=0.0_wp)
+         do i = 1, size(list)
+            d(:, i) = which(i)%direction*system%w(:, which(i)%contact)
+         end do
+         do i = 1, size(list)
+            problem%delassus(:, i) = matmul(response_to(system, dynamics, pressing(which(i), d(:, i))), d)
+         end do
+         call solve_impact(problem, force, outcome, effort)
+         if (outcome /= impact_solved .and. outcome /= impact_swept) return
+         u = problem%drift + matmul(problem%delassus, force)
+         noise = noise + sqrt(epsilon(1.0_wp))*maxval(noise)
+         do i = 1, size(list)
+            if (u(i) > noise(i)) then
+               tied(list(i)) = .false.
+            else if (force(i)*problem%delassus(i, i) > noise(i)) then
+               tied(list(i)) = .false.
+               dynamics%mode%branch(which(i)%contact) = which(i)%held
+            end if
+         end do
+      end associate
+
+   contains
+
+      !> The direction of the force of a contact, with that of the friction that slides under it.
+      function pressing(one, along) result(direction)
+         type(tie_t), intent(in) :: one
+         real(wp), intent(in) :: along(:)
+         real(wp) :: direction(size(along))
+
+         integer :: j
+
+         direction = along
+         if (one%held == branch_sticking) return
+         do j = 1, size(dynamics%s)
+            associate (contact => system%machine%contact(j), branch => dynamics%mode%branch(j))
+               if (contact%normal_of /= one%contact .or. all(branch /= [branch_forward, branch_backward])) cycle
+               direction = direction - system%w(:, j)*contact%law%force(branch, dynamics%s(j), dynamics%rate(j), 1.0_wp)
+            end associate
+         end do
+      end function pressing
+
+   end subroutine part
+
+   !> The first of the friction elements that weaken, `jumps`, whose force leaves its limit as they all stick.
+   subroutine find_loose(system, dynamics, tau, z, tie, jumps, loose)
+      type(system_t), intent(in) :: system
+      type(dynamics_t), intent(inout) :: dynamics
+      real(wp), intent(in) :: tau, z(:)
+      type(tie_t), intent(in) :: tie(:)
+      logical, intent(in) :: jumps(:)
+      integer, intent(out) :: loose
+
+      type(derivatives_t) :: derivatives
+      real(wp) :: noise, room
+      integer :: i, n
+
+      loose = 0
+      if (.not. any(jumps)) return
+      call dynamics%mode%enter(system)
+      call differentiate(derivatives, system, dynamics, tau, z, highest)
+      do i = 1, size(tie)
+         if (.not. jumps(i)) cycle
+         room = 0.0_wp
+         associate (j => tie(i)%contact, limit => system%machine%contact(tie(i)%contact)%law%force_guard(branch_sticking)%upper)
+            do n = 1, derivatives%highest - 2
+               noise = noise_of(derivatives, system, j, n + 2)/dot_product(system%w(:, j), system%w(:, j))
+               room = limit*derivatives%normal(j, n) - tie(i)%direction*derivatives%force(j, n)
+               if (abs(room) > noise) exit
+               room = 0.0_wp
+            end do
+         end associate
+         if (.not. room < 0.0_wp) cycle
+         loose = tie(i)%contact
+         dynamics%mode%branch(loose) = tie(i)%free
+         return
+      end do
+   end subroutine find_loose
+
+end module razy_hybrid_ties
