@@ -1,0 +1,275 @@
+"""The machine of an effective input, rebuilt in exact rational numbers: M, B, K, loads and contacts.
+
+Numbers of the input are the doubles next to their decimals, taken exactly.
+Frequencies are a rational times pi^0 or pi^1.
+"""
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from math import gcd, lcm
+from typing import Any
+
+import f90nml
+from flint import arb, arb_mat, fmpq, fmpq_mat
+
+KNOWN = {
+    "scene", "mass", "inertia", "spring", "damper", "stop", "gear_mesh", "load", "rotation", "initial", "motion",
+    "record", "sweep", "follow", "starts", "start_range", "modes", "response", "tune", "duel",
+}  # fmt: skip
+"""Groups that are read or that say nothing of the machine."""
+
+
+class NotCovered(Exception):  # noqa: N818 - it is no error but a limit
+    """What the checker does not check."""
+
+
+@dataclass
+class Tone:
+    """A harmonic excitation: cosine and sine vectors on some rows, frequency rational * pi^power."""
+
+    frequency: tuple[Fraction, int]
+    cosine: arb
+    sine: arb
+
+
+@dataclass
+class Contact:
+    """A contact on s = w q + Re(tones): bounds, force k (s - edge) + b s' beyond each, or restitution."""
+
+    name: str
+    w: list[Fraction]
+    upper: Fraction | None
+    lower: Fraction | None
+    stiffness: Fraction = Fraction(0)
+    damping: Fraction = Fraction(0)
+    offset: Fraction = Fraction(0)
+    """Force at touch without damping, of a switched spring."""
+    zero_force: bool = False
+    restitution: Fraction | None = None
+    tones: list[Tone] = field(default_factory=list)
+
+
+@dataclass
+class Machine:
+    """M q'' + B q' + K q = f + contacts, over the bodies in the order of the results."""
+
+    mass: list[Fraction]
+    damping: list[list[Fraction]]
+    stiffness: list[list[Fraction]]
+    constant: list[Fraction]
+    loads: list[tuple[int, Tone]]
+    contacts: list[Contact]
+    observed: list[list[Fraction]]
+
+
+def read_groups(text: str) -> dict[str, list[dict[str, Any]]]:
+    """Return the groups of a namelist by name."""
+    parsed = f90nml.reads(text)
+    groups: dict[str, list[dict[str, Any]]] = {}
+    for name, value in parsed.items():
+        groups.setdefault(name, []).extend(value if isinstance(value, list) else [value])
+    for name in groups:
+        if name not in KNOWN:
+            raise NotCovered(f"the group &{name}")
+    if groups["scene"][0]["kind"] != "lumped":
+        raise NotCovered(f"a scene of kind '{groups['scene'][0]['kind']}'")
+    return groups
+
+
+def put(groups: dict[str, list[dict[str, Any]]], parameter: str, value: float) -> None:
+    """Set group(number)%key, as --set does."""
+    place, key = parameter.lower().replace(" ", "").split("%")
+    name, _, number = place.partition("(")
+    key, _, element = key.partition("(")
+    group = groups[name][int(number.rstrip(")") or 1) - 1 if number else 0]
+    if element:
+        group[key][int(element.rstrip(")")) - 1] = value
+    else:
+        group[key] = value
+
+
+def build(groups: dict[str, list[dict[str, Any]]]) -> Machine:
+    """Assemble the machine."""
+    bodies = groups.get("inertia", []) + groups.get("mass", [])
+    index = {body["name"].lower(): i for i, body in enumerate(bodies)}
+    n = len(bodies)
+    machine = Machine([Fraction(b["value"]) for b in bodies], _zeros(n), _zeros(n), [Fraction(0)] * n, [], [], [])
+
+    def row(between: list[str], factors: tuple[Fraction, Fraction] = (Fraction(1), Fraction(1))) -> list[Fraction]:
+        w = [Fraction(0)] * n
+        for name, factor in zip(between, (factors[0], -factors[1]), strict=True):
+            if name.lower() != "frame":
+                w[index[name.lower()]] += factor
+        return w
+
+    for spring in groups.get("spring", []) + groups.get("damper", []):
+        w, k = row(spring["between"]), Fraction(spring.get("stiffness", 0.0))
+        b = Fraction(spring.get("damping", 0.0)) + Fraction(spring.get("damping_factor", 0.0)) * k
+        for i in range(n):
+            for j in range(n):
+                machine.stiffness[i][j] += k * w[i] * w[j]
+                machine.damping[i][j] += b * w[i] * w[j]
+    speeds = _speeds(groups)
+    for load in groups.get("load", []):
+        i = index[load["on"].lower()]
+        machine.constant[i] += Fraction(load.get("value", 0.0))
+        if load.get("amplitude", 0.0) or load.get("unbalance", 0.0):
+            frequency = _frequency(load, "", speeds)
+            amplitude = (
+                _exact(load.get("amplitude", 0.0)) + _exact(load.get("unbalance", 0.0)) * value_of(frequency) ** 2
+            )
+            machine.loads.append((i, _sine(frequency, amplitude, load.get("phase", 0.0))))
+    machine.contacts = [_stop(stop, row, speeds) for stop in groups.get("stop", [])]
+    machine.contacts += [_mesh(mesh, row, speeds) for mesh in groups.get("gear_mesh", [])]
+    for record in groups.get("record", []):
+        names = [record["of"]] if record.get("of", "").lower() in index else [b["name"] for b in bodies if n == 1]
+        if record["observable"] in ("displacement", "velocity"):
+            machine.observed += [row([name, "frame"]) for name in names]
+    return machine
+
+
+def value_of(frequency: tuple[Fraction, int]) -> arb:
+    """Return a frequency in rad/s."""
+    return _ball(frequency[0]) * arb.pi() ** frequency[1]
+
+
+def common(frequencies: list[tuple[Fraction, int]]) -> tuple[Fraction, int]:
+    """Return the largest frequency of which all are multiples."""
+    if not frequencies:
+        raise NotCovered("a machine without excitation")
+    if len({power for _, power in frequencies}) > 1:
+        raise NotCovered("frequencies without a common period")
+    numerator, denominator = 0, 1
+    for value, _ in frequencies:
+        numerator = gcd(numerator * value.denominator, value.numerator * denominator)
+        denominator = lcm(denominator * value.denominator, 1)
+        reduced = Fraction(numerator, denominator)
+        numerator, denominator = reduced.numerator, reduced.denominator
+    return Fraction(numerator, denominator), frequencies[0][1]
+
+
+def matrix(rows: list[list[Fraction]]) -> fmpq_mat:
+    """Return a matrix of FLINT's rationals."""
+    return fmpq_mat(len(rows), len(rows[0]), [fmpq(x.numerator, x.denominator) for line in rows for x in line])
+
+
+def balls(rows: fmpq_mat) -> arb_mat:
+    """Return balls round rational numbers."""
+    return arb_mat(rows.nrows(), rows.ncols(), [arb(x) for x in rows.entries()])
+
+
+def felt(machine: Machine) -> fmpq_mat:
+    """Return rows spanning the smallest space that holds what contacts and observables feel, closed under K/M and B/M.
+
+    Common motions that nothing resists are left out: of an observable only what springs and dampers feel is kept then.
+    """
+    n = len(machine.mass)
+    k, b = matrix(machine.stiffness), matrix(machine.damping)
+    inverse = matrix([[1 / m if i == j else Fraction(0) for j in range(n)] for i, m in enumerate(machine.mass)])
+    maps = [inverse * k, inverse * b]
+    seeds = [matrix([c.w]) for c in machine.contacts]
+    stretched = machine.stiffness + machine.damping + [c.w for c in machine.contacts]
+    whole = matrix(stretched).rank()
+    for w in machine.observed:
+        row = matrix([w])
+        inside = matrix([*stretched, w]).rank() == whole
+        seeds += [row] if inside else [row * each for each in maps]
+    rows: list[list[fmpq]] = []
+    while seeds:
+        row = seeds.pop(0).entries()
+        trial = fmpq_mat(len(rows) + 1, n, [x for line in [*rows, row] for x in line])
+        if trial.rank() == len(rows) + 1:
+            rows.append(row)
+            seeds += [fmpq_mat(1, n, row) * each for each in maps]
+    if not rows:
+        raise NotCovered("a machine whose contacts feel nothing")
+    return fmpq_mat(len(rows), n, [x for line in rows for x in line])
+
+
+def _zeros(n: int) -> list[list[Fraction]]:
+    return [[Fraction(0)] * n for _ in range(n)]
+
+
+def _ball(x: Fraction) -> arb:
+    return arb(fmpq(x.numerator, x.denominator))
+
+
+def _exact(x: float) -> arb:
+    return _ball(Fraction(x))
+
+
+def _sine(frequency: tuple[Fraction, int], amplitude: arb, degrees: float) -> Tone:
+    """Return amplitude sin(w t + phase)."""
+    turn = Fraction(degrees) / 180
+    sine, cosine = arb.sin_cos_pi_fmpq(fmpq(turn.numerator, turn.denominator))
+    return Tone(frequency, amplitude * sine, amplitude * cosine)
+
+
+def _speeds(groups: dict[str, list[dict[str, Any]]]) -> dict[str, Fraction]:
+    """Return the turns a minute of each inertia: equal along springs, stops and dampers, as the teeth in meshes."""
+    if "rotation" not in groups:
+        return {}
+    rotation = groups["rotation"][0]
+    if rotation.get("acceleration_rpm_per_s", 0.0):
+        raise NotCovered("a run-up")
+    speeds = {rotation["of"].lower(): Fraction(rotation["speed_rpm"])}
+    links = [(*item["between"], Fraction(1)) for name in ("spring", "damper", "stop") for item in groups.get(name, [])]
+    links += [(*m["between"], Fraction(m["teeth"][0], m["teeth"][1])) for m in groups.get("gear_mesh", [])]
+    for _ in links:
+        for first, second, ratio in links:
+            one, two = first.lower(), second.lower()
+            if "frame" in (one, two):
+                continue
+            if one in speeds:
+                speeds.setdefault(two, speeds[one] * ratio)
+            elif two in speeds:
+                speeds[one] = speeds[two] / ratio
+    return speeds | {"": Fraction(rotation["speed_rpm"])}
+
+
+def _frequency(group: dict[str, Any], prefix: str, speeds: dict[str, Fraction]) -> tuple[Fraction, int]:
+    if f"{prefix}angular_frequency" in group:
+        return Fraction(group[f"{prefix}angular_frequency"]), 0
+    if f"{prefix}frequency" in group:
+        return 2 * Fraction(group[f"{prefix}frequency"]), 1
+    return Fraction(group[f"{prefix}order"]) * speeds[""] / 30, 1
+
+
+def _stop(stop: dict[str, Any], row: Any, speeds: dict[str, Fraction]) -> Contact:
+    law, side, clearance = stop["law"], stop["side"], Fraction(stop["clearance"])
+    if law not in ("kelvin_voigt", "switched_spring", "rigid"):
+        raise NotCovered(f"the law '{law}' of {stop['name']}")
+    upper = clearance if side in ("upper", "both") else None
+    lower = -clearance if side in ("lower", "both") else None
+    contact = Contact(stop["name"], row(stop["between"]), upper, lower)
+    if law == "rigid":
+        contact.restitution = Fraction(stop["restitution"])
+    else:
+        contact.stiffness, contact.damping = Fraction(stop["stiffness"]), Fraction(stop.get("damping", 0.0))
+        normal = "zero_deformation" if law == "switched_spring" else "zero_force"
+        contact.zero_force = stop.get("separation", normal) == "zero_force" and contact.damping > 0
+        contact.offset = contact.stiffness * clearance if law == "switched_spring" else Fraction(0)
+        if contact.offset and contact.zero_force:
+            raise NotCovered(f"a switched spring parting at zero force, {stop['name']}")
+    if stop.get("motion_amplitude", 0.0):
+        frequency = _frequency(stop, "motion_", speeds)
+        contact.tones.append(_sine(frequency, -_exact(stop["motion_amplitude"]), stop.get("motion_phase", 0.0)))
+    return contact
+
+
+def _mesh(mesh: dict[str, Any], row: Any, speeds: dict[str, Fraction]) -> Contact:
+    for key in ("error_file", "stiffness_sine", "stiffness_cosine", "contact_ratio"):
+        if key in mesh:
+            raise NotCovered(f"{key} of {mesh['name']}")
+    w = row(mesh["between"], (Fraction(mesh["radius"][0]), Fraction(mesh["radius"][1])))
+    contact = Contact(mesh["name"], w, Fraction(0), -Fraction(mesh["backlash"]), Fraction(mesh["stiffness"]))
+    contact.damping = Fraction(mesh.get("damping", 0.0))
+    contact.zero_force = mesh["separation"] == "zero_force" and contact.damping > 0
+    for key in ("error_sine", "error_cosine"):
+        values = mesh.get(key, [])
+        for k, amplitude in enumerate(values if isinstance(values, list) else [values], start=1):
+            if amplitude:
+                speed = speeds[mesh["between"][0].lower()]
+                phase = 0.0 if key == "error_sine" else 90.0
+                contact.tones.append(_sine((k * mesh["teeth"][0] * speed / 30, 1), _exact(amplitude), phase))
+    return contact
