@@ -9,6 +9,7 @@ module razy_orbits_branch
    use razy_contact_contact_law, only: branch_forward, branch_sticking
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
+   use razy_orbits_identity, only: is_same_motion, least_part, part_way, parts
    use razy_orbits_orbit, only: bordered, determinant, orbit_t, problem_t, solve_square
    implicit none(type, external)
    private
@@ -30,8 +31,9 @@ module razy_orbits_branch
       integer :: count = 0, periods = 1
       !> The branch that it begins on, 0: it was found by itself.
       integer :: parent = 0
-      !> Why it ends, in words.
+      !> Why it ends, in words; whether it has come back to its first motion.
       character(:), allocatable :: ending
+      logical :: closed = .false.
    contains
       procedure :: follow
       procedure :: search_between
@@ -48,12 +50,14 @@ module razy_orbits_branch
    integer, parameter :: most_creeping = 20, most_changes = 40
    !> Contacts and flights shorter than this part of the period end in a grazing.
    real(wp), parameter :: short = 1.0e-4_wp
+   !> Secants by which a doubling is found.
+   integer, parameter :: most_secants = 20
+   !> Up to where on its last step to a doubling a branch is searched.
+   real(wp), parameter :: nearly_there = 0.5_wp
+   !> A branch of fewer points is not closed.
+   integer, parameter :: least_closed = 3
    !> Special points nearer than this, relative to the state, are one.
    real(wp), parameter :: coincident = 1.0e-8_wp
-   !> A motion whose halves, or other parts, differ by less than this part of those before is one of a part of the period.
-   real(wp), parameter :: least_part = 1.0e-3_wp
-   !> Into how many parts the periods may fall.
-   integer, parameter :: parts(*) = [2, 3, 5, 7, 11, 13]
    real(wp), parameter :: eps = epsilon(1.0_wp)
 
 contains
@@ -67,10 +71,10 @@ contains
       real(wp), intent(in) :: guide(:), low, high
       integer, intent(in) :: most
 
-      type(point_t) :: here, next
+      type(point_t) :: at, here, next
       real(wp) :: h, p
       integer :: creeping, last
-      logical :: ok
+      logical :: ends, ok
 
       self%periods = problem%periods
       if (.not. allocated(self%point)) allocate (self%point(64))
@@ -103,13 +107,30 @@ contains
             self%ending = "the end of the range"
             return
          end if
+         call find_half(problem, here, next, at, ends)
+         if (ends) then
+            ! At the doubling itself det ∂(P - x)/∂x is 0, of whatever sign.
+            self%ending = "a doubling of a motion of half the period"
+            call between(problem, here, at, nearly_there*length(here, at), next, ok)
+            if (ok) call complete_point(problem, here, next, ok)
+            if (ok) ok = .not. falls_to_part(problem, here, next)
+            if (ok) call self%search(problem, here, next)
+            at%label = "EP"
+            call self%add(at)
+            return
+         end if
+         call find_first(problem, self%point(1), here, next, at, self%closed)
+         self%closed = self%closed .and. self%count > least_closed
+         if (self%closed) then
+            self%ending = "the first motion again: the branch is closed"
+            call self%search(problem, here, at)
+            at%label = "EP"
+            call self%add(at)
+            return
+         end if
          call self%search(problem, here, next)
          call self%add(next)
          last = size(here%tangent)
-         if (meets_half(problem, here, next, 0.0_wp)) then
-            call join_half(self)
-            return
-         end if
          if (next%orbit%rounds <= 5 .and. dot_product(here%tangent, next%tangent) > 0.99_wp) then
             h = min(1.6_wp*h, largest_step*max(1.0_wp, norm2(next%orbit%u(:last - 1))))
          end if
@@ -119,31 +140,99 @@ contains
          if (next%orbit%rounds > 7) h = h/2
          here = next
       end do
-      self%point(self%count)%label = "MX"
-      if (ok) return
-      if (meets_half(problem, here, here, 0.05_wp)) call join_half(self)
+      self%point(self%count)%label = merge("EP", "MX", ok)
    end subroutine follow
 
-   subroutine join_half(self)
-      class(branch_t), intent(inout) :: self
-
-      self%ending = "a doubling of a motion of half the period"
-      self%point(self%count)%label = "EP"
-   end subroutine join_half
-
-   !> Whether the branch of an even number of periods has come, within `near`, to a motion of half as many, or goes through
-   !> one between two of its points: it then comes back along itself, begun half a period later.
-   logical function meets_half(problem, here, next, near)
+   !> Where, between two points, the branch of an even number of periods goes through a motion of half as many, at its doubling: it
+   !> then comes back along itself, begun half a period later. What it misses after half the period changes its sign there.
+   subroutine find_half(problem, here, next, at, found)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: here, next
-      real(wp), intent(in) :: near
+      type(point_t), intent(out) :: at
+      logical, intent(out) :: found
 
-      real(wp), allocatable :: before(:), after(:)
+      real(wp), allocatable :: after(:), before(:), guess(:)
 
-      call part_way(problem, here, 2, before)
-      call part_way(problem, next, 2, after)
-      meets_half = dot_product(before, after) < 0.0_wp .or. (size(after) > 0 .and. norm2(after) <= near)
-   end function meets_half
+      call part_way(problem, here%orbit, 2, before)
+      call part_way(problem, next%orbit, 2, after)
+      found = .false.
+      if (size(before) == 0 .or. size(after) == 0) return
+      if (dot_product(before, after) >= 0.0_wp) return
+      guess = here%orbit%u + norm2(before)/(norm2(before) + norm2(after))*(next%orbit%u - here%orbit%u)
+      problem%periods = problem%periods/2
+      call find_doubling(problem, guess, norm2(next%orbit%u - here%orbit%u), at, found)
+      problem%periods = 2*problem%periods
+      if (.not. found) return
+      call problem%evaluate(at%orbit%u, .true., at%orbit, found)
+      if (found) call problem%complete(at%orbit, found)
+      at%tangent = here%tangent
+   end subroutine find_half
+
+   !> The doubling of a motion near `guess`, no farther from it than `longest`: along its branch, by secants.
+   subroutine find_doubling(problem, guess, longest, at, found)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: guess(:), longest
+      type(point_t), intent(out) :: at
+      logical, intent(out) :: found
+
+      real(wp) :: before, change, row(size(guess)), s, value
+      type(point_t) :: from
+      integer :: i
+
+      row = 0.0_wp
+      row(size(row)) = 1.0_wp
+      call problem%correct(guess, row, from%orbit, found)
+      if (found) call complete_point_at(problem, from, row, found)
+      if (.not. found) return
+      found = norm2(from%orbit%u - guess) <= longest
+      before = value_of(problem, from%orbit, 2)
+      change = sign(1.0e-3_wp*longest, before)
+      s = 0.0_wp
+      do i = 1, most_secants
+         if (.not. found) return
+         s = s + change
+         at%orbit%column = from%orbit%column
+         call problem%correct(from%orbit%u + s*from%tangent, from%tangent, at%orbit, found)
+         if (found) call at%orbit%find_multipliers(problem%is_autonomous())
+         if (.not. found) return
+         if (abs(change) <= 1.0e-14_wp) exit
+         value = value_of(problem, at%orbit, 2)
+         found = abs(value - before) > 0.0_wp
+         if (found) change = -value*change/(value - before)
+         before = value
+         found = found .and. abs(s + change) <= longest
+      end do
+      found = found .and. abs(change) <= 1.0e-10_wp .and. norm2(at%orbit%u - guess) <= longest
+   end subroutine find_doubling
+
+   subroutine complete_point_at(problem, point, guide, ok)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(inout) :: point
+      real(wp), intent(in) :: guide(:)
+      logical, intent(out) :: ok
+
+      call problem%complete(point%orbit, ok)
+      if (ok) call find_tangent(problem, point, guide, ok)
+   end subroutine complete_point_at
+
+   !> Where, between two points, the branch comes to its first motion again.
+   subroutine find_first(problem, first, here, next, at, found)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: first, here, next
+      type(point_t), intent(out) :: at
+      logical, intent(out) :: found
+
+      integer :: last
+
+      last = size(first%orbit%u)
+      associate (p => first%orbit%u(last), a => here%orbit%u(last), b => next%orbit%u(last))
+         found = (p - a)*(b - p) > 0.0_wp
+         if (.not. found) return
+         at = next
+         call reach(problem, here, at, p, found)
+      end associate
+      if (found) call is_same_motion(problem, first%orbit, at%orbit, found)
+   end subroutine find_first
 
    !> Whether a step from a motion has left its branch for that of a motion of half as many periods, or of another part of them.
    logical function falls_to_part(problem, here, next) result(falls)
@@ -155,8 +244,8 @@ contains
 
       falls = .false.
       do i = 1, size(parts)
-         call part_way(problem, here, parts(i), before)
-         call part_way(problem, next, parts(i), after)
+         call part_way(problem, here%orbit, parts(i), before)
+         call part_way(problem, next%orbit, parts(i), after)
          falls = size(after) > 0 .and. norm2(after) < least_part*norm2(before)
          ! Through a motion of half the period the branch goes where the parameter turns; else the step has come to its other side.
          associate (last => size(here%tangent))
@@ -168,24 +257,6 @@ contains
          return
       end do
    end function falls_to_part
-
-   !> How far a motion whose periods can be shared out in so many parts is from its start after the first; nothing of other motions.
-   subroutine part_way(problem, point, count, apart)
-      type(problem_t), intent(inout) :: problem
-      type(point_t), intent(in) :: point
-      integer, intent(in) :: count
-      real(wp), allocatable, intent(out) :: apart(:)
-
-      type(orbit_t) :: orbit
-      logical :: ok
-
-      allocate (apart(0))
-      if (modulo(problem%periods, count) /= 0 .or. problem%is_autonomous()) return
-      problem%periods = problem%periods/count
-      call problem%evaluate(point%orbit%u, .false., orbit, ok)
-      problem%periods = count*problem%periods
-      if (ok) apart = orbit%residual
-   end subroutine part_way
 
    subroutine add(self, point)
       class(branch_t), intent(inout) :: self

@@ -71,7 +71,9 @@ module razy_orbits_orbit
       procedure :: is_stable
    end type orbit_t
 
-   integer, parameter :: most_rounds = 14
+   integer, parameter :: most_rounds = 25
+   !> Steps of differences are not divided further than to this: less would be rounding.
+   real(wp), parameter :: least_difference = 1.0e-8_wp
    real(wp), parameter :: converged = 1.0e-13_wp, far = 1.0_wp
 
 contains
@@ -202,14 +204,15 @@ contains
       if (self%is_autonomous()) orbit%residual = [orbit%residual, dot_product(self%normal, u(:n) - self%origin)]
    end subroutine evaluate
 
-   !> Columns of the period, without excitation, and of the parameter, by central differences.
+   !> Columns of the period, without excitation, and of the parameter, by central differences; of motions without errors with
+   !> steps so small that the sequence of contacts stays: across a grazing a difference says nothing of the slope.
    subroutine differentiate(self, orbit, ok)
       class(problem_t), intent(inout) :: self
       type(orbit_t), intent(inout) :: orbit
       logical, intent(out) :: ok
 
       type(orbit_t) :: above, below
-      real(wp) :: by(size(orbit%u))
+      real(wp) :: by(size(orbit%u)), length
       integer :: i, last, n
 
       n = self%order()
@@ -218,11 +221,20 @@ contains
       allocate (orbit%column(n, last - self%map%n))
       do i = self%map%n + 1, last
          by = 0.0_wp
-         by(i) = self%step
-         call self%evaluate(orbit%u + by, .false., above, ok)
-         if (ok) call self%evaluate(orbit%u - by, .false., below, ok)
+         length = self%step
+         do
+            by(i) = length
+            call self%evaluate(orbit%u + by, .false., above, ok)
+            if (ok) call self%evaluate(orbit%u - by, .false., below, ok)
+            if (ok) then
+               if (self%resolution > 0.0_wp) exit
+               if (above%sequence%is_like(orbit%sequence) .and. below%sequence%is_like(orbit%sequence)) exit
+            end if
+            if (length <= least_difference) exit
+            length = length/10
+         end do
          if (.not. ok) return
-         orbit%column(:, i - self%map%n) = (above%residual - below%residual)/(2*self%step)
+         orbit%column(:, i - self%map%n) = (above%residual - below%residual)/(2*length)
       end do
    end subroutine differentiate
 
@@ -267,8 +279,10 @@ contains
       real(wp), allocatable :: change(:), matrix(:, :)
       real(wp) :: before, growth, nearly
       integer :: round
+      logical :: fresh, slow
 
       before = far/epsilon(1.0_wp)
+      slow = .false.
       nearly = self%accuracy*max(1.0_wp, norm2(guess(:self%order())))
       orbit%u = guess
       orbit%rounds = 1
@@ -276,9 +290,10 @@ contains
          ! What goes on below the errors of a method says nothing of the step.
          if (before > nearly .or. .not. self%resolution > 0.0_wp) orbit%rounds = round
          call self%evaluate(orbit%u, .true., orbit, ok)
-         if (ok) then
-            if (.not. allocated(orbit%column) .or. (modulo(round, 4) == 2 .and. before > nearly)) call self%differentiate(orbit, ok)
-         end if
+         if (.not. ok) return
+         ! Columns of another place make convergence linear.
+         fresh = .not. allocated(orbit%column) .or. slow .or. (modulo(round, 4) == 2 .and. before > nearly)
+         if (fresh) call self%differentiate(orbit, ok)
          if (.not. ok) return
          matrix = bordered(self%jacobian(orbit), row)
          growth = norm2(matrix(:self%map%n, :self%map%n))
@@ -289,7 +304,10 @@ contains
          if (ok) ok = orbit%correction <= far .and. (orbit%correction <= 10*before .or. orbit%correction <= nearly)
          if (.not. ok) exit
          if (orbit%correction <= converged*max(1.0_wp, norm2(orbit%u(:self%order())))) exit
-         if (orbit%correction <= nearly .and. orbit%correction > 0.25_wp*before) exit
+         ! With columns of this place, corrections that hardly shrink are rounding, or the errors of the method.
+         if (orbit%correction <= nearly .and. orbit%correction > 0.25_wp*before .and. &
+             (fresh .or. self%resolution > 0.0_wp)) exit
+         slow = orbit%correction > 0.1_wp*before .and. .not. self%resolution > 0.0_wp
          orbit%u = orbit%u + change
          before = orbit%correction
       end do

@@ -3,6 +3,7 @@ module razy_orbits_switch
    use razy_core_kinds, only: wp
    use razy_linalg_eigen, only: right_eigen
    use razy_orbits_branch, only: point_t
+   use razy_orbits_identity, only: has_part
    use razy_orbits_orbit, only: orbit_t, problem_t
    implicit none(type, external)
    private
@@ -26,6 +27,7 @@ contains
       logical, intent(out) :: ok
 
       integer :: i
+      logical :: has
 
       guide = direction_of(problem, point)
       if (.not. forward) guide = -guide
@@ -35,6 +37,11 @@ contains
          call problem%correct(point%orbit%u + distances(i)*guide, guide, orbit, ok)
          ! Of all motions in the plane across the direction the nearest.
          if (ok) ok = norm2(orbit%u - point%orbit%u) < nearest*distances(i)
+         if (ok .and. point%label == "PD") then
+            ! After half the period the motion is on the other side of the point, twice as far off.
+            call has_part(problem, orbit, distances(i)/2, has)
+            ok = .not. has
+         end if
          if (ok) call problem%complete(orbit, ok)
          if (ok) return
       end do

@@ -329,3 +329,52 @@ def test_picture_with_a_sweep():
     pixels = matplotlib.image.imread("picture.png")[..., :3]
     grey = (pixels.min(axis=2) > 0.6) & (pixels.max(axis=2) < 0.8) & (np.ptp(pixels, axis=2) < 0.02)
     assert (pixels.max(axis=2) < 0.1).sum() > 2000 and grey.sum() > 500
+
+
+def test_gear_pair_is_told_once():
+    """A fold by an interval proof; each doubling begins one branch or ends one, at its own value."""
+    with follow(GEAR_PAIR) as file:
+        labels, branch = file["special/label"].asstr()[:], file["special/branch"][:]
+        value, ending = file["special/parameter"][:], file["branch/ending"].asstr()[:]
+        folds = value[labels == "LP"]
+        correction = file["point/correction"][:]
+        periods = file["point/multiplicity"][:][file["special/point"][:]]
+        parents = file["branch/parent"][:]
+    # Next to doublings and grazings rounding leaves more.
+    assert np.mean(correction < 2e-13) > 0.99
+    assert np.abs(folds - 1720.306604124594).min() < 1e-9
+    doublings = value[(labels == "PD") & (branch == 1)]
+    for number, (why, parent) in enumerate(zip(ending, parents, strict=True), start=1):
+        if parent == 0:
+            continue
+        assert why == "a doubling of a motion of half the period", number
+        (last,) = value[(labels == "EP") & (branch == number)]
+        assert np.abs(doublings - last).min() < 1e-9, number
+    assert (periods[branch > 1] == 2).all()
+    # Two doublings for each doubled branch, its beginning and its end.
+    assert doublings.size == 2 * (parents == 1).sum()
+
+
+ISOLA = """
+&scene kind='lumped' /
+&mass name='m', value=1.0 /
+&spring between='m','frame', stiffness=1.0, damping=0.1 /
+&stop name='st', between='m','frame', side='both', clearance=1.0, stiffness=20.0 /
+&load on='m', amplitude=3.0, angular_frequency=2.2, phase=90.0 /
+&record observable='displacement', what='extrema' /
+&initial on='m', displacement=-1.04145, velocity=0.35183 /
+&motion t_end=600.0, start='given' /
+&follow parameter='load%angular_frequency', first=0.8, last=4.5, from=2.2, period=2, doublings=0 /
+"""
+
+
+def test_a_closed_branch_goes_round_once():
+    Path("isola.nml").write_text(ISOLA)
+    with follow(Path("isola.nml")) as file:
+        assert file["special/label"].asstr()[:].tolist() == ["PD", "PD", "LP", "GR", "GR", "LP", "EP"]
+        assert file["special/parameter"][-1] == pytest.approx(2.2, rel=1e-14)
+        assert file["branch/ending"].asstr()[:].tolist() == ["the first motion again: the branch is closed"]
+        first, last = file["point/state"][0], file["point/state"][-1]
+        stable = file["point/stable"][:]
+    # Two periods of the excitation round, or at once.
+    assert np.allclose(first, last, rtol=1e-9) or stable[0] == stable[-1]

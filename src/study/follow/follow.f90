@@ -7,6 +7,7 @@ module razy_study_follow_follow
    use razy_input_input, only: input_t
    use razy_orbits_branch, only: branch_t
    use razy_orbits_curve, only: curve_t
+   use razy_orbits_identity, only: is_same_motion
    use razy_orbits_orbit, only: orbit_t, problem_t
    use razy_orbits_search, only: found_t, is_on, new_found, search_t
    use razy_orbits_start, only: find_periodic
@@ -59,8 +60,8 @@ module razy_study_follow_follow
 
    !> Groups whose values are not the machine's.
    character(*), parameter :: machineless(*) = [character(6) :: "sweep", "tune", "record", "motion", "starts"]
-   !> Motions nearer than this, relative to the state, where a branch ends in a doubling.
-   real(wp), parameter :: same = 0.02_wp
+   !> Doublings nearer than this, in the scale of the parameter, are compared.
+   real(wp), parameter :: same = 1.0e-8_wp
    !> The branches that a file holds at most.
    integer, parameter :: most_branches = 64, most_curves = 64
    !> Points of a curve on each side of where it was found.
@@ -244,13 +245,18 @@ contains
       integer, intent(in) :: side
 
       real(wp) :: guide(size(orbit%u))
-      integer :: from, i
+      integer :: from, i, side_left
 
       i = self%count
+      side_left = side
       guide = 0.0_wp
       guide(size(guide)) = sign(1.0_wp, self%last(1) - self%first(1))
       if (side >= 0) call self%one_branch(orbit, guide, 0)
-      if (side <= 0) call self%one_branch(orbit, -guide, 0)
+      if (self%count > i) then
+         ! A closed branch has been gone round.
+         if (self%branch(self%count)%closed) side_left = 1
+      end if
+      if (side_left <= 0) call self%one_branch(orbit, -guide, 0)
       do while (i < self%count)
          i = i + 1
          from = 0
@@ -342,7 +348,10 @@ contains
       label = self%branch(parent)%point(place)%label
       if (label /= "PD" .and. label /= "BP") return
       if (generation(self, parent) >= self%doublings) return
-      if (label == "PD" .and. reached(self, parent, place)) return
+      if (label == "PD") then
+         call find_reached(self, parent, place, ok)
+         if (ok) return
+      end if
       do side = 1, merge(1, 2, label == "PD")
          if (self%count == most_branches) return
          self%problem%periods = self%branch(parent)%periods
@@ -357,25 +366,28 @@ contains
    end subroutine follow_switched
 
    !> Whether a branch of twice the period has already come to an end at this doubling.
-   pure logical function reached(self, parent, place)
-      class(follow_t), intent(in) :: self
+   subroutine find_reached(self, parent, place, reached)
+      class(follow_t), intent(inout) :: self
       integer, intent(in) :: parent, place
+      logical, intent(out) :: reached
 
       integer :: i
 
       reached = .false.
-      associate (u => self%branch(parent)%point(place)%orbit%u)
+      self%problem%periods = self%branch(parent)%periods
+      associate (point => self%branch(parent)%point(place)%orbit)
          do i = 1, self%count
             associate (other => self%branch(i))
                if (other%periods /= 2*self%branch(parent)%periods .or. other%parent == 0) cycle
                associate (last => other%point(other%count))
-                  reached = reached .or. (last%label == "EP" .and. abs(last%orbit%u(size(u)) - u(size(u))) < same**2 .and. &
-                                          norm2(last%orbit%u(:size(u) - 1) - u(:size(u) - 1)) < same*norm2(u(:size(u) - 1)))
+                  if (last%label /= "EP" .or. abs(last%orbit%u(size(point%u)) - point%u(size(point%u))) > same) cycle
+                  call is_same_motion(self%problem, last%orbit, point, reached)
                end associate
             end associate
+            if (reached) return
          end do
       end associate
-   end function reached
+   end subroutine find_reached
 
    pure integer function generation(self, i)
       class(follow_t), intent(in) :: self
