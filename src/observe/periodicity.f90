@@ -1,20 +1,24 @@
 !! The kind of a motion: after how many periods of the excitation it repeats itself, and which contacts it touches.
 !!
 !! The motion is looked at once a period T, counted back from its end (Poincaré section). Its state there are the variables s
-!! and T s'/2π of all contacts, or, of a machine without contacts, the linear observables. It has the period k T if the states
+!! and T s'/2π of all contacts, or, of a machine without contacts, the linear observables; s without what it has from the drifts
+!! of the machine (razy_machine_drift). It has the period k T if the states
 !! of k successive sections, at least four, are those k sections before to a tolerance times the size of the state: the largest
-!! |s| or |T s'/2π| of all contacts of the same unit, at four times in each of the last four periods and at all sections. The
-!! smallest k is taken.
+!! |s| or T/2π Σ|w_i q_i'| of all contacts of the same unit, at four times in each of the last four periods and at all sections.
+!! The sum is that of the terms of s', as a contact that stays closed has an s that is rounding. The smallest k is taken; the
+!! drift is what the displacements differ by after it, along the drifts.
 !!
 !! A transient that dies away repeats itself nearly, too, after as many periods as its own vibration fits in. So
 !! - a machine whose laws are piecewise linear and that has no event at the sections is linear: its motion settles to k = 1 or not;
 !! - k > 1 needs states that differ clearly within the k periods, and stay where they are over half of the sections;
 !! - what has no period is not settled while its differences from period to period still shrink, and not periodic otherwise.
 module razy_observe_periodicity
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: int64
    use razy_contact_contact_law, only: is_closed
    use razy_core_kinds, only: pi, wp
-   use razy_core_table, only: table_t
+   use razy_core_table, only: common_unit, table_t
+   use razy_machine_drift, only: drift_basis
    use razy_machine_excitation, only: period_of_loads
    use razy_machine_machine, only: machine_t, observe_linear
    use razy_motion_integrator, only: observer_t, piece_t
@@ -49,10 +53,19 @@ module razy_observe_periodicity
       integer, allocatable, private :: form(:), group(:)
       !> States (components, 0:sections), number 0 at the end of the motion; size of each component's group.
       real(wp), allocatable, private :: state(:, :), now(:), size(:)
+      !> Directions of s or of the observable by displacement and velocity, moduli (n, contacts or observables each).
+      real(wp), allocatable, private :: weight(:, :), rate_weight(:, :)
+      !> Basis D of the drifts (n, r), DᵀM (r, n), how far D moves the components (contacts or observables, r), DᵀM q at the
+      !> sections (r, 0:sections); the unit of what drifts.
+      real(wp), allocatable, private :: drifts(:, :), along(:, :), shift(:, :), gone(:, :)
+      character(:), allocatable, private :: drift_unit
+      !> Displacements and velocities (n each).
+      real(wp), allocatable, private :: q(:), v(:)
    contains
       procedure :: attach
       procedure :: piece
       procedure :: found
+      procedure :: drift
       procedure :: forget
       procedure :: columns
    end type periodicity_t
@@ -93,7 +106,38 @@ contains
       if (allocated(self%state)) deallocate (self%state, self%now, self%size)
       allocate (self%state(components, 0:self%sections), self%now(components))
       allocate (self%size(components), source=0.0_wp)
+      call attach_directions(self, machine)
    end subroutine attach
+
+   !> Which coordinates the state is made of, and how a machine may drift.
+   subroutine attach_directions(self, machine)
+      type(periodicity_t), intent(inout) :: self
+      type(machine_t), intent(in) :: machine
+
+      real(wp), allocatable :: direction(:, :)
+      integer :: i, n
+
+      n = size(machine%mass, 1)
+      allocate (direction(n, self%contacts + size(self%form)))
+      if (allocated(self%rate_weight)) deallocate (self%rate_weight)
+      allocate (self%rate_weight(n, size(direction, 2)), source=0.0_wp)
+      do i = 1, self%contacts
+         direction(:, i) = machine%contact(i)%w
+      end do
+      do i = 1, size(self%form)
+         direction(:, self%contacts + i) = machine%observable(self%form(i))%on_displacement
+         self%rate_weight(:, self%contacts + i) = abs(machine%observable(self%form(i))%on_velocity)
+      end do
+      self%weight = abs(direction)
+      self%drifts = drift_basis(machine)
+      self%along = matmul(transpose(self%drifts), machine%mass)
+      self%shift = matmul(transpose(direction), self%drifts)
+      self%drift_unit = common_unit(pack(machine%unit, [(any(abs(self%drifts(i, :)) > 0.0_wp), i=1, n)]))
+      if (allocated(self%gone)) deallocate (self%gone)
+      allocate (self%gone(size(self%drifts, 2), 0:self%sections), source=0.0_wp)
+      self%q = machine%displacement
+      self%v = machine%velocity
+   end subroutine attach_directions
 
    !> Take the sections in a piece, and the contacts that are closed in it.
    subroutine piece(self, part)
@@ -132,21 +176,29 @@ contains
       type(piece_t), intent(in) :: part
       real(wp), intent(in) :: tau
 
-      real(wp) :: force, rate, s
+      real(wp) :: force, gone(size(self%drifts, 2)), rate, s
       integer :: i, j
 
+      call part%by%state(tau, self%q, self%v)
+      gone = matmul(self%along, self%q)
       do j = 1, self%contacts
          call part%by%contact(j, tau, s, rate, force)
+         s = s - dot_product(self%shift(j, :), gone)
          self%now(2*j - 1) = s
          self%now(2*j) = rate*self%period/(2*pi)
          i = 2*self%group(j)
-         self%size(i) = max(self%size(i), abs(self%now(2*j)), abs(s))
+         self%size(i) = max(self%size(i), abs(s), dot_product(self%weight(:, j), abs(self%v))*self%period/(2*pi), &
+                            abs(self%now(2*j)))
       end do
       do i = 1, size(self%form)
-         self%now(2*self%contacts + i) = part%by%value(self%form(i), tau)
-         self%size(2*self%contacts + i) = max(self%size(2*self%contacts + i), abs(self%now(2*self%contacts + i)))
+         j = 2*self%contacts + i
+         self%now(j) = part%by%value(self%form(i), tau) - dot_product(self%shift(self%contacts + i, :), gone)
+         self%size(j) = max(self%size(j), abs(self%now(j)), dot_product(self%rate_weight(:, self%contacts + i), abs(self%v)), &
+                            dot_product(self%weight(:, self%contacts + i), abs(self%v))*self%period/(2*pi))
       end do
-      if (mod(self%next, 4) == 0) self%state(:, self%next/4) = self%now
+      if (mod(self%next, 4) /= 0) return
+      self%state(:, self%next/4) = self%now
+      self%gone(:, self%next/4) = gone
    end subroutine look
 
    !> The period of the motion that was seen, as a multiple of that of the excitation; `not_periodic` if no multiple up to 32
@@ -175,6 +227,20 @@ contains
       end do
       multiple = merge(not_settled, not_periodic, self%linear .or. self%sections < enough .or. shrinks(self, limit))
    end function found
+
+   !> How far the motion has gone after its period: of all coordinates the drift that is largest, m (rad); NaN without a period.
+   pure real(wp) function drift(self)
+      class(periodicity_t), intent(in) :: self
+
+      real(wp), allocatable :: by(:)
+      integer :: k
+
+      k = self%found()
+      drift = ieee_value(drift, ieee_quiet_nan)
+      if (k < 1) return
+      by = matmul(self%drifts, self%gone(:, 0) - self%gone(:, k))
+      drift = by(maxloc(abs(by), dim=1))
+   end function drift
 
    !> Largest difference between the sections `first` to `last` and those k before them, in limits.
    pure real(wp) function step_after(self, k, first, last, limit)
@@ -252,14 +318,16 @@ contains
       self%touched = 0_int64
    end subroutine forget
 
-   !> Hand over period and contacts touched, as single values of `/point`.
-   subroutine columns(self, table)
+   !> Hand over period, drift and contacts touched, as single values of `group`, such as `/point/`.
+   subroutine columns(self, table, group)
       class(periodicity_t), intent(in) :: self
       type(table_t), intent(inout) :: table
+      character(*), intent(in) :: group
 
-      call table%add("/point/period", self%found(), "1", "period of the motion in periods of the excitation")
+      call table%add(group//"period", self%found(), "1", "period of the motion in periods of the excitation")
       call table%note("meanings", "0 = not periodic within 32, -1 = not determined, -2 = not settled")
-      call table%add("/point/touched", self%touched, "1", "contacts touched, bit by bit")
+      call table%add(group//"drift", self%drift(), self%drift_unit, "how far the motion goes on in its period")
+      call table%add(group//"touched", self%touched, "1", "contacts touched, bit by bit")
       call table%note("names", self%name)
    end subroutine columns
 

@@ -58,6 +58,7 @@ contains
       if (.not. allocated(error)) call draw_scene(scene, self%drawing, input, error)
       if (allocated(error)) return
       self%watch%in_full = .true.
+      self%watch%asks_kind = .true.
       call self%watch%ask(records, self%machine, self%motion, error)
    end subroutine new_run
 
@@ -96,6 +97,7 @@ contains
 
       call self%outcome%columns(outcome, "/outcome/", brief=.false.)
       call outcome%add("/outcome/excitation_period", period_of_loads(self%machine), "s", "period of the excitation; 0 = none")
+      call self%watch%periodicity%columns(outcome, "/outcome/")
       call table%stack(outcome, "/outcome/single")
       if (abs(self%machine%acceleration) > 0.0_wp) then
          call table%add("/rotation/time", [0.0_wp, self%outcome%time], "s", "time", "/rotation/time")

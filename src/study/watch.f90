@@ -6,6 +6,7 @@ module razy_study_watch
    use razy_core_table, only: table_t
    use razy_hybrid_flow, only: flow_t
    use razy_io_result_file, only: check_name
+   use razy_machine_drift, only: drift_basis
    use razy_machine_excitation, only: period_of_loads, turn_tones
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: ask_stop, integrator_t, observer_slot_t, observer_t, outcome_t, status_ok
@@ -50,13 +51,14 @@ module razy_study_watch
       integer :: strobe_periods = 0
       real(wp) :: strobe_period = 0.0_wp
       type(contact_statistics_t), private :: statistics
-      type(periodicity_t), private :: periodicity
+      type(periodicity_t) :: periodicity
       type(trajectory_t), allocatable, private :: trajectory
       type(event_log_t), private :: log
       type(strobe_t), private :: strobe
       type(lyapunov_t), private :: lyapunov
-      !> Largest norm of the start and the states that were stored.
+      !> Largest norm of the start and the states that were stored; basis of the drifts of the machine, which it leaves out.
       real(wp), private :: norm = 0.0_wp
+      real(wp), allocatable, private :: drifts(:, :)
    contains
       procedure :: ask
       procedure :: attach
@@ -151,6 +153,7 @@ contains
       if (self%asks_kind) call self%periodicity%attach(machine, t_end)
       if (self%strobe_periods == 0) return
       call self%strobe%begin(size(machine%mass, 1), t_end, self%strobe_period, self%strobe_periods)
+      self%drifts = drift_basis(machine)
       self%norm = norm_of(self, machine, [machine%displacement, machine%velocity])
    end subroutine attach
 
@@ -296,8 +299,8 @@ contains
       do i = 1, size(self%extrema)
          call self%extrema(i)%columns(table)
       end do
-      if (self%asks_kind) call self%periodicity%columns(table)
-      if (self%asks_kind .and. self%free .and. size(self%extrema) > 0) then
+      if (self%asks_kind .and. .not. self%in_full) call self%periodicity%columns(table, "/point/")
+      if (self%asks_kind .and. .not. self%in_full .and. self%free .and. size(self%extrema) > 0) then
          associate (first => self%extrema(1))
             call table%add("/point/cycle_time", cycle_time(first%value(:first%count), first%time(:first%count), &
                                                            first%kind(:first%count), self%period_tolerance), "s", &
@@ -317,7 +320,7 @@ contains
       type(machine_t), intent(in) :: machine
       real(wp), intent(in) :: state(:)
 
-      norm_of = state_norm(machine%mass, 2*acos(-1.0_wp)/self%strobe_period, state)
+      norm_of = state_norm(machine%mass, 2*acos(-1.0_wp)/self%strobe_period, self%drifts, state)
    end function norm_of
 
 end module razy_study_watch

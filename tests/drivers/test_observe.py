@@ -107,7 +107,7 @@ def test_kind_of_motion_is_left_out_when_not_wanted():
     succeed("razy-sweep", GEAR_PAIR, *options, "--output", "with.h5")
     succeed("razy-sweep", GEAR_PAIR, *options, *sets(sweep__kind_of_motion=".false."), "--output", "without.h5")
     more, less = datasets("with.h5"), datasets("without.h5")
-    assert set(more) - set(less) == {"point/period", "point/touched"}
+    assert set(more) - set(less) == {"point/period", "point/drift", "point/touched"}
     assert all(more[name] == less[name] for name in less)
 
 

@@ -99,3 +99,57 @@ def test_a_cycle_without_excitation_has_a_time_of_its_own(folder):
     np.testing.assert_allclose(point["cycle_time"], 2 * np.pi / np.sqrt([400.0, 1000.0, 1600.0]), rtol=1e-9)
     assert set(point["period"]) == {-1}
     assert np.all(np.isnan(swept(path, "--set", "spring(1)%damping=0.1")["cycle_time"]))
+
+
+# An inner mass shakes a capsule over the ground: periodic in all but the place of both.
+CAPSULE = """&scene kind='lumped' /
+&mass name='inner', value=1.0 /
+&mass name='capsule', value=3.0 /
+&spring between='inner','capsule', stiffness=1.0, damping=0.02 /
+&stop name='stop', between='inner','capsule', clearance=0.02, stiffness=15.0, separation='zero_deformation' /
+&friction name='ground', between='capsule','frame', static_coefficient=0.4, normal_load=1.0 /
+&load on='inner', amplitude=1.6, angular_frequency=1.0 /
+&motion t_end=1256.6370614359173, start='zero' /
+&record observable='relative_displacement', of='stop', what='extrema', from=1193.8 /
+&sweep parameter='load%angular_frequency', first=0.9, last=1.4, points=6 /
+"""
+
+
+def test_a_motion_is_periodic_but_for_its_drift(folder):
+    """Drift by an own DOP853 with events; the extrema of the capsule say the same."""
+    (folder / "capsule.nml").write_text(CAPSULE)
+    point = swept("capsule.nml", *sets(sweep__first=1.0, sweep__last=1.0, sweep__points=1))
+    assert point["period"].tolist() == [1]
+    np.testing.assert_allclose(point["drift"], 1.05617104, atol=1e-8)
+    assert swept("capsule.nml")["period"][[0, 3, 4, 5]].tolist() == [1, 2, 1, 1]
+    succeed("razy-run", "capsule.nml", "--output", "run.h5")
+    with h5py.File("run.h5") as file:
+        assert file["outcome/period"][0] == 1
+        np.testing.assert_allclose(file["outcome/drift"], point["drift"])
+        assert file["outcome/drift"].attrs["units"] == "m"
+
+
+def test_starts_that_drift_at_different_places_are_one_attractor(folder):
+    start = "&starts method='grid' /\n&start_range coordinate='capsule', first=0.0, last=3.0, points=2 /\n"
+    start += "&start_range coordinate='capsule', quantity='velocity', first=0.0, last=0.4, points=2 /\n"
+    (folder / "capsule.nml").write_text(CAPSULE + start)
+    point = swept("capsule.nml", *sets(sweep__first=1.0, sweep__last=1.0, sweep__points=1))
+    assert set(point["attractor"]) == {1}
+
+
+# A follower that its spring keeps on a cam; its gap is rounding.
+FOLLOWER = """&scene kind='lumped' /
+&mass name='f', value=1.0 /
+&spring between='f','frame', stiffness=1400.0 /
+&load on='f', value=-100.0 /
+&stop name='cam', between='f','frame', side='lower', clearance=0.0, law='rigid', restitution=0.8, motion_amplitude=0.02,
+  motion_angular_frequency=50.0 /
+&motion t_end=20.0, start='zero' /
+&record observable='displacement', what='extrema', from=15.0 /
+&sweep parameter='stop%motion_angular_frequency', first=40.0, last=70.0, points=31 /
+"""
+
+
+def test_a_follower_that_stays_on_its_cam_has_settled(folder):
+    (folder / "follower.nml").write_text(FOLLOWER)
+    assert set(swept("follower.nml")["period"]) == {1}

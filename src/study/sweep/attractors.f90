@@ -2,7 +2,8 @@
 !!
 !! A motion is known by its states x_0 … x_m, one period T of the excitation apart, the last at its end. Distances are those of
 !! the norm |x|² = v'Mv + (2π/T)² q'Mq, twice a kinetic energy; two states are equal if they differ by no more than `tolerance`
-!! times `scale`, a norm that the caller takes from all motions that are compared.
+!! times `scale`, a norm that the caller takes from all motions that are compared. Of q the part along the drifts of the machine
+!! (razy_machine_drift) is left out: a motion that goes on elsewhere is the same.
 !!
 !! The motion has the period p T, the smallest p ≤ m/2 for which each of the last p states equals the one p before; it has settled
 !! if they do so within `tolerance` times `settled`. The two bounds differ because a transient that shrinks by a factor ρ in p T,
@@ -30,8 +31,8 @@ module razy_study_sweep_attractors
 
    !> The attractors of one machine, found one by one.
    type :: attractors_t
-      !> M (n, n), 2π/T, rad/s.
-      real(wp), allocatable :: mass(:, :)
+      !> M (n, n), basis of the drifts D (n, r), 2π/T, rad/s.
+      real(wp), allocatable :: mass(:, :), drifts(:, :)
       real(wp) :: omega = 0.0_wp
       real(wp) :: tolerance = 0.0_wp, scale = 0.0_wp
       type(attractor_t), allocatable :: found(:)
@@ -46,12 +47,13 @@ module razy_study_sweep_attractors
 contains
 
    !> Nothing is found yet.
-   subroutine begin(self, mass, period, tolerance, scale)
+   subroutine begin(self, mass, drifts, period, tolerance, scale)
       class(attractors_t), intent(inout) :: self
-      !> M (n, n); T, s.
-      real(wp), intent(in) :: mass(:, :), period, tolerance, scale
+      !> M (n, n); D (n, r), DᵀM D = I; T, s.
+      real(wp), intent(in) :: mass(:, :), drifts(:, :), period, tolerance, scale
 
       self%mass = mass
+      self%drifts = drifts
       self%omega = 2*acos(-1.0_wp)/period
       self%tolerance = tolerance
       self%scale = scale
@@ -121,17 +123,19 @@ contains
       class(attractors_t), intent(in) :: self
       real(wp), intent(in) :: a(:), b(:), part
 
-      equal = state_norm(self%mass, self%omega, a - b) <= part*self%tolerance*self%scale
+      equal = state_norm(self%mass, self%omega, self%drifts, a - b) <= part*self%tolerance*self%scale
    end function equal
 
-   !> Norm of a state (2 n), displacement above velocity.
-   pure real(wp) function state_norm(mass, omega, state) result(norm)
-      real(wp), intent(in) :: mass(:, :), omega, state(:)
+   !> Norm of a state (2 n), displacement above velocity, without the part of the displacement along `drifts` D, DᵀM D = I.
+   pure real(wp) function state_norm(mass, omega, drifts, state) result(norm)
+      real(wp), intent(in) :: mass(:, :), omega, drifts(:, :), state(:)
 
+      real(wp) :: q(size(mass, 1))
       integer :: n
 
       n = size(mass, 1)
-      norm = dot_product(state(n + 1:), matmul(mass, state(n + 1:))) + omega**2*dot_product(state(:n), matmul(mass, state(:n)))
+      q = state(:n) - matmul(drifts, matmul(matmul(mass, state(:n)), drifts))
+      norm = dot_product(state(n + 1:), matmul(mass, state(n + 1:))) + omega**2*dot_product(q, matmul(mass, q))
       norm = sqrt(max(norm, 0.0_wp))
    end function state_norm
 

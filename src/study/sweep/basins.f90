@@ -6,6 +6,7 @@ module razy_study_sweep_basins
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_core_table, only: common_unit, table_t
+   use razy_machine_drift, only: drift_basis
    use razy_study_sweep_attractors, only: attractors_t
    use razy_study_sweep_task, only: sweep_task_t
    use razy_sweep_checkpoint, only: checkpoint_t
@@ -135,7 +136,8 @@ contains
       if (allocated(error) .or. attractors%scale < 0.0_wp) return
       call task%machine_at(first, error)
       if (allocated(error)) return
-      call attractors%begin(task%machine%mass, task%watch%strobe_period, task%starts%tolerance, attractors%scale)
+      call attractors%begin(task%machine%mass, drift_basis(task%machine), task%watch%strobe_period, task%starts%tolerance, &
+                            attractors%scale)
       before = n
       do point = first, first + grid*(task%plan%starts - 1), grid
          call read_states()
