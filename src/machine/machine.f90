@@ -10,6 +10,7 @@
 module razy_machine_machine
    use razy_contact_contact_law, only: contact_law_t, same_slopes
    use razy_core_kinds, only: wp
+   use razy_core_text, only: string_t
    use razy_core_tone, only: tone_t
    use razy_linalg_null_space, only: null_space
    implicit none(type, external)
@@ -81,6 +82,10 @@ module razy_machine_machine
       type(observable_t), allocatable :: observable(:)
       !> State at the start of the motion (n each).
       real(wp), allocatable :: displacement(:), velocity(:)
+      !> Displacements up to which the geometry holds (n); not allocated where it does for all.
+      real(wp), allocatable :: holds_to(:)
+      !> What a user should know of the model, in lines; not allocated where nothing is looked for.
+      type(string_t), allocatable :: caution(:)
    end type machine_t
 
 contains

@@ -221,10 +221,8 @@ contains
          call input%get("gear_mesh", i, "contact_ratio", contact_ratio)
          call input%get("gear_mesh", i, "pair_ratio", pair_ratio)
          contact%mesh_share = contact_ratio - 1
-         if (.not. (contact%mesh_share > 0.0_wp .and. contact%mesh_share < 1.0_wp)) then
-            call input%complain(error, "gear_mesh", i, "contact_ratio", "between 1 and 2")
-            return
-         end if
+         ! With one pair always, or two, the stiffness is its mean.
+         if (.not. (contact%mesh_share > 0.0_wp .and. contact%mesh_share < 1.0_wp)) return
          if (abs(teeth%sweep) > 0.0_qp) then
             call input%complain(error, "gear_mesh", i, "contact_ratio", "left out where &rotation has an acceleration_rpm_per_s")
             return

@@ -128,12 +128,14 @@ contains
       call append_text(lines, to_text(self%outcome%events)//" events")
    end function answer
 
-   !> What a user has to know of the motion, in lines; none if it came to its end and no event was missed nearly.
+   !> What a user has to know of the motion, in lines; none if the model holds, it came to its end and no event was missed nearly.
    function words(self) result(lines)
       class(run_t), intent(in) :: self
       type(string_t), allocatable :: lines(:)
 
       allocate (lines(0))
+      if (allocated(self%machine%caution)) lines = self%machine%caution
+      call self%watch%reach%words(lines)
       associate (outcome => self%outcome)
          if (outcome%near_misses > 0) then
             call append_text(lines, to_text(outcome%near_misses)//trim(merge(" near misses", " near miss  ", &

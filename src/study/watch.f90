@@ -16,6 +16,7 @@ module razy_study_watch
    use razy_observe_event_log, only: event_log_t
    use razy_observe_extrema, only: extrema_t
    use razy_observe_periodicity, only: periodicity_t
+   use razy_observe_reach, only: reach_t
    use razy_observe_strobe, only: strobe_t
    use razy_observe_trajectory, only: trajectory_t
    use razy_orbits_lyapunov, only: lyapunov_t
@@ -56,6 +57,7 @@ module razy_study_watch
       type(trajectory_t), allocatable, private :: trajectory
       type(event_log_t), private :: log
       type(strobe_t), private :: strobe
+      type(reach_t) :: reach
       type(lyapunov_t), private :: lyapunov
       !> Largest norm of the start and the states that were stored; basis of the drifts of the machine, which it leaves out.
       real(wp), private :: norm = 0.0_wp
@@ -150,6 +152,7 @@ contains
 
       call self%forget()
       call self%statistics%attach(machine, self%contacts)
+      if (self%in_full) call self%reach%attach(machine, t_end)
       self%periodicity%tolerance = self%period_tolerance
       if (self%asks_kind) call self%periodicity%attach(machine, t_end)
       if (self%strobe_periods == 0) return
@@ -218,7 +221,7 @@ contains
       type(outcome_t), intent(out) :: outcome
       type(error_t), allocatable, intent(out) :: error
       class(integrator_t), allocatable, intent(inout), target :: integrator
-      type(observer_slot_t) :: slots(size(self%extrema) + 5)
+      type(observer_slot_t) :: slots(size(self%extrema) + 6)
       real(wp) :: from(size(self%extrema)), from_statistics, from_kind
       integer :: i, n
 
@@ -234,6 +237,7 @@ contains
          call show(self%extrema(i))
       end do
       if (self%in_full) call show(self%log)
+      if (self%in_full .and. self%reach%asked) call show(self%reach)
       if (size(self%contacts) > 0) call show(self%statistics)
       if (self%asks_kind) call show(self%periodicity)
       if (allocated(self%trajectory)) call show(self%trajectory)

@@ -21,6 +21,7 @@ module razy_scenes_planar_scene
    use razy_scenes_planar_excitation, only: add_exciters, add_gravity
    use razy_scenes_planar_links, only: link_t, new_sliding_link, read_links
    use razy_scenes_planar_schema, only: matrix_all, matrix_untuned, planar_schema
+   use razy_scenes_planar_turning, only: bound_turning
    use razy_scenes_scene, only: coordinate_t, scene_t, site_t
    implicit none(type, external)
    private
@@ -60,6 +61,7 @@ contains
       call new_harmonics(harmonics, size(machine%load) + 2*size(machine%contact), input)
       call read_contacts(machine, self, 0, input, harmonics, error)
       if (.not. allocated(error)) call add_connections(machine, self%link, self%stop, input, error)
+      if (.not. allocated(error)) call bound_turning(machine, self%bodies, self%link, self%stop, input, error)
       if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)
       if (.not. allocated(error)) call add_gravity(machine%load, self%bodies, input, error)
       if (.not. allocated(error)) call add_exciters(self%bodies, input, harmonics, error)

@@ -351,7 +351,13 @@ contains
             write (amplitude, "(es10.3)") peak%amplitude
             line = "peak of "//self%observable(peak%observable)%name//" at "//decimal(peak%at, 3)//" "//self%varied%unit//": "// &
                    trim(adjustl(amplitude))//" "//self%observable(peak%observable)%unit
-            if (.not. ieee_is_nan(peak%factor)) line = line//", amplification factor "//decimal(peak%factor, 2)
+            if (.not. ieee_is_nan(peak%factor)) then
+               if (peak%factor*place_error > 1.0_wp) then
+                  line = line//", where nothing damps it: the amplitude grows without bound there"
+               else
+                  line = line//", amplification factor "//decimal(peak%factor, 2)
+               end if
+            end if
             if (.not. ieee_is_nan(peak%required)) line = line//", separation margin "//decimal(100*peak%margin, 1)// &
                                                          " %, asked for "//decimal(100*peak%required, 1)//" %"
          end associate

@@ -1,0 +1,87 @@
+!! Stops that stand around one place: flat faces, which are no ring.
+!!
+!! A closed face pushes along its own direction. Between two faces the gap is larger than that of a ring, and where two of them
+!! touch they push together; with ever more faces the motion does not come to that in a ring.
+module razy_scenes_rings
+   use razy_core_kinds, only: pi, wp
+   use razy_core_number, only: to_text
+   use razy_core_text, only: append_text, join, lower, string_t
+   use razy_input_input, only: input_t
+   use razy_machine_machine, only: machine_t
+   implicit none(type, external)
+   private
+
+   public :: note_rings
+
+contains
+
+   !> Add a caution for each place that stops of the input surround: three or more directions, none of which a half plane holds.
+   subroutine note_rings(machine, input)
+      type(machine_t), intent(inout) :: machine
+      type(input_t), intent(in) :: input
+
+      character(:), allocatable :: first
+      real(wp), allocatable :: angle(:)
+      logical :: seen(input%count("stop"))
+      integer :: i, j
+
+      seen = .false.
+      if (input%choice("scene", 1, "kind") == "lumped") return
+      allocate (machine%caution(0))
+      do i = 1, size(seen)
+         if (seen(i)) cycle
+         allocate (angle(0))
+         do j = i, size(seen)
+            if (seen(j)) cycle
+            seen(j) = place_of(input, j) == place_of(input, i)
+            if (seen(j) .and. input%given("stop", j, "direction")) angle = [angle, angle_of(input, j)]
+         end do
+         if (surround(angle)) then
+            call input%get("stop", i, "name", first)
+            call append_text(machine%caution, to_text(size(angle))//" stops around "//place_of(input, i)//" ('"//first// &
+                             "' and others) are flat faces, not a ring: what touches two of them is pushed by both")
+         end if
+         deallocate (angle)
+      end do
+   end subroutine note_rings
+
+   !> What stop i is between.
+   function place_of(input, i) result(place)
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      character(:), allocatable :: place
+
+      type(string_t), allocatable :: ends(:)
+
+      call input%get("stop", i, "between", ends)
+      place = lower(join(ends, " and "))
+   end function place_of
+
+   !> The angle of the direction of stop i in the plane (the last two of three components).
+   function angle_of(input, i) result(angle)
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      real(wp) :: angle
+
+      real(wp), allocatable :: given(:)
+
+      call input%get("stop", i, "direction", given)
+      angle = atan2(given(size(given)), given(size(given) - 1))
+   end function angle_of
+
+   !> Whether no half plane holds directions of these angles.
+   pure logical function surround(angle)
+      real(wp), intent(in) :: angle(:)
+
+      real(wp) :: after
+      integer :: i
+
+      surround = size(angle) > 2
+      do i = 1, size(angle)
+         ! To the next one, anticlockwise; a half turn is one to rounding.
+         after = minval(modulo(angle - angle(i), 2*pi), mask=modulo(angle - angle(i), 2*pi) > 8*epsilon(pi))
+         surround = surround .and. after < pi*(1 - 8*epsilon(pi))
+      end do
+   end function surround
+
+end module razy_scenes_rings

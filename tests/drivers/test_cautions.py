@@ -1,0 +1,91 @@
+"""What a program says of a model that does not hold for what is asked of it."""
+
+import math
+
+import pytest
+from programs import succeed
+
+BLOCK = """&scene kind='planar' /
+&body name='b', mass=1.0, inertia=0.0867, centre=0.0,0.5 /
+&point name='l', body='b', position=-{half},-0.5 /
+&point name='r', body='b', position={half},-0.5 /
+&gravity acceleration=9.81 /
+&stop name='sl', between='l','frame', direction=0.0,1.0, law='rigid', restitution=0.0 /
+&stop name='sr', between='r','frame', direction=0.0,1.0, law='rigid', restitution=0.0 /
+&friction name='fl', between='l','frame', normal_contact='sl', static_coefficient=10.0 /
+&friction name='fr', between='r','frame', normal_contact='sr', static_coefficient=10.0 /
+{spring}&motion t_end=2.0, start='given' /
+&initial on='b.phi', displacement={angle} /
+&initial on='b.y', displacement={lift} /
+&initial on='b.x', displacement={shift} /
+&record observable='state', what='trajectory', interval=0.01 /
+"""
+
+
+def said_of_a_block(folder, angle, half, spring=""):
+    text = BLOCK.format(half=half, angle=angle, lift=half * angle, shift=-0.5 * angle, spring=spring)
+    (folder / "block.nml").write_text(text)
+    return succeed("razy-run", "block.nml", "--output", "block.h5", "--force").stderr
+
+
+def test_a_body_that_turns_far(folder):
+    """5 % of the angle b/h at which the block topples, and 0.05 rad at most."""
+    assert "'b.phi' goes to 2.10E-02 rad, beyond 2.00E-02 rad" in said_of_a_block(folder, 0.021, half=0.2)
+    assert "beyond" not in said_of_a_block(folder, 0.019, half=0.2)
+    assert "beyond 5.00E-02 rad" in said_of_a_block(folder, 0.051, half=0.6)
+    assert "beyond" not in said_of_a_block(folder, 0.049, half=0.6)
+    spring = "&spring between='l','frame', direction=0.0,1.0, stiffness=1.0 /\n"
+    assert "beyond" not in said_of_a_block(folder, 0.021, half=0.2, spring=spring)
+
+
+@pytest.mark.parametrize("stops", [2, 3, 8])
+@pytest.mark.parametrize("kind", ["planar", "rotor"])
+def test_stops_around_a_place(folder, kind, stops):
+    if kind == "planar":
+        lines = ["&scene kind='planar' /", "&body name='r', mass=1.0, inertia=1.0 /"]
+        lines += [f"&spring between='r','frame', direction={d}, stiffness=1e5, damping=10.0 /" for d in ("1,0", "0,1")]
+        lines += ["&load on='r.x', amplitude=1.0, frequency=3.0 /"]
+        place, record = "r", "of='r.x'"
+    else:
+        lines = [
+            "&scene kind='rotor' /",
+            "&freedom axial=.false., torsion=.false. /",
+            "&shaft name='r', young_modulus=2.1e11, shear_modulus=8.0e10, density=7850.0 /",
+            "&section shaft='r', length=0.4, outer_diameter=0.02, elements=2 /",
+            "&rotation speed_rpm=600.0 /",
+            "&unbalance shaft='r', node=2, moment=1e-4 /",
+        ]
+        lines += [
+            f"&bearing shaft='r', node={i}, kind='matrix', stiffness=1e7,0.0,0.0,1e7, damping_factor=1e-4 /"
+            for i in (1, 3)
+        ]
+        place, record = "r.2", "of='r.2.v'"
+    for i in range(stops):
+        a = 2 * math.pi * i / stops
+        direction = f"{'0.0,' if kind == 'rotor' else ''}{math.cos(a)},{math.sin(a)}"
+        lines.append(
+            f"&stop name='s{i}', between='{place}','frame', direction={direction}, clearance=1e-4, stiffness=1e6 /"
+        )
+    lines += ["&motion t_end=0.1, start='zero' /", f"&record observable='displacement', {record}, what='extrema' /"]
+    (folder / "ring.nml").write_text("\n".join(lines) + "\n")
+    said = succeed("razy-run", "ring.nml", "--output", "ring.h5").stderr
+    assert (f"{stops} stops around {place} and frame" in said) == (stops > 2)
+
+
+UNDAMPED = """&scene kind='lumped' /
+&mass name='m', value=1.0 /
+&spring between='m','frame', stiffness=1e4, damping={damping} /
+&load on='m', amplitude=1.0, frequency=10.0 /
+&record observable='displacement', of='m', what='extrema' /
+&motion t_end=1.0 /
+&modes /
+&response parameter='load%frequency', first=5.0, last=30.0, points=101 /
+"""
+
+
+@pytest.mark.parametrize("damping", [0.0, 1.0])
+def test_a_peak_that_nothing_damps(folder, damping):
+    (folder / "peak.nml").write_text(UNDAMPED.format(damping=damping))
+    said = succeed("razy-modes", "peak.nml", "--output", "peak.h5")
+    assert ("nothing damps it" in said.stdout + said.stderr) == (damping == 0)
+    assert ("amplification factor 99.99" in said.stdout + said.stderr) == (damping == 1)
