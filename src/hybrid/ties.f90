@@ -8,8 +8,8 @@
 !! for the first n at which one is not 0. Whoever leaves there has left, whoever needs a force there is held; those for whom both are
 !! 0 are decided by the next derivative, and so on. What is 0 in all derivatives that are known stays as it was.
 !!
-!! for the first n at which one is not 0. Whoever leaves there has left, whoever needs a force is held; those for whom both are
-!! limit, and everything is decided again without it.
+!! Friction that weakens as it begins to slide has no such problem, as its force jumps: it lets go, alone, where its force leaves
+!! its limit, and everything is decided again without it.
 module razy_hybrid_ties
    use razy_contact_contact_law, only: branch_backward, branch_forward, branch_sticking
    use razy_core_kinds, only: wp
