@@ -103,7 +103,7 @@ contains
 
    !> Correct the branches of `assume` by the accelerations `second_rate`, s'' (contacts) with all forces but those of
    !> candidates. `normal` (contacts) is the normal force of friction without that of candidates, `per_normal` the force F of
-   !> friction that slides under a unit of it, 0 for all others; accelerations below `noise` (contacts) are rounding. `loose`: of the
+   !> friction that slides under a unit of it, else 0; accelerations below `noise` (contacts) are rounding. `loose`: of the
    !> elements that begin to slide with less than the force of sticking the one that does so fastest, 0 if there is none. Sides are
    !> `tied` whose force and acceleration are both 0, and friction whose force is on its limit while it does not slide: +1 where it
    !> would slide forward, -1 backward, else 0; in `branch` they are held. Not `found`: no forces obey the laws.

@@ -3,7 +3,7 @@
 !!     y'' = S f - B y' - K y - Σ_j w_j F_j
 !!
 !! derived n times, with the forces of constraints from w_cᵀ y⁽ⁿ⁺²⁾ + e_c⁽ⁿ⁺²⁾ = 0. With it goes the size of the terms, in whose
-!! rounding a derivative is 0. Of laws that are not piecewise linear, and of stiffness that varies, that of the acceleration is the last
+!! rounding a derivative is 0. Of laws that are not piecewise linear, and of varying stiffness, that of y'' is the last
 !! that is known; where tones are swept none.
 module razy_hybrid_derivatives
    use razy_core_kinds, only: wp
@@ -196,7 +196,7 @@ contains
       end associate
    end subroutine hold
 
-   !> What the constraints make of an acceleration a (m) where the e'' of theirs are `error` (constraints): their forces (constraints),
+   !> What constraints make of an acceleration a (m) where their e'' are `error` (constraints): their forces (constraints),
    !> and those of the friction that they press (couplings).
    subroutine give_way(system, dynamics, error, a, force, friction)
       type(system_t), intent(in) :: system

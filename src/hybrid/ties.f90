@@ -1,15 +1,15 @@
 !! Contacts that are tied: a side that touches, or friction that rests, whose force is on its bound while its acceleration is 0.
 !!
-!! With the direction d in which a tied contact leaves and the force x >= 0 that it gives beyond its bound (for friction at its limit:
+!! With the direction d in which a tied contact leaves and the force x >= 0 that it gives beyond it (for friction at its limit:
 !! less than the limit), the derivatives of the motion in which all tied contacts leave, with the forces of their bounds, obey
 !!
 !!     0 <= x ⟂ dᵀ y⁽ⁿ⁾ + e⁽ⁿ⁾ + G x >= 0
 !!
-!! for the first n at which one is not 0. Whoever leaves there has left, whoever needs a force there is held; those for whom both are
+!! for the first n at which one is not 0. Who leaves there has left, who needs a force there is held; those for whom both are
 !! 0 are decided by the next derivative, and so on. What is 0 in all derivatives that are known stays as it was.
 !!
-!! for the first n at which one is not 0. Whoever leaves there has left, whoever needs a force is held; those for whom both are
-!! limit, and everything is decided again without it.
+!! Friction that weakens as it begins to slide has no such problem, as its force jumps: it lets go, alone, where its force leaves
+!! its limit, and everything is decided again without it.
 module razy_hybrid_ties
    use razy_contact_contact_law, only: branch_backward, branch_forward, branch_sticking
    use razy_core_kinds, only: wp
