@@ -177,6 +177,8 @@ def felt(machine: Machine) -> fmpq_mat:
     rows: list[list[fmpq]] = []
     while seeds:
         row = seeds.pop(0).entries()
+        largest = max(max(x, -x) for x in row)
+        row = [x / largest for x in row] if largest > 0 else row
         trial = fmpq_mat(len(rows) + 1, n, [x for line in [*rows, row] for x in line])
         if trial.rank() == len(rows) + 1:
             rows.append(row)
