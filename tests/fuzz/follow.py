@@ -70,7 +70,7 @@ class Machine:
         self.start[self.one] = 1.0
         self.start[self.one + 1 :: 2] = 1.0
         self.t_end = nml["motion"]["t_end"]
-        self.interval = nml["record"]["interval"]
+        self.interval = groups("record")[0]["interval"]
         self.contacts = [Stop(self, stop) for stop in stops] + [Friction(self, friction) for friction in frictions]
         names = [contact.name for contact in self.contacts]
         for contact in self.contacts[len(stops) :]:
@@ -92,7 +92,11 @@ class Machine:
     def sine(self, amplitude, omega, degrees):
         form = np.zeros(self.size)
         c = self.one + 1 + 2 * self.tones.index(omega)
-        form[c : c + 2] = amplitude * np.sin(np.radians(degrees)), amplitude * np.cos(np.radians(degrees))
+        angle, quarter = np.radians(degrees % 90.0), int(degrees // 90.0)
+        # Turned by quarters, so that sines of 0, 180 and 360 degrees are 0.
+        sine, cosine = ((np.sin(angle), np.cos(angle)), (np.cos(angle), -np.sin(angle)))[quarter % 2]
+        sign = 1.0 if quarter % 4 < 2 else -1.0
+        form[c : c + 2] = sign * amplitude * sine, sign * amplitude * cosine
         return form
 
     def forms(self, w):
@@ -219,7 +223,9 @@ class Mode:
         values = np.linalg.eigvals(rates)
         self.speeds = sorted(zip(np.abs(values), values.real, strict=True), reverse=True)
         fastest = max(self.speeds[0][0], 1e-3)
-        self.longest = 2.0 ** np.floor(np.log2(0.25 / max(min(s for s, _ in self.speeds if s > 0), 1e-3)))
+        self.longest = 2.0 ** np.floor(
+            np.log2(0.25 / max(min((s for s, _ in self.speeds if s > 0), default=0.0), 1e-3))
+        )
         self.longest = min(self.longest, 2.0 ** np.floor(np.log2(machine.t_end)))
         self.shortest = 0.25 / fastest
         self.maps = {}
