@@ -268,6 +268,8 @@ contains
                total = total + reach*abs(self%force(j, n))
             case (constrained)
                total = total + self%error(j, n + 2)/reach
+            case default
+               cycle
             end select
          end associate
       end do

@@ -264,7 +264,7 @@ contains
             call guards%list(system, dynamics%mode)
             call guards%measure(system, tau, z, .false.)
          end if
-      associate (side => self%side(:self%sides))
+         associate (side => self%side(:self%sides))
             do j = 1, size(self%next)
                if (dynamics%mode%branch(j) == self%before(j) .and. .not. any(side%contact == j .and. side%before < 0.0_wp) &
                    .and. .not. any(self%contact(:self%changes) == j)) cycle
