@@ -143,8 +143,9 @@ contains
       do i = n, 1, -1
          associate (this => side(sides(i)))
             if (u(i) > least(i)) then
-               if (branch(this%contact) == this%closed .and. opens(contact(this%contact), this%closed)) &
+               if (branch(this%contact) == this%closed .and. opens(contact(this%contact), this%closed)) then
                   branch(this%contact) = branch_open
+               end if
             else
                this%tied = .not. forces(i)*problem%delassus(i, i) > least(i)
             end if
