@@ -35,6 +35,7 @@ program razy_follow
    if (ranks%is_root()) call prepare(error)
    call leave_if(ranks, error, exit_usage)
    call ranks%broadcast(go_on)
+   call ranks%broadcast(stopped)
    if (go_on) call follow_and_write()
    call end_ranks(ranks, merge(exit_interrupted, exit_ok, stopped))
 
@@ -56,20 +57,35 @@ contains
       if (answered) return
       if (.not. allocated(error)) call new_cells(cells, input, error)
       if (allocated(error)) return
+      cells%follow%problem%map%stop_is_asked => time_is_up
       effective = input%effective()
       if (command%check) then
          write (output_unit, "(a)", advance="no") effective
       else if (command%dry_run) then
          call forecast_rounds(cells, ranks%size, lines, error)
-         if (.not. allocated(error)) write (output_unit, "(a)") (lines(i)%text, i=1, size(lines))
+         call break_off(error)
+         if (.not. (stopped .or. allocated(error))) write (output_unit, "(a)") (lines(i)%text, i=1, size(lines))
       else
          allocate (written(0))
          call append_text(written, checkpoint_path(command%output))
          call check_files(command, input, written, error)
-         if (.not. allocated(error) .and. .not. cells%follow%all_motions) call cells%follow%compute(error)
-         go_on = .not. allocated(error)
+         if (.not. allocated(error) .and. .not. cells%follow%all_motions) then
+            call cells%follow%compute(error)
+            call break_off(error)
+         end if
+         go_on = .not. (stopped .or. allocated(error))
       end if
    end subroutine prepare
+
+   !> What was computed until a signal came is nothing, nor is its error.
+   subroutine break_off(error)
+      type(error_t), allocatable, intent(inout) :: error
+
+      stopped = time_is_up()
+      if (.not. stopped) return
+      if (allocated(error)) deallocate (error)
+      call say("stopped: nothing was written")
+   end subroutine break_off
 
    !> One motion is followed already, on rank 0.
    subroutine follow_and_write()
@@ -88,6 +104,7 @@ contains
       if (.not. ranks%is_root()) then
          call read_study(input, effective, "effective input", none, error)
          if (.not. allocated(error)) call new_cells(cells, input, error)
+         cells%follow%problem%map%stop_is_asked => time_is_up
       else
          call open_checkpoint(error)
       end if

@@ -61,6 +61,8 @@ module razy_motion_integrator
       !> Time on the clock, s.
       real(wp) :: most_seconds = huge(1.0_wp)
       procedure(ask_stop), pointer, nopass :: stop_is_asked => null()
+      !> Run by run, a motion in parts: the clock goes on from one to the next.
+      logical :: goes_on = .false.
       integer :: status = status_ok
       !> Steps so far, and those after which clock and `stop_is_asked` are looked at.
       integer(i8), private :: steps = 0, next_look = 0
@@ -238,7 +240,7 @@ module razy_motion_integrator
 
 contains
 
-   !> A motion begins.
+   !> A motion begins, or its next part.
    subroutine begin(self)
       class(budget_t), intent(inout) :: self
 
@@ -248,7 +250,7 @@ contains
       self%steps_then = 0
       self%rest_then = long
       self%slow = 0
-      self%begun = seconds()
+      if (.not. self%goes_on) self%begun = seconds()
    end subroutine begin
 
    !> One step more. `rest`: what is left of the motion, s, by methods whose steps may become so short that it is never over.

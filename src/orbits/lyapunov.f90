@@ -73,16 +73,18 @@ contains
       if (k == size(z)) observers(1)%observer => volume
       call volume%begin(by)
       by%first = z
-      do block = 1, blocks
+      blockwise: do block = 1, blocks
          do i = 1, n
             by%tangent = q
+            by%budget%goes_on = block*i > 1
             call by%run(interval, most_events, observers, outcome)
-            if (outcome%status /= status_ok) exit
+            by%budget%goes_on = .false.
+            if (outcome%status /= status_ok) exit blockwise
             by%first = by%z
             q = by%tangent
             call orthonormalise(q, growth(:, block))
          end do
-      end do
+      end do blockwise
       deallocate (by%tangent, by%first)
       if (outcome%status /= status_ok) return
       growth = growth/(n*interval)

@@ -11,7 +11,7 @@ module razy_orbits_period_map
    use razy_hybrid_flow, only: flow_t
    use razy_hybrid_system, only: system_t
    use razy_linalg_eigen, only: symmetric_eigen
-   use razy_motion_integrator, only: integrator_t, observer_slot_t, outcome_t, status_ok
+   use razy_motion_integrator, only: ask_stop, integrator_t, observer_slot_t, outcome_t, status_ok
    use razy_observe_event_log, only: event_log_t
    implicit none(type, external)
    private
@@ -53,6 +53,8 @@ module razy_orbits_period_map
       !> Phase at which motions begin, 0 to 1.
       real(wp) :: phase = 0.0_wp
       class(integrator_t), allocatable :: by
+      !> Asked now and then during a motion, if it is associated: whether the motion is to end at once.
+      procedure(ask_stop), pointer, nopass :: stop_is_asked => null()
       real(wp), allocatable, private :: parameter(:), basis(:, :)
       integer, private :: structure = -1
    contains
@@ -156,6 +158,7 @@ contains
       if (present(observers)) slots = [slots, observers]
       select type (by => self%by)
       class is (flow_t)
+         by%budget%stop_is_asked => self%stop_is_asked
          by%first = matmul(self%basis, x)
          by%from = self%phase*self%period
          if (allocated(by%tangent)) deallocate (by%tangent)

@@ -120,7 +120,9 @@ contains
       allocate (x(problem%map%n, 0:count))
       x(:, 0) = first
       do i = 1, count
+         problem%map%by%budget%goes_on = i > 1
          call problem%map%go(x(:, i - 1), interval, .false., back)
+         problem%map%by%budget%goes_on = .false.
          if (back%outcome%status /= status_ok) then
             call raise(error, "the motion from the start of &motion does not come through "//to_text(i)//" periods")
             return

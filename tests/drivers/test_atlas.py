@@ -3,6 +3,7 @@
 import re
 import signal
 import subprocess
+import time
 from pathlib import Path
 
 import h5py
@@ -145,6 +146,56 @@ def test_all_motions_do_not_depend_on_ranks_or_an_end_in_between():
     assert "going on" in succeed("razy-follow", *case, "--output", "again.h5").stderr
     assert datasets("again.h5") == datasets("one.h5")
     assert "again.h5.checkpoint" not in left()
+
+
+NONE = """\
+&scene   kind='lumped' /
+&mass    name='block', value=1.0 /
+&spring  between='block','frame', stiffness=1.0e4, damping=1.0e7 /
+&stop    name='stops', between='block','frame', side='both', clearance=1.0e-3, stiffness=3.0e4 /
+&load    on='block', amplitude=2.0, frequency=12.0 /
+&motion  t_end=1.0, start='zero' /
+&record  observable='contact_force', what='extrema' /
+&follow  parameter='load%frequency', first=14.0, last=20.0, motions='all', samples=2, starts=1, settle=30 /
+"""
+
+
+@pytest.mark.parametrize("ranks", [None, 2])
+def test_not_one_motion(ranks):
+    Path("none.nml").write_text(NONE)
+    done = succeed("razy-follow", "none.nml", ranks=ranks)
+    assert "from 14.000000 to 20.000000 Hz: none of up to" in done.stdout
+    with h5py.File("none.h5") as file:
+        assert file["point/load.frequency"].shape == (0,) and file["point/multiplier"].ndim == 3
+        assert file["sample/load.frequency"].shape == (2,)
+    assert left() == ["none.h5", "none.nml"]
+    done = plot("none.h5", "--save", "none.png")
+    assert done.returncode == 2 and "no motion of load.frequency in the file" in done.stderr
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGUSR1])
+@pytest.mark.parametrize("options", [(), ("--dry-run",), ALL, (*ALL, "--dry-run")])
+def test_a_signal_stops_every_run(number, options):
+    """A million periods are followed before anything is looked for."""
+    long = sets(follow__first=1500, follow__last=1640, follow__settle=10**6)
+    words = command("razy-follow", GEAR_PAIR, *long, *options, "--output", "out.h5")
+    process = subprocess.Popen(words, stderr=subprocess.PIPE)
+    time.sleep(1)
+    assert process.poll() is None
+    process.send_signal(number)
+    _, said = process.communicate(timeout=5)
+    assert process.returncode == 3 and b"stopped: " in said
+    assert left() == (["out.h5.checkpoint"] if options == ALL else [])
+
+
+@pytest.mark.parametrize("options", [(), ALL])
+def test_time_of_a_motion_that_is_run_in_parts(options):
+    long = sets(follow__first=1500, follow__last=1640, follow__settle=10**6, motion__max_seconds=0.2)
+    done = start("razy-follow", GEAR_PAIR, *long, *options, "--output", "out.h5", timeout=30)
+    if options == ALL:
+        assert "nothing was looked for: the motion from the start of &motion does not come through" in done.stdout
+    else:
+        assert "does not come through" in done.stderr
 
 
 def test_a_dry_run_says_what_it_takes():

@@ -241,6 +241,8 @@ contains
       call use_scales(self, cells)
       associate (follow => cells%follow)
          call follow%reset()
+         follow%first(1) = cells%border(0)
+         follow%last(1) = cells%border(cells%cells)
          if (allocated(follow%branch)) deallocate (follow%branch)
          allocate (follow%branch(self%count))
          chain_of = 0

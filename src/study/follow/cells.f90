@@ -104,6 +104,7 @@ contains
       else
          call self%follow_on(cell)
       end if
+      if (associated(self%follow%problem%map%stop_is_asked)) self%broken_off = self%follow%problem%map%stop_is_asked()
       call fill(self, sample, row)
    end subroutine run
 

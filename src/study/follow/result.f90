@@ -15,6 +15,7 @@ module razy_study_follow_result
    use razy_observe_extrema, only: extrema_t
    use razy_orbits_branch, only: point_t
    use razy_orbits_curve, only: junction_t
+   use razy_orbits_orbit, only: orbit_t
    use razy_orbits_period_map, only: return_t
    use razy_orbits_volume, only: volume_t
    use razy_study_follow_family, only: case_family_t
@@ -40,8 +41,11 @@ contains
       integer(i8), allocatable :: lengths(:)
       integer :: b, i, k, n
 
+      ! What was found is written, whatever comes.
+      self%problem%map%stop_is_asked => null()
       n = sum(self%branch(:self%count)%count)
-      allocate (row(n))
+      allocate (row(0:n))
+      call describe_row(self, row(0))
       k = 0
       do b = 1, self%count
          do i = 1, self%branch(b)%count
@@ -50,7 +54,7 @@ contains
             if (allocated(error)) return
          end do
       end do
-      lengths = [(0_i8, i=1, row(1)%count)]
+      lengths = [(0_i8, i=1, row(0)%count)]
       do k = 1, n
          lengths = lengths + [(product(row(k)%column(i)%extent), i=1, row(k)%count)]
       end do
@@ -61,7 +65,7 @@ contains
       select type (family => self%problem%map%family)
       type is (case_family_t)
          call file%begin(path, new_header("razy-follow", family%machine%title, family%motion%method%integrator, &
-                                          family%motion%method%treatment, family%input%effective()), table, row(1), int(n, i8), &
+                                          family%motion%method%treatment, family%input%effective()), table, row(0), int(n, i8), &
                          lengths, error)
       end select
       do k = 1, n
@@ -82,28 +86,23 @@ contains
       type(table_t), intent(inout) :: row
       type(error_t), allocatable, intent(out) :: error
 
-      character(*), parameter :: group = "/point/"
       type(extrema_t), allocatable, target :: extrema(:)
       type(observer_slot_t), allocatable :: slots(:)
       type(return_t) :: back
       type(volume_t), target :: volume
-      real(wp), allocatable :: s(:), state(:)
-      real(wp) :: duration, value
+      real(wp), allocatable :: s(:)
+      real(wp) :: duration
       integer :: i
 
       associate (orbit => point%orbit, map => self%problem%map)
          s = self%problem%scales()
-         value = self%problem%value_of(orbit)
-         self%problem%parameter(1) = value
+         self%problem%parameter(1) = self%problem%value_of(orbit)
          map%phase = orbit%phase
          call map%go_to(self%problem%parameter, error)
          if (allocated(error)) return
          duration = self%branch(branch)%periods*map%period
          if (self%problem%is_autonomous()) duration = orbit%u(map%n + 1)*self%problem%period
-         select type (family => map%family)
-         type is (case_family_t)
-            call ask_extrema(extrema, family%records, family%machine)
-         end select
+         call ask_of_period(self, extrema)
          allocate (slots(size(extrema) + 1))
          slots(size(slots))%observer => volume
          select type (by => map%by)
@@ -111,32 +110,81 @@ contains
             call volume%begin(by)
          end select
          do i = 1, size(extrema)
-            extrema(i)%from = 0.0_wp
-            call extrema(i)%reset()
             slots(i)%observer => extrema(i)
          end do
          call map%go(orbit%u(:map%n)*s(:map%n), duration, .false., back, slots)
-         state = map%to_coordinates(orbit%u(:map%n)*s(:map%n))
-         call row%add(group//"branch", branch, "1", "number of the branch")
-         call row%add(group//self%varied(1)%dotted(), value, self%varied(1)%unit, self%varied(1)%parameter)
-         call row%add(group//"period", duration, "s", "period of the motion")
-         call row%add(group//"multiplicity", self%branch(branch)%periods, "1", "periods of the excitation in one of the motion")
-         call row%add(group//"stable", merge(1, 0, orbit%is_stable()), "1", "1: all multipliers are within the unit circle")
-         call row%add(group//"multiplier", reshape([real(orbit%multiplier, wp), orbit%multiplier%im], &
-                                                   [size(orbit%multiplier), 2]), "1", "Floquet multipliers", &
-                      [character(16) :: group//"order", group//"part"])
-         call row%add(group//"determinant_error", sum(log(max(abs(orbit%multiplier), tiny(1.0_wp)))) - volume%logarithm, "1", &
-                      "logarithm of the product of the multipliers, less that by the trace of the damping and the impacts")
-         call row%add(group//"state", state, "mixed", "displacements and velocities at /point/phase", &
-                      group//"coordinate", fixed=.true.)
-         call row%add(group//"phase", orbit%phase, "1", "part of the period of the excitation at which the state stands")
-         call row%add(group//"events", orbit%sequence%count, "1", "changes of branch of contacts in a period")
-         call row%add(group//"correction", orbit%correction, "1", "last correction by Newton's method, relative to the state")
-         do i = 1, size(extrema)
-            call extrema(i)%columns(row)
-         end do
+         call motion_columns(self, branch, self%branch(branch)%periods, duration, volume, orbit, extrema, row)
       end associate
    end subroutine fill_row
+
+   !> The columns of a row, whatever was found.
+   subroutine describe_row(self, row)
+      type(follow_t), intent(inout) :: self
+      type(table_t), intent(inout) :: row
+
+      type(extrema_t), allocatable :: extrema(:)
+      type(orbit_t) :: rest
+      type(volume_t) :: volume
+
+      rest%u = spread(0.0_wp, 1, self%problem%order() + 1)
+      rest%multiplier = spread((0.0_wp, 0.0_wp), 1, self%problem%map%n)
+      call ask_of_period(self, extrema)
+      call motion_columns(self, 0, 0, 0.0_wp, volume, rest, extrema, row)
+   end subroutine describe_row
+
+   !> The extrema that are recorded, of a whole period.
+   subroutine ask_of_period(self, extrema)
+      type(follow_t), intent(in) :: self
+      type(extrema_t), allocatable, intent(out) :: extrema(:)
+
+      integer :: i
+
+      select type (family => self%problem%map%family)
+      type is (case_family_t)
+         call ask_extrema(extrema, family%records, family%machine)
+      end select
+      do i = 1, size(extrema)
+         extrema(i)%from = 0.0_wp
+         call extrema(i)%reset()
+      end do
+   end subroutine ask_of_period
+
+   subroutine motion_columns(self, branch, periods, duration, volume, orbit, extrema, row)
+      type(follow_t), intent(in) :: self
+      integer, intent(in) :: branch, periods
+      real(wp), intent(in) :: duration
+      type(volume_t), intent(in) :: volume
+      type(orbit_t), intent(in) :: orbit
+      type(extrema_t), intent(in) :: extrema(:)
+      type(table_t), intent(inout) :: row
+
+      character(*), parameter :: group = "/point/"
+      real(wp), allocatable :: s(:), state(:)
+      integer :: i
+
+      associate (map => self%problem%map)
+         s = self%problem%scales()
+         state = map%to_coordinates(orbit%u(:map%n)*s(:map%n))
+      end associate
+      call row%add(group//"branch", branch, "1", "number of the branch")
+      call row%add(group//self%varied(1)%dotted(), self%problem%value_of(orbit), self%varied(1)%unit, self%varied(1)%parameter)
+      call row%add(group//"period", duration, "s", "period of the motion")
+      call row%add(group//"multiplicity", periods, "1", "periods of the excitation in one of the motion")
+      call row%add(group//"stable", merge(1, 0, orbit%is_stable()), "1", "1: all multipliers are within the unit circle")
+      call row%add(group//"multiplier", reshape([real(orbit%multiplier, wp), orbit%multiplier%im], &
+                                                [size(orbit%multiplier), 2]), "1", "Floquet multipliers", &
+                   [character(16) :: group//"order", group//"part"])
+      call row%add(group//"determinant_error", sum(log(max(abs(orbit%multiplier), tiny(1.0_wp)))) - volume%logarithm, "1", &
+                   "logarithm of the product of the multipliers, less that by the trace of the damping and the impacts")
+      call row%add(group//"state", state, "mixed", "displacements and velocities at /point/phase", &
+                   group//"coordinate", fixed=.true.)
+      call row%add(group//"phase", orbit%phase, "1", "part of the period of the excitation at which the state stands")
+      call row%add(group//"events", orbit%sequence%count, "1", "changes of branch of contacts in a period")
+      call row%add(group//"correction", orbit%correction, "1", "last correction by Newton's method, relative to the state")
+      do i = 1, size(extrema)
+         call extrema(i)%columns(row)
+      end do
+   end subroutine motion_columns
 
    !> Where each branch comes from and why it ends.
    subroutine branch_columns(self, table)

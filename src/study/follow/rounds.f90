@@ -63,7 +63,10 @@ contains
          if (allocated(error) .or. stopped) return
          if (communicator%is_root()) call end_round(atlas, cells, checkpoint, round, error)
          call communicator%agree(error)
-         if (allocated(error)) return
+         ! What end_round computes is broken off, too.
+         stopped = interrupted()
+         call communicator%broadcast(stopped)
+         if (allocated(error) .or. stopped) return
          numbers = pack_arrivals(cells%arrival)
          call communicator%broadcast(numbers)
          cells%arrival = unpack_arrivals(numbers, cells%follow%problem%map%n)
