@@ -3,7 +3,7 @@ module razy_orbits_switch
    use razy_core_kinds, only: wp
    use razy_linalg_eigen, only: right_eigen
    use razy_orbits_branch, only: point_t
-   use razy_orbits_identity, only: part_way
+   use razy_orbits_identity, only: has_part
    use razy_orbits_orbit, only: orbit_t, problem_t
    implicit none(type, external)
    private
@@ -11,7 +11,7 @@ module razy_orbits_switch
    public :: switch_branch
 
    !> First distances from the point, in scaled unknowns, one after the other; a motion farther off than so many of them is another.
-   real(wp), parameter :: nearest = 5.0_wp
+   real(wp), parameter :: nearest = 50.0_wp
    real(wp), parameter :: distances(*) = [1.0e-3_wp, 1.0e-4_wp, 1.0e-5_wp, 1.0e-2_wp]
 
 contains
@@ -27,9 +27,8 @@ contains
       logical, intent(out) :: ok
 
       integer :: i
-      real(wp), allocatable :: apart(:)
+      logical :: has
 
-      problem%map%phase = point%orbit%phase
       guide = direction_of(problem, point)
       if (.not. forward) guide = -guide
       if (point%label == "PD") problem%periods = 2*problem%periods
@@ -39,10 +38,9 @@ contains
          ! Of all motions in the plane across the direction the nearest.
          if (ok) ok = norm2(orbit%u - point%orbit%u) < nearest*distances(i)
          if (ok .and. point%label == "PD") then
-            ! After half the period the motion is on the other side of the point, as far off.
-            call part_way(problem, orbit, 2, apart)
-            ok = size(apart) > 0
-            if (ok) ok = abs(dot_product(apart, guide(:size(apart)))/distances(i) + 2.0_wp) < 1.0_wp
+            ! After half the period the motion is on the other side of the point, twice as far off.
+            call has_part(problem, orbit, distances(i)/2, has)
+            ok = .not. has
          end if
          if (ok) call problem%complete(orbit, ok)
          if (ok) return
