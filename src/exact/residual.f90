@@ -151,8 +151,10 @@ contains
          found%momentum = dot_product(self%mass, z(m + 1:) - z_start(m + 1:)) - push
          found%terms = dot_product(abs(self%mass), abs(z(m + 1:)) + abs(z_start(m + 1:))) + size_of_push + tiny(1.0_wp)
          associate (e => phasor*exp(cmplx(0.0_wp, system%omega*tau, wp)))
-            found%held = maxval([0.0_wp, abs(rates_of_held(system, constrained, z, e))]) &
-                         /(maxval([tiny(1.0_wp), abs(z(m + 1:))])*maxval([tiny(1.0_wp), norm2(system%w, dim=1)]))
+            if (constrained%n > 0) then
+               found%held = maxval(abs(rates_of_held(system, constrained, z, e))) &
+                            /max(maxval(abs(z(m + 1:)))*maxval(norm2(system%w, dim=1)), tiny(1.0_wp))
+            end if
          end associate
       end associate
 

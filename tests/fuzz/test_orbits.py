@@ -16,7 +16,7 @@ BIN = Path(os.environ["RAZY_BUILD"]) / "bin"
 FIRST, LAST = (int(number) for number in os.environ.get("RAZY_FUZZ_SEEDS", "0:8").split(":"))
 # Newton's method had stood still where the motion jumps, and the branches went on with what were no motions. In the
 # last, what sticks and hardly slides had a wrong multiplier.
-ONCE_WRONG = [125, 153, 381, 633]
+ONCE_WRONG = [125, 381, 633]
 PATIENCE = 200
 # Parts of the size of the motion by which states are changed: small ones for events that are near, a larger one for
 # rounding that grows; one has to agree.
