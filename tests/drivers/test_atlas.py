@@ -177,11 +177,14 @@ def test_a_signal_stops_every_run(number, options):
     """A million periods are followed before anything is looked for."""
     long = sets(follow__first=1500, follow__last=1640, follow__settle=10**6)
     words = command("razy-follow", GEAR_PAIR, *long, *options, "--output", "out.h5")
-    process = subprocess.Popen(words, stderr=subprocess.PIPE)
-    time.sleep(1)
-    assert process.poll() is None
-    process.send_signal(number)
-    _, said = process.communicate(timeout=5)
+    with subprocess.Popen(words, stderr=subprocess.PIPE) as process:
+        time.sleep(1)
+        assert process.poll() is None
+        process.send_signal(number)
+        try:
+            _, said = process.communicate(timeout=5)
+        finally:
+            process.kill()
     assert process.returncode == 3 and b"stopped: " in said
     assert left() == (["out.h5.checkpoint"] if options == ALL else [])
 
