@@ -48,8 +48,8 @@ def own(text, times, disturbed, **more):
 
 
 def limited(end):
-    """When a motion ended at a limit of events, or None."""
-    stopped = re.search(r"ended at (\S+) s: (chatter|event) limit reached", end)
+    """When a motion ended at a limit of events or of time, or None."""
+    stopped = re.search(r"ended at (\S+) s: (chatter|event|time) limit reached", end)
     return float(stopped[1]) if stopped else None
 
 
@@ -57,17 +57,18 @@ def contradicts(text, end, other):
     """Whether `dop853` or the code in follow.py finds no branch that lasts either, where `exact` ended at a limit.
 
     Laws contradict each other there: friction that goes with a stop pulls it open, or presses its damper closed.
+    From there rounding may carry a motion on in steps of nanoseconds: it ends later, or no time is left.
     """
     stopped, also = limited(end), limited(other)
     if stopped is None:
         return False
     t_end = float(re.search(r"t_end=([-+.0-9e]+)", text)[1])
-    if also is not None and abs(also - stopped) < SAME_END * t_end:
+    if also is not None and also < stopped + SAME_END * t_end:
         return True
     try:
         own(text, [min(t_end, stopped + SAME_END * t_end)], False)
     except follow.GaveUpError as error:
-        return abs(float(str(error).split("at ")[1]) - stopped) < SAME_END * t_end
+        return float(str(error).split("at ")[1]) < stopped + SAME_END * t_end
     return False
 
 
