@@ -4,6 +4,8 @@ import os
 import re
 import subprocess
 import sys
+import urllib.error
+import urllib.request
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,7 @@ sys.path.insert(0, str(SOURCE / "post" / "src"))
 pytest.importorskip("bokeh")
 
 import razy
+from bokeh.models import Div, PlainText
 from bokeh.plotting import figure
 from razy.page import View
 from razy.view import Sweep, main
@@ -50,7 +53,7 @@ def test_a_point_becomes_its_motion_and_the_last_two_are_shown():
         view.tap(x, 0.0)
     assert [motion.label for _, motion in view.shown] == [f"rotation.speed_rpm = {n}" for n in (1900, 2600)]
     plots = list(view.motions.select({"type": figure}))
-    assert sorted(plot.xaxis[0].axis_label.split(" (")[0] for plot in plots) == [
+    assert sorted(plot.xaxis[0].axis_label.text.split(" (")[0] for plot in plots) == [
         "frequency", "mesh deformation", "time", "time", "time"
     ]  # fmt: skip
     assert sorted(len(plot.renderers) for plot in plots) == [1, 1, 2, 2, 2]
@@ -157,3 +160,52 @@ def test_clicks_in_a_browser(folder):
     with Browser(f"file://{folder / 'page.html'}", folder / "other") as page:
         assert len(page.wait(page.plots)) == 5
         assert "rotation.speed_rpm = 1500" in page.text()
+
+
+def test_titles_and_names_are_no_formulas():
+    """TeX between $$ would become a link in the page, also in one that is sent to others."""
+    trap = r"$$\href{javascript:alert(1)}{click}$$"
+    view = View(Sweep(gear_pair(scene__title=f"'{trap}'"), BIN), [0])
+    divs = list(view.layout.select({"type": Div}))
+    assert any(trap in div.text for div in divs) and all(div.disable_math for div in divs)
+    labels = [axis.axis_label for plot in view.layout.select({"type": figure}) for axis in (*plot.xaxis, *plot.yaxis)]
+    assert labels and all(isinstance(label, PlainText) for label in labels)
+
+
+def asked(address, host=None):
+    """What a plain client gets: code, length of the answer."""
+    request = urllib.request.Request(address, headers={"Host": host} if host else {})
+    try:
+        with urllib.request.urlopen(request, timeout=60) as answer:
+            return answer.status, len(answer.read())
+    except urllib.error.HTTPError as error:
+        return error.code, 0
+
+
+def test_only_who_has_the_address_gets_the_page_and_each_motion_is_computed_once(folder):
+    file, scratch = gear_pair(), folder / "scratch"
+    scratch.mkdir()
+    environment = os.environ | {"PYTHONPATH": str(SOURCE / "post" / "src"), "TMPDIR": str(scratch)}
+    server = subprocess.Popen(
+        [sys.executable, "-m", "razy.view", file, "--at", "1500", "--no-browser", "--programs", BIN],
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, env=environment,
+    )  # fmt: skip
+    try:
+        address = server.stdout.readline().split()[0]
+        root = address[: address.index("/", len("http://")) + 1]
+        assert asked(root) == (404, 0)
+        assert asked(address, host="elsewhere.example") == (404, 0)
+        assert asked(address)[0] == asked(address)[0] == 200
+        assert len([*scratch.rglob("*.h5")]) == 1
+    finally:
+        server.terminate()
+        assert server.wait(timeout=30) == 0
+    assert not [*scratch.iterdir()]
+
+
+def test_files_of_motions_are_bounded(monkeypatch):
+    monkeypatch.setattr("razy.view.MOST_MOTIONS", 2)
+    sweep = Sweep(gear_pair(), BIN)
+    files = [Path(sweep.motion(point).file) for point in (0, 1, 2)]
+    assert [file.exists() for file in files] == [False, True, True]
+    assert Path(sweep.motion(0).file).exists()

@@ -1,5 +1,7 @@
 """The page of ``razy-view``, by Bokeh: the diagram of a sweep, and motions beside it."""
 
+import secrets
+import webbrowser
 from html import escape
 from typing import Any
 
@@ -10,13 +12,18 @@ from bokeh.document import Document
 from bokeh.embed import file_html
 from bokeh.events import Tap
 from bokeh.layouts import column, row
-from bokeh.models import CustomJS, Div, LayoutDOM, Select, Span
+from bokeh.models import CustomJS, Div, LayoutDOM, PlainText, Select, Span
 from bokeh.palettes import Viridis256
 from bokeh.plotting import figure
 from bokeh.resources import INLINE
-from bokeh.server.server import Server
+from bokeh.server.server import BaseServer
+from bokeh.server.tornado import BokehTornado
 from bokeh.transform import linear_cmap
 from numpy.typing import NDArray
+from tornado.httpserver import HTTPServer
+from tornado.ioloop import IOLoop
+from tornado.netutil import bind_sockets
+from tornado.routing import HostMatches, Rule, RuleRouter
 
 from razy.view import Motion, Sweep
 from razy_post.errors import ResultError, one_line
@@ -34,6 +41,8 @@ MOST_SIGNALS = 6
 TOOLS = {"tools": "pan,wheel_zoom,box_zoom,reset,save", "active_drag": "box_zoom"}
 # More extrema than this are thinned out: a browser becomes slow.
 MOST_POINTS = 300_000
+# Names by which the page may be asked for: another name that leads here is someone else's page reading ours.
+HOSTS = ("localhost", "127.0.0.1")
 
 
 class View:
@@ -42,12 +51,12 @@ class View:
     def __init__(self, sweep: Sweep, points: list[int]) -> None:
         self.sweep = sweep
         self.shown: list[tuple[int, Motion]] = []
-        self.status = Div(width=640)
-        self.commands = Div(width=640)
+        self.status = _text(width=640)
+        self.commands = _text(width=640)
         self.motions = column(Div())
         self.factors = [1.0] * len(sweep.axes)
         self.diagram = self._diagram()
-        head = Div(text=f"<h2>{escape(sweep.result.title or str(sweep.file))}</h2>")
+        head = _text(text=f"<h2>{escape(sweep.result.title or str(sweep.file))}</h2>")
         left = column(self.diagram, self.status, self.commands)
         self.layout = column(head, row(left, self.motions))
         self.say(("Click on the diagram to see the motion there. " if not points else "") + sweep.note)
@@ -109,7 +118,7 @@ class View:
             scale = scale_for("N", max(float(np.nanmax(np.abs(v), initial=0.0)) for v in values.values()))
             for (name, value), colour in zip(values.items(), MOTIONS * len(values), strict=False):
                 plot.line(x, value * scale.factor, color=colour, legend_label=in_words(name))
-            plot.yaxis.axis_label = axis_label(Quantity("force", "N", "largest force"), scale)
+            plot.yaxis.axis_label = PlainText(axis_label(Quantity("force", "N", "largest force"), scale))
         else:
             raise ResultError(f"{result.path}: holds neither extrema nor statistics of contacts")
         return plot
@@ -131,7 +140,7 @@ class View:
                 plot.scatter(
                     at[keep], found.value[keep] * scale.factor, size=2, color=colour, legend_label=name, line_width=0
                 )
-        plot.yaxis.axis_label = axis_label(extrema.quantity, scale)
+        plot.yaxis.axis_label = PlainText(axis_label(extrema.quantity, scale))
         if plot.legend:
             plot.add_layout(plot.legend[0], "above")
             plot.legend[0].orientation = "horizontal"
@@ -157,12 +166,12 @@ class View:
         ]
         colours = linear_cmap("value", Viridis256, float(np.nanmin(value)), float(np.nanmax(value)))
         cells = plot.rect("x", "y", *sizes, color=colours, source={"x": x, "y": y, "value": value})
-        plot.add_layout(cells.construct_color_bar(title=axis_label(described, scale)), "right")
+        plot.add_layout(cells.construct_color_bar(title=PlainText(axis_label(described, scale))), "right")
         return plot
 
     def _panels(self) -> LayoutDOM:
         """Return pictures of the motions that are shown: of the signal that is chosen, and contacts over time."""
-        results = [open_result(motion.file) for _, motion in self.shown]
+        results = [open_result(self.sweep.motion(point).file) for point, _ in self.shown]
         try:
             chosen = [signals(result, PlotOptions(), MOST_SIGNALS) for result in results]
             panels = {in_words(parts[0].value.name): _signal(results, parts) for parts in zip(*chosen, strict=True)}
@@ -173,9 +182,15 @@ class View:
 
 
 def _figure(across: str, up: str, width: int, height: int, **options: Any) -> figure:
-    plot = figure(width=width, height=height, x_axis_label=across, y_axis_label=up, **TOOLS, **options)
+    labels = {"x_axis_label": PlainText(across), "y_axis_label": PlainText(up)}
+    plot = figure(width=width, height=height, **labels, **TOOLS, **options)
     plot.toolbar.logo = None
     return plot
+
+
+def _text(**options: Any) -> Div:
+    """Return a text in which a user's names and titles are no formulas: TeX could hold links."""
+    return Div(disable_math=True, **options)
 
 
 def _one_of(panels: dict[str, LayoutDOM]) -> list[LayoutDOM]:
@@ -232,7 +247,7 @@ def _contacts(results: list[RunResult]) -> list[LayoutDOM]:
         legend = " ".join(f"<span style='color:{COLOURS.get(w, style.GREY)}'>&#9632;</span> {w}" for w in sorted(seen))
         plots += [
             plot,
-            Div(text=legend or "no event of a contact", styles={"background": "#dddddd", "padding": "0 4px"}),
+            _text(text=legend or "no event of a contact", styles={"background": "#dddddd", "padding": "0 4px"}),
         ]
     return plots
 
@@ -247,7 +262,10 @@ def static(sweep: Sweep, points: list[int]) -> str:
 
 
 def serve(sweep: Sweep, points: list[int], port: int, browser: bool) -> None:
-    """Show the page in a browser until the user interrupts."""
+    """Show the page in a browser until the user interrupts.
+
+    Its address holds a word that other users of this computer do not know.
+    """
 
     def make(document: Document) -> None:
         view = View(sweep, points)
@@ -260,9 +278,19 @@ def serve(sweep: Sweep, points: list[int], port: int, browser: bool) -> None:
         view.diagram.on_event(Tap, tapped)
         document.add_root(view.layout)
 
-    server = Server({"/": Application(FunctionHandler(make))}, port=port, address="127.0.0.1", num_procs=1)
-    server.start()
-    print(f"http://localhost:{server.port}/ (Ctrl-C ends it)", flush=True)
+    try:
+        sockets = bind_sockets(port, "127.0.0.1")
+    except (OSError, OverflowError) as cause:
+        raise ResultError(f"--port {port}: {cause}") from cause
+    port, word = sockets[0].getsockname()[1], secrets.token_urlsafe(16)
+    origins = [f"{host}:{port}" for host in HOSTS]
+    pages = BokehTornado({"/": Application(FunctionHandler(make))}, prefix=word, extra_websocket_origins=origins)
+    http = HTTPServer(RuleRouter([Rule(HostMatches(f"^({'|'.join(HOSTS)})$"), pages)]))
+    http.add_sockets(sockets)
+    loop = IOLoop.current()
+    BaseServer(loop, pages, http).start()
+    address = f"http://localhost:{port}/{word}/"
+    print(f"{address} (Ctrl-C ends it)", flush=True)
     if browser:
-        server.io_loop.add_callback(server.show, "/")
-    server.io_loop.start()
+        loop.add_callback(webbrowser.open, address)
+    loop.start()

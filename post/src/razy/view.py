@@ -2,6 +2,8 @@
 
 import argparse
 import re
+import shutil
+import signal
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +21,8 @@ from razy_post.target import check_output
 PROGRAM = "razy-view"
 # Stored times of a motion.
 TIMES = 4000
+# Motions whose files are kept; one that went is computed again.
+MOST_MOTIONS = 32
 # Groups that say what several motions are, or what is kept of one.
 NOT_OF_ONE_MOTION = ("sweep", "starts", "start_range", "follow", "record")
 
@@ -48,6 +52,7 @@ class Sweep:
         if not isinstance(result, SweepResult):
             raise ResultError(f"{file}: a file of {result.program}; {PROGRAM} looks into files of razy-sweep")
         self.result, self.file, self.programs = result, file, programs
+        self._motions: dict[int, Motion] = {}
         find_program("razy-run", programs)
         with making_sense_of(file):
             self.axes = [(name, result.axis(name)) for name in result.parameters]
@@ -74,7 +79,15 @@ class Sweep:
         return int(np.argmin(distance))
 
     def motion(self, point: int) -> Motion:
-        """Compute the motion at a point by razy-run."""
+        """Return the motion at a point, computed by razy-run where it is not there from before."""
+        found = self._motions.pop(point, None) or self._compute(point)
+        self._motions[point] = found
+        if len(self._motions) > MOST_MOTIONS:
+            oldest = self._motions.pop(next(iter(self._motions)))
+            shutil.rmtree(Path(oldest.file).parent, ignore_errors=True)
+        return found
+
+    def _compute(self, point: int) -> Motion:
         values = {}
         for value, group in zip(self.grid[point].tolist(), self.groups["sweep"], strict=True):
             parameters = values_of(group, "parameter")
@@ -140,6 +153,9 @@ def parser() -> Parser:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; return its exit code."""
     given = parser().parse_args(arguments)
+    # Whoever ends it, what it computed goes.
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, _interrupt)
     try:
         _view(given)
     except ResultError as error:
@@ -149,6 +165,10 @@ def main(arguments: list[str] | None = None) -> int:
     except Exception as error:
         return _fail(f"{type(error).__name__}: {error}", 1)
     return 0
+
+
+def _interrupt(*_: object) -> None:
+    raise KeyboardInterrupt
 
 
 def _view(given: argparse.Namespace) -> None:
