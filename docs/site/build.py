@@ -125,21 +125,22 @@ def processor_time() -> float:
 
 
 def items() -> str:
-    """Return what the report on the source compares, as a table: number, what it should be, the verdict of its item."""
+    """Return what the report on the source compares: number, what it should be, whose words those are, the verdict."""
     data = tomllib.loads((ROOT / "inputs/thesis/report.toml").read_text(encoding="utf-8"))
-    lines = ["| item | number | should be | verdict |", "|---|---|---|---|"]
+    lines = ["| item | number | should be | in the source | verdict |", "|---|---|---|---|---|"]
     for item in data["item"]:
         verdict = item.get("expected", item.get("verdict", ""))
         for number in item.get("number", []):
-            wanted = [f"{number['should_be']:g} ± {number['tolerance']:g}"] if "should_be" in number else []
+            wanted = [f"{number['should_be']:g} ± {number['tolerance']:g}"] if "tolerance" in number else []
+            wanted += [f"{number['should_be']:g} within a factor of {number['factor']:g}"] if "factor" in number else []
             wanted += [
                 f"{words} {number[key]:g}"
                 for key, words in (("at_least", "at least"), ("at_most", "at most"))
                 if key in number
             ]
             if wanted:
-                text = number["text"].replace("|", r"\|")
-                lines.append(f"| {item['name']} | {text} | {', '.join(wanted)} | {verdict} |")
+                text, quote = (number.get(key, "").replace("|", r"\|") for key in ("text", "quote"))
+                lines.append(f"| {item['name']} | {text} | {', '.join(wanted)} | {quote} | {verdict} |")
     return "\n".join(lines)
 
 

@@ -5,7 +5,7 @@ import shutil
 import sys
 import warnings
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import ExitStack
 from io import BytesIO
 from pathlib import Path
@@ -18,7 +18,7 @@ from razy_post.plot import PlotNote, PlotOptions, draw, draw_several
 from razy_post.plot.style import look
 from razy_post.read import open_result
 from razy_post.report.cases import Done, Workshop
-from razy_post.report.manifest import FAILED, Item, Manifest, ManifestError, Plot, read_manifest
+from razy_post.report.manifest import FAILED, MISSED, Case, Item, Manifest, ManifestError, Plot, read_manifest
 from razy_post.report.measure import measure, table_rows, verdict
 from razy_post.report.page import Entry, counts, write_html, write_pdf
 
@@ -67,7 +67,7 @@ def main(arguments: list[str] | None = None) -> int:
     write_html(manifest, entries, given.output / "report.html")
     write_pdf(manifest, entries, given.output / "report.pdf")
     print(f"{counts(entries)}: {given.output / 'report.html'}, {given.output / 'report.pdf'}")
-    bad = [entry for entry in entries if entry.turned or entry.verdict == FAILED]
+    bad = [entry for entry in entries if entry.turned or entry.verdict in (MISSED, FAILED)]
     for entry in bad:
         expected = f", expected {entry.item.expected}" if entry.turned else ""
         print(f"{entry.item.name}: {entry.verdict}{expected} {' '.join(entry.problems)}".rstrip(), file=sys.stderr)
@@ -92,10 +92,14 @@ def _programs(given: Path | None) -> Path:
 
 
 def _check(items: list[Item], workshop: Workshop, jobs: int) -> None:
-    cases = [(item, case) for item in items for case in item.case]
+    # Items share cases; each is checked once, under the name of the first item.
+    cases: dict[tuple[str, ...], tuple[Item, Case]] = {}
+    for item in items:
+        for case in item.case:
+            cases.setdefault((case.input, case.program, *workshop.options(case)), (item, case))
     with ThreadPoolExecutor(jobs) as pool:
-        said = pool.map(lambda pair: workshop.check(pair[1]), cases)
-        problems = [f"item {item.name}: {line}" for (item, _), line in zip(cases, said, strict=True) if line]
+        said = pool.map(lambda pair: workshop.check(pair[1]), cases.values())
+        problems = [f"item {item.name}: {line}" for (item, _), line in zip(cases.values(), said, strict=True) if line]
     if problems:
         raise ManifestError("\n".join(dict.fromkeys(problems)))
 
@@ -113,9 +117,12 @@ def _make(items: list[Item], workshop: Workshop, jobs: int) -> list[Entry]:
 
     done = workshop.compute_all(cases, jobs, show)
     entries = []
-    for item in items:
-        entries.append(_entry(item, {case.name: done[case] for case in item.case}, workshop.folder.parent / "images"))
-        print(f"{item.name}: {entries[-1].verdict}", flush=True)
+    by_name = [{case.name: done[case] for case in item.case} for item in items]
+    # Pictures take longer than many a computation, and matplotlib does not draw in threads.
+    with ProcessPoolExecutor(jobs) as pool:
+        for entry in pool.map(_entry, items, by_name, [workshop.folder.parent / "images"] * len(items)):
+            entries.append(entry)
+            print(f"{entry.item.name}: {entry.verdict}", flush=True)
     return entries
 
 

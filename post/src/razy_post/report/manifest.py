@@ -9,8 +9,19 @@ from typing import Any
 from razy_post.errors import ResultError
 from razy_post.plot import ARRANGEMENTS, PICTURES
 
-AGREES, CONTRADICTS, UNDECIDED, CHOSEN, FAILED = "agrees", "contradicts", "cannot be decided", "chosen here", "failed"
-VERDICTS = (AGREES, CONTRADICTS, UNDECIDED, CHOSEN)
+AGREES, DEPENDS, CONTRADICTS = "agrees with the source", "depends on a choice not printed", "contradicts"
+HELD, UNDECIDED, MISSED, FAILED = "held by razy", "cannot be decided", "missed", "failed"
+# What each verdict compares with what.
+VERDICTS = {
+    AGREES: "every number with a quotation is as the printed number or sentence says",
+    DEPENDS: "they are with one value of something the source does not print, and not with another",
+    CONTRADICTS: "they are not, whatever was chosen",
+    HELD: "nothing printed to compare with: a closed form, or bounds of razy's own",
+    UNDECIDED: "the source says or prints too little to compare with",
+    MISSED: "a closed form or a bound of razy's own is not kept",
+    FAILED: "something could not be computed",
+}
+GIVEN = (AGREES, DEPENDS, CONTRADICTS, HELD, UNDECIDED)
 PROGRAMS = ("run", "sweep", "modes", "tune", "duel", "follow")
 REDUCTIONS = (
     "first",
@@ -66,7 +77,10 @@ class Plot:
 
 @dataclass(frozen=True)
 class Table:
-    """Datasets of one case as columns of a table, at most `rows` long, in descending order of one of them if asked."""
+    """Datasets of one case as columns of a table, at most `rows` long, in descending order of one of them if asked.
+
+    Or the rows `take`, counted from 0, each beside texts that the source has `printed`; `heads` begin with those.
+    """
 
     datasets: tuple[str, ...]
     heads: tuple[str, ...]
@@ -76,16 +90,24 @@ class Table:
     order: int = 0
     magnitude: bool = False
     number: bool = False
+    take: tuple[int, ...] = ()
+    printed: tuple[tuple[str, ...], ...] = ()
 
 
 @dataclass(frozen=True)
 class Number:
     """A number that is read from a case, and what it should be.
 
-    Of `dataset`, or of one `column` along its last dimension, those values are taken for which all `where` (dataset,
-    condition, value) hold, and of these the one with `index`; less or over the same of another case where `minus` or
+    Of `dataset`, which may be a key of the input (``input:spring(2)%stiffness``), or of one `column` along its last
+    dimension, those values are taken for which all `where` (dataset, condition, value) hold, or that where the dataset
+    `at_largest` is largest, and of these the one with `index`; less or over the same of another case where `minus` or
     `over` names one; then reduced to one number, times `scale`. With `reduced` the other case is reduced first. Values
     of the points of a sweep may be asked for where extrema are what they are; then each stands once for each extremum.
+    `should_be` is met within `tolerance` or within `factor`.
+
+    With a `quote` it is compared with the source, whose words or number these are; without one, with a closed form or
+    with what razy holds of itself. Where the source leaves something open, `choice` says with which value of it the
+    number comes.
     """
 
     text: str
@@ -94,6 +116,7 @@ class Number:
     index: tuple[int, ...] | None = None
     column: int | None = None
     where: tuple[tuple[str, str, float | str], ...] = ()
+    at_largest: str = ""
     magnitude: bool = False
     reduce: str = "first"
     minus: str | None = None
@@ -103,8 +126,11 @@ class Number:
     digits: int = 4
     should_be: float | None = None
     tolerance: float | None = None
+    factor: float | None = None
     at_least: float | None = None
     at_most: float | None = None
+    quote: str = ""
+    choice: str = ""
 
     @property
     def decides(self) -> bool:
@@ -116,8 +142,8 @@ class Number:
 class Item:
     """A figure, table or statement of the source.
 
-    `verdict` is said where no number decides; `expected` is what the verdict is to be, or the report fails. A quick
-    report leaves out what is `slow`, unless it is asked for by name.
+    `verdict`, that it cannot be decided, is said where the numbers cannot say it; `expected` is what the verdict is to
+    be, or the report fails. A quick report leaves out what is `slow`, unless it is asked for by name.
     """
 
     name: str
@@ -218,9 +244,9 @@ def _problems(manifest: Manifest) -> Iterator[str]:
         at = f"item {item.name}: "
         if names.count(item.name) > 1:
             yield at + "the name is given twice"
-        for key in ("verdict", "expected"):
-            if getattr(item, key) and getattr(item, key) not in VERDICTS:
-                yield f"{at}{key} = '{getattr(item, key)}': one of {', '.join(VERDICTS)}"
+        for key, known in (("verdict", (UNDECIDED,)), ("expected", GIVEN)):
+            if getattr(item, key) and getattr(item, key) not in known:
+                yield f"{at}{key} = '{getattr(item, key)}': known is {', '.join(known)}"
         for case in item.case:
             if case.program not in PROGRAMS:
                 yield f"{at}program = '{case.program}': one of {', '.join(PROGRAMS)}"
@@ -239,8 +265,11 @@ def _problems(manifest: Manifest) -> Iterator[str]:
                 yield f"{at}numbers and tables need a case"
         yield from (at + problem for number in item.number for problem in _number_problems(number))
         for table in item.table:
-            if len(table.heads) != len(table.datasets) or not table.datasets:
-                yield f"{at}a table has one head for each dataset"
+            widths = {len(row) for row in table.printed} or {0}
+            if {len(table.heads)} != {width + len(table.datasets) for width in widths} or not table.datasets:
+                yield f"{at}a table has one head for each dataset, after those of what is printed"
+            if len(table.printed) not in (0, len(table.take)):
+                yield f"{at}a table takes one row for each that is printed"
         if not item.verdict and not any(number.decides for number in item.number):
             yield f"{at}neither a verdict nor a number that decides one"
 
@@ -272,8 +301,12 @@ def _kinds(program: str) -> tuple[str, ...]:
 def _number_problems(number: Number) -> Iterator[str]:
     if number.reduce not in REDUCTIONS:
         yield f"reduce = '{number.reduce}': one of {', '.join(REDUCTIONS)}"
-    if number.should_be is not None and number.tolerance is None:
-        yield f"'{number.text}': should_be needs a tolerance"
+    if number.should_be is not None and (number.tolerance is None) == (number.factor is None):
+        yield f"'{number.text}': should_be needs a tolerance or a factor"
+    if number.quote and not number.decides:
+        yield f"'{number.text}': a quote needs should_be, at_least or at_most"
+    if number.choice and not number.quote:
+        yield f"'{number.text}': a choice needs a quote"
     for condition in number.where:
         if len(condition) != 3 or condition[1] not in CONDITIONS:
             yield f"'{number.text}': where is a list of [dataset, one of {' '.join(CONDITIONS)}, value]"

@@ -1,9 +1,11 @@
 """Numbers and tables out of result files, and the verdict that follows."""
 
 import operator
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import f90nml
 import h5py
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +13,22 @@ from numpy.typing import NDArray
 from razy_post.errors import ResultError
 from razy_post.read.file import check_storage, making_sense_of, open_hdf5, text
 from razy_post.report.cases import Done
-from razy_post.report.manifest import AGREES, CONTRADICTS, FAILED, Item, Number, Table
+from razy_post.report.manifest import (
+    AGREES,
+    CONTRADICTS,
+    DEPENDS,
+    FAILED,
+    HELD,
+    MISSED,
+    Item,
+    Number,
+    Table,
+)
 
 COMPARE = {
     "==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge,
 }  # fmt: skip
+INPUT = "input:"
 
 
 class NothingThereError(ResultError):
@@ -35,8 +48,10 @@ class Measured:
     def wanted(self) -> str:
         """What it should be, in words."""
         number, parts = self.number, []
-        if number.should_be is not None:
+        if number.tolerance is not None:
             parts.append(f"{number.should_be:g} ± {number.tolerance:g}")
+        if number.factor is not None:
+            parts.append(f"{number.should_be:g} within a factor of {number.factor:g}")
         if number.at_least is not None:
             parts.append(f"at least {number.at_least:g}")
         if number.at_most is not None:
@@ -53,9 +68,17 @@ def verdict(item: Item, measured: list[Measured], problems: list[str]) -> str:
     """Return what the item says of the source."""
     if problems or any(one.problem for one in measured):
         return FAILED
+    deciding = [one for one in measured if one.holds is not None]
+    if any(not one.holds for one in deciding if not one.number.quote):
+        return MISSED
     if item.verdict:
         return item.verdict
-    return AGREES if all(one.holds for one in measured if one.holds is not None) else CONTRADICTS
+    quoted = [one for one in deciding if one.number.quote]
+    if not quoted:
+        return HELD
+    choices = {one.number.choice for one in quoted} - {""} or {""}
+    kept = [all(one.holds for one in quoted if one.number.choice in ("", choice)) for choice in choices]
+    return AGREES if all(kept) else DEPENDS if any(kept) else CONTRADICTS
 
 
 def table_rows(table: Table, file: h5py.File) -> list[list[str]]:
@@ -68,6 +91,9 @@ def table_rows(table: Table, file: h5py.File) -> list[list[str]]:
     if table.order:
         rows = np.argsort(-columns[table.order - 1][:count], kind="stable")
     texts = [[f"{column[row]:.{table.digits}f}".rstrip("0").rstrip(".") for column in columns] for row in rows]
+    if table.take:
+        texts = [texts[row] for row in table.take]
+        texts = [[*before, *row] for before, row in zip(table.printed or [()] * len(texts), texts, strict=True)]
     if table.number:
         texts = [[*text, str(row + 1)] for text, row in zip(texts, rows, strict=True)]
     return texts[: table.rows]
@@ -84,7 +110,8 @@ def _measured(item: Item, number: Number, done: Mapping[str, Done]) -> Measured:
     holds = None
     if number.decides:
         holds = (
-            (number.should_be is None or abs(value - number.should_be) <= number.tolerance)
+            (number.tolerance is None or abs(value - number.should_be) <= number.tolerance)
+            and (number.factor is None or 1.0 / number.factor <= value / number.should_be <= number.factor)
             and (number.at_least is None or value >= number.at_least)
             and (number.at_most is None or value <= number.at_most)
         )
@@ -120,7 +147,9 @@ def _selected(number: Number, case: Done) -> NDArray[np.float64]:
             keep &= COMPARE[condition](_repeated(found, name, offsets).reshape(values.shape), bound)
         if number.reduce == "share":
             return keep.astype(np.float64)
-        if number.where:
+        if number.at_largest:
+            keep &= np.arange(values.size) == np.argmax(_values(file, number.at_largest).reshape(values.shape))
+        if number.where or number.at_largest:
             values = values[keep]
         return values if number.index is None else np.atleast_1d(values[number.index])
 
@@ -148,7 +177,20 @@ def _texts(file: h5py.File, name: str) -> NDArray:
         return np.array([text(value) for value in item[()].flat])
 
 
+def _of_input(file: h5py.File, name: str) -> NDArray[np.float64]:
+    """Return the value of a key of the input, ``group(number)%key``."""
+    found = re.fullmatch(r"(\w+)(?:\((\d+)\))?%(\w+)", name)
+    group = f90nml.reads(str(file.attrs["input"])).get(found[1]) if found else None
+    groups = group if isinstance(group, list) else [group] if group else []
+    number = int(found[2] or 1) if found else 0
+    if number > len(groups) or not found or found[3] not in groups[number - 1]:
+        raise ResultError(f"the input has no '{name}'")
+    return np.atleast_1d(np.asarray(groups[number - 1][found[3]], dtype=np.float64))
+
+
 def _values(file: h5py.File, name: str) -> NDArray[np.float64]:
+    if name.startswith(INPUT):
+        return _of_input(file, name.removeprefix(INPUT))
     with making_sense_of(file.filename):
         item = file.get(name)
         if not isinstance(item, h5py.Dataset):

@@ -14,10 +14,24 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 
 from razy_post.plot.style import CM, look
-from razy_post.report.manifest import AGREES, CHOSEN, CONTRADICTS, FAILED, UNDECIDED, Item, Manifest
+from razy_post.report.manifest import (
+    AGREES,
+    CONTRADICTS,
+    DEPENDS,
+    FAILED,
+    HELD,
+    MISSED,
+    UNDECIDED,
+    VERDICTS,
+    Item,
+    Manifest,
+)
 from razy_post.report.measure import Measured
 
-COLOURS = {AGREES: "#2a7a3a", CONTRADICTS: "#c1272d", UNDECIDED: "#8a6d00", CHOSEN: "#4a5a6a", FAILED: "#7a007a"}
+COLOURS = {
+    AGREES: "#2a7a3a", DEPENDS: "#8a6d00", CONTRADICTS: "#c1272d", HELD: "#2a4a7a", UNDECIDED: "#4a5a6a",
+    MISSED: "#7a007a", FAILED: "#7a007a",
+}  # fmt: skip
 # The part of a page that is left below its text, with less of which pictures get a page of their own.
 ENOUGH_FOR_PICTURES = 0.45
 STYLE = """
@@ -53,6 +67,17 @@ class Entry:
         return bool(self.item.expected) and self.verdict != self.item.expected
 
     @property
+    def quotes(self) -> list[str]:
+        """What is quoted of the source, and with which value of what it leaves open that holds."""
+        lines = []
+        for quote in dict.fromkeys(one.number.quote for one in self.measured if one.number.quote):
+            of = [one for one in self.measured if one.number.quote == quote]
+            choices = dict.fromkeys(one.number.choice for one in of if one.number.choice)
+            held = [choice for choice in choices if all(one.holds for one in of if one.number.choice in ("", choice))]
+            lines.append(f"“{quote}”" + (f" (holds with: {'; '.join(held) or 'nothing tried'})" if choices else ""))
+        return lines
+
+    @property
     def lines(self) -> list[str]:
         """What was measured, a line for each number."""
         return [f"{one.number.text}: {_value(one)}{_against(one)}" for one in self.measured]
@@ -70,7 +95,9 @@ def write_html(manifest: Manifest, entries: Sequence[Entry], path: Path) -> None
         f"<!doctype html><html lang=en><meta charset=utf-8><title>{escape(manifest.title)}</title>",
         f"<style>{STYLE}</style>",
         f"<h1>{escape(manifest.title)}</h1><p>{escape(manifest.introduction)}</p>",
-        f"<p><b>{counts(entries)}.</b> {sum(e.seconds for e in entries):.0f} s of one processor.</p><table>",
+        f"<p><b>{counts(entries)}.</b> {sum(e.seconds for e in entries):.0f} s of one processor.</p>",
+        *(f"<p class=small><b>{escape(verdict)}:</b> {escape(says)}</p>" for verdict, says in _key_to(entries)),
+        "<table>",
     ]
     for entry in entries:
         parts.append(
@@ -80,6 +107,11 @@ def write_html(manifest: Manifest, entries: Sequence[Entry], path: Path) -> None
     parts.append("</table>")
     parts.extend(_section(entry) for entry in entries)
     path.write_text("\n".join(parts) + "\n", encoding="utf-8")
+
+
+def _key_to(entries: Sequence[Entry]) -> list[tuple[str, str]]:
+    """Return what the verdicts of these items mean."""
+    return [pair for pair in VERDICTS.items() if any(entry.verdict == pair[0] for entry in entries)]
 
 
 def _section(entry: Entry) -> str:
@@ -93,14 +125,18 @@ def _section(entry: Entry) -> str:
         parts.append(f"<p class=cs lang=cs>{escape(item.caption_cs)}</p>")
     if item.source:
         parts.append(f"<p><b>The source:</b> {escape(item.source)}</p>")
+    parts.extend(f"<p class=cs lang=cs>{escape(line)}</p>" for line in entry.quotes)
     for picture in entry.pictures:
         parts.append(f"<figure><img alt='' src='data:image/png;base64,{base64.b64encode(picture).decode()}'></figure>")
     if entry.measured:
-        parts.append("<table><tr><th>number<th>here<th>should be<th>")
+        parts.append("<table><tr><th>number<th>here<th>should be<th><th>by")
         for one in entry.measured:
             mark = {None: "", True: "yes", False: "no"}[one.holds]
+            by = "" if one.holds is None else "the source" if one.number.quote else "razy"
             value = escape(one.problem) if one.problem else _value(one)
-            parts.append(f"<tr><td>{escape(one.number.text)}<td class=n>{value}<td>{escape(one.wanted)}<td>{mark}")
+            parts.append(
+                f"<tr><td>{escape(one.number.text)}<td class=n>{value}<td>{escape(one.wanted)}<td>{mark}<td>{by}"
+            )
         parts.append("</table>")
     for head, *rows in entry.tables:
         parts.append("<table><tr>" + "".join(f"<th>{escape(text)}" for text in head))
@@ -117,11 +153,13 @@ def write_pdf(manifest: Manifest, entries: Sequence[Entry], path: Path) -> None:
     """Write the report for printing: a list of verdicts, then for each item a page of A4, or two."""
     # The look is that of the fonts, too, which are written when the file is closed.
     with look(), PdfPages(path, metadata={"Title": manifest.title}) as pages:
-        for first in range(0, max(len(entries), 1), 60):
+        for first in range(0, max(len(entries), 1), 55):
             page = _Page()
             page.write(manifest.title, 14.0)
             page.write(f"{counts(entries)}. {manifest.introduction}", 9.0)
-            for entry in entries[first : first + 60]:
+            for name, says in _key_to(entries):
+                page.write(f"{name}: {says}", 7.5, COLOURS[name])
+            for entry in entries[first : first + 55]:
                 line = textwrap.shorten(f"{entry.item.name}. {entry.item.caption}", 95)
                 page.write(f"{line}  —  {entry.verdict}", 7.5, COLOURS[entry.verdict])
             pages.savefig(page.figure)
@@ -131,7 +169,7 @@ def write_pdf(manifest: Manifest, entries: Sequence[Entry], path: Path) -> None:
             page.write(entry.item.caption_cs, 8.5, "0.35")
             page.write(entry.verdict, 10.0, COLOURS[entry.verdict])
             page.write(entry.item.source and f"The source: {entry.item.source}", 8.5)
-            for line in (*entry.lines, *entry.problems, entry.item.note):
+            for line in (*entry.quotes, *entry.lines, *entry.problems, entry.item.note):
                 page.write(line, 8.5)
             for table in entry.tables:
                 for row in table:
@@ -203,7 +241,8 @@ def _value(one: Measured) -> str:
 def _against(one: Measured) -> str:
     if one.holds is None:
         return ""
-    return f" ({one.wanted}: {'yes' if one.holds else 'no'})"
+    by = "source" if one.number.quote else "razy"
+    return f" ({by}: {one.wanted}: {'yes' if one.holds else 'no'})"
 
 
 def _small_print(entry: Entry) -> str:
