@@ -86,6 +86,8 @@ def test_page_and_pdf_say_what_agrees(folder):
     assert "src='http" not in page
     pdf = (folder / "out/report.pdf").read_bytes()
     assert pdf.startswith(b"%PDF")
+    # The verdicts, and both items below each other.
+    assert pdf.count(b"/Type /Page ") == 2
     assert b"/Type0" in pdf and b"/Type3" not in pdf
     assert len(list((folder / "out/cases").glob("*.h5"))) == 2
 

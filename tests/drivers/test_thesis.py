@@ -22,7 +22,14 @@ STOPS = {
 }  # fmt: skip
 LAWS = {"2_7_a": "kelvin_voigt", "2_7_b": "hunt_crossley", "2_7_c": "hertz"}
 SWEEPS = ("fig_2_2", "fig_2_2_drop", "fig_4_3", "fig_4_5", "fig_4_6", "fig_4_7", "fig_4_30")
-OTHERS = {"fig_4_26": "tune", "table_4_1": "duel", "table_4_2": "modes", "table_4_3": "modes", "listing_duel": "duel"}
+OTHERS = {
+    "fig_4_26": "tune",
+    "shaft_4_3": "modes",
+    "table_4_1": "duel",
+    "table_4_2": "modes",
+    "table_4_3": "modes",
+    "listing_duel": "duel",
+}
 
 
 def read(name):

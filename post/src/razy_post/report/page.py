@@ -32,8 +32,11 @@ COLOURS = {
     AGREES: "#2a7a3a", DEPENDS: "#8a6d00", CONTRADICTS: "#c1272d", HELD: "#2a4a7a", UNDECIDED: "#4a5a6a",
     MISSED: "#7a007a", FAILED: "#7a007a",
 }  # fmt: skip
-# The part of a page that is left below its text, with less of which pictures get a page of their own.
-ENOUGH_FOR_PICTURES = 0.45
+TOP, BOTTOM, BETWEEN, TEXT_WIDTH = 0.955, 0.05, 0.012, 0.82
+# What has to be left of a page for an item to begin there, and the width below which pictures get a page of their own.
+WITH_PICTURES, WITHOUT_PICTURES, NARROW = 0.38, 0.2, 0.3
+# Quotations of fewer characters, such as numbers, share a line.
+SHORT = 60
 STYLE = """
 body { font: 15px/1.45 Georgia, serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #111; }
 h1 { font-size: 1.6em; } h2 { font-size: 1.15em; margin: 0 0 .3em; }
@@ -69,13 +72,16 @@ class Entry:
     @property
     def quotes(self) -> list[str]:
         """What is quoted of the source, and with which value of what it leaves open that holds."""
-        lines = []
+        lines, short = [], []
         for quote in dict.fromkeys(one.number.quote for one in self.measured if one.number.quote):
             of = [one for one in self.measured if one.number.quote == quote]
             choices = dict.fromkeys(one.number.choice for one in of if one.number.choice)
             held = [choice for choice in choices if all(one.holds for one in of if one.number.choice in ("", choice))]
-            lines.append(f"“{quote}”" + (f" (holds with: {'; '.join(held) or 'nothing tried'})" if choices else ""))
-        return lines
+            if choices:
+                lines.append(f"“{quote}” (holds with: {'; '.join(held) or 'nothing tried'})")
+            else:
+                (short if len(quote) < SHORT else lines).append(f"“{quote}”")
+        return [*lines, ", ".join(short)] if short else lines
 
     @property
     def lines(self) -> list[str]:
@@ -150,73 +156,88 @@ def _section(entry: Entry) -> str:
 
 
 def write_pdf(manifest: Manifest, entries: Sequence[Entry], path: Path) -> None:
-    """Write the report for printing: a list of verdicts, then for each item a page of A4, or two."""
+    """Write the report for printing on A4: a list of verdicts, then the items, one below the other."""
     # The look is that of the fonts, too, which are written when the file is closed.
     with look(), PdfPages(path, metadata={"Title": manifest.title}) as pages:
-        for first in range(0, max(len(entries), 1), 55):
-            page = _Page()
-            page.write(manifest.title, 14.0)
-            page.write(f"{counts(entries)}. {manifest.introduction}", 9.0)
-            for name, says in _key_to(entries):
-                page.write(f"{name}: {says}", 7.5, COLOURS[name])
-            for entry in entries[first : first + 55]:
-                line = textwrap.shorten(f"{entry.item.name}. {entry.item.caption}", 95)
-                page.write(f"{line}  —  {entry.verdict}", 7.5, COLOURS[entry.verdict])
-            pages.savefig(page.figure)
+        document = _Document(pages)
+        document.write(manifest.title, 14.0)
+        document.write(f"{counts(entries)}. {manifest.introduction}", 9.0)
+        for name, says in _key_to(entries):
+            document.write(f"{name}: {says}", 7.5, COLOURS[name])
         for entry in entries:
-            page = _Page()
-            page.write(f"{entry.item.name}. {entry.item.caption}", 11.0)
-            page.write(entry.item.caption_cs, 8.5, "0.35")
-            page.write(entry.verdict, 10.0, COLOURS[entry.verdict])
-            page.write(entry.item.source and f"The source: {entry.item.source}", 8.5)
+            line = textwrap.shorten(f"{entry.item.name}. {entry.item.caption}", 95)
+            document.write(f"{line}  —  {entry.verdict}", 7.5, COLOURS[entry.verdict])
+        for number, entry in enumerate(entries):
+            document.begin(WITH_PICTURES if entry.pictures else WITHOUT_PICTURES, turn=number == 0)
+            document.write(f"{entry.item.name}. {entry.item.caption}", 11.0)
+            document.write(entry.item.caption_cs, 8.5, "0.35")
+            document.write(entry.verdict, 10.0, COLOURS[entry.verdict])
+            document.write(entry.item.source and f"The source: {entry.item.source}", 8.5)
             for line in (*entry.quotes, *entry.lines, *entry.problems, entry.item.note):
-                page.write(line, 8.5)
+                document.write(line, 8.5)
             for table in entry.tables:
                 for row in table:
-                    page.write("     ".join(f"{text:>10}" for text in row), 8.0)
-            page.write(_small_print(entry), 6.5, "0.4")
-            if entry.pictures and page.top < ENOUGH_FOR_PICTURES:
-                pages.savefig(page.figure)
-                page = _Page()
-            page.pictures(entry.pictures)
-            pages.savefig(page.figure)
+                    document.write("     ".join(f"{text:>10}" for text in row), 8.0)
+            document.write(_small_print(entry), 6.5, "0.4")
+            document.pictures(entry.pictures)
+        document.end()
 
 
-class _Page:
-    """A page of A4 that is filled from above."""
+class _Document:
+    """Pages of A4 that are filled from above; places are parts of their height, widths parts of their width."""
 
-    def __init__(self) -> None:
-        self.figure = Figure(figsize=(21.0 * CM, 29.7 * CM))
-        self.top = 0.955
+    def __init__(self, pages: PdfPages) -> None:
+        self.pages = pages
+        self._turn()
+
+    def begin(self, height: float, turn: bool) -> None:
+        """Begin an item: below the one before if this much is left of the page, else on a new one."""
+        if turn or self.top - 2 * BETWEEN < BOTTOM + height:
+            self.end()
+            self._turn()
+        elif self.top < TOP:
+            self.top -= 2 * BETWEEN
+
+    def end(self) -> None:
+        """Write the page."""
+        self.pages.savefig(self.figure)
 
     def write(self, text: str, size: float, colour: str = "black") -> None:
         for line in textwrap.wrap(text, int(1080 / size)) if text else ():
+            if self.top < BOTTOM:
+                self.end()
+                self._turn()
             self.figure.text(0.09, self.top, line.replace("$", r"\$"), fontsize=size, color=colour, va="top")
             self.top -= 1.35 * size / 842.0
 
     def pictures(self, pictures: Sequence[bytes]) -> None:
-        """Put the pictures into the rest of the page, in columns that use it best."""
+        """Put pictures below the text, in columns that use the rest of the page best, or on a page of their own."""
         if not pictures:
             return
         images = [matplotlib.image.imread(BytesIO(picture), format="png") for picture in pictures]
-        room = self.top - 0.06
-        layouts = [
-            (min(self._width(image, columns, len(images), room) for image in images), columns) for columns in (1, 2, 3)
-        ]
-        _, columns = max(layouts)
-        rows = -(-len(images) // columns)
+        steepest = max(image.shape[0] / image.shape[1] for image in images) * 21.0 / 29.7
+        width, columns = self._layout(len(images), steepest)
+        if width < NARROW:
+            self.end()
+            self._turn()
+            width, columns = self._layout(len(images), steepest)
+        self.top -= BETWEEN
         for number, image in enumerate(images):
-            width, height = 0.82 / columns, room / rows
-            left, bottom = 0.09 + (number % columns) * width, 0.05 + (rows - 1 - number // columns) * height
-            axes = self.figure.add_axes((left, bottom, 0.98 * width, 0.97 * height))
+            column, row = number % columns, number // columns
+            left, bottom = 0.09 + column * TEXT_WIDTH / columns, self.top - (row + 1) * width * steepest
+            axes = self.figure.add_axes((left, bottom, 0.98 * width, 0.98 * width * steepest), anchor="NW")
             axes.imshow(image, interpolation="antialiased")
             axes.set_axis_off()
+        self.top -= -(-len(images) // columns) * width * steepest
 
-    @staticmethod
-    def _width(image, columns: int, count: int, room: float) -> float:
-        """Return the width that an image gets, in widths of the page."""
-        height = room / -(-count // columns) * 29.7 / 21.0
-        return min(0.82 / columns, height * image.shape[1] / image.shape[0])
+    def _layout(self, count: int, steepest: float) -> tuple[float, int]:
+        """Return the width that each picture gets, and in how many columns they stand."""
+        room = self.top - BETWEEN - BOTTOM
+        return max((min(TEXT_WIDTH / n, room / (-(-count // n) * steepest)), n) for n in (1, 2, 3))
+
+    def _turn(self) -> None:
+        self.figure = Figure(figsize=(21.0 * CM, 29.7 * CM))
+        self.top = TOP
 
 
 def _anchor(entry: Entry) -> str:
