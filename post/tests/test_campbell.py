@@ -41,7 +41,7 @@ def test_modes_without_speeds(tmp_path):
 def test_refused(tmp_path):
     path = write_modes(tmp_path / "modes.h5")
     with pytest.raises(ResultError, match="holds no observables"):
-        drawn(path, observables=["d"])
+        drawn(path, observables=("d",))
 
 
 def test_vertical_axis_ends_above_the_lines_of_excitation(tmp_path):

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 from programs import BUILD, GEAR_PAIR, SOURCE, TWO_SIDED_STOP
 
 sys.path.insert(0, str(SOURCE / "post" / "src"))
@@ -120,7 +121,6 @@ def test_mistakes_are_one_line(ranks):
         ("none.nml", "none.nml: there is no such file"),
         ({"scene": 3}, "group 'scene': a dict of its keys or a list of such, not int"),
         ({"scene": {"kind": None}}, "None: a value is a number, a text, true or false, or a list of such"),
-        (3, "a case is a path, the text of a namelist or a dict, not int"),
     ],
 )
 def test_bad_cases(case, line):
@@ -141,3 +141,52 @@ def test_motion_that_fails():
     with pytest.raises(razy.Error) as caught:
         razy.run(TWO_SIDED_STOP, {"motion%max_events": 1}, progress=False)
     assert "event" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("call", "line"),
+    [
+        (lambda: razy.run(3), "case=3"),
+        (lambda: razy.run(GEAR_PAIR, [1]), r"values=\[1\]"),
+        (lambda: razy.run(GEAR_PAIR, outputs="x.h5"), "outputs"),
+        (lambda: razy.open(b"x"), "file=b'x'"),
+        (lambda: razy.sweep(GEAR_PAIR, ranks=10**9), "ranks=1000000000: a whole number from 1 to"),
+        (lambda: razy.sweep(GEAR_PAIR, ranks=-1), "ranks=-1"),
+        (lambda: razy.write_case(BLOCK, ""), "is a folder"),
+        (lambda: razy.import_ross(None, "x.nml"), "file=None"),
+    ],
+)
+def test_odd_calls_are_one_line_that_names_the_argument(call, line):
+    with pytest.raises(razy.Error, match=line) as caught:
+        call()
+    assert "\n" not in str(caught.value)
+
+
+def test_odd_pictures_blame_the_argument_and_names_are_drawn_as_they_are():
+    name = "a$b_{"
+    odd = {
+        "scene": {"kind": "lumped", "title": r"$\frac{1$"},
+        "mass": {"name": name, "value": 1.0},
+        "spring": {"between": (name, "frame"), "stiffness": 1e4},
+        "load": {"on": name, "amplitude": 20.0, "frequency": 12.0},
+        "stop": {"name": r"$\undefined{x}$", "between": (name, "frame"), "clearance": 1e-3, "stiffness": 3e4},
+        "motion": {"t_end": 1.0, "start": "zero"},
+        "record": {"observable": "displacement", "of": name, "what": "trajectory", "interval": 1e-3},
+    }
+    data = razy.run(odd, progress=False)
+    for options in (
+        {"dpi": 0},
+        {"dpi": "x"},
+        {"size": "x"},
+        {"size": (1.0, 1e9)},
+        {"start": []},
+        {"period": float("nan")},
+        {"no": 1},
+    ):
+        with pytest.raises(razy.Error) as caught:
+            data.razy.plot(**options)
+        assert next(iter(options)) in str(caught.value) and "damaged" not in str(caught.value)
+    for kind in ("time", "spectrum", "pattern"):
+        figure = data.razy.plot(kind)
+        assert figure._repr_png_()
+        assert any("a$b" in text.get_text() or "undefined" in text.get_text() for text in figure.findobj(Text))

@@ -86,3 +86,20 @@ def test_command(folder, capsys):
         assert main(["other.toml", "--output", "other.nml"]) == 2
         said = capsys.readouterr().err
         assert says in said and said.count("\n") == 1, said
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        ("n = 0\n", "", "an element has no 'n'"),
+        ("m = 32", "m = 1" + "0" * 400 + "\nx = 32", "is beyond what a number can be"),
+        ("odl = 0.05", "odl = 'x'", "not what Rotor.save writes"),
+    ],
+)
+def test_what_rotor_save_does_not_write_is_one_line(folder, old, new, line):
+    text = (HERE / "rotor_example.toml").read_text()
+    assert old in text
+    Path("odd.toml").write_text(text.replace(old, new, 1))
+    with pytest.raises(razy.Error, match=line) as caught:
+        razy.import_ross("odd.toml", "odd.nml")
+    assert "\n" not in str(caught.value) and not Path("odd.nml").exists()

@@ -18,7 +18,7 @@ class Razy(CMakePackage):
     depends_on("blas")
     depends_on("arpack-ng")
     depends_on("python@3.11:", type="run")
-    for package in ("f90nml", "h5py", "matplotlib", "numpy", "xarray"):
+    for package in ("f90nml", "h5py", "matplotlib", "numpy", "typeguard", "xarray"):
         depends_on(f"py-{package}", type="run")
 
     conflicts("%gcc@:11")

@@ -7,11 +7,13 @@ from typing import Any
 import f90nml
 import numpy as np
 
+from razy_post.arguments import checked
 from razy_post.errors import ResultError
 
 Case = str | Path | Mapping[str, Any]
 
 
+@checked
 def write_case(case: Case, file: str | Path, force: bool = False) -> Path:
     """Write a case as a namelist file.
 
@@ -27,6 +29,8 @@ def write_case(case: Case, file: str | Path, force: bool = False) -> Path:
         Whether to overwrite it.
     """
     file = Path(file)
+    if file.exists() and not file.is_file():
+        raise ResultError(f"{file}: is a folder or a device, not a file that can be replaced")
     if file.exists() and not force:
         raise ResultError(f"{file}: exists already (force=True overwrites it)")
     text = text_of(case)
@@ -46,7 +50,10 @@ def text_of(case: Case) -> str:
     if is_file(case):
         if not Path(case).is_file():
             raise ResultError(f"{case}: no such file")
-        return Path(case).read_text(encoding="utf-8")
+        try:
+            return Path(case).read_text(encoding="utf-8")
+        except UnicodeDecodeError:
+            raise ResultError(f"{case}: not a text file") from None
     if isinstance(case, str):
         return case
     if not isinstance(case, Mapping):

@@ -12,12 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 from razy.case import Case, is_file, override, text_of
 from razy.results import open_result
+from razy_post.arguments import checked
 from razy_post.errors import ResultError
 
 if TYPE_CHECKING:
     import xarray
 
 INTERRUPTED = 3
+# More ranks than any cluster has: a slip that would fill this computer's memory.
+MOST_RANKS = 1_000_000
 PROGRESS = re.compile(r"\d+ of \d+ points, ")
 # Results without a file of their own stand here until Python ends.
 _scratch: list[tempfile.TemporaryDirectory] = []
@@ -52,6 +55,7 @@ def run(case: Case, values: Mapping[str, Any] | None = None, **options: Any) -> 
     return _compute("razy-run", case, values, **options)
 
 
+@checked
 def sweep(
     case: Case, values: Mapping[str, Any] | None = None, *, ranks: int | None = None, **options: Any
 ) -> "xarray.Dataset":
@@ -60,6 +64,8 @@ def sweep(
     A sweep with an ``output`` that was interrupted goes on when it is called again.
     """
     launcher: list[str] = []
+    if ranks is not None and not 1 <= ranks <= MOST_RANKS:
+        raise ResultError(f"ranks={ranks}: a whole number from 1 to {MOST_RANKS}")
     if ranks is not None:
         found = shutil.which("mpirun")
         if found is None:
@@ -104,6 +110,7 @@ def find_program(name: str, folder: str | Path | None = None) -> Path:
     return Path(found)
 
 
+@checked
 def _compute(
     program: str,
     case: Case,

@@ -10,13 +10,16 @@ import xarray
 from matplotlib.figure import Figure
 
 from razy_post import output, read
+from razy_post.arguments import checked
 from razy_post.errors import ResultError
 from razy_post.export import export
-from razy_post.plot import PICTURES, PlotOptions, draw_files, style
+from razy_post.plot import ARRANGEMENTS, KINDS, PICTURES, PlotOptions, draw_files, style
+from razy_post.plot.options import RESOLUTIONS
 from razy_post.read.file import making_sense_of
 from razy_post.target import check_output
 
 
+@checked
 def open_result(file: str | Path) -> xarray.Dataset:
     """Open a result file of any of razy's programs.
 
@@ -73,6 +76,7 @@ class Plot:
             raise AttributeError(f"no picture of the kind '{kind}' (has: {', '.join(dir(self))})")
         return partial(self, kind.replace("_", "-"))
 
+    @checked
     def __call__(
         self,
         kind: str | None = None,
@@ -88,6 +92,12 @@ class Plot:
         **options: Any,
     ) -> Picture:
         """Draw a picture of the kind asked for."""
+        if kind not in (None, *KINDS):
+            raise ResultError(f"ds.razy.plot: no picture of the kind '{kind}' (has: {', '.join(dir(self))})")
+        if arrange not in ARRANGEMENTS:
+            raise ResultError(f"arrange='{arrange}': one of {', '.join(ARRANGEMENTS)}")
+        if not RESOLUTIONS[0] <= dpi <= RESOLUTIONS[1]:
+            raise ResultError(f"dpi={dpi}: a whole number from {RESOLUTIONS[0]} to {RESOLUTIONS[1]}")
         several = [self._data, *([beside] if isinstance(beside, xarray.Dataset) else beside)]
         files = [source_of(data) for data in several]
         if save is not None:
@@ -120,6 +130,7 @@ class Accessor:
         """The pictures."""
         return Plot(self._data)
 
+    @checked
     def export(self, file: str | Path, force: bool = False, **options: Any) -> Path:
         """Write the result for other programs by the suffix of `file`; see `razy_post.export.export` for options."""
         target = Path(file)

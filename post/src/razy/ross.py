@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from razy.case import write_case
+from razy_post.arguments import checked
 from razy_post.errors import ResultError, excerpt
 from razy_post.target import check_output
 from razy_post.tools import new_parser, run_command
@@ -27,6 +28,7 @@ UNITS = dict.fromkeys(COEFFICIENTS[:4], "N/m") | dict.fromkeys(COEFFICIENTS[4:],
 MASSES = ("mxx", "mxy", "myx", "myy", "mzz")
 
 
+@checked
 def import_ross(file: str | Path, case: str | Path, force: bool = False) -> Path:
     """Write a rotor of ROSS as a case; return the path of the case.
 
@@ -43,6 +45,15 @@ def import_ross(file: str | Path, case: str | Path, force: bool = False) -> Path
     """
     file, case = Path(file), Path(case)
     elements = read_elements(file)
+    try:
+        return _write(file, case, elements, force)
+    except KeyError as missing:
+        raise ResultError(f"{file}: an element has no {missing}") from None
+    except (TypeError, ValueError, AttributeError) as error:
+        raise ResultError(f"{file}: a value of an element is not what Rotor.save writes: {error}") from None
+
+
+def _write(file: Path, case: Path, elements: dict[str, list[dict[str, Any]]], force: bool) -> Path:
     groups: dict[str, Any] = {"scene": {"kind": "rotor", "title": f"{file.stem} (from ROSS)"}}
     first_node = _add_shaft(groups, file, elements.pop("ShaftElement", []))
     groups["disk"] = [
@@ -84,10 +95,20 @@ def read_elements(file: Path) -> dict[str, list[dict[str, Any]]]:
     elements: dict[str, list[dict[str, Any]]] = defaultdict(list)
     for name, members in data.items() if isinstance(data, dict) else ():
         if isinstance(members, dict) and name != "parameters" and not name.startswith("_"):
+            _check_numbers(file, name, members)
             elements[name.split("_")[0]].append(members)
     if "ShaftElement" not in elements:
         raise ResultError(f"{file}: no ShaftElement: write it by Rotor.save of ROSS")
     return dict(elements)
+
+
+def _check_numbers(file: Path, name: str, value: Any) -> None:
+    """Raise a `ResultError` for a number that no double holds: a case with it would be refused."""
+    if isinstance(value, dict | list):
+        for item in value.values() if isinstance(value, dict) else value:
+            _check_numbers(file, name, item)
+    elif isinstance(value, int | float) and not abs(value) <= sys.float_info.max:
+        raise ResultError(f"{file}: {excerpt(name)}: {excerpt(str(value))} is beyond what a number can be")
 
 
 def _add_shaft(groups: dict[str, Any], file: Path, elements: list[dict[str, Any]]):

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from razy_post import __version__, output
 from razy_post.errors import Parser, ResultError, one_line
 from razy_post.plot import ARRANGEMENTS, KINDS, QUANTITIES, PlotNote, PlotOptions, draw_files
+from razy_post.plot.options import RESOLUTIONS, SIZES
 from razy_post.plot.style import provenance
 from razy_post.read import open_result
 from razy_post.read.file import making_sense_of
@@ -158,15 +159,15 @@ def _size(text: str) -> tuple[float, float]:
         width, height = (float(part) for part in text.lower().split("x"))
     except ValueError:
         raise argparse.ArgumentTypeError(f"'{text}' is not WIDTHxHEIGHT in cm") from None
-    if not (3.0 <= width <= 200.0 and 3.0 <= height <= 200.0):
-        raise argparse.ArgumentTypeError(f"'{text}': width and height must be 3 to 200 cm")
+    if not all(SIZES[0] <= length <= SIZES[1] for length in (width, height)):
+        raise argparse.ArgumentTypeError(f"'{text}': width and height must be {SIZES[0]:g} to {SIZES[1]:g} cm")
     return width, height
 
 
 def _dpi(text: str) -> int:
     value = int(text) if text.isdecimal() else 0
-    if not 30 <= value <= 2400:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 30 to 2400")
+    if not RESOLUTIONS[0] <= value <= RESOLUTIONS[1]:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from {RESOLUTIONS[0]} to {RESOLUTIONS[1]}")
     return value
 
 

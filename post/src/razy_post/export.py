@@ -3,6 +3,7 @@
 import os
 from pathlib import Path
 
+from razy_post.arguments import checked
 from razy_post.errors import ResultError
 from razy_post.mat import write_mat
 from razy_post.read import ResultFile
@@ -12,6 +13,7 @@ SHAPES, ANIMATIONS = (".vtk", ".vtu", ".xdmf"), (".gif", ".html")
 SUFFIXES = (".mat", *SHAPES, *ANIMATIONS)
 
 
+@checked
 def export(
     result: ResultFile, target: Path, mode: int = 1, start: float | None = None, stop: float | None = None
 ) -> str:

@@ -1,10 +1,16 @@
 """What the user asks of a picture."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, fields
+from typing import get_type_hints
 
+from razy_post.arguments import check
+from razy_post.errors import ResultError
 from razy_post.read import SweepResult
 
 QUANTITIES = ("extrema", "largest", "smallest", "multiplier")
+# Least and largest width and height, cm, and resolution.
+SIZES, RESOLUTIONS = (3.0, 200.0), (30, 2400)
 
 
 @dataclass(frozen=True)
@@ -51,6 +57,17 @@ class PlotOptions:
     period: float | None = None
     swap: bool = False
     point_limit: int = 1_000_000
+
+    def __post_init__(self) -> None:
+        check({field.name: getattr(self, field.name) for field in fields(self)}, get_type_hints(PlotOptions))
+        if self.size is not None and not all(SIZES[0] <= length <= SIZES[1] for length in self.size):
+            raise ResultError(f"size={self.size}: width and height must be {SIZES[0]:g} to {SIZES[1]:g} cm")
+        if self.quantity not in (None, *QUANTITIES):
+            raise ResultError(f"quantity={self.quantity!r}: one of {', '.join(QUANTITIES)}")
+        if self.period is not None and not 0.0 < self.period < math.inf:
+            raise ResultError(f"period={self.period}: a time above 0")
+        if any(math.isnan(number or 0.0) for number in (self.start, self.stop, self.top)):
+            raise ResultError("start, stop, top: numbers, not NaN")
 
     def range_text(self) -> str:
         """Return the range in words, for messages."""

@@ -55,6 +55,7 @@ def draw_spectrum(result: RunResult, figure: Figure, options: PlotOptions) -> No
             raise ResultError(f"{result.path}: '{signal.value.name}' is constant {options.range_text()}")
         scale = scale_for(signal.value.units, largest)
         axes.semilogy(frequency[1:], amplitude[1:] * scale.factor, color=style.BLACK, label=signal.value.name)
+        style.set_log_axis(axes.yaxis)
         axes.set_ylim(RANGE * largest * scale.factor, 3 * largest * scale.factor)
         axes.set_ylabel(_amplitude_label(signal.value, scale))
         if period is not None:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
-from matplotlib.ticker import MaxNLocator, ScalarFormatter
+from matplotlib.ticker import LogFormatter, MaxNLocator, ScalarFormatter
 
 from razy_post.plot.options import PlotOptions
 from razy_post.read import DOWN, UP, ResultFile
@@ -31,7 +31,8 @@ EVENT_COLOURS = (RED, "#1f5fa8", "#2a8a4a", "#b8860b", "#7a4fa3", "#008b8b")
 
 STYLE: dict[str, Any] = {
     "font.family": "STIXGeneral",
-    "mathtext.fontset": "stix",
+    # Names and titles are a user's: "$" and backslashes in them are drawn as they are.
+    "text.parse_math": False,
     "font.size": 9.0,
     "axes.titlesize": 9.5,
     "axes.labelsize": 9.0,
@@ -108,6 +109,12 @@ def set_axis(axis: Axis, low: float, high: float, space_cm: float | None = None)
         axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]))
 
 
+def set_log_axis(axis: Axis) -> None:
+    """Label a logarithmic axis without formulas, see "text.parse_math"."""
+    axis.set_major_formatter(LogFormatter())
+    axis.set_minor_formatter(LogFormatter(labelOnlyBase=False))
+
+
 def title_of(result: ResultFile, options: PlotOptions) -> str:
     """Return the title asked for, else the one in the file, else the name of the file."""
     if options.title is not None:
@@ -138,7 +145,7 @@ def set_heading(figure: Figure, top: tuple[Axes, Axes], title: str, handles: lis
     if not title:
         return
     figure.align_ylabels()
-    text = axes.set_title(title.replace("$", r"\$"), loc="left", wrap=False)
+    text = axes.set_title(title, loc="left", wrap=False)
     figure.draw_without_rendering()
     _fold(text, title, figure.bbox.width * 0.98 - text.get_window_extent().x0)
     if legend is not None and text.get_window_extent().overlaps(legend.get_window_extent()):
@@ -172,4 +179,4 @@ def _fold(text: Text, title: str, width: float) -> None:
     """Break a title that is wider than `width` pixels into lines."""
     extent = text.get_window_extent().width
     if extent > width > 0:
-        text.set_text("\n".join(textwrap.wrap(title, max(10, int(len(title) * width / extent)))).replace("$", r"\$"))
+        text.set_text("\n".join(textwrap.wrap(title, max(10, int(len(title) * width / extent)))))

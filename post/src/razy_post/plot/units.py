@@ -82,7 +82,7 @@ def readable_name(quantity: Quantity) -> str:
     ``rotation.speed_rpm`` with units ``rpm`` becomes ``rotation speed``.
     """
     name = quantity.long_name or quantity.name
-    if " " in name or "$" in name:
+    if " " in name:
         return name
     name = re.sub(r"\(\d+\)", "", name).replace("%", ".")
     if name in PARAMETERS:

@@ -47,3 +47,5 @@ def _panel(axes: Axes, series: list[Series], errors: list[NDArray[np.float64]], 
             **{**line, "linestyle": "none", "markerfacecolor": "white"},
         )
     axes.set(xscale="log", yscale="log", xlabel="processor time, s", ylabel=label)
+    for axis in (axes.xaxis, axes.yaxis):
+        style.set_log_axis(axis)

@@ -207,7 +207,7 @@ class _Document:
             if self.top < BOTTOM:
                 self.end()
                 self._turn()
-            self.figure.text(0.09, self.top, line.replace("$", r"\$"), fontsize=size, color=colour, va="top")
+            self.figure.text(0.09, self.top, line, fontsize=size, color=colour, va="top")
             self.top -= 1.35 * size / 842.0
 
     def pictures(self, pictures: Sequence[bytes]) -> None:
