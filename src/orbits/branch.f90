@@ -11,6 +11,7 @@ module razy_orbits_branch
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_orbits_identity, only: is_same_motion, least_part, part_way, parts
    use razy_orbits_orbit, only: bordered, determinant, orbit_t, problem_t, solve_square
+   use razy_orbits_section, only: carry, find_quiet, is_quiet
    implicit none(type, external)
    private
 
@@ -63,13 +64,15 @@ module razy_orbits_branch
 contains
 
    !> Follow the branch through a motion, corrected and with all its derivatives, towards where `guide` (unknowns) points, while the
-   !> parameter, in its scale, is within `low` and `high`, for at most `most` points.
-   subroutine follow(self, problem, start, guide, low, high, most)
+   !> parameter, in its scale, is within `low` and `high`, for at most `most` points. Its first step is no longer than `away`, the
+   !> distance of the motion from the branch that it begins on.
+   subroutine follow(self, problem, start, guide, low, high, most, away)
       class(branch_t), intent(inout) :: self
       type(problem_t), intent(inout) :: problem
       type(orbit_t), intent(in) :: start
       real(wp), intent(in) :: guide(:), low, high
       integer, intent(in) :: most
+      real(wp), intent(in), optional :: away
 
       type(point_t) :: at, here, next
       real(wp) :: h, p
@@ -77,11 +80,13 @@ contains
       logical :: ends, ok
 
       self%periods = problem%periods
+      problem%map%phase = start%phase
       if (.not. allocated(self%point)) allocate (self%point(64))
       here%orbit = start
       call find_tangent(problem, here, guide, ok)
       call self%add(here)
       h = first_step
+      if (present(away)) h = min(away, h)
       creeping = 0
       self%ending = "the most points"
       do while (ok .and. self%count < most)
@@ -139,9 +144,35 @@ contains
          if (.not. ok) self%ending = "the motion jumps: only ever smaller steps come to another"
          if (next%orbit%rounds > 7) h = h/2
          here = next
+         if (ok .and. .not. is_quiet(problem, here%orbit)) call move_section(problem, here)
       end do
       self%point(self%count)%label = merge("EP", "MX", ok)
    end subroutine follow
+
+   !> Begin a motion of a branch in the middle of its longest smooth piece; where that fails it stays as it is.
+   subroutine move_section(problem, here)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(inout) :: here
+
+      real(wp), parameter :: beside = 1.0e-6_wp
+      real(wp), allocatable :: guide(:), to(:)
+      real(wp) :: later, phase
+      type(point_t) :: moved
+      logical :: ok
+
+      phase = problem%map%phase
+      later = find_quiet(problem, here%orbit)
+      call carry(problem, here%orbit%u + beside*here%tangent, phase, later, guide, ok)
+      if (ok) call carry(problem, here%orbit%u, phase, later, to, ok)
+      if (.not. ok) return
+      guide = (guide - to)/norm2(guide - to)
+      problem%map%phase = modulo(phase + later, 1.0_wp)
+      call problem%correct(to, guide, moved%orbit, ok)
+      if (ok) call complete_point_at(problem, moved, guide, ok)
+      if (ok) ok = norm2(moved%orbit%u - to) <= kink*norm2(to)
+      if (ok) here = moved
+      problem%map%phase = here%orbit%phase
+   end subroutine move_section
 
    !> Where, between two points, the branch of an even number of periods goes through a motion of half as many, at its doubling: it
    !> then comes back along itself, begun half a period later. What it misses after half the period changes its sign there.
@@ -477,10 +508,14 @@ contains
 
          shortest = 1.0_wp
          associate (changes => orbit%sequence)
-            if (changes%count > 0) last = -changes%time(changes%count)
+            do i = changes%count, 1, -1
+               if (changes%contact(i) /= j) cycle
+               last = changes%time(i) - orbit%duration
+               exit
+            end do
             do i = 1, changes%count
                if (changes%contact(i) /= j) cycle
-               shortest = min(shortest, (changes%time(i) - last)/changes%time(changes%count))
+               shortest = min(shortest, (changes%time(i) - last)/orbit%duration)
                last = changes%time(i)
             end do
          end associate

@@ -29,7 +29,7 @@ module razy_orbits_orbit
       integer :: periods = 1, active = 1
       real(wp), allocatable :: parameter(:)
       !> Step of the differences by period and parameter, in units of their scales: larger for a method of larger errors.
-      real(wp) :: step = 1.0e-5_wp
+      real(wp) :: step = 1.0e-7_wp
       !> Correction with which Newton's method may end, and distance at which what lies beside a change of contacts is told
       !> apart from it, relative to the state.
       real(wp), private :: accuracy = 1.0e-9_wp
@@ -63,6 +63,8 @@ module razy_orbits_orbit
       !> Floquet multipliers (n; without excitation n - 1).
       complex(wp), allocatable :: multiplier(:)
       type(event_log_t) :: sequence
+      !> Phase at which it begins, in periods of the excitation, and how long it takes, s.
+      real(wp) :: phase = 0.0_wp, duration = 0.0_wp
       !> Length of the last correction.
       real(wp) :: correction = huge(1.0_wp)
       integer :: rounds = 0
@@ -72,8 +74,8 @@ module razy_orbits_orbit
    end type orbit_t
 
    integer, parameter :: most_rounds = 25
-   !> Steps of differences are not divided further than to this: less would be rounding.
-   real(wp), parameter :: least_difference = 1.0e-8_wp
+   !> Steps of differences are not made smaller than by this factor: less would be rounding.
+   real(wp), parameter :: least_difference = 0.02_wp
    real(wp), parameter :: converged = 1.0e-13_wp, far = 1.0_wp
 
 contains
@@ -198,6 +200,8 @@ contains
          return
       end if
       orbit%u = u
+      orbit%phase = self%map%phase
+      orbit%duration = duration
       orbit%sequence = back%sequence
       if (derivative) orbit%derivative = back%derivative
       orbit%residual = (back%x - x)/s(:n)
@@ -212,7 +216,7 @@ contains
       logical, intent(out) :: ok
 
       type(orbit_t) :: above, below
-      real(wp) :: by(size(orbit%u)), length
+      real(wp) :: by(size(orbit%u)), least, length
       integer :: i, last, n
 
       n = self%order()
@@ -222,6 +226,8 @@ contains
       do i = self%map%n + 1, last
          by = 0.0_wp
          length = self%step
+         if (.not. self%resolution > 0.0_wp) length = length*max(1.0_wp, abs(orbit%u(i)))
+         least = least_difference*length
          do
             by(i) = length
             call self%evaluate(orbit%u + by, .false., above, ok)
@@ -230,7 +236,7 @@ contains
                if (self%resolution > 0.0_wp) exit
                if (above%sequence%is_like(orbit%sequence) .and. below%sequence%is_like(orbit%sequence)) exit
             end if
-            if (length <= least_difference) exit
+            if (length <= least) exit
             length = length/10
          end do
          if (.not. ok) return

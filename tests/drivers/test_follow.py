@@ -26,6 +26,17 @@ def test_doubling_of_the_gear_pair():
     assert doubling == pytest.approx(1580.463, abs=5e-4)
 
 
+def test_cascade_of_the_gear_pair():
+    """Each doubling begins a branch, and what happens next to it is not leapt over."""
+    known = [1580.46312641823, 1588.5238536236, 1590.603627690, 1591.230209522, 1591.354170383]
+    with follow(SOURCE / "inputs/thesis/fig_4_7.nml") as file:
+        for branch, doubling in enumerate(known, start=1):
+            assert points(file, "PD", branch) == pytest.approx([doubling], rel=1e-11)
+        # The doubled branch turns twice where it begins, at first beside a grazing that is 1.4e-4 rpm away.
+        assert points(file, "LP", 2) == pytest.approx([1580.496644143, 1580.241570294], rel=1e-11)
+        assert points(file, "GR", 2)[0] == pytest.approx(1580.496503697, rel=1e-11)
+
+
 def test_multipliers_of_the_gear_pair():
     with follow(GEAR_PAIR, follow__first=2500, follow__last=2510) as file:
         found = multipliers(file)
@@ -226,9 +237,9 @@ def test_a_closed_motion_over_its_belt_speed():
     assert (np.diff(period) < 0.0).all() and period[0] > 2 * np.pi
 
 
-def one_period(frequency, state):
+def one_period(frequency, state, phase):
     """Move the block of inputs/hysteresis.nml by SciPy: each contact state by itself, up to the event that ends it."""
-    end, time, state = 1.0 / frequency, 0.0, np.array(state)
+    end, time, state = (1.0 + phase) / frequency, phase / frequency, np.array(state)
     side = int(np.sign(state[0])) if abs(state[0]) > 1e-3 else 0
     while time < end:
         edges = [edge for edge in (-1e-3, 1e-3) if side == 0 or edge * side > 0]
@@ -259,16 +270,17 @@ def test_independent_integrator():
     with follow(HYSTERESIS) as file:
         stable = file["point/stable"][:] == 1
         frequency, states = file["point/load.frequency"][:], file["point/state"][:]
+        phases = file["point/phase"][:]
         touching = (file["point/events"][:] > 0) & (file["point/multiplicity"][:] == 1)
         located = np.isin(np.arange(stable.size), file["special/point"][:])
         chosen = [np.flatnonzero(kind & touching & ~located)[20] for kind in (stable, ~stable)]
         expected = [multipliers(file, point) for point in chosen]
     for point, known in zip(chosen, expected, strict=True):
-        at, state = frequency[point], states[point]
-        assert one_period(at, state) == pytest.approx(state, rel=1e-8, abs=1e-11)
+        at, state, phase = frequency[point], states[point], phases[point]
+        assert one_period(at, state, phase) == pytest.approx(state, rel=1e-8, abs=1e-11)
         columns = []
         for step in (np.array([1e-7, 0.0]), np.array([0.0, 1e-5])):
-            change = one_period(at, state + step) - one_period(at, state - step)
+            change = one_period(at, state + step, phase) - one_period(at, state - step, phase)
             columns.append(change / (2.0 * step.max()))
         found = np.sort_complex(np.linalg.eigvals(np.transpose(columns)))
         assert found == pytest.approx(known, rel=1e-5)
@@ -287,7 +299,7 @@ DUFFING = """
 """
 
 
-def duffing_fold(unknowns):
+def duffing_fold(unknowns, phase):
     """x'' + 0.1 x' + x + 0.05 x³ = cos(ωt) by SciPy: 0 for a periodic motion with a multiplier 1."""
     x, v, omega = unknowns
 
@@ -297,7 +309,9 @@ def duffing_fold(unknowns):
         return np.concatenate(([y[1], force], (field @ y[2:].reshape(2, 2)).ravel()))
 
     start = [x, v, 1.0, 0.0, 0.0, 1.0]
-    end = solve_ivp(rates, (0.0, 2 * np.pi / omega), start, method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+    end = solve_ivp(
+        rates, np.array([phase, phase + 1.0]) * 2 * np.pi / omega, start, method="DOP853", rtol=1e-13, atol=1e-14
+    ).y[:, -1]
     return [end[0] - x, end[1] - v, np.linalg.det(end[2:].reshape(2, 2) - np.eye(2))]
 
 
@@ -308,7 +322,9 @@ def test_folds_of_the_duffing_oscillator():
         assert folds.size == 2
         for fold in folds:
             omega = file["point/load.angular_frequency"][fold]
-            found = fsolve(duffing_fold, [*file["point/state"][fold], omega * 1.0001], xtol=1e-13)
+            found = fsolve(
+                duffing_fold, [*file["point/state"][fold], omega * 1.0001], (file["point/phase"][fold],), xtol=1e-13
+            )
             assert omega == pytest.approx(found[2], rel=1e-11)
 
 
@@ -378,3 +394,48 @@ def test_a_closed_branch_goes_round_once():
         stable = file["point/stable"][:]
     # Two periods of the excitation round, or at once.
     assert np.allclose(first, last, rtol=1e-9) or stable[0] == stable[-1]
+
+
+@pytest.mark.parametrize("turn", [0, 37, 90, 200, 300])
+def test_labels_do_not_depend_on_where_time_begins(turn):
+    """The load turned by any angle: an impact passes phase 0 on the branch at some of them."""
+    with follow(IMPACT, load__phase=turn, motion__t_end=400, follow__doublings=1) as file:
+        labels = list(zip(file["special/label"].asstr()[:], file["special/branch"][:], strict=True))
+        found = file["special/parameter"][:]
+        last = file["point/multiplier"][file["special/point"][-1]]
+    assert labels == [("PD", 1), ("EP", 1), ("PD", 2), ("EP", 2)]
+    assert found == pytest.approx([2.651807017026, 3.0, 2.713293439395, 3.0], rel=1e-11)
+    assert np.hypot(*last).max() == pytest.approx(2.0357095, rel=1e-6)
+
+
+@pytest.mark.parametrize("turn", [90, 100, 300])
+def test_fold_next_to_the_first_impact(turn):
+    """x'' + 0.1 x' + x = A cos t with a rigid stop at 1, e = 0.8: impacts go on below A = 0.1 to a fold, and back."""
+    text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /"]
+    text += ["&spring between='m','frame', stiffness=1.0, damping=0.1 /"]
+    text += ["&stop name='stop', between='m','frame', clearance=1.0, law='rigid', restitution=0.8 /"]
+    text += [f"&load on='m', amplitude=1.0, angular_frequency=1.0, phase={turn}.0 /"]
+    text += ["&motion t_end=6000.0, start='zero' /", "&record observable='displacement', what='extrema' /"]
+    text += ["&follow parameter='load%amplitude', first=1.0, last=0.09 /"]
+    Path("touch.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("touch.nml")) as file:
+        assert points(file, "LP") == pytest.approx([0.0999707536283], rel=1e-11)
+        assert file["special/parameter"][-1] == pytest.approx(0.1, rel=1e-3)
+
+
+def test_bounces_of_an_accumulation_are_no_changes():
+    """A follower leaves its cam where the eccentric takes the force away; bounces come and go unsaid."""
+    text = [
+        "&scene kind='lumped' /",
+        "&mass name='f', value=1.221 /",
+        "&spring between='f','frame', stiffness=1430.8 /",
+    ]
+    text += ["&load on='f', value=-100.0 /"]
+    text += ["&stop name='cam', between='f','frame', side='lower', clearance=0.0, law='rigid', restitution=0.8,"]
+    text += ["  motion_amplitude=0.02, motion_angular_frequency=10.0 /"]
+    text += ["&motion t_end=20.0, start='zero' /", "&record observable='displacement', what='extrema' /"]
+    text += ["&follow parameter='stop%motion_angular_frequency', first=60.0, last=75.0 /"]
+    Path("cam.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("cam.nml")) as file:
+        assert file["special/label"].size == 2
+        assert file["special/parameter"][0] == pytest.approx(np.sqrt((1430.8 + 100.0 / 0.02) / 1.221), rel=1e-11)

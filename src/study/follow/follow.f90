@@ -310,6 +310,7 @@ contains
          end do
          self%curves = self%curves + 1
          problem%periods = self%branch(branch)%periods
+         problem%map%phase = point%orbit%phase
          associate (curve => self%curve(self%curves))
             curve%branch = branch
             call curve%follow(problem, point, min(self%first, self%last), max(self%first, self%last), range(2), most_on_curve)
@@ -317,18 +318,19 @@ contains
       end associate
    end subroutine curve_through
 
-   !> The branch of a motion on the side of `guide`, which begins on branch `parent`; 0: it was found by itself.
-   subroutine one_branch(self, orbit, guide, parent)
+   !> The branch of a motion on the side of `guide`, which begins on branch `parent`, so far `away`; 0: it was found by itself.
+   subroutine one_branch(self, orbit, guide, parent, away)
       class(follow_t), intent(inout) :: self
       type(orbit_t), intent(in) :: orbit
       real(wp), intent(in) :: guide(:)
       integer, intent(in) :: parent
+      real(wp), intent(in), optional :: away
 
       if (self%count == most_branches) return
       self%count = self%count + 1
       associate (branch => self%branch(self%count), ends => [self%first(1), self%last(1)]/self%problem%range)
          branch%parent = parent
-         call branch%follow(self%problem, orbit, guide, minval(ends), maxval(ends), self%most_points)
+         call branch%follow(self%problem, orbit, guide, minval(ends), maxval(ends), self%most_points, away)
       end associate
    end subroutine one_branch
 
@@ -341,6 +343,7 @@ contains
       type(orbit_t) :: orbit
       type(found_t) :: motion
       real(wp), allocatable :: guide(:)
+      real(wp) :: away
       character(2) :: label
       integer :: side
       logical :: ok
@@ -355,13 +358,13 @@ contains
       do side = 1, merge(1, 2, label == "PD")
          if (self%count == most_branches) return
          self%problem%periods = self%branch(parent)%periods
-         call switch_branch(self%problem, self%branch(parent)%point(place), side == 1, orbit, guide, ok)
+         call switch_branch(self%problem, self%branch(parent)%point(place), side == 1, orbit, guide, away, ok)
          if (.not. ok) cycle
          if (self%all_motions) then
             call new_found(motion, self%problem, orbit)
             if (self%place_on(motion) > 0) cycle
          end if
-         call self%one_branch(orbit, guide, parent)
+         call self%one_branch(orbit, guide, parent, away)
       end do
    end subroutine follow_switched
 

@@ -97,6 +97,7 @@ contains
       associate (orbit => point%orbit, map => self%problem%map)
          s = self%problem%scales()
          self%problem%parameter(1) = self%problem%value_of(orbit)
+         map%phase = orbit%phase
          call map%go_to(self%problem%parameter, error)
          if (allocated(error)) return
          duration = self%branch(branch)%periods*map%period
@@ -175,8 +176,9 @@ contains
                    [character(16) :: group//"order", group//"part"])
       call row%add(group//"determinant_error", sum(log(max(abs(orbit%multiplier), tiny(1.0_wp)))) - volume%logarithm, "1", &
                    "logarithm of the product of the multipliers, less that by the trace of the damping and the impacts")
-      call row%add(group//"state", state, "mixed", "displacements and velocities at phase 0 of the excitation", &
+      call row%add(group//"state", state, "mixed", "displacements and velocities at /point/phase", &
                    group//"coordinate", fixed=.true.)
+      call row%add(group//"phase", orbit%phase, "1", "part of the period of the excitation at which the state stands")
       call row%add(group//"events", orbit%sequence%count, "1", "changes of branch of contacts in a period")
       call row%add(group//"correction", orbit%correction, "1", "last correction by Newton's method, relative to the state")
       do i = 1, size(extrema)
