@@ -45,8 +45,8 @@ module razy_orbits_branch
 
    !> Steps in scaled unknowns; the largest angle between tangents, as its cosine; changes of the sequence looked for in one step.
    real(wp), parameter :: first_step = 2.0e-3_wp, largest_step = 5.0e-3_wp, least_step = 1.0e-9_wp, least_cosine = 0.95_wp
-   !> Shorter steps may turn by any angle: the branch has a kink where contacts change.
-   real(wp), parameter :: kink = 1.0e-6_wp
+   !> Shorter steps may turn by any angle: the branch has a kink where contacts change. Steps may err by this part of them.
+   real(wp), parameter :: kink = 1.0e-6_wp, straight = 0.1_wp
    !> So many steps of that kind in a row do not get past a jump.
    integer, parameter :: most_creeping = 20, most_changes = 40
    !> Contacts and flights shorter than this part of the period end in a grazing.
@@ -90,6 +90,10 @@ contains
       creeping = 0
       self%ending = "the most points"
       do while (ok .and. self%count < most)
+         ! In a range that is narrower than the parameter's unit so many more of them.
+         associate (slope => abs(here%tangent(size(here%tangent))))
+            if (h*slope > largest_step*(high - low)) h = largest_step*(high - low)/slope
+         end associate
          call step(problem, here, h, next, ok)
          if (ok) ok = .not. falls_to_part(problem, here, next)
          if (.not. ok) then
@@ -319,6 +323,8 @@ contains
       type(point_t), intent(out) :: next
       logical, intent(out) :: ok
 
+      real(wp) :: away
+
       next%orbit%column = here%orbit%column
       call problem%correct(here%orbit%u + h*here%tangent, here%tangent, next%orbit, ok)
       if (ok) call problem%complete(next%orbit, ok)
@@ -326,6 +332,11 @@ contains
       if (.not. ok) return
       ok = dot_product(next%tangent, here%tangent) > least_cosine .or. h < kink
       if (.not. ok) problem%reason = "the branch turns too sharply"
+      if (.not. ok .or. h < kink) return
+      ! A curve, even with a kink, is no farther from its tangent than it turns; what is lies on another piece.
+      away = norm2(next%orbit%u - here%orbit%u - h*here%tangent)
+      ok = away <= max(h*norm2(next%tangent - here%tangent), straight*h)
+      if (.not. ok) problem%reason = "the motion jumps to another piece of the branch"
    end subroutine step
 
    !> The unit tangent on the side of `guide`.

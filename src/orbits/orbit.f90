@@ -30,9 +30,9 @@ module razy_orbits_orbit
       real(wp), allocatable :: parameter(:)
       !> Step of the differences by period and parameter, in units of their scales: larger for a method of larger errors.
       real(wp) :: step = 1.0e-7_wp
-      !> Correction with which Newton's method may end, and distance at which what lies beside a change of contacts is told
-      !> apart from it, relative to the state.
-      real(wp), private :: accuracy = 1.0e-9_wp
+      !> Correction with which Newton's method may end, its square less than rounding, so that no motion is found beyond a fold; and
+      !> distance at which what lies beside a change of contacts is told apart from it, relative to the state.
+      real(wp), private :: accuracy = 1.0e-11_wp
       real(wp) :: resolution = 0.0_wp
       !> Scales of displacements, velocities and the parameter; period, s, where there is no excitation (also its scale).
       real(wp) :: displacement = 1.0_wp, velocity = 1.0_wp, range = 1.0_wp, period = 0.0_wp
@@ -77,6 +77,8 @@ module razy_orbits_orbit
    !> Steps of differences are not made smaller than by this factor: less would be rounding.
    real(wp), parameter :: least_difference = 0.02_wp
    real(wp), parameter :: converged = 1.0e-13_wp, far = 1.0_wp
+   !> The parameter's unit is no smaller part of it than this: in smaller ones a fold would be sharper than steps can be.
+   real(wp), parameter :: narrowest = 1.0e-2_wp
 
 contains
 
@@ -121,7 +123,7 @@ contains
       real(wp) :: omega
       type(return_t) :: back
 
-      self%range = range
+      self%range = max(range, narrowest*abs(self%parameter(self%active)))
       self%period = period
       omega = 2*acos(-1.0_wp)/merge(self%map%period, period, self%map%period > 0.0_wp)
       associate (n => self%map%n)

@@ -37,6 +37,28 @@ def test_cascade_of_the_gear_pair():
         assert points(file, "GR", 2)[0] == pytest.approx(1580.496503697, rel=1e-11)
 
 
+def test_a_range_that_ends_just_beyond_a_fold():
+    """It is 2.5e-10 of the parameter from the start, in a range of 2e-6; what lies beyond is no motion."""
+    speed = 1720.3066037
+    ends = {
+        "motor": (0.0015940073801400043, 0.03225675769117786),
+        "pinion": (4.007849860153679e-06, -2.3316901937857075),
+    }
+    ends |= {
+        "wheel": (-4.00784986015368e-06, 2.331690193785708),
+        "output": (-0.0015940073801400045, -0.03225675769117787),
+    }
+    text = GEAR_PAIR.read_text()
+    for name, (displacement, velocity) in ends.items():
+        text += f"&initial on='{name}', displacement={displacement!r}, velocity={velocity!r} /\n"
+    Path("beyond.nml").write_text(text)
+    values = {"rotation__speed_rpm": repr(speed), "motion__start": "'given'"}
+    values |= {"follow__first": repr(speed), "follow__last": 1720.31, "follow__period": 2, "follow__settle": 20}
+    with follow(Path("beyond.nml"), **values) as file:
+        assert list(file["special/label"].asstr()[:]) == ["LP", "EP"]
+        assert file["special/parameter"][:] == pytest.approx([1720.306604124594, speed], rel=1e-14)
+
+
 def test_multipliers_of_the_gear_pair():
     with follow(GEAR_PAIR, follow__first=2500, follow__last=2510) as file:
         found = multipliers(file)
