@@ -2,9 +2,9 @@
 !!
 !! Labels are those of AUTO's users: LP fold, PD period doubling, TR torus (Neimark-Sacker), BP branch point; and, of motions
 !! with contacts, GR grazing (a contact touches its bound, or leaves it, with no speed), ST and SL (sticking begins or ends),
-!! CH another change of the contact sequence; EP an end of the range, MX no motion further on. LP and BP are roots of det ∂(P
-!! - x)/∂x, PD of det(∂P/∂x + I), TR of |μ| - 1 along the branch, where every value is that of a motion found to rounding. A
-!! change of the sequence is where the propagator, which decides every contact to rounding, begins to find another.
+!! CH another change of the contact sequence; EP an end of the range, UZ a value of the user's, MX no motion further on. LP and BP
+!! are roots of det ∂(P - x)/∂x, PD of det(∂P/∂x + I), TR of |μ| - 1 along the branch, where every value is that of a motion found
+!! to rounding. A change of the sequence is where the propagator, which decides every contact to rounding, begins to find another.
 module razy_orbits_branch
    use razy_contact_contact_law, only: branch_forward, branch_sticking
    use razy_core_kinds, only: wp

@@ -7,7 +7,7 @@ import h5py
 import matplotlib.image
 import numpy as np
 import pytest
-from branches import HYSTERESIS, IMPACT, NORMAL_FORM, follow, points
+from branches import HYSTERESIS, IMPACT, NORMAL_FORM, PAIR_MAP, follow, points
 from programs import GEAR_PAIR, SOURCE, attribute, left, plot, sets, start, succeed
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, fsolve
@@ -247,6 +247,62 @@ def test_what_it_refuses_is_one_line(changes, message):
     assert done.returncode == 2
     assert message in done.stderr and done.stderr.count("\n") == 1
     assert left() == []
+
+
+def test_two_parameters_that_are_one_are_refused_at_once():
+    same = ["--set", "follow(2)%parameter='rotation%speed_rpm','load(2)%value'", "--set", "follow(2)%last=2000.0"]
+    done = start("razy-follow", PAIR_MAP, *same, "--set", "follow(1)%settle=1000000")
+    assert done.returncode == 2
+    assert "a value that the first &follow does not vary" in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_no_motion_is_no_mistake_of_the_input():
+    done = start("razy-follow", NORMAL_FORM, *sets(follow__period=7, follow__settle=20))
+    assert done.returncode == 1
+    assert "no motion of period 7 was found" in done.stderr and done.stderr.count("\n") == 1
+    assert left() == []
+
+
+def test_values_of_the_user():
+    """A motion is stored at each value whenever the branch comes there, also between a fold and its neighbour."""
+    with follow(NORMAL_FORM) as file:
+        (low, high) = points(file, "LP")[:2]
+        parameter = file["point/load.angular_frequency"][:]
+    wanted = [0.5 * (low + high), 1.1, low + (1e-9 if low < high else -1e-9)]
+    with follow(NORMAL_FORM, "--force", follow__values=",".join(map(repr, map(float, wanted)))) as file:
+        found = points(file, "UZ")
+        times = [np.sum(np.diff(parameter > value)) for value in wanted[:2]]
+        for value, count in zip(wanted, [*times, 2], strict=True):
+            assert np.sum(np.abs(found / value - 1) < 1e-15) >= count
+        at = file["special/point"][:][file["special/label"].asstr()[:] == "UZ"]
+        assert (file["point/correction"][:][at] < 1e-11).all()
+
+
+def test_events_of_each_motion():
+    with follow(IMPACT, follow__last=2.3) as file:
+        begin, time, omega = file["event/offset"][:], file["event/time"][:], file["point/load.angular_frequency"][:]
+        assert (np.diff(begin) == file["point/events"][:]).all() and begin[-1] == time.size
+        phase, period = file["point/phase"][0], 2 * np.pi / omega[0]
+        (impact,) = time[begin[0] : begin[1]]
+        state = file["point/state"][0]
+    assert phase * period < impact < (1 + phase) * period
+
+    def coordinate(after):
+        decay, own = 0.1, np.sqrt(1 - 0.01)
+        forced = np.linalg.solve(
+            [[1 - omega[0] ** 2, 0.2 * omega[0]], [-0.2 * omega[0], 1 - omega[0] ** 2]], [1.0, 0.0]
+        )
+
+        def drive(t):
+            angle = omega[0] * t
+            return forced @ [np.cos(angle), np.sin(angle)], omega[0] * forced @ [-np.sin(angle), np.cos(angle)]
+
+        at, rate = drive(phase * period)
+        free = state[0] - at, state[1] - rate
+        wave = free[0] * np.cos(own * after) + (free[1] + decay * free[0]) / own * np.sin(own * after)
+        return np.exp(-decay * after) * wave + drive(phase * period + after)[0]
+
+    assert coordinate(impact - phase * period) == pytest.approx(0.0, abs=1e-11)
 
 
 def test_a_closed_motion_over_its_belt_speed():
