@@ -12,6 +12,7 @@ module razy_orbits_branch
    use razy_orbits_identity, only: is_same_motion, least_part, part_way, parts
    use razy_orbits_orbit, only: bordered, determinant, orbit_t, problem_t, solve_square
    use razy_orbits_section, only: carry, find_quiet, is_quiet
+   use razy_orbits_touch, only: find_touch, find_touch_beside
    implicit none(type, external)
    private
 
@@ -77,9 +78,10 @@ contains
       type(point_t) :: at, here, next
       real(wp) :: h, p
       integer :: creeping, last
-      logical :: ends, ok
+      logical :: ends, found, ok
 
       self%periods = problem%periods
+      found = .false.
       problem%map%phase = start%phase
       if (.not. allocated(self%point)) allocate (self%point(64))
       here%orbit = start
@@ -150,8 +152,30 @@ contains
          here = next
          if (ok .and. .not. is_quiet(problem, here%orbit)) call move_section(problem, here)
       end do
-      self%point(self%count)%label = merge("EP", "MX", ok)
+      if (.not. ok) call end_at_touch(self, problem, found)
+      if (.not. found) self%point(self%count)%label = merge("EP", "MX", ok)
    end subroutine follow
+
+   !> Where a branch ends as its motion begins to touch a rigid stop, that is its last point.
+   subroutine end_at_touch(self, problem, found)
+      class(branch_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      logical, intent(out) :: found
+
+      real(wp), allocatable :: u(:)
+      type(point_t) :: at
+
+      found = self%count > 1
+      if (.not. found) return
+      at = self%point(self%count)
+      call find_touch(problem, self%point(self%count - 1)%orbit, at%orbit, u, at%contact, found)
+      if (.not. found) call find_touch_beside(problem, at%orbit, u, at%contact, found)
+      if (.not. found) return
+      at%orbit%u = u
+      at%label = "GR"
+      self%ending = "a rigid stop is touched with no speed"
+      call self%add(at)
+   end subroutine end_at_touch
 
    !> Begin a motion of a branch in the middle of its longest smooth piece; where that fails it stays as it is.
    subroutine move_section(problem, here)

@@ -133,7 +133,11 @@ def one_impact(omega, periods, damping=0.2):
     load = (p / response).real
     impact = np.array([[-1, 0], [-2 * load / after, -1]])
     matrix = impact @ flight
-    return place[100:-100].max(), 1 + np.trace(matrix) + np.linalg.det(matrix)
+    top = 100 + place[100:-100].argmax()
+    # The parabola through three places.
+    low, middle, high = place[top - 1 : top + 2]
+    highest = middle - (low - high) ** 2 / (8 * (low - 2 * middle + high))
+    return highest, 1 + np.trace(matrix) + np.linalg.det(matrix)
 
 
 def test_no_label_at_orbits_through_the_wall():
@@ -144,9 +148,8 @@ def test_no_label_at_orbits_through_the_wall():
     assert all(one_impact(omega, 2)[0] > 0.01 for omega in false)
     with follow(IMPACT, follow__first=4.0, follow__last=1.5, follow__period=2, follow__doublings=0) as file:
         assert points(file, "PD") == pytest.approx([doubling], rel=1e-11)
-        assert file["special/label"].asstr()[-1] == "MX"
-        # Next to the grazing the map is like a square root, and Newton's method ends.
-        assert file["special/parameter"][-1] == pytest.approx(grazing, rel=1e-5)
+        assert file["special/label"].asstr()[-1] == "GR"
+        assert file["special/parameter"][-1] == pytest.approx(grazing, rel=1e-11)
         assert file["extrema/displacement/value"][:].max() < 1e-12
 
 
@@ -498,7 +501,23 @@ def test_fold_next_to_the_first_impact(turn):
     Path("touch.nml").write_text("\n".join(text) + "\n")
     with follow(Path("touch.nml")) as file:
         assert points(file, "LP") == pytest.approx([0.0999707536283], rel=1e-11)
-        assert file["special/parameter"][-1] == pytest.approx(0.1, rel=1e-3)
+        assert points(file, "GR") == pytest.approx([0.1], rel=1e-12)
+        assert file["special/label"].asstr()[-1] == "GR"
+
+
+@pytest.mark.parametrize("omega", [0.5, 1.0, 1.3])
+def test_first_touch_of_a_rigid_stop(omega):
+    """The motion without impacts has the amplitude 1 there, and is the end of its branch."""
+    text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /"]
+    text += ["&spring between='m','frame', stiffness=1.0, damping=0.1 /"]
+    text += ["&stop name='stop', between='m','frame', clearance=1.0, law='rigid', restitution=0.8 /"]
+    text += [f"&load on='m', amplitude=0.05, angular_frequency={omega} /"]
+    text += ["&motion t_end=600.0, start='zero' /", "&record observable='displacement', what='extrema' /"]
+    text += ["&follow parameter='load%amplitude', first=0.05, last=1.0 /"]
+    Path("touch.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("touch.nml")) as file:
+        assert list(file["special/label"].asstr()[:]) == ["GR"] and file["special/contact"].asstr()[0] == "stop"
+        assert points(file, "GR") == pytest.approx([np.hypot(1 - omega**2, 0.1 * omega)], rel=1e-12)
 
 
 def test_bounces_of_an_accumulation_are_no_changes():
