@@ -60,6 +60,8 @@ module razy_orbits_branch
    integer, parameter :: least_closed = 3
    !> Special points nearer than this, relative to the state, are one.
    real(wp), parameter :: coincident = 1.0e-8_wp
+   !> Multipliers nearer to the unit circle than this are on it.
+   real(wp), parameter :: neutral = 1.0e-6_wp
    real(wp), parameter :: eps = epsilon(1.0_wp)
 
 contains
@@ -78,7 +80,7 @@ contains
       type(point_t) :: at, here, next
       real(wp) :: h, p
       integer :: creeping, last
-      logical :: ends, found, ok
+      logical :: ends, explained, found, ok
 
       self%periods = problem%periods
       found = .false.
@@ -112,7 +114,7 @@ contains
                ok = h > least_step
                cycle
             end if
-            call self%search(problem, here, next)
+            call self%search(problem, here, next, explained)
             next%label = "EP"
             call self%add(next)
             self%ending = "the end of the range"
@@ -125,7 +127,7 @@ contains
             call between(problem, here, at, nearly_there*length(here, at), next, ok)
             if (ok) call complete_point(problem, here, next, ok)
             if (ok) ok = .not. falls_to_part(problem, here, next)
-            if (ok) call self%search(problem, here, next)
+            if (ok) call self%search(problem, here, next, explained)
             at%label = "EP"
             call self%add(at)
             return
@@ -134,12 +136,18 @@ contains
          self%closed = self%closed .and. self%count > least_closed
          if (self%closed) then
             self%ending = "the first motion again: the branch is closed"
-            call self%search(problem, here, at)
+            call self%search(problem, here, at, explained)
             at%label = "EP"
             call self%add(at)
             return
          end if
-         call self%search(problem, here, next)
+         last = self%count
+         call self%search(problem, here, next, explained)
+         if (.not. explained .and. h > kink) then
+            self%count = last
+            h = h/4
+            cycle
+         end if
          call self%add(next)
          last = size(here%tangent)
          if (next%orbit%rounds <= 5 .and. dot_product(here%tangent, next%tangent) > 0.99_wp) then
@@ -432,31 +440,38 @@ contains
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: a, b
 
+      logical :: explained
+
       self%count = 0
       if (.not. allocated(self%point)) allocate (self%point(8))
-      call self%search(problem, a, b)
+      call self%search(problem, a, b, explained)
    end subroutine search_between
 
    !> What happens between two points of the branch: changes of the sequence one after the other, and on each side what else does.
-   subroutine search(self, problem, here, next)
+   !> `explained`: that is all which happens.
+   subroutine search(self, problem, here, next, explained)
       class(branch_t), intent(inout) :: self
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: here, next
+      logical, intent(out) :: explained
 
       type(point_t) :: at, from, left, right
       integer :: change
-      logical :: found
+      logical :: all_there, found
 
+      explained = .true.
       from = here
       do change = 1, most_changes
          if (from%orbit%sequence%is_like(next%orbit%sequence)) exit
          call find_change(problem, from, next, left, at, right, found)
          if (.not. found) exit
-         call self%search_smooth(problem, from, left)
+         call self%search_smooth(problem, from, left, all_there)
+         explained = explained .and. all_there
          call self%add(at)
          from = right
       end do
-      call self%search_smooth(problem, from, next)
+      call self%search_smooth(problem, from, next, all_there)
+      explained = explained .and. all_there
    end subroutine search
 
    !> The last motion with the sequence of `a`, and the next one, `at`, by bisection. Of motions that err `left` and `right`
@@ -558,21 +573,24 @@ contains
 
    end subroutine name_change
 
-   !> Folds, branch points, doublings and tori between two points with the same sequence.
-   subroutine search_smooth(self, problem, a, b)
+   !> Folds, branch points, doublings and tori between two points with the same sequence. They are `explained` if the number of
+   !> multipliers outside the unit circle changes as they say: by one at each, at a torus by two.
+   subroutine search_smooth(self, problem, a, b, explained)
       class(branch_t), intent(inout) :: self
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: a, b
+      logical, intent(out) :: explained
 
       type(point_t) :: point
       logical :: crossed(3), found
-      integer :: explained, kind, last
+      integer :: change, kind, last, located
 
       do kind = 1, 2
          crossed(kind) = value_of(problem, a%orbit, kind)*value_of(problem, b%orbit, kind) < 0.0_wp
       end do
-      explained = count(crossed(:2))
-      crossed(3) = abs(count(abs(a%orbit%multiplier) > 1.0_wp) - count(abs(b%orbit%multiplier) > 1.0_wp)) > explained
+      change = abs(count(abs(a%orbit%multiplier) > 1.0_wp) - count(abs(b%orbit%multiplier) > 1.0_wp))
+      crossed(3) = change > count(crossed(:2))
+      located = 0
       last = size(a%orbit%u)
       do kind = 1, 3
          if (.not. crossed(kind)) cycle
@@ -587,7 +605,11 @@ contains
             point%label = "TR"
          end select
          call self%add(point)
+         located = located + merge(2, 1, kind == 3)
       end do
+      explained = change <= located .and. modulo(located - change, 2) == 0
+      ! Of multipliers on the circle rounding says on which side they are.
+      explained = explained .or. any(abs(abs([a%orbit%multiplier, b%orbit%multiplier]) - 1.0_wp) < neutral)
    end subroutine search_smooth
 
    !> The function whose root is a special point of this kind.

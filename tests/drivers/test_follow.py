@@ -489,15 +489,17 @@ def test_labels_do_not_depend_on_where_time_begins(turn):
     assert np.hypot(*last).max() == pytest.approx(2.0357095, rel=1e-6)
 
 
-@pytest.mark.parametrize("turn", [90, 100, 300])
-def test_fold_next_to_the_first_impact(turn):
+@pytest.mark.parametrize(
+    ("turn", "first", "last"), [(90, 1.0, 0.09), (100, 1.0, 0.09), (300, 1.0, 0.09), (90, 1.2, 0.02)]
+)
+def test_fold_next_to_the_first_impact(turn, first, last):
     """x'' + 0.1 x' + x = A cos t with a rigid stop at 1, e = 0.8: impacts go on below A = 0.1 to a fold, and back."""
     text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /"]
     text += ["&spring between='m','frame', stiffness=1.0, damping=0.1 /"]
     text += ["&stop name='stop', between='m','frame', clearance=1.0, law='rigid', restitution=0.8 /"]
     text += [f"&load on='m', amplitude=1.0, angular_frequency=1.0, phase={turn}.0 /"]
     text += ["&motion t_end=6000.0, start='zero' /", "&record observable='displacement', what='extrema' /"]
-    text += ["&follow parameter='load%amplitude', first=1.0, last=0.09 /"]
+    text += [f"&follow parameter='load%amplitude', first={first}, last={last} /"]
     Path("touch.nml").write_text("\n".join(text) + "\n")
     with follow(Path("touch.nml")) as file:
         assert points(file, "LP") == pytest.approx([0.0999707536283], rel=1e-11)
