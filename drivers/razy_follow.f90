@@ -29,11 +29,13 @@ program razy_follow
    type(checkpoint_t) :: checkpoint
    ! Kept to the end: LeakSanitizer takes what an optimised program lets go of as lost.
    character(:), allocatable, save :: effective
-   logical :: go_on, stopped = .false.
+   !> What is wrong before anything is computed is the input.
+   logical :: computes = .false., go_on, stopped = .false.
 
    call begin_ranks(ranks)
    if (ranks%is_root()) call prepare(error)
-   call leave_if(ranks, error, exit_usage)
+   call ranks%broadcast(computes)
+   call leave_if(ranks, error, merge(exit_failure, exit_usage, computes))
    call ranks%broadcast(go_on)
    call ranks%broadcast(stopped)
    if (go_on) call follow_and_write()
@@ -62,6 +64,7 @@ contains
       if (command%check) then
          write (output_unit, "(a)", advance="no") effective
       else if (command%dry_run) then
+         computes = .true.
          call forecast_rounds(cells, ranks%size, lines, error)
          call break_off(error)
          if (.not. (stopped .or. allocated(error))) write (output_unit, "(a)") (lines(i)%text, i=1, size(lines))
@@ -70,6 +73,7 @@ contains
          call append_text(written, checkpoint_path(command%output))
          call check_files(command, input, written, error)
          if (.not. allocated(error) .and. .not. cells%follow%all_motions) then
+            computes = .true.
             call cells%follow%compute(error)
             call break_off(error)
          end if

@@ -37,9 +37,10 @@ module razy_hybrid_flow
       logical :: anew = .true., starting = .true.
       !> Guards of the mode that are left at an event.
       logical, allocatable :: hit(:)
-      !> State at the time 0 instead of the machine's, if there is one (2m).
+      !> Time at which the motion begins, s, and the state then instead of the machine's, if there is one (2m).
+      real(wp) :: from = 0.0_wp
       real(wp), allocatable :: first(:)
-      !> Derivatives of z (2m, columns) that are carried along, if there are any: set them before a run, for z at the time 0.
+      !> Derivatives of z (2m, columns) that are carried along, if there are any: set them before a run, for z where it begins.
       !> `differentiable`: all that the motion came through has a derivative.
       real(wp), allocatable :: tangent(:, :)
       logical :: differentiable = .true.
@@ -137,7 +138,7 @@ contains
       allocate (self%hit(8*size(machine%contact)), source=.false.)
    end subroutine take
 
-   !> Run the prepared machine from 0 to `t_end`, s, showing every piece to the observers.
+   !> Run the prepared machine from where it begins to `t_end`, s, showing every piece to the observers.
    subroutine run(self, t_end, most_events, observers, outcome)
       class(flow_t), intent(inout), target :: self
       real(wp), intent(in) :: t_end
@@ -215,7 +216,7 @@ contains
       self%time = time
    end subroutine look
 
-   !> State and mode at the time 0, made consistent, and the impacts of that.
+   !> State and mode at the beginning, made consistent, and the impacts of that.
    subroutine begin(self, t_end, piece, observers, outcome)
       class(flow_t), intent(inout) :: self
       real(wp), intent(in) :: t_end
@@ -225,7 +226,7 @@ contains
 
       real(wp) :: delta
 
-      self%time = 0.0_wp
+      self%time = self%from
       self%time_low = 0.0_wp
       self%anew = .true.
       self%starting = .true.
@@ -235,11 +236,11 @@ contains
       if (allocated(self%tangent)) call self%transition%saltation%begin(self%system%m)
       self%z = self%system%first_state()
       if (allocated(self%first)) self%z = self%first
-      delta = 1.0e-5_wp*min(t_end, 1.0_wp/max(self%system%fastest, tiny(1.0_wp)))
-      call self%transition%begin(self%system, self%finds_events, delta, self%z)
+      delta = 1.0e-5_wp*min(t_end - self%from, 1.0_wp/max(self%system%fastest, tiny(1.0_wp)))
+      call self%transition%begin(self%system, self%finds_events, self%from, delta, self%z)
       if (.not. self%transition%found) outcome%status = status_no_contact_forces
       outcome%impacts = self%transition%impacts
-      call self%switching%begin(self%system%machine, self%transition%dynamics%mode%branch)
+      call self%switching%begin(self%system%machine, self%from, self%transition%dynamics%mode%branch)
       self%branch = self%transition%dynamics%mode%branch
       if (allocated(self%tangent) .and. outcome%status == status_ok) then
          call self%transition%saltation%hold(self%system, self%transition%dynamics, self%tangent)

@@ -28,10 +28,11 @@ module razy_hybrid_switching
 
 contains
 
-   !> A motion of the machine begins at the time 0: its branches get the pairs in mesh.
-   pure subroutine begin(self, machine, branch)
+   !> A motion of the machine begins at the time `from`, s: its branches get the pairs in mesh.
+   pure subroutine begin(self, machine, from, branch)
       class(switching_t), intent(inout) :: self
       type(machine_t), intent(in) :: machine
+      real(wp), intent(in) :: from
       integer, intent(inout) :: branch(:)
 
       real(wp) :: phase
@@ -44,8 +45,9 @@ contains
       do j = 1, size(branch)
          associate (contact => machine%contact(j))
             if (contact%mesh_tone == 0) cycle
-            self%turn(j) = floor(contact%mesh_phase, i8)
-            phase = contact%mesh_phase - real(self%turn(j), wp)
+            phase = contact%mesh_phase + machine%tone(contact%mesh_tone)%hertz*from
+            self%turn(j) = floor(phase, i8)
+            phase = phase - real(self%turn(j), wp)
             self%pairs(j) = merge(2, 1, phase < contact%mesh_share)
             branch(j) = with_pairs(branch(j), self%pairs(j))
             call foresee(self, machine, j)

@@ -87,11 +87,11 @@ contains
 
    !> The mode at the time 0 and z there, made consistent, if `events` do that: out of rigid stops, impacts of what approaches,
    !> sticking or sliding. Rates of forces are differences over `delta`, s.
-   subroutine begin(self, system, events, delta, z)
+   subroutine begin(self, system, events, time, delta, z)
       class(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       logical, intent(in) :: events
-      real(wp), intent(in) :: delta
+      real(wp), intent(in) :: time, delta
       real(wp), intent(inout) :: z(:)
 
       integer :: j
@@ -99,7 +99,7 @@ contains
       call clear(self)
       call self%accumulation%begin(system%m, size(self%next))
       associate (dynamics => self%dynamics)
-         call dynamics%excitation%begin(system%machine%tone, 0.0_wp, 0.0_wp)
+         call dynamics%excitation%begin(system%machine%tone, time, 0.0_wp)
          call dynamics%look_at_contacts(system, 0.0_wp, z)
          do j = 1, size(dynamics%mode%branch)
             dynamics%mode%branch(j) = system%machine%contact(j)%law%initial_branch(dynamics%s(j), dynamics%rate(j))

@@ -81,17 +81,44 @@ contains
    pure logical function is_like(self, other)
       class(event_log_t), intent(in) :: self, other
 
+      integer, allocatable :: mine(:), theirs(:)
       integer :: shift
 
-      is_like = self%count == other%count
-      if (.not. is_like .or. self%count == 0) return
-      associate (n => self%count, a => self%contact(:self%count), b => self%branch(:self%count))
-         do shift = 0, n - 1
-            is_like = all(a == cshift(other%contact(:n), shift)) .and. all(b == cshift(other%branch(:n), shift))
+      mine = counted(self)
+      theirs = counted(other)
+      is_like = size(mine) == size(theirs)
+      if (.not. is_like .or. size(mine) == 0) return
+      associate (a => self%contact(mine), b => self%branch(mine), c => other%contact(theirs), d => other%branch(theirs))
+         do shift = 0, size(mine) - 1
+            is_like = all(a == cshift(c, shift)) .and. all(b == cshift(d, shift))
             if (is_like) return
          end do
       end associate
    end function is_like
+
+   !> The changes that count in the sequence of a periodic motion. Of the bounces before a contact stays closed only the last does:
+   !> they are infinitely many, and rounding says after how many the motion is past them.
+   pure function counted(self) result(place)
+      type(event_log_t), intent(in) :: self
+      integer, allocatable :: place(:)
+
+      logical :: counts(self%count)
+      integer :: i, k, next
+
+      do i = 1, self%count
+         next = 0
+         do k = 1, self%count - 1
+            next = 1 + modulo(i + k - 1, self%count)
+            if (self%contact(next) == self%contact(i)) exit
+            next = 0
+         end do
+         counts(i) = next == 0
+         if (counts(i)) cycle
+         counts(i) = self%branch(next) /= self%branch(i) .or. &
+                     all(self%branch(:self%count) == self%branch(i) .or. self%contact(:self%count) /= self%contact(i))
+      end do
+      place = pack([(i, i=1, self%count)], counts)
+   end function counted
 
    !> The first contact that does not change to each of its branches as often as in another sequence; 0: all do, the order differs.
    pure integer function difference(self, other)
@@ -109,12 +136,14 @@ contains
       difference = 0
    end function difference
 
-   !> How often a contact changes to a branch.
+   !> How often a contact changes to a branch, bounces that do not count left out.
    pure integer function changes_to(self, contact, branch)
       class(event_log_t), intent(in) :: self
       integer, intent(in) :: contact, branch
 
-      changes_to = count(self%contact(:self%count) == contact .and. self%branch(:self%count) == branch)
+      associate (place => counted(self))
+         changes_to = count(self%contact(place) == contact .and. self%branch(place) == branch)
+      end associate
    end function changes_to
 
 end module razy_observe_event_log

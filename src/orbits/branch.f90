@@ -2,15 +2,17 @@
 !!
 !! Labels are those of AUTO's users: LP fold, PD period doubling, TR torus (Neimark-Sacker), BP branch point; and, of motions
 !! with contacts, GR grazing (a contact touches its bound, or leaves it, with no speed), ST and SL (sticking begins or ends),
-!! CH another change of the contact sequence; EP an end of the range, MX no motion further on. LP and BP are roots of det ∂(P
-!! - x)/∂x, PD of det(∂P/∂x + I), TR of |μ| - 1 along the branch, where every value is that of a motion found to rounding. A
-!! change of the sequence is where the propagator, which decides every contact to rounding, begins to find another.
+!! CH another change of the contact sequence; EP an end of the range, UZ a value of the user's, MX no motion further on. LP and BP
+!! are roots of det ∂(P - x)/∂x, PD of det(∂P/∂x + I), TR of |μ| - 1 along the branch, where every value is that of a motion found
+!! to rounding. A change of the sequence is where the propagator, which decides every contact to rounding, begins to find another.
 module razy_orbits_branch
    use razy_contact_contact_law, only: branch_forward, branch_sticking
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_orbits_identity, only: is_same_motion, least_part, part_way, parts
    use razy_orbits_orbit, only: bordered, determinant, orbit_t, problem_t, solve_square
+   use razy_orbits_section, only: carry, find_quiet, is_quiet
+   use razy_orbits_touch, only: find_touch, find_touch_beside
    implicit none(type, external)
    private
 
@@ -44,8 +46,8 @@ module razy_orbits_branch
 
    !> Steps in scaled unknowns; the largest angle between tangents, as its cosine; changes of the sequence looked for in one step.
    real(wp), parameter :: first_step = 2.0e-3_wp, largest_step = 5.0e-3_wp, least_step = 1.0e-9_wp, least_cosine = 0.95_wp
-   !> Shorter steps may turn by any angle: the branch has a kink where contacts change.
-   real(wp), parameter :: kink = 1.0e-6_wp
+   !> Shorter steps may turn by any angle: the branch has a kink where contacts change. Steps may err by this part of them.
+   real(wp), parameter :: kink = 1.0e-6_wp, straight = 0.1_wp
    !> So many steps of that kind in a row do not get past a jump.
    integer, parameter :: most_creeping = 20, most_changes = 40
    !> Contacts and flights shorter than this part of the period end in a grazing.
@@ -58,33 +60,44 @@ module razy_orbits_branch
    integer, parameter :: least_closed = 3
    !> Special points nearer than this, relative to the state, are one.
    real(wp), parameter :: coincident = 1.0e-8_wp
+   !> Multipliers nearer to the unit circle than this are on it.
+   real(wp), parameter :: neutral = 1.0e-6_wp
    real(wp), parameter :: eps = epsilon(1.0_wp)
 
 contains
 
    !> Follow the branch through a motion, corrected and with all its derivatives, towards where `guide` (unknowns) points, while the
-   !> parameter, in its scale, is within `low` and `high`, for at most `most` points.
-   subroutine follow(self, problem, start, guide, low, high, most)
+   !> parameter, in its scale, is within `low` and `high`, for at most `most` points. Its first step is no longer than `away`, the
+   !> distance of the motion from the branch that it begins on.
+   subroutine follow(self, problem, start, guide, low, high, most, away)
       class(branch_t), intent(inout) :: self
       type(problem_t), intent(inout) :: problem
       type(orbit_t), intent(in) :: start
       real(wp), intent(in) :: guide(:), low, high
       integer, intent(in) :: most
+      real(wp), intent(in), optional :: away
 
       type(point_t) :: at, here, next
       real(wp) :: h, p
       integer :: creeping, last
-      logical :: ends, ok
+      logical :: ends, explained, found, ok
 
       self%periods = problem%periods
+      found = .false.
+      problem%map%phase = start%phase
       if (.not. allocated(self%point)) allocate (self%point(64))
       here%orbit = start
       call find_tangent(problem, here, guide, ok)
       call self%add(here)
       h = first_step
+      if (present(away)) h = min(away, h)
       creeping = 0
       self%ending = "the most points"
       do while (ok .and. self%count < most)
+         ! In a range that is narrower than the parameter's unit so many more of them.
+         associate (slope => abs(here%tangent(size(here%tangent))))
+            if (h*slope > largest_step*(high - low)) h = largest_step*(high - low)/slope
+         end associate
          call step(problem, here, h, next, ok)
          if (ok) ok = .not. falls_to_part(problem, here, next)
          if (.not. ok) then
@@ -101,7 +114,7 @@ contains
                ok = h > least_step
                cycle
             end if
-            call self%search(problem, here, next)
+            call self%search(problem, here, next, explained)
             next%label = "EP"
             call self%add(next)
             self%ending = "the end of the range"
@@ -114,7 +127,7 @@ contains
             call between(problem, here, at, nearly_there*length(here, at), next, ok)
             if (ok) call complete_point(problem, here, next, ok)
             if (ok) ok = .not. falls_to_part(problem, here, next)
-            if (ok) call self%search(problem, here, next)
+            if (ok) call self%search(problem, here, next, explained)
             at%label = "EP"
             call self%add(at)
             return
@@ -123,12 +136,18 @@ contains
          self%closed = self%closed .and. self%count > least_closed
          if (self%closed) then
             self%ending = "the first motion again: the branch is closed"
-            call self%search(problem, here, at)
+            call self%search(problem, here, at, explained)
             at%label = "EP"
             call self%add(at)
             return
          end if
-         call self%search(problem, here, next)
+         last = self%count
+         call self%search(problem, here, next, explained)
+         if (.not. explained .and. h > kink) then
+            self%count = last
+            h = h/4
+            cycle
+         end if
          call self%add(next)
          last = size(here%tangent)
          if (next%orbit%rounds <= 5 .and. dot_product(here%tangent, next%tangent) > 0.99_wp) then
@@ -139,9 +158,57 @@ contains
          if (.not. ok) self%ending = "the motion jumps: only ever smaller steps come to another"
          if (next%orbit%rounds > 7) h = h/2
          here = next
+         if (ok .and. .not. is_quiet(problem, here%orbit)) call move_section(problem, here)
       end do
-      self%point(self%count)%label = merge("EP", "MX", ok)
+      if (.not. ok) call end_at_touch(self, problem, found)
+      if (.not. found) self%point(self%count)%label = merge("EP", "MX", ok)
    end subroutine follow
+
+   !> Where a branch ends as its motion begins to touch a rigid stop, that is its last point.
+   subroutine end_at_touch(self, problem, found)
+      class(branch_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      logical, intent(out) :: found
+
+      real(wp), allocatable :: u(:)
+      type(point_t) :: at
+
+      found = self%count > 1
+      if (.not. found) return
+      at = self%point(self%count)
+      call find_touch(problem, self%point(self%count - 1)%orbit, at%orbit, u, at%contact, found)
+      if (.not. found) call find_touch_beside(problem, at%orbit, u, at%contact, found)
+      if (.not. found) return
+      at%orbit%u = u
+      at%label = "GR"
+      self%ending = "a rigid stop is touched with no speed"
+      call self%add(at)
+   end subroutine end_at_touch
+
+   !> Begin a motion of a branch in the middle of its longest smooth piece; where that fails it stays as it is.
+   subroutine move_section(problem, here)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(inout) :: here
+
+      real(wp), parameter :: beside = 1.0e-6_wp
+      real(wp), allocatable :: guide(:), to(:)
+      real(wp) :: later, phase
+      type(point_t) :: moved
+      logical :: ok
+
+      phase = problem%map%phase
+      later = find_quiet(problem, here%orbit)
+      call carry(problem, here%orbit%u + beside*here%tangent, phase, later, guide, ok)
+      if (ok) call carry(problem, here%orbit%u, phase, later, to, ok)
+      if (.not. ok) return
+      guide = (guide - to)/norm2(guide - to)
+      problem%map%phase = modulo(phase + later, 1.0_wp)
+      call problem%correct(to, guide, moved%orbit, ok)
+      if (ok) call complete_point_at(problem, moved, guide, ok)
+      if (ok) ok = norm2(moved%orbit%u - to) <= kink*norm2(to)
+      if (ok) here = moved
+      problem%map%phase = here%orbit%phase
+   end subroutine move_section
 
    !> Where, between two points, the branch of an even number of periods goes through a motion of half as many, at its doubling: it
    !> then comes back along itself, begun half a period later. What it misses after half the period changes its sign there.
@@ -288,6 +355,8 @@ contains
       type(point_t), intent(out) :: next
       logical, intent(out) :: ok
 
+      real(wp) :: away
+
       next%orbit%column = here%orbit%column
       call problem%correct(here%orbit%u + h*here%tangent, here%tangent, next%orbit, ok)
       if (ok) call problem%complete(next%orbit, ok)
@@ -295,6 +364,11 @@ contains
       if (.not. ok) return
       ok = dot_product(next%tangent, here%tangent) > least_cosine .or. h < kink
       if (.not. ok) problem%reason = "the branch turns too sharply"
+      if (.not. ok .or. h < kink) return
+      ! A curve, even with a kink, is no farther from its tangent than it turns; what is lies on another piece.
+      away = norm2(next%orbit%u - here%orbit%u - h*here%tangent)
+      ok = away <= max(h*norm2(next%tangent - here%tangent), straight*h)
+      if (.not. ok) problem%reason = "the motion jumps to another piece of the branch"
    end subroutine step
 
    !> The unit tangent on the side of `guide`.
@@ -366,31 +440,38 @@ contains
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: a, b
 
+      logical :: explained
+
       self%count = 0
       if (.not. allocated(self%point)) allocate (self%point(8))
-      call self%search(problem, a, b)
+      call self%search(problem, a, b, explained)
    end subroutine search_between
 
    !> What happens between two points of the branch: changes of the sequence one after the other, and on each side what else does.
-   subroutine search(self, problem, here, next)
+   !> `explained`: that is all which happens.
+   subroutine search(self, problem, here, next, explained)
       class(branch_t), intent(inout) :: self
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: here, next
+      logical, intent(out) :: explained
 
       type(point_t) :: at, from, left, right
       integer :: change
-      logical :: found
+      logical :: all_there, found
 
+      explained = .true.
       from = here
       do change = 1, most_changes
          if (from%orbit%sequence%is_like(next%orbit%sequence)) exit
          call find_change(problem, from, next, left, at, right, found)
          if (.not. found) exit
-         call self%search_smooth(problem, from, left)
+         call self%search_smooth(problem, from, left, all_there)
+         explained = explained .and. all_there
          call self%add(at)
          from = right
       end do
-      call self%search_smooth(problem, from, next)
+      call self%search_smooth(problem, from, next, all_there)
+      explained = explained .and. all_there
    end subroutine search
 
    !> The last motion with the sequence of `a`, and the next one, `at`, by bisection. Of motions that err `left` and `right`
@@ -477,10 +558,14 @@ contains
 
          shortest = 1.0_wp
          associate (changes => orbit%sequence)
-            if (changes%count > 0) last = -changes%time(changes%count)
+            do i = changes%count, 1, -1
+               if (changes%contact(i) /= j) cycle
+               last = changes%time(i) - orbit%duration
+               exit
+            end do
             do i = 1, changes%count
                if (changes%contact(i) /= j) cycle
-               shortest = min(shortest, (changes%time(i) - last)/changes%time(changes%count))
+               shortest = min(shortest, (changes%time(i) - last)/orbit%duration)
                last = changes%time(i)
             end do
          end associate
@@ -488,21 +573,24 @@ contains
 
    end subroutine name_change
 
-   !> Folds, branch points, doublings and tori between two points with the same sequence.
-   subroutine search_smooth(self, problem, a, b)
+   !> Folds, branch points, doublings and tori between two points with the same sequence. They are `explained` if the number of
+   !> multipliers outside the unit circle changes as they say: by one at each, at a torus by two.
+   subroutine search_smooth(self, problem, a, b, explained)
       class(branch_t), intent(inout) :: self
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: a, b
+      logical, intent(out) :: explained
 
       type(point_t) :: point
       logical :: crossed(3), found
-      integer :: explained, kind, last
+      integer :: change, kind, last, located
 
       do kind = 1, 2
          crossed(kind) = value_of(problem, a%orbit, kind)*value_of(problem, b%orbit, kind) < 0.0_wp
       end do
-      explained = count(crossed(:2))
-      crossed(3) = abs(count(abs(a%orbit%multiplier) > 1.0_wp) - count(abs(b%orbit%multiplier) > 1.0_wp)) > explained
+      change = abs(count(abs(a%orbit%multiplier) > 1.0_wp) - count(abs(b%orbit%multiplier) > 1.0_wp))
+      crossed(3) = change > count(crossed(:2))
+      located = 0
       last = size(a%orbit%u)
       do kind = 1, 3
          if (.not. crossed(kind)) cycle
@@ -517,7 +605,11 @@ contains
             point%label = "TR"
          end select
          call self%add(point)
+         located = located + merge(2, 1, kind == 3)
       end do
+      explained = change <= located .and. modulo(located - change, 2) == 0
+      ! Of multipliers on the circle rounding says on which side they are.
+      explained = explained .or. any(abs(abs([a%orbit%multiplier, b%orbit%multiplier]) - 1.0_wp) < neutral)
    end subroutine search_smooth
 
    !> The function whose root is a special point of this kind.

@@ -2,10 +2,11 @@
 module razy_orbits_identity
    use razy_core_kinds, only: wp
    use razy_orbits_orbit, only: orbit_t, problem_t
+   use razy_orbits_section, only: carry
    implicit none(type, external)
    private
 
-   public :: has_part, is_same_motion, least_part, part_way, parts
+   public :: is_same_motion, least_part, part_way, parts
 
    !> A motion whose halves, or other parts, differ by less than this part of what they should is one of a part of the period.
    real(wp), parameter :: least_part = 1.0e-3_wp
@@ -34,45 +35,23 @@ contains
       if (ok) apart = part%residual
    end subroutine part_way
 
-   !> Whether a part of the period of a motion is a period already: after it the motion is nearer to its start than `size_of_part`.
-   subroutine has_part(problem, orbit, size_of_part, has)
-      type(problem_t), intent(inout) :: problem
-      type(orbit_t), intent(in) :: orbit
-      real(wp), intent(in) :: size_of_part
-      logical, intent(out) :: has
-
-      real(wp), allocatable :: apart(:)
-      integer :: i
-
-      has = .false.
-      do i = 1, size(parts)
-         call part_way(problem, orbit, parts(i), apart)
-         has = size(apart) > 0 .and. norm2(apart) < size_of_part
-         if (has) return
-      end do
-   end subroutine has_part
-
-   !> Whether two motions at the same parameter are one, which may begin some periods of the excitation later.
+   !> Whether two motions at the same parameter are one, which may begin later, also by some periods of the excitation.
    subroutine is_same_motion(problem, a, b, same_motion)
       type(problem_t), intent(inout) :: problem
       type(orbit_t), intent(in) :: a, b
       logical, intent(out) :: same_motion
 
-      type(orbit_t) :: later
-      integer :: k, n, periods
+      real(wp), allocatable :: later(:)
+      integer :: k, n
       logical :: ok
 
       n = problem%order()
-      periods = problem%periods
-      same_motion = norm2(a%u - b%u) <= same*norm2(a%u(:n))
-      if (problem%is_autonomous()) return
-      do k = 1, periods - 1
-         if (same_motion) exit
-         problem%periods = k
-         call problem%evaluate(a%u, .false., later, ok)
-         if (ok) same_motion = norm2(a%u(:n) + later%residual - b%u(:n)) <= same*norm2(a%u(:n))
+      same_motion = .false.
+      do k = 0, merge(0, problem%periods - 1, problem%is_autonomous())
+         call carry(problem, a%u, a%phase, modulo(b%phase - a%phase, 1.0_wp) + k, later, ok)
+         if (ok) same_motion = norm2(later(:n) - b%u(:n)) <= same*norm2(b%u(:n))
+         if (same_motion) return
       end do
-      problem%periods = periods
    end subroutine is_same_motion
 
 end module razy_orbits_identity

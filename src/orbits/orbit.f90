@@ -29,10 +29,10 @@ module razy_orbits_orbit
       integer :: periods = 1, active = 1
       real(wp), allocatable :: parameter(:)
       !> Step of the differences by period and parameter, in units of their scales: larger for a method of larger errors.
-      real(wp) :: step = 1.0e-5_wp
-      !> Correction with which Newton's method may end, and distance at which what lies beside a change of contacts is told
-      !> apart from it, relative to the state.
-      real(wp), private :: accuracy = 1.0e-9_wp
+      real(wp) :: step = 1.0e-7_wp
+      !> Correction with which Newton's method may end, its square less than rounding, so that no motion is found beyond a fold; and
+      !> distance at which what lies beside a change of contacts is told apart from it, relative to the state.
+      real(wp), private :: accuracy = 1.0e-11_wp
       real(wp) :: resolution = 0.0_wp
       !> Scales of displacements, velocities and the parameter; period, s, where there is no excitation (also its scale).
       real(wp) :: displacement = 1.0_wp, velocity = 1.0_wp, range = 1.0_wp, period = 0.0_wp
@@ -63,6 +63,8 @@ module razy_orbits_orbit
       !> Floquet multipliers (n; without excitation n - 1).
       complex(wp), allocatable :: multiplier(:)
       type(event_log_t) :: sequence
+      !> Phase at which it begins, in periods of the excitation, and how long it takes, s.
+      real(wp) :: phase = 0.0_wp, duration = 0.0_wp
       !> Length of the last correction.
       real(wp) :: correction = huge(1.0_wp)
       integer :: rounds = 0
@@ -72,9 +74,11 @@ module razy_orbits_orbit
    end type orbit_t
 
    integer, parameter :: most_rounds = 25
-   !> Steps of differences are not divided further than to this: less would be rounding.
-   real(wp), parameter :: least_difference = 1.0e-8_wp
+   !> Steps of differences are not made smaller than by this factor: less would be rounding.
+   real(wp), parameter :: least_difference = 0.02_wp
    real(wp), parameter :: converged = 1.0e-13_wp, far = 1.0_wp
+   !> The parameter's unit is no smaller part of it than this: in smaller ones a fold would be sharper than steps can be.
+   real(wp), parameter :: narrowest = 1.0e-2_wp
 
 contains
 
@@ -119,7 +123,7 @@ contains
       real(wp) :: omega
       type(return_t) :: back
 
-      self%range = range
+      self%range = max(range, narrowest*abs(self%parameter(self%active)))
       self%period = period
       omega = 2*acos(-1.0_wp)/merge(self%map%period, period, self%map%period > 0.0_wp)
       associate (n => self%map%n)
@@ -198,6 +202,8 @@ contains
          return
       end if
       orbit%u = u
+      orbit%phase = self%map%phase
+      orbit%duration = duration
       orbit%sequence = back%sequence
       if (derivative) orbit%derivative = back%derivative
       orbit%residual = (back%x - x)/s(:n)
@@ -212,7 +218,7 @@ contains
       logical, intent(out) :: ok
 
       type(orbit_t) :: above, below
-      real(wp) :: by(size(orbit%u)), length
+      real(wp) :: by(size(orbit%u)), least, length
       integer :: i, last, n
 
       n = self%order()
@@ -222,6 +228,8 @@ contains
       do i = self%map%n + 1, last
          by = 0.0_wp
          length = self%step
+         if (.not. self%resolution > 0.0_wp) length = length*max(1.0_wp, abs(orbit%u(i)))
+         least = least_difference*length
          do
             by(i) = length
             call self%evaluate(orbit%u + by, .false., above, ok)
@@ -230,7 +238,7 @@ contains
                if (self%resolution > 0.0_wp) exit
                if (above%sequence%is_like(orbit%sequence) .and. below%sequence%is_like(orbit%sequence)) exit
             end if
-            if (length <= least_difference) exit
+            if (length <= least) exit
             length = length/10
          end do
          if (.not. ok) return

@@ -3,7 +3,8 @@
 !!
 !! x holds the coordinates and velocities z of razy_hybrid_system without the free motions that neither springs nor dampers nor
 !! contacts feel, such as the rotation of a whole gear train: z = Q x with orthonormal Q.
-!! Time goes from 0, the phase of the excitation in the input. Without excitation the duration is the caller's.
+!! Time goes from a phase of the excitation, in parts of its period; 0 is that of the input. Without excitation the duration is the
+!! caller's.
 module razy_orbits_period_map
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
@@ -49,6 +50,8 @@ module razy_orbits_period_map
       !> Unknowns, twice the coordinates that are felt; period of the excitation, s
       integer :: n = 0
       real(wp) :: period = 0.0_wp
+      !> Phase at which motions begin, 0 to 1.
+      real(wp) :: phase = 0.0_wp
       class(integrator_t), allocatable :: by
       !> Asked now and then during a motion, if it is associated: whether the motion is to end at once.
       procedure(ask_stop), pointer, nopass :: stop_is_asked => null()
@@ -157,9 +160,10 @@ contains
       class is (flow_t)
          by%budget%stop_is_asked => self%stop_is_asked
          by%first = matmul(self%basis, x)
+         by%from = self%phase*self%period
          if (allocated(by%tangent)) deallocate (by%tangent)
          if (derivative) by%tangent = self%basis
-         call by%run(duration, most_events, slots, back%outcome)
+         call by%run(by%from + duration, most_events, slots, back%outcome)
          back%x = matmul(by%z, self%basis)
          if (derivative .and. back%outcome%status == status_ok) back%derivative = matmul(transpose(self%basis), by%tangent)
       end select

@@ -10,6 +10,7 @@ module razy_orbits_search
    use razy_orbits_lyapunov, only: lyapunov_t
    use razy_orbits_orbit, only: orbit_t, problem_t
    use razy_orbits_period_map, only: return_t
+   use razy_orbits_section, only: carry
    use razy_orbits_start, only: distance, march, minimal, refine
    use razy_hybrid_flow, only: flow_t
    implicit none(type, external)
@@ -66,6 +67,7 @@ contains
       integer :: coordinate, i, n
 
       allocate (self%found(0))
+      problem%map%phase = 0.0_wp
       problem%parameter = parameter
       call problem%map%go_to(parameter, error)
       if (allocated(error)) return
@@ -115,7 +117,7 @@ contains
       if (.not. ok) return
       call new_found(motion, problem, orbit)
       do place = 1, size(self%found)
-         if (self%found(place)%periods == motion%periods .and. is_same(self%found(place), orbit%u)) return
+         if (self%found(place)%periods == motion%periods .and. is_same(self%found(place), motion%phase(:, 1))) return
       end do
       self%found = [self%found, motion]
    end subroutine try_from
@@ -197,7 +199,7 @@ contains
       type(orbit_t), intent(in) :: orbit
 
       type(return_t) :: back
-      real(wp), allocatable :: s(:), x(:)
+      real(wp), allocatable :: first(:), s(:), x(:)
       integer :: i, n
       logical :: ok
 
@@ -205,11 +207,13 @@ contains
       s = problem%scales()
       motion%orbit = orbit
       motion%periods = problem%periods
-      motion%phase = spread(orbit%u(:n), 2, problem%periods)
+      call carry(problem, orbit%u, orbit%phase, modulo(-orbit%phase, 1.0_wp), first, ok)
+      motion%phase = spread(first(:n), 2, problem%periods)
+      problem%map%phase = 0.0_wp
       ! The machine that the motion was found with, so it is there; differences by the parameter have left another.
       call problem%go_to(orbit%u, ok)
       if (.not. ok) return
-      x = orbit%u(:n)*s(:n)
+      x = first(:n)*s(:n)
       do i = 2, problem%periods
          call problem%map%go(x, problem%map%period, .false., back)
          x = back%x
@@ -237,7 +241,7 @@ contains
       associate (last => size(self%orbit%u))
          is_same_as = self%periods == other%periods .and. abs(self%orbit%u(last) - other%orbit%u(last)) <= value
       end associate
-      if (is_same_as) is_same_as = is_same(self, other%orbit%u)
+      if (is_same_as) is_same_as = is_same(self, other%phase(:, 1))
    end function is_same_as
 
    pure logical function is_same(self, u)
@@ -271,7 +275,7 @@ contains
       !> Motions farther off, in their size, than so many times the length of the step are not looked at.
       real(wp), parameter :: far = 3.0_wp
       type(orbit_t) :: there
-      real(wp), allocatable :: guess(:), row(:)
+      real(wp), allocatable :: a(:), b(:), guess(:), row(:)
       real(wp) :: share
       integer :: i, last
       logical :: ok
@@ -284,16 +288,25 @@ contains
       row(last) = 1.0_wp
       associate (p => motion%orbit%u(last))
          do i = 2, branch%count
-            associate (a => branch%point(i - 1)%orbit%u, b => branch%point(i)%orbit%u)
-               if ((a(last) - p)*(b(last) - p) > 0.0_wp .or. .not. abs(b(last) - a(last)) > 0.0_wp) cycle
+            a = branch%point(i - 1)%orbit%u
+            b = branch%point(i)%orbit%u
+            if ((a(last) - p)*(b(last) - p) > 0.0_wp .or. .not. abs(b(last) - a(last)) > 0.0_wp) cycle
+            associate (phase => branch%point(i)%orbit%phase, before => branch%point(i - 1)%orbit%phase)
+               call carry(problem, a, before, modulo(phase - before, 1.0_wp), guess, ok)
+               if (ok) a = guess
                share = (p - a(last))/(b(last) - a(last))
                guess = a + share*(b - a)
                guess(last) = p
-               if (closest(motion, guess(:last - 1)) > far*norm2(b - a) + same*size_of(motion)) cycle
+               call carry(problem, guess, phase, modulo(-phase, 1.0_wp), there%u, ok)
+               if (.not. ok) cycle
+               if (closest(motion, there%u(:last - 1)) > far*norm2(b - a) + same*size_of(motion)) cycle
+               if (allocated(there%column)) deallocate (there%column)
+               problem%map%phase = phase
+               call problem%correct(guess, row, there, ok)
+               if (.not. ok) cycle
+               call carry(problem, there%u, phase, modulo(-phase, 1.0_wp), guess, ok)
+               if (ok) is_on = is_same(motion, guess)
             end associate
-            if (allocated(there%column)) deallocate (there%column)
-            call problem%correct(guess, row, there, ok)
-            if (ok) is_on = is_same(motion, there%u)
             if (is_on) return
          end do
       end associate

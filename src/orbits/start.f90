@@ -6,6 +6,7 @@ module razy_orbits_start
    use razy_motion_integrator, only: status_ok
    use razy_orbits_orbit, only: orbit_t, problem_t
    use razy_orbits_period_map, only: return_t
+   use razy_orbits_section, only: carry, find_quiet, is_quiet
    implicit none(type, external)
    private
 
@@ -32,11 +33,12 @@ contains
       logical, intent(out) :: settled
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: x(:, :)
+      real(wp), allocatable :: guess(:), x(:, :)
       logical :: ok
       integer :: k
 
       settled = .false.
+      problem%map%phase = 0.0_wp
       problem%parameter = parameter
       call problem%map%go_to(parameter, error)
       if (allocated(error)) return
@@ -51,7 +53,11 @@ contains
          if (distance(problem, x(:, settle), x(:, settle - k)) > near) cycle
          problem%periods = k
          call refine(problem, x(:, settle), orbit, ok)
-         settled = ok .and. norm2(orbit%u(:problem%map%n) - x(:, settle)/first_scales(problem)) < 100*near
+         if (ok) then
+            call carry(problem, orbit%u, orbit%phase, modulo(-orbit%phase, 1.0_wp), guess, ok)
+            settled = ok .and. norm2(guess(:problem%map%n) - x(:, settle)/first_scales(problem)) < 100*near
+            call problem%go_to(orbit%u, ok)
+         end if
          if (settled) settled = minimal(problem, orbit)
          if (settled) return
       end do
@@ -141,19 +147,32 @@ contains
       distance = norm2((a - b)/first_scales(problem))
    end function distance
 
-   !> The periodic motion near x, at the parameters as they are, with its multipliers and derivatives.
+   !> The periodic motion near x, a state at phase 0, at the parameters as they are, with its multipliers and derivatives. It
+   !> begins there, or later if an event is near.
    subroutine refine(problem, x, orbit, ok)
       type(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: x(:)
       type(orbit_t), intent(out) :: orbit
       logical, intent(out) :: ok
 
-      real(wp), allocatable :: guess(:), row(:)
+      real(wp), allocatable :: guess(:), row(:), to(:)
+      real(wp) :: later
 
       guess = [x/first_scales(problem), spread(1.0_wp, 1, problem%order() - problem%map%n), &
                problem%parameter(problem%active)/problem%range]
       row = 0*guess
       row(size(row)) = 1.0_wp
+      problem%map%phase = 0.0_wp
+      call problem%evaluate(guess, .false., orbit, ok)
+      if (.not. ok) return
+      if (.not. is_quiet(problem, orbit)) then
+         later = find_quiet(problem, orbit)
+         call carry(problem, guess, 0.0_wp, later, to, ok)
+         if (ok) then
+            guess = to
+            problem%map%phase = modulo(later, 1.0_wp)
+         end if
+      end if
       call problem%correct(guess, row, orbit, ok)
       if (ok) call problem%complete(orbit, ok)
    end subroutine refine

@@ -3,47 +3,59 @@ module razy_orbits_switch
    use razy_core_kinds, only: wp
    use razy_linalg_eigen, only: right_eigen
    use razy_orbits_branch, only: point_t
-   use razy_orbits_identity, only: has_part
+   use razy_orbits_identity, only: part_way
    use razy_orbits_orbit, only: orbit_t, problem_t
    implicit none(type, external)
    private
 
    public :: switch_branch
 
-   !> First distances from the point, in scaled unknowns, one after the other; a motion farther off than so many of them is another.
-   real(wp), parameter :: nearest = 50.0_wp
-   real(wp), parameter :: distances(*) = [1.0e-3_wp, 1.0e-4_wp, 1.0e-5_wp, 1.0e-2_wp]
+   !> First distances from the point, in scaled unknowns, one after the other; farther off than so many of them is another motion.
+   real(wp), parameter :: nearest = 2.0_wp
+   real(wp), parameter :: distances(*) = [1.0e-4_wp, 1.0e-5_wp, 1.0e-6_wp, 1.0e-3_wp, 1.0e-2_wp]
 
 contains
 
    !> The first motion of the other branch through `point`, and the direction in which it goes on; on the other side if not
-   !> `forward`. At a doubling the problem's periods double.
-   subroutine switch_branch(problem, point, forward, orbit, guide, ok)
+   !> `forward`. `away`: how far it is from the point, in scaled unknowns. At a doubling the problem's periods double.
+   subroutine switch_branch(problem, point, forward, orbit, guide, away, ok)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: point
       logical, intent(in) :: forward
       type(orbit_t), intent(out) :: orbit
       real(wp), allocatable, intent(out) :: guide(:)
+      real(wp), intent(out) :: away
       logical, intent(out) :: ok
 
-      integer :: i
-      logical :: has
+      type(orbit_t) :: there
+      integer :: i, order, round
+      logical :: told
+      real(wp), allocatable :: apart(:)
 
+      problem%map%phase = point%orbit%phase
+      order = problem%order()
       guide = direction_of(problem, point)
       if (.not. forward) guide = -guide
       if (point%label == "PD") problem%periods = 2*problem%periods
-      do i = 1, size(distances)
-         if (allocated(orbit%column)) deallocate (orbit%column)
-         call problem%correct(point%orbit%u + distances(i)*guide, guide, orbit, ok)
-         ! Of all motions in the plane across the direction the nearest.
-         if (ok) ok = norm2(orbit%u - point%orbit%u) < nearest*distances(i)
-         if (ok .and. point%label == "PD") then
-            ! After half the period the motion is on the other side of the point, twice as far off.
-            call has_part(problem, orbit, distances(i)/2, has)
-            ok = .not. has
-         end if
-         if (ok) call problem%complete(orbit, ok)
-         if (ok) return
+      call problem%evaluate(point%orbit%u, .false., there, told)
+      ! At first only such as have the sequence of contacts of the point, so that no grazing lies between.
+      do round = merge(1, 2, told), 2
+         do i = 1, size(distances)
+            away = distances(i)
+            if (allocated(orbit%column)) deallocate (orbit%column)
+            call problem%correct(point%orbit%u + away*guide, guide, orbit, ok)
+            ! Of all motions in the plane across the direction the nearest; how far the parameter moves depends on its unit.
+            if (ok) ok = norm2(orbit%u(:order) - point%orbit%u(:order)) < nearest*away
+            if (ok .and. round == 1) ok = orbit%sequence%is_like(there%sequence)
+            if (ok .and. point%label == "PD") then
+               ! After half the period the motion is on the other side of the point, as far off.
+               call part_way(problem, orbit, 2, apart)
+               ok = size(apart) > 0
+               if (ok) ok = abs(dot_product(apart, guide(:size(apart)))/away + 2.0_wp) < 1.0_wp
+            end if
+            if (ok) call problem%complete(orbit, ok)
+            if (ok) return
+         end do
       end do
    end subroutine switch_branch
 

@@ -84,7 +84,9 @@ def test_all_motions_are_pieced_together():
         step = np.linalg.norm(
             np.diff(file["point/state"][:] / np.abs(file["point/state"][:]).max(axis=0), axis=0), axis=1
         )
-        assert step.min() > 0.0 and step.max() < 0.05
+        assert step.min() > 0.0
+        # States of neighbours are near each other where they stand at the same phase.
+        assert step[np.diff(file["point/phase"][:]) == 0.0].max() < 0.05
         started = np.zeros(6, dtype=int)
         np.add.at(started, file["basin/sample"][:], file["basin/starts"][:])
         assert (started + file["sample/unsettled"][:] == 9).all()

@@ -7,7 +7,7 @@ import h5py
 import matplotlib.image
 import numpy as np
 import pytest
-from branches import HYSTERESIS, IMPACT, NORMAL_FORM, follow, points
+from branches import HYSTERESIS, IMPACT, NORMAL_FORM, PAIR_MAP, follow, points
 from programs import GEAR_PAIR, SOURCE, attribute, left, plot, sets, start, succeed
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, fsolve
@@ -24,6 +24,39 @@ def test_doubling_of_the_gear_pair():
         (doubling,) = points(file, "PD")
         assert file["extrema/mesh_deformation/value"].attrs["long_name"] == "extrema of mesh deformation"
     assert doubling == pytest.approx(1580.463, abs=5e-4)
+
+
+def test_cascade_of_the_gear_pair():
+    """Each doubling begins a branch, and what happens next to it is not leapt over."""
+    known = [1580.46312641823, 1588.5238536236, 1590.603627690, 1591.230209522, 1591.354170383]
+    with follow(SOURCE / "inputs/thesis/fig_4_7.nml") as file:
+        for branch, doubling in enumerate(known, start=1):
+            assert points(file, "PD", branch) == pytest.approx([doubling], rel=1e-11)
+        # The doubled branch turns twice where it begins, at first beside a grazing that is 1.4e-4 rpm away.
+        assert points(file, "LP", 2) == pytest.approx([1580.496644143, 1580.241570294], rel=1e-11)
+        assert points(file, "GR", 2)[0] == pytest.approx(1580.496503697, rel=1e-11)
+
+
+def test_a_range_that_ends_just_beyond_a_fold():
+    """It is 2.5e-10 of the parameter from the start, in a range of 2e-6; what lies beyond is no motion."""
+    speed = 1720.3066037
+    ends = {
+        "motor": (0.0015940073801400043, 0.03225675769117786),
+        "pinion": (4.007849860153679e-06, -2.3316901937857075),
+    }
+    ends |= {
+        "wheel": (-4.00784986015368e-06, 2.331690193785708),
+        "output": (-0.0015940073801400045, -0.03225675769117787),
+    }
+    text = GEAR_PAIR.read_text()
+    for name, (displacement, velocity) in ends.items():
+        text += f"&initial on='{name}', displacement={displacement!r}, velocity={velocity!r} /\n"
+    Path("beyond.nml").write_text(text)
+    values = {"rotation__speed_rpm": repr(speed), "motion__start": "'given'"}
+    values |= {"follow__first": repr(speed), "follow__last": 1720.31, "follow__period": 2, "follow__settle": 20}
+    with follow(Path("beyond.nml"), **values) as file:
+        assert list(file["special/label"].asstr()[:]) == ["LP", "EP"]
+        assert file["special/parameter"][:] == pytest.approx([1720.306604124594, speed], rel=1e-14)
 
 
 def test_multipliers_of_the_gear_pair():
@@ -100,7 +133,11 @@ def one_impact(omega, periods, damping=0.2):
     load = (p / response).real
     impact = np.array([[-1, 0], [-2 * load / after, -1]])
     matrix = impact @ flight
-    return place[100:-100].max(), 1 + np.trace(matrix) + np.linalg.det(matrix)
+    top = 100 + place[100:-100].argmax()
+    # The parabola through three places.
+    low, middle, high = place[top - 1 : top + 2]
+    highest = middle - (low - high) ** 2 / (8 * (low - 2 * middle + high))
+    return highest, 1 + np.trace(matrix) + np.linalg.det(matrix)
 
 
 def test_no_label_at_orbits_through_the_wall():
@@ -111,9 +148,8 @@ def test_no_label_at_orbits_through_the_wall():
     assert all(one_impact(omega, 2)[0] > 0.01 for omega in false)
     with follow(IMPACT, follow__first=4.0, follow__last=1.5, follow__period=2, follow__doublings=0) as file:
         assert points(file, "PD") == pytest.approx([doubling], rel=1e-11)
-        assert file["special/label"].asstr()[-1] == "MX"
-        # Next to the grazing the map is like a square root, and Newton's method ends.
-        assert file["special/parameter"][-1] == pytest.approx(grazing, rel=1e-5)
+        assert file["special/label"].asstr()[-1] == "GR"
+        assert file["special/parameter"][-1] == pytest.approx(grazing, rel=1e-11)
         assert file["extrema/displacement/value"][:].max() < 1e-12
 
 
@@ -216,6 +252,62 @@ def test_what_it_refuses_is_one_line(changes, message):
     assert left() == []
 
 
+def test_two_parameters_that_are_one_are_refused_at_once():
+    same = ["--set", "follow(2)%parameter='rotation%speed_rpm','load(2)%value'", "--set", "follow(2)%last=2000.0"]
+    done = start("razy-follow", PAIR_MAP, *same, "--set", "follow(1)%settle=1000000")
+    assert done.returncode == 2
+    assert "a value that the first &follow does not vary" in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_no_motion_is_no_mistake_of_the_input():
+    done = start("razy-follow", NORMAL_FORM, *sets(follow__period=7, follow__settle=20))
+    assert done.returncode == 1
+    assert "no motion of period 7 was found" in done.stderr and done.stderr.count("\n") == 1
+    assert left() == []
+
+
+def test_values_of_the_user():
+    """A motion is stored at each value whenever the branch comes there, also between a fold and its neighbour."""
+    with follow(NORMAL_FORM) as file:
+        (low, high) = points(file, "LP")[:2]
+        parameter = file["point/load.angular_frequency"][:]
+    wanted = [0.5 * (low + high), 1.1, low + (1e-9 if low < high else -1e-9)]
+    with follow(NORMAL_FORM, "--force", follow__values=",".join(map(repr, map(float, wanted)))) as file:
+        found = points(file, "UZ")
+        times = [np.sum(np.diff(parameter > value)) for value in wanted[:2]]
+        for value, count in zip(wanted, [*times, 2], strict=True):
+            assert np.sum(np.abs(found / value - 1) < 1e-15) >= count
+        at = file["special/point"][:][file["special/label"].asstr()[:] == "UZ"]
+        assert (file["point/correction"][:][at] < 1e-11).all()
+
+
+def test_events_of_each_motion():
+    with follow(IMPACT, follow__last=2.3) as file:
+        begin, time, omega = file["event/offset"][:], file["event/time"][:], file["point/load.angular_frequency"][:]
+        assert (np.diff(begin) == file["point/events"][:]).all() and begin[-1] == time.size
+        phase, period = file["point/phase"][0], 2 * np.pi / omega[0]
+        (impact,) = time[begin[0] : begin[1]]
+        state = file["point/state"][0]
+    assert phase * period < impact < (1 + phase) * period
+
+    def coordinate(after):
+        decay, own = 0.1, np.sqrt(1 - 0.01)
+        forced = np.linalg.solve(
+            [[1 - omega[0] ** 2, 0.2 * omega[0]], [-0.2 * omega[0], 1 - omega[0] ** 2]], [1.0, 0.0]
+        )
+
+        def drive(t):
+            angle = omega[0] * t
+            return forced @ [np.cos(angle), np.sin(angle)], omega[0] * forced @ [-np.sin(angle), np.cos(angle)]
+
+        at, rate = drive(phase * period)
+        free = state[0] - at, state[1] - rate
+        wave = free[0] * np.cos(own * after) + (free[1] + decay * free[0]) / own * np.sin(own * after)
+        return np.exp(-decay * after) * wave + drive(phase * period + after)[0]
+
+    assert coordinate(impact - phase * period) == pytest.approx(0.0, abs=1e-11)
+
+
 def test_a_closed_motion_over_its_belt_speed():
     """Without excitation, by steps: the period grows as sticking ends; no step becomes tiny."""
     with follow(SOURCE / "inputs" / "belt_oscillator.nml") as file:
@@ -226,9 +318,9 @@ def test_a_closed_motion_over_its_belt_speed():
     assert (np.diff(period) < 0.0).all() and period[0] > 2 * np.pi
 
 
-def one_period(frequency, state):
+def one_period(frequency, state, phase):
     """Move the block of inputs/hysteresis.nml by SciPy: each contact state by itself, up to the event that ends it."""
-    end, time, state = 1.0 / frequency, 0.0, np.array(state)
+    end, time, state = (1.0 + phase) / frequency, phase / frequency, np.array(state)
     side = int(np.sign(state[0])) if abs(state[0]) > 1e-3 else 0
     while time < end:
         edges = [edge for edge in (-1e-3, 1e-3) if side == 0 or edge * side > 0]
@@ -259,16 +351,17 @@ def test_independent_integrator():
     with follow(HYSTERESIS) as file:
         stable = file["point/stable"][:] == 1
         frequency, states = file["point/load.frequency"][:], file["point/state"][:]
+        phases = file["point/phase"][:]
         touching = (file["point/events"][:] > 0) & (file["point/multiplicity"][:] == 1)
         located = np.isin(np.arange(stable.size), file["special/point"][:])
         chosen = [np.flatnonzero(kind & touching & ~located)[20] for kind in (stable, ~stable)]
         expected = [multipliers(file, point) for point in chosen]
     for point, known in zip(chosen, expected, strict=True):
-        at, state = frequency[point], states[point]
-        assert one_period(at, state) == pytest.approx(state, rel=1e-8, abs=1e-11)
+        at, state, phase = frequency[point], states[point], phases[point]
+        assert one_period(at, state, phase) == pytest.approx(state, rel=1e-8, abs=1e-11)
         columns = []
         for step in (np.array([1e-7, 0.0]), np.array([0.0, 1e-5])):
-            change = one_period(at, state + step) - one_period(at, state - step)
+            change = one_period(at, state + step, phase) - one_period(at, state - step, phase)
             columns.append(change / (2.0 * step.max()))
         found = np.sort_complex(np.linalg.eigvals(np.transpose(columns)))
         assert found == pytest.approx(known, rel=1e-5)
@@ -287,7 +380,7 @@ DUFFING = """
 """
 
 
-def duffing_fold(unknowns):
+def duffing_fold(unknowns, phase):
     """x'' + 0.1 x' + x + 0.05 x³ = cos(ωt) by SciPy: 0 for a periodic motion with a multiplier 1."""
     x, v, omega = unknowns
 
@@ -297,7 +390,9 @@ def duffing_fold(unknowns):
         return np.concatenate(([y[1], force], (field @ y[2:].reshape(2, 2)).ravel()))
 
     start = [x, v, 1.0, 0.0, 0.0, 1.0]
-    end = solve_ivp(rates, (0.0, 2 * np.pi / omega), start, method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+    end = solve_ivp(
+        rates, np.array([phase, phase + 1.0]) * 2 * np.pi / omega, start, method="DOP853", rtol=1e-13, atol=1e-14
+    ).y[:, -1]
     return [end[0] - x, end[1] - v, np.linalg.det(end[2:].reshape(2, 2) - np.eye(2))]
 
 
@@ -308,7 +403,9 @@ def test_folds_of_the_duffing_oscillator():
         assert folds.size == 2
         for fold in folds:
             omega = file["point/load.angular_frequency"][fold]
-            found = fsolve(duffing_fold, [*file["point/state"][fold], omega * 1.0001], xtol=1e-13)
+            found = fsolve(
+                duffing_fold, [*file["point/state"][fold], omega * 1.0001], (file["point/phase"][fold],), xtol=1e-13
+            )
             assert omega == pytest.approx(found[2], rel=1e-11)
 
 
@@ -378,3 +475,66 @@ def test_a_closed_branch_goes_round_once():
         stable = file["point/stable"][:]
     # Two periods of the excitation round, or at once.
     assert np.allclose(first, last, rtol=1e-9) or stable[0] == stable[-1]
+
+
+@pytest.mark.parametrize("turn", [0, 37, 90, 200, 300])
+def test_labels_do_not_depend_on_where_time_begins(turn):
+    """The load turned by any angle: an impact passes phase 0 on the branch at some of them."""
+    with follow(IMPACT, load__phase=turn, motion__t_end=400, follow__doublings=1) as file:
+        labels = list(zip(file["special/label"].asstr()[:], file["special/branch"][:], strict=True))
+        found = file["special/parameter"][:]
+        last = file["point/multiplier"][file["special/point"][-1]]
+    assert labels == [("PD", 1), ("EP", 1), ("PD", 2), ("EP", 2)]
+    assert found == pytest.approx([2.651807017026, 3.0, 2.713293439395, 3.0], rel=1e-11)
+    assert np.hypot(*last).max() == pytest.approx(2.0357095, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("turn", "first", "last"), [(90, 1.0, 0.09), (100, 1.0, 0.09), (300, 1.0, 0.09), (90, 1.2, 0.02)]
+)
+def test_fold_next_to_the_first_impact(turn, first, last):
+    """x'' + 0.1 x' + x = A cos t with a rigid stop at 1, e = 0.8: impacts go on below A = 0.1 to a fold, and back."""
+    text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /"]
+    text += ["&spring between='m','frame', stiffness=1.0, damping=0.1 /"]
+    text += ["&stop name='stop', between='m','frame', clearance=1.0, law='rigid', restitution=0.8 /"]
+    text += [f"&load on='m', amplitude=1.0, angular_frequency=1.0, phase={turn}.0 /"]
+    text += ["&motion t_end=6000.0, start='zero' /", "&record observable='displacement', what='extrema' /"]
+    text += [f"&follow parameter='load%amplitude', first={first}, last={last} /"]
+    Path("touch.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("touch.nml")) as file:
+        assert points(file, "LP") == pytest.approx([0.0999707536283], rel=1e-11)
+        assert points(file, "GR") == pytest.approx([0.1], rel=1e-12)
+        assert file["special/label"].asstr()[-1] == "GR"
+
+
+@pytest.mark.parametrize("omega", [0.5, 1.0, 1.3])
+def test_first_touch_of_a_rigid_stop(omega):
+    """The motion without impacts has the amplitude 1 there, and is the end of its branch."""
+    text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /"]
+    text += ["&spring between='m','frame', stiffness=1.0, damping=0.1 /"]
+    text += ["&stop name='stop', between='m','frame', clearance=1.0, law='rigid', restitution=0.8 /"]
+    text += [f"&load on='m', amplitude=0.05, angular_frequency={omega} /"]
+    text += ["&motion t_end=600.0, start='zero' /", "&record observable='displacement', what='extrema' /"]
+    text += ["&follow parameter='load%amplitude', first=0.05, last=1.0 /"]
+    Path("touch.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("touch.nml")) as file:
+        assert list(file["special/label"].asstr()[:]) == ["GR"] and file["special/contact"].asstr()[0] == "stop"
+        assert points(file, "GR") == pytest.approx([np.hypot(1 - omega**2, 0.1 * omega)], rel=1e-12)
+
+
+def test_bounces_of_an_accumulation_are_no_changes():
+    """A follower leaves its cam where the eccentric takes the force away; bounces come and go unsaid."""
+    text = [
+        "&scene kind='lumped' /",
+        "&mass name='f', value=1.221 /",
+        "&spring between='f','frame', stiffness=1430.8 /",
+    ]
+    text += ["&load on='f', value=-100.0 /"]
+    text += ["&stop name='cam', between='f','frame', side='lower', clearance=0.0, law='rigid', restitution=0.8,"]
+    text += ["  motion_amplitude=0.02, motion_angular_frequency=10.0 /"]
+    text += ["&motion t_end=20.0, start='zero' /", "&record observable='displacement', what='extrema' /"]
+    text += ["&follow parameter='stop%motion_angular_frequency', first=60.0, last=75.0 /"]
+    Path("cam.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("cam.nml")) as file:
+        assert file["special/label"].size == 2
+        assert file["special/parameter"][0] == pytest.approx(np.sqrt((1430.8 + 100.0 / 0.02) / 1.221), rel=1e-11)

@@ -28,7 +28,7 @@ STEEP = 10
 
 
 def branches(text, tone, load):
-    """Tone, period, state and multipliers of each motion that is no special point; nothing if none was found."""
+    """Tone, period, state, its phase and multipliers of each motion that is no special point; nothing if none is."""
     text += f"&motion t_end={400 / tone:.17g}, start='zero', integrator='exact', max_seconds=5.0 /\n"
     text += "&record observable='displacement', of='b0', what='extrema' /\n"
     text += f"&follow parameter='load({load})%angular_frequency', first={tone:.17g}, last={1.4 * tone:.17g}, "
@@ -41,8 +41,17 @@ def branches(text, tone, load):
     with h5py.File("follow.h5") as file:
         point, special = file["point"], set(file["special/point"][:])
         tones = next(point[name] for name in point if name.endswith("angular_frequency"))
-        columns = tones, *(point[name] for name in ("period", "state", "multiplier"))
+        columns = tones, *(point[name] for name in ("period", "state", "phase", "multiplier"))
         return [[column[i] for column in columns] for i in range(len(tones)) if i not in special]
+
+
+def begun_at(text, phase):
+    """The machine with its load so many periods later."""
+    load = next(line for line in text.splitlines() if "angular_frequency=" in line)
+    given = re.search(r"phase=([^, ]+)", load)
+    turned = f"phase={(float(given[1]) if given else 0.0) + 360.0 * phase:.17g}"
+    changed = load.replace(given[0], turned) if given else re.sub(r"(angular_frequency=[^, ]+)", rf"\1, {turned}", load)
+    return text.replace(load, changed)
 
 
 def state_after(text, tone, period, state, integrator):
@@ -89,18 +98,19 @@ def test_motions_of_branches_are_motions(seed, tmp_path, monkeypatch):
     random = np.random.default_rng(seed)
     # Of each branch the end too: there it may be no motion any more.
     for i in {*random.integers(len(found), size=2), len(found) - 1} if found else ():
-        tone, period, state, multiplier = found[i]
+        tone, period, state, phase, multiplier = found[i]
+        begun = begun_at(text, phase)
         state, multiplier = state.reshape(-1), np.sort(np.hypot(*multiplier))[::-1]
         size = np.max(np.abs(state[:n])) + np.max(np.abs(state[n:])) / tone
         # What contacts do not feel is not followed.
         if len(multiplier) < 2 * n or size == 0:
             continue
         unit = np.repeat([size, size * tone], n)
-        away = np.max(np.abs(state_after(text, tone, period, state, "dop853")[0] - state) / unit)
+        away = np.max(np.abs(state_after(begun, tone, period, state, "dop853")[0] - state) / unit)
         assert away < 1e-7 * max(1, multiplier[0])
         if multiplier[0] > STEEP or i == len(found) - 1:
             continue
-        by_change = (multipliers_by_differences(text, tone, period, state, unit, change) for change in CHANGES)
+        by_change = (multipliers_by_differences(begun, tone, period, state, unit, change) for change in CHANGES)
         smallest = next(by_change)
         if smallest is None:
             continue

@@ -225,7 +225,7 @@ contains
                        middle => 0.5_wp*(cells%border(piece%cell - 1) + cells%border(piece%cell)))
                next = piece%cell + merge(1, -1, (p - middle)*(cells%border(cells%cells) - cells%border(0)) > 0.0_wp)
                if (next < 1 .or. next > cells%cells) cycle
-               arrival = [arrival, arrival_t(next, piece%branch%periods, next - piece%cell, p, end%motion%orbit%u(:n)*s(:n))]
+               arrival = [arrival, arrival_t(next, piece%branch%periods, next - piece%cell, p, end%motion%phase(:, 1)*s(:n))]
             end associate
          end associate
       end do

@@ -12,8 +12,9 @@ module razy_study_follow_follow
    use razy_orbits_search, only: found_t, is_on, new_found, search_t
    use razy_orbits_start, only: find_periodic
    use razy_orbits_switch, only: switch_branch
+   use razy_orbits_user_values, only: mark_values
    use razy_study_follow_family, only: case_family_t
-   use razy_study_sweep_axes, only: new_varied, varied_t
+   use razy_study_sweep_axes, only: check_apart, new_varied, varied_t
    implicit none(type, external)
    private
 
@@ -38,6 +39,8 @@ module razy_study_follow_follow
       !> What each &follow says: what varies (1 or 2), from where to where.
       type(varied_t), allocatable :: varied(:)
       real(wp), allocatable :: first(:), last(:)
+      !> Values of the first parameter at which motions are stored whatever the steps.
+      real(wp), allocatable :: values(:)
       real(wp) :: from = 0.0_wp
       real(wp), private :: time = 0.0_wp
       integer, private :: period = 0, most_points = 0, settle = 0
@@ -90,6 +93,7 @@ contains
       allocate (self%varied(n), self%first(n), self%last(n))
       do i = 1, n
          call read_parameter(self, input, i, error)
+         if (.not. allocated(error) .and. i == 2) call check_apart(self%varied, input, "follow", error)
          if (allocated(error)) return
       end do
       family%input = input
@@ -98,6 +102,12 @@ contains
       if (input%given("follow", 1, "from")) call input%get("follow", 1, "from", self%from)
       if ((self%from - self%first(1))*(self%from - self%last(1)) > 0.0_wp) then
          call input%complain(error, "follow", 1, "from", "a value between first and last")
+         return
+      end if
+      allocate (self%values(0))
+      if (input%given("follow", 1, "values")) call input%get("follow", 1, "values", self%values)
+      if (any((self%values - self%first(1))*(self%values - self%last(1)) > 0.0_wp)) then
+         call input%complain(error, "follow", 1, "values", "values between first and last")
          return
       end if
       call input%get("follow", 1, "period", self%period)
@@ -310,6 +320,7 @@ contains
          end do
          self%curves = self%curves + 1
          problem%periods = self%branch(branch)%periods
+         problem%map%phase = point%orbit%phase
          associate (curve => self%curve(self%curves))
             curve%branch = branch
             call curve%follow(problem, point, min(self%first, self%last), max(self%first, self%last), range(2), most_on_curve)
@@ -317,18 +328,20 @@ contains
       end associate
    end subroutine curve_through
 
-   !> The branch of a motion on the side of `guide`, which begins on branch `parent`; 0: it was found by itself.
-   subroutine one_branch(self, orbit, guide, parent)
+   !> The branch of a motion on the side of `guide`, which begins on branch `parent`, so far `away`; 0: it was found by itself.
+   subroutine one_branch(self, orbit, guide, parent, away)
       class(follow_t), intent(inout) :: self
       type(orbit_t), intent(in) :: orbit
       real(wp), intent(in) :: guide(:)
       integer, intent(in) :: parent
+      real(wp), intent(in), optional :: away
 
       if (self%count == most_branches) return
       self%count = self%count + 1
       associate (branch => self%branch(self%count), ends => [self%first(1), self%last(1)]/self%problem%range)
          branch%parent = parent
-         call branch%follow(self%problem, orbit, guide, minval(ends), maxval(ends), self%most_points)
+         call branch%follow(self%problem, orbit, guide, minval(ends), maxval(ends), self%most_points, away)
+         call mark_values(branch, self%problem, self%values/self%problem%range)
       end associate
    end subroutine one_branch
 
@@ -341,6 +354,7 @@ contains
       type(orbit_t) :: orbit
       type(found_t) :: motion
       real(wp), allocatable :: guide(:)
+      real(wp) :: away
       character(2) :: label
       integer :: side
       logical :: ok
@@ -355,13 +369,13 @@ contains
       do side = 1, merge(1, 2, label == "PD")
          if (self%count == most_branches) return
          self%problem%periods = self%branch(parent)%periods
-         call switch_branch(self%problem, self%branch(parent)%point(place), side == 1, orbit, guide, ok)
+         call switch_branch(self%problem, self%branch(parent)%point(place), side == 1, orbit, guide, away, ok)
          if (.not. ok) cycle
          if (self%all_motions) then
             call new_found(motion, self%problem, orbit)
             if (self%place_on(motion) > 0) cycle
          end if
-         call self%one_branch(orbit, guide, parent)
+         call self%one_branch(orbit, guide, parent, away)
       end do
    end subroutine follow_switched
 

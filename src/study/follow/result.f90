@@ -12,6 +12,7 @@ module razy_study_follow_result
    use razy_io_rows_file, only: rows_file_t
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: observer_slot_t
+   use razy_observe_event_log, only: event_log_t
    use razy_observe_extrema, only: extrema_t
    use razy_orbits_branch, only: point_t
    use razy_orbits_curve, only: junction_t
@@ -97,6 +98,7 @@ contains
       associate (orbit => point%orbit, map => self%problem%map)
          s = self%problem%scales()
          self%problem%parameter(1) = self%problem%value_of(orbit)
+         map%phase = orbit%phase
          call map%go_to(self%problem%parameter, error)
          if (allocated(error)) return
          duration = self%branch(branch)%periods*map%period
@@ -112,7 +114,7 @@ contains
             slots(i)%observer => extrema(i)
          end do
          call map%go(orbit%u(:map%n)*s(:map%n), duration, .false., back, slots)
-         call motion_columns(self, branch, self%branch(branch)%periods, duration, volume, orbit, extrema, row)
+         call motion_columns(self, branch, self%branch(branch)%periods, duration, volume, orbit, back%sequence, extrema, row)
       end associate
    end subroutine fill_row
 
@@ -128,7 +130,8 @@ contains
       rest%u = spread(0.0_wp, 1, self%problem%order() + 1)
       rest%multiplier = spread((0.0_wp, 0.0_wp), 1, self%problem%map%n)
       call ask_of_period(self, extrema)
-      call motion_columns(self, 0, 0, 0.0_wp, volume, rest, extrema, row)
+      call rest%sequence%reset()
+      call motion_columns(self, 0, 0, 0.0_wp, volume, rest, rest%sequence, extrema, row)
    end subroutine describe_row
 
    !> The extrema that are recorded, of a whole period.
@@ -148,12 +151,13 @@ contains
       end do
    end subroutine ask_of_period
 
-   subroutine motion_columns(self, branch, periods, duration, volume, orbit, extrema, row)
+   subroutine motion_columns(self, branch, periods, duration, volume, orbit, sequence, extrema, row)
       type(follow_t), intent(in) :: self
       integer, intent(in) :: branch, periods
       real(wp), intent(in) :: duration
       type(volume_t), intent(in) :: volume
       type(orbit_t), intent(in) :: orbit
+      type(event_log_t), intent(in) :: sequence
       type(extrema_t), intent(in) :: extrema(:)
       type(table_t), intent(inout) :: row
 
@@ -175,13 +179,18 @@ contains
                    [character(16) :: group//"order", group//"part"])
       call row%add(group//"determinant_error", sum(log(max(abs(orbit%multiplier), tiny(1.0_wp)))) - volume%logarithm, "1", &
                    "logarithm of the product of the multipliers, less that by the trace of the damping and the impacts")
-      call row%add(group//"state", state, "mixed", "displacements and velocities at phase 0 of the excitation", &
+      call row%add(group//"state", state, "mixed", "displacements and velocities at /point/phase", &
                    group//"coordinate", fixed=.true.)
+      call row%add(group//"phase", orbit%phase, "1", "part of the period of the excitation at which the state stands")
       call row%add(group//"events", orbit%sequence%count, "1", "changes of branch of contacts in a period")
       call row%add(group//"correction", orbit%correction, "1", "last correction by Newton's method, relative to the state")
       do i = 1, size(extrema)
          call extrema(i)%columns(row)
       end do
+      select type (family => self%problem%map%family)
+      type is (case_family_t)
+         call sequence%columns(row, family%machine%contact)
+      end select
    end subroutine motion_columns
 
    !> Where each branch comes from and why it ends.
@@ -232,7 +241,8 @@ contains
          end do
       end do
       call table%add(group//"label", label, "1", "LP fold, PD period doubling, TR torus, BP branch point, GR grazing, ST, SL "// &
-                     "sticking or sliding begins or ends, CH another change of contacts, EP end, MX no motion further on", along)
+                     "sticking or sliding begins or ends, CH another change of contacts, UZ a value of "// &
+                     "the user's, EP end, MX no motion further on", along)
       call table%add(group//"parameter", parameter, self%varied(1)%unit, self%varied(1)%parameter, along)
       call table%add(group//"branch", branch, "1", "number of the branch", along)
       call table%add(group//"point", place, "1", "row of /point, from 0", along)

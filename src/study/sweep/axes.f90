@@ -10,7 +10,7 @@ module razy_study_sweep_axes
    implicit none(type, external)
    private
 
-   public :: new_axes, new_varied, put_point, put_value, varied_t
+   public :: check_apart, new_axes, new_varied, put_point, put_value, varied_t
 
    !> What one &sweep varies: places of the input (places) and factors (places); name of the first, and its unit, of which the
    !> values of the axis are.
@@ -92,6 +92,24 @@ contains
       varied%unit = varied%slot(1)%unit
    end subroutine new_varied
 
+   !> Refuse a second group that varies what the first one does.
+   subroutine check_apart(varied, input, group, error)
+      type(varied_t), intent(in) :: varied(:)
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: k
+
+      do k = 1, size(varied(2)%slot)
+         associate (one => varied(2)%slot(k), others => varied(1)%slot)
+            if (.not. any(others%instance == one%instance .and. others%key == one%key .and. others%element == one%element)) cycle
+            call input%complain(error, group, 2, "parameter", "a value that the first &"//group//" does not vary")
+            return
+         end associate
+      end do
+   end subroutine check_apart
+
    !> Refuse a second axis that varies what the first one does, or says what is said for the whole sweep.
    subroutine check_second(varied, input, error)
       type(varied_t), intent(in) :: varied(:)
@@ -102,13 +120,8 @@ contains
                                                                                                "processor_time", "period_tolerance"]
       integer :: k
 
-      do k = 1, size(varied(2)%slot)
-         associate (one => varied(2)%slot(k), others => varied(1)%slot)
-            if (.not. any(others%instance == one%instance .and. others%key == one%key .and. others%element == one%element)) cycle
-            call input%complain(error, "sweep", 2, "parameter", "a value that the first &sweep does not vary")
-            return
-         end associate
-      end do
+      call check_apart(varied, input, "sweep", error)
+      if (allocated(error)) return
       do k = 1, size(common)
          if (.not. differs(trim(common(k)))) cycle
          call input%complain(error, "sweep", 2, trim(common(k)), "given in the first &sweep only, for the whole sweep")

@@ -1,0 +1,221 @@
+!! The first touch of a rigid stop: a grazing beyond which motions hit it, and the map has a square root.
+!!
+!! On the side without the impact nothing is singular: of a motion of the branch the gap at its smallest, where it turns, is a
+!! smooth function along the branch, and the grazing its root. The branch comes so near to it that a secant finds it to rounding.
+module razy_orbits_touch
+   use razy_contact_contact_law, only: branch_open
+   use razy_core_kinds, only: wp
+   use razy_hybrid_flow, only: flow_t
+   use razy_linalg_bracketed_root, only: bracketed_root_t
+   use razy_motion_integrator, only: observer_slot_t, observer_t, piece_t
+   use razy_orbits_orbit, only: orbit_t, problem_t
+   use razy_orbits_period_map, only: return_t
+   implicit none(type, external)
+   private
+
+   public :: find_touch, find_touch_beside
+
+   !> The smallest gap at which each contact turns round without a touch, m or rad; huge where it does not (contacts).
+   type, extends(observer_t) :: gaps_t
+      real(wp), allocatable :: smallest(:)
+   contains
+      procedure :: piece
+   end type gaps_t
+
+   !> A touch farther ahead than this, in scaled unknowns, is not why the branch ends here.
+   real(wp), parameter :: ahead = 1.0e-6_wp
+   !> From motions that hit the stop: how far off in the parameter, in its scale, one without the impact is looked for, and in
+   !> scaled unknowns at most; the share of the way to the touch that is taken at once, and how often.
+   real(wp), parameter :: beside(*) = [0.0_wp, 1.0e-5_wp, -1.0e-5_wp, 1.0e-4_wp, -1.0e-4_wp, 1.0e-3_wp, -1.0e-3_wp]
+   real(wp), parameter :: near = 0.01_wp, share_of_way = 0.9_wp
+   integer, parameter :: most_shares = 12
+   !> So near to the touch, relative to the unknowns, it is there.
+   real(wp), parameter :: least = 1.0e-10_wp
+
+contains
+
+   !> Look for turns of open rigid contacts in a piece.
+   subroutine piece(self, part)
+      class(gaps_t), intent(inout) :: self
+      type(piece_t), intent(in) :: part
+
+      integer :: i, j, looks
+
+      if (.not. part%duration > 0.0_wp) return
+      select type (by => part%by)
+      class is (flow_t)
+         looks = max(2, ceiling(part%duration/by%interval()))
+         associate (contact => by%system%machine%contact)
+            do j = 1, size(contact)
+               if (.not. contact(j)%law%impacts .or. by%branch(j) /= branch_open) cycle
+               do i = 1, looks
+                  call look_between((i - 1)*part%duration/looks, i*part%duration/looks)
+               end do
+            end do
+         end associate
+      end select
+
+   contains
+
+      subroutine look_between(low, high)
+         real(wp), intent(in) :: low, high
+
+         type(bracketed_root_t) :: root
+         real(wp) :: force, gap, rate(2), s
+
+         call part%by%contact(j, low, s, rate(1), force)
+         call part%by%contact(j, high, s, rate(2), force)
+         if (.not. rate(1)*rate(2) < 0.0_wp) return
+         call root%start(low, rate(1), high, rate(2))
+         do while (.not. root%done())
+            call part%by%contact(j, root%trial, s, rate(2), force)
+            call root%take(rate(2))
+         end do
+         call part%by%contact(j, root%best, s, rate(2), force)
+         select type (by => part%by)
+         class is (flow_t)
+            associate (edge => by%system%machine%contact(j)%law%guard(1, branch_open))
+               gap = huge(1.0_wp)
+               if (edge%above /= 0 .and. rate(1) > 0.0_wp) gap = edge%upper - s
+               if (edge%below /= 0 .and. rate(1) < 0.0_wp) gap = s - edge%lower
+            end associate
+         end select
+         self%smallest(j) = min(self%smallest(j), gap)
+      end subroutine look_between
+
+   end subroutine piece
+
+   !> Whether the branch through two motions, one after the other, ends at a touch right ahead: the unknowns and the contact there.
+   subroutine find_touch(problem, before, last, u, contact, found)
+      type(problem_t), intent(inout) :: problem
+      type(orbit_t), intent(in) :: before, last
+      real(wp), allocatable, intent(out) :: u(:)
+      integer, intent(out) :: contact
+      logical, intent(out) :: found
+
+      real(wp), allocatable :: now(:), old(:)
+      real(wp) :: nearest, share
+      integer :: j
+
+      contact = 0
+      found = .not. (problem%is_autonomous() .or. abs(before%phase - last%phase) > 0.0_wp)
+      if (.not. found) return
+      call look_at(problem, before, old)
+      call look_at(problem, last, now)
+      nearest = ahead
+      do j = 1, size(now)
+         if (max(old(j), now(j)) >= huge(1.0_wp) .or. old(j) <= now(j)) cycle
+         share = now(j)/(old(j) - now(j))
+         if (share*norm2(last%u - before%u) > nearest) cycle
+         nearest = share*norm2(last%u - before%u)
+         u = last%u + share*(last%u - before%u)
+         contact = j
+      end do
+      found = contact > 0
+   end subroutine find_touch
+
+   !> The same of a branch of motions that hit the stop ever more softly: their neighbours without the impact lead to the touch.
+   subroutine find_touch_beside(problem, last, u, contact, found)
+      type(problem_t), intent(inout) :: problem
+      type(orbit_t), intent(in) :: last
+      real(wp), allocatable, intent(out) :: u(:)
+      integer, intent(out) :: contact
+      logical, intent(out) :: found
+
+      type(orbit_t) :: before, here
+      integer :: i
+
+      contact = 0
+      found = .false.
+      if (problem%is_autonomous()) return
+      problem%map%phase = last%phase
+      do i = 1, size(beside)
+         call without_impact(problem, last, last%u, last%u(size(last%u)) + beside(i), before, found)
+         if (found) call without_impact(problem, last, before%u, before%u(size(last%u)) + 0.1_wp*beside(2), here, found)
+         if (.not. found) cycle
+         call approach(problem, last, before, here, u, contact, found)
+         if (found) return
+      end do
+   end subroutine find_touch_beside
+
+   !> From two motions without the impact to the touch, from one side, as beyond there are none.
+   subroutine approach(problem, last, before, here, u, contact, found)
+      type(problem_t), intent(inout) :: problem
+      type(orbit_t), intent(in) :: last
+      type(orbit_t), intent(inout) :: before, here
+      real(wp), allocatable, intent(out) :: u(:)
+      integer, intent(out) :: contact
+      logical, intent(out) :: found
+
+      type(orbit_t) :: next
+      real(wp), allocatable :: now(:), old(:)
+      real(wp) :: share
+      integer :: i
+
+      contact = last%sequence%difference(here%sequence)
+      found = contact > 0
+      do i = 1, most_shares
+         if (.not. found) return
+         call look_at(problem, before, old)
+         call look_at(problem, here, now)
+         found = max(old(contact), now(contact)) < huge(1.0_wp) .and. abs(old(contact) - now(contact)) > 0.0_wp
+         if (.not. found) return
+         share = now(contact)/(old(contact) - now(contact))
+         u = here%u + share*(here%u - before%u)
+         found = norm2(u - last%u) <= near
+         if (norm2(u - here%u) <= least*norm2(u) .or. .not. found) return
+         associate (k => size(u))
+            call without_impact(problem, last, here%u + share_of_way*(u - here%u), here%u(k) + share_of_way*(u(k) - here%u(k)), &
+                                next, found)
+         end associate
+         before = here
+         here = next
+      end do
+   end subroutine approach
+
+   !> The motion near `guess` at this value of the parameter, if it has not the contacts of `last`.
+   subroutine without_impact(problem, last, guess, value, orbit, ok)
+      type(problem_t), intent(inout) :: problem
+      type(orbit_t), intent(in) :: last
+      real(wp), intent(in) :: guess(:), value
+      type(orbit_t), intent(out) :: orbit
+      logical, intent(out) :: ok
+
+      real(wp) :: row(size(guess)), start(size(guess))
+
+      row = 0.0_wp
+      row(size(row)) = 1.0_wp
+      start = guess
+      start(size(row)) = value
+      call problem%correct(start, row, orbit, ok)
+      if (ok) ok = .not. orbit%sequence%is_like(last%sequence)
+   end subroutine without_impact
+
+   !> The smallest gaps of a motion.
+   subroutine look_at(problem, orbit, gaps)
+      type(problem_t), intent(inout) :: problem
+      type(orbit_t), intent(in) :: orbit
+      real(wp), allocatable, intent(out) :: gaps(:)
+
+      type(gaps_t), target :: seen
+      type(observer_slot_t) :: slots(1)
+      type(return_t) :: back
+      real(wp), allocatable :: s(:)
+      real(wp) :: duration
+      logical :: ok
+
+      problem%map%phase = orbit%phase
+      call problem%go_to(orbit%u, ok)
+      s = problem%scales()
+      allocate (seen%smallest(0))
+      select type (by => problem%map%by)
+      class is (flow_t)
+         seen%smallest = spread(huge(1.0_wp), 1, size(by%branch))
+      end select
+      slots(1)%observer => seen
+      duration = problem%periods*problem%map%period
+      if (ok) call problem%map%go(orbit%u(:problem%map%n)*s(:problem%map%n), duration, .false., back, slots)
+      gaps = seen%smallest
+   end subroutine look_at
+
+end module razy_orbits_touch

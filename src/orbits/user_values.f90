@@ -1,0 +1,91 @@
+!! The motions of a branch at values of the parameter that the user names: UZ.
+!!
+!! Between two neighbouring motions of a branch with the value between theirs the motion is found in planes across the chord, which
+!! are regular at a fold too, and at last with the parameter held.
+module razy_orbits_user_values
+   use razy_core_kinds, only: wp
+   use razy_linalg_bracketed_root, only: bracketed_root_t
+   use razy_orbits_branch, only: branch_t, find_tangent, point_t
+   use razy_orbits_orbit, only: problem_t
+   use razy_orbits_section, only: carry
+   implicit none(type, external)
+   private
+
+   public :: mark_values
+
+   !> Part of the chord to which the value is located before the parameter is held.
+   real(wp), parameter :: nearly = 1.0e-6_wp
+
+contains
+
+   !> Insert into a branch the motions at these values of the parameter, in its scale.
+   subroutine mark_values(branch, problem, values)
+      type(branch_t), intent(inout) :: branch
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: values(:)
+
+      type(point_t), allocatable :: marked(:)
+      type(point_t) :: at
+      logical :: found, left(size(values))
+      integer :: count, i, k, last
+
+      if (size(values) == 0 .or. branch%count < 2) return
+      allocate (marked(branch%count*(size(values) + 1)))
+      last = size(branch%point(1)%orbit%u)
+      count = 1
+      marked(1) = branch%point(1)
+      do i = 2, branch%count
+         associate (a => branch%point(i - 1), b => branch%point(i))
+            left = (values - a%orbit%u(last))*(b%orbit%u(last) - values) > 0.0_wp
+            do while (any(left))
+               k = minloc(abs(values - a%orbit%u(last)), dim=1, mask=left)
+               left(k) = .false.
+               call find_value(problem, a, b, values(k), at, found)
+               if (.not. found) cycle
+               count = count + 1
+               marked(count) = at
+            end do
+            count = count + 1
+            marked(count) = b
+         end associate
+      end do
+      branch%count = count
+      branch%point = marked(:count)
+   end subroutine mark_values
+
+   !> The motion at a value of the parameter between two neighbouring ones, at the phase of the second.
+   subroutine find_value(problem, a, b, value, at, found)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: a, b
+      real(wp), intent(in) :: value
+      type(point_t), intent(out) :: at
+      logical, intent(out) :: found
+
+      type(bracketed_root_t) :: root
+      real(wp), allocatable :: chord(:), row(:), start(:)
+      integer :: last
+
+      last = size(b%orbit%u)
+      problem%map%phase = b%orbit%phase
+      call carry(problem, a%orbit%u, a%orbit%phase, modulo(b%orbit%phase - a%orbit%phase, 1.0_wp), start, found)
+      if (.not. found) return
+      chord = b%orbit%u - start
+      row = chord/norm2(chord)
+      call root%start(0.0_wp, start(last) - value, 1.0_wp, b%orbit%u(last) - value, nearly)
+      do while (.not. root%done())
+         if (allocated(at%orbit%column)) deallocate (at%orbit%column)
+         call problem%correct(start + root%trial*chord, row, at%orbit, found)
+         if (.not. found) return
+         call root%take(at%orbit%u(last) - value)
+      end do
+      start = at%orbit%u
+      start(last) = value
+      row = 0.0_wp
+      row(last) = 1.0_wp
+      call problem%correct(start, row, at%orbit, found)
+      if (found) call problem%complete(at%orbit, found)
+      if (found) call find_tangent(problem, at, chord, found)
+      at%label = "UZ"
+   end subroutine find_value
+
+end module razy_orbits_user_values
