@@ -62,6 +62,8 @@ module razy_orbits_branch
    real(wp), parameter :: coincident = 1.0e-8_wp
    !> Multipliers nearer to the unit circle than this are on it.
    real(wp), parameter :: neutral = 1.0e-6_wp
+   !> Motions on both sides of a change of contacts that are farther apart than this, relative to the state, are no neighbours.
+   real(wp), parameter :: jump = 1.0e-5_wp
    real(wp), parameter :: eps = epsilon(1.0_wp)
 
 contains
@@ -465,6 +467,11 @@ contains
          if (from%orbit%sequence%is_like(next%orbit%sequence)) exit
          call find_change(problem, from, next, left, at, right, found)
          if (.not. found) exit
+         ! Where the motion itself jumps the step has come to another piece of the branch, as past the touch of a rigid stop.
+         if (norm2(right%orbit%u - left%orbit%u) > max(jump, 10*problem%resolution)*norm2(left%orbit%u)) then
+            explained = .false.
+            exit
+         end if
          call self%search_smooth(problem, from, left, all_there)
          explained = explained .and. all_there
          call self%add(at)
