@@ -14,7 +14,7 @@ module razy_machine_free_motions
    implicit none(type, external)
    private
 
-   public :: free_motions_t, new_free_motions, part_of
+   public :: free_motions_t, linear_free_motions, new_free_motions, part_of
 
    !> Orthonormal motions (m, r) with all contacts open, and how they stretch the contacts (r, contacts); a stretch that is rounding
    !> of its terms is 0.
@@ -37,7 +37,19 @@ contains
       type(machine_t), intent(in) :: machine
       type(coupled_t), intent(in) :: coupled
 
-      real(wp), allocatable :: both(:, :), of_damping(:, :), of_stiffness(:, :)
+      real(wp), allocatable :: both(:, :), of_stiffness(:, :)
+
+      call open_motions(machine, of_stiffness, both)
+      call new_span(self%unsprung, machine, coupled, of_stiffness)
+      call new_span(self%rigid, machine, coupled, both)
+   end subroutine new_free_motions
+
+   !> Orthonormal motions (n, r) without stiffness, and without stiffness and damping, with all contacts open.
+   subroutine open_motions(machine, of_stiffness, both)
+      type(machine_t), intent(in) :: machine
+      real(wp), allocatable, intent(out) :: of_stiffness(:, :), both(:, :)
+
+      real(wp), allocatable :: of_damping(:, :)
       integer :: info
 
       if (allocated(machine%free_of_stiffness)) then
@@ -51,9 +63,50 @@ contains
       end if
       call intersection_of(of_stiffness, of_damping, both, info)
       if (info /= 0) both = both(:, :0)
-      call new_span(self%unsprung, machine, coupled, of_stiffness)
-      call new_span(self%rigid, machine, coupled, both)
-   end subroutine new_free_motions
+   end subroutine open_motions
+
+   !> The same where contacts are springs and dampers with the slopes `slope` (2, contacts) of force over gap and over its rate.
+   subroutine linear_free_motions(machine, slope, of_stiffness, both)
+      type(machine_t), intent(in) :: machine
+      real(wp), intent(in) :: slope(:, :)
+      real(wp), allocatable, intent(out) :: of_stiffness(:, :), both(:, :)
+
+      call open_motions(machine, of_stiffness, both)
+      call keep_unstretched(of_stiffness, machine, abs(slope(1, :)) > 0.0_wp)
+      call keep_unstretched(both, machine, abs(slope(1, :)) > 0.0_wp .or. abs(slope(2, :)) > 0.0_wp)
+   end subroutine linear_free_motions
+
+   !> Of the motions (n, r) those that stretch no contact that acts.
+   subroutine keep_unstretched(motion, machine, act)
+      real(wp), allocatable, intent(inout) :: motion(:, :)
+      type(machine_t), intent(in) :: machine
+      logical, intent(in) :: act(:)
+
+      type(span_t) :: span
+      real(wp), allocatable :: kept(:, :)
+
+      span%shape = motion
+      call find_stretch(span%stretch, machine, motion)
+      call within(span, act, kept)
+      call move_alloc(kept, motion)
+   end subroutine keep_unstretched
+
+   !> How `motion` (n, r) stretches the contacts (r, contacts).
+   subroutine find_stretch(stretch, machine, motion)
+      real(wp), allocatable, intent(out) :: stretch(:, :)
+      type(machine_t), intent(in) :: machine
+      real(wp), intent(in) :: motion(:, :)
+
+      integer :: j
+
+      allocate (stretch(size(motion, 2), size(machine%contact)))
+      do j = 1, size(machine%contact)
+         associate (w => machine%contact(j)%w)
+            stretch(:, j) = matmul(w, motion)
+            where (abs(stretch(:, j)) <= rank_bound*matmul(abs(w), abs(motion))) stretch(:, j) = 0.0_wp
+         end associate
+      end do
+   end subroutine find_stretch
 
    !> The part of `motions` (n, r) that coupled coordinates hold.
    subroutine new_span(self, machine, coupled, motions)
@@ -63,7 +116,7 @@ contains
       real(wp), intent(in) :: motions(:, :)
 
       real(wp), allocatable :: felt(:, :), gram(:, :), inside(:, :), value(:)
-      integer :: info, j, k, r
+      integer :: info, k, r
 
       r = size(motions, 2)
       gram = matmul(transpose(motions), matmul(machine%mass, motions))
@@ -76,13 +129,7 @@ contains
       inside = matmul(coupled%to_coupled, felt)
       call part_of(inside, self%shape, gram)
       felt = matmul(felt, gram)
-      allocate (self%stretch(size(felt, 2), size(machine%contact)))
-      do j = 1, size(machine%contact)
-         associate (w => machine%contact(j)%w)
-            self%stretch(:, j) = matmul(w, felt)
-            where (abs(self%stretch(:, j)) <= rank_bound*matmul(abs(w), abs(felt))) self%stretch(:, j) = 0.0_wp
-         end associate
-      end do
+      call find_stretch(self%stretch, machine, felt)
    end subroutine new_span
 
    !> An orthonormal basis `part` (p, r') of the columns of `whole` (p, r), the projections of orthonormal vectors of which some

@@ -1,5 +1,5 @@
 !! Motions of rotors that no stiffness holds, and that no damping feels, by structure: the six rigid motions of each shaft, of which
-!! supports, bearings and what turns with the shaft hold some. Nothing is asked of assembled matrices; meshes are left open.
+!! supports, bearings, closed meshes and what turns with the shaft hold some. Nothing is asked of assembled matrices.
 module razy_rotor_free_motions
    use razy_core_kinds, only: wp
    use razy_linalg_lapack, only: dpotrf, dpotrs
@@ -10,7 +10,7 @@ module razy_rotor_free_motions
    implicit none(type, external)
    private
 
-   public :: find_rotor_motions
+   public :: find_rotor_motions, in_coordinates, rigid_motions, words_of
 
    !> A rigid motion is in the span of a reduction, to the error of its modes, or far from it.
    real(wp), parameter :: in_span = 1.0e-6_wp
@@ -32,10 +32,73 @@ contains
       call list_held(model, moved, held)
       call list_felt(model, moved, .true., circulatory, stretched)
       call list_felt(model, moved, .false., gyroscopic, felt)
-      call free_of(model, reduced, moved, reshape([held, stretched], [size(moved, 1), size(held, 2) + size(stretched, 2)]), &
-                   of_stiffness)
-      call free_of(model, reduced, moved, reshape([held, felt], [size(moved, 1), size(held, 2) + size(felt, 2)]), of_damping)
+      call free_of(model, reduced, reshape([held, stretched], [size(moved, 1), size(held, 2) + size(stretched, 2)]), of_stiffness)
+      call free_of(model, reduced, reshape([held, felt], [size(moved, 1), size(held, 2) + size(felt, 2)]), of_damping)
    end subroutine find_rotor_motions
+
+   !> Bases (6 shafts, r each) of the rigid motions that no stiffness holds, meshes closed if `meshed`, and of those among them that
+   !> nothing feels: no circulatory matrix, where these act, no gyroscopic moment and, if `damped`, no damping. Rows are motions
+   !> of each shaft along x, y and z, and about these.
+   subroutine rigid_motions(model, gyroscopic, circulatory, damped, meshed, of_stiffness, untouched)
+      type(rotor_model_t), intent(in) :: model
+      logical, intent(in) :: gyroscopic, circulatory, damped, meshed
+      real(wp), allocatable, intent(out) :: of_stiffness(:, :), untouched(:, :)
+
+      real(wp) :: moved(6*size(model%rotor%shaft), size(model%numbering%at))
+      real(wp), allocatable :: felt(:, :), held(:, :), turned(:, :)
+      integer :: info
+
+      call list_motions(model, moved)
+      call list_held(model, moved, held)
+      call list_felt(model, moved, .true., circulatory, felt)
+      call append(held, felt)
+      if (meshed) call append(held, matmul(moved(:, places(model)), model%mesh_direction))
+      call null_space(held, of_stiffness, info)
+      if (info /= 0) of_stiffness = of_stiffness(:, :0)
+      if (damped) then
+         call list_felt(model, moved, .false., gyroscopic, turned)
+         call append(held, turned)
+      else if (gyroscopic) then
+         call append_tilts(model, moved, held)
+      end if
+      call null_space(held, untouched, info)
+      if (info /= 0) untouched = untouched(:, :0)
+   end subroutine rigid_motions
+
+   !> What motions with a basis of `rigid_motions` are, in words; empty for none.
+   pure function words_of(motion) result(words)
+      real(wp), intent(in) :: motion(:, :)
+      character(:), allocatable :: words
+
+      character(*), parameter :: kinds(4) = [character(23) :: "to turn", "to move along the axis", "to move across the axis", &
+                                                                                                     "to tilt"]
+      integer, parameter :: kind_of(6) = [2, 3, 3, 1, 4, 4]
+      integer :: i, k
+
+      words = ""
+      do k = 1, size(kinds)
+         associate (rows => pack([(i, i=1, size(motion, 1))], kind_of([(modulo(i - 1, 6) + 1, i=1, size(motion, 1))]) == k))
+            if (norm2(motion(rows, :)) <= in_span) cycle
+            if (len(words) > 0) words = words//" and "
+            words = words//trim(kinds(k))
+         end associate
+      end do
+      if (len(words) > 0) words = "free "//words
+   end function words_of
+
+   !> The places in (6, nodes) of the coordinates of the model.
+   pure function places(model) result(at)
+      type(rotor_model_t), intent(in) :: model
+      integer :: at(model%numbering%n)
+
+      integer :: i
+
+      associate (number => reshape(model%numbering%at, [size(model%numbering%at)]))
+         do i = 1, size(number)
+            if (number(i) > 0) at(number(i)) = i
+         end do
+      end associate
+   end function places
 
    !> How the six coordinates of each node move (6 shafts, 6 nodes) in the rigid motions of the shafts: along x, y and z, about x,
    !> and about y and z through the first node, where w = -x theta and v = x psi.
@@ -103,12 +166,25 @@ contains
                   call append(felt, moved(:, column + 6*i - 4:column + 6*i - 3))
                end do
             end if
-            if (.not. by_stiffness .and. acts .and. abs(shaft%speed_ratio) > 0.0_wp) then
-               call append(felt, moved(:, column + 5:column + 6))
-            end if
          end associate
       end do
+      if (.not. by_stiffness .and. acts) call append_tilts(model, moved, felt)
    end subroutine list_felt
+
+   !> What gyroscopic moments feel.
+   pure subroutine append_tilts(model, moved, felt)
+      type(rotor_model_t), intent(in) :: model
+      real(wp), intent(in) :: moved(:, :)
+      real(wp), allocatable, intent(inout) :: felt(:, :)
+
+      integer :: s
+
+      do s = 1, size(model%rotor%shaft)
+         associate (column => first_column(model, s))
+            if (abs(model%rotor%shaft(s)%speed_ratio) > 0.0_wp) call append(felt, moved(:, column + 5:column + 6))
+         end associate
+      end do
+   end subroutine append_tilts
 
    !> The column before the first of shaft s.
    pure integer function first_column(model, s)
@@ -128,24 +204,34 @@ contains
    end subroutine append
 
    !> The motions that none of the `rows` feels, as far as the reduction has them, in its coordinates.
-   subroutine free_of(model, reduced, moved, rows, free)
+   subroutine free_of(model, reduced, rows, free)
       type(rotor_model_t), intent(in) :: model
       type(reduced_t), intent(in) :: reduced
-      real(wp), intent(in) :: moved(:, :), rows(:, :)
+      real(wp), intent(in) :: rows(:, :)
       real(wp), allocatable, intent(out) :: free(:, :)
 
-      real(wp), allocatable :: factor(:, :), motion(:, :), moves(:, :)
-      integer :: at(model%numbering%n), i, info, kept, p
+      real(wp), allocatable :: motion(:, :)
+      integer :: info
 
-      p = size(reduced%basis, 2)
       call null_space(rows, motion, info)
       if (info /= 0) motion = motion(:, :0)
-      associate (number => reshape(model%numbering%at, [size(moved, 2)]))
-         do i = 1, size(number)
-            if (number(i) > 0) at(number(i)) = i
-         end do
-      end associate
-      moves = matmul(transpose(moved(:, at)), motion)
+      call in_coordinates(model, reduced, motion, free)
+   end subroutine free_of
+
+   !> Motions (6 shafts, r), as far as the reduction has them, in its coordinates, an orthonormal basis (p, r).
+   subroutine in_coordinates(model, reduced, motion, free)
+      type(rotor_model_t), intent(in) :: model
+      type(reduced_t), intent(in) :: reduced
+      real(wp), intent(in) :: motion(:, :)
+      real(wp), allocatable, intent(out) :: free(:, :)
+
+      real(wp) :: moved(6*size(model%rotor%shaft), size(model%numbering%at))
+      real(wp), allocatable :: factor(:, :), moves(:, :)
+      integer :: i, info, kept, p
+
+      p = size(reduced%basis, 2)
+      call list_motions(model, moved)
+      moves = matmul(transpose(moved(:, places(model))), motion)
       allocate (free(p, size(moves, 2)))
       factor = reduced%mass
       call dpotrf("L", p, factor, p, info)
@@ -160,6 +246,6 @@ contains
          free(:, i) = free(:, i) - matmul(free(:, :i - 1), matmul(free(:, i), free(:, :i - 1)))
          free(:, i) = free(:, i)/norm2(free(:, i))
       end do
-   end subroutine free_of
+   end subroutine in_coordinates
 
 end module razy_rotor_free_motions

@@ -233,3 +233,119 @@ def test_response_is_refused_in_one_line(folder):
     done = start("razy-modes", stop)
     assert done.returncode == 2 and "'open': the contact wall is rigid" in done.stderr
     assert start("razy-modes", stop, *OPEN).returncode == 0
+
+
+def rotor(seed):
+    """A rotor on bearings with damping and cross-coupling, free to turn and to move along its axis; round numbers."""
+    draw = np.random.default_rng(seed)
+    elements = int(draw.integers(3, 17))
+    k, c = 10.0 ** draw.integers(5, 8), 10.0 ** draw.integers(2, 5)
+    cross = draw.choice([0.0, 0.1, 0.5]) * k
+    matrix = f"{k},{cross},{-cross},{draw.choice([0.8, 1.0]) * k}"
+    inner = draw.choice(["", ", damping_ratio=0.001, damping='nodal'"])
+    lines = [
+        "&scene kind='rotor' /",
+        f"&shaft name='s', young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0{inner} /",
+        f"&section shaft='s', length={draw.choice([0.5, 1.0, 1.5])}, outer_diameter=0.05, elements={elements} /",
+        f"&rotation speed_rpm=1000.0, circulatory={'.true.' if inner else '.false.'} /",
+        "&campbell last_rpm=6000.0, points=13, damped=.true. /",
+        "&modes count=8 /",
+    ]
+    lines += [
+        f"&bearing shaft='s', node={node}, kind='matrix', stiffness={matrix}, damping_matrix={c},0.0,0.0,{c} /"
+        for node in (1, elements + 1)
+    ]
+    node = int(draw.integers(1, elements + 2))
+    lines.append(f"&disk shaft='s', node={node}, mass=30.0, polar_inertia=0.3, diametral_inertia=0.17 /")
+    return lines
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_free_rotors_are_judged_as_held_ones(seed):
+    """Rigid motion is 0 Hz, no instability and no critical speed; a shaft that turns apart changes nothing."""
+    lines = rotor(seed)
+    apart = [
+        "&shaft name='t', young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0, speed_ratio=0.0 /",
+        "&section shaft='t', length=1.0, outer_diameter=0.04, elements=3 /",
+    ]
+    found = []
+    for more in (["&freedom axial=.false., torsion=.false. /"], [], apart):
+        with open("rotor.nml", "w") as file:
+            file.write("\n".join(lines + more) + "\n")
+        found.append(modes("rotor.nml"))
+    (_, held), (said, free), (_, beside) = found
+    assert "free to turn and to move along the axis" in said
+    np.testing.assert_array_equal(free["rigid"][:3], [1, 1, 0])
+    assert (free["natural_frequency"][:2] == 0.0).all() and (free["frequency"][:, :2] == 0.0).all()
+    for data in (free, beside):
+        np.testing.assert_allclose(data["stability_limit"], held["stability_limit"], rtol=1e-6)
+        for speed in held["critical_speed"]:
+            assert np.abs(data["critical_speed"] / speed - 1).min() < 1e-7
+        assert (data["critical_speed"] > 1.0).all()
+
+
+GEARS = """
+&scene kind='rotor' /
+&shaft name='a', young_modulus=2.1e11, poisson_ratio=0.3, density=7850.0 /
+&section shaft='a', length=0.5, outer_diameter=0.04, elements=1 /
+&shaft name='b', young_modulus=2.1e11, poisson_ratio=0.3, density=7850.0 /
+&section shaft='b', length=0.5, outer_diameter=0.02, elements=2 /
+&bearing shaft='a', node=1, kind='matrix', stiffness=1e6,0,0,1e6 /
+&bearing shaft='a', node=2, kind='matrix', stiffness=1e6,0,0,1e6 /
+&bearing shaft='b', node=1, kind='matrix', stiffness=1e6,0,0,1e6 /
+&bearing shaft='b', node=3, kind='matrix', stiffness=1e6,0,0,1e6 /
+&support shaft='a', node=1, held='u' /
+&support shaft='b', node=1, held='u' /
+&gear_mesh name='m', between='a','b', node=1,1, radius=0.04,0.114, teeth=20,57, centre_line=90.0, stiffness=4e8 /
+&rotation speed_rpm=1000.0 /
+&modes count=4 /
+"""
+
+
+def test_reductions_of_gears_that_are_free_to_turn():
+    """With all modes kept there is no error; Craig and Bampton's reduction without modes has one."""
+    for reduction, wrong in (("modes=11,17", False), ("method='craig_bampton', modes=0", True)):
+        with open("gears.nml", "w") as file:
+            file.write(f"{GEARS}&reduction {reduction} /\n")
+        succeed("razy-modes", "gears.nml", "--output", "gears.h5", "--force")
+        with h5py.File("gears.h5") as file:
+            error = file["reduction/error"][0]
+        assert np.isfinite(error).all() and (error.max() > 1e-3) == wrong and (wrong or error.max() < 1e-6)
+
+
+def test_overdamped_motions_are_no_critical_speeds():
+    at = {1: "1e5,0.0,0.0,1e5", 2: "1e5,2e3,-2e3,1e5"}
+    case = [
+        "&scene kind='rotor' /",
+        "&shaft name='a', young_modulus=2.1e11, poisson_ratio=0.3, density=7850.0, element='rayleigh' /",
+        "&section shaft='a', length=0.2, outer_diameter=0.02, elements=1 /",
+        *(f"&bearing shaft='a', node={n}, kind='matrix', stiffness={k}, damping_matrix=1e4,0.0,0.0,1e4 /"
+          for n, k in at.items()),
+        "&freedom axial=.false., torsion=.false. /",
+        "&rotation speed_rpm=1000.0 /",
+        "&campbell last_rpm=7000.0, points=13, damped=.true. /",
+        "&modes count=8 /",
+    ]  # fmt: skip
+    with open("damped.nml", "w") as file:
+        file.write("\n".join(case) + "\n")
+    _, data = modes("damped.nml")
+    assert data["critical_speed"].size == 0
+
+
+def test_a_free_train_of_very_unequal_wheels_has_0_hz():
+    """The rigid motion follows from the elements, whose stiffnesses differ by 1e10."""
+    inertia = [5e-7, 5e-7, 3e-5, 1e-8, 3e-5]
+    lines = ["&scene kind='lumped' /", *(f"&inertia name='j{i}', value={v} /" for i, v in enumerate(inertia))]
+    lines += [
+        "&spring between='j0','j1', stiffness=1e4 /",
+        "&gear_mesh name='m', between='j1','j2', radius=0.02,0.057, teeth=20,57, stiffness=1e9 /",
+        "&gear_mesh name='n', between='j2','j3', radius=0.02,0.02, teeth=20,20, stiffness=1e12 /",
+        "&spring between='j3','j4', stiffness=100.0, damping=1e-6 /",
+        "&modes contacts='closed' /",
+    ]
+    with open("train.nml", "w") as file:
+        file.write("\n".join(lines) + "\n")
+    _, data = modes("train.nml")
+    np.testing.assert_array_equal(data["natural_frequency"] == 0.0, [True, False, False, False, False])
+    np.testing.assert_array_equal(data["rigid"], [1, 0, 0, 0, 0])
+    assert (data["eigenvalue"][0, 0] == 0.0).all() and (data["eigenvalue"][0, 1:, 1] > 0.0).all()

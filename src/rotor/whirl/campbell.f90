@@ -18,7 +18,8 @@ module razy_rotor_whirl_campbell
    !> Intervals are halved so often at most, for modes beyond those asked for less often.
    integer, parameter :: most_halvings = 10, halvings_beyond = 2
 
-   !> Eigenvalues (modes, speeds) with Im >= 0 in the order of their imaginary parts, 1/s and rad/s; the branch that each belongs
+   !> Rigid motions that nothing feels, each once with the eigenvalue 0, then
+   !> eigenvalues (modes, speeds) with Im >= 0 in the order of their imaginary parts, 1/s and rad/s; the branch that each belongs
    !> to; the direction of its orbits, see `whirl_direction`. Modes that a speed does not have are 0 in `branch`.
    type :: campbell_t
       real(wp), allocatable :: speed(:)
@@ -61,12 +62,13 @@ contains
       type(spectrum_t) :: front
       type(search_t) :: search
       type(whirl_problem_t) :: family
-      integer :: i, k
+      integer :: i, k, rigid
 
       family = problem
       search%model = model
       search%order = order
-      search%modes = modes
+      rigid = min(problem%untouched, modes)
+      search%modes = modes - rigid
       allocate (search%critical(0))
       diagram%speed = speed
       allocate (diagram%value(modes, size(speed)), source=(0.0_wp, 0.0_wp))
@@ -81,14 +83,17 @@ contains
             call follow(search, family, front, speed(k), error)
             if (allocated(error)) return
          end if
-         do i = 1, min(modes, size(front%value))
-            diagram%value(i, k) = front%value(i)
-            diagram%branch(i, k) = front%branch(i)
-            diagram%direction(i, k) = whirl_direction(model, problem%shape_of(front%shape(:, i)))
+         diagram%branch(:rigid, k) = [(i, i=1, rigid)]
+         do i = 1, min(modes - rigid, size(front%value))
+            diagram%value(rigid + i, k) = front%value(i)
+            diagram%branch(rigid + i, k) = problem%untouched + front%branch(i)
+            diagram%direction(rigid + i, k) = whirl_direction(model, problem%shape_of(front%shape(:, i)))
          end do
          diagram%growth(k) = maxval(front%value%re)
       end do
-      diagram%critical = in_order(search%critical)
+      ! A motion damped by more than 1/sqrt(2) of the critical damping has no resonance.
+      diagram%critical = in_order(pack(search%critical, abs(search%critical%growth) < search%critical%frequency))
+      diagram%critical%branch = problem%untouched + diagram%critical%branch
       diagram%lost = search%lost
    end subroutine new_campbell
 

@@ -10,6 +10,7 @@ module razy_rotor_whirl_modes
    use razy_linalg_dense, only: product_of
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, first_modes, modes_found, modes_not_definite, orient
    use razy_linalg_sparse, only: add_matrices, csr_t
+   use razy_rotor_free_motions, only: rigid_motions
    use razy_rotor_deformation, only: deformations, projected_stiffness, restoring_force
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_numbering, only: values_at
@@ -96,9 +97,14 @@ contains
       real(wp), intent(out) :: shift
       integer, intent(out) :: info
 
+      real(wp), allocatable :: motion(:, :), untouched(:, :)
+
       shift = 0.0_wp
-      call factor%factor(model%stiffness, info)
-      if (info == 0) return
+      call rigid_motions(model, .false., .false., .false., .false., motion, untouched)
+      if (size(motion, 2) == 0) then
+         call factor%factor(model%stiffness, info)
+         return
+      end if
       shift = reference_shift(model)
       call factor%factor(add_matrices(1.0_wp, model%stiffness, shift, model%mass), info)
    end subroutine static_factor

@@ -5,9 +5,10 @@ module razy_rotor_whirl_whirl
    use razy_core_kinds, only: wp
    use razy_eigen_branches, only: family_t
    use razy_eigen_damped, only: damped_eigen, modal_scaling
+   use razy_eigen_free_modes, only: modes_beside
    use razy_eigen_path, only: eigen_path_t
    use razy_eigen_spectrum, only: new_spectrum, spectrum_t
-   use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
+   use razy_linalg_generalised, only: modes_found
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_reduction_reduced, only: reduced_t, transformed
    implicit none(type, external)
@@ -29,6 +30,8 @@ module razy_rotor_whirl_whirl
       logical :: circulatory = .false., damped = .true.
       !> The model in its modes, M = 1 and K = diag(omega²), meshes in it if they are closed.
       type(reduced_t) :: modal
+      !> Rigid motions that nothing feels, eigenvalues 0 in pairs: they are not in the modes.
+      integer :: untouched = 0
       !> omega², (rad/s)², and the scaling S of razy_eigen_damped, rad/s (p each).
       real(wp), allocatable :: squared(:), scaling(:)
       !> B + Bx with the meshes, if they are closed (p, p).
@@ -44,22 +47,30 @@ module razy_rotor_whirl_whirl
 
 contains
 
-   !> The problem of a reduced model; with `meshed` all meshes are closed and linear.
-   function new_whirl(reduced, meshed) result(problem)
+   !> The problem of a reduced model; with `meshed` all meshes are closed and linear. Of the rigid motions `of_stiffness` (p, k)
+   !> those of `untouched` (p, r) are left out.
+   function new_whirl(reduced, meshed, of_stiffness, untouched) result(problem)
       type(reduced_t), intent(in) :: reduced
       logical, intent(in) :: meshed
+      real(wp), intent(in), optional :: of_stiffness(:, :), untouched(:, :)
       type(whirl_problem_t) :: problem
 
-      type(eigenpairs_t) :: pairs
+      real(wp), allocatable :: basis(:, :), free(:, :), rigid(:, :), stiffness(:, :)
+      integer :: status
 
-      pairs = reduced%modes(meshed)
-      problem%complete = pairs%status == modes_found
-      problem%squared = pairs%value
-      problem%modal = transformed(reduced, pairs%vector)
+      allocate (free(size(reduced%mass, 1), 0), rigid(size(reduced%mass, 1), 0))
+      if (present(of_stiffness)) free = of_stiffness
+      if (present(untouched)) rigid = untouched
+      stiffness = reduced%stiffness
+      if (meshed) stiffness = reduced%closed_stiffness()
+      problem%untouched = size(rigid, 2)
+      call modes_beside(stiffness, reduced%mass, free, rigid, problem%squared, basis, status)
+      problem%complete = status == modes_found
+      problem%modal = transformed(reduced, basis)
       problem%damping = problem%modal%damping
       if (meshed) problem%damping = problem%modal%closed_damping()
       problem%damping = problem%damping + problem%modal%cross_damping
-      problem%scaling = modal_scaling(pairs%value)
+      problem%scaling = modal_scaling(problem%squared)
    end function new_whirl
 
    !> Omega G, with damping B + Bx + Omega G (p, p); with `rate` the derivative by Omega.

@@ -125,7 +125,8 @@ contains
       end if
       if (.not. limit > 0.0_wp) call input%complain(error, "reduction", 1, "compare_limit", &
                                                     "required: the modes compared are rigid")
-      omega = [(2*pi*limit*i/points, i=1, points)]
+      ! Between the ends: the last is a natural frequency, where an undamped rotor has no response.
+      omega = [(2*pi*limit*(i - 0.5_wp)/points, i=1, points)]
    end subroutine find_frequencies
 
    !> The reduction of the input first, then the others.

@@ -36,6 +36,9 @@ module razy_study_modes_result
       !> Names of the coordinates (coordinates), undamped shapes at rest (coordinates, modes), their frequencies, Hz (modes).
       character(64), allocatable :: coordinate(:)
       real(wp), allocatable :: shape(:, :), natural(:)
+      !> Whether a mode is a rigid motion that nothing holds (1 or 0), and what these are, in words.
+      integer, allocatable :: rigid(:)
+      character(:), allocatable :: free
       !> Parts and their shares of the kinetic energy (parts, modes), of the strain energy likewise.
       character(64), allocatable :: part(:), strain_part(:)
       real(wp), allocatable :: share(:, :), strain_share(:, :)
@@ -89,6 +92,10 @@ contains
       call table%add(mode, [(i, i=1, size(self%natural))], "1", "number of the mode", mode)
       call table%add(coordinate, self%coordinate, "1", "name of the coordinate", coordinate)
       call table%add("/natural_frequency", self%natural, "Hz", "undamped natural frequency at rest", mode)
+      if (allocated(self%rigid)) then
+         call table%add("/rigid", self%rigid, "1", "1 for a rigid motion that nothing holds", mode)
+         call table%note("motions", self%free)
+      end if
       call table%add("/shape", self%shape, "1", "undamped mode at rest, mass-normalised", [character(11) :: coordinate, mode])
       call table%add(part, self%part, "1", "what a share belongs to", part)
       call table%add("/energy_share", self%share, "1", "share of the kinetic energy of an undamped mode at rest", [part, mode])
@@ -221,6 +228,9 @@ contains
       end do
       if (size(content%natural) > most_lines) call append_text(lines, "and "//to_text(size(content%natural) - most_lines)// &
                                                                " more modes")
+      if (allocated(content%free)) then
+         if (len(content%free) > 0) call append_text(lines, content%free)
+      end if
       if (allocated(content%eigenvalue) .and. .not. allocated(content%branch)) call append_dampings(lines, content%eigenvalue)
       if (allocated(content%reduction)) call append_reduction(lines, content%reduction)
       if (allocated(content%critical)) call append_criticals(lines, content)

@@ -5,8 +5,9 @@ module razy_study_modes_rotor
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: pi, wp
    use razy_input_input, only: input_t
-   use razy_linalg_dense, only: product_of
+   use razy_linalg_dense, only: product_of, rising_order
    use razy_linalg_generalised, only: eigenpairs_t, keep_first, modes_found
+   use razy_rotor_free_motions, only: in_coordinates, rigid_motions, words_of
    use razy_rotor_whirl_campbell, only: campbell_t, new_campbell
    use razy_rotor_whirl_degenerate, only: separate_degenerate
    use razy_rotor_whirl_modes, only: rotor_modes => natural_modes, rotor_shares => energy_shares, shaft_shares, strain_shares
@@ -37,10 +38,16 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(eigenpairs_t) :: pairs
+      real(wp), allocatable :: motion(:, :), rigid(:, :), untouched(:, :)
+      integer, allocatable :: smallest(:)
       integer :: i, m
 
       associate (model => rotor%model, reduced => rotor%reduced)
+         call rigid_motions(model, .false., .false., .false., closed, motion, untouched)
+         content%free = words_of(motion)
          if (is_reduced(input)) then
+            call in_coordinates(model, reduced, motion, rigid)
+            motion = rigid
             pairs = reduced%modes(closed)
             if (pairs%status == modes_found) then
                call keep_first(pairs, min(count, size(pairs%value)))
@@ -53,8 +60,13 @@ contains
             call raise(error, "the eigenproblem could not be solved")
             return
          end if
-         call separate_degenerate(pairs, model)
          m = size(pairs%value)
+         ! How many follows from structure; which they are, the values tell: bearings with negative stiffness come before them.
+         smallest = rising_order(abs(pairs%value))
+         content%rigid = spread(0, 1, m)
+         content%rigid(smallest(:min(m, size(motion, 2)))) = 1
+         where (content%rigid == 1) pairs%value = 0.0_wp
+         call separate_degenerate(pairs, model)
          content%coordinate = [character(64) ::(model%numbering%name(model%rotor, i), i=1, model%numbering%n)]
          content%part = motions
          content%strain_part = strained
@@ -88,6 +100,23 @@ contains
       end do
    end function mesh_names
 
+   !> The problem over the speed with what acts, without the rigid motions that nothing feels.
+   function whirl_of(rotor, gyroscopic, circulatory, damped, closed) result(problem)
+      type(rotor_scene_t), intent(in) :: rotor
+      logical, intent(in) :: gyroscopic, circulatory, damped, closed
+      type(whirl_problem_t) :: problem
+
+      real(wp), allocatable :: motion(:, :), of_stiffness(:, :), still(:, :), untouched(:, :)
+
+      call rigid_motions(rotor%model, gyroscopic, circulatory .and. damped, damped, closed, motion, still)
+      call in_coordinates(rotor%model, rotor%reduced, motion, of_stiffness)
+      call in_coordinates(rotor%model, rotor%reduced, still, untouched)
+      problem = new_whirl(rotor%reduced, closed, of_stiffness, untouched)
+      if (.not. gyroscopic) problem%modal%gyroscopic = 0.0_wp
+      problem%damped = damped
+      problem%circulatory = circulatory .and. damped
+   end function whirl_of
+
    !> Eigenvalues over the speed, critical speeds, stability limit.
    subroutine find_campbell(content, rotor, input, count, closed, error)
       type(modes_result_t), intent(inout) :: content
@@ -112,13 +141,9 @@ contains
       call input%get("campbell", 1, "damped", with_damping)
       call input%get("rotation", 1, "gyroscopic", gyroscopic)
       call input%get("rotation", 1, "circulatory", circulatory)
-      damped = new_whirl(rotor%reduced, closed)
-      if (.not. gyroscopic) damped%modal%gyroscopic = 0.0_wp
-      problem = damped
-      damped%circulatory = circulatory
-      problem%damped = with_damping
-      problem%circulatory = circulatory .and. with_damping
-      modes = min(count, size(damped%squared))
+      damped = whirl_of(rotor, gyroscopic, circulatory, .true., closed)
+      problem = whirl_of(rotor, gyroscopic, circulatory, with_damping, closed)
+      modes = min(count, problem%untouched + size(problem%squared))
       content%speed = [((first + (last - first)*(real(i, wp)/(points - 1)))*pi/30, i=0, points - 1)]
       call new_campbell(diagram, problem, rotor%model, content%speed, modes, order, error)
       if (allocated(error)) return
