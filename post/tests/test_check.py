@@ -1,5 +1,7 @@
 """The independent proof of periodic motions."""
 
+import math
+
 import pytest
 
 flint = pytest.importorskip("flint")
@@ -30,6 +32,15 @@ def test_linear_motion_is_the_closed_form():
     proof = course(1.0, (response.real, -response.imag)).prove(y)
     assert proof.stable is True
     assert proof.events == 0
+    assert abs(float(proof.state[0].mid()) - response.real) < 1e-15
+
+
+def test_motion_that_begins_at_another_phase():
+    response = 1 / (-3 + 0.4j) * (0.8 + 0.6j)
+    flint.ctx.prec = 212
+    system = System(build(read_groups(CASE.format(clearance=1.0))), math.acos(0.8) / (2 * math.pi))
+    y = [flint.arb(response.real), flint.arb(-response.imag)]
+    proof = Course(system, y, 1).prove(y)
     assert abs(float(proof.state[0].mid()) - response.real) < 1e-15
 
 

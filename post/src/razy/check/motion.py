@@ -28,9 +28,9 @@ class Guard:
 class System:
     """The pieces of a machine."""
 
-    def __init__(self, machine: Machine):
-        """Reduce the machine to what is felt, exactly, and lay out X."""
-        self.machine = machine
+    def __init__(self, machine: Machine, phase: float = 0.0):
+        """Reduce the machine to what is felt, exactly, and lay out X; motions begin at this part of the period."""
+        self.machine, self.begin = machine, 2 * arb.pi() * phase
         rows = felt(machine)
         self.m, n = rows.nrows(), rows.ncols()
         tones = [tone for _, tone in machine.loads] + [tone for c in machine.contacts for tone in c.tones]
@@ -90,13 +90,14 @@ class System:
         return 2 * self.m + 1 + 2 * self.harmonics.index(int(tone.frequency[0] / self.base[0]))
 
     def state(self, y: list[arb]) -> arb_mat:
-        """Return X at phase 0."""
+        """Return X at the beginning of the motion."""
         x = arb_mat(self.size, 1)
         for i, value in enumerate(y):
             x[i, 0] = value
         x[2 * self.m, 0] = arb(1)
-        for i in range(len(self.harmonics)):
-            x[2 * self.m + 1 + 2 * i, 0] = arb(1)
+        for i, k in enumerate(self.harmonics):
+            x[2 * self.m + 1 + 2 * i, 0] = (k * self.begin).cos()
+            x[2 * self.m + 2 + 2 * i, 0] = (k * self.begin).sin()
         return x
 
     @cached_property
@@ -157,7 +158,7 @@ class System:
         return "open"
 
     def mode_at(self, x: arb_mat) -> tuple[str, ...]:
-        """Return the mode at phase 0, where it is beyond doubt."""
+        """Return the mode at the beginning of the motion, where it is beyond doubt."""
         mode = []
         for i, c in enumerate(self.machine.contacts):
             branch = "open"
@@ -167,13 +168,13 @@ class System:
                 over = (self.over(i, side) * x)[0, 0]
                 if over > 0:
                     if c.restitution is not None:
-                        raise ValueError(f"the motion lies beyond the rigid stop {c.name} at phase 0")
+                        raise ValueError(f"the motion lies beyond the rigid stop {c.name} where it begins")
                     branch = side
                     outward = (self.force(i, side) * x)[0, 0] * (1 if side == "upper" else -1)
                     if c.zero_force and not outward > 0:
                         branch = f"{side} parting"
                 elif not over < 0:
-                    raise NotCovered(f"the bound of {c.name} is touched at phase 0")
+                    raise NotCovered(f"the bound of {c.name} is touched where the motion begins")
             mode.append(branch)
         return tuple(mode)
 

@@ -1,0 +1,123 @@
+"""The command ``razy-check``: an independent proof of the motions of a file of razy-follow."""
+
+import os
+import sys
+import time
+from argparse import Namespace
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import h5py
+import numpy as np
+
+from razy_post import __version__
+from razy_post.errors import Parser, ResultError, one_line
+from razy_post.read import FollowResult, open_result
+from razy_post.target import check_output
+
+if TYPE_CHECKING:
+    from razy.check.verdict import Verdict
+
+PROGRAM = "razy-check"
+CHUNK = 8
+"""Motions that a process is given at a time."""
+PATIENCE = 10.0
+"""Seconds between lines of progress."""
+
+
+def parser() -> Parser:
+    """Return the parser of the command line."""
+    result = Parser(
+        prog=PROGRAM,
+        description="Prove the periodic motions of a file of razy-follow in ball arithmetic, from its input alone.",
+        epilog="Exit code: 0 all proved, 1 some not, 2 bad input or usage.",
+        allow_abbrev=False,
+    )
+    result.add_argument("file", metavar="FILE.h5", type=Path, help="file of razy-follow")
+    result.add_argument(
+        "--output", metavar="FILE.h5", type=Path, help="write the verdicts (/verdict, /reason, /radius)"
+    )
+    result.add_argument("--force", action="store_true", help="overwrite that file if it exists")
+    result.add_argument("--jobs", metavar="N", type=int, default=1, help="processes (%(default)s)")
+    result.add_argument("--version", action="version", version=f"{PROGRAM} {__version__}")
+    return result
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; return its exit code."""
+    given = parser().parse_args(arguments)
+    try:
+        return _check(given)
+    except ResultError as error:
+        print(f"{PROGRAM}: error: {one_line(str(error))}", file=sys.stderr)
+        return 2
+
+
+def _check(given: Namespace) -> int:
+    if not 1 <= given.jobs <= 1024:
+        raise ResultError(f"--jobs {given.jobs}: a whole number from 1 to 1024")
+    with open_result(given.file) as result:
+        if not isinstance(result, FollowResult):
+            raise ResultError(f"{given.file}: a file of {result.program}; {PROGRAM} proves motions of razy-follow")
+    with h5py.File(given.file) as data:
+        count = data["point/state"].shape[0]
+    if given.output is not None:
+        check_output(given.output, [given.file], given.force)
+    try:
+        from razy.check.machine import NotCovered
+        from razy.check.verdict import KINDS
+    except ImportError as cause:
+        raise ResultError(f"{PROGRAM} needs the package python-flint (pip install python-flint): {cause}") from cause
+    found: list[Verdict] = []
+    said = time.monotonic()
+    try:
+        for part in _parts(given.file, count, given.jobs):
+            found += part
+            if time.monotonic() - said > PATIENCE:
+                said = time.monotonic()
+                print(f"{len(found)} of {count} motions", file=sys.stderr, flush=True)
+    except NotCovered as reason:
+        raise ResultError(f"{given.file}: {reason}: not covered") from reason
+    for number, verdict in enumerate(found, 1):
+        if verdict.kind != "proved":
+            print(f"motion {number}: {verdict.kind}: {verdict.reason}")
+    kinds = Counter(verdict.kind for verdict in found)
+    radius = max((verdict.radius for verdict in found if verdict.kind == "proved"), default=0.0)
+    others = "".join(f", {kinds[kind]} {kind}" for kind in KINDS[1:] if kinds[kind])
+    print(f"{kinds['proved']} of {count} motions proved, largest radius {radius:.1e}{others}")
+    if given.output is not None:
+        _write(given.output, given.file, found, KINDS)
+        print(f"wrote {given.output}", file=sys.stderr)
+    return int(kinds["proved"] != count)
+
+
+def _parts(file: Path, count: int, jobs: int) -> Iterator[list["Verdict"]]:
+    """Return the verdicts on a few motions after the other, in their order."""
+    from razy.check.verdict import verdicts
+
+    chunks = [range(first, min(first + CHUNK, count)) for first in range(0, count, CHUNK)]
+    if jobs == 1:
+        yield from (verdicts(file, chunk) for chunk in chunks)
+        return
+    with ProcessPoolExecutor(jobs) as pool:
+        yield from pool.map(verdicts, [file] * len(chunks), chunks)
+
+
+def _write(target: Path, file: Path, found: list["Verdict"], kinds: tuple[str, ...]) -> None:
+    """Write the verdicts beside the motions' numbers in `file`; the file appears complete or not at all."""
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    try:
+        with h5py.File(partial, "w") as data:
+            data.attrs["program"], data.attrs["razy_version"], data.attrs["checked"] = PROGRAM, __version__, str(file)
+            column = data.create_dataset("verdict", data=np.array([kinds.index(one.kind) for one in found], np.int32))
+            column.attrs["flag_values"] = np.arange(len(kinds), dtype=np.int32)
+            column.attrs["flag_meanings"] = " ".join(kind.replace(" ", "_") for kind in kinds)
+            data.create_dataset("reason", data=[one.reason for one in found], dtype=h5py.string_dtype())
+            radius = data.create_dataset("radius", data=[one.radius for one in found])
+            radius.attrs["long_name"] = "radius of the ball that holds one motion, over the scales of the state"
+        partial.replace(target)
+    finally:
+        partial.unlink(missing_ok=True)
