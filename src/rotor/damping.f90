@@ -3,6 +3,8 @@
 !! `nodal` (source thesis, (4.32)-(4.34)): on v and w of every node b_i = 2 D sqrt(k_vi m_vi), with the diagonal entries of the
 !! shaft's stiffness and of the mass with its disks. There is none in torsion and axial motion, and the damping ratios of
 !! modes are many times D.
+!! `proportional`: B = beta K of each shaft's elements, beta = 2 D/omega with the lowest frequency omega of the shaft's bending on
+!! its bearings at rest: the ratio is D there if the bearings are stiff, and grows with the frequency, on however many elements.
 !! `modal`: the ratio D in every mode of each shaft on its bearings, meshes open, B = M V diag(2 D omega) Vᵀ M. It fills the
 !! shaft's block of B.
 !!
@@ -14,9 +16,11 @@ module razy_rotor_damping
    use razy_core_number, only: to_text
    use razy_linalg_dense, only: product_of
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
+   use razy_linalg_null_space, only: null_space
    use razy_linalg_sparse, only: csr_t, entries_t, new_csr
    use razy_rotor_numbering, only: numbering_t
-   use razy_rotor_rotor, only: damping_modal, damping_nodal, rotor_t
+   use razy_rotor_rotor, only: damping_modal, damping_nodal, damping_proportional, rotor_t
+   use razy_rotor_shaft_motions, only: append, list_bearings, list_held, list_motions
    implicit none(type, external)
    private
 
@@ -54,9 +58,68 @@ contains
             call add_modal(entries, numbering, s, rotor%shaft(s)%damping_ratio, mass, stiffness, error)
             if (allocated(error)) return
          end do
+      else if (rotor%damping == damping_proportional) then
+         do s = 1, size(rotor%shaft)
+            call add_proportional(entries, rotor, numbering, s, mass, shafts, stiffness, error)
+            if (allocated(error)) return
+         end do
       end if
       damping = new_csr(entries, numbering%n, numbering%n)
    end subroutine internal_damping
+
+   subroutine add_proportional(entries, rotor, numbering, s, mass, shafts, stiffness, error)
+      type(entries_t), intent(inout) :: entries
+      type(rotor_t), intent(in) :: rotor
+      type(numbering_t), intent(in) :: numbering
+      integer, intent(in) :: s
+      type(csr_t), intent(in) :: mass, shafts, stiffness
+      type(error_t), allocatable, intent(out) :: error
+
+      type(csr_t) :: m, k
+      type(eigenpairs_t) :: pairs
+      integer, allocatable :: bending(:)
+      real(wp) :: beta
+      integer :: free, i, j
+
+      bending = [(i, i=numbering%first(s), numbering%first(s + 1) - 1)]
+      bending = pack(bending, numbering%kind(bending) /= 1 .and. numbering%kind(bending) /= 4)
+      if (size(bending) == 0 .or. .not. rotor%shaft(s)%damping_ratio > 0.0_wp) return
+      m = mass%extract(bending)
+      k = stiffness%extract(bending)
+      pairs = dense_modes(k%dense(), m%dense())
+      free = free_in_bending(rotor, numbering, s)
+      beta = 0.0_wp
+      if (pairs%status == modes_found .and. free < size(pairs%value)) beta = pairs%value(free + 1)
+      if (.not. beta > 0.0_wp) then
+         call raise(error, "proportional damping of shaft "//to_text(s)//": it has no lowest frequency of bending")
+         return
+      end if
+      beta = 2*rotor%shaft(s)%damping_ratio/sqrt(beta)
+      do i = numbering%first(s), numbering%first(s + 1) - 1
+         do j = shafts%start(i), shafts%start(i + 1) - 1
+            call entries%add(i, shafts%column(j), beta*shafts%value(j))
+         end do
+      end do
+   end subroutine add_proportional
+
+   !> How many rigid motions of shaft s across its axis no support and no bearing holds.
+   integer function free_in_bending(rotor, numbering, s) result(free)
+      type(rotor_t), intent(in) :: rotor
+      type(numbering_t), intent(in) :: numbering
+      integer, intent(in) :: s
+
+      integer, parameter :: across(4) = [2, 3, 5, 6]
+      real(wp) :: moved(6*size(rotor%shaft), size(numbering%at))
+      real(wp), allocatable :: basis(:, :), held(:, :), stretched(:, :)
+      integer :: info
+
+      call list_motions(rotor, moved)
+      call list_held(numbering, moved, held)
+      call list_bearings(rotor, moved, .true., stretched)
+      call append(held, stretched)
+      call null_space(held(6*(s - 1) + across, :), basis, info)
+      free = merge(size(basis, 2), 0, info == 0)
+   end function free_in_bending
 
    subroutine add_modal(entries, numbering, s, ratio, mass, stiffness, error)
       type(entries_t), intent(inout) :: entries

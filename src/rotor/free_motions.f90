@@ -7,6 +7,7 @@ module razy_rotor_free_motions
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_reduction_reduced, only: reduced_t
    use razy_rotor_rotor, only: damping_nodal
+   use razy_rotor_shaft_motions, only: append, first_column, list_bearings, list_held, list_motions
    implicit none(type, external)
    private
 
@@ -28,8 +29,8 @@ contains
       real(wp) :: moved(6*size(model%rotor%shaft), size(model%numbering%at))
       real(wp), allocatable :: felt(:, :), held(:, :), stretched(:, :)
 
-      call list_motions(model, moved)
-      call list_held(model, moved, held)
+      call list_motions(model%rotor, moved)
+      call list_held(model%numbering, moved, held)
       call list_felt(model, moved, .true., circulatory, stretched)
       call list_felt(model, moved, .false., gyroscopic, felt)
       call free_of(model, reduced, reshape([held, stretched], [size(moved, 1), size(held, 2) + size(stretched, 2)]), of_stiffness)
@@ -48,8 +49,8 @@ contains
       real(wp), allocatable :: felt(:, :), held(:, :), turned(:, :)
       integer :: info
 
-      call list_motions(model, moved)
-      call list_held(model, moved, held)
+      call list_motions(model%rotor, moved)
+      call list_held(model%numbering, moved, held)
       call list_felt(model, moved, .true., circulatory, felt)
       call append(held, felt)
       if (meshed) call append(held, matmul(moved(:, places(model)), model%mesh_direction))
@@ -100,43 +101,6 @@ contains
       end associate
    end function places
 
-   !> How the six coordinates of each node move (6 shafts, 6 nodes) in the rigid motions of the shafts: along x, y and z, about x,
-   !> and about y and z through the first node, where w = -x theta and v = x psi.
-   pure subroutine list_motions(model, moved)
-      type(rotor_model_t), intent(in) :: model
-      real(wp), intent(out) :: moved(:, :)
-
-      integer :: column, k, node, s
-
-      moved = 0.0_wp
-      column = 0
-      do s = 1, size(model%rotor%shaft)
-         associate (x => model%rotor%shaft(s)%positions(), row => 6*(s - 1))
-            do node = 1, size(x)
-               do k = 1, 6
-                  moved(row + k, column + k) = 1.0_wp
-               end do
-               moved(row + 5, column + 3) = -x(node)
-               moved(row + 6, column + 2) = x(node)
-               column = column + 6
-            end do
-         end associate
-      end do
-   end subroutine list_motions
-
-   !> The columns of `moved` of coordinates that are not there.
-   pure subroutine list_held(model, moved, held)
-      type(rotor_model_t), intent(in) :: model
-      real(wp), intent(in) :: moved(:, :)
-      real(wp), allocatable, intent(out) :: held(:, :)
-
-      integer :: i
-
-      associate (at => reshape(model%numbering%at, [size(moved, 2)]))
-         held = moved(:, pack([(i, i=1, size(at))], at == 0))
-      end associate
-   end subroutine list_held
-
    !> What bearings feel by stiffness, or else by damping, and what internal damping, if its circulatory matrix `acts`, or else
    !> itself, and gyroscopic moments, if they act, feel.
    subroutine list_felt(model, moved, by_stiffness, acts, felt)
@@ -145,22 +109,11 @@ contains
       logical, intent(in) :: by_stiffness, acts
       real(wp), allocatable, intent(out) :: felt(:, :)
 
-      real(wp) :: at_node(6, 6)
-      integer :: first, i, s
+      integer :: i, s
 
-      allocate (felt(size(moved, 1), 0))
-      do i = 1, size(model%rotor%bearing)
-         associate (bearing => model%rotor%bearing(i))
-            first = first_column(model, bearing%shaft) + 6*(bearing%node - 1)
-            at_node = bearing%damping + bearing%cross_damping
-            if (by_stiffness) at_node = bearing%stiffness + bearing%cross_stiffness
-            ! A table is of the two directions across the shaft, whatever it says at this speed.
-            if (allocated(bearing%table)) at_node(2:3, 2:3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
-            call append(felt, matmul(moved(:, first + 1:first + 6), transpose(at_node)))
-         end associate
-      end do
+      call list_bearings(model%rotor, moved, by_stiffness, felt)
       do s = 1, size(model%rotor%shaft)
-         associate (shaft => model%rotor%shaft(s), column => first_column(model, s))
+         associate (shaft => model%rotor%shaft(s), column => first_column(model%rotor, s))
             if (model%rotor%damping == damping_nodal .and. shaft%damping_ratio > 0.0_wp .and. (acts .or. .not. by_stiffness)) then
                do i = 1, shaft%nodes()
                   call append(felt, moved(:, column + 6*i - 4:column + 6*i - 3))
@@ -180,28 +133,11 @@ contains
       integer :: s
 
       do s = 1, size(model%rotor%shaft)
-         associate (column => first_column(model, s))
+         associate (column => first_column(model%rotor, s))
             if (abs(model%rotor%shaft(s)%speed_ratio) > 0.0_wp) call append(felt, moved(:, column + 5:column + 6))
          end associate
       end do
    end subroutine append_tilts
-
-   !> The column before the first of shaft s.
-   pure integer function first_column(model, s)
-      type(rotor_model_t), intent(in) :: model
-      integer, intent(in) :: s
-
-      integer :: i
-
-      first_column = 6*sum([(model%rotor%shaft(i)%nodes(), i=1, s - 1)])
-   end function first_column
-
-   pure subroutine append(list, columns)
-      real(wp), allocatable, intent(inout) :: list(:, :)
-      real(wp), intent(in) :: columns(:, :)
-
-      list = reshape([list, columns], [size(list, 1), size(list, 2) + size(columns, 2)])
-   end subroutine append
 
    !> The motions that none of the `rows` feels, as far as the reduction has them, in its coordinates.
    subroutine free_of(model, reduced, rows, free)
@@ -230,7 +166,7 @@ contains
       integer :: i, info, kept, p
 
       p = size(reduced%basis, 2)
-      call list_motions(model, moved)
+      call list_motions(model%rotor, moved)
       moves = matmul(transpose(moved(:, places(model))), motion)
       allocate (free(p, size(moves, 2)))
       factor = reduced%mass

@@ -15,10 +15,10 @@ module razy_rotor_rotor
    private
 
    public :: node_load_t, rotor_t, shaft_t, support_t, unbalance_t
-   public :: check_layers, damping_none, damping_nodal, damping_modal, longest_name
+   public :: check_layers, damping_none, damping_nodal, damping_modal, damping_proportional, longest_name
 
    !> Internal damping of the shafts: none, the thesis's on the nodes (4.32), a ratio in every mode.
-   integer, parameter :: damping_none = 0, damping_nodal = 1, damping_modal = 2
+   integer, parameter :: damping_none = 0, damping_nodal = 1, damping_modal = 2, damping_proportional = 3
    !> Longer names of shafts are cut.
    integer, parameter :: longest_name = 40
 

@@ -349,3 +349,33 @@ def test_a_free_train_of_very_unequal_wheels_has_0_hz():
     np.testing.assert_array_equal(data["natural_frequency"] == 0.0, [True, False, False, False, False])
     np.testing.assert_array_equal(data["rigid"], [1, 0, 0, 0, 0])
     assert (data["eigenvalue"][0, 0] == 0.0).all() and (data["eigenvalue"][0, 1:, 1] > 0.0).all()
+
+
+@pytest.mark.parametrize("elements", [4, 16])
+def test_proportional_damping_is_that_of_the_shaft(elements):
+    """Pinned ends: D in the first bending mode, D times the ratio of frequencies in others, whatever the elements."""
+    lines = [
+        "&scene kind='rotor' /",
+        "&shaft name='s', young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0, damping_ratio=0.001 /",
+        f"&section shaft='s', length=1.5, outer_diameter=0.05, elements={elements} /",
+        "&support shaft='s', node=1, held='u','v','w','phi' /",
+        f"&support shaft='s', node={elements + 1}, held='v','w' /",
+        "&rotation speed_rpm=1000.0 /",
+        "&campbell first_rpm=0.0, last_rpm=6000.0, points=3, damped=.true. /",
+        "&modes count=8 /",
+    ]
+    with open("damped.nml", "w") as file:
+        file.write("\n".join(lines) + "\n")
+    _, data = modes("damped.nml")
+    ratio = data["natural_frequency"] / data["natural_frequency"][0]
+    np.testing.assert_allclose(data["damping_ratio"][0], 1e-3 * ratio, rtol=1e-8)
+    free = [line for line in lines if not line.startswith("&support")]
+    with open("free.nml", "w") as file:
+        file.write("\n".join(free) + "\n")
+    _, data = modes("free.nml", *sets(modes__count=12))
+    assert data["rigid"].sum() == 6
+    vibrates = data["eigenvalue"][0, :, 1] > 1.0
+    lowest = data["natural_frequency"][6]
+    ratio = np.hypot(*data["eigenvalue"][0, vibrates].T) / (2 * np.pi) / lowest
+    assert ratio[0] == pytest.approx(1.0, rel=1e-6)
+    np.testing.assert_allclose(data["damping_ratio"][0, vibrates], 1e-3 * ratio, rtol=1e-6)

@@ -23,8 +23,8 @@ module razy_scenes_rotor_schema
    integer, parameter :: bearing_rolling = 1, bearing_matrix = 2, bearing_ball = 3, bearing_roller = 4, bearing_table = 5
    character(*), parameter :: bearing_kinds(5) = [character(7) :: "rolling", "matrix", "ball", "roller", "table"]
    character(*), parameter :: coordinate_choices(6) = [character(5) :: "u", "v", "w", "phi", "theta", "psi"]
-   !> In the order of damping_none, damping_nodal, damping_modal.
-   character(*), parameter :: damping_choices(3) = [character(5) :: "none", "nodal", "modal"]
+   !> In the order of damping_none, damping_nodal, damping_modal, damping_proportional.
+   character(*), parameter :: damping_choices(4) = [character(12) :: "none", "nodal", "modal", "proportional"]
    character(*), parameter :: method_none = "none", method_craig_bampton = "craig_bampton"
    character(*), parameter :: methods(3) = [character(15) :: method_none, "modal_synthesis", method_craig_bampton]
    !> In the order of sort_absolute, sort_signed, sort_frequency.
@@ -54,8 +54,9 @@ contains
       call add_string(schema, "element", "bending without shear (Euler, Bernoulli, Rayleigh) or with it (Timoshenko, Cowper's "// &
                       "coefficient)", choices=["rayleigh  ", "timoshenko"], default="rayleigh")
       call add_real(schema, "damping_ratio", "D of the internal damping", low=0.0_wp, high=1.0e6_wp, default="0.0")
-      call add_string(schema, "damping", "internal damping: dampers on the nodes (the source's), or the ratio D in every mode "// &
-                      "of the shaft on its bearings; one kind for all shafts", choices=damping_choices(2:), default="nodal")
+      call add_string(schema, "damping", "internal damping: dampers on the nodes (the source's), the ratio D in every mode of "// &
+                      "the shaft on its bearings, or in the lowest and by the frequency in the others; one kind for all shafts", &
+                      choices=damping_choices(2:), default="proportional")
       call add_real(schema, "speed_ratio", "speed over that of &rotation, with sign; if left out, from the teeth of gear meshes")
       call add_group(schema, "section", "A cylinder of a shaft; sections follow each other along +x as in the file", &
                      repeatable=.true.)
