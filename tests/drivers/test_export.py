@@ -1,8 +1,10 @@
 """razy-export: results for MATLAB, ParaView and as animations, read back by programs of others."""
 
 import re
+import subprocess
 import sys
 from pathlib import Path
+from resource import RLIMIT_FSIZE, setrlimit
 
 import numpy as np
 import pytest
@@ -142,3 +144,20 @@ def test_mistakes_are_one_line(words, line, capsys):
     said = capsys.readouterr().err
     assert said.startswith(f"razy-export: error: {line}") and said.count("\n") == 1
     assert not list(Path().glob(".*"))
+
+
+@pytest.mark.parametrize("size", [100, 600, 4000, 20000])
+def test_a_full_disk_is_one_line_and_leaves_nothing(size):
+    succeed("razy-run", TWO_SIDED_STOP, "--output", "stop.h5")
+    Path("stop.mat").write_text("older")
+    words = f"import sys; sys.path.insert(0, {str(SOURCE / 'post' / 'src')!r})\n"
+    words += "from razy_post.tools import export_main; sys.exit(export_main(sys.argv[1:]))"
+    command = [sys.executable, "-c", words, "stop.h5", "--output", "stop.mat", "--force"]
+    done = subprocess.run(
+        command, capture_output=True, text=True, preexec_fn=lambda: setrlimit(RLIMIT_FSIZE, (size, size))
+    )
+    assert (done.returncode, done.stderr.splitlines()) == (
+        2, ["razy-export: error: stop.mat: File too large"]
+    ), done.stderr  # fmt: skip
+    assert sorted(path.name for path in Path().iterdir()) == ["stop.h5", "stop.mat"]
+    assert Path("stop.mat").read_text() == "older"

@@ -213,15 +213,66 @@ def test_bad_manifests_are_refused_line_by_line_before_anything_runs(folder):
     bad = bad.replace("reduces =", "reduce =")
     lines = report(written(folder, bad), "--output", "out").stderr.splitlines()
     assert [line.rsplit("report.toml: ")[-1] for line in lines] == [
-        "item First: input = 'no.nml': no such file",
-        "item First: kind = 'campbell': no such picture of razy-run (has: time, phase, loop)",
+        "item 'First': input = 'no.nml': no such file",
+        "item 'First': kind = 'campbell': no such picture of razy-run (has: time, phase, loop)",
     ]
     (folder / "bad.toml").write_text("title = ")
     assert "bad.toml: " in report("bad.toml").stderr
     done = report(written(folder, MANIFEST.replace("initial%displacement=2", "initial%place=2")), "--output", "out")
     assert done.returncode == 2
-    assert "item First: " in done.stderr
+    assert "item 'First': " in done.stderr
     assert not (folder / "out").exists()
+
+
+TABLE = '[[item.table]]\ncase = "one"\nheads = ["time"]\ndatasets = ["/time"]\n'
+WHERE = 'dataset = "/state/displacement"\n'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('["initial%displacement=2"]', "[1]", "'First': case 2: set = [1]: has to be a list, each a text"),
+        ('["initial%displacement=2"]', '[["a"]]', "set = [['a']]: has to be a list, each a text"),
+        ('["initial%displacement=2"]', '["a\\u0000"]', "has to be a list, each a text without control characters"),
+        (WHERE, WHERE + 'where = [[1, "<", 2]]\n', "where = [[1, '<', 2]]: has to be a list, each a list of 3"),
+        (WHERE, WHERE + "digits = -5\n", "digits = -5: has to be from 0 to 17"),
+        (WHERE, WHERE + "digits = true\n", "digits = True: has to be an integer"),
+        (WHERE, WHERE + "case = [1, 2]\n", "case = [1, 2]: has to be a text"),
+        (WHERE, WHERE + f"scale = 1{400 * '0'}\n", "has to be a finite number"),
+        ("[[item.plot]]", TABLE + "order = 99\n[[item.plot]]", "order = 99: from 0, none, to 1"),
+        ("[[item.plot]]", TABLE.replace('["time"]', "[1]") + "[[item.plot]]", "heads = [1]: has to be a list"),
+        ("[[item.plot]]", "case = [1, 2]\n[[item.plot]]", ""),
+        ('title = "Two items"', 'title = "\udcff"', "can't decode byte 0xff"),
+        ('title = "Two items"', "title = " + 5000 * "[", "too deep"),
+        ('title = "Two items"', "title = 1" + 5000 * "0", "4300 digits"),
+        (
+            MANIFEST,
+            'title = "a"\n[[item]]\nname = "b"\ncaption = "c"\ncase = [1, 2]',
+            "'b': case 1: 1: has to be a table",
+        ),
+    ],
+)
+def test_a_value_of_another_kind_is_one_line(old, new, words, folder):
+    from razy_post.report.manifest import ManifestError, read_manifest
+
+    (folder / "case.nml").write_text(CASE)
+    (folder / "report.toml").write_bytes(MANIFEST.replace(old, new, 1).encode(errors="surrogateescape"))
+    with pytest.raises(ManifestError) as error:
+        read_manifest(folder)
+    assert words in str(error.value), error.value
+    assert all("report.toml: " in line and len(line) < 300 for line in str(error.value).splitlines())
+
+
+def test_an_item_that_fails_says_why_at_once(folder):
+    text = sized(("", "", 1.0)).replace("/state", "/nothing").replace('"One"', '"One $x^$"')
+    text += (
+        '[[item.number]]\ntext = "ratio"\ndataset = "input:mass%value"\nreduce = "ratio_of_intervals"\nat_most = 1\n'
+    )
+    done = report(written(folder, text), "--output", "out")
+    assert done.returncode == 1, done.stderr
+    line = next(line for line in done.stdout.splitlines() if line.startswith("One $x^$: failed "))
+    assert "no dataset '/nothing/displacement'" in line
+    assert "1 of 3 values to take the ratio_of_intervals of" in line
 
 
 def test_every_input_and_picture_of_the_source_exists():

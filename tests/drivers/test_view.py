@@ -7,6 +7,7 @@ import sys
 import urllib.error
 import urllib.request
 from pathlib import Path
+from resource import RLIMIT_FSIZE, getrlimit, setrlimit
 
 import numpy as np
 import pytest
@@ -108,6 +109,15 @@ def test_a_page_to_send(capsys):
     assert not re.search(r"<(script|link|img)[^>]*=\s*.http", page)
     assert code(file, "--save", "page.html") == 2
     assert "page.html: exists already; --force overwrites it" in capsys.readouterr().err
+    before = getrlimit(RLIMIT_FSIZE)
+    setrlimit(RLIMIT_FSIZE, (len(page) // 2, before[1]))
+    try:
+        assert code(file, "--save", "page.html", "--force") == 2
+    finally:
+        setrlimit(RLIMIT_FSIZE, before)
+    assert capsys.readouterr().err.splitlines()[-1] == "razy-view: error: page.html: File too large"
+    assert Path("page.html").read_text() == page
+    assert not list(Path().glob(".*partial*"))
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from razy_post.errors import Parser, ResultError, one_line
 from razy_post.read import SweepResult
 from razy_post.read.description import read_description, values_of
 from razy_post.read.file import making_sense_of
-from razy_post.target import check_output
+from razy_post.target import check_output, write_text
 
 PROGRAM = "razy-view"
 # Stored times of a motion.
@@ -182,7 +182,7 @@ def _view(given: argparse.Namespace) -> None:
     if given.input is not None:
         if len(points) != 1 or given.save is not None:
             raise ResultError("--input goes with one --at, and without --save")
-        target.write_text(sweep.motion(points[0]).case, encoding="utf-8")
+        write_text(target, sweep.motion(points[0]).case)
         return
     try:
         from razy import page
@@ -191,7 +191,7 @@ def _view(given: argparse.Namespace) -> None:
     if given.save is None:
         page.serve(sweep, points, given.port, not given.no_browser)
     else:
-        target.write_text(page.static(sweep, points), encoding="utf-8")
+        write_text(target, page.static(sweep, points))
 
 
 def _values(text: str) -> list[float]:

@@ -43,6 +43,10 @@ def export(
         else:
             said = animate(result, partial, mode, start, stop)
         partial.replace(target)
+    except OSError as cause:
+        if cause.errno is None:
+            raise
+        raise ResultError(f"{target}: {cause.strerror}") from cause
     finally:
         partial.unlink(missing_ok=True)
     return said

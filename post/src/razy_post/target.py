@@ -1,5 +1,6 @@
 """Where a command writes: never over what it reads, nor over what is no file."""
 
+import os
 from pathlib import Path
 
 from razy_post.errors import ResultError
@@ -13,3 +14,15 @@ def check_output(path: Path, inputs: list[Path], overwrite: bool) -> None:
         raise ResultError(f"{path}: is a link, a folder or a device, not a file that can be replaced")
     if path.exists() and not overwrite:
         raise ResultError(f"{path}: exists already; --force overwrites it")
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text beside `path` and rename it when complete, so that a failure leaves nothing, or what was there."""
+    partial = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
+    try:
+        partial.write_text(text, encoding="utf-8")
+        partial.replace(path)
+    except OSError as cause:
+        raise ResultError(f"{path}: {cause.strerror}") from cause
+    finally:
+        partial.unlink(missing_ok=True)

@@ -63,14 +63,18 @@ def main(arguments: list[str] | None = None) -> int:
         for line in str(error).splitlines():
             print(f"{PROGRAM}: error: {one_line(line)}", file=sys.stderr)
         return 2
-    entries = _make(items, workshop, max(given.jobs, 1))
-    write_html(manifest, entries, given.output / "report.html")
-    write_pdf(manifest, entries, given.output / "report.pdf")
+    try:
+        entries = _make(items, workshop, max(given.jobs, 1))
+        write_html(manifest, entries, given.output / "report.html")
+        write_pdf(manifest, entries, given.output / "report.pdf")
+    except OSError as error:
+        print(f"{PROGRAM}: error: {one_line(str(error))}", file=sys.stderr)
+        return 2
     print(f"{counts(entries)}: {given.output / 'report.html'}, {given.output / 'report.pdf'}")
     bad = [entry for entry in entries if entry.turned or entry.verdict in (MISSED, FAILED)]
     for entry in bad:
         expected = f", expected {entry.item.expected}" if entry.turned else ""
-        print(f"{entry.item.name}: {entry.verdict}{expected} {' '.join(entry.problems)}".rstrip(), file=sys.stderr)
+        print(f"{entry.item.name}: {entry.verdict}{expected} {entry.reasons}".rstrip(), file=sys.stderr)
     return 1 if bad else 0
 
 
@@ -99,7 +103,7 @@ def _check(items: list[Item], workshop: Workshop, jobs: int) -> None:
             cases.setdefault((case.input, case.program, *workshop.options(case)), (item, case))
     with ThreadPoolExecutor(jobs) as pool:
         said = pool.map(lambda pair: workshop.check(pair[1]), cases.values())
-        problems = [f"item {item.name}: {line}" for (item, _), line in zip(cases.values(), said, strict=True) if line]
+        problems = [f"item '{item.name}': {line}" for (item, _), line in zip(cases.values(), said, strict=True) if line]
     if problems:
         raise ManifestError("\n".join(dict.fromkeys(problems)))
 
@@ -122,7 +126,7 @@ def _make(items: list[Item], workshop: Workshop, jobs: int) -> list[Entry]:
     with ProcessPoolExecutor(jobs) as pool:
         for entry in pool.map(_entry, items, by_name, [workshop.folder.parent / "images"] * len(items)):
             entries.append(entry)
-            print(f"{entry.item.name}: {entry.verdict}", flush=True)
+            print(f"{entry.item.name}: {entry.verdict} {entry.reasons}".rstrip(), flush=True)
     return entries
 
 
@@ -144,7 +148,7 @@ def _entry(item: Item, done: Mapping[str, Done], images: Path) -> Entry:
                 with open_result(done[item.case_called(table.case).name].file) as result:
                     head = [*table.heads, "place"] if table.number else list(table.heads)
                     entry.tables.append([head, *table_rows(table, result.file)])
-            except (ResultError, ValueError) as cause:
+            except (ResultError, LookupError, TypeError, ValueError) as cause:
                 entry.problems.append(f"table: {cause}")
     for one in list(done.values())[:1]:
         if not one.problem:

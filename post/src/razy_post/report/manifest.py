@@ -1,10 +1,13 @@
 """The manifest of a report, read from TOML and checked before anything runs."""
 
+import reprlib
+import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from types import UnionType
+from typing import Any, get_args, get_origin, get_type_hints
 
 from razy_post.errors import ResultError
 from razy_post.plot import ARRANGEMENTS, PICTURES
@@ -39,6 +42,8 @@ REDUCTIONS = (
     "last_over_first",
     "ratio_of_intervals",
 )
+# More than the digits that a double has.
+MOST_DIGITS = 17
 CONDITIONS = ("==", "!=", "<", "<=", ">", ">=")
 SEVERAL = {"run": ("time", "phase", "loop"), "sweep": ("column", "contacts")}
 
@@ -183,13 +188,13 @@ def read_manifest(path: Path) -> Manifest:
     if path.is_dir():
         path = path / "report.toml"
     try:
-        text = path.read_text(encoding="utf-8")
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as cause:
         raise ManifestError(f"{path}: {cause.strerror}") from cause
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as cause:
-        raise ManifestError(f"{path}: {cause}") from cause
+    except RecursionError as cause:
+        raise ManifestError(f"{path}: brackets within brackets, too deep to read") from cause
+    except ValueError as cause:
+        raise ManifestError(f"{path}: {' '.join(str(cause).split())}") from cause
     problems: list[str] = []
     manifest = _make(Manifest, {**data, "folder": path.parent}, "", problems)
     if not problems:
@@ -200,48 +205,87 @@ def read_manifest(path: Path) -> Manifest:
 
 
 PARTS = {"item": Item, "case": Case, "plot": Plot, "table": Table, "number": Number}
+# What a value has to keep beside its kind, or each of a list.
+LIMITS: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "digits": (lambda value: 0 <= value <= MOST_DIGITS, f"from 0 to {MOST_DIGITS}"),
+    "rows": (lambda value: value >= 0, "0 or more"),
+    "take": (lambda value: value >= 0, "a list of rows, counted from 0"),
+    "tolerance": (lambda value: value >= 0.0, "0 or more"),
+    "factor": (lambda value: value >= 1.0, "1 or more"),
+}
 
 
-def _make(kind: type, data: dict[str, Any], where: str, problems: list[str]) -> Any:
+def _make(kind: type, data: Any, where: str, problems: list[str]) -> Any:
     """Make an object of a table of the manifest; note what is wrong with it."""
+    if not isinstance(data, dict):
+        problems.append(f"{where}{reprlib.repr(data)}: has to be a table")
+        return None
     known = {one.name: one for one in fields(kind)}
     for key in data:
         if key not in known:
-            problems.append(f"{where}unknown key '{key}' (known: {', '.join(k for k in known if k != 'folder')})")
+            told = ", ".join(name for name in known if name != "folder")
+            problems.append(f"{where}unknown key {reprlib.repr(key)} (known: {told})")
     needed = [one.name for one in known.values() if one.default is MISSING and one.default_factory is MISSING]
     missing = [key for key in needed if key not in data]
     problems.extend(f"{where}'{key}' is missing" for key in missing)
     if missing:
         return None
-    values = {}
-    for key, value in data.items():
-        if key in known:
-            values[key] = _value(known[key].type, key, value, f"{where}{data.get('name', '')} ".lstrip(), problems)
-    return kind(**values)
+    kinds = get_type_hints(kind)
+    return kind(**{key: _value(kinds[key], key, value, where, problems) for key, value in data.items() if key in known})
 
 
 def _value(wanted: Any, key: str, value: Any, where: str, problems: list[str]) -> Any:
-    if key in PARTS and isinstance(value, list):
-        parts = (f"{where}{key} {number}: " for number in range(1, len(value) + 1))
+    if key in PARTS and wanted is not str and isinstance(value, list):
+        parts = (f"{where}{_called(key, part, number)}: " for number, part in enumerate(value, 1))
         return tuple(_make(PARTS[key], part, at, problems) for part, at in zip(value, parts, strict=True))
-    text = str(wanted)
-    fits = (
-        (isinstance(value, list) and "tuple" in text)
-        or (isinstance(value, bool) and "bool" in text)
-        or (isinstance(value, str) and "str" in text and "tuple" not in text)
-        or (isinstance(value, int) and not isinstance(value, bool) and ("int" in text or "float" in text))
-        or (isinstance(value, float) and "float" in text and "tuple" not in text)
-        or isinstance(value, Path)
-    )
-    if not fits:
-        problems.append(f"{where}{key} = {value!r}: has to be {getattr(wanted, '__name__', text)}")
+    if not _fits(wanted, value):
+        problems.append(f"{where}{key} = {reprlib.repr(value)}: has to be {_words(wanted)}")
+    elif key in LIMITS and not all(LIMITS[key][0](v) for v in (value if isinstance(value, list) else [value])):
+        problems.append(f"{where}{key} = {reprlib.repr(value)}: has to be {LIMITS[key][1]}")
     return tuple(tuple(v) if isinstance(v, list) else v for v in value) if isinstance(value, list) else value
+
+
+def _called(key: str, part: Any, number: int) -> str:
+    name = part.get("name") if key == "item" and isinstance(part, dict) else None
+    return f"item '{name}'" if isinstance(name, str) and name.isprintable() else f"{key} {number}"
+
+
+def _fits(wanted: Any, value: Any) -> bool:
+    """Return whether a value of TOML, whose tuples are lists, is of a kind."""
+    inner = get_args(wanted)
+    if get_origin(wanted) is UnionType:
+        return any(_fits(one, value) for one in inner)
+    if get_origin(wanted) is tuple:
+        kinds = [inner[0]] * len(value) if isinstance(value, list) and inner[-1] is ... else inner
+        return isinstance(value, list) and len(value) == len(kinds) and all(map(_fits, kinds, value))
+    if wanted is float:
+        return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
+    if wanted is str:
+        return isinstance(value, str) and value.replace("\n", "").replace("\t", "").isprintable()
+    return isinstance(value, wanted) and isinstance(value, bool) == (wanted is bool)
+
+
+def _words(wanted: Any) -> str:
+    inner = [one for one in get_args(wanted) if one not in (type(None), ...)]
+    if get_origin(wanted) is tuple:
+        if ... in get_args(wanted):
+            return "a list, each " + _words(inner[0])
+        return f"a list of {len(inner)}: " + "; ".join(map(_words, inner))
+    if inner:
+        return " or ".join(map(_words, inner))
+    plain = {
+        str: "a text without control characters",
+        int: "an integer",
+        float: "a finite number",
+        bool: "true or false",
+    }
+    return plain.get(wanted, "tables")
 
 
 def _problems(manifest: Manifest) -> Iterator[str]:
     names = [item.name for item in manifest.item]
     for item in manifest.item:
-        at = f"item {item.name}: "
+        at = f"item '{item.name}': "
         if names.count(item.name) > 1:
             yield at + "the name is given twice"
         for key, known in (("verdict", (UNDECIDED,)), ("expected", GIVEN)):
@@ -258,8 +302,8 @@ def _problems(manifest: Manifest) -> Iterator[str]:
         for plot in item.plot:
             yield from (at + problem for problem in _plot_problems(item, plot, called))
         for part in (*item.number, *item.table):
-            for case in (part.case, getattr(part, "minus", None), getattr(part, "over", None)):
-                if case and case not in called:
+            for case in (part.case or None, getattr(part, "minus", None), getattr(part, "over", None)):
+                if case is not None and case not in called:
                     yield f"{at}no case '{case}'"
             if not item.case:
                 yield f"{at}numbers and tables need a case"
@@ -268,6 +312,8 @@ def _problems(manifest: Manifest) -> Iterator[str]:
             widths = {len(row) for row in table.printed} or {0}
             if {len(table.heads)} != {width + len(table.datasets) for width in widths} or not table.datasets:
                 yield f"{at}a table has one head for each dataset, after those of what is printed"
+            if not 0 <= table.order <= len(table.datasets):
+                yield f"{at}order = {table.order}: from 0, none, to {len(table.datasets)}, the last of the datasets"
             if len(table.printed) not in (0, len(table.take)):
                 yield f"{at}a table takes one row for each that is printed"
         if not item.verdict and not any(number.decides for number in item.number):
@@ -275,6 +321,10 @@ def _problems(manifest: Manifest) -> Iterator[str]:
 
 
 def _plot_problems(item: Item, plot: Plot, called: set[str]) -> Iterator[str]:
+    if not item.case:
+        yield "a picture needs a case"
+    if plot.size is not None and (len(plot.size) != 2 or min(plot.size) <= 0.0):
+        yield f"size = {list(plot.size)}: width and height, above 0"
     unknown = [case for case in plot.cases if case not in called]
     for case in unknown:
         yield f"no case '{case}'"
@@ -303,10 +353,14 @@ def _number_problems(number: Number) -> Iterator[str]:
         yield f"reduce = '{number.reduce}': one of {', '.join(REDUCTIONS)}"
     if number.should_be is not None and (number.tolerance is None) == (number.factor is None):
         yield f"'{number.text}': should_be needs a tolerance or a factor"
+    if number.should_be is None and (number.tolerance, number.factor) != (None, None):
+        yield f"'{number.text}': a tolerance or a factor needs should_be"
+    if number.factor is not None and number.should_be == 0.0:
+        yield f"'{number.text}': a factor needs a should_be other than 0"
     if number.quote and not number.decides:
         yield f"'{number.text}': a quote needs should_be, at_least or at_most"
     if number.choice and not number.quote:
         yield f"'{number.text}': a choice needs a quote"
     for condition in number.where:
-        if len(condition) != 3 or condition[1] not in CONDITIONS:
+        if condition[1] not in CONDITIONS:
             yield f"'{number.text}': where is a list of [dataset, one of {' '.join(CONDITIONS)}, value]"

@@ -105,7 +105,7 @@ def _measured(item: Item, number: Number, done: Mapping[str, Done]) -> Measured:
     except NothingThereError as cause:
         # Of what is only shown that may be so, such as of a window in speeds that a quick report passes over.
         return Measured(number, np.nan, False, str(cause)) if number.decides else Measured(number, np.nan, None)
-    except (ResultError, ValueError, IndexError, KeyError) as cause:
+    except (ResultError, ArithmeticError, LookupError, TypeError, ValueError) as cause:
         return Measured(number, np.nan, False if number.decides else None, str(cause))
     holds = None
     if number.decides:
@@ -202,8 +202,10 @@ def _values(file: h5py.File, name: str) -> NDArray[np.float64]:
 def _reduce(values: NDArray[np.float64], number: Number) -> float:
     if number.reduce == "count":
         return values.size
-    if values.size == 0:
-        raise NothingThereError(f"{number.dataset}: no value to take the {number.reduce} of")
+    least = 3 if number.reduce == "ratio_of_intervals" else 1
+    if values.size < least:
+        found = f"{values.size} of {least} values" if values.size else "no value"
+        raise NothingThereError(f"{number.dataset}: {found} to take the {number.reduce} of")
     return {
         "first": lambda: values.flat[0],
         "last": lambda: values.flat[-1],

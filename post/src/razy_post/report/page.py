@@ -13,6 +13,7 @@ import matplotlib.image
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 
+from razy_post.errors import one_line
 from razy_post.plot.style import CM, look
 from razy_post.report.manifest import (
     AGREES,
@@ -68,6 +69,12 @@ class Entry:
     def turned(self) -> bool:
         """Whether the verdict is another than the expected one."""
         return bool(self.item.expected) and self.verdict != self.item.expected
+
+    @property
+    def reasons(self) -> str:
+        """Why it failed, in one line; empty if it did not."""
+        numbers = [f"{one.number.text}: {one.problem}" for one in self.measured if one.problem]
+        return one_line("; ".join([*self.problems, *numbers]))
 
     @property
     def quotes(self) -> list[str]:
@@ -207,7 +214,7 @@ class _Document:
             if self.top < BOTTOM:
                 self.end()
                 self._turn()
-            self.figure.text(0.09, self.top, line, fontsize=size, color=colour, va="top")
+            self.figure.text(0.09, self.top, line, fontsize=size, color=colour, va="top", parse_math=False)
             self.top -= 1.35 * size / 842.0
 
     def pictures(self, pictures: Sequence[bytes]) -> None:
