@@ -1,6 +1,7 @@
 """A point of a sweep that starts as razy-run does has its bits."""
 
 import re
+import shlex
 
 import f90nml
 import h5py
@@ -97,3 +98,16 @@ def test_a_chaotic_point_has_the_bits_of_a_run():
     assert_same("run.h5", "sweep.h5", 1)
     with h5py.File("run.h5") as run:
         assert run["event/time"].size > 1000
+
+
+def test_the_commands_of_the_log_have_the_bits_of_points_with_starts(folder):
+    few = ["--set", "start_range(1)%points=3", "--set", "start_range(2)%points=3", "--set", "motion%t_end=8.0"]
+    case = SOURCE / "inputs" / "basins.nml"
+    succeed("razy-sweep", case, *few, "--output", "sweep.h5", "--log", "sweep.log")
+    commands = re.findall(r"slow point (\d+): .*? ms: (.*)", (folder / "sweep.log").read_text())
+    assert len(commands) > 2
+    for point, command in commands:
+        program, *words = shlex.split(command)
+        assert "start_range(1)%values" in command and words[-2:] == ["--output", f"point_{point}.h5"]
+        succeed(program, *words)
+        assert_same(f"point_{point}.h5", "sweep.h5", int(point))
