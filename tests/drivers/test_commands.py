@@ -9,6 +9,7 @@ from programs import SOURCE, start
 
 sys.path.insert(0, str(SOURCE / "post" / "src"))
 
+from razy.check.cli import parser as check
 from razy.view import parser as view
 from razy_post import tools
 from razy_post.cli import parser as plot
@@ -16,7 +17,7 @@ from razy_post.report.cli import parser as report
 
 PAGES = [SOURCE / "README.md", SOURCE / "post/README.md", *sorted((SOURCE / "docs").rglob("*.md"))]
 COMPUTING = ("razy-run", "razy-sweep", "razy-modes", "razy-tune", "razy-follow", "razy-duel")
-PARSED = {"razy-plot": plot, "razy-view": view, "razy-report": report}
+PARSED = {"razy-check": check, "razy-plot": plot, "razy-view": view, "razy-report": report}
 MAINS = {"razy-merge": tools.merge_main, "razy-csv": tools.csv_main, "razy-export": tools.export_main}
 # Names of files that a reader is to have, with something in their place.
 STAND_INS = dict.fromkeys(("again.nml", "case.nml", "gear_pair.nml", "motion.nml"), "torsional_gear_pair.nml")
@@ -39,9 +40,9 @@ def commands(page):
 
 def input_called(name, page):
     """Return the text of an input: of the page itself, of the inputs, or what stands in for it; None if unknown."""
-    for text in re.findall(r"```\n(&scene.*?)```", page.read_text(), flags=re.DOTALL):
-        if "&motion" in text and f"`{name}`" in page.read_text():
-            return text
+    own = re.search(rf"`{re.escape(name)}`[^`]*```\n(&scene.*?)```", page.read_text(), flags=re.DOTALL)
+    if own:
+        return own[1]
     stem = STAND_INS.get(name, name).removeprefix("inputs/")
     for folder in ("inputs", "inputs/thesis"):
         path = SOURCE / folder / stem
