@@ -62,3 +62,16 @@ def test_vertical_axis_ends_above_the_lines_of_excitation(tmp_path):
             del file[name]
             file[name] = np.zeros(0)
     assert drawn(path).axes[0].get_ylim()[1] == pytest.approx(1.05 * 500.0)
+
+
+def test_names_of_orders_are_clear_of_marks_and_frame(tmp_path):
+    figure = drawn(write_modes(tmp_path / "modes.h5"))
+    axes = figure.axes[0]
+    figure.draw_without_rendering()
+    names = [text for text in axes.texts if text.get_text().endswith("\N{MULTIPLICATION SIGN}")]
+    assert [text.get_text() for text in names] == ["1\N{MULTIPLICATION SIGN}"]
+    frame, marks = axes.get_window_extent(), axes.transData.transform(np.transpose(line(axes, "critical speeds")))
+    for text in names:
+        box = text.get_window_extent()
+        assert frame.contains(box.x0, box.y0) and frame.contains(box.x1, box.y1)
+        assert not any(box.contains(*mark) for mark in marks)

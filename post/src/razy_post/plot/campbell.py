@@ -7,6 +7,7 @@ from matplotlib.lines import Line2D
 
 from razy_post.errors import ResultError
 from razy_post.plot import style
+from razy_post.plot.labels import Room, write
 from razy_post.plot.options import PlotOptions
 from razy_post.read import ModesResult
 
@@ -34,7 +35,7 @@ def draw(result: ModesResult, figure: Figure, options: PlotOptions) -> None:
     high = rpm[-1] if options.stop is None else options.stop
     top = _top(result, high) if options.top is None else options.top
     _branches(axes, result, rpm)
-    _excitation(axes, result, rpm, top)
+    _excitation(axes, result, rpm)
     if np.isfinite(result.stability_limit):
         axes.axvline(
             result.stability_limit * RPM, color=style.RED, linewidth=0.8, linestyle="-.", label="stability limit"
@@ -43,6 +44,19 @@ def draw(result: ModesResult, figure: Figure, options: PlotOptions) -> None:
     axes.set_xlim(low, high)
     axes.set_ylim(0.0, top)
     style.set_heading(figure, (axes, axes), style.title_of(result, options), _legend(result))
+    figure.draw_without_rendering()
+    _name_orders(axes, result)
+
+
+def _name_orders(axes: Axes, result: ModesResult) -> None:
+    """Write beside each line of excitation, near its end within the axes, which order it is."""
+    speed, orders, frequency = result.critical
+    (low, high), (_, top) = axes.get_xlim(), axes.get_ylim()
+    texts = [f"{order:g}\N{MULTIPLICATION SIGN}" for order in np.unique(orders)]
+    ends = [low + 0.96 * (min(high, 60.0 * top / order) - low) for order in np.unique(orders)]
+    at = [(end, order * end / 60.0) for end, order in zip(ends, np.unique(orders), strict=True)]
+    room = Room(axes, list(zip(speed * RPM, frequency, strict=True)), [line.get_data() for line in axes.lines])
+    write(axes, [place for place in room.places(texts, at) if place is not None])
 
 
 def _top(result: ModesResult, rpm: float) -> float:
@@ -77,14 +91,11 @@ def _branches(axes: Axes, result: ModesResult, rpm: np.ndarray) -> None:
             axes.plot(rpm[rows[shown]], y, color=colour, label=f"branch {number:.0f}")
 
 
-def _excitation(axes: Axes, result: ModesResult, rpm: np.ndarray, top: float) -> None:
+def _excitation(axes: Axes, result: ModesResult, rpm: np.ndarray) -> None:
     speed, orders, frequency = result.critical
     for order in np.unique(orders):
         line = order * rpm / 60.0
         axes.plot(rpm, line, color=style.GREY, linewidth=0.6, linestyle=(0, (6, 3)), label=f"order {order:g}")
-        at = min(rpm[-1], 60.0 * top / order)
-        text = f"{order:g}\N{MULTIPLICATION SIGN}"
-        axes.annotate(text, (at, order * at / 60.0), fontsize=7.0, color=style.GREY, ha="right", va="top")
     axes.plot(speed * RPM, frequency, "o", markersize=2.5, color=style.BLACK, label="critical speeds")
 
 
