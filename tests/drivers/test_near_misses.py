@@ -69,7 +69,7 @@ def test_ranks_and_an_interrupted_sweep_give_the_same_near_misses(case):
     sweep.expect_whole()
 
 
-def interrupted(sweep, recorded=60000):
+def interrupted(sweep, recorded=75000):
     """Stop the sweep when so many bytes are in its checkpoint; return how many points are done."""
     process = sweep.begin(recorded)
     assert stop(process, signal.SIGTERM) == 3
