@@ -14,6 +14,7 @@
 !! *Nearest miss.* A guard that turned without having been left missed its bound by so much; in units of the error that the
 !! tolerance allows in it, a miss below 1 is counted: there may have been two events more.
 module razy_runge_kutta_event_finder
+   use razy_contact_contact_law, only: branch_open
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_guards, only: guards_t
@@ -330,6 +331,7 @@ contains
       type(guards_inside_t), intent(in) :: inside
       logical, intent(inout) :: hit(:)
 
+      real(wp) :: known
       integer :: i
       logical :: falls
 
@@ -337,7 +339,11 @@ contains
       do i = 1, inside%guards%count
          associate (start => self%start(i), event => self%event(i), noise => inside%guards%noise(i))
             if (self%theta > 0.0_wp) then
-               hit(i) = event%rate < 0.0_wp .and. event%g <= noise - 8*eps*self%theta*inside%stepper%h*event%rate
+               known = noise
+               ! Impacts nearer in time than the error of the gap (as of near misses) over its speed cannot be told apart.
+               if (closes(inside, i)) known = noise + tolerated(inside%system, inside%guards, inside%stepper, i, &
+                                                                real(inside%stepper%accepted_steps, wp))
+               hit(i) = event%rate < 0.0_wp .and. event%g <= known - 8*eps*self%theta*inside%stepper%h*event%rate
                ! What rests on its bound to rounding is not left because something else is.
                if (still(inside%guards, i, event%rate) .and. event%g >= -noise) hit(i) = .false.
             else
@@ -352,6 +358,33 @@ contains
       hit(self%first) = .true.
    end subroutine gather
 
+   !> Whether guard i is the gap of an open rigid side.
+   pure function closes(inside, i)
+      type(guards_inside_t), intent(in) :: inside
+      integer, intent(in) :: i
+      logical :: closes
+
+      associate (j => inside%guards%entry(i)%contact)
+         closes = inside%system%machine%contact(j)%law%impacts .and. of_s_alone(inside%guards, i) &
+                  .and. inside%stepper%rhs%dynamics%mode%branch(j) == branch_open
+      end associate
+   end function closes
+
+   !> The error of guard i after `steps` steps, each with the error that the tolerance allows.
+   pure function tolerated(system, guards, stepper, i, steps) result(error)
+      type(system_t), intent(in) :: system
+      type(guards_t), intent(in) :: guards
+      type(stepper_t), intent(in) :: stepper
+      integer, intent(in) :: i
+      real(wp), intent(in) :: steps
+      real(wp) :: error
+
+      associate (guard => guards%entry(i), w => system%w(:, guards%entry(i)%contact), z => stepper%z_start, m => system%m)
+         error = steps*(abs(guard%alpha)*dot_product(abs(w), stepper%absolute + stepper%relative*abs(z(:m))) &
+                        + abs(guard%beta)*dot_product(abs(w), stepper%absolute + stepper%relative*abs(z(m + 1:2*m))))
+      end associate
+   end function tolerated
+
    !> Count the guards that turned nearer to their bounds than the tolerance lets them be known, and those that are left but would
    !> have turned as near beyond. What starts on its bound, or rests there to rounding, does not count.
    pure subroutine count_misses(self, system, guards, stepper, hit)
@@ -361,12 +394,10 @@ contains
       type(stepper_t), intent(in) :: stepper
       logical, intent(in) :: hit(:)
 
-      real(wp) :: absolute, bend, known, miss, relative
+      real(wp) :: bend, known, miss
       integer :: i
 
       ! After n steps errors are up to n times what the tolerance allows in one.
-      absolute = real(stepper%accepted_steps, wp)*stepper%absolute
-      relative = real(stepper%accepted_steps, wp)*stepper%relative
       do i = 1, guards%count
          miss = self%nearest(i)
          if (hit(i)) then
@@ -375,10 +406,7 @@ contains
             if (bend > 0.0_wp .and. self%start(i)%g > guards%noise(i)) miss = 0.5_wp*self%event(i)%rate**2/bend
          end if
          if (.not. miss < huge(1.0_wp) .or. max(abs(self%start(i)%g), abs(self%stop(i)%g)) <= guards%noise(i)) cycle
-         associate (guard => guards%entry(i), w => system%w(:, guards%entry(i)%contact), z => stepper%z_start, m => system%m)
-            known = abs(guard%alpha)*dot_product(abs(w), absolute + relative*abs(z(:m))) &
-                    + abs(guard%beta)*dot_product(abs(w), absolute + relative*abs(z(m + 1:2*m))) + guards%noise(i)
-         end associate
+         known = tolerated(system, guards, stepper, i, real(stepper%accepted_steps, wp)) + guards%noise(i)
          if (miss < known) self%near_misses = self%near_misses + 1
       end do
    end subroutine count_misses

@@ -26,6 +26,8 @@ RIGHT = {
     "friction_from_rest": (32, 1.50447104025837),
     # Gap, rate and acceleration are 0 at first.
     "resting_on_sprung_table": (7, 0.29235070836815),
+    # Both stops of a symmetric press close together: as one body with their mass on one stop.
+    "symmetric_press": (6, 0.2938191405203905),
     # Frictions far below their limits, under a load of the size of rounding: all bodies move together.
     "frictions_in_series": (0, 1e-16 * 2 / 3),
 }
