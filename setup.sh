@@ -141,7 +141,7 @@ prepare() {
 build_release() {
   build release "$1"
   local program
-  for program in check csv export import-ross merge plot report view; do ln -sfn "../../.venv/bin/razy-$program" "build/bin/razy-$program"; done
+  for program in check csv doctor export import-ross merge plot report view; do ln -sfn "../../.venv/bin/razy-$program" "build/bin/razy-$program"; done
 }
 
 demo() {

@@ -55,7 +55,7 @@ def test_install_and_use(folder):
     for program in ("razy-run", "razy-sweep"):
         assert run(prefix / "bin" / program, "--version").startswith(program)
     with_tools = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
-    for name in ("check", "csv", "export", "import-ross", "merge", "plot", "report", "view"):
+    for name in ("check", "csv", "doctor", "export", "import-ross", "merge", "plot", "report", "view"):
         tool = f"razy-{name}"
         said = subprocess.run(
             [prefix / "bin" / tool, "--version"], capture_output=True, text=True, env=with_tools, check=True
