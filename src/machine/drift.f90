@@ -1,4 +1,4 @@
-!! Drifts: displacements that a machine does not feel, so that the same motion goes on elsewhere.
+!! A drift is a displacement that a machine does not feel, so that the same motion goes on elsewhere.
 !!
 !! A displacement x shifts every motion of a machine if K x = 0 and w_jᵀ x = 0 for every contact whose law knows its variable s.
 !! Dampers and friction feel velocities alone. A motion is periodic but for a drift if q(t + T) = q(t) + x, q'(t + T) = q'(t).
