@@ -66,25 +66,36 @@ contains
       if (info /= 0) untouched = untouched(:, :0)
    end subroutine rigid_motions
 
-   !> What motions with a basis of `rigid_motions` are, in words; empty for none.
-   pure function words_of(motion) result(words)
+   !> What motions with a basis of `rigid_motions` are, in words; empty for none. A shaft that tilts about a bearing moves across
+   !> its axis, too, but is not free to: only without tilting it would be.
+   function words_of(motion) result(words)
       real(wp), intent(in) :: motion(:, :)
       character(:), allocatable :: words
 
       character(*), parameter :: kinds(4) = [character(23) :: "to turn", "to move along the axis", "to move across the axis", &
                                                                                                      "to tilt"]
       integer, parameter :: kind_of(6) = [2, 3, 3, 1, 4, 4]
-      integer :: i, k
+      real(wp), allocatable :: straight(:, :), within(:, :)
+      integer :: i, info, k, last
+      logical :: free(4)
 
+      associate (kind => kind_of([(modulo(i - 1, 6) + 1, i=1, size(motion, 1))]))
+         free = [(norm2(motion(pack([(i, i=1, size(kind))], kind == k), :)) > in_span, k=1, 4)]
+         straight = transpose(motion(pack([(i, i=1, size(kind))], kind == 4), :))
+         where (abs(straight) <= in_span) straight = 0.0_wp
+         call null_space(straight, within, info)
+         straight = matmul(motion, within)
+         free(3) = norm2(straight(pack([(i, i=1, size(kind))], kind == 3), :)) > in_span
+      end associate
       words = ""
+      last = findloc(free, .true., dim=1, back=.true.)
       do k = 1, size(kinds)
-         associate (rows => pack([(i, i=1, size(motion, 1))], kind_of([(modulo(i - 1, 6) + 1, i=1, size(motion, 1))]) == k))
-            if (norm2(motion(rows, :)) <= in_span) cycle
-            if (len(words) > 0) words = words//" and "
-            words = words//trim(kinds(k))
-         end associate
+         if (.not. free(k)) cycle
+         if (len(words) > 0 .and. k < last) words = words//","
+         if (len(words) > 0 .and. k == last) words = words//" and"
+         words = words//" "//trim(kinds(k))
       end do
-      if (len(words) > 0) words = "free "//words
+      if (len(words) > 0) words = "free"//words
    end function words_of
 
    !> The places in (6, nodes) of the coordinates of the model.

@@ -379,3 +379,18 @@ def test_proportional_damping_is_that_of_the_shaft(elements):
     ratio = np.hypot(*data["eigenvalue"][0, vibrates].T) / (2 * np.pi) / lowest
     assert ratio[0] == pytest.approx(1.0, rel=1e-6)
     np.testing.assert_allclose(data["damping_ratio"][0, vibrates], 1e-3 * ratio, rtol=1e-6)
+
+
+def test_a_shaft_on_one_bearing_is_free_to_tilt_only():
+    lines = [
+        "&scene kind='rotor' /",
+        "&shaft name='s', young_modulus=2.0e11, poisson_ratio=0.25, density=8000.0 /",
+        "&section shaft='s', length=1.0, outer_diameter=0.1, elements=4 /",
+        "&bearing shaft='s', node=3, kind='matrix', stiffness=1e6,0.0,0.0,1e6 /",
+        "&modes count=6 /",
+    ]
+    with open("one.nml", "w") as file:
+        file.write("\n".join(lines) + "\n")
+    said, data = modes("one.nml")
+    assert "free to turn, to move along the axis and to tilt" in said.splitlines()
+    np.testing.assert_array_equal(data["rigid"], [1, 1, 1, 1, 0, 0])

@@ -23,6 +23,8 @@ FACTOR = {"exact": 100.0, "dop853": 1000.0}
 LOST = 1e-3
 # Part of the motion's length within which two codes end at the same place.
 SAME_END = 1e-6
+# The same where laws contradict each other, from where rounding may carry a motion on.
+CREPT = 1e-2
 # The absolute tolerance is for motions of a metre, and these have 0.1 mm.
 FAST = ["motion%integrator='dop853'", "motion%relative_tolerance=1e-13", "motion%absolute_tolerance=1e-18"]
 
@@ -63,12 +65,12 @@ def contradicts(text, end, other):
     if stopped is None:
         return False
     t_end = float(re.search(r"t_end=([-+.0-9e]+)", text)[1])
-    if also is not None and also < stopped + SAME_END * t_end:
+    if also is not None and -SAME_END * t_end < stopped - also < CREPT * t_end:
         return True
     try:
         own(text, [min(t_end, stopped + SAME_END * t_end)], False)
     except follow.GaveUpError as error:
-        return float(str(error).split("at ")[1]) < stopped + SAME_END * t_end
+        return -SAME_END * t_end < stopped - float(str(error).split("at ")[1]) < CREPT * t_end
     return False
 
 

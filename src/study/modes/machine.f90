@@ -7,7 +7,7 @@ module razy_study_modes_machine
    use razy_eigen_mode_branches, only: energy_shares, hertz
    use razy_input_input, only: input_t
    use razy_linalg_dense, only: congruence_of, rising_order
-   use razy_linalg_generalised, only: dense_modes, eigenpairs_t
+   use razy_linalg_generalised, only: orient
    use razy_machine_free_motions, only: linear_free_motions
    use razy_machine_linearised, only: linear_curved, linear_no_equilibrium, linear_rigid, linearise
    use razy_machine_machine, only: machine_t
@@ -27,10 +27,9 @@ contains
       integer, intent(in) :: count, contacts
       type(error_t), allocatable, intent(out) :: error
 
-      type(eigenpairs_t) :: modes
-      real(wp), allocatable :: basis(:, :), damping(:, :), of_stiffness(:, :), share(:, :), slope(:, :), squared(:), &
+      real(wp), allocatable :: basis(:, :), damping(:, :), of_stiffness(:, :), slope(:, :), squared(:), &
                                stiffness(:, :), untouched(:, :)
-      integer, allocatable :: smallest(:)
+      integer, allocatable :: order(:)
       complex(wp), allocatable :: values(:)
       integer :: culprit, kept, status
 
@@ -48,25 +47,22 @@ contains
       call linear_free_motions(machine, slope, of_stiffness, untouched)
       call modes_beside(stiffness, machine%mass, of_stiffness, untouched, squared, basis, status)
       if (status == 0) call damped_eigen(squared, congruence_of(damping, basis), values, status)
-      modes = dense_modes(stiffness, machine%mass)
-      if (status == 0) status = modes%status
+      if (status == 0) call modes_beside(stiffness, machine%mass, of_stiffness, untouched(:, :0), squared, basis, status)
       if (status /= 0) then
          call raise(error, "the eigenproblem could not be solved")
          return
       end if
-      kept = min(count, size(modes%value))
-      smallest = rising_order(abs(modes%value))
-      allocate (content%rigid(size(modes%value)), source=0)
-      content%rigid(smallest(:size(of_stiffness, 2))) = 1
-      where (content%rigid == 1) modes%value = 0.0_wp
-      content%rigid = content%rigid(:kept)
+      kept = min(count, size(squared))
+      order = rising_order(squared)
+      basis = basis(:, order(:kept))
+      call orient(basis)
+      content%rigid = merge(1, 0, order(:kept) <= size(of_stiffness, 2))
       content%free = ""
-      share = energy_shares(modes%vector, machine%mass)
+      content%share = energy_shares(basis, machine%mass)
       content%coordinate = machine%coordinate
       content%part = content%coordinate
-      content%natural = hertz(modes%value(:kept))
-      content%shape = modes%vector(:, :kept)
-      content%share = share(:, :kept)
+      content%natural = hertz(squared(order(:kept)))
+      content%shape = basis
       content%speed = [0.0_wp]
       content%frequency = reshape(content%natural, [kept, 1])
       values = [spread((0.0_wp, 0.0_wp), 1, size(untouched, 2)), values]
