@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""Cost of a motion against the number of contacts (1 to 64) and of coordinates (2 to 200): report/contacts.md.
+"""Cost of a motion against contacts (1 to 64) and coordinates (2 to 200), and of a stop that is never touched.
+
+The figures are in report/contacts.md.
 
 A chain of equal masses and springs between two walls, driven at one end, with stops of one side at evenly spaced
 masses, elastic or rigid. `razy-duel` computes each case by `exact` and by DOP853 with events, with rigid stops by
@@ -8,6 +10,7 @@ Moreau-Jean time stepping as well.
 
 import argparse
 import itertools
+import re
 import subprocess
 import sys
 import tempfile
@@ -112,6 +115,25 @@ CASES = [(64, contacts) for contacts in (1, 2, 4, 8, 16, 32, 64)]
 CASES += [(coordinates, 2) for coordinates in (2, 5, 10, 20, 50, 100, 200)]
 
 
+def untouched(duel, folder):
+    """Processor times of the gear pair alone, with a far elastic and with a far rigid stop, by `exact`, s."""
+    text = (ROOT.parent / "inputs" / "torsional_gear_pair.nml").read_text(encoding="utf-8")
+    machine = [
+        line for line in text.splitlines() if re.match(r"&(scene|inertia|spring|gear_mesh|load|rotation)\b", line)
+    ]
+    times = []
+    for law in (None, "stiffness=1e5", "law='rigid', restitution=0.8"):
+        stop = f"&stop name='far', between='motor','pinion', side='upper', clearance=100.0, {law} /"
+        run = ["&motion t_end=5.0, start='zero' /", "&duel integrator='exact' /"]
+        path = folder / "far.nml"
+        path.write_text("\n".join([*machine, *([stop] if law else []), *run]) + "\n", encoding="utf-8")
+        result = path.with_suffix(".h5")
+        subprocess.run([duel, path, "--output", result, "--force"], check=True, stdout=subprocess.DEVNULL)
+        with h5py.File(result) as file:
+            times.append((file["cpu_time"][0], file["events"][0]))
+    return times
+
+
 def version(duel):
     return subprocess.run([duel, "--version"], check=True, capture_output=True, text=True).stdout.strip()
 
@@ -144,6 +166,18 @@ def main():
                 print(title, *row, file=sys.stderr)
                 lines.append(f"| {' | '.join(row)} |")
             lines.append("")
+        lines += [
+            "## A stop that is never touched",
+            "",
+            "The torsional gear pair, 5 s of motion by `exact`, with a stop 100 rad away between motor and pinion.",
+            "",
+            "| stop | events | exact, ms | ratio |",
+            "|---|---|---|---|",
+        ]
+        times = untouched(duel, Path(folder))
+        for stop, (time, events) in zip(("none", "elastic", "rigid"), times, strict=True):
+            lines.append(f"| {stop} | {events} | {1e3 * time:.2f} | {time / times[1][0]:.2f} |")
+        lines.append("")
     options.report.write_text("\n".join(lines), encoding="utf-8")
 
 

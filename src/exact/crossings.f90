@@ -75,6 +75,8 @@ contains
          watched(t)%floor = 0.0_wp
          if (self%standing > 0) watched(t)%floor = self%noise(entry(t)%function, entry(t)%contact)
          watched(t)%from_zero = .false.
+         watched(t)%at_rest = .false.
+         watched(t)%initial = 0.0_wp
       end do
       do i = 1, self%count
          do t = 1, size(watched)

@@ -2,8 +2,9 @@
 !!
 !! Between two events nothing is integrated; the next event is found with proof that none was before it (razy_exact_search_search).
 !! The phases of excitation are formed anew from the time, which is kept in two doubles, so that errors do not grow with the number
-!! of pieces. Without constraints a function that has just crossed its bound is known to start there (razy_exact_crossings); with
-!! them the transition settles all events of a time together and knows which guards start on their bounds.
+!! of pieces. Where nothing is held and a contact only changes its branch, nothing jumps: its function has crossed its bound and is
+!! known to start there (razy_exact_crossings), and the amplitudes go on. All else the transition settles, all events of a time
+!! together, from the state, and knows which guards start on their bounds.
 module razy_exact_exact
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
@@ -14,7 +15,7 @@ module razy_exact_exact
    use razy_exact_search_refine, only: watched_t
    use razy_exact_search_search, only: exit_t, first_exit, leaves_too, rounding, search_t, soon
    use razy_exact_solutions, only: solution_t, solutions_t
-   use razy_hybrid_flow, only: ends_in_event, ends_open, flow_t
+   use razy_hybrid_flow, only: ends_crossed, ends_in_event, ends_open, flow_t
    use razy_hybrid_guards, only: guard_entry_t, of_force, of_press
    use razy_linalg_blocks, only: moduli_of
    use razy_machine_machine, only: machine_t
@@ -36,16 +37,17 @@ module razy_exact_exact
       integer, private :: now = 0
       real(wp), private :: duration = 0.0_wp
       type(amplitudes_t), private :: start
-      !> Without constraints: the solution of the piece before, whose end the probe holds, 0 where z alone holds the state; whether
-      !> z holds it too.
+      !> The solution of the piece before, whose end the probe holds, 0 where z alone holds the state; whether z holds it too.
       integer, private :: ended = 0
       logical, private :: has_z = .true.
       !> What observers are answered with: amplitudes at a time, once there has been a question.
       type(amplitudes_t), private :: looker
       logical, private :: looked = .false.
-      !> Without constraints: the bounds that were crossed last, and the solution before.
+      !> The bounds that were crossed last, and the solution before.
       type(crossings_t), private :: crossings
       integer, private :: before = 0
+      !> Whether the piece begins as the transition has settled it, and not where functions have crossed their bounds.
+      logical, private :: settled = .false.
       !> Whether the piece to come has begun already, as the moment that it starts with.
       logical, private :: placed = .false.
    contains
@@ -90,7 +92,6 @@ contains
       end do
       call self%take(machine, keep_all, 0.0_wp, error)
       if (allocated(error)) return
-      self%notes_changes = .not. self%system%constrained
       call self%solutions%attach(self%system)
       call self%crossings%attach(size(machine%contact))
    end subroutine prepare
@@ -106,6 +107,7 @@ contains
          call self%crossings%forget()
          self%now = 0
          self%placed = .false.
+         self%settled = self%system%constrained
          call self%solutions%begin_run()
       end if
       call self%budget%spend()
@@ -113,7 +115,7 @@ contains
       if (.not. self%placed) then
          call find_solution(self, outcome)
          if (self%now == 0) return
-         if (self%system%constrained) then
+         if (self%settled) then
             call self%transition%start_piece(self%system, self%time, self%time_low, delta_of(self, self%remaining(t_end)), self%z)
          else
             call self%transition%dynamics%excitation%begin(self%system%machine%tone, self%time, self%time_low)
@@ -128,13 +130,14 @@ contains
       end associate
    end subroutine enter
 
-   !> The solution in the mode of the transition.
+   !> The solution in the mode of the transition, which needs the state where something is held, or is about to be.
    subroutine find_solution(self, outcome)
       type(exact_t), intent(inout) :: self
       type(outcome_t), intent(inout) :: outcome
 
       self%before = self%now
-      call self%solutions%find(self%system, self%transition%dynamics%mode, self%t_end, self%now)
+      self%settled = self%settled .or. self%transition%accumulation%landing
+      call self%solutions%find(self%system, self%transition%dynamics%mode, self%settled, self%t_end, self%now)
       if (self%now == 0) then
          outcome%status = merge(status_no_contact_forces, status_no_modes, self%solutions%inadmissible)
       else if (self%solutions%fresh) then
@@ -144,6 +147,10 @@ contains
       if (self%now == 0) return
       outcome%residual = max(outcome%residual, self%solutions%of(self%now)%residual)
       if (.not. outcome%residual <= worst_residual) outcome%status = status_inaccurate
+      self%settled = self%settled .or. .not. self%solutions%of(self%now)%free
+      if (.not. self%settled) return
+      call lay_out_state(self)
+      self%ended = 0
    end subroutine find_solution
 
    !> Time over which rates of constraint forces are taken, s, with `rest` to go.
@@ -196,7 +203,7 @@ contains
       if (self%now == 0) return
       call self%transition%dynamics%excitation%begin(self%system%machine%tone, self%time, self%time_low)
       call place(self)
-      self%placed = .not. self%system%constrained
+      self%placed = .not. self%settled
    end subroutine stand
 
    !> Follow the solution to the next event.
@@ -210,7 +217,7 @@ contains
       type(exit_t) :: found
       real(wp) :: before(size(self%z))
 
-      if (self%system%constrained) then
+      if (self%settled) then
          before = self%z
          call prepare_settled(self)
       else
@@ -219,28 +226,28 @@ contains
          end associate
       end if
       call follow(self, longest, t_end, piece, found)
+      call find_ending(self, found, ending)
+      ! In a piece of no length the state has not moved.
+      self%has_z = self%has_z .and. .not. (self%settled .or. found%tau > 0.0_wp)
+      self%ended = self%now
       associate (solution => self%solutions%of(self%now), unused => outcome)
-         if (self%system%constrained) then
-            call end_state(solution, self%search%probe, self%z)
-            if (found%tau*solution%response%fastest <= soon) call add_up(self, before, found%tau)
-         else
-            self%ended = self%now
-            ! In a piece of no length the state has not moved.
-            self%has_z = self%has_z .and. .not. found%tau > 0.0_wp
-            ! What does not grow cannot blow up.
-            if (allocated(self%tangent) .or. solution%response%growing) call lay_out_state(self)
+         ! What does not grow cannot blow up.
+         if (ending == ends_in_event .or. self%settled .or. allocated(self%tangent) .or. solution%response%growing) then
+            call lay_out_state(self)
          end if
+         if (self%settled .and. found%tau*solution%response%fastest <= soon) call add_up(self, before, found%tau)
       end associate
-      ending = merge(ends_in_event, ends_open, found%watched > 0)
-      if (self%system%constrained .or. allocated(self%tangent)) then
+      if (ending == ends_in_event .and. .not. self%settled) then
+         call self%transition%dynamics%mode%enter(self%system)
+         call self%transition%guards%list(self%system, self%transition%dynamics%mode)
+      end if
+      if (ending == ends_in_event .or. self%settled) call take_sizes(self)
+      if (ending == ends_in_event .or. self%settled .or. allocated(self%tangent)) then
          self%hit = .false.
          if (found%watched > 0) self%hit(found%watched) = .true.
       end if
-      if (self%system%constrained) then
-         call take_sizes(self)
-      else
-         call note_crossed(self, found)
-      end if
+      if (ending /= ends_open) self%settled = ending == ends_in_event
+      if (self%settled) self%ended = 0
    end subroutine advance
 
    !> z (2m) at amplitudes of a solution.
@@ -300,17 +307,22 @@ contains
       piece%last = piece%last .and. found%watched == 0 .and. .not. found%tau < longest
    end subroutine follow
 
-   !> Without constraints: the guard that was left, and those that leave with it, are crossed; what is rounding in the functions
-   !> of this mode and the one before is kept after a piece of no length.
-   subroutine note_crossed(self, found)
+   !> How the piece ends. Where nothing is held and the guard that was left, with those that leave with it, changes a branch and no
+   !> more, they are crossed; what is rounding in the functions of this mode and the one before is kept after a piece of no length.
+   !> At a time at which something was settled all is.
+   subroutine find_ending(self, found, ending)
       type(exact_t), intent(inout) :: self
       type(exit_t), intent(in) :: found
+      integer, intent(out) :: ending
 
       integer :: i
 
-      call self%crossings%end_piece(stands=found%watched > 0 .and. .not. found%tau > 0.0_wp)
-      if (found%watched == 0) return
+      ending = merge(ends_in_event, ends_open, found%watched > 0)
       associate (solution => self%solutions%of(self%now), crossings => self%crossings, transition => self%transition)
+         call crossings%end_piece(stands=found%watched > 0 .and. .not. (self%settled .or. found%tau > 0.0_wp))
+         if (found%watched == 0) return
+         if (.not. solution%crosses(found%watched) .or. transition%accumulation%landing) return
+         if (self%settled .and. .not. found%tau > 0.0_wp) return
          call crossings%add(solution%entry(found%watched), solution%watched(found%watched))
          ! Tangents are carried through one event after the other.
          if (self%search%leaving > 1 .and. found%tau > 0.0_wp .and. .not. allocated(self%tangent)) then
@@ -318,9 +330,11 @@ contains
                if (.not. solution%watched(i)%f1 < 0.0_wp) cycle
                if (.not. crossings%can_add(solution%entry(i))) cycle
                if (.not. leaves_too(self%search, solution%response, solution%switching, solution%watched(i))) cycle
+               if (.not. solution%crosses(i)) return
                call crossings%add(solution%entry(i), solution%watched(i))
             end do
          end if
+         ending = ends_crossed
          call crossings%hand_over(transition%contact, transition%branch, transition%changes)
          if (crossings%standing == 0) return
          if (crossings%standing == 1 .and. self%before > 0) then
@@ -328,11 +342,11 @@ contains
          end if
          call crossings%take_noise(solution%entry, solution%watched)
       end associate
-   end subroutine note_crossed
+   end subroutine find_ending
 
-   !> With constraints: what is rounding in the functions at z, and which of them start on their bounds: settled as the
-   !> branches are, these move inwards, or rest if they are fixed. Where friction has pulled open the stop that it goes with, no
-   !> branch of the laws lasts, and the gap goes outwards at once.
+   !> After what the transition settled: what is rounding in the functions at z, and which of them start on their bounds. As the
+   !> branches are settled these move inwards, or rest if they are fixed. Where friction has pulled open the stop that it goes with,
+   !> no branch of the laws lasts, and the gap goes outwards at once.
    subroutine prepare_settled(self)
       type(exact_t), intent(inout) :: self
 
@@ -378,7 +392,7 @@ contains
 
    end subroutine prepare_settled
 
-   !> With constraints: take up the size of the terms that the functions are sums of, and with it what is rounding in s and s'.
+   !> Take up the size of the terms that the functions are sums of, and with it what is rounding in s and s'.
    !> Flights are followed that are higher than 16 roundings (razy_hybrid_accumulation), so those of forms may be 16 times as large.
    subroutine take_sizes(self)
       type(exact_t), intent(inout) :: self
@@ -535,7 +549,7 @@ contains
       associate (touching => self%system%machine%contact(j), solution => self%solutions%of(self%now))
          call value_and_slope(solution%touching, solution%response, self%looker, j, 0, s, rate)
          rate = rate + touching%drive
-         if (self%system%constrained) then
+         if (solution%has_forces) then
             force = value_of(solution%force, solution%response, self%looker, j, 0)
          else
             force = touching%law%force(solution%branch(j), s, rate, touching%normal)
@@ -567,7 +581,7 @@ contains
 
       associate (solution => self%solutions%of(self%now), contact => self%system%machine%contact(j), last => self%search%probe)
          associate (law => contact%law%branch(solution%branch(j)), response => solution%response, touching => solution%touching)
-            known = response%plain .and. .not. self%system%constrained .and. .not. abs(law%damping) > 0.0_wp
+            known = response%plain .and. .not. (solution%has_forces .or. abs(law%damping) > 0.0_wp)
             if (.not. known .or. .not. max(abs(law%stiffness), abs(law%offset)) > 0.0_wp) return
             call self%solutions%lay_out_contacts(self%system, self%now)
             call look_at(self, tau)

@@ -15,7 +15,7 @@ module razy_exact_solutions
    use razy_exact_modal_eigenmodes, only: new_eigenmodes, new_open_modes, open_modes_t
    use razy_exact_residual, only: new_probe, probe_t
    use razy_exact_search_refine, only: watched_t
-   use razy_hybrid_guards, only: guard_entry_t, guard_forms, list_guards
+   use razy_hybrid_guards, only: guard_entry_t, guard_forms, list_guards, of_press
    use razy_hybrid_linear_form, only: linear_form_t, zero_form
    use razy_hybrid_mode, only: mode_t
    use razy_hybrid_system, only: system_t
@@ -32,12 +32,18 @@ module razy_exact_solutions
       type(response_t) :: response
       !> Rows of the guards and of the observables.
       type(rows_t) :: switching, observed
-      !> The guards that can end the mode, and which of them are functions of the constraints alone.
+      !> The guards that can end the mode; which of them are functions of the constraints alone, and beyond which of them a contact
+      !> has another branch and nothing else changes.
       type(guard_entry_t), allocatable :: entry(:)
       type(watched_t), allocatable :: watched(:)
-      logical, allocatable :: fixed(:)
-      !> Rows of the variables s of all contacts, made when they are asked for; of all contact forces, where there are constraints.
+      logical, allocatable :: fixed(:), crosses(:)
+      !> Whether nothing is held, and no force that may change its sign presses friction; whether it is for flights after an impact.
+      logical :: free = .true.
+      logical, private :: flies = .false.
+      !> Rows of the variables s of all contacts, made when they are asked for; of all contact forces, where one of them depends on
+      !> more than its own s and s'.
       type(rows_t) :: touching, force
+      logical :: has_forces = .false.
       !> Coordinates while constraints are held.
       type(constrained_motion_t) :: constrained
       !> How the motion comes from the others.
@@ -49,6 +55,8 @@ module razy_exact_solutions
       real(wp) :: residual = 0.0_wp
       !> Machine for which the response was made, and the rows of contacts.
       integer, private :: version = 0, touching_version = 0
+      !> Whether the eigenmodes are those of the machine with the slopes of its contacts.
+      logical, private :: plain = .true.
    end type solution_t
 
    !> All of them so far.
@@ -119,11 +127,13 @@ contains
       end associate
    end subroutine pass
 
-   !> The number of the solution in `mode`, made ready for the system, and tested for a motion to `t_end`, s; 0: there is none.
-   subroutine find(self, system, mode, t_end, i)
+   !> The number of the solution in `mode`, made ready for the system, and tested for a motion to `t_end`, s; 0: there is none. It
+   !> `flies` after an impact, where the next may be near.
+   subroutine find(self, system, mode, flies, t_end, i)
       class(solutions_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(mode_t), intent(in) :: mode
+      logical, intent(in) :: flies
       real(wp), intent(in) :: t_end
       integer, intent(out) :: i
 
@@ -131,8 +141,7 @@ contains
 
       do i = 1, self%count
          if (.not. all(self%of(i)%branch == mode%branch)) cycle
-         if (.not. system%constrained) exit
-         if (all(self%of(i)%press == mode%press)) exit
+         if (all(self%of(i)%press == mode%press) .and. (self%of(i)%flies .eqv. flies)) exit
       end do
       if (i > self%count) then
          if (i > size(self%of)) then
@@ -143,6 +152,7 @@ contains
          self%count = i
          self%of(i)%branch = mode%branch
          self%of(i)%press = mode%press
+         self%of(i)%flies = flies
          call find_eigenmodes(self, system, mode, i)
       end if
       self%fresh = self%of(i)%version /= system%version
@@ -157,8 +167,8 @@ contains
       end if
    end subroutine find
 
-   !> The eigenmodes of mode i: of the coordinates in which it is free; those of another mode with the same slopes; or, where
-   !> nothing is held and no friction depends on the motion, those of the machine with each closed contact.
+   !> The eigenmodes of mode i: of the coordinates in which it is free; where nothing is held and no friction depends on the motion,
+   !> those of another such mode with the same slopes, or of the machine with each closed contact.
    subroutine find_eigenmodes(self, system, mode, i)
       type(solutions_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -169,15 +179,15 @@ contains
       real(wp), allocatable :: free(:, :)
       integer :: j, other, rigid
 
-      associate (basis => self%of(i)%basis, constrained => self%of(i)%constrained)
-         if (.not. system%constrained) then
+      associate (basis => self%of(i)%basis, constrained => self%of(i)%constrained, plain => self%of(i)%plain)
+         plain = mode%constraints%count == 0 .and. .not. any([(slides_under_spring(system, mode, j), j=1, size(mode%branch))])
+         if (plain) then
             do other = 1, self%count - 1
+               if (.not. self%of(other)%plain) cycle
                if (.not. same_slopes_in(system, self%of(other)%branch, mode%branch)) cycle
                basis = self%of(other)%basis
                return
             end do
-         end if
-         if (mode%constraints%count == 0 .and. .not. any([(slides_under_spring(system, mode, j), j=1, size(mode%branch))])) then
             call new_eigenmodes(basis, self%open, system, mode)
             return
          end if
@@ -193,7 +203,7 @@ contains
             call constrained%transform_matrices(k, b)
             call constrained%unsprung_in_x(free, rigid)
          end if
-         call new_modal_basis(basis, k, b, free, rigid, impacts=.true.)
+         call new_modal_basis(basis, k, b, free, rigid)
       end associate
    end subroutine find_eigenmodes
 
@@ -281,7 +291,7 @@ contains
          harmonic = self%constrained%harmonic_of(harmonic, errors_of(system, self%constrained), system%omega)
          load = self%constrained%load_of(load)
       end if
-      call new_response(self%response, self%basis, load, harmonic, system%omega)
+      call new_response(self%response, self%basis, self%flies, load, harmonic, system%omega)
       call watch_guards(self, system, mode, force)
       do j = 1, size(observed)
          associate (observable => system%machine%observable(j))
@@ -295,7 +305,8 @@ contains
          observed(j) = self%constrained%form_of(observed(j))
       end do
       call new_rows(self%observed, self%response, observed)
-      if (.not. system%constrained) return
+      self%has_forces = .not. self%free .or. any([(system%machine%contact(j)%law%of_normal, j=1, size(force))])
+      if (.not. self%has_forces) return
       do j = 1, size(force)
          force(j) = self%constrained%form_of(force(j))
       end do
@@ -364,7 +375,21 @@ contains
       end do
       call new_rows(self%switching, self%response, form(:rows))
       self%fixed = [(is_fixed(self, form(self%watched(i)%form), self%watched(i)%form), i=1, n)]
+      self%free = self%constrained%n == 0 .and. .not. any(entry(:n)%function == of_press)
+      self%crosses = [(self%free .and. is_lone_spring(system, entry(i)%contact), i=1, n)]
    end subroutine watch_guards
+
+   !> Whether contact j neither impacts nor holds, and no friction goes with it or is pressed by it.
+   pure function is_lone_spring(system, j) result(is)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      logical :: is
+
+      associate (contact => system%machine%contact)
+         is = .not. (contact(j)%law%impacts .or. any(contact(j)%law%constraint)) &
+              .and. .not. any(contact%normal_of == j .or. contact%only_with == j)
+      end associate
+   end function is_lone_spring
 
    !> Whether a guard depends on what is held alone, and so does not move but with the excitation and the drives.
    pure function is_fixed(self, form, row) result(fixed)

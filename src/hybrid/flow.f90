@@ -18,18 +18,19 @@ module razy_hybrid_flow
    private
 
    public :: flow_t
-   public :: ends_in_event, ends_noted, ends_open
+   public :: ends_crossed, ends_in_event, ends_noted, ends_open
 
-   !> How a piece ends: without an event; in one; with changes of branch that were noted afterwards.
-   integer, parameter :: ends_open = 0, ends_in_event = 1, ends_noted = 2
+   !> How a piece ends: without an event; in one; with changes of branch that were noted afterwards; in an event at which branches
+   !> change and nothing jumps, with the changes noted.
+   integer, parameter :: ends_open = 0, ends_in_event = 1, ends_noted = 2, ends_crossed = 3
 
    type, abstract, extends(integrator_t) :: flow_t
       type(system_t) :: system
       !> What happens at events; its mode is the one that the motion is in.
       type(transition_t) :: transition
       type(switching_t), private :: switching
-      !> Whether events are looked for; whether `advance` notes itself what they change, as where nothing jumps.
-      logical :: finds_events = .true., notes_changes = .false.
+      !> Whether events are looked for.
+      logical :: finds_events = .true.
       !> Time of the motion, s (sum of both), and state z = (y, y') (2m).
       real(wp) :: time = 0.0_wp, time_low = 0.0_wp
       real(wp), allocatable :: z(:)
@@ -262,13 +263,13 @@ contains
 
       if (allocated(self%tangent)) call arrive(self, ending, piece%duration)
       associate (transition => self%transition)
-         if (self%system%constrained) call transition%accumulation%pass(piece%duration)
-         self%anew = ending == ends_in_event .or. (transition%accumulation%landing &
-                                                   .and. .not. transition%accumulation%rest > 0.0_wp)
+         call transition%accumulation%pass(piece%duration)
+         self%anew = any(ending == [ends_in_event, ends_crossed]) .or. (transition%accumulation%landing &
+                                                                        .and. .not. transition%accumulation%rest > 0.0_wp)
          if (switches) then
             call switch(self, piece)
          else if (self%anew .or. ending == ends_noted) then
-            if (ending == ends_in_event .and. self%notes_changes) then
+            if (ending == ends_crossed) then
                do i = 1, transition%changes
                   transition%dynamics%mode%branch(transition%contact(i)) = transition%branch(i)
                end do
@@ -326,10 +327,10 @@ contains
       logical :: hit(size(self%hit))
 
       call self%transport()
-      hit = self%hit .and. ending == ends_in_event
+      hit = self%hit .and. any(ending == [ends_in_event, ends_crossed])
       associate (transition => self%transition)
          call transition%dynamics%mode%enter(self%system)
-         if (any(hit) .and. .not. self%system%constrained) call transition%guards%list(self%system, transition%dynamics%mode)
+         if (any(hit)) call transition%guards%list(self%system, transition%dynamics%mode)
          call transition%saltation%arrive(self%system, transition%dynamics, transition%guards, hit, duration, self%z, self%tangent)
       end associate
    end subroutine arrive

@@ -111,3 +111,22 @@ def test_the_commands_of_the_log_have_the_bits_of_points_with_starts(folder):
         assert "start_range(1)%values" in command and words[-2:] == ["--output", f"point_{point}.h5"]
         succeed(program, *words)
         assert_same(f"point_{point}.h5", "sweep.h5", int(point))
+
+
+def test_a_rigid_stop_that_is_never_touched_changes_nothing(folder):
+    # Through an event of the teeth both machines go by the same path; only the start is settled in one of them.
+    groups = r"(?m)^&(?:scene|inertia|spring|gear_mesh|load|rotation)\b.*$"
+    machine = "\n".join(re.findall(groups, GEAR_PAIR.read_text()))
+    values = []
+    for law in ("stiffness=1e5", "law='rigid', restitution=0.8"):
+        path = folder / "far.nml"
+        path.write_text(
+            f"{machine}\n&stop name='far', between='motor','pinion', side='upper', clearance=100.0, {law} /\n"
+            "&motion t_end=0.2, start='zero', integrator='exact' /\n"
+            "&record observable='mesh_deformation', what='extrema' /\n"
+        )
+        succeed("razy-run", path, "--set", "rotation%speed_rpm=3000", "--force")
+        with h5py.File(path.with_suffix(".h5")) as file:
+            values.append(file["extrema/mesh_deformation/value"][:])
+    assert values[0].size > 100
+    assert np.allclose(*values, rtol=0, atol=1e-11 * np.abs(values[0]).max())

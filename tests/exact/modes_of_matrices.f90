@@ -10,10 +10,9 @@ module modes_of_matrices
 
 contains
 
-   subroutine find_modes(basis, k, b, impacts)
+   subroutine find_modes(basis, k, b)
       type(modal_basis_t), intent(out) :: basis
       real(wp), intent(in) :: k(:, :), b(:, :)
-      logical, intent(in), optional :: impacts
 
       real(wp), allocatable :: both(:, :), of_damping(:, :), of_stiffness(:, :), rest(:, :)
       integer :: info
@@ -22,7 +21,7 @@ contains
       call null_space(transpose(b), of_damping, info)
       call intersection_of(of_stiffness, of_damping, both, info)
       rest = matmul(of_stiffness, complement_of(matmul(transpose(of_stiffness), both)))
-      call new_modal_basis(basis, k, b, reshape([both, rest], shape(of_stiffness)), size(both, 2), impacts)
+      call new_modal_basis(basis, k, b, reshape([both, rest], shape(of_stiffness)), size(both, 2))
    end subroutine find_modes
 
 end module modes_of_matrices

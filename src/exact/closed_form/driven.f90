@@ -42,19 +42,21 @@ module razy_exact_closed_form_driven
 
    !> Slower than this part of the fastest mode a mode is followed with a constant force.
    real(wp), parameter :: slow = 1.0e-6_wp
-   !> With impacts: flights that become ever shorter need s to the rounding of the state, and with a particular solution in
+   !> After impacts: flights that become ever shorter need s to the rounding of the state, and with a particular solution in
    !> which more than a digit cancels it is not known so well.
-   real(wp), parameter :: slow_with_impacts = 0.3_wp
+   real(wp), parameter :: slow_in_flight = 0.3_wp
    !> Nearer than this, relative, to a frequency of excitation a mode is followed with it.
-   real(wp), parameter :: near = 1.0e-3_wp, near_with_impacts = 0.3_wp
+   real(wp), parameter :: near = 1.0e-3_wp, near_in_flight = 0.3_wp
    !> Below this |x| the quotient φ(x) loses more than its series; where two terms less of that do.
    real(wp), parameter :: series_below = 0.5_wp, short_series_below = 0.02_wp
 
 contains
 
-   !> Which terms of a basis are to be followed so under the constant force `load` (m) and phasors `harmonic` (m, tones).
-   pure subroutine find_driven(basis, load, harmonic, omega, driven)
+   !> Which terms of a basis are to be followed so under the constant force `load` (m) and phasors `harmonic` (m, tones), more of
+   !> them if the motion `flies` after an impact.
+   pure subroutine find_driven(basis, flies, load, harmonic, omega, driven)
       type(modal_basis_t), intent(in) :: basis
+      logical, intent(in) :: flies
       real(wp), intent(in) :: load(:), omega(:)
       complex(wp), intent(in) :: harmonic(:, :)
       logical, intent(out) :: driven(:)
@@ -64,8 +66,8 @@ contains
       logical :: is_slow
 
       m = basis%m
-      slowest = merge(slow_with_impacts, slow, basis%impacts)*basis%fastest
-      within = merge(near_with_impacts, near, basis%impacts)
+      slowest = merge(slow_in_flight, slow, flies)*basis%fastest
+      within = merge(near_in_flight, near, flies)
       do i = 1, size(driven)
          driven(i) = .false.
          associate (lambda => basis%lambda(i))

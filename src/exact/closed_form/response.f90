@@ -70,10 +70,11 @@ module razy_exact_closed_form_response
 
 contains
 
-   !> The response of modes `basis` to the constant force `load` (m) and phasors `harmonic` (m, tones).
-   pure subroutine new_response(self, basis, load, harmonic, omega)
+   !> The response of modes `basis` to the constant force `load` (m) and phasors `harmonic` (m, tones); `flies`: after an impact.
+   pure subroutine new_response(self, basis, flies, load, harmonic, omega)
       type(response_t), intent(inout) :: self
       type(modal_basis_t), intent(in) :: basis
+      logical, intent(in) :: flies
       real(wp), intent(in) :: load(:), omega(:)
       complex(wp), intent(in) :: harmonic(:, :)
 
@@ -81,7 +82,7 @@ contains
       integer :: i, m, n, order(size(basis%lambda)), plain, t
 
       m = basis%m
-      call sort_terms(self, basis, load, harmonic, omega, order)
+      call sort_terms(self, basis, flies, load, harmonic, omega, order)
       plain = self%driven%first
       self%m = m
       self%terms = size(basis%lambda)
@@ -181,9 +182,10 @@ contains
    end function turning_rate
 
    !> The order of the terms, driven ones last, and these.
-   pure subroutine sort_terms(self, basis, load, harmonic, omega, order)
+   pure subroutine sort_terms(self, basis, flies, load, harmonic, omega, order)
       type(response_t), intent(inout) :: self
       type(modal_basis_t), intent(in) :: basis
+      logical, intent(in) :: flies
       real(wp), intent(in) :: load(:), omega(:)
       complex(wp), intent(in) :: harmonic(:, :)
       integer, intent(out) :: order(:)
@@ -191,7 +193,7 @@ contains
       logical :: driven(size(order))
       integer :: i, plain
 
-      call find_driven(basis, load, harmonic, omega, driven)
+      call find_driven(basis, flies, load, harmonic, omega, driven)
       plain = count(.not. driven)
       order(:plain) = pack([(i, i=1, size(order))],.not. driven)
       order(plain + 1:) = pack([(i, i=1, size(order))], driven)

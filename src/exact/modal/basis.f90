@@ -40,8 +40,6 @@ module razy_exact_modal_basis
       type(dense_modes_t), allocatable :: dense(:)
       !> Largest modulus of an eigenvalue, rad/s.
       real(wp) :: fastest = 0.0_wp
-      !> Whether the machine has impacts or friction, which need more digits.
-      logical :: impacts = .false.
       !> Whether fast and slow modes of a strongly damped part are exponential terms.
       logical :: stiff = .false.
       integer :: info = 0
@@ -59,12 +57,11 @@ module razy_exact_modal_basis
 contains
 
    !> The modes of y'' + damping y' + stiffness y. `free` (m, r): orthonormal motions without stiffness, all there are; the first
-   !> `rigid` are without damping, too. `impacts`: the machine has some.
-   subroutine new_modal_basis(self, stiffness, damping, free, rigid, impacts)
+   !> `rigid` are without damping, too.
+   subroutine new_modal_basis(self, stiffness, damping, free, rigid)
       type(modal_basis_t), intent(out) :: self
       real(wp), intent(in) :: stiffness(:, :), damping(:, :), free(:, :)
       integer, intent(in) :: rigid
-      logical, intent(in), optional :: impacts
 
       integer :: set(size(damping, 1)), i, j, m
       integer, allocatable :: members(:)
@@ -72,7 +69,6 @@ contains
 
       m = size(damping, 1)
       self%m = m
-      if (present(impacts)) self%impacts = impacts
       allocate (self%lambda(0), self%to_term(0, 2*m), self%from_term(2*m, 0), self%rigid(m, 0), self%dense(0))
       if (m == 0) return
       set = 1

@@ -77,7 +77,7 @@ contains
       call mode%matrices(system, k, b)
       call mode%free_motions(system, free, rigid)
       call refine(system, mode%branch, k, free)
-      call new_modal_basis(basis, k, b, free, rigid, system%constrained)
+      call new_modal_basis(basis, k, b, free, rigid)
       if (basis%info == 0 .and. open%turns) call leave_unfelt(basis, open)
    end subroutine new_eigenmodes
 
@@ -98,7 +98,7 @@ contains
          all_open%branch = [(branch_open, j=1, size(branch))]
          call all_open%free_motions(system, free, rigid)
          call refine(system, [integer ::], system%coupled%stiffness, free)
-         call new_modal_basis(open%basis, system%coupled%stiffness, system%coupled%damping, free, rigid, system%constrained)
+         call new_modal_basis(open%basis, system%coupled%stiffness, system%coupled%damping, free, rigid)
          if (open%basis%info == 0) call leave_unfelt(open%basis, open)
       end if
       basis = open%basis
