@@ -8,19 +8,21 @@
 module razy_exact_exact
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
+   use razy_exact_beside, only: beside_t
    use razy_exact_closed_form_amplitudes, only: amplitudes_t, carry_disturbances, copy, move_to, reserve, set_state, state_of
-   use razy_exact_closed_form_rows, only: curvature_bound, integral_of, size_of, value_and_slope, value_of
+   use razy_exact_closed_form_response, only: response_t
+   use razy_exact_closed_form_rows, only: curvature_bound, integral_of, rows_t, size_of, value_and_slope, value_of
    use razy_exact_crossings, only: crossings_t
    use razy_exact_residual, only: worst_residual
    use razy_exact_search_refine, only: watched_t
    use razy_exact_search_search, only: exit_t, first_exit, leaves_too, rounding, search_t, soon
    use razy_exact_solutions, only: solution_t, solutions_t
-   use razy_hybrid_flow, only: ends_crossed, ends_in_event, ends_open, flow_t
+   use razy_hybrid_flow, only: ends_crossed, ends_in_event, ends_open, flow_t, largest
    use razy_hybrid_guards, only: guard_entry_t, of_force, of_press
    use razy_linalg_blocks, only: moduli_of
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: glimpse_t, outcome_t, piece_t, status_inaccurate, status_no_contact_forces, &
-                                     status_no_modes, status_ok, status_step_limit
+   use razy_motion_integrator, only: glimpse_t, outcome_t, piece_t, status_blow_up, status_inaccurate, &
+                                     status_no_contact_forces, status_no_modes, status_ok, status_step_limit
    implicit none(type, external)
    private
 
@@ -28,9 +30,11 @@ module razy_exact_exact
 
    !> The propagator with what it keeps from run to run. Steps of its searches and pieces count as steps.
    type, extends(flow_t) :: exact_t
+      !> Whether contacts alone choose the coordinates that are followed, and all else that is observed stands beside.
+      logical :: apart = .false.
       type(solutions_t), private :: solutions
-      !> The search for events, whose probe holds the amplitudes at the end of the piece; that for turns of observables.
-      type(search_t), private :: search, turns
+      !> The search for events, whose probe holds the amplitudes at the end of the piece; those for turns of observables.
+      type(search_t), private :: search, turns, turns_of_whole
       !> Until when the motion lasts, s.
       real(wp), private :: t_end = 0.0_wp
       !> The piece under way: its solution, duration (s), and the amplitudes at its start.
@@ -43,6 +47,12 @@ module razy_exact_exact
       !> What observers are answered with: amplitudes at a time, once there has been a question.
       type(amplitudes_t), private :: looker
       logical, private :: looked = .false.
+      !> What stands beside; the whole motion at the start of the piece and at `whole%tau`, once there has been a question.
+      type(beside_t), private :: beside
+      type(amplitudes_t), private :: whole_start, whole
+      logical, private :: whole_looked = .false.
+      !> State beside at the end of a run.
+      real(wp), allocatable, private :: last_beside(:)
       !> The bounds that were crossed last, and the solution before.
       type(crossings_t), private :: crossings
       integer, private :: before = 0
@@ -61,6 +71,7 @@ module razy_exact_exact
       procedure :: glimpse
       procedure :: next_turn
       procedure :: state
+      procedure :: final_state
       procedure :: contact
       procedure :: interval
       procedure :: contact_sums
@@ -90,7 +101,7 @@ contains
                     "', whose law is not piecewise linear, or whose stiffness varies by harmonics")
          return
       end do
-      call self%take(machine, keep_all, 0.0_wp, error)
+      call self%take(machine, keep_all, self%apart, 0.0_wp, error)
       if (allocated(error)) return
       call self%solutions%attach(self%system)
       call self%crossings%attach(size(machine%contact))
@@ -135,14 +146,29 @@ contains
       type(exact_t), intent(inout) :: self
       type(outcome_t), intent(inout) :: outcome
 
+      integer :: info
+
+      if (self%starting .and. self%system%beside%m > 0) then
+         call self%beside%begin(self%system, self%time, info)
+         if (info /= 0) then
+            outcome%status = status_no_modes
+            self%now = 0
+            return
+         end if
+      end if
       self%before = self%now
       self%settled = self%settled .or. self%transition%accumulation%landing
-      call self%solutions%find(self%system, self%transition%dynamics%mode, self%settled, self%t_end, self%now)
+      call self%solutions%find(self%system, self%transition%dynamics%mode, self%settled, self%beside, self%t_end, &
+                               self%now)
       if (self%now == 0) then
          outcome%status = merge(status_no_contact_forces, status_no_modes, self%solutions%inadmissible)
       else if (self%solutions%fresh) then
          call reserve(self%start, self%solutions%of(self%now)%response)
          call reserve(self%looker, self%solutions%of(self%now)%response)
+         if (any(self%system%is_beyond)) then
+            call reserve(self%whole_start, self%solutions%of(self%now)%whole)
+            call reserve(self%whole, self%solutions%of(self%now)%whole)
+         end if
       end if
       if (self%now == 0) return
       outcome%residual = max(outcome%residual, self%solutions%of(self%now)%residual)
@@ -170,6 +196,7 @@ contains
       logical :: passed
 
       self%looked = .false.
+      self%whole_looked = .false.
       self%duration = 0.0_wp
       associate (solution => self%solutions%of(self%now), phasor => self%transition%dynamics%excitation%start)
          if (self%ended > 0) then
@@ -437,6 +464,12 @@ contains
 
       call lay_out_state(self)
       self%ended = 0
+      if (self%system%beside%m > 0 .and. self%now > 0) then
+         if (allocated(self%last_beside)) deallocate (self%last_beside)
+         allocate (self%last_beside(2*self%system%beside%m))
+         call self%beside%find_state(self%system, self%time, self%time_low, self%last_beside)
+         if (outcome%status == status_ok .and. .not. all(abs(self%last_beside) <= largest)) outcome%status = status_blow_up
+      end if
       outcome%steps = self%search%steps
       outcome%halvings = self%search%halvings
       outcome%states = self%solutions%count
@@ -462,6 +495,28 @@ contains
       end associate
    end subroutine look_at
 
+   !> Amplitudes of the whole motion at `tau` into `self%whole`.
+   subroutine look_at_whole(self, tau)
+      type(exact_t), intent(inout) :: self
+      real(wp), intent(in) :: tau
+
+      real(wp), dimension(2*self%system%m) :: z
+      real(wp), dimension(2*self%system%beside%m) :: more
+
+      associate (solution => self%solutions%of(self%now), m => self%system%m, n => self%system%beside%m)
+         if (.not. self%whole_looked) then
+            call state_of(self%start, solution%response, z)
+            call self%beside%find_state(self%system, self%time, self%time_low, more)
+            call set_state(self%whole_start, solution%whole, [z(:m), more(:n), z(m + 1:), more(n + 1:)], &
+                           self%transition%dynamics%excitation%start)
+         else if (.not. abs(tau - self%whole%tau) > 0.0_wp) then
+            return
+         end if
+         self%whole_looked = .true.
+         call move_to(self%whole_start, solution%whole, tau, self%whole)
+      end associate
+   end subroutine look_at_whole
+
    !> Value of observable `form` at `tau`.
    function value(self, form, tau)
       class(exact_t), intent(inout) :: self
@@ -469,9 +524,14 @@ contains
       real(wp), intent(in) :: tau
       real(wp) :: value
 
-      call look_at(self, tau)
       associate (solution => self%solutions%of(self%now))
-         value = value_of(solution%observed, solution%response, self%looker, form, 0)
+         if (self%system%is_beyond(form)) then
+            call look_at_whole(self, tau)
+            value = value_of(solution%observed_whole, solution%whole, self%whole, form, 0)
+         else
+            call look_at(self, tau)
+            value = value_of(solution%observed, solution%response, self%looker, form, 0)
+         end if
       end associate
    end function value
 
@@ -482,24 +542,38 @@ contains
       real(wp), intent(in) :: tau
       type(glimpse_t), intent(out) :: seen
 
-      real(wp) :: rate
-      real(wp) :: modulus(self%solutions%of(self%now)%response%filled)
-      integer :: order
-
-      call look_at(self, tau)
-      associate (rows => self%solutions%of(self%now)%observed, response => self%solutions%of(self%now)%response)
-         call moduli_of(response%filled, self%looker%x, modulus)
-         seen%value = value_of(rows, response, self%looker, form, 0)
-         seen%size = size_of(rows, response, self%looker, modulus, form, 0)
-         do order = 1, 4
-            rate = value_of(rows, response, self%looker, form, order)
-            if (abs(rate) > rounding*size_of(rows, response, self%looker, modulus, form, order)) then
-               seen%direction = nint(sign(1.0_wp, rate))
-               return
-            end if
-         end do
+      associate (solution => self%solutions%of(self%now))
+         if (self%system%is_beyond(form)) then
+            call look_at_whole(self, tau)
+            call glimpse_at(solution%observed_whole, solution%whole, self%whole, form, seen)
+         else
+            call look_at(self, tau)
+            call glimpse_at(solution%observed, solution%response, self%looker, form, seen)
+         end if
       end associate
    end subroutine glimpse
+
+   pure subroutine glimpse_at(rows, response, at, form, seen)
+      type(rows_t), intent(in) :: rows
+      type(response_t), intent(in) :: response
+      type(amplitudes_t), intent(in) :: at
+      integer, intent(in) :: form
+      type(glimpse_t), intent(out) :: seen
+
+      real(wp) :: modulus(response%filled), rate
+      integer :: order
+
+      call moduli_of(response%filled, at%x, modulus)
+      seen%value = value_of(rows, response, at, form, 0)
+      seen%size = size_of(rows, response, at, modulus, form, 0)
+      do order = 1, 4
+         rate = value_of(rows, response, at, form, order)
+         if (abs(rate) > rounding*size_of(rows, response, at, modulus, form, order)) then
+            seen%direction = nint(sign(1.0_wp, rate))
+            return
+         end if
+      end do
+   end subroutine glimpse_at
 
    !> The next root of the observable's rate, found with the proof that none was before it.
    subroutine next_turn(self, form, tau, tau_end, direction, turned, found, tau_found, value)
@@ -516,11 +590,19 @@ contains
       associate (solution => self%solutions%of(self%now))
          rate(1) = watched_t(form=form, order=1, side=real(direction, wp), from_zero=turned)
          self%turns%level = solution%level
-         call first_exit(self%turns, self%budget, solution%response, solution%observed, self%start, tau, tau_end, rate, turn)
+         value = 0.0_wp
+         if (self%system%is_beyond(form)) then
+            call look_at_whole(self, tau)
+            self%turns_of_whole%level = solution%level
+            call first_exit(self%turns_of_whole, self%budget, solution%whole, solution%observed_whole, self%whole_start, tau, &
+                            tau_end, rate, turn)
+            if (turn%watched /= 0) value = value_of(solution%observed_whole, solution%whole, self%turns_of_whole%probe, form, 0)
+         else
+            call first_exit(self%turns, self%budget, solution%response, solution%observed, self%start, tau, tau_end, rate, turn)
+            if (turn%watched /= 0) value = value_of(solution%observed, solution%response, self%turns%probe, form, 0)
+         end if
          found = turn%watched /= 0
          tau_found = turn%tau
-         value = 0.0_wp
-         if (found) value = value_of(solution%observed, solution%response, self%turns%probe, form, 0)
       end associate
    end subroutine next_turn
 
@@ -530,12 +612,29 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: displacement(:), velocity(:)
 
-      real(wp) :: z(2*self%system%m)
+      real(wp) :: more(2*self%system%beside%m), z(2*self%system%m)
 
       call look_at(self, tau)
       call end_state(self%solutions%of(self%now), self%looker, z)
-      call self%system%to_coordinates(z, displacement, velocity)
+      if (self%system%beside%m > 0) then
+         call self%beside%find_state(self%system, self%time, self%time_low + tau, more)
+         call self%system%to_coordinates(z, displacement, velocity, more)
+      else
+         call self%system%to_coordinates(z, displacement, velocity)
+      end if
    end subroutine state
+
+   !> Displacements and velocities (n each) that the last run ended with; needs a machine prepared with `keep_all`.
+   subroutine final_state(self, displacement, velocity)
+      class(exact_t), intent(in) :: self
+      real(wp), intent(out) :: displacement(:), velocity(:)
+
+      if (self%system%beside%m > 0) then
+         call self%system%to_coordinates(self%z, displacement, velocity, self%last_beside)
+      else
+         call self%system%to_coordinates(self%z, displacement, velocity)
+      end if
+   end subroutine final_state
 
    !> Variable s, rate s' and reported force of contact j at `tau`.
    subroutine contact(self, j, tau, s, rate, force)

@@ -6,6 +6,7 @@
 !! contact pulls. Constraint forces and the forces of friction are linear forms of the motion, watched and observed as gaps are.
 module razy_exact_solutions
    use razy_core_kinds, only: wp
+   use razy_exact_beside, only: beside_t, joined
    use razy_exact_closed_form_amplitudes, only: amplitudes_t
    use razy_exact_closed_form_passage, only: passage_t
    use razy_exact_closed_form_response, only: finest_level, new_response, response_t
@@ -16,7 +17,7 @@ module razy_exact_solutions
    use razy_exact_residual, only: new_probe, probe_t
    use razy_exact_search_refine, only: watched_t
    use razy_hybrid_guards, only: guard_entry_t, guard_forms, list_guards, of_press
-   use razy_hybrid_linear_form, only: linear_form_t, zero_form
+   use razy_hybrid_linear_form, only: linear_form_t, new_form, zero_form
    use razy_hybrid_mode, only: mode_t
    use razy_hybrid_system, only: system_t
    use razy_machine_machine, only: observe_contact_force
@@ -32,6 +33,9 @@ module razy_exact_solutions
       type(response_t) :: response
       !> Rows of the guards and of the observables.
       type(rows_t) :: switching, observed
+      !> The motion with what is beside it, and the rows of observables there, where one of them feels that.
+      type(response_t) :: whole
+      type(rows_t) :: observed_whole
       !> The guards that can end the mode; which of them are functions of the constraints alone, and beyond which of them a contact
       !> has another branch and nothing else changes.
       type(guard_entry_t), allocatable :: entry(:)
@@ -128,12 +132,13 @@ contains
    end subroutine pass
 
    !> The number of the solution in `mode`, made ready for the system, and tested for a motion to `t_end`, s; 0: there is none. It
-   !> `flies` after an impact, where the next may be near.
-   subroutine find(self, system, mode, flies, t_end, i)
+   !> `flies` after an impact, where the next may be near; `beside` it is what no contact feels.
+   subroutine find(self, system, mode, flies, beside, t_end, i)
       class(solutions_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(mode_t), intent(in) :: mode
       logical, intent(in) :: flies
+      type(beside_t), intent(in) :: beside
       real(wp), intent(in) :: t_end
       integer, intent(out) :: i
 
@@ -156,7 +161,7 @@ contains
          call find_eigenmodes(self, system, mode, i)
       end if
       self%fresh = self%of(i)%version /= system%version
-      if (self%fresh) call respond(self%of(i), system, mode)
+      if (self%fresh) call respond(self%of(i), system, mode, beside)
       self%inadmissible = .not. self%of(i)%constrained%found
       if (self%of(i)%basis%info /= 0) then
          i = 0
@@ -266,10 +271,11 @@ contains
    end function coefficients
 
    !> Response and rows of a solution under the system's excitation.
-   subroutine respond(self, system, mode)
+   subroutine respond(self, system, mode, beside)
       type(solution_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(mode_t), intent(in) :: mode
+      type(beside_t), intent(in) :: beside
 
       type(linear_form_t) :: force(size(mode%branch)), observed(size(system%observed))
       real(wp) :: load(system%m)
@@ -305,6 +311,7 @@ contains
          observed(j) = self%constrained%form_of(observed(j))
       end do
       call new_rows(self%observed, self%response, observed)
+      if (any(system%is_beyond)) call respond_whole(self, system, beside, load, harmonic, observed)
       self%has_forces = .not. self%free .or. any([(system%machine%contact(j)%law%of_normal, j=1, size(force))])
       if (.not. self%has_forces) return
       do j = 1, size(force)
@@ -312,6 +319,30 @@ contains
       end do
       call new_rows(self%force, self%response, force)
    end subroutine respond
+
+   !> Response and rows of observables of the motion with what is beside it, under the load (m) and the phasors (m, tones) of the
+   !> motion; `observed` are the observables as forms of that.
+   subroutine respond_whole(self, system, beside, load, harmonic, observed)
+      type(solution_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(beside_t), intent(in) :: beside
+      real(wp), intent(in) :: load(:)
+      complex(wp), intent(in) :: harmonic(:, :)
+      type(linear_form_t), intent(in) :: observed(:)
+
+      type(linear_form_t) :: whole(size(observed))
+      integer :: j, t
+
+      call new_response(self%whole, joined(self%basis, beside%basis), self%flies, [load, system%load_beside], &
+                        reshape([([harmonic(:, t), system%harmonic_beside(:, t)], t=1, size(system%omega))], &
+                                [size(load) + size(system%load_beside), size(system%omega)]), system%omega)
+      do j = 1, size(observed)
+         associate (own => observed(j), beyond => system%beyond(j))
+            whole(j) = new_form([own%on_y, beyond%on_y], [own%on_v, beyond%on_v], own%constant, own%error)
+         end associate
+      end do
+      call new_rows(self%observed_whole, self%whole, whole)
+   end subroutine respond_whole
 
    !> Phasors of the errors of what is held (n, tones).
    pure function errors_of(system, constrained) result(error)

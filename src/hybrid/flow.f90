@@ -18,7 +18,7 @@ module razy_hybrid_flow
    private
 
    public :: flow_t
-   public :: ends_crossed, ends_in_event, ends_noted, ends_open
+   public :: ends_crossed, ends_in_event, ends_noted, ends_open, largest
 
    !> How a piece ends: without an event; in one; with changes of branch that were noted afterwards; in an event at which branches
    !> change and nothing jumps, with the changes noted.
@@ -122,15 +122,15 @@ module razy_hybrid_flow
 
 contains
 
-   !> Take a machine; `sharpness` > 0: its laws are smoothed.
-   subroutine take(self, machine, keep_all, sharpness, error)
+   !> Take a machine; `sharpness` > 0: its laws are smoothed; what no contact feels stands beside if it is to be `apart`.
+   subroutine take(self, machine, keep_all, apart, sharpness, error)
       class(flow_t), intent(inout) :: self
       type(machine_t), intent(in) :: machine
-      logical, intent(in) :: keep_all
+      logical, intent(in) :: keep_all, apart
       real(wp), intent(in) :: sharpness
       type(error_t), allocatable, intent(out) :: error
 
-      call self%system%take(machine, keep_all, error)
+      call self%system%take(machine, keep_all, apart, error)
       if (allocated(error)) return
       call self%transition%make_room(self%system, sharpness)
       if (allocated(self%z)) deallocate (self%z, self%branch, self%hit)

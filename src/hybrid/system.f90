@@ -3,7 +3,7 @@
 !!     y'' + B y' + K y = S f(t) - Σ_j w_j F_j(s_j, s_j'),   s_j = w_jᵀ y + c_j + Re(Σ_t e_jt E_t),   z = (y, y').
 !!
 !! Made once for a machine and shared by all that follows its motion. Of a machine that differs from the one before in loads,
-!! clearances and start only, the coordinates are kept.
+!! clearances and start only, the coordinates are kept. What no contact feels can stand beside: its motion is linear.
 module razy_hybrid_system
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
@@ -21,12 +21,16 @@ module razy_hybrid_system
    type :: system_t
       type(machine_t) :: machine
       type(coupled_t) :: coupled
-      !> Its motions without stiffness and damping, by structure.
-      type(free_motions_t) :: free
+      !> What is observed and no contact feels, if it is followed beside.
+      type(coupled_t) :: beside
+      !> Motions without stiffness and damping, by structure, of both.
+      type(free_motions_t) :: free, free_beside
       !> Coupled coordinates; z has 2m components.
       integer :: m = 0
       !> Whether every coordinate is followed, not only those that contacts and observables feel.
       logical :: keep_all = .false.
+      !> Whether what no contact feels is followed beside.
+      logical :: apart = .false.
       !> Whether contacts can hold constraints: closed rigid stops, friction that sticks.
       logical :: constrained = .false.
       !> Number of the machine, and of the machine with other coordinates than the one before.
@@ -34,38 +38,51 @@ module razy_hybrid_system
       !> Contact directions (m, contacts), constant load S f (m), its phasors (m, tones), frequencies (tones), rad/s.
       real(wp), allocatable :: w(:, :), load(:), omega(:)
       complex(wp), allocatable :: harmonic(:, :)
+      !> Load and phasors of the motion beside.
+      real(wp), allocatable :: load_beside(:)
+      complex(wp), allocatable :: harmonic_beside(:, :)
       !> The largest of the frequencies, rad/s.
       real(wp) :: fastest = 0.0_wp
       !> Variables s of the contacts (contacts), and observables (observables; 0 for the force of a contact).
       type(linear_form_t), allocatable :: gap(:), observed(:)
+      !> What observables feel of the motion beside (observables), and whether they do.
+      type(linear_form_t), allocatable :: beyond(:)
+      logical, allocatable :: is_beyond(:)
       !> First and last row that matter in each column of B and K (m each).
       integer, allocatable :: first(:), last(:)
    contains
       procedure :: take
       procedure :: contact_form
       procedure :: first_state
+      procedure :: first_beside
       procedure :: to_coordinates
    end type system_t
 
 contains
 
-   !> Take a machine; `keep_all` follows every coordinate.
-   subroutine take(self, machine, keep_all, error)
+   !> Take a machine; `keep_all` follows every coordinate; what no contact feels stands beside if it is to be `apart`.
+   subroutine take(self, machine, keep_all, apart, error)
       class(system_t), intent(inout) :: self
       type(machine_t), intent(in) :: machine
-      logical, intent(in) :: keep_all
+      logical, intent(in) :: keep_all, apart
       type(error_t), allocatable, intent(out) :: error
 
       integer :: j
       logical :: known
 
-      known = same_structure(self%machine, machine) .and. (self%keep_all .eqv. keep_all)
+      known = same_structure(self%machine, machine) .and. (self%keep_all .eqv. keep_all) .and. (self%apart .eqv. apart)
       self%machine = machine
       self%keep_all = keep_all
+      self%apart = apart
       self%version = self%version + 1
       if (.not. known) then
          self%structure = self%structure + 1
-         call new_coupled(self%coupled, machine, keep_all, error)
+         if (apart) then
+            call new_coupled(self%coupled, machine, keep_all, error, self%beside)
+         else
+            self%beside%m = 0
+            call new_coupled(self%coupled, machine, keep_all, error)
+         end if
          if (allocated(error)) then
             ! No machine is like one that could not be taken.
             deallocate (self%machine%mass)
@@ -73,6 +90,7 @@ contains
          end if
          self%m = self%coupled%m
          call new_free_motions(self%free, machine, self%coupled)
+         if (self%beside%m > 0) call new_free_motions(self%free_beside, machine, self%beside)
          if (allocated(self%coupled%gyroscopic)) then
             call find_profile(abs(self%coupled%stiffness) + abs(self%coupled%circulatory), &
                               abs(self%coupled%damping) + abs(self%coupled%gyroscopic), self%first, self%last)
@@ -88,6 +106,10 @@ contains
       end if
       self%load = matmul(self%coupled%project, machine%load)
       self%harmonic = matmul(self%coupled%project, machine%harmonic_load)
+      if (self%beside%m > 0) then
+         self%load_beside = matmul(self%beside%project, machine%load)
+         self%harmonic_beside = matmul(self%beside%project, machine%harmonic_load)
+      end if
       self%omega = machine%tone%omega
       self%fastest = maxval([0.0_wp, self%omega])
       if (allocated(self%gap)) deallocate (self%gap, self%observed)
@@ -103,7 +125,32 @@ contains
                                         observable%constant, observable%error)
          end associate
       end do
+      call look_beyond(self)
    end subroutine take
+
+   !> What observables feel of the motion beside. Less than `negligible` of what they feel in all is rounding of the projection.
+   pure subroutine look_beyond(self)
+      class(system_t), intent(inout) :: self
+
+      real(wp), parameter :: negligible = 1.0e-13_wp
+      real(wp) :: all_of_it
+      integer :: j
+
+      if (allocated(self%beyond)) deallocate (self%beyond, self%is_beyond)
+      allocate (self%beyond(size(self%observed)))
+      allocate (self%is_beyond(size(self%observed)), source=.false.)
+      if (self%beside%m == 0) return
+      do j = 1, size(self%observed)
+         self%beyond(j) = zero_form(self%beside%m, 0)
+         associate (observable => self%machine%observable(j), beyond => self%beyond(j), project => self%beside%project)
+            if (observable%kind == observe_contact_force) cycle
+            beyond%on_y = matmul(project, observable%on_displacement)
+            beyond%on_v = matmul(project, observable%on_velocity)
+            all_of_it = norm2([beyond%on_y, self%observed(j)%on_y]) + norm2([beyond%on_v, self%observed(j)%on_v])
+            self%is_beyond(j) = norm2(beyond%on_y) + norm2(beyond%on_v) > negligible*all_of_it
+         end associate
+      end do
+   end subroutine look_beyond
 
    !> alpha s + beta s' + gamma of contact j.
    pure function contact_form(self, j, alpha, beta, gamma) result(form)
@@ -127,14 +174,27 @@ contains
       z(self%m + 1:) = matmul(self%coupled%to_coupled, self%machine%velocity)
    end function first_state
 
-   !> Displacements and velocities (n each) of z; needs a machine taken with `keep_all`.
-   pure subroutine to_coordinates(self, z, displacement, velocity)
+   !> The state (2 m) of the motion beside at the time 0.
+   pure function first_beside(self) result(z)
+      class(system_t), intent(in) :: self
+      real(wp) :: z(2*self%beside%m)
+
+      z(:self%beside%m) = matmul(self%beside%to_coupled, self%machine%displacement)
+      z(self%beside%m + 1:) = matmul(self%beside%to_coupled, self%machine%velocity)
+   end function first_beside
+
+   !> Displacements and velocities (n each) of z and of the state `beside`, if there is one; needs a machine taken with `keep_all`.
+   pure subroutine to_coordinates(self, z, displacement, velocity, beside)
       class(system_t), intent(in) :: self
       real(wp), intent(in) :: z(:)
       real(wp), intent(out) :: displacement(:), velocity(:)
+      real(wp), intent(in), optional :: beside(:)
 
       displacement = matmul(z(:self%m), self%coupled%project)
       velocity = matmul(z(self%m + 1:), self%coupled%project)
+      if (.not. present(beside)) return
+      displacement = displacement + matmul(beside(:self%beside%m), self%beside%project)
+      velocity = velocity + matmul(beside(self%beside%m + 1:), self%beside%project)
    end subroutine to_coordinates
 
 end module razy_hybrid_system

@@ -7,11 +7,16 @@
 !! With gyroscopic or circulatory matrices the subspace is that of all coordinates which are coupled, by either matrix, with one
 !! that is felt: what else is not felt is found in the modes (razy_exact_modal_observable_terms).
 !! A direction is taken as already contained when what is left of it is below `dependent` times what entered.
+!!
+!! Where K and B are symmetric, what is orthogonal to the directions of contacts in this sense is mapped into itself as well: no
+!! contact moves it and it moves none. What observables feel of it can be followed beside, so that what is observed chooses no
+!! coordinate of the motion that contacts are in.
 module razy_machine_coupled
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
    use razy_linalg_dense, only: identity
    use razy_linalg_lapack, only: dpotrf, dtrsm
+   use razy_linalg_null_space, only: complement_of
    use razy_linalg_pattern, only: connected_sets, linked
    use razy_machine_machine, only: machine_t, mass_complaint, observe_linear
    implicit none(type, external)
@@ -39,14 +44,16 @@ module razy_machine_coupled
 
 contains
 
-   !> Reduce `machine` to what is felt; `keep_all` keeps every coordinate (trajectories of the whole state).
-   subroutine new_coupled(self, machine, keep_all, error)
+   !> Reduce `machine` to what is felt; `keep_all` keeps every coordinate (trajectories of the whole state). With `beside`, where
+   !> contacts part the machine, `self` is what they feel, and all else that is felt is there.
+   subroutine new_coupled(self, machine, keep_all, error, beside)
       type(coupled_t), intent(out) :: self
       type(machine_t), intent(in) :: machine
       logical, intent(in) :: keep_all
       type(error_t), allocatable, intent(out) :: error
+      type(coupled_t), intent(out), optional :: beside
 
-      real(wp), allocatable :: factor(:, :), k(:, :), b(:, :), c(:, :), g(:, :), basis(:, :), felt(:, :), inverse(:, :)
+      real(wp), allocatable :: factor(:, :), k(:, :), b(:, :), c(:, :), g(:, :), basis(:, :), felt(:, :), inverse(:, :), rest(:, :)
       integer :: i, info, n
 
       n = size(machine%mass, 1)
@@ -67,7 +74,17 @@ contains
          c = matmul(inverse, matmul(machine%circulatory, transpose(inverse)))
          g = matmul(inverse, matmul(machine%gyroscopic, transpose(inverse)))
       end if
-      if (keep_all) then
+      if (present(beside) .and. size(machine%contact) > 0 .and. .not. allocated(g) &
+          .and. is_symmetric(k) .and. is_symmetric(b)) then
+         felt = matmul(inverse, directions(machine))
+         call invariant_subspace(k, b, felt(:, :size(machine%contact)), felt(:, :0), basis)
+         if (keep_all) then
+            rest = complement_of(basis)
+         else
+            call invariant_subspace(k, b, felt(:, size(machine%contact) + 1:), basis, rest)
+         end if
+         call project_machine(beside, machine, rest, inverse, k, b)
+      else if (keep_all) then
          basis = identity(n)
       else if (allocated(g)) then
          ! At some speed all is coupled that ever is.
@@ -75,20 +92,29 @@ contains
       else
          felt = matmul(inverse, directions(machine))
          if (is_symmetric(k) .and. is_symmetric(b)) then
-            call invariant_subspace(k, b, felt, basis)
+            call invariant_subspace(k, b, felt, felt(:, :0), basis)
          else
             basis = felt_coordinates(k, b, felt)
          end if
       end if
+      call project_machine(self, machine, basis, inverse, k, b)
+      if (.not. allocated(g)) return
+      self%gyroscopic = matmul(transpose(basis), matmul(g, basis))
+      self%circulatory = matmul(transpose(basis), matmul(c, basis))
+   end subroutine new_coupled
+
+   !> The machine in the orthonormal `basis` (n, m) of x; `inverse` is L⁻¹, `k` and `b` (n, n) its matrices for x.
+   pure subroutine project_machine(self, machine, basis, inverse, k, b)
+      type(coupled_t), intent(inout) :: self
+      type(machine_t), intent(in) :: machine
+      real(wp), intent(in) :: basis(:, :), inverse(:, :), k(:, :), b(:, :)
+
       self%m = size(basis, 2)
       self%project = matmul(transpose(basis), inverse)
       self%to_coupled = matmul(self%project, machine%mass)
       self%stiffness = matmul(transpose(basis), matmul(k, basis))
       self%damping = matmul(transpose(basis), matmul(b, basis))
-      if (.not. allocated(g)) return
-      self%gyroscopic = matmul(transpose(basis), matmul(g, basis))
-      self%circulatory = matmul(transpose(basis), matmul(c, basis))
-   end subroutine new_coupled
+   end subroutine project_machine
 
    !> The linear forms that have to be followed: contact directions and observables, as columns.
    pure function directions(machine) result(columns)
@@ -133,26 +159,28 @@ contains
       is_symmetric = all(abs(matrix - transpose(matrix)) <= rounding*maxval(abs(matrix)))
    end function is_symmetric
 
-   !> Orthonormal basis of the smallest subspace that holds `start` and is invariant under kᵀ and bᵀ.
-   pure subroutine invariant_subspace(k, b, start, basis)
-      real(wp), intent(in) :: k(:, :), b(:, :), start(:, :)
+   !> Orthonormal basis of what the smallest subspace that holds `start` and is invariant under kᵀ and bᵀ has beside `given`, which
+   !> is invariant itself.
+   pure subroutine invariant_subspace(k, b, start, given, basis)
+      real(wp), intent(in) :: k(:, :), b(:, :), start(:, :), given(:, :)
       real(wp), allocatable, intent(out) :: basis(:, :)
 
       real(wp) :: q(size(k, 1), size(k, 1)), v(size(k, 1))
       integer :: i, done, m
 
-      m = 0
+      m = size(given, 2)
+      q(:, :m) = given
       do i = 1, size(start, 2)
          call extend(q, m, start(:, i), abs(start(:, i)))
       end do
-      done = 0
+      done = size(given, 2)
       do while (done < m)
          done = done + 1
          v = q(:, done)
          call extend(q, m, matmul(v, k), matmul(abs(v), abs(k)))
          call extend(q, m, matmul(v, b), matmul(abs(v), abs(b)))
       end do
-      basis = q(:, :m)
+      basis = q(:, size(given, 2) + 1:m)
    end subroutine invariant_subspace
 
    !> Append to the first m columns of q what is new in v, if it is more than rounding of terms of size `scale`.

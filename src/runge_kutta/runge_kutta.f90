@@ -98,7 +98,7 @@ contains
 
       sharpness = 0.0_wp
       if (self%method%treatment == "smoothing") sharpness = self%method%sharpness
-      call self%take(machine, keep_all, sharpness, error)
+      call self%take(machine, keep_all, .false., sharpness, error)
       if (allocated(error)) return
       associate (rhs => self%stepper%rhs)
          rhs%treatment = treat_by_events

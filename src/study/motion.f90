@@ -59,6 +59,10 @@ contains
       if (present(most_events)) limit = most_events
       call new_integrator(integrator, checked, error)
       if (allocated(error)) return
+      select type (integrator)
+      type is (exact_t)
+         integrator%apart = .true.
+      end select
       integrator%budget%stop_is_asked => null()
       if (present(stop_is_asked)) integrator%budget%stop_is_asked => stop_is_asked
       call integrator%prepare(machine, all, error)

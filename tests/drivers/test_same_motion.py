@@ -130,3 +130,55 @@ def test_a_rigid_stop_that_is_never_touched_changes_nothing(folder):
             values.append(file["extrema/mesh_deformation/value"][:])
     assert values[0].size > 100
     assert np.allclose(*values, rtol=0, atol=1e-11 * np.abs(values[0]).max())
+
+
+@pytest.mark.parametrize(
+    "record",
+    ["observable='state', what='trajectory', interval=0.01", "observable='displacement', of='motor', what='extrema'"],
+)
+def test_what_is_recorded_changes_no_bit(record, folder):
+    # A chaotic motion, of which contacts feel two of four coordinates.
+    text = re.sub(r"(?ms)^&(?:record|sweep|follow|motion)\b.*?/[ ]*$", "", GEAR_PAIR.read_text())
+    text += "\n&motion t_end=0.5, start='static', integrator='exact' /\n"
+    text += "&record observable='mesh_deformation', what='extrema' /\n"
+    values = []
+    for more in ("", f"&record {record} /\n"):
+        path = folder / "recorded.nml"
+        path.write_text(text + more)
+        succeed("razy-run", path, "--set", "rotation%speed_rpm=2000", "--force")
+        with h5py.File(path.with_suffix(".h5")) as file:
+            values.append(file["extrema/mesh_deformation/value"][:])
+    assert np.array_equal(*values)
+
+
+def test_what_no_contact_feels_has_its_closed_form(folder):
+    # Beside a body that bounces stands one that swings under a load, free of it; both are observed.
+    path = folder / "beside.nml"
+    path.write_text(
+        "&scene kind='lumped' /\n&mass name='a', value=1.0 /\n&mass name='b', value=2.0 /\n"
+        "&spring between='a','frame', stiffness=100.0, damping=0.2 /\n"
+        "&spring between='b','frame', stiffness=200.0, damping=0.8 /\n"
+        "&stop name='s', between='a','frame', side='upper', clearance=0.01, stiffness=1e4 /\n"
+        "&load on='a', amplitude=3.0, angular_frequency=9.0 /\n"
+        "&load on='b', amplitude=6.0, angular_frequency=7.0, phase=90.0 /\n"
+        "&initial on='b', displacement=0.1, velocity=-0.5 /\n&motion t_end=400.0, start='given', integrator='exact' /\n"
+        "&record observable='state', what='trajectory', interval=0.5 /\n"
+        "&record observable='displacement', of='b', what='extrema', from=390.0 /\n"
+    )
+    succeed("razy-run", path)
+    with h5py.File(path.with_suffix(".h5")) as file:
+        time = file["state/time"][:]
+        b = list(file["state/displacement"].attrs.get("names", ["a", "b"])).index("b")
+        displacement, velocity = file["state/displacement"][:, b], file["state/velocity"][:, b]
+        extrema, times = file["extrema/displacement.b/value"][:], file["extrema/displacement.b/time"][:]
+    free, driven = np.roots([1.0, 0.4, 100.0])[0], 3.0 / (100.0 - 49.0 + 0.4j * 7.0)
+    # x = Re(driven e^(7it) + rest e^(free t)) with x(0) = 0.1 and x'(0) = -0.5.
+    first = 0.1 - driven.real
+    rest = first + 1j * (free.real * first - (-0.5 - (7j * driven).real)) / free.imag
+    x = (driven * np.exp(7j * time) + rest * np.exp(free * time)).real
+    v = (7j * driven * np.exp(7j * time) + free * rest * np.exp(free * time)).real
+    assert np.allclose(displacement, x, rtol=0, atol=1e-13)
+    assert np.allclose(velocity, v, rtol=0, atol=1e-12)
+    assert extrema.size > 20
+    assert np.allclose(np.abs(extrema), np.abs(driven), rtol=1e-12)
+    assert np.allclose((driven * np.exp(7j * times)).real, extrema, rtol=0, atol=1e-13)

@@ -60,7 +60,7 @@ contains
       logical, intent(in) :: keep_all
       type(error_t), allocatable, intent(out) :: error
 
-      call self%take(machine, keep_all, 0.0_wp, error)
+      call self%take(machine, keep_all, .false., 0.0_wp, error)
    end subroutine prepare
 
    subroutine enter(self, t_end, outcome)

@@ -22,7 +22,7 @@ contains
 
       type(error_t), allocatable :: error
 
-      call system%take(machine, .true., error)
+      call system%take(machine, .true., .false., error)
       if (allocated(error)) error stop "the machine was refused"
    end function system_of
 

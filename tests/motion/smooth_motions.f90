@@ -171,7 +171,7 @@ contains
       type(error_t), allocatable :: error
       integer :: j
 
-      call system%take(machine, .true., error)
+      call system%take(machine, .true., .false., error)
       call stepper%rhs%dynamics%make_room(system, 0.0_wp)
       z = system%first_state()
       associate (dynamics => stepper%rhs%dynamics)
