@@ -13,7 +13,8 @@
 !! A flight lower than 16 roundings of the gap cannot be followed: its end is found too late, and so too fast. A contact that
 !! would take one ends its sequence here, whatever the ratio, also where the impact of another one has thrown it up.
 !!
-!! A body that two others squeeze goes to and fro between them, and the speeds of both gaps fall by the same ratio, whatever pulls.
+!! A body that two others squeeze goes to and fro between them, and the speeds of both gaps fall by the same ratio, whatever pulls;
+!! so it is where one of the two impacts has no restitution.
 !! When the flights can no longer be followed, what is still to come is given at once: all impulses from one impact of a contact to
 !! its next fall by the ratio ρ, also those of friction that stops at some impacts and is set in motion by others, so what they
 !! change comes once more times ρ/(1 - ρ). In the limit no gap has a speed; what is left of them is taken out as above.
@@ -114,19 +115,24 @@ contains
       allocate (list(0), ways(0))
       call dynamics%accelerate(system, tau, z, a)
       do i = 1, size(side)
+         if (.not. side(i)%before < 0.0_wp) cycle
+         call take_up(self, side(i)%contact, -side(i)%before, side(i)%after, side(i)%direction, z(system%m + 1:))
+      end do
+      do i = 1, size(side)
          j = side(i)%contact
          pull = -side(i)%direction*dynamics%second_rate(system, j, a)
          low = pull > 0.0_wp .and. side(i)%after**2 <= 2*pull*16*guards%on_s(j)
          associate (restitution => system%machine%contact(j)%law%restitution)
             if (side(i)%before < 0.0_wp) then
-               call take_up(self, j, side(i)%after, side(i)%direction, z(system%m + 1:))
                if (-side(i)%before*self%flight(j) <= shortest*guards%on_s(j)) then
                   call end_squeezed(self, system, dynamics%rate, guards%on_rate, j, z(system%m + 1:), list, ways, saltation%defined)
                end if
-               if (any(list == j)) cycle
+               if (any(list == j) .or. .not. side(i)%after > 0.0_wp) cycle
                if (.not. ended(self, j, pull, low, alone(self, system, dynamics%mode%branch, j), restitution)) cycle
             else
                if (side(i)%before > 0.0_wp .or. .not. side(i)%after > 0.0_wp .or. .not. low) cycle
+               call end_squeezed(self, system, dynamics%rate, guards%on_rate, j, z(system%m + 1:), list, ways, saltation%defined)
+               if (any(list == j)) cycle
                self%ratio(j) = restitution
             end if
          end associate
@@ -283,13 +289,14 @@ contains
       self%count(all_of_them) = 0
    end subroutine end_squeezed
 
-   !> An impact of contact j after which the gap opens with speed u, in this direction of s, and y' is `speed` (m).
-   pure subroutine take_up(self, j, u, way, speed)
+   !> An impact of contact j before which the gap closes with speed v, and after which it opens with speed u, in this direction of s,
+   !> and y' is `speed` (m). Impacts without restitution are counted by v.
+   pure subroutine take_up(self, j, v, u, way, speed)
       type(accumulation_t), intent(inout) :: self
       integer, intent(in) :: j
-      real(wp), intent(in) :: u, way, speed(:)
+      real(wp), intent(in) :: v, u, way, speed(:)
 
-      real(wp) :: ratio
+      real(wp) :: pace, ratio
 
       self%impacts = self%impacts + 1
       self%number(:, j) = [self%number(2, j), self%impacts]
@@ -298,15 +305,15 @@ contains
       self%way(j) = way
       self%flight(j) = self%since(j)
       self%since(j) = 0.0_wp
+      pace = merge(u, v, u > 0.0_wp)
       ratio = 0.0_wp
-      if (self%count(j) > 0 .and. self%last(j) > 0.0_wp) ratio = u/self%last(j)
+      if (self%count(j) > 0) ratio = pace/self%last(j)
       if (self%count(j) > 1 .and. abs(ratio - self%ratio(j)) > steady*self%ratio(j)) self%count(j) = 0
-      if (ratio >= 1.0_wp .or. .not. u > 0.0_wp) self%count(j) = 0
-      if (self%count(j) == 0) self%first(j) = u
+      if (ratio >= 1.0_wp) self%count(j) = 0
+      if (self%count(j) == 0) self%first(j) = pace
       self%count(j) = self%count(j) + 1
       self%ratio(j) = ratio
-      self%last(j) = u
-      if (.not. u > 0.0_wp) self%count(j) = 0
+      self%last(j) = pace
    end subroutine take_up
 
    !> Whether no other contact has an impact, or is held, between the impacts of contact j.
@@ -321,7 +328,7 @@ contains
       alone = .true.
       do i = 1, size(branch)
          if (i == j) cycle
-         if (self%count(i) > 0 .or. self%whose(i)) alone = .false.
+         if ((self%count(i) > 0 .and. self%number(2, i) > self%number(1, j)) .or. self%whose(i)) alone = .false.
          if (system%machine%contact(i)%law%constraint(branch(i))) alone = .false.
       end do
    end function alone

@@ -54,3 +54,27 @@ def test_what_comes_together_is_decided_together(name, integrator, tmp_path):
     right_events, right_value = RIGHT[name]
     assert events == right_events
     assert value == pytest.approx(right_value, rel=1e-8, abs=1e-18)
+
+
+def test_two_rigid_contacts_collapse_together(tmp_path):
+    # A body between two others, one contact without restitution: impacts without end take both gap rates to 0 at one
+    # moment, and leave the momentum of the three bodies as it is.
+    path = FOLDER / "collapse.nml"
+    result = tmp_path / "collapse.h5"
+    subprocess.run([RUN, path, "--output", result], check=True, timeout=60)
+    with h5py.File(result) as file:
+        time, velocity = file["state/time"][:], file["state/velocity"][:, :3]
+        last, contact = file["event/time"][-1], file["event/contact"][-1]
+    assert last == pytest.approx(0.01465318190074, abs=1e-14)
+    assert contact == 4
+    momentum = velocity @ [0.8807166840270142, 0.43719652406475296, 2.3471545174064397]
+    before, after = (time < last).nonzero()[0][-2:], (time > last).nonzero()[0][:2]
+    at = [extrapolated(time[i] - last, values[i]) for i in (before, after) for values in (momentum, velocity)]
+    assert at[2] == pytest.approx(at[0], rel=1e-10)
+    assert at[3][1] - at[3][0] == pytest.approx(0.0, abs=1e-11)
+    assert abs(at[1][1] - at[1][0]) > 1e-8
+
+
+def extrapolated(time, values):
+    """Values at the time 0 of a line through two points."""
+    return values[0] - time[0] * (values[1] - values[0]) / (time[1] - time[0])
