@@ -11,6 +11,7 @@ module program_frame
    use razy_io_result_file, only: result_header_t, write_result
    use razy_linalg_threads, only: use_one_thread
    use razy_scenes_case, only: read_study
+   use signals, only: let_writes_fail
    implicit none(type, external)
    private
 
@@ -28,6 +29,7 @@ contains
       logical :: answered
 
       call use_one_thread()
+      call let_writes_fail()
       call read_case(name, does, of_one, command, input, answered, error)
       if (allocated(error)) call fail(error%message, exit_usage)
       if (answered) stop

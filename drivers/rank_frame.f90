@@ -5,7 +5,7 @@ module rank_frame
    use razy_core_error, only: error_t
    use razy_linalg_threads, only: use_one_thread
    use razy_sweep_communicator, only: communicator_t, new_communicator
-   use signals, only: hold_signals
+   use signals, only: hold_signals, let_writes_fail
    implicit none(type, external)
    private
 
@@ -21,6 +21,7 @@ contains
 
       call use_one_thread()
       call hold_signals()
+      call let_writes_fail()
       call mpi_init_thread(mpi_thread_single, provided)
       call new_communicator(ranks, mpi_comm_world)
    end subroutine begin_ranks
