@@ -77,6 +77,24 @@ def test_what_killed_runs_left_of_this_sweep_goes_with_them():
     assert CHECKPOINT not in left() and left() == ["case.h5", "log", "other.h5.partial", "whole.h5"]
 
 
+def test_no_program_overwrites_what_another_made(program, case):
+    """All name their results after the input."""
+    other = "razy-modes" if program == "razy-run" else "razy-run"
+    succeed(other, case, *SHORT)
+    before = Path("case.h5").read_bytes()
+    for force in ([], ["--force"]):
+        done = start(program, case, *SHORT, *force)
+        refused(done, f"case.h5: is a result of {other}, which {program} does not overwrite")
+    assert Path("case.h5").read_bytes() == before
+    Path("case.h5").write_text("precious")
+    refused(start(program, case, *SHORT, "--force"), "case.h5: is no result of razy")
+    assert Path("case.h5").read_text() == "precious"
+    Path("case.h5").unlink()
+    succeed(program, case, *SHORT)
+    refused(start(program, case, *SHORT), "case.h5: exists already; --force overwrites it")
+    succeed(program, case, *SHORT, "--force")
+
+
 WRITERS = {
     "razy-run": ("torsional_gear_pair", SHORT),
     "razy-modes": ("test_gearbox", []),
