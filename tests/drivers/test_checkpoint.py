@@ -99,7 +99,7 @@ def test_changed_input_is_refused_and_the_key_named(sweep):
 
 @pytest.mark.parametrize("ranks", [None, 2])
 def test_what_was_killed_with_its_file_there_ends_when_it_is_called_again(sweep, ranks):
-    """Between the naming of the file and the end of the checkpoint a kill leaves both: the file is that of the sweep."""
+    """Between the naming of the file and the end of the checkpoint a kill leaves both."""
     begin_checkpoint(sweep)
     Path("case.h5").write_bytes(Path("whole.h5").read_bytes())
     refused = sweep.start("--anew")
