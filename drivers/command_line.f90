@@ -18,9 +18,9 @@ module command_line
    !> What a program does: one computation, tasks on several ranks that a checkpoint keeps, a sweep.
    integer, parameter :: of_one = 0, of_ranks = 1, of_a_sweep = 2
 
-   !> The options; `output` has its default already.
+   !> The program, and its options; `output` has its default already.
    type :: command_t
-      character(:), allocatable :: input, output
+      character(:), allocatable :: program, input, output
       type(string_t), allocatable :: overrides(:)
       logical :: force = .false., check = .false., help = .false., version = .false.
       !> On several ranks: forget the checkpoint; least time between two writings to disk that are waited for, s.
@@ -179,7 +179,7 @@ contains
          "", &
          "usage: "//name//" CASE.nml [options]", &
          "  --output FILE            result file (default: CASE.h5 in the current folder)", &
-         "  --force                  overwrite the result file if it exists", &
+         "  --force                  overwrite the result file if it exists and is one of "//name, &
          "  --set GROUP%KEY=VALUE    change a value of the input, e.g. --set motion%t_end=0.5;", &
          "                           of a repeated group: --set 'load(2)%value=-50'", &
          "  --check                  check the input, print it with all defaults, and stop"

@@ -1,21 +1,30 @@
 !! What happens when there is no more memory: a line and exit code 1.
 !!
-!! gfortran does not look at what malloc returns in most of its assignments, and an end in the nowhere follows. The linker puts
-!! these procedures in the place of malloc and realloc of all that is compiled here (ld --wrap).
+!! Hardly anything looks at what malloc returns: not gfortran in most of its assignments, nor the threads of MPI. An end in the
+!! nowhere follows. These procedures stand in the place of malloc, calloc and realloc of the C library for all that runs in a
+!! program, the libraries that it loads too: the dynamic linker looks for a name in the program first.
 module memory
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_loc, c_ptr, c_size_t
    implicit none(type, external)
    private
 
+   ! What the library of GNU calls these itself.
    interface
-      function real_malloc(size) result(place) bind(c, name="__real_malloc")
+      function real_malloc(size) result(place) bind(c, name="__libc_malloc")
          import :: c_ptr, c_size_t
          implicit none(type, external)
          integer(c_size_t), value, intent(in) :: size
          type(c_ptr) :: place
       end function real_malloc
 
-      function real_realloc(old, size) result(place) bind(c, name="__real_realloc")
+      function real_calloc(count, size) result(place) bind(c, name="__libc_calloc")
+         import :: c_ptr, c_size_t
+         implicit none(type, external)
+         integer(c_size_t), value, intent(in) :: count, size
+         type(c_ptr) :: place
+      end function real_calloc
+
+      function real_realloc(old, size) result(place) bind(c, name="__libc_realloc")
          import :: c_ptr, c_size_t
          implicit none(type, external)
          type(c_ptr), value, intent(in) :: old
@@ -41,7 +50,7 @@ module memory
 
 contains
 
-   function malloc_or_end(size) result(place) bind(c, name="__wrap_malloc")
+   function malloc_or_end(size) result(place) bind(c, name="malloc")
       integer(c_size_t), value, intent(in) :: size
       type(c_ptr) :: place
 
@@ -49,7 +58,15 @@ contains
       if (.not. c_associated(place)) call give_up()
    end function malloc_or_end
 
-   function realloc_or_end(old, size) result(place) bind(c, name="__wrap_realloc")
+   function calloc_or_end(count, size) result(place) bind(c, name="calloc")
+      integer(c_size_t), value, intent(in) :: count, size
+      type(c_ptr) :: place
+
+      place = real_calloc(count, size)
+      if (.not. c_associated(place)) call give_up()
+   end function calloc_or_end
+
+   function realloc_or_end(old, size) result(place) bind(c, name="realloc")
       type(c_ptr), value, intent(in) :: old
       integer(c_size_t), value, intent(in) :: size
       type(c_ptr) :: place

@@ -7,10 +7,11 @@ module program_frame
    use razy_core_text_file, only: read_text_file
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
-   use razy_io_posix, only: check_distinct, output_is_free
-   use razy_io_result_file, only: result_header_t, write_result
+   use razy_io_posix, only: check_distinct
+   use razy_io_result_file, only: check_output, result_header_t, write_result
    use razy_linalg_threads, only: use_one_thread
    use razy_scenes_case, only: read_study
+   use signals, only: let_writes_fail
    implicit none(type, external)
    private
 
@@ -28,6 +29,7 @@ contains
       logical :: answered
 
       call use_one_thread()
+      call let_writes_fail()
       call read_case(name, does, of_one, command, input, answered, error)
       if (allocated(error)) call fail(error%message, exit_usage)
       if (answered) stop
@@ -47,6 +49,7 @@ contains
 
       answered = .false.
       call read_command(command, scope, problem)
+      command%program = name
       if (allocated(problem)) then
          call raise(error, name//": "//problem%message)
          return
@@ -99,7 +102,7 @@ contains
          end if
       end if
       call check_distinct(files, error)
-      if (.not. allocated(error)) call output_is_free(command%output, command%force, error)
+      if (.not. allocated(error)) call check_output(command%output, command%program, command%force, error)
    end subroutine check_files
 
    !> Write the result file, print the answer, and say what the user is to know: lines, and that it was written.

@@ -2,9 +2,10 @@
 program razy_follow
    use, intrinsic :: iso_fortran_env, only: output_unit
    use command_line, only: command_t, exit_failure, exit_interrupted, exit_ok, exit_usage, of_ranks, say
+   use measuring, only: begin_measuring, longest_measuring, measured_enough
    use program_frame, only: check_files, read_case
    use progress, only: show_progress
-   use rank_frame, only: begin_ranks, end_ranks, leave_if
+   use rank_frame, only: begin_ranks, end_killed_end, end_ranks, leave_if
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: to_text
@@ -65,12 +66,16 @@ contains
          write (output_unit, "(a)", advance="no") effective
       else if (command%dry_run) then
          computes = .true.
+         call say("measuring for "//to_text(longest_measuring)//" s at most")
+         call begin_measuring()
+         cells%follow%problem%map%stop_is_asked => measured_enough
          call forecast_rounds(cells, ranks%size, lines, error)
          call break_off(error)
          if (.not. (stopped .or. allocated(error))) write (output_unit, "(a)") (lines(i)%text, i=1, size(lines))
       else
          allocate (written(0))
          call append_text(written, checkpoint_path(command%output))
+         call end_killed_end(command, effective)
          call check_files(command, input, written, error)
          if (.not. allocated(error) .and. .not. cells%follow%all_motions) then
             computes = .true.

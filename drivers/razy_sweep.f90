@@ -2,9 +2,10 @@
 program razy_sweep
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use command_line, only: command_t, exit_failure, exit_interrupted, exit_ok, exit_usage, of_a_sweep, say
+   use measuring, only: begin_measuring, longest_measuring, measured_enough
    use program_frame, only: check_files, read_case
    use progress, only: show_progress
-   use rank_frame, only: begin_ranks, end_ranks, leave_if
+   use rank_frame, only: begin_ranks, end_killed_end, end_ranks, leave_if
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
@@ -14,7 +15,7 @@ program razy_sweep
    use razy_io_hdf5_file, only: delete_partial_files
    use razy_io_posix, only: path_exists
    use razy_scenes_case, only: read_study
-   use razy_study_sweep_forecast, only: forecast
+   use razy_study_sweep_forecast, only: forecast, most_timed
    use razy_study_sweep_log, only: log_end, log_start, open_log, points_done, what_was_written
    use razy_study_sweep_result, only: write_sweep
    use razy_study_sweep_starts, only: identity_of, read_start_file
@@ -73,7 +74,9 @@ contains
       if (command%check) then
          write (output_unit, "(a)", advance="no") effective
       else if (command%dry_run) then
-         task%watch%stop_is_asked => time_is_up
+         call say("measuring up to "//to_text(most_timed)//" points, for "//to_text(longest_measuring)//" s at most")
+         call begin_measuring()
+         task%watch%stop_is_asked => measured_enough
          call forecast(task, ranks%size, lines)
          outcome%stopped = time_is_up()
          if (.not. outcome%stopped) write (output_unit, "(a)") (lines(i)%text, i=1, size(lines))
@@ -83,6 +86,7 @@ contains
          if (allocated(command%log)) then
             if (command%log /= "-") call append_text(written, command%log)
          end if
+         call end_killed_end(command, effective)
          call check_files(command, input, written, error)
          if (command%so_far .and. .not. allocated(error)) then
             call write_so_far(error)

@@ -21,8 +21,8 @@ module razy_core_text
    integer, parameter :: most_quoted = 80
    !> Longer texts are no misspelt names.
    integer, parameter :: longest_misspelt = 200
-   !> Names that a message lists.
-   integer, parameter :: most_known = 40
+   !> Characters of a list of known names.
+   integer, parameter :: longest_list = 330
 
 contains
 
@@ -188,31 +188,36 @@ contains
       distance = row(len(b))
    end function edit_distance
 
-   !> The known name that was probably meant: within a third of the letters, or one name contained in the other;
-   !> case does not matter; empty when nothing is near.
+   !> The known name that was probably meant: within a third of the letters, else the only one that begins with what was written,
+   !> or has it behind a %; case does not matter; empty when nothing is near.
    pure function nearest_name(name, known) result(best)
       character(*), intent(in) :: name
       type(string_t), intent(in) :: known(:)
       character(:), allocatable :: best
-      !> Shorter names are contained in too many others
+      !> Shorter names begin too many others
       integer, parameter :: least_part = 3
-      integer :: distance, i, least
+      integer :: begun, distance, i, least
       logical :: part
 
       best = ""
       least = huge(0)
+      begun = 0
       if (len(name) > longest_misspelt) return
       do i = 1, size(known)
          if (len(known(i)%text) > longest_misspelt) cycle
          distance = edit_distance(lower(name), lower(known(i)%text))
-         part = min(len(name), len(known(i)%text)) >= least_part &
-                .and. (index(lower(known(i)%text), lower(name)) > 0 .or. index(lower(name), lower(known(i)%text)) > 0)
-         if (.not. part .and. distance > max(1, (len(name) + 1)/3)) cycle
-         if (distance < least) then
-            least = distance
-            best = known(i)%text
+         if (distance <= max(1, (len(name) + 1)/3)) then
+            if (distance < least) best = known(i)%text
+            least = min(distance, least)
+            cycle
+         end if
+         part = index(lower(known(i)%text), lower(name)) == 1 .or. index(lower(known(i)%text)//" ", "%"//lower(name)//" ") > 0
+         if (part .and. len(name) >= least_part) then
+            begun = begun + 1
+            if (least == huge(0)) best = known(i)%text
          end if
       end do
+      if (least == huge(0) .and. begun > 1) best = ""
    end function nearest_name
 
    !> Advice for a misspelt name: `did you mean 'x'?`, else the list `known <things>: a, b, c`.
@@ -222,18 +227,18 @@ contains
       !> What the names are, in the plural
       character(*), intent(in) :: things
       character(:), allocatable :: advice
-      type(string_t) :: listed(min(most_known, size(known)))
       integer :: i
 
       advice = nearest_name(name, known)
       if (len(advice) > 0) then
          advice = "did you mean '"//advice//"'?"
       else if (size(known) > 0) then
-         do i = 1, size(listed)
-            listed(i)%text = excerpt(known(i)%text)
+         advice = "known "//things//": "//excerpt(known(1)%text)
+         do i = 2, size(known)
+            if (len(advice) + len(excerpt(known(i)%text)) > longest_list) exit
+            advice = advice//", "//excerpt(known(i)%text)
          end do
-         advice = "known "//things//": "//join(listed, ", ")
-         if (size(known) > most_known) advice = advice//", and others"
+         if (i <= size(known)) advice = advice//", and others"
       else
          advice = "there are no "//things
       end if

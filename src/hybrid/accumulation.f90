@@ -289,7 +289,7 @@ contains
       self%count(all_of_them) = 0
    end subroutine end_squeezed
 
-   !> An impact of contact j before which the gap closes with speed v, and after which it opens with speed u, in this direction of s,
+   !> An impact of contact j before which the gap closes with speed v and after which it opens with speed u, in this direction of s,
    !> and y' is `speed` (m). Impacts without restitution are counted by v.
    pure subroutine take_up(self, j, v, u, way, speed)
       type(accumulation_t), intent(inout) :: self

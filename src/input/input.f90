@@ -109,14 +109,20 @@ contains
             call admit(self, said%list(i), present(lenient), error)
          end do
       end do
-      do g = 1, self%filled
-         associate (spec => self%schema(self%groups(g)%spec), number => self%groups(g)%number)
-            do k = 1, size(spec%keys)
-               if (allocated(error)) return
-               call self%groups(g)%values(k)%check(spec%keys(k), problem)
-               if (allocated(problem)) call self%complain(error, spec%name, number, spec%keys(k)%name, problem)
-            end do
-         end associate
+      ! What is said before what is missing: the latter may be what the former was meant for.
+      do pass = 1, 2
+         do g = 1, self%filled
+            associate (spec => self%schema(self%groups(g)%spec), number => self%groups(g)%number)
+               do k = 1, size(spec%keys)
+                  if (allocated(error)) return
+                  associate (value => self%groups(g)%values(k))
+                     if ((pass == 1) .neqv. size(value%words) > 0) cycle
+                     call value%check(spec%keys(k), problem)
+                  end associate
+                  if (allocated(problem)) call self%complain(error, spec%name, number, spec%keys(k)%name, problem)
+               end do
+            end associate
+         end do
       end do
       do i = 1, size(schema)
          if (allocated(error)) return

@@ -8,8 +8,7 @@ module razy_io_posix
    private
 
    public :: c_fclose, c_fileno, c_fopen
-   public :: check_directory, check_distinct, claim, delete_file, output_is_free, parent_directory, path_exists, publish, &
-             synchronise
+   public :: check_directory, check_distinct, check_path, claim, delete_file, parent_directory, path_exists, publish, synchronise
 
    integer(c_int), parameter :: mode_exists = 0_c_int
    integer(c_int), parameter :: mode_write_and_search = 3_c_int
@@ -101,11 +100,10 @@ module razy_io_posix
 
 contains
 
-   !> Refuse a path that cannot become a result file: empty, in no writable directory, taken and not to be overwritten, or taken by
-   !> what is no file (a device, a pipe, a link).
-   subroutine output_is_free(path, overwrite, error)
+   !> Refuse a path that cannot become a result file: empty, in no writable directory, or taken by what is no file (a device, a
+   !> pipe, a link).
+   subroutine check_path(path, error)
       character(*), intent(in) :: path
-      logical, intent(in) :: overwrite
       type(error_t), allocatable, intent(out) :: error
 
       type(statx_t) :: found
@@ -117,10 +115,8 @@ contains
       if (.not. taken) return
       if (iand(int(found%mode), kind_mask) /= regular) then
          call raise(error, trim(path)//": is a link or a device, not a file that can be replaced")
-      else if (.not. overwrite) then
-         call raise(error, trim(path)//": exists already; --force overwrites it")
       end if
-   end subroutine output_is_free
+   end subroutine check_path
 
    !> Refuse a command two of whose files are the same.
    subroutine check_distinct(paths, error)

@@ -5,10 +5,12 @@ module razy_io_result_file
    use razy_core_version, only: razy_git_commit, razy_version
    use razy_io_hdf5_column, only: write_attribute, write_table
    use razy_io_hdf5_file, only: hdf5_file_t
+   use razy_io_hdf5_text, only: text_of_root
+   use razy_io_posix, only: check_path, path_exists
    implicit none(type, external)
    private
 
-   public :: begin_result, check_name, new_header, result_header_t, write_result
+   public :: begin_result, check_name, check_output, has_header, new_header, result_header_t, write_result
 
    !> What the root group says; a component that is not allocated is written as an empty string.
    type :: result_header_t
@@ -30,6 +32,41 @@ contains
       header%treatment = trim(treatment)
       header%input = input
    end function new_header
+
+   !> Refuse a path that cannot become a result of `program`, asked before anything is computed. Only a result of the same program
+   !> is overwritten: by default all programs name their files after the input.
+   subroutine check_output(path, program, overwrite, error)
+      character(*), intent(in) :: path, program
+      logical, intent(in) :: overwrite
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: other
+
+      call check_path(path, error)
+      if (allocated(error)) return
+      if (.not. path_exists(path)) return
+      other = text_of_root(path, "program")
+      if (other == program) then
+         if (.not. overwrite) call raise(error, path//": exists already; --force overwrites it")
+      else if (len(other) == 0) then
+         call raise(error, path//": is no result of razy, and is not overwritten; name another --output, or delete it")
+      else
+         call raise(error, path//": is a result of "//other//", which "//program//" does not overwrite; name another --output, "// &
+                    "or delete it")
+      end if
+   end subroutine check_output
+
+   !> Whether there is a result file which this build of the same program made of the same input.
+   logical function has_header(path, header)
+      character(*), intent(in) :: path
+      type(result_header_t), intent(in) :: header
+
+      has_header = path_exists(path)
+      if (has_header) has_header = text_of_root(path, "program") == header%program
+      if (has_header) has_header = text_of_root(path, "razy_version") == razy_version
+      if (has_header) has_header = text_of_root(path, "git_commit") == razy_git_commit
+      if (has_header) has_header = text_of_root(path, "input") == header%input
+   end function has_header
 
    !> Write a whole file under a temporary name, then give it its own.
    subroutine write_result(path, header, table, overwrite, error)

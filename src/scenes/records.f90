@@ -1,8 +1,9 @@
 !! What is recorded of a motion: &record.
 module razy_scenes_records
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: wp
-   use razy_core_text, only: did_you_mean, lower, position_of, string_t
+   use razy_core_kinds, only: pi, wp
+   use razy_core_number, only: decimal, to_text
+   use razy_core_text, only: append_text, did_you_mean, lower, position_of, string_t
    use razy_core_tone, only: rate_of
    use razy_input_input, only: input_t
    use razy_machine_machine, only: machine_t, observable_t, observe_contact_force, observe_linear
@@ -69,7 +70,24 @@ contains
       end do
       machine%observable = list(:n)
       call check_times(records, input, error)
+      if (.not. allocated(error)) call note_aliasing(machine, records)
    end subroutine read_records
+
+   !> Add a caution where a trajectory has fewer than two values in a period of the fastest excitation.
+   subroutine note_aliasing(machine, records)
+      type(machine_t), intent(inout) :: machine
+      type(record_t), intent(in) :: records(:)
+
+      real(wp) :: fastest, interval
+
+      interval = maxval([0.0_wp, pack(records%interval, records%trajectory)])
+      fastest = maxval([0.0_wp, abs(machine%tone%omega)])
+      if (interval*fastest <= pi) return
+      if (.not. allocated(machine%caution)) allocate (machine%caution(0))
+      call append_text(machine%caution, "&record interval = "//to_text(interval)//" s: fewer than two values in a period of "// &
+                       "the fastest excitation, "//decimal(fastest/(2*pi), 1)//" Hz, which spectra then show at another "// &
+                       "frequency; an interval below "//decimal(1.0e6_wp*pi/fastest, 1)//" microseconds does not")
+   end subroutine note_aliasing
 
    !> Which contact statistics are asked of.
    subroutine read_statistics(record, machine, input, i, error)

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from programs import succeed
+from programs import SOURCE, sets, succeed
 
 BLOCK = """&scene kind='planar' /
 &body name='b', mass=1.0, inertia=0.0867, centre=0.0,0.5 /
@@ -89,3 +89,15 @@ def test_a_peak_that_nothing_damps(folder, damping):
     said = succeed("razy-modes", "peak.nml", "--output", "peak.h5")
     assert ("nothing damps it" in said.stdout + said.stderr) == (damping == 0)
     assert ("amplification factor 99.99" in said.stdout + said.stderr) == (damping == 1)
+
+
+def test_a_trajectory_that_is_too_coarse_for_an_excitation(folder):
+    """Two values in a period of the fastest tone: 40 teeth at 1500 rpm, and at the 2000 rpm that a run-up comes to."""
+    case = SOURCE / "inputs" / "torsional_gear_pair.nml"
+    record = sets(motion__t_end=0.1, record__from=0, record__what="'trajectory'")
+    for period, coarse in ((1.01, True), (0.99, False)):
+        interval = sets(record__interval=period / 2 / 1000)
+        done = succeed("razy-run", case, *record, *interval, "--output", "run.h5", "--force")
+        assert ("in a period of the fastest excitation, 1000.0 Hz" in done.stderr) == coarse, done.stderr
+    up = sets(record__interval=1e-3, rotation__acceleration_rpm_per_s=5000, motion__integrator="'dop853'")
+    assert "excitation, 1333.3 Hz" in succeed("razy-run", case, *record, *up, "--output", "up.h5").stderr

@@ -97,6 +97,29 @@ def test_changed_input_is_refused_and_the_key_named(sweep):
     sweep.expect_whole()
 
 
+@pytest.mark.parametrize("ranks", [None, 2])
+def test_what_was_killed_with_its_file_there_ends_when_it_is_called_again(sweep, ranks):
+    """Between the naming of the file and the end of the checkpoint a kill leaves both."""
+    begin_checkpoint(sweep)
+    Path("case.h5").write_bytes(Path("whole.h5").read_bytes())
+    refused = sweep.start("--anew")
+    assert refused.returncode == 2 and "case.h5: exists already" in refused.stderr
+    done = sweep.start(ranks=ranks)
+    assert done.returncode == 0 and points_done(done.stderr) > 0
+    sweep.expect_whole()
+    assert left() == ["case.h5", "log", "whole.h5"]
+
+
+def test_a_checkpoint_beside_the_file_of_another_input_stays(sweep):
+    begin_checkpoint(sweep)
+    succeed("razy-sweep", *LONG, *sets(motion__t_end=0.4), "--output", "case.h5.other")
+    Path("case.h5.other").rename("case.h5")
+    before = Path("case.h5").read_bytes()
+    refused = sweep.start()
+    assert refused.returncode == 2 and "case.h5: exists already" in refused.stderr
+    assert Path("case.h5").read_bytes() == before and CHECKPOINT in left()
+
+
 @pytest.mark.parametrize("content", [b"precious", b"short", b"razychkp", b"\0" * 4096])
 def test_foreign_checkpoint_is_refused_and_kept(content):
     Path(CHECKPOINT).write_bytes(content)

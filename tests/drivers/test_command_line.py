@@ -5,7 +5,7 @@ import time
 from pathlib import Path
 
 import pytest
-from programs import GEAR_PAIR, attribute, left, sets, start, succeed
+from programs import GEAR_PAIR, attribute, datasets, left, sets, start, succeed
 
 PROGRAMS = ["razy-run", "razy-sweep"]
 SHORT = sets(motion__t_end=0.02, record__from=0.01, sweep__step=400)
@@ -68,16 +68,19 @@ def test_check_needs_no_free_output(program):
 
 
 def test_existing_file_is_refused_before_anything_is_computed(program):
-    Path("torsional_gear_pair.h5").write_text("precious")
+    succeed(program, GEAR_PAIR, *SHORT)
+    before = Path("torsional_gear_pair.h5").read_bytes()
     done = start(program, GEAR_PAIR, *ENDLESS, timeout=20)
     assert done.returncode == 2
     assert done.stderr == "torsional_gear_pair.h5: exists already; --force overwrites it\n"
-    assert Path("torsional_gear_pair.h5").read_text() == "precious"
+    assert Path("torsional_gear_pair.h5").read_bytes() == before
 
 
 def test_force_overwrites(program):
-    Path("torsional_gear_pair.h5").write_text("old")
-    succeed(program, GEAR_PAIR, *SHORT, "--force")
+    succeed(program, GEAR_PAIR, *SHORT)
+    before = datasets("torsional_gear_pair.h5")
+    succeed(program, GEAR_PAIR, *SHORT, *sets(gear_mesh__backlash=0), "--force")
+    assert datasets("torsional_gear_pair.h5") != before
     assert attribute("torsional_gear_pair.h5", "program") == program
     assert left() == ["torsional_gear_pair.h5"]
 

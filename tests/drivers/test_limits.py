@@ -1,5 +1,6 @@
 """Motions that would not end, and numbers that no machine has: each ends at once, right or with what is wrong."""
 
+import re
 import shlex
 import signal
 import subprocess
@@ -117,17 +118,39 @@ def test_a_signal_ends_a_sweep_in_the_middle_of_a_motion(case, ranks, number, th
         kill_all(process)
 
 
+SLOW = [*LONG, *sets(sweep__first=1e6, sweep__last=1.1e6, motion__t_end=400)]
+
+
 def test_a_signal_ends_a_forecast(case):
-    words = command(
-        "razy-sweep", case, "--dry-run", *LONG, *sets(sweep__first=1e6, sweep__last=1.1e6, motion__t_end=400)
-    )
+    words = command("razy-sweep", case, "--dry-run", *SLOW)
     with subprocess.Popen(
         words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     ) as process:
-        time.sleep(1.0)
+        assert process.stdout.readline() == "measuring up to 16 points, for 10 s at most\n"
         process.send_signal(signal.SIGTERM)
         assert process.communicate(timeout=AT_ONCE)[0] == ""
         assert process.returncode == 3
+
+
+def test_a_forecast_takes_ten_seconds_and_says_what_it_does_not_know(case):
+    done = succeed("razy-sweep", case, "--dry-run", *SLOW, timeout=AT_ONCE)
+    assert done.stdout.startswith(
+        "5 points: 5 of the grid, 1 starts each\ntimed: no point, the first takes longer: time"
+    )
+    assert re.search(r"^memory: [\d.]+ MB each rank", done.stdout, re.M) and "result file: " not in done.stdout
+    some = sets(sweep__first=20, sweep__last=1e6, motion__max_steps=2000000000, motion__t_end=400)
+    done = succeed("razy-sweep", case, "--dry-run", *some, timeout=AT_ONCE)
+    assert re.search(r"^timed: 1 points, 0 failed", done.stdout, re.M)
+    assert "what follows is the least\ntime: " in done.stdout
+
+
+@pytest.mark.parametrize("motions", ["one", "all"])
+def test_a_forecast_of_branches_takes_ten_seconds(case, motions):
+    path = case.with_name("slow.nml")
+    path.write_text(case.read_text() + "&follow parameter='load%frequency', first=1e-5, last=1.1e-5 /\n")
+    method = sets(load__frequency=1e-5, motion__integrator="'dop853'", motion__max_steps=2000000000)
+    done = succeed("razy-follow", path, "--dry-run", *method, *sets(follow__motions=f"'{motions}'"), timeout=AT_ONCE)
+    assert "timed: nothing, " in done.stdout and done.stderr == "measuring for 10 s at most\n"
 
 
 def test_a_damping_ratio_beyond_sense_is_refused():

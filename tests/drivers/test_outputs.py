@@ -4,10 +4,11 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from resource import RLIMIT_FSIZE, prlimit, setrlimit
 
 import pytest
-from faults import CHECKPOINT, Sweep, kill_all
-from programs import GEAR_PAIR, PATIENCE, SOURCE, left, sets, start, succeed
+from faults import CHECKPOINT, Sweep, kill_all, wait_for
+from programs import GEAR_PAIR, PATIENCE, SOURCE, command, left, sets, start, succeed
 
 SHORT = sets(motion__t_end=0.02, record__from=0.01, sweep__step=400)
 
@@ -74,6 +75,74 @@ def test_what_killed_runs_left_of_this_sweep_goes_with_them():
     assert sweep.start().returncode == 0
     sweep.expect_whole()
     assert CHECKPOINT not in left() and left() == ["case.h5", "log", "other.h5.partial", "whole.h5"]
+
+
+def test_no_program_overwrites_what_another_made(program, case):
+    """All name their results after the input."""
+    other = "razy-modes" if program == "razy-run" else "razy-run"
+    succeed(other, case, *SHORT)
+    before = Path("case.h5").read_bytes()
+    for force in ([], ["--force"]):
+        done = start(program, case, *SHORT, *force)
+        refused(done, f"case.h5: is a result of {other}, which {program} does not overwrite")
+    assert Path("case.h5").read_bytes() == before
+    Path("case.h5").write_text("precious")
+    refused(start(program, case, *SHORT, "--force"), "case.h5: is no result of razy")
+    assert Path("case.h5").read_text() == "precious"
+    Path("case.h5").unlink()
+    succeed(program, case, *SHORT)
+    refused(start(program, case, *SHORT), "case.h5: exists already; --force overwrites it")
+    succeed(program, case, *SHORT, "--force")
+
+
+WRITERS = {
+    "razy-run": ("torsional_gear_pair", SHORT),
+    "razy-modes": ("test_gearbox", []),
+    "razy-tune": ("vibropress_vertical", []),
+    "razy-duel": ("belt_duel", []),
+}
+
+
+def expect_one_line(done, said):
+    assert done.returncode == 1 and said.count("File too large") == 1, said
+    assert "Backtrace" not in said and "SIGXFSZ" not in said
+
+
+@pytest.mark.parametrize("size", [0, 1000, 5000])
+@pytest.mark.parametrize("writer", WRITERS)
+def test_a_limit_of_file_size_is_one_line_and_leaves_nothing(writer, size):
+    name, short = WRITERS[writer]
+    words = command(writer, SOURCE / "inputs" / f"{name}.nml", *short, "--output", "case.h5")
+    done = subprocess.run(
+        words, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE,
+        preexec_fn=lambda: setrlimit(RLIMIT_FSIZE, (size, size)),
+    )  # fmt: skip
+    expect_one_line(done, done.stderr)
+    assert left() == []
+
+
+RANKS = {
+    "razy-sweep": ("torsional_gear_pair", sets(sweep__step=8, motion__t_end=0.9)),
+    "razy-follow": ("impact_oscillator", sets(follow__motions="'all'", follow__last=2.3)),
+}
+
+
+@pytest.mark.parametrize("size", [4000, 40000])
+@pytest.mark.parametrize("writer", RANKS)
+def test_a_limit_of_file_size_leaves_the_checkpoint_of_ranks(writer, size):
+    """MPI itself does not begin without files of some MB: the limit comes when the checkpoint is there."""
+    name, short = RANKS[writer]
+    words = command(writer, SOURCE / "inputs" / f"{name}.nml", *short, "--output", "case.h5")
+    with Path("log").open("w+") as log:
+        process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+        wait_for(lambda: Path(CHECKPOINT).exists(), "no checkpoint is written")
+        prlimit(process.pid, RLIMIT_FSIZE, (size, size))
+        process.wait(timeout=PATIENCE)
+        log.seek(0)
+        expect_one_line(process, log.read())
+    assert left() == [CHECKPOINT, "log"]
+    succeed(writer, *words[1:])
+    assert left() == ["case.h5", "log"]
 
 
 def tool(name, *arguments):

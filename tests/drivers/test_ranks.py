@@ -62,7 +62,7 @@ def test_existing_file_is_refused():
     Path("torsional_gear_pair.h5").write_text("precious")
     done = start("razy-sweep", GEAR_PAIR, ranks=3, timeout=30)
     assert done.returncode == 2
-    assert len(ours(done, "exists already")) == 1
+    assert len(ours(done, "is no result of razy, and is not overwritten")) == 1
     assert Path("torsional_gear_pair.h5").read_text() == "precious"
 
 

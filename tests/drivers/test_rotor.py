@@ -1,5 +1,6 @@
 """Rotors from their inputs: reductions beside the unreduced model, cross-coupled bearings, growth above the limit."""
 
+import re
 from itertools import pairwise
 
 import h5py
@@ -31,6 +32,21 @@ CAMPBELL = "&campbell first_rpm=0.0, last_rpm=60000.0, points=31, damped=.true. 
 def modes(case, *options):
     done = succeed("razy-modes", case, *options, "--output", "modes.h5", "--force")
     return done.stdout
+
+
+@pytest.mark.parametrize("lost", [r"(?m)^&support.*", r"(?m)^&support +shaft='input'.*"])
+def test_a_shaft_that_is_free_to_turn_has_no_static_compliance(lost, folder):
+    case = folder / "free.nml"
+    case.write_text(re.sub(lost, "", GEARBOX.read_text()))
+    said = modes(case)
+    assert said.count("static mesh compliance none: the shaft is free to turn, ") == 2
+    with h5py.File("modes.h5") as file:
+        error = file["reduction/error"][:]
+        assert np.isnan(error[:, 0]).all() and np.isfinite(error[:, 1:]).all()
+        assert (
+            np.isnan(file["reduction/compliance"][:]).all()
+            and np.isnan(file["reduction/unreduced_compliance"][:]).all()
+        )
 
 
 def test_reductions_beside_the_unreduced_model():

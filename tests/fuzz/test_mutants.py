@@ -12,7 +12,7 @@ BIN = Path(os.environ["RAZY_BUILD"]) / "bin"
 FIRST, LAST = (int(number) for number in os.environ.get("RAZY_FUZZ_SEEDS", "0:20").split(":"))
 EACH = 5
 PATIENCE = 60
-LONGEST = 2000
+LONGEST = 500
 
 
 def attack(seed):

@@ -1,11 +1,13 @@
 !! How far a reduced rotor model is from the one it was made of: static compliance of the meshes, natural frequencies with meshes
 !! closed, transfer function at the meshes.
 module razy_rotor_reduction_reduction_error
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_core_kinds, only: wp
    use razy_linalg_banded, only: band_factor_t, narrow_order, solve_complex
    use razy_linalg_generalised, only: eigenpairs_t, modes_found
    use razy_linalg_lapack, only: zgesv
    use razy_linalg_sparse, only: add_matrices, csr_t
+   use razy_rotor_free_motions, only: rigid_motions
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_reduction_reduced, only: reduced_t
    use razy_rotor_whirl_modes, only: natural_modes, static_factor
@@ -18,8 +20,10 @@ module razy_rotor_reduction_reduction_error
    type :: reduction_error_t
       !> Whether all numbers could be computed.
       logical :: complete = .false.
-      !> wᵀ K⁻¹ w of each mesh with meshes open, m/N, unreduced and reduced. Where rigid motion is free, K + s M stands for K
-      !> with s of `reference_shift`.
+      !> Whether a load at the open meshes has something to stand against: not where a shaft is free to turn.
+      logical, private :: is_static = .false.
+      !> wᵀ K⁻¹ w of each mesh with meshes open, m/N, unreduced and reduced, NaN unless `is_static`. Where rigid motion that no mesh
+      !> feels is free, K + s M stands for K with s of `reference_shift`.
       real(wp), allocatable :: compliance(:), reduced_compliance(:)
       !> Lowest natural frequencies of the unreduced model with meshes closed, rad/s.
       real(wp), allocatable :: frequency(:)
@@ -78,16 +82,22 @@ contains
       type(csr_t) :: damping, mass, stiffness
       type(eigenpairs_t) :: pairs
       complex(wp), allocatable :: ordered(:, :), solution(:, :)
+      real(wp), allocatable :: free(:, :), meshed(:, :), untouched(:, :)
       integer, allocatable :: order(:)
       integer :: f, info, j
 
       associate (w => model%mesh_direction, meshes => size(model%mesh_stiffness))
          allocate (difference%compliance(meshes), difference%response(meshes, size(omega)))
-         call static_factor(model, factor, difference%shift, info)
-         difference%complete = info == 0
-         do j = 1, meshes
-            difference%compliance(j) = dot_product(w(:, j), factor%solve(w(:, j)))
-         end do
+         call rigid_motions(model, .false., .false., .false., .false., free, untouched)
+         call rigid_motions(model, .false., .false., .false., .true., meshed, untouched)
+         difference%is_static = size(free, 2) == size(meshed, 2)
+         difference%complete = .true.
+         difference%compliance = ieee_value(difference%compliance, ieee_quiet_nan)
+         if (difference%is_static) then
+            call static_factor(model, factor, difference%shift, info)
+            difference%complete = info == 0
+            difference%compliance = [(dot_product(w(:, j), factor%solve(w(:, j))), j=1, meshes)]
+         end if
          pairs = natural_modes(model, count, meshed=.true.)
          difference%complete = difference%complete .and. pairs%status == modes_found
          difference%frequency = sqrt(max(pairs%value, 0.0_wp))
@@ -133,7 +143,10 @@ contains
       real(wp), allocatable :: values(:)
       integer :: f, i
 
-      difference%reduced_compliance = real(at_meshes(cmplx(reduced%stiffness + difference%shift*reduced%mass, kind=wp)), wp)
+      difference%reduced_compliance = difference%compliance
+      if (difference%is_static) then
+         difference%reduced_compliance = real(at_meshes(cmplx(reduced%stiffness + difference%shift*reduced%mass, kind=wp)), wp)
+      end if
       pairs = reduced%modes(meshed=.true.)
       difference%complete = difference%complete .and. pairs%status == modes_found
       values = sqrt(max(pairs%value, 0.0_wp))
@@ -167,12 +180,13 @@ contains
 
    end subroutine find_reduced
 
-   !> The largest relative error of the static compliance.
+   !> The largest relative error of the static compliance; NaN if there is none.
    pure function largest_compliance_error(self) result(error)
       class(reduction_error_t), intent(in) :: self
       real(wp) :: error
 
-      error = maxval([0.0_wp, abs(self%reduced_compliance/self%compliance - 1)])
+      error = ieee_value(error, ieee_quiet_nan)
+      if (self%is_static) error = maxval([0.0_wp, abs(self%reduced_compliance/self%compliance - 1)])
    end function largest_compliance_error
 
    !> The largest relative distance from the frequency of a mode that moves a mesh to the next one of the reduced model.

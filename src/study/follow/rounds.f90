@@ -76,7 +76,7 @@ contains
       if (communicator%is_root()) call atlas%finish(cells)
    end subroutine follow_all
 
-   !> Compute a part, and say in lines what follows from it for all on so many ranks.
+   !> Compute a part, unless that is to stop, and say in lines what follows from it for all on so many ranks.
    subroutine forecast_rounds(cells, ranks, lines, error)
       type(cells_t), intent(inout) :: cells
       integer, intent(in) :: ranks
@@ -98,6 +98,11 @@ contains
          call cells%run(int(middle, i8), row)
          took = seconds() - took
          call append_text(lines, to_text(cells%cells)//" cells, in each "//to_text(cells%follow%search%starts + 1)//" starts")
+         if (cells%broken_off) then
+            call append_text(lines, "timed: nothing, cell "//to_text(middle)//" takes more than "//to_text(nint(took))// &
+                             " s: the time of all is not known")
+            return
+         end if
          call append_text(lines, "timed: cell "//to_text(middle)//", "//decimal(took, 3)//" s, "// &
                           to_text(cells%follow%count)//" pieces of branches in it")
          call append_text(lines, "time: "//decimal(took*cells%cells, 1)//" s of one core; on "//to_text(ranks)//" ranks "// &
@@ -105,10 +110,15 @@ contains
                           " s, if the others are like it; branches that go on through many cells add to that")
       else
          call cells%follow%compute(error, few)
-         if (allocated(error)) return
          took = seconds() - took
-         call append_text(lines, "timed: the first motion, and "//to_text(cells%follow%count)//" branches of "//to_text(few)// &
-                          " points at most: "//decimal(took, 3)//" s")
+         if (cells%follow%problem%map%stop_is_asked()) then
+            if (allocated(error)) deallocate (error)
+            call append_text(lines, "timed: nothing, the first motion and branches of "//to_text(few)//" points take more than "// &
+                             to_text(nint(took))//" s")
+         end if
+         if (allocated(error)) return
+         if (size(lines) == 0) call append_text(lines, "timed: the first motion, and "//to_text(cells%follow%count)// &
+                                                " branches of "//to_text(few)//" points at most: "//decimal(took, 3)//" s")
          call append_text(lines, "one motion has no tasks for several ranks; motions='all' has")
       end if
    end subroutine forecast_rounds

@@ -322,12 +322,19 @@ contains
 
       do i = 1, size(reduction%name)
          call append_text(lines, trim(reduction%name(i))//", "//to_text(reduction%coordinates(i))// &
-                          " coordinates, errors against the unreduced model: static mesh compliance "//percent(1)//", "// &
+                          " coordinates, errors against the unreduced model: static mesh compliance "//compliance()//", "// &
                           to_text(count(reduction%moves == 1))//" frequencies of modes that move the mesh "//percent(2)// &
                           ", transfer function at the mesh up to "//decimal(maxval(reduction%hertz), 0)//" Hz "//percent(3))
       end do
 
    contains
+
+      function compliance()
+         character(:), allocatable :: compliance
+
+         compliance = "none: the shaft is free to turn"
+         if (.not. ieee_is_nan(reduction%error(1, i))) compliance = percent(1)
+      end function compliance
 
       function percent(k)
          integer, intent(in) :: k

@@ -10,11 +10,10 @@ module razy_study_sweep_forecast
    implicit none(type, external)
    private
 
-   public :: forecast
+   public :: forecast, most_timed
 
-   !> Points that are timed, and time after which no more are begun, s.
-   integer, parameter :: sample = 16
-   real(wp), parameter :: longest = 20.0_wp
+   !> Points that are timed at most.
+   integer, parameter :: most_timed = 16
    !> Bytes that rank 0 keeps of each point, beside 8 for each number that varies; with starts more.
    integer(i8), parameter :: memory_each = 24, memory_start = 16
 
@@ -28,7 +27,8 @@ module razy_study_sweep_forecast
 
 contains
 
-   !> Compute points at equal distances, and say in lines what follows from them for a sweep on so many ranks.
+   !> Compute points at equal distances until `task` is to stop, and say in lines what follows from those that came to their ends
+   !> for a sweep on so many ranks.
    subroutine forecast(task, ranks, lines)
       class(sweep_task_t), intent(inout) :: task
       integer, intent(in) :: ranks
@@ -36,38 +36,56 @@ contains
 
       type(sample_t) :: found
       integer(i8) :: chain
-      real(wp) :: file, mean, memory, serial, parallel
+      real(wp) :: memory
 
       call take_sample(task, found)
       allocate (lines(0))
-      if (task%broken_off) return
       associate (plan => task%plan)
-         mean = found%sum/found%points
-         serial = mean*plan%points
          chain = 1
          if (plan%has_chains()) chain = plan%first_axis
-         parallel = max(serial/ranks, mean*chain, found%most)
          call append_text(lines, to_text(plan%points)//" points: "//to_text(plan%points/plan%starts)//" of the grid, "// &
                           to_text(plan%starts)//" starts each")
          if (plan%has_chains()) call append_text(lines, to_text(plan%points/chain)//" chains of "//to_text(chain)// &
                                                  " points that follow each other")
+         memory = plan%points*real(memory_each + 8*size(task%varied), wp)
+         if (task%starts%wanted) memory = memory + plan%points*real(memory_start + 8*size(task%starts%range), wp)
+         if (found%points > 0) then
+            call tell_times(task, found, ranks, chain, lines)
+         else
+            call append_text(lines, "timed: no point, the first takes longer: time, result file and checkpoint are not known")
+         end if
+         call append_text(lines, "memory: "//resident()//" each rank; rank 0 "//megabytes(memory)//" more")
+      end associate
+   end subroutine forecast
+
+   !> What follows from points that were timed.
+   subroutine tell_times(task, found, ranks, chain, lines)
+      class(sweep_task_t), intent(in) :: task
+      type(sample_t), intent(in) :: found
+      integer, intent(in) :: ranks
+      integer(i8), intent(in) :: chain
+      type(string_t), allocatable, intent(inout) :: lines(:)
+
+      real(wp) :: file, mean, parallel, serial
+
+      associate (plan => task%plan)
+         mean = found%sum/found%points
+         serial = mean*plan%points
+         parallel = max(serial/ranks, mean*chain, found%most)
          call append_text(lines, "timed: "//to_text(found%points)//" points, "//to_text(found%failed)//" failed, "// &
                           decimal(1000*mean, 3)//" ms on the average, "//decimal(1000*found%least, 3)//" to "// &
                           decimal(1000*found%most, 3)//" ms")
+         if (task%broken_off) call append_text(lines, "not timed: the point after them, which takes longer than was left; "// &
+                                               "what follows is the least")
          call append_text(lines, "time: "//span(serial)//" of one core; on "//to_text(ranks)//" ranks "//span(parallel)// &
                           ", if the others are like these")
          ! The parameters of a point, and what is known of its start.
          file = plan%points*(real(found%bytes, wp)/found%points + 8*size(task%varied))
-         memory = plan%points*real(memory_each + 8*size(task%varied), wp)
-         if (task%starts%wanted) then
-            file = file + plan%points*(8.0_wp + 8*size(task%starts%range))
-            memory = memory + plan%points*real(memory_start + 8*size(task%starts%range), wp)
-         end if
+         if (task%starts%wanted) file = file + plan%points*(8.0_wp + 8*size(task%starts%range))
          call append_text(lines, "result file: "//megabytes(file)//"; checkpoint until then: "// &
                           megabytes(plan%points*8.0_wp*found%words/found%points))
-         call append_text(lines, "memory: "//resident()//" each rank; rank 0 "//megabytes(memory)//" more")
       end associate
-   end subroutine forecast
+   end subroutine tell_times
 
    !> Time points at equal distances; of a chain each begins as the input says.
    subroutine take_sample(task, found)
@@ -83,7 +101,7 @@ contains
       real(wp) :: begun, time
 
       call task%describe(row)
-      n = min(int(sample, i8), task%plan%points)
+      n = min(int(most_timed, i8), task%plan%points)
       do i = 1, int(n)
          point = 1 + ((2*i - 1)*task%plan%points)/(2*n)
          call row%rewind()
@@ -106,7 +124,6 @@ contains
          ! Each list of extrema has an offset, too.
          found%bytes = found%bytes + 8*size(task%watch%extrema)
          if (row%column(row%place_of("/point/status"))%integers(1) /= 0) found%failed = found%failed + 1
-         if (found%sum > longest) exit
       end do
    end subroutine take_sample
 
