@@ -1,7 +1,7 @@
 !! What &follow asks for: the first motion, its branch, and the branches that begin where periods double or symmetry breaks; with a
 !! second &follow the curves of their special points over two parameters.
 module razy_study_follow_follow
-   use razy_core_error, only: error_t
+   use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
    use razy_input_input, only: input_t
@@ -10,10 +10,11 @@ module razy_study_follow_follow
    use razy_orbits_identity, only: is_same_motion
    use razy_orbits_orbit, only: orbit_t, problem_t
    use razy_orbits_search, only: found_t, is_on, new_found, search_t
-   use razy_orbits_start, only: find_periodic
+   use razy_orbits_start, only: find_beside, find_periodic
    use razy_orbits_switch, only: switch_branch
    use razy_orbits_user_values, only: mark_values
    use razy_study_follow_family, only: case_family_t
+   use razy_study_follow_stored, only: read_stored, stored_motion_t
    use razy_study_sweep_axes, only: check_apart, new_varied, varied_t
    implicit none(type, external)
    private
@@ -42,6 +43,8 @@ module razy_study_follow_follow
       !> Values of the first parameter at which motions are stored whatever the steps.
       real(wp), allocatable :: values(:)
       real(wp) :: from = 0.0_wp
+      !> A motion of another file that the first branch begins with.
+      type(stored_motion_t), allocatable :: stored
       real(wp), private :: time = 0.0_wp
       integer, private :: period = 0, most_points = 0, settle = 0
       integer :: doublings = 0
@@ -98,12 +101,8 @@ contains
       end do
       family%input = input
       family%varied = self%varied
-      self%from = self%first(1)
-      if (input%given("follow", 1, "from")) call input%get("follow", 1, "from", self%from)
-      if ((self%from - self%first(1))*(self%from - self%last(1)) > 0.0_wp) then
-         call input%complain(error, "follow", 1, "from", "a value between first and last")
-         return
-      end if
+      call read_from(self, input, error)
+      if (allocated(error)) return
       allocate (self%values(0))
       if (input%given("follow", 1, "values")) call input%get("follow", 1, "values", self%values)
       if (any((self%values - self%first(1))*(self%values - self%last(1)) > 0.0_wp)) then
@@ -125,6 +124,8 @@ contains
          call input%complain(error, "follow", 1, "parameter", problem%message)
          return
       end do
+      if (allocated(self%stored)) call check_stored(self, input, error)
+      if (allocated(error)) return
       if (self%all_motions .and. self%problem%is_autonomous()) then
          call input%complain(error, "follow", 1, "motions", "'one': all motions are looked for where there is an excitation")
          return
@@ -135,6 +136,63 @@ contains
          if (made%motion%method%integrator /= "exact") call self%problem%take_steps()
       end select
    end subroutine new_follow
+
+   !> Where the first motion is looked for, and the stored one near which it is.
+   subroutine read_from(self, input, error)
+      class(follow_t), intent(inout) :: self
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      logical :: given
+
+      given = input%given("follow", 1, "from")
+      self%from = self%first(1)
+      call read_stored(self%stored, input, self%varied(1)%dotted(), error)
+      if (allocated(error)) return
+      if (allocated(self%stored)) then
+         if (self%stored%has_parameter) self%from = self%stored%parameter
+      end if
+      if (given) call input%get("follow", 1, "from", self%from)
+      if (is_beyond(self, self%from)) then
+         if (given) then
+            call input%complain(error, "follow", 1, "from", "a value between first and last")
+         else
+            call input%complain(error, "follow", 1, "start_file", "a motion between first and last; this one is at "// &
+                                to_text(self%from))
+         end if
+      end if
+   end subroutine read_from
+
+   !> Refuse a stored motion of another machine, or of other periods than those that are asked for.
+   subroutine check_stored(self, input, error)
+      class(follow_t), intent(in) :: self
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: coordinates
+
+      select type (family => self%problem%map%family)
+      type is (case_family_t)
+         coordinates = size(family%machine%displacement)
+         if (size(self%stored%state) /= 2*coordinates) then
+            call input%complain(error, "follow", 1, "start_file", "a file of a machine with as many coordinates, "// &
+                                to_text(coordinates)//"; its has "//to_text(size(self%stored%state)/2))
+         else if (self%period > 0 .and. self%period /= self%stored%periods) then
+            call input%complain(error, "follow", 1, "period", "not with start_file, or that of its motion, "// &
+                                to_text(self%stored%periods))
+         end if
+      end select
+   end subroutine check_stored
+
+   !> Whether a value is outside the range by more than rounding.
+   pure logical function is_beyond(self, value)
+      class(follow_t), intent(in) :: self
+      real(wp), intent(in) :: value
+
+      associate (first => self%first(1), last => self%last(1))
+         is_beyond = max(min(first, last) - value, value - max(first, last)) > same*abs(last - first)
+      end associate
+   end function is_beyond
 
    !> Whether all motions are wanted, and where they are looked for.
    subroutine read_all(self, input, error)
@@ -152,7 +210,9 @@ contains
       call input%get("follow", 1, "starts", self%search%starts)
       self%search%settle = self%settle
       self%search%most_periods = merge(self%period, usual_periods, self%period > 0)
-      if (self%all_motions .and. size(self%varied) > 1) then
+      if (self%all_motions .and. allocated(self%stored)) then
+         call input%complain(error, "follow", 1, "start_file", "not with motions='all', which begins everywhere")
+      else if (self%all_motions .and. size(self%varied) > 1) then
          call input%complain(error, "follow", 1, "motions", "'one': curves over two parameters begin on the branches of one motion")
       else if (self%all_motions .and. input%given("follow", 1, "from")) then
          call input%complain(error, "follow", 1, "from", "not with motions='all', which looks at samples= values")
@@ -173,7 +233,8 @@ contains
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
-      character(*), parameter :: common(*) = [character(10) :: "from", "period", "settle", "doublings", "max_points"]
+      character(*), parameter :: common(*) = [character(11) :: "from", "start_file", "start_point", "start_label", "period", &
+                                                                                                "settle", "doublings", "max_points"]
       integer :: k
 
       call new_varied(self%varied(i), input, "follow", i, error)
@@ -213,20 +274,24 @@ contains
       integer, intent(in), optional :: few
 
       type(orbit_t) :: orbit
-      real(wp), allocatable :: begin(:)
+      real(wp), allocatable :: begin(:), guide(:)
       integer :: from, i, side
 
       call self%reset()
       if (present(few)) self%most_points = min(few, self%most_points)
       begin = self%problem%parameter
       begin(1) = self%from
-      call find_periodic(self%problem, begin, abs(self%last(1) - self%first(1)), self%period, self%settle, self%time, orbit, &
-                         self%settled, error)
+      if (allocated(self%stored)) then
+         call begin_with_stored(self, begin, orbit, guide, error)
+      else
+         call find_periodic(self%problem, begin, abs(self%last(1) - self%first(1)), self%period, self%settle, self%time, orbit, &
+                            self%settled, error)
+      end if
       if (allocated(error)) return
       side = 0
-      if (.not. abs(self%from - self%last(1)) > 0.0_wp) side = -1
-      if (.not. abs(self%from - self%first(1)) > 0.0_wp) side = 1
-      call self%follow_from(orbit, side)
+      if (is_at(self%last(1))) side = -1
+      if (is_at(self%first(1))) side = 1
+      call self%follow_from(orbit, side, guide)
       allocate (self%curve(most_curves))
       if (size(self%varied) < 2) return
       do i = 1, self%count
@@ -234,7 +299,45 @@ contains
             call self%curve_through(i, from)
          end do
       end do
+
+   contains
+
+      pure logical function is_at(end)
+         real(wp), intent(in) :: end
+
+         is_at = abs(self%from - end) <= same*abs(self%last(1) - self%first(1))
+      end function is_at
+
    end subroutine compute
+
+   !> The motion nearest to the stored one at these parameters, and the direction of its branch towards `last`.
+   subroutine begin_with_stored(self, parameter, orbit, guide, error)
+      class(follow_t), intent(inout) :: self
+      real(wp), intent(in) :: parameter(:)
+      type(orbit_t), intent(out) :: orbit
+      real(wp), allocatable, intent(out) :: guide(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      type(error_t), allocatable :: missed
+
+      associate (problem => self%problem, stored => self%stored)
+         self%settled = .true.
+         problem%periods = stored%periods
+         call problem%map%go_to(parameter, error)
+         if (allocated(error)) return
+         call find_beside(problem, parameter, abs(self%last(1) - self%first(1)), problem%map%from_coordinates(stored%state), &
+                          stored%phase, stored%period, orbit, guide, missed)
+         if (allocated(missed)) then
+            call raise(error, "no motion of this machine is near point "//to_text(stored%point)//" of "//stored%file//": "// &
+                       missed%message)
+            return
+         end if
+         guide = sign(1.0_wp, guide(size(guide))*(self%last(1) - self%first(1)))*guide
+         if (.not. is_beyond(self, problem%value_of(orbit))) return
+         call raise(error, "the motion nearest to point "//to_text(stored%point)//" of "//stored%file// &
+                    " is outside the range, at "//to_text(problem%value_of(orbit)))
+      end associate
+   end subroutine begin_with_stored
 
    !> Forget all branches.
    subroutine reset(self)
@@ -248,11 +351,12 @@ contains
    end subroutine reset
 
    !> Follow a motion of the problem's periods to both sides (0), towards `last` (1) or `first` (-1), and all branches that
-   !> begin on these.
-   subroutine follow_from(self, orbit, side)
+   !> begin on these; `towards`: the direction of `last`, if it is not that of the parameter.
+   subroutine follow_from(self, orbit, side, towards)
       class(follow_t), intent(inout) :: self
       type(orbit_t), intent(in) :: orbit
       integer, intent(in) :: side
+      real(wp), intent(in), optional :: towards(:)
 
       real(wp) :: guide(size(orbit%u))
       integer :: from, i, side_left
@@ -261,6 +365,7 @@ contains
       side_left = side
       guide = 0.0_wp
       guide(size(guide)) = sign(1.0_wp, self%last(1) - self%first(1))
+      if (present(towards)) guide = towards
       if (side >= 0) call self%one_branch(orbit, guide, 0)
       if (self%count > i) then
          ! A closed branch has been gone round.
