@@ -13,7 +13,8 @@ module razy_study_follow_follow
    use razy_orbits_start, only: find_beside, find_periodic
    use razy_orbits_switch, only: switch_branch
    use razy_orbits_user_values, only: mark_values
-   use razy_study_follow_family, only: case_family_t
+   use razy_study_follow_family, only: case_family_t, is_of_machine
+   use razy_study_follow_sensitivities, only: new_sensitivities, sensitivities_t
    use razy_study_follow_stored, only: read_stored, stored_motion_t
    use razy_study_sweep_axes, only: check_apart, new_varied, varied_t
    implicit none(type, external)
@@ -43,6 +44,7 @@ module razy_study_follow_follow
       !> Values of the first parameter at which motions are stored whatever the steps.
       real(wp), allocatable :: values(:)
       real(wp) :: from = 0.0_wp
+      type(sensitivities_t) :: sensitivities
       !> A motion of another file that the first branch begins with.
       type(stored_motion_t), allocatable :: stored
       real(wp), private :: time = 0.0_wp
@@ -64,8 +66,6 @@ module razy_study_follow_follow
       procedure, private :: curve_through
    end type follow_t
 
-   !> Groups whose values are not the machine's.
-   character(*), parameter :: machineless(*) = [character(6) :: "sweep", "tune", "record", "motion", "starts"]
    !> Doublings nearer than this, in the scale of the parameter, are compared.
    real(wp), parameter :: same = 1.0e-8_wp
    !> The branches that a file holds at most.
@@ -99,8 +99,12 @@ contains
          if (.not. allocated(error) .and. i == 2) call check_apart(self%varied, input, "follow", error)
          if (allocated(error)) return
       end do
+      call new_sensitivities(self%sensitivities, input, self%varied, error)
+      if (allocated(error)) return
       family%input = input
-      family%varied = self%varied
+      allocate (family%varied(n + size(self%sensitivities%key)))
+      family%varied(:n) = self%varied
+      family%varied(n + 1:) = self%sensitivities%key
       call read_from(self, input, error)
       if (allocated(error)) return
       allocate (self%values(0))
@@ -116,7 +120,7 @@ contains
       call read_all(self, input, error)
       if (allocated(error)) return
       self%problem%map%family = family
-      self%problem%parameter = [(self%varied(i)%slot(1)%number, i=1, n)]
+      self%problem%parameter = [(family%varied(i)%slot(1)%number, i=1, size(family%varied))]
       do i = 1, 2
          self%problem%parameter(1) = merge(self%last(1), self%from, i == 1)
          call self%problem%map%go_to(self%problem%parameter, problem)
@@ -212,6 +216,8 @@ contains
       self%search%most_periods = merge(self%period, usual_periods, self%period > 0)
       if (self%all_motions .and. allocated(self%stored)) then
          call input%complain(error, "follow", 1, "start_file", "not with motions='all', which begins everywhere")
+      else if (self%all_motions .and. size(self%sensitivities%key) > 0) then
+         call input%complain(error, "follow", 1, "sensitivities", "not with motions='all': of one motion, as start_file gives it")
       else if (self%all_motions .and. size(self%varied) > 1) then
          call input%complain(error, "follow", 1, "motions", "'one': curves over two parameters begin on the branches of one motion")
       else if (self%all_motions .and. input%given("follow", 1, "from")) then
@@ -233,8 +239,8 @@ contains
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
-      character(*), parameter :: common(*) = [character(11) :: "from", "start_file", "start_point", "start_label", "period", &
-                                                                                                "settle", "doublings", "max_points"]
+      character(*), parameter :: common(*) = [character(13) :: "from", "start_file", "start_point", "start_label", "period", &
+                                                                               "settle", "doublings", "max_points", "sensitivities"]
       integer :: k
 
       call new_varied(self%varied(i), input, "follow", i, error)
@@ -243,7 +249,7 @@ contains
          do k = 1, size(slot)
             if (slot(k)%whole) then
                call input%complain(error, "follow", i, "parameter", "a real number: motions are followed over a continuous value")
-            else if (any(slot(k)%path(:scan(slot(k)%path, "(%") - 1) == machineless)) then
+            else if (.not. is_of_machine(slot(k)%path)) then
                call input%complain(error, "follow", i, "parameter", "a value that the machine has")
             end if
             if (allocated(error)) return
@@ -292,6 +298,7 @@ contains
       if (is_at(self%last(1))) side = -1
       if (is_at(self%first(1))) side = 1
       call self%follow_from(orbit, side, guide)
+      call self%sensitivities%find(self%problem, self%branch(:self%count))
       allocate (self%curve(most_curves))
       if (size(self%varied) < 2) return
       do i = 1, self%count
