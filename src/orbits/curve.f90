@@ -177,6 +177,7 @@ contains
             return
          end do
          call self%add(next)
+         call problem%tell("curve", self%count, next%at(1)*self%scale(1))
          next%length = last(1)%length + norm2(next%at - last(1)%at)
          call self%find_junctions(problem, [next, last(:min(known, 2))], held)
          if (at_end) self%ending(side)%text = at_border

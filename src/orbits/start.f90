@@ -129,6 +129,7 @@ contains
             return
          end if
          x(:, i) = back%x
+         call problem%tell("first motion", i, problem%parameter(problem%active))
       end do
    end subroutine march
 

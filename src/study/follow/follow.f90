@@ -4,6 +4,7 @@ module razy_study_follow_follow
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
+   use razy_core_text, only: append_text, string_t
    use razy_input_input, only: input_t
    use razy_orbits_branch, only: branch_t
    use razy_orbits_curve, only: curve_t
@@ -58,6 +59,7 @@ module razy_study_follow_follow
       type(sample_t), allocatable :: sample(:)
    contains
       procedure :: compute
+      procedure :: plan
       procedure :: reset
       procedure :: follow_from
       procedure :: place_on
@@ -272,6 +274,40 @@ contains
                                                                             "given in the first &follow only")
       end do
    end subroutine read_parameter
+
+   !> What is going to be done, in lines.
+   function plan(self) result(lines)
+      class(follow_t), intent(in) :: self
+      type(string_t), allocatable :: lines(:)
+
+      integer :: i, k
+
+      allocate (lines(0))
+      do i = 1, size(self%varied)
+         associate (varied => self%varied(i))
+            call append_text(lines, "parameter: "//varied%parameter//" from "//to_text(self%first(i))//" to "// &
+                             to_text(self%last(i))//" "//varied%unit)
+            do k = 2, size(varied%slot)
+               call append_text(lines, "           with "//varied%slot(k)%path//", "//to_text(varied%factor(k))//" times it")
+            end do
+         end associate
+      end do
+      if (self%all_motions) then
+         call append_text(lines, "starts: at "//to_text(self%samples)//" values, of motions of up to "// &
+                          to_text(self%search%most_periods)//" periods")
+      else if (allocated(self%stored)) then
+         call append_text(lines, "starts: at "//to_text(self%from)//", with point "//to_text(self%stored%point)//" of "// &
+                          self%stored%file//", of period "//to_text(self%stored%periods))
+      else
+         call append_text(lines, "starts: at "//to_text(self%from)//", with what the machine settles to")
+      end if
+      call append_text(lines, "branches: of at most "//to_text(self%most_points)//" points, doublings followed "// &
+                       to_text(self%doublings)//" times in a row")
+      if (size(self%values) > 0) call append_text(lines, "values: "//to_text(size(self%values))//" at which motions are stored")
+      do i = 1, size(self%sensitivities%key)
+         call append_text(lines, "sensitivities: to "//self%sensitivities%key(i)%parameter)
+      end do
+   end function plan
 
    !> Find the first motion and follow all branches that begin from it; with `few` no more than so many points of each.
    subroutine compute(self, error, few)

@@ -141,6 +141,7 @@ contains
                   error(k) = slope(k)
                   reason(k) = problem%reason
                end do
+               call problem%tell("sensitivities", size(self%branch) + 1, problem%value_of(point%orbit))
                self%branch = [self%branch, b]
                self%place = [self%place, i]
                self%special = [self%special, special]
