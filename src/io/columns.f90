@@ -78,12 +78,14 @@ contains
       integer(i8), allocatable :: shape(:)
       integer(i8) :: i
 
-      call stored%read_numbers(name, column, shape, error)
+      call stored%find_shape(name, shape, error)
       if (allocated(error)) return
-      if (size(shape) /= 1) then
+      if (size(shape) == 1) then
+         call stored%read_numbers(name, column, shape, error)
+      else
          call refuse(error, file, "'"//excerpt(name)//"' has not one dimension")
-         return
       end if
+      if (allocated(error)) return
       do i = 1, size(column, kind=i8)
          if (ieee_is_finite(column(i))) cycle
          call refuse(error, file, "'"//excerpt(name)//"' has a value that is not finite at place "//to_text(i - 1)// &

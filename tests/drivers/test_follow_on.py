@@ -128,6 +128,12 @@ def earlier(tmp_path_factory):
     with h5py.File(folder / "hurt.h5", "a") as file:
         file["point/state"][3] = np.nan
         del file["special/label"]
+    for name, left_out in (("short.h5", "point/state"), ("pairs.h5", "special/point")):
+        shutil.copy(folder / "first.h5", folder / name)
+        with h5py.File(folder / name, "a") as file:
+            values = file[left_out][()].ravel()[:2]
+            del file[left_out]
+            file[left_out] = values[:1]
     return folder
 
 
@@ -149,6 +155,8 @@ REFUSED = {
     "no number": (["follow%start_file='first.h5'", "follow%start_label='GR'"], "which has GR1, EP1"),
     "not finite": (["follow%start_file='hurt.h5'", "follow%start_point=3"], "whose numbers are finite"),
     "without labels": (["follow%start_file='hurt.h5'", "follow%start_label='EP1'"], "has no dataset '/special/label'"),
+    "without states": (["follow%start_file='short.h5'", "follow%start_point=3"], "/point/state is not whole"),
+    "labels of no points": (["follow%start_file='pairs.h5'", "follow%start_label='GR1'"], "/special is not whole"),
     "out of the range": (
         ["follow%start_file='first.h5'", "follow%start_label='EP1'", "follow%last=1.3"],
         "a motion between first and last; this one is at 1.2",

@@ -85,9 +85,13 @@ contains
       integer :: i, number
 
       call file%read_texts("/special/label", label, problem)
-      if (.not. allocated(problem)) call file%read_numbers("/special/point", point, shape, problem)
-      if (.not. allocated(problem) .and. size(point) /= size(label)) call raise(problem, "/special is not whole")
       if (allocated(problem)) return
+      call file%read_numbers("/special/point", point, shape, problem)
+      if (allocated(problem)) return
+      if (size(point) /= size(label)) then
+         call raise(problem, "/special is not whole")
+         return
+      end if
       call input%get("follow", 1, "start_label", wanted)
       known = ""
       do i = 1, size(label)
@@ -126,8 +130,9 @@ contains
       if (motion%has_parameter) call take(parameter, motion%parameter)
       if (.not. (allocated(problem) .or. allocated(error))) call file%read_numbers("/point/state", values, shape, problem)
       if (allocated(problem) .or. allocated(error)) return
-      n = int(shape(1))
-      if (size(values) < n*(motion%point + 1)) then
+      n = 0
+      if (size(shape) == 2) n = int(shape(1))
+      if (n == 0 .or. size(values, kind=i8) < n*(motion%point + 1_i8)) then
          call raise(problem, "/point/state is not whole")
          return
       end if
