@@ -15,7 +15,7 @@ module razy_orbits_sensitivity
    public :: find_slope
 
    !> Steps of the other value, in parts of it, one after the other; larger for a method of larger errors.
-   real(wp), parameter :: share(*) = [1.0e-4_wp, 1.0e-5_wp, 1.0e-6_wp]
+   real(wp), parameter :: share(*) = [1.0e-4_wp, 1.0e-5_wp, 1.0e-6_wp, 1.0e-8_wp]
    real(wp), parameter :: coarse = 10.0_wp
    !> Places, in steps, and weights of differences whose error falls with the square of the step: to both sides, and to one where
    !> the machine, or the point, ends.
