@@ -86,7 +86,6 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(string_t), allocatable :: files(:)
-      character(:), allocatable :: starts
       integer :: i
 
       allocate (files(0))
@@ -95,14 +94,25 @@ contains
       do i = 1, size(others)
          call append_text(files, others(i)%text)
       end do
-      if (input%count("starts") > 0) then
-         if (input%given("starts", 1, "file")) then
-            call input%get("starts", 1, "file", starts)
-            call append_text(files, starts)
-         end if
-      end if
+      call add_file("starts", "file")
+      call add_file("follow", "start_file")
       call check_distinct(files, error)
       if (.not. allocated(error)) call check_output(command%output, command%program, command%force, error)
+
+   contains
+
+      !> What the first group of this name reads.
+      subroutine add_file(group, key)
+         character(*), intent(in) :: group, key
+
+         character(:), allocatable :: name
+
+         if (input%count(group) == 0) return
+         if (.not. input%given(group, 1, key)) return
+         call input%get(group, 1, key, name)
+         call append_text(files, name)
+      end subroutine add_file
+
    end subroutine check_files
 
    !> Write the result file, print the answer, and say what the user is to know: lines, and that it was written.

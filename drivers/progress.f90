@@ -1,4 +1,4 @@
-!! How far a sweep is: a line that renews itself at a terminal, a line now and then elsewhere.
+!! How far a program is: of a sweep a line that renews itself at a terminal, else a line now and then.
 module progress
    use, intrinsic :: iso_fortran_env, only: error_unit
    use command_line, only: is_terminal
@@ -7,10 +7,12 @@ module progress
    implicit none(type, external)
    private
 
-   public :: show_progress
+   public :: show_progress, show_work
 
    !> Tenths of the work that are reported where there is no terminal.
    integer, parameter :: reports = 10
+   !> What takes longer is spoken of first after this time, s, then after as long as it has taken so far, at most the other.
+   real(wp), parameter :: first_report = 2.0_wp, most_patience = 60.0_wp
 
 contains
 
@@ -36,5 +38,18 @@ contains
       end if
       flush (error_unit)
    end subroutine show_progress
+
+   !> Say now and then how far work is of which nobody knows how much it is; `elapsed` since it began, s.
+   subroutine show_work(line, elapsed)
+      character(*), intent(in) :: line
+      real(wp), intent(in) :: elapsed
+
+      real(wp), save :: next = first_report
+
+      if (elapsed < next) return
+      next = elapsed + min(elapsed, most_patience)
+      write (error_unit, "(a)") line//", "//decimal(elapsed, 1)//" s"
+      flush (error_unit)
+   end subroutine show_work
 
 end module progress

@@ -4,11 +4,11 @@ program razy_follow
    use command_line, only: command_t, exit_failure, exit_interrupted, exit_ok, exit_usage, of_ranks, say
    use measuring, only: begin_measuring, longest_measuring, measured_enough
    use program_frame, only: check_files, read_case
-   use progress, only: show_progress
+   use progress, only: show_progress, show_work
    use rank_frame, only: begin_ranks, end_killed_end, end_ranks, leave_if
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
-   use razy_core_number, only: to_text
+   use razy_core_number, only: decimal, to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
    use razy_input_input, only: input_t
@@ -18,6 +18,7 @@ program razy_follow
    use razy_study_follow_rounds, only: follow_all, forecast_rounds, plan_rounds
    use razy_study_follow_summary, only: summary_of
    use razy_sweep_checkpoint, only: checkpoint_path, checkpoint_t
+   use razy_sweep_clock, only: seconds
    use razy_sweep_communicator, only: communicator_t
    use razy_sweep_units, only: units_t
    use signals, only: time_is_up
@@ -32,6 +33,8 @@ program razy_follow
    character(:), allocatable, save :: effective
    !> What is wrong before anything is computed is the input.
    logical :: computes = .false., go_on, stopped = .false.
+   !> Given a value it is static, so that the procedure that a pointer leads to needs no executable stack.
+   real(wp) :: began = 0.0_wp
 
    call begin_ranks(ranks)
    if (ranks%is_root()) call prepare(error)
@@ -79,6 +82,8 @@ contains
          call check_files(command, input, written, error)
          if (.not. allocated(error) .and. .not. cells%follow%all_motions) then
             computes = .true.
+            began = seconds()
+            cells%follow%problem%report => show_following
             call cells%follow%compute(error)
             call break_off(error)
          end if
@@ -122,6 +127,29 @@ contains
       if (ranks%is_root()) call end_together(error)
       call leave_if(ranks, error, exit_failure)
    end subroutine follow_and_write
+
+   !> How far one motion is followed, where that takes its time.
+   subroutine show_following(what, count, value)
+      character(*), intent(in) :: what
+      integer, intent(in) :: count
+      real(wp), intent(in) :: value
+
+      character(:), allocatable :: line
+
+      associate (follow => cells%follow)
+         select case (what)
+         case ("branch")
+            line = "branch "//to_text(follow%count)//": point "//to_text(count)
+         case ("curve")
+            line = "curve "//to_text(follow%curves)//": point "//to_text(count)
+         case ("sensitivities")
+            line = "sensitivities: special point "//to_text(count)
+         case default
+            line = what//": period "//to_text(count)
+         end select
+         call show_work(line//", "//follow%varied(1)%parameter//" "//decimal(value, 6), seconds() - began)
+      end associate
+   end subroutine show_following
 
    !> Progress of the first round, and of others that take their time.
    subroutine show_long_rounds(done, total, elapsed)

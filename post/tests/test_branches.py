@@ -211,7 +211,10 @@ def test_points_of_a_sweep_below(tmp_path, follow):
         (["{follow}", "{sweep}", "--quantity", "multiplier"], "multipliers belong to no observable"),
         (["{follow}", "--coordinate", "block"], "no coordinates"),
         (["{follow}", "--observable", "force"], "no observable 'force'"),
-        (["{follow}", "--kind", "map"], "no map picture of a file of razy-follow (has: branches, curves, machine)"),
+        (
+            ["{follow}", "--kind", "map"],
+            "no map picture of a file of razy-follow (has: branches, curves, sensitivity, machine)",
+        ),
     ],
 )
 def test_what_does_not_fit_is_one_line(tmp_path, follow, capsys, arguments, message):

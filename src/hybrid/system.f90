@@ -55,6 +55,7 @@ module razy_hybrid_system
       procedure :: contact_form
       procedure :: first_state
       procedure :: first_beside
+      procedure :: from_coordinates
       procedure :: to_coordinates
    end type system_t
 
@@ -170,9 +171,18 @@ contains
       class(system_t), intent(in) :: self
       real(wp) :: z(2*self%m)
 
-      z(:self%m) = matmul(self%coupled%to_coupled, self%machine%displacement)
-      z(self%m + 1:) = matmul(self%coupled%to_coupled, self%machine%velocity)
+      z = self%from_coordinates(self%machine%displacement, self%machine%velocity)
    end function first_state
+
+   !> z (2m) of displacements and velocities (n each).
+   pure function from_coordinates(self, displacement, velocity) result(z)
+      class(system_t), intent(in) :: self
+      real(wp), intent(in) :: displacement(:), velocity(:)
+      real(wp) :: z(2*self%m)
+
+      z(:self%m) = matmul(self%coupled%to_coupled, displacement)
+      z(self%m + 1:) = matmul(self%coupled%to_coupled, velocity)
+   end function from_coordinates
 
    !> The state (2 m) of the motion beside at the time 0.
    pure function first_beside(self) result(z)

@@ -5,8 +5,8 @@ module razy_io_result_file
    use razy_core_version, only: razy_git_commit, razy_version
    use razy_io_hdf5_column, only: write_attribute, write_table
    use razy_io_hdf5_file, only: hdf5_file_t
-   use razy_io_hdf5_text, only: text_of_root
    use razy_io_posix, only: check_path, path_exists
+   use razy_io_stored_file, only: text_of_root
    implicit none(type, external)
    private
 

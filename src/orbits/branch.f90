@@ -151,6 +151,7 @@ contains
             cycle
          end if
          call self%add(next)
+         call problem%tell("branch", self%count, problem%value_of(next%orbit))
          last = size(here%tangent)
          if (next%orbit%rounds <= 5 .and. dot_product(here%tangent, next%tangent) > 0.99_wp) then
             h = min(1.6_wp*h, largest_step*max(1.0_wp, norm2(next%orbit%u(:last - 1))))

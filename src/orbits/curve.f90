@@ -12,7 +12,8 @@ module razy_orbits_curve
    use razy_core_kinds, only: wp
    use razy_core_text, only: string_t
    use razy_linalg_bracketed_root, only: bracketed_root_t
-   use razy_orbits_branch, only: branch_t, find_tangent, point_t
+   use razy_orbits_branch, only: find_tangent, point_t
+   use razy_orbits_locate, only: locate_near
    use razy_orbits_orbit, only: problem_t
    implicit none(type, external)
    private
@@ -55,8 +56,9 @@ module razy_orbits_curve
 
    !> Steps in units of the ranges.
    real(wp), parameter :: first_step = 1.0e-3_wp, largest_step = 0.02_wp, least_step = 1.0e-8_wp
-   !> Half lengths of the branches in which a point is looked for, in scaled unknowns; at first no more than a share of the step.
-   real(wp), parameter :: narrow = 1.0e-4_wp, narrow_share = 0.1_wp, wide = 0.3_wp, wider = 3.0_wp
+   !> Half lengths of the first and the last branch in which a point is looked for, in scaled unknowns; the first is no more than a
+   !> share of the step.
+   real(wp), parameter :: narrow = 1.0e-4_wp, narrow_share = 0.1_wp, wide = 0.3_wp
    !> Shares of a step by which the place expected may err: of any step, of the first.
    real(wp), parameter :: straight = 0.2_wp, steepest = 20.0_wp
    !> So near the end of the range a curve may end.
@@ -175,6 +177,7 @@ contains
             return
          end do
          call self%add(next)
+         call problem%tell("curve", self%count, next%at(1)*self%scale(1))
          next%length = last(1)%length + norm2(next%at - last(1)%at)
          call self%find_junctions(problem, [next, last(:min(known, 2))], held)
          if (at_end) self%ending(side)%text = at_border
@@ -281,12 +284,8 @@ contains
       real(wp), intent(out) :: error
       logical, intent(out) :: found
 
-      type(branch_t) :: short
-      type(point_t) :: a, b, before_a, before_b
       real(wp), allocatable :: expected(:), row(:)
-      real(wp) :: half
       integer :: last
-      logical :: ends(2)
 
       last = size(there) - 1
       next%active = 3 - held
@@ -298,39 +297,11 @@ contains
       error = huge(error)
       call along(self, problem, here, next%active, row, found)
       if (.not. found) return
-      half = min(narrow, narrow_share*h)
-      ends = .true.
-      call end_of(0.0_wp, a, found)
-      if (.not. found) return
-      b = a
-      do while (half < wide .and. any(ends))
-         before_a = a
-         before_b = b
-         if (ends(1)) call end_of(-half, a, ends(1))
-         if (ends(2)) call end_of(half, b, ends(2))
-         if (.not. ends(1)) a = before_a
-         if (.not. ends(2)) b = before_b
-         call short%search_between(problem, a, b)
-         call pick(self, short, expected, next%point, found)
-         if (found) exit
-         half = wider*half
-      end do
+      call locate_near(problem, self%label, self%contact, expected, row, min(narrow, narrow_share*h), wide, next%point, &
+                       found)
       if (.not. found) return
       next%at(next%active) = next%point%orbit%u(last)
       error = abs(next%at(next%active) - expected(last))
-
-   contains
-
-      subroutine end_of(s, point, ok)
-         real(wp), intent(in) :: s
-         type(point_t), intent(out) :: point
-         logical, intent(out) :: ok
-
-         call problem%correct(expected + s*row, row, point%orbit, ok)
-         if (ok) call problem%complete(point%orbit, ok)
-         if (ok) call find_tangent(problem, point, row, ok)
-      end subroutine end_of
-
    end subroutine look
 
    !> The direction at a point of the branch over parameter `active`: its tangent, or that by the derivatives with respect to this
@@ -360,26 +331,5 @@ contains
       end associate
       if (ok) row = there%tangent
    end subroutine along
-
-   !> Of the points of a branch the one of this kind nearest to where it is expected.
-   subroutine pick(self, short, expected, point, found)
-      type(curve_t), intent(in) :: self
-      type(branch_t), intent(in) :: short
-      real(wp), intent(in) :: expected(:)
-      type(point_t), intent(inout) :: point
-      logical, intent(out) :: found
-
-      real(wp) :: nearest
-      integer :: i
-
-      nearest = huge(nearest)
-      do i = 1, short%count
-         if (short%point(i)%label /= self%label .or. short%point(i)%contact /= self%contact) cycle
-         if (norm2(short%point(i)%orbit%u - expected) >= nearest) cycle
-         nearest = norm2(short%point(i)%orbit%u - expected)
-         point = short%point(i)
-      end do
-      found = nearest < huge(nearest)
-   end subroutine pick
 
 end module razy_orbits_curve

@@ -21,7 +21,7 @@ module razy_orbits_orbit
    implicit none(type, external)
    private
 
-   public :: bordered, determinant, orbit_t, problem_t, solve_square
+   public :: bordered, determinant, orbit_t, problem_t, report_work, solve_square
 
    !> What is looked for: motions of `periods` periods of the excitation, with parameter number `active` of `parameter` free.
    type :: problem_t
@@ -40,6 +40,8 @@ module razy_orbits_orbit
       real(wp), allocatable :: origin(:), normal(:)
       !> Why the last evaluation failed.
       character(:), allocatable :: reason
+      !> Told of what takes long, if it is associated.
+      procedure(report_work), pointer, nopass :: report => null()
    contains
       procedure :: begin
       procedure :: take_steps
@@ -47,6 +49,7 @@ module razy_orbits_orbit
       procedure :: order
       procedure :: scales
       procedure :: value_of
+      procedure :: tell
       procedure :: go_to
       procedure :: evaluate
       procedure :: differentiate
@@ -72,6 +75,17 @@ module razy_orbits_orbit
       procedure :: find_multipliers
       procedure :: is_stable
    end type orbit_t
+
+   abstract interface
+      !> So many periods, points or other things of this kind are done, the last at a value of the parameter in its unit.
+      subroutine report_work(what, count, value)
+         import :: wp
+         implicit none(type, external)
+         character(*), intent(in) :: what
+         integer, intent(in) :: count
+         real(wp), intent(in) :: value
+      end subroutine report_work
+   end interface
 
    integer, parameter :: most_rounds = 25
    !> Steps of differences are not made smaller than by this factor: less would be rounding.
@@ -113,6 +127,16 @@ contains
 
       value = orbit%u(size(orbit%u))*self%range
    end function value_of
+
+   !> Tell of what is done, if anybody listens.
+   subroutine tell(self, what, count, value)
+      class(problem_t), intent(in) :: self
+      character(*), intent(in) :: what
+      integer, intent(in) :: count
+      real(wp), intent(in) :: value
+
+      if (associated(self%report)) call self%report(what, count, value)
+   end subroutine tell
 
    !> Begin with a state x, whose size gives the scales; `period`, s, counts without excitation. The map is at its parameters.
    subroutine begin(self, x, period, range)

@@ -61,6 +61,7 @@ module razy_orbits_period_map
       procedure :: go_to
       procedure :: go
       procedure :: first_state
+      procedure :: from_coordinates
       procedure :: to_coordinates
    end type period_map_t
 
@@ -180,6 +181,21 @@ contains
          x = matmul(by%system%first_state(), self%basis)
       end select
    end function first_state
+
+   !> x of the machine's displacements, then its velocities.
+   function from_coordinates(self, state) result(x)
+      class(period_map_t), intent(in) :: self
+      real(wp), intent(in) :: state(:)
+      real(wp), allocatable :: x(:)
+
+      allocate (x(self%n), source=0.0_wp)
+      select type (by => self%by)
+      class is (flow_t)
+         associate (n => size(by%system%machine%displacement))
+            x = matmul(by%system%from_coordinates(state(:n), state(n + 1:)), self%basis)
+         end associate
+      end select
+   end function from_coordinates
 
    !> Displacements and velocities of the machine (2, coordinates) with this x; where contacts and observables do not feel the
    !> whole machine, the part that they feel.

@@ -3,6 +3,7 @@ module razy_orbits_start
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
+   use razy_linalg_null_space, only: null_space
    use razy_motion_integrator, only: status_ok
    use razy_orbits_orbit, only: orbit_t, problem_t
    use razy_orbits_period_map, only: return_t
@@ -10,7 +11,7 @@ module razy_orbits_start
    implicit none(type, external)
    private
 
-   public :: distance, find_periodic, march, minimal, refine
+   public :: distance, find_beside, find_periodic, march, minimal, refine
 
    !> Longest period that is recognised; a motion that comes back this near, relative to its size, has settled.
    integer, parameter :: longest = 16
@@ -128,6 +129,7 @@ contains
             return
          end if
          x(:, i) = back%x
+         call problem%tell("first motion", i, problem%parameter(problem%active))
       end do
    end subroutine march
 
@@ -155,27 +157,75 @@ contains
       type(orbit_t), intent(out) :: orbit
       logical, intent(out) :: ok
 
-      real(wp), allocatable :: guess(:), row(:), to(:)
-      real(wp) :: later
+      real(wp), allocatable :: guess(:), row(:)
 
-      guess = [x/first_scales(problem), spread(1.0_wp, 1, problem%order() - problem%map%n), &
-               problem%parameter(problem%active)/problem%range]
+      call guess_at(problem, x, 0.0_wp, guess, orbit, ok)
+      if (.not. ok) return
       row = 0*guess
       row(size(row)) = 1.0_wp
-      problem%map%phase = 0.0_wp
-      call problem%evaluate(guess, .false., orbit, ok)
-      if (.not. ok) return
-      if (.not. is_quiet(problem, orbit)) then
-         later = find_quiet(problem, orbit)
-         call carry(problem, guess, 0.0_wp, later, to, ok)
-         if (ok) then
-            guess = to
-            problem%map%phase = modulo(later, 1.0_wp)
-         end if
-      end if
       call problem%correct(guess, row, orbit, ok)
       if (ok) call problem%complete(orbit, ok)
    end subroutine refine
+
+   !> The periodic motion nearest to one with the state x at `phase`, across the branch that comes by there, at a fold too: the
+   !> parameter may become another. `tangent` of that branch, `range` the scale of the parameter; `period`, s, counts without
+   !> excitation. Errors: no such machine, no motion there.
+   subroutine find_beside(problem, parameter, range, x, phase, period, orbit, tangent, error)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: parameter(:), range, x(:), phase, period
+      type(orbit_t), intent(out) :: orbit
+      real(wp), allocatable, intent(out) :: tangent(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: across(:, :), guess(:)
+      integer :: info
+      logical :: ok
+
+      problem%parameter = parameter
+      call problem%map%go_to(parameter, error)
+      if (allocated(error)) return
+      call problem%begin(x, period, range)
+      call guess_at(problem, x, phase, guess, orbit, ok)
+      if (ok) call problem%evaluate(guess, .true., orbit, ok)
+      if (ok) call problem%differentiate(orbit, ok)
+      if (ok) then
+         call null_space(transpose(problem%jacobian(orbit)), across, info)
+         ok = info == 0
+         if (.not. ok) problem%reason = "the branch has no tangent"
+      end if
+      if (ok) then
+         tangent = across(:, size(across, 2))
+         call problem%correct(guess, tangent, orbit, ok)
+      end if
+      if (ok) call problem%complete(orbit, ok)
+      if (ok) ok = minimal(problem, orbit)
+      if (.not. ok) call raise(error, problem%reason)
+   end subroutine find_beside
+
+   !> Unknowns of a motion with the state x at `phase`, begun there, or later if an event is near.
+   subroutine guess_at(problem, x, phase, guess, orbit, ok)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: x(:), phase
+      real(wp), allocatable, intent(out) :: guess(:)
+      type(orbit_t), intent(inout) :: orbit
+      logical, intent(out) :: ok
+
+      real(wp), allocatable :: to(:)
+      real(wp) :: later
+      logical :: moved
+
+      guess = [x/first_scales(problem), spread(1.0_wp, 1, problem%order() - problem%map%n), &
+               problem%parameter(problem%active)/problem%range]
+      problem%map%phase = phase
+      call problem%evaluate(guess, .false., orbit, ok)
+      if (.not. ok) return
+      if (is_quiet(problem, orbit)) return
+      later = find_quiet(problem, orbit)
+      call carry(problem, guess, phase, later, to, moved)
+      if (.not. moved) return
+      guess = to
+      problem%map%phase = modulo(phase + later, 1.0_wp)
+   end subroutine guess_at
 
    !> Newton's method from the states that the motion comes back to most nearly after the period.
    subroutine from_returns(problem, x, orbit, ok)

@@ -13,7 +13,7 @@ module razy_orbits_touch
    implicit none(type, external)
    private
 
-   public :: find_touch, find_touch_beside
+   public :: find_touch, find_touch_again, find_touch_beside
 
    !> The smallest gap at which each contact turns round without a touch, m or rad; huge where it does not (contacts).
    type, extends(observer_t) :: gaps_t
@@ -130,43 +130,66 @@ contains
       if (problem%is_autonomous()) return
       problem%map%phase = last%phase
       do i = 1, size(beside)
-         call without_impact(problem, last, last%u, last%u(size(last%u)) + beside(i), before, found)
-         if (found) call without_impact(problem, last, before%u, before%u(size(last%u)) + 0.1_wp*beside(2), here, found)
+         call without_impact(problem, last%u, last%u(size(last%u)) + beside(i), before, found, last)
+         if (found) call without_impact(problem, before%u, before%u(size(last%u)) + 0.1_wp*beside(2), here, found, last)
          if (.not. found) cycle
-         call approach(problem, last, before, here, u, contact, found)
+         contact = last%sequence%difference(here%sequence)
+         found = contact > 0
+         if (found) call approach(problem, last%u, contact, before, here, u, found, last)
          if (found) return
       end do
    end subroutine find_touch_beside
 
-   !> From two motions without the impact to the touch, from one side, as beyond there are none.
-   subroutine approach(problem, last, before, here, u, contact, found)
+   !> The touch of this contact near the unknowns `old`, at which it was in a machine that has changed a little.
+   subroutine find_touch_again(problem, old, contact, u, found)
       type(problem_t), intent(inout) :: problem
-      type(orbit_t), intent(in) :: last
-      type(orbit_t), intent(inout) :: before, here
+      real(wp), intent(in) :: old(:)
+      integer, intent(in) :: contact
       real(wp), allocatable, intent(out) :: u(:)
-      integer, intent(out) :: contact
       logical, intent(out) :: found
 
+      type(orbit_t) :: before, here
+      integer :: i
+
+      found = .false.
+      do i = 1, size(beside)
+         call without_impact(problem, old, old(size(old)) + beside(i), before, found)
+         if (found) call without_impact(problem, before%u, before%u(size(old)) + 0.1_wp*beside(2), here, found)
+         if (found) call approach(problem, old, contact, before, here, u, found)
+         if (found) return
+      end do
+   end subroutine find_touch_again
+
+   !> From two motions without the impact to the touch, which is not far from the unknowns `old`, from one side, as beyond there
+   !> are none. `last` as in `without_impact`.
+   subroutine approach(problem, old, contact, before, here, u, found, last)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: old(:)
+      integer, intent(in) :: contact
+      type(orbit_t), intent(inout) :: before, here
+      real(wp), allocatable, intent(out) :: u(:)
+      logical, intent(out) :: found
+      type(orbit_t), intent(in), optional :: last
+
       type(orbit_t) :: next
-      real(wp), allocatable :: now(:), old(:)
+      real(wp), allocatable :: now(:), then(:)
       real(wp) :: share
       integer :: i
 
-      contact = last%sequence%difference(here%sequence)
-      found = contact > 0
+      found = .true.
       do i = 1, most_shares
          if (.not. found) return
-         call look_at(problem, before, old)
+         call look_at(problem, before, then)
          call look_at(problem, here, now)
-         found = max(old(contact), now(contact)) < huge(1.0_wp) .and. abs(old(contact) - now(contact)) > 0.0_wp
+         found = max(then(contact), now(contact)) < huge(1.0_wp) .and. abs(then(contact) - now(contact)) > 0.0_wp
          if (.not. found) return
-         share = now(contact)/(old(contact) - now(contact))
+         share = now(contact)/(then(contact) - now(contact))
          u = here%u + share*(here%u - before%u)
-         found = norm2(u - last%u) <= near
+         found = norm2(u - old) <= near
          if (norm2(u - here%u) <= least*norm2(u) .or. .not. found) return
          associate (k => size(u))
-            call without_impact(problem, last, here%u + share_of_way*(u - here%u), here%u(k) + share_of_way*(u(k) - here%u(k)), &
-                                next, found)
+            call without_impact(problem, here%u + share_of_way*(u - here%u), here%u(k) + share_of_way*(u(k) - here%u(k)), &
+                                next, found, last)
          end associate
          before = here
          here = next
@@ -174,12 +197,12 @@ contains
    end subroutine approach
 
    !> The motion near `guess` at this value of the parameter, if it has not the contacts of `last`.
-   subroutine without_impact(problem, last, guess, value, orbit, ok)
+   subroutine without_impact(problem, guess, value, orbit, ok, last)
       type(problem_t), intent(inout) :: problem
-      type(orbit_t), intent(in) :: last
       real(wp), intent(in) :: guess(:), value
       type(orbit_t), intent(out) :: orbit
       logical, intent(out) :: ok
+      type(orbit_t), intent(in), optional :: last
 
       real(wp) :: row(size(guess)), start(size(guess))
 
@@ -188,7 +211,7 @@ contains
       start = guess
       start(size(row)) = value
       call problem%correct(start, row, orbit, ok)
-      if (ok) ok = .not. orbit%sequence%is_like(last%sequence)
+      if (ok .and. present(last)) ok = .not. orbit%sequence%is_like(last%sequence)
    end subroutine without_impact
 
    !> The smallest gaps of a motion.

@@ -79,7 +79,12 @@ contains
       call add_real(schema, "first", "one end of the range, in the unit of the key", required=.true.)
       call add_real(schema, "last", "the other end", required=.true.)
       call add_real(schema, "from", "where the first motion is looked for; first, if not given")
+      call add_string(schema, "start_file", "file of razy-follow that has a motion to begin with")
+      call add_integer(schema, "start_point", "which motion of start_file: the row of /point, from 0", low=0, high=100000000)
+      call add_string(schema, "start_label", "or the label that it bears and its number in the file, as in 'PD2'")
       call add_real(schema, "values", "values of the parameter at which a motion is stored, labelled UZ", least=1, most=64)
+      call add_string(schema, "sensitivities", "group%key of values whose effect on folds, doublings, tori and grazings is found", &
+                      least=1, most=16)
       call add_integer(schema, "period", "periods of the excitation in one of the first motion; 0: those of the motion that "// &
                        "the start settles to", low=0, high=1000, default="0")
       call add_integer(schema, "settle", "periods of the excitation after which a motion counts as settled", low=20, high=1000000, &

@@ -204,5 +204,46 @@ def test_time_of_a_motion_that_is_run_in_parts(options):
 def test_a_dry_run_says_what_it_takes():
     done = succeed("razy-follow", HYSTERESIS, *ALL, "--dry-run", ranks=2)
     assert re.search(r"6 cells, in each 9 starts\n.*\ntime: [\d.]+ s of one core; on 2 ranks [\d.]+ s", done.stdout)
-    assert succeed("razy-follow", HYSTERESIS, "--dry-run").stdout.startswith("timed: the first motion")
+    assert "starts: at 6 values, of motions of up to 4 periods\n" in done.stdout
     assert left() == []
+
+
+def test_a_dry_run_says_what_would_be_followed():
+    asked = sets(follow__sensitivities="'stop%clearance'", follow__values="20,21", follow__doublings=3)
+    done = succeed("razy-follow", HYSTERESIS, *asked, "--dry-run")
+    assert done.stdout.splitlines()[:-2] == [
+        "parameter: load%frequency from 12.0 to 36.0 Hz",
+        "starts: at 12.0, with what the machine settles to",
+        "branches: of at most 2000 points, doublings followed 3 times in a row",
+        "values: 2 at which motions are stored",
+        "sensitivities: to stop%clearance",
+    ]
+    assert done.stdout.splitlines()[-2].startswith("timed: the first motion")
+    assert left() == []
+    done = succeed("razy-follow", PAIR_MAP, "--dry-run")
+    assert re.match(
+        r"parameter: rotation%speed_rpm from 2600.0 to 1850.0 rpm\n"
+        r"parameter: load\(1\)%value from 50.0 to 200.0 N or N m\n +with load\(2\)%value, -1.0 times it\n",
+        done.stdout,
+    )
+    succeed("razy-follow", HYSTERESIS, "--output", "first.h5")
+    begun = sets(follow__start_file="'first.h5'", follow__start_label="'EP1'")
+    done = succeed("razy-follow", HYSTERESIS, *begun, "--dry-run")
+    assert re.search(r"starts: at 36.0, with point \d+ of first.h5, of period 1\n", done.stdout)
+
+
+def test_progress_of_one_motion():
+    """What is short says nothing of itself; a first motion that takes long is spoken of ever more seldom."""
+    assert "period" not in succeed("razy-follow", HYSTERESIS, "--force").stderr.partition("branch")[0]
+    words = command("razy-follow", GEAR_PAIR, *sets(follow__settle=10**6), "--output", "out.h5")
+    with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            first, second = process.stderr.readline(), process.stderr.readline()
+        finally:
+            process.kill()
+    times = []
+    for line in (first, second):
+        said = re.fullmatch(r"first motion: period (\d+), rotation%speed_rpm 2600.000000, ([\d.]+) s\n", line)
+        assert said, line
+        times.append(float(said[2]))
+    assert 2.0 <= times[0] < 3.0 and 4.0 <= times[1] < 6.0

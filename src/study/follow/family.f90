@@ -17,7 +17,7 @@ module razy_study_follow_family
    implicit none(type, external)
    private
 
-   public :: case_family_t
+   public :: case_family_t, is_of_machine
 
    !> The input, and which of its values vary; the machine that was made last.
    type, extends(family_t) :: case_family_t
@@ -31,7 +31,17 @@ module razy_study_follow_family
       procedure :: make
    end type case_family_t
 
+   !> Groups whose values are not the machine's.
+   character(*), parameter :: machineless(*) = [character(6) :: "sweep", "tune", "record", "motion", "starts", "follow"]
+
 contains
+
+   !> Whether the value at a path of the input is the machine's.
+   pure logical function is_of_machine(path)
+      character(*), intent(in) :: path
+
+      is_of_machine = .not. any(path(:scan(path, "(%") - 1) == machineless)
+   end function is_of_machine
 
    !> Prepare the flow of the machine with these values.
    subroutine make(self, parameter, by, period, error)

@@ -1,19 +1,22 @@
 !! What &follow asks for: the first motion, its branch, and the branches that begin where periods double or symmetry breaks; with a
 !! second &follow the curves of their special points over two parameters.
 module razy_study_follow_follow
-   use razy_core_error, only: error_t
+   use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
+   use razy_core_text, only: append_text, string_t
    use razy_input_input, only: input_t
    use razy_orbits_branch, only: branch_t
    use razy_orbits_curve, only: curve_t
    use razy_orbits_identity, only: is_same_motion
    use razy_orbits_orbit, only: orbit_t, problem_t
    use razy_orbits_search, only: found_t, is_on, new_found, search_t
-   use razy_orbits_start, only: find_periodic
+   use razy_orbits_start, only: find_beside, find_periodic
    use razy_orbits_switch, only: switch_branch
    use razy_orbits_user_values, only: mark_values
-   use razy_study_follow_family, only: case_family_t
+   use razy_study_follow_family, only: case_family_t, is_of_machine
+   use razy_study_follow_sensitivities, only: new_sensitivities, sensitivities_t
+   use razy_study_follow_stored, only: read_stored, stored_motion_t
    use razy_study_sweep_axes, only: check_apart, new_varied, varied_t
    implicit none(type, external)
    private
@@ -42,6 +45,9 @@ module razy_study_follow_follow
       !> Values of the first parameter at which motions are stored whatever the steps.
       real(wp), allocatable :: values(:)
       real(wp) :: from = 0.0_wp
+      type(sensitivities_t) :: sensitivities
+      !> A motion of another file that the first branch begins with.
+      type(stored_motion_t), allocatable :: stored
       real(wp), private :: time = 0.0_wp
       integer, private :: period = 0, most_points = 0, settle = 0
       integer :: doublings = 0
@@ -53,6 +59,7 @@ module razy_study_follow_follow
       type(sample_t), allocatable :: sample(:)
    contains
       procedure :: compute
+      procedure :: plan
       procedure :: reset
       procedure :: follow_from
       procedure :: place_on
@@ -61,8 +68,6 @@ module razy_study_follow_follow
       procedure, private :: curve_through
    end type follow_t
 
-   !> Groups whose values are not the machine's.
-   character(*), parameter :: machineless(*) = [character(6) :: "sweep", "tune", "record", "motion", "starts"]
    !> Doublings nearer than this, in the scale of the parameter, are compared.
    real(wp), parameter :: same = 1.0e-8_wp
    !> The branches that a file holds at most.
@@ -96,14 +101,14 @@ contains
          if (.not. allocated(error) .and. i == 2) call check_apart(self%varied, input, "follow", error)
          if (allocated(error)) return
       end do
+      call new_sensitivities(self%sensitivities, input, self%varied, error)
+      if (allocated(error)) return
       family%input = input
-      family%varied = self%varied
-      self%from = self%first(1)
-      if (input%given("follow", 1, "from")) call input%get("follow", 1, "from", self%from)
-      if ((self%from - self%first(1))*(self%from - self%last(1)) > 0.0_wp) then
-         call input%complain(error, "follow", 1, "from", "a value between first and last")
-         return
-      end if
+      allocate (family%varied(n + size(self%sensitivities%key)))
+      family%varied(:n) = self%varied
+      family%varied(n + 1:) = self%sensitivities%key
+      call read_from(self, input, error)
+      if (allocated(error)) return
       allocate (self%values(0))
       if (input%given("follow", 1, "values")) call input%get("follow", 1, "values", self%values)
       if (any((self%values - self%first(1))*(self%values - self%last(1)) > 0.0_wp)) then
@@ -117,7 +122,7 @@ contains
       call read_all(self, input, error)
       if (allocated(error)) return
       self%problem%map%family = family
-      self%problem%parameter = [(self%varied(i)%slot(1)%number, i=1, n)]
+      self%problem%parameter = [(family%varied(i)%slot(1)%number, i=1, size(family%varied))]
       do i = 1, 2
          self%problem%parameter(1) = merge(self%last(1), self%from, i == 1)
          call self%problem%map%go_to(self%problem%parameter, problem)
@@ -125,6 +130,8 @@ contains
          call input%complain(error, "follow", 1, "parameter", problem%message)
          return
       end do
+      if (allocated(self%stored)) call check_stored(self, input, error)
+      if (allocated(error)) return
       if (self%all_motions .and. self%problem%is_autonomous()) then
          call input%complain(error, "follow", 1, "motions", "'one': all motions are looked for where there is an excitation")
          return
@@ -135,6 +142,63 @@ contains
          if (made%motion%method%integrator /= "exact") call self%problem%take_steps()
       end select
    end subroutine new_follow
+
+   !> Where the first motion is looked for, and the stored one near which it is.
+   subroutine read_from(self, input, error)
+      class(follow_t), intent(inout) :: self
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      logical :: given
+
+      given = input%given("follow", 1, "from")
+      self%from = self%first(1)
+      call read_stored(self%stored, input, self%varied(1)%dotted(), error)
+      if (allocated(error)) return
+      if (allocated(self%stored)) then
+         if (self%stored%has_parameter) self%from = self%stored%parameter
+      end if
+      if (given) call input%get("follow", 1, "from", self%from)
+      if (is_beyond(self, self%from)) then
+         if (given) then
+            call input%complain(error, "follow", 1, "from", "a value between first and last")
+         else
+            call input%complain(error, "follow", 1, "start_file", "a motion between first and last; this one is at "// &
+                                to_text(self%from))
+         end if
+      end if
+   end subroutine read_from
+
+   !> Refuse a stored motion of another machine, or of other periods than those that are asked for.
+   subroutine check_stored(self, input, error)
+      class(follow_t), intent(in) :: self
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: coordinates
+
+      select type (family => self%problem%map%family)
+      type is (case_family_t)
+         coordinates = size(family%machine%displacement)
+         if (size(self%stored%state) /= 2*coordinates) then
+            call input%complain(error, "follow", 1, "start_file", "a file of a machine with as many coordinates, "// &
+                                to_text(coordinates)//"; its has "//to_text(size(self%stored%state)/2))
+         else if (self%period > 0 .and. self%period /= self%stored%periods) then
+            call input%complain(error, "follow", 1, "period", "not with start_file, or that of its motion, "// &
+                                to_text(self%stored%periods))
+         end if
+      end select
+   end subroutine check_stored
+
+   !> Whether a value is outside the range by more than rounding.
+   pure logical function is_beyond(self, value)
+      class(follow_t), intent(in) :: self
+      real(wp), intent(in) :: value
+
+      associate (first => self%first(1), last => self%last(1))
+         is_beyond = max(min(first, last) - value, value - max(first, last)) > same*abs(last - first)
+      end associate
+   end function is_beyond
 
    !> Whether all motions are wanted, and where they are looked for.
    subroutine read_all(self, input, error)
@@ -152,7 +216,11 @@ contains
       call input%get("follow", 1, "starts", self%search%starts)
       self%search%settle = self%settle
       self%search%most_periods = merge(self%period, usual_periods, self%period > 0)
-      if (self%all_motions .and. size(self%varied) > 1) then
+      if (self%all_motions .and. allocated(self%stored)) then
+         call input%complain(error, "follow", 1, "start_file", "not with motions='all', which begins everywhere")
+      else if (self%all_motions .and. size(self%sensitivities%key) > 0) then
+         call input%complain(error, "follow", 1, "sensitivities", "not with motions='all': of one motion, as start_file gives it")
+      else if (self%all_motions .and. size(self%varied) > 1) then
          call input%complain(error, "follow", 1, "motions", "'one': curves over two parameters begin on the branches of one motion")
       else if (self%all_motions .and. input%given("follow", 1, "from")) then
          call input%complain(error, "follow", 1, "from", "not with motions='all', which looks at samples= values")
@@ -173,7 +241,8 @@ contains
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
-      character(*), parameter :: common(*) = [character(10) :: "from", "period", "settle", "doublings", "max_points"]
+      character(*), parameter :: common(*) = [character(13) :: "from", "start_file", "start_point", "start_label", "period", &
+                                                                               "settle", "doublings", "max_points", "sensitivities"]
       integer :: k
 
       call new_varied(self%varied(i), input, "follow", i, error)
@@ -182,7 +251,7 @@ contains
          do k = 1, size(slot)
             if (slot(k)%whole) then
                call input%complain(error, "follow", i, "parameter", "a real number: motions are followed over a continuous value")
-            else if (any(slot(k)%path(:scan(slot(k)%path, "(%") - 1) == machineless)) then
+            else if (.not. is_of_machine(slot(k)%path)) then
                call input%complain(error, "follow", i, "parameter", "a value that the machine has")
             end if
             if (allocated(error)) return
@@ -206,6 +275,40 @@ contains
       end do
    end subroutine read_parameter
 
+   !> What is going to be done, in lines.
+   function plan(self) result(lines)
+      class(follow_t), intent(in) :: self
+      type(string_t), allocatable :: lines(:)
+
+      integer :: i, k
+
+      allocate (lines(0))
+      do i = 1, size(self%varied)
+         associate (varied => self%varied(i))
+            call append_text(lines, "parameter: "//varied%parameter//" from "//to_text(self%first(i))//" to "// &
+                             to_text(self%last(i))//" "//varied%unit)
+            do k = 2, size(varied%slot)
+               call append_text(lines, "           with "//varied%slot(k)%path//", "//to_text(varied%factor(k))//" times it")
+            end do
+         end associate
+      end do
+      if (self%all_motions) then
+         call append_text(lines, "starts: at "//to_text(self%samples)//" values, of motions of up to "// &
+                          to_text(self%search%most_periods)//" periods")
+      else if (allocated(self%stored)) then
+         call append_text(lines, "starts: at "//to_text(self%from)//", with point "//to_text(self%stored%point)//" of "// &
+                          self%stored%file//", of period "//to_text(self%stored%periods))
+      else
+         call append_text(lines, "starts: at "//to_text(self%from)//", with what the machine settles to")
+      end if
+      call append_text(lines, "branches: of at most "//to_text(self%most_points)//" points, doublings followed "// &
+                       to_text(self%doublings)//" times in a row")
+      if (size(self%values) > 0) call append_text(lines, "values: "//to_text(size(self%values))//" at which motions are stored")
+      do i = 1, size(self%sensitivities%key)
+         call append_text(lines, "sensitivities: to "//self%sensitivities%key(i)%parameter)
+      end do
+   end function plan
+
    !> Find the first motion and follow all branches that begin from it; with `few` no more than so many points of each.
    subroutine compute(self, error, few)
       class(follow_t), intent(inout) :: self
@@ -213,20 +316,25 @@ contains
       integer, intent(in), optional :: few
 
       type(orbit_t) :: orbit
-      real(wp), allocatable :: begin(:)
+      real(wp), allocatable :: begin(:), guide(:)
       integer :: from, i, side
 
       call self%reset()
       if (present(few)) self%most_points = min(few, self%most_points)
       begin = self%problem%parameter
       begin(1) = self%from
-      call find_periodic(self%problem, begin, abs(self%last(1) - self%first(1)), self%period, self%settle, self%time, orbit, &
-                         self%settled, error)
+      if (allocated(self%stored)) then
+         call begin_with_stored(self, begin, orbit, guide, error)
+      else
+         call find_periodic(self%problem, begin, abs(self%last(1) - self%first(1)), self%period, self%settle, self%time, orbit, &
+                            self%settled, error)
+      end if
       if (allocated(error)) return
       side = 0
-      if (.not. abs(self%from - self%last(1)) > 0.0_wp) side = -1
-      if (.not. abs(self%from - self%first(1)) > 0.0_wp) side = 1
-      call self%follow_from(orbit, side)
+      if (is_at(self%last(1))) side = -1
+      if (is_at(self%first(1))) side = 1
+      call self%follow_from(orbit, side, guide)
+      call self%sensitivities%find(self%problem, self%branch(:self%count))
       allocate (self%curve(most_curves))
       if (size(self%varied) < 2) return
       do i = 1, self%count
@@ -234,7 +342,45 @@ contains
             call self%curve_through(i, from)
          end do
       end do
+
+   contains
+
+      pure logical function is_at(end)
+         real(wp), intent(in) :: end
+
+         is_at = abs(self%from - end) <= same*abs(self%last(1) - self%first(1))
+      end function is_at
+
    end subroutine compute
+
+   !> The motion nearest to the stored one at these parameters, and the direction of its branch towards `last`.
+   subroutine begin_with_stored(self, parameter, orbit, guide, error)
+      class(follow_t), intent(inout) :: self
+      real(wp), intent(in) :: parameter(:)
+      type(orbit_t), intent(out) :: orbit
+      real(wp), allocatable, intent(out) :: guide(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      type(error_t), allocatable :: missed
+
+      associate (problem => self%problem, stored => self%stored)
+         self%settled = .true.
+         problem%periods = stored%periods
+         call problem%map%go_to(parameter, error)
+         if (allocated(error)) return
+         call find_beside(problem, parameter, abs(self%last(1) - self%first(1)), problem%map%from_coordinates(stored%state), &
+                          stored%phase, stored%period, orbit, guide, missed)
+         if (allocated(missed)) then
+            call raise(error, "no motion of this machine is near point "//to_text(stored%point)//" of "//stored%file//": "// &
+                       missed%message)
+            return
+         end if
+         guide = sign(1.0_wp, guide(size(guide))*(self%last(1) - self%first(1)))*guide
+         if (.not. is_beyond(self, problem%value_of(orbit))) return
+         call raise(error, "the motion nearest to point "//to_text(stored%point)//" of "//stored%file// &
+                    " is outside the range, at "//to_text(problem%value_of(orbit)))
+      end associate
+   end subroutine begin_with_stored
 
    !> Forget all branches.
    subroutine reset(self)
@@ -248,11 +394,12 @@ contains
    end subroutine reset
 
    !> Follow a motion of the problem's periods to both sides (0), towards `last` (1) or `first` (-1), and all branches that
-   !> begin on these.
-   subroutine follow_from(self, orbit, side)
+   !> begin on these; `towards`: the direction of `last`, if it is not that of the parameter.
+   subroutine follow_from(self, orbit, side, towards)
       class(follow_t), intent(inout) :: self
       type(orbit_t), intent(in) :: orbit
       integer, intent(in) :: side
+      real(wp), intent(in), optional :: towards(:)
 
       real(wp) :: guide(size(orbit%u))
       integer :: from, i, side_left
@@ -261,6 +408,7 @@ contains
       side_left = side
       guide = 0.0_wp
       guide(size(guide)) = sign(1.0_wp, self%last(1) - self%first(1))
+      if (present(towards)) guide = towards
       if (side >= 0) call self%one_branch(orbit, guide, 0)
       if (self%count > i) then
          ! A closed branch has been gone round.

@@ -61,6 +61,7 @@ contains
       end do
       call branch_columns(self, table)
       call special_columns(self, table)
+      call self%sensitivities%columns(table, self%varied(1))
       call curve_columns(self, table)
       call sample_columns(self, table)
       select type (family => self%problem%map%family)
@@ -364,6 +365,7 @@ contains
          end do
          call append_text(lines, "branch "//to_text(b)//" ends: "//self%branch(b)%ending)
       end do
+      call self%sensitivities%words(lines, self%branch(:self%count), self%varied(1))
       do i = 1, self%curves
          associate (curve => self%curve(i))
             call append_text(lines, "curve "//to_text(i)//": "//curve%label//" of branch "//to_text(curve%branch)//", "// &

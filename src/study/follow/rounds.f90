@@ -89,7 +89,7 @@ contains
       real(wp) :: took
       integer :: middle
 
-      allocate (lines(0))
+      lines = cells%follow%plan()
       took = seconds()
       if (cells%follow%all_motions) then
          middle = (cells%cells + 1)/2

@@ -27,6 +27,7 @@ from razy_post.plot import (
     motion,
     pattern,
     section,
+    sensitivity,
     several,
     spectrum,
     tuning,
@@ -88,6 +89,7 @@ PICTURES = (
     Picture("razy-tune", "tuning", tuning.draw),
     Picture("razy-follow", "branches", branches.draw),
     Picture("razy-follow", "curves", curves.draw),
+    Picture("razy-follow", "sensitivity", sensitivity.draw),
     Picture("razy-duel", "work-precision", work_precision.draw),
     *(Picture(program, "machine", machine.draw) for program in PROGRAMS),
 )

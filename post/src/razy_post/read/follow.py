@@ -87,6 +87,28 @@ class Samples:
     starts: NDArray[np.int64]
 
 
+@dataclass(frozen=True)
+class Sensitivities:
+    """How special points move with values of the machine.
+
+    Attributes
+    ----------
+    names, values
+        The values, and what they are in the input, shape (values,).
+    special
+        Row of each point among the special points, from 0, shape (points,).
+    slope, error
+        Derivatives of the parameter by each value, and how far they may be off, shape (values, points); NaN where the
+        point was not found again.
+    """
+
+    names: NDArray[np.str_]
+    values: NDArray[np.float64]
+    special: NDArray[np.int64]
+    slope: NDArray[np.float64]
+    error: NDArray[np.float64]
+
+
 class FollowResult(ExtremaFile):
     """Periodic motions, in the order of their branches and along each; they are counted from 0."""
 
@@ -189,6 +211,22 @@ class FollowResult(ExtremaFile):
             self._texts("junction/label"),
             tuple(np.asarray(self._vector(f"junction/{name}")[()], dtype=np.float64) for name in names),
         )
+
+    @property
+    def sensitivities(self) -> Sensitivities | None:
+        """How special points move; None where this was not asked for."""
+        if "name" not in self._members("sensitivity", h5py.Dataset):
+            return None
+        names = self._texts("sensitivity/name")
+        special = self._vector("sensitivity/special")[()].astype(np.int64)
+        if special.size and not 0 <= special.min() <= special.max() < self.special.label.size:
+            raise ResultError(f"{self.path}: dataset 'sensitivity/special' names points that are not there")
+        slope, error = (
+            np.array([self._vector(f"sensitivity/{name}{end}", special.size)[()] for name in names], dtype=np.float64)
+            for end in ("", "_error")
+        )
+        values = np.asarray(self._vector("sensitivity/value", names.size)[()], dtype=np.float64)
+        return Sensitivities(names, values, special, slope, error)
 
     @property
     def labels(self) -> NDArray[np.str_]:

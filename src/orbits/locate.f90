@@ -1,0 +1,86 @@
+!! A special point again, near where it is expected: on a short branch of motions that grows until the point is on it.
+module razy_orbits_locate
+   use razy_core_kinds, only: wp
+   use razy_orbits_branch, only: branch_t, find_tangent, point_t
+   use razy_orbits_orbit, only: problem_t
+   implicit none(type, external)
+   private
+
+   public :: locate_near
+
+   !> Each branch is so many times as long as the one before.
+   real(wp), parameter :: wider = 3.0_wp
+
+contains
+
+   !> The point of this kind that is nearest to the unknowns `expected`, looked for along `row` in branches of at first twice the
+   !> length `first`, at last of twice `most`, in scaled unknowns.
+   subroutine locate_near(problem, label, contact, expected, row, first, most, point, found)
+      type(problem_t), intent(inout) :: problem
+      character(*), intent(in) :: label
+      integer, intent(in) :: contact
+      real(wp), intent(in) :: expected(:), row(:), first, most
+      type(point_t), intent(inout) :: point
+      logical, intent(out) :: found
+
+      type(branch_t) :: short
+      type(point_t) :: a, b, before_a, before_b
+      real(wp) :: half
+      logical :: ends(2)
+
+      half = first
+      ends = .true.
+      call end_of(0.0_wp, a, found)
+      if (.not. found) return
+      b = a
+      found = .false.
+      do while (half < most .and. any(ends))
+         before_a = a
+         before_b = b
+         if (ends(1)) call end_of(-half, a, ends(1))
+         if (ends(2)) call end_of(half, b, ends(2))
+         if (.not. ends(1)) a = before_a
+         if (.not. ends(2)) b = before_b
+         call short%search_between(problem, a, b)
+         call pick(short, label, contact, expected, point, found)
+         if (found) return
+         half = wider*half
+      end do
+
+   contains
+
+      subroutine end_of(s, motion, ok)
+         real(wp), intent(in) :: s
+         type(point_t), intent(out) :: motion
+         logical, intent(out) :: ok
+
+         call problem%correct(expected + s*row, row, motion%orbit, ok)
+         if (ok) call problem%complete(motion%orbit, ok)
+         if (ok) call find_tangent(problem, motion, row, ok)
+      end subroutine end_of
+
+   end subroutine locate_near
+
+   !> Of the points of a branch the one of this kind nearest to where it is expected.
+   subroutine pick(short, label, contact, expected, point, found)
+      type(branch_t), intent(in) :: short
+      character(*), intent(in) :: label
+      integer, intent(in) :: contact
+      real(wp), intent(in) :: expected(:)
+      type(point_t), intent(inout) :: point
+      logical, intent(out) :: found
+
+      real(wp) :: nearest
+      integer :: i
+
+      nearest = huge(nearest)
+      do i = 1, short%count
+         if (short%point(i)%label /= label .or. short%point(i)%contact /= contact) cycle
+         if (norm2(short%point(i)%orbit%u - expected) >= nearest) cycle
+         nearest = norm2(short%point(i)%orbit%u - expected)
+         point = short%point(i)
+      end do
+      found = nearest < huge(nearest)
+   end subroutine pick
+
+end module razy_orbits_locate
