@@ -9,7 +9,7 @@ module razy_rotor_reduction_reduced
    implicit none(type, external)
    private
 
-   public :: append, reduced_t, new_reduced, transformed
+   public :: append, reduced_t, new_reduced, table_change, transformed
 
    !> A bearing with a table over |ratio Omega|: v and w of its node are row y (2, p).
    type :: tabled_t
@@ -168,20 +168,12 @@ contains
 
       real(wp), allocatable :: turn(:, :)
       real(wp) :: part(4)
-      integer :: column(4), i
+      integer :: i
 
       allocate (change(size(self%load), size(self%load)), source=0.0_wp)
-      column = merge(of_damping, of_stiffness, damping)
       do i = 1, size(self%tabled)
-         associate (table => self%tabled(i)%table, ratio => abs(self%tabled(i)%ratio), row => self%tabled(i)%row)
-            associate (values => table%at(ratio*abs(speed), rate))
-               part = values(column)
-            end associate
-            if (rate) then
-               part = sign(ratio, speed)*part
-            else
-               part = part - table%value(column, 1)
-            end if
+         part = table_change(self%tabled(i)%table, self%tabled(i)%ratio, speed, damping, rate)
+         associate (row => self%tabled(i)%row)
             change = change + symmetric_part(matmul(transpose(row), matmul(reshape([part(1), 0.5_wp*(part(2) + part(3)), &
                                                                                0.5_wp*(part(2) + part(3)), part(4)], [2, 2]), row)))
             if (.not. skew) cycle
@@ -190,6 +182,27 @@ contains
          end associate
       end do
    end function bearing_change
+
+   !> What the table of a bearing on a shaft with the speed ratio `ratio` adds at the speed Omega of the system to the matrix
+   !> of its first speed, of stiffness or `damping`: rows of (2, 2), N/m or N s/m; with `rate` the derivative by Omega.
+   pure function table_change(table, ratio, speed, damping, rate) result(change)
+      type(speed_table_t), intent(in) :: table
+      real(wp), intent(in) :: ratio, speed
+      logical, intent(in) :: damping, rate
+      real(wp) :: change(4)
+
+      integer :: column(4)
+
+      column = merge(of_damping, of_stiffness, damping)
+      associate (values => table%at(abs(ratio*speed), rate))
+         change = values(column)
+      end associate
+      if (rate) then
+         change = sign(abs(ratio), speed)*change
+      else
+         change = change - table%value(column, 1)
+      end if
+   end function table_change
 
    !> All undamped modes at rest, meshes closed or open.
    function modes(self, meshed) result(pairs)
