@@ -3,11 +3,12 @@
 module razy_linalg_band_matrix
    use razy_core_kinds, only: wp
    use razy_linalg_lapack, only: dgbmv, dgbtrf, dgbtrs, zgbtrf, zgbtrs
-   use razy_linalg_sparse, only: csr_t
+   use razy_linalg_banded, only: bandwidth, narrow_order
+   use razy_linalg_sparse, only: csr_t, entries_t, new_csr
    implicit none(type, external)
    private
 
-   public :: band_lu_t, band_t, complex_band_lu_t, new_band, quadratic_inertia, quadratic_pivots
+   public :: band_lu_t, band_t, complex_band_lu_t, dense_band, find_band, new_band, quadratic_inertia, quadratic_pivots
 
    !> Entry (i, j) is `entry(width + 1 + i - j, j)`, i and j no more than `width` apart.
    type :: band_t
@@ -60,6 +61,46 @@ contains
          end do
       end do
    end function new_band
+
+   !> The same of a matrix with all its zeros (n, n).
+   pure function dense_band(matrix, order, width) result(band)
+      real(wp), intent(in) :: matrix(:, :)
+      integer, intent(in) :: order(:), width
+      type(band_t) :: band
+
+      integer :: i, j
+
+      band%width = width
+      allocate (band%entry(2*width + 1, size(order)), source=0.0_wp)
+      do j = 1, size(order)
+         do i = max(1, j - width), min(size(order), j + width)
+            band%entry(width + 1 + i - j, j) = matrix(order(i), order(j))
+         end do
+      end do
+   end function dense_band
+
+   !> An order (n) in which what is not zero in any of three matrices (n, n) is in a narrow band, and its width.
+   pure subroutine find_band(a, b, c, order, width)
+      real(wp), intent(in) :: a(:, :), b(:, :), c(:, :)
+      integer, allocatable, intent(out) :: order(:)
+      integer, intent(out) :: width
+
+      type(entries_t) :: entries
+      type(csr_t) :: pattern
+      integer :: i, j
+
+      do j = 1, size(a, 2)
+         do i = 1, j
+            if (abs(a(i, j)) + abs(b(i, j)) + abs(c(i, j)) + abs(a(j, i)) + abs(b(j, i)) + abs(c(j, i)) > 0.0_wp) then
+               call entries%add(i, j, 1.0_wp)
+               if (i /= j) call entries%add(j, i, 1.0_wp)
+            end if
+         end do
+      end do
+      pattern = new_csr(entries, size(a, 1), size(a, 1))
+      order = narrow_order(pattern)
+      width = bandwidth(pattern%extract(order))
+   end subroutine find_band
 
    !> y + A x becomes y (n each).
    subroutine add_times(self, x, y)

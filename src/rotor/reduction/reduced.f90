@@ -1,7 +1,7 @@
 !! A rotor model in few coordinates, q = T y: dense matrices, projected by T.
 module razy_rotor_reduction_reduced
    use razy_core_kinds, only: wp
-   use razy_linalg_dense, only: add_outer, congruence_of, product_of, symmetric_part
+   use razy_linalg_dense, only: add_outer, congruence_of, identity, product_of, symmetric_part
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t
    use razy_rotor_bearing, only: of_damping, of_stiffness
    use razy_rotor_model, only: rotor_model_t
@@ -9,7 +9,7 @@ module razy_rotor_reduction_reduced
    implicit none(type, external)
    private
 
-   public :: append, reduced_t, new_reduced, table_change, transformed
+   public :: append, new_reduced, reduced_t, table_change, transformed, unreduced
 
    !> A bearing with a table over |ratio Omega|: v and w of its node are row y (2, p).
    type :: tabled_t
@@ -63,6 +63,27 @@ contains
       reduced%mesh_damping = model%mesh_damping
       call add_tables(reduced, model, basis)
    end function new_reduced
+
+   !> The model in its own coordinates.
+   function unreduced(model) result(reduced)
+      type(rotor_model_t), intent(in) :: model
+      type(reduced_t) :: reduced
+
+      reduced%basis = identity(model%numbering%n)
+      reduced%mass = model%mass%dense()
+      reduced%damping = model%damping%dense()
+      reduced%gyroscopic = model%gyroscopic%dense()
+      reduced%stiffness = model%stiffness%dense()
+      reduced%circulatory = model%circulatory%dense()
+      reduced%cross_stiffness = model%cross_stiffness%dense()
+      reduced%cross_damping = model%cross_damping%dense()
+      reduced%mesh_direction = model%mesh_direction
+      reduced%load = model%load
+      reduced%unbalance = model%unbalance
+      reduced%mesh_stiffness = model%mesh_stiffness
+      reduced%mesh_damping = model%mesh_damping
+      call add_tables(reduced, model, reduced%basis)
+   end function unreduced
 
    subroutine add_tables(reduced, model, basis)
       type(reduced_t), intent(inout) :: reduced

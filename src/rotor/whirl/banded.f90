@@ -153,7 +153,7 @@ contains
          disc%shift = share*disc%scale
          problem%largest = sqrt(2*maxval(abs(problem%stiffness%entry(width + 1, :))/disc%mass%entry(width + 1, :)))
          call find_metric(problem, info)
-         if (info /= 0) call raise(error, "bearings with negative stiffness hold the rotor away from its axis")
+         if (info /= 0) call raise(error, "an eigenproblem could not be solved")
          problem%untouched = size(untouched, 2)
          call take_rigid(disc, untouched(order, :))
          call find_tables(problem, model)
