@@ -122,7 +122,10 @@ contains
       allocate (space(2*n, 0))
       wanted = max(self%needed, 2*least + beyond)
       do search = 1, most_searches
-         if (size(space, 2) + wanted > 2*(n - size(self%rigid, 2)) - beyond) return
+         ! At least a pair.
+         wanted = min(max(2, wanted), 2*(n - size(self%rigid, 2)) - beyond - size(space, 2))
+         status = disc_missing
+         if (wanted < 2) return
          call enlarge_space(self, space, wanted, self%start, tolerance, status)
          if (status /= space_found) then
             status = disc_not_converged
@@ -131,7 +134,7 @@ contains
          call pairs_of(self, space, all, shape, status)
          if (status /= disc_found) return
          call choose_circle(all, self%shift, least, radius, rho, inside)
-         wanted = beyond
+         wanted = max(beyond, size(space, 2)/2)
          if (inside == 0) cycle
          wanted = self%count_missing(all, inside, rho)
          if (wanted <= 0) exit

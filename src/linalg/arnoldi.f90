@@ -12,7 +12,7 @@ module razy_linalg_arnoldi
    integer, parameter :: space_found = 0, space_failed = 1, space_not_converged = 2
    integer, parameter :: most_restarts = 300
    !> Vectors of the method beside those wanted.
-   integer, parameter :: spare = 12
+   integer, parameter :: spare = 20
 
    !> y = T x (n each).
    type, abstract :: operator_t
@@ -33,7 +33,7 @@ module razy_linalg_arnoldi
 contains
 
    !> Add to the orthonormal basis `space` (n, k) of an invariant subspace the directions of the `wanted` next eigenvalues, one more
-   !> if that would part a conjugate pair. `start` (n) is a vector to begin with, relative errors are less than `tolerance`.
+   !> or less if that would part a conjugate pair. `start` (n) is a vector to begin with, relative errors are less than `tolerance`.
    subroutine enlarge_space(operator, space, wanted, start, tolerance, status)
       class(operator_t), intent(in) :: operator
       real(wp), allocatable, intent(inout) :: space(:, :)
@@ -48,7 +48,7 @@ contains
       integer :: ido, info, iparam(11), ipntr(14), n, width
 
       n = size(start)
-      width = min(n, 2*wanted + spare)
+      width = min(n - size(space, 2), 2*wanted + spare)
       status = space_failed
       if (wanted < 1 .or. wanted > width - 2) return
       allocate (basis(n, width), workd(n, 3), workl(3*width*(width + 2)), workev(3*width), select(width))
@@ -73,7 +73,10 @@ contains
                      residual, width, basis, n, iparam, ipntr, workd, workl, size(workl), info)
          if (info /= 0) return
          status = space_found
-         space = reshape([space, basis(:, :iparam(5))], [n, size(space, 2) + iparam(5)])
+         ! Half of a pair alone at the end spans nothing invariant.
+         associate (kept => iparam(5) - merge(1, 0, abs(sum(imaginary(:iparam(5)))) > 0.0_wp))
+            space = reshape([space, basis(:, :kept)], [n, size(space, 2) + kept])
+         end associate
       else if (info == 0 .or. info == 1 .or. info == 3) then
          status = space_not_converged
       end if

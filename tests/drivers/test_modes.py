@@ -339,6 +339,25 @@ def test_what_the_stability_limit_is_a_statement_about(folder):
     assert checks[2] == "nothing can drive whirl: no cross coupling, no circulation"
 
 
+def test_accumulating_overdamped_motions(folder):
+    """Proportional damping of a shaft on soft bearings: dozens of real eigenvalues gather within the radius."""
+    (folder / "soft.nml").write_text("""
+&scene kind='rotor' /
+&shaft name='s', young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0, damping_ratio=0.005, damping='proportional' /
+&section shaft='s', length=0.5, outer_diameter=0.03, elements=33 /
+&disk shaft='s', node=18, mass=30.0, polar_inertia=0.1, diametral_inertia=0.17 /
+&bearing shaft='s', node=1, kind='matrix', stiffness=1e5,5e4,-5e4,1e5 /
+&bearing shaft='s', node=34, kind='matrix', stiffness=1e5,5e4,-5e4,8e4 /
+&freedom axial=.false., torsion=.false. /
+&rotation speed_rpm=1000.0 /
+&modes count=14 /
+&campbell first_rpm=10000.0, last_rpm=20000.0, points=2, orders=2.0, damped=.true. /
+""")
+    _, found = modes("soft.nml")
+    assert found["eigenvalue"].shape == (2, 14, 2) and np.isfinite(found["eigenvalue"]).all()
+    assert (np.hypot(*np.moveaxis(found["eigenvalue"], 2, 0)) < 1e4).all()
+
+
 def test_reductions_of_gears_that_are_free_to_turn():
     """With all modes kept there is no error; Craig and Bampton's reduction without modes has one."""
     for reduction, wrong in (("modes=11,17", False), ("method='craig_bampton', modes=0", True)):

@@ -14,7 +14,7 @@ module razy_study_modes_rotor
    use razy_rotor_whirl_degenerate, only: separate_degenerate
    use razy_rotor_whirl_family, only: whirl_family_t
    use razy_rotor_whirl_modes, only: rotor_modes => natural_modes, rotor_shares => energy_shares, shaft_shares, strain_shares
-   use razy_rotor_whirl_stability, only: limit_found, limit_meanings, limit_t, stability_limit
+   use razy_rotor_whirl_stability, only: limit_failed, limit_found, limit_meanings, limit_t, stability_limit
    use razy_rotor_whirl_unstable, only: unstable_radius
    use razy_rotor_whirl_whirl, only: new_whirl, whirl_problem_t
    use razy_scenes_rotor_reduction, only: is_reduced
@@ -170,10 +170,17 @@ contains
       ! Motions that resonate are damped by less than 1/sqrt(2), so that |lambda| is at most sqrt(2) times the frequency.
       radius = sqrt(2.0_wp)*maxval(order)*maxval(content%speed)
       if (with_damping .and. unstable < huge(unstable)) radius = max(radius, unstable)
-      call new_problem(problem, rotor, input, gyroscopic, circulatory, with_damping, closed, count, radius, error)
-      if (allocated(error)) return
       modes = min(count, size(rotor%reduced%load))
-      call new_campbell(diagram, problem, rotor%model, content%speed, modes, order, error)
+      do
+         call new_problem(problem, rotor, input, gyroscopic, circulatory, with_damping, closed, count, radius, error)
+         if (.not. allocated(error)) then
+            call new_campbell(diagram, problem, rotor%model, content%speed, modes, order, error)
+         end if
+         if (.not. allocated(error) .or. problem%reach >= huge(radius)) exit
+         ! Hundreds of overdamped motions accumulate at one place within the radius: all are found, dense.
+         deallocate (error)
+         radius = huge(radius)
+      end do
       if (allocated(error)) return
       content%frequency = aimag(diagram%value)/(2*pi)
       content%eigenvalue = diagram%value
@@ -192,9 +199,13 @@ contains
          if (with_damping .and. problem%reach >= unstable) then
             limit = stability_limit(problem, content%speed, limit_tolerance, diagram%growth)
          else
-            call new_problem(problem, rotor, input, gyroscopic, circulatory, .true., closed, 0, unstable, error)
-            if (allocated(error)) return
-            limit = stability_limit(problem, content%speed, limit_tolerance)
+            do
+               call new_problem(problem, rotor, input, gyroscopic, circulatory, .true., closed, 0, unstable, error)
+               if (allocated(error)) return
+               limit = stability_limit(problem, content%speed, limit_tolerance)
+               if (limit%status /= limit_failed .or. problem%reach >= huge(unstable)) exit
+               unstable = huge(unstable)
+            end do
          end if
          content%limit_check = "all eigenvalues"
          if (problem%reach < huge(unstable)) then
