@@ -46,6 +46,23 @@ SHAFT = """&scene kind='rotor' /
 &record observable='displacement', of='a.8.v', what='trajectory', interval=1e-5 /
 """
 
+# A shaft on rolling bearings without reduction: elements, wheel and bearings are filled in.
+UNREDUCED = """&scene kind='rotor' /
+&shaft name='s', young_modulus=2.1e11, shear_modulus=8.0e10, density=7850.0, damping_ratio=0.005, damping='nodal' /
+&section shaft='s', length=1.0, outer_diameter=0.05, elements={elements} /
+&disk shaft='s', node={middle}, mass=10.0, polar_inertia=0.1, diametral_inertia=0.05 /
+&bearing shaft='s', node={first}, elements=8, radial_stiffness=4.375e7, axial_stiffness=3.75e6 /
+&bearing shaft='s', node={last}, elements=4, radial_stiffness=3.5e7 /
+&support shaft='s', node=1, held='phi' /
+&rotation speed_rpm=3000.0, of='s', circulatory={damped} /
+&modes count=10 /
+"""
+DIAGRAM = "&campbell last_rpm=20000.0, points=50, damped={damped} /\n"
+RESPONSE = """&unbalance shaft='s', node={middle}, moment=1e-4 /
+&record observable='displacement', of='s.{middle}.v', what='extrema' /
+&response parameter='rotation%speed_rpm', first=100.0, last=20000.0, points=401 /
+"""
+
 # Runs the program from a process that starts nothing else, whose children's largest resident set is the program's.
 RUN = (
     "import resource, subprocess, sys\n"
@@ -90,6 +107,27 @@ def programs(options):
             wall, processor = timed([options.razy_bin / "razy-modes", case, *points, "--output", "m.h5"], folder)
             words = "diagram, critical speeds, limit" + (", error of the reduction" if compare == "asked" else "")
             lines.append(f"| {words} | {wall:.2f} | {processor:.2f} |")
+    return lines
+
+
+def unreduced(options):
+    """Lines of the table of rotors without reduction."""
+    lines = []
+    with tempfile.TemporaryDirectory() as folder:
+        for elements in (40, 80, 166):
+            times = []
+            for text, damped in ((DIAGRAM, ".false."), (DIAGRAM, ".true."), (RESPONSE, ".false.")):
+                first = 1 + elements // 10
+                numbers = {
+                    "elements": elements,
+                    "middle": 1 + elements // 2,
+                    "first": first,
+                    "last": elements + 2 - first,
+                }
+                case = Path(folder) / "shaft.nml"
+                case.write_text((UNREDUCED + text).format(**numbers, damped=damped), encoding="utf-8")
+                times.append(timed([options.razy_bin / "razy-modes", case, "--output", "m.h5"], folder)[1])
+            lines.append(f"| {elements} | {6 * elements + 5} | " + " | ".join(f"{time:.2f}" for time in times) + " |")
     return lines
 
 
@@ -149,6 +187,17 @@ def markdown(options, place, shafts, campbell):
         "| razy-modes | wall, s | processor, s |",
         "|---|---|---|",
         *programs(options),
+        "",
+    ]
+    lines += [
+        "## Rotors without reduction",
+        "One shaft on two bearings, 10 modes, from the input to the file, s: Campbell diagrams of 50 speeds with "
+        "critical speeds and stability limit, undamped, and with damping and circulatory matrix; the response to an "
+        "unbalance at 401 speeds.",
+        "",
+        "| elements | coordinates | undamped | damped | response |",
+        "|---|---|---|---|---|",
+        *unreduced(options),
         "",
     ]
     peers = beside_ross(options)

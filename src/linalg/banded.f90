@@ -1,17 +1,17 @@
-!! Sparse symmetric matrices as banded ones: a narrow order, the Cholesky factor with its solutions, the number of negative
-!! eigenvalues, and the solution of a complex system.
+!! Sparse symmetric matrices as banded ones: a narrow order, the Cholesky factor with its solutions, and the number of negative
+!! eigenvalues.
 !!
 !! The order is Cuthill and McKee's (George and Liu, Computer Solution of Large Sparse Positive Definite Systems, 1981):
 !! breadth-first from a vertex at the rim, neighbours by degree. The reversed order has the same bandwidth.
 module razy_linalg_banded
    use razy_core_kinds, only: wp
    use razy_linalg_dense, only: rising_order
-   use razy_linalg_lapack, only: dpbtrf, dpbtrs, zgbsv
+   use razy_linalg_lapack, only: dpbtrf, dpbtrs
    use razy_linalg_sparse, only: add_matrices, csr_t
    implicit none(type, external)
    private
 
-   public :: band_factor_t, bandwidth, narrow_order, negative_eigenvalues, solve_complex
+   public :: band_factor_t, bandwidth, narrow_order, negative_eigenvalues
 
    !> Cholesky factor L Lᵀ of a sparse symmetric positive definite matrix, rows and columns reordered.
    type :: band_factor_t
@@ -106,46 +106,6 @@ contains
          end do
       end do
    end subroutine to_band
-
-   !> Solve (K + s B + s² M) X = R with matrices of one size, by a banded factor in the order that they have. `x` (n, systems) holds
-   !> the right-hand sides before; `info` is LAPACK's: 0 is success.
-   subroutine solve_complex(stiffness, damping, mass, s, x, info)
-      type(csr_t), intent(in) :: stiffness, damping, mass
-      complex(wp), intent(in) :: s
-      complex(wp), intent(inout) :: x(:, :)
-      integer, intent(out) :: info
-
-      complex(wp), allocatable :: band(:, :)
-      integer, allocatable :: pivot(:)
-      integer :: n, width
-
-      n = stiffness%rows
-      width = max(bandwidth(stiffness), bandwidth(damping), bandwidth(mass))
-      allocate (band(3*width + 1, n), source=(0.0_wp, 0.0_wp))
-      allocate (pivot(n))
-      call enter(stiffness, (1.0_wp, 0.0_wp))
-      call enter(damping, s)
-      call enter(mass, s**2)
-      call zgbsv(n, width, width, size(x, 2), band, 3*width + 1, pivot, x, n, info)
-
-   contains
-
-      subroutine enter(matrix, factor)
-         type(csr_t), intent(in) :: matrix
-         complex(wp), intent(in) :: factor
-
-         integer :: i, k
-
-         do i = 1, matrix%rows
-            do k = matrix%start(i), matrix%start(i + 1) - 1
-               associate (entry => band(2*width + 1 + i - matrix%column(k), matrix%column(k)))
-                  entry = entry + factor*matrix%value(k)
-               end associate
-            end do
-         end do
-      end subroutine enter
-
-   end subroutine solve_complex
 
    !> An order (n) of the rows and columns: `order(new)` is the old index. `matrix` is symmetric in its pattern.
    pure function narrow_order(matrix) result(order)

@@ -5,8 +5,8 @@ module razy_linalg_lapack
    implicit none(type, external)
    private
 
-   public :: dgeev, dgemm, dgesvd, dgetrf, dgetrs, dpbtrf, dpbtrs, dpotrf, dpotrs, dsaupd, dseupd, dsyev, dsygvd, dtrsm, &
-             zgbsv, zgesv, zgetrf, zgetrs
+   public :: dgbmv, dgbtrf, dgbtrs, dgeev, dgemm, dgesvd, dgetrf, dgetrs, dnaupd, dneupd, dpbtrf, dpbtrs, dpotrf, dpotrs, &
+             dsaupd, dseupd, dsyev, dsygvd, dtbmv, dtbsv, dtrsm, zgbtrf, zgbtrs, zgesv, zgetrf, zgetrs
 
    interface
       !> Eigenvalues and eigenvectors of a real symmetric matrix.
@@ -164,14 +164,102 @@ module razy_linalg_lapack
          integer, intent(out) :: iwork(*), info
       end subroutine dsygvd
 
-      !> Solution of a complex banded linear system.
-      subroutine zgbsv(n, kl, ku, nrhs, ab, ldab, ipiv, b, ldb, info)
+      !> LU factors of a real banded matrix with row interchanges.
+      subroutine dgbtrf(m, n, kl, ku, ab, ldab, ipiv, info)
          import :: wp
          implicit none(type, external)
-         integer, intent(in) :: n, kl, ku, nrhs, ldab, ldb
-         complex(wp), intent(inout) :: ab(ldab, *), b(ldb, *)
+         integer, intent(in) :: m, n, kl, ku, ldab
+         real(wp), intent(inout) :: ab(ldab, *)
          integer, intent(out) :: ipiv(*), info
-      end subroutine zgbsv
+      end subroutine dgbtrf
+
+      !> Solution of linear systems with factors made by dgbtrf.
+      subroutine dgbtrs(trans, n, kl, ku, nrhs, ab, ldab, ipiv, b, ldb, info)
+         import :: wp
+         implicit none(type, external)
+         character, intent(in) :: trans
+         integer, intent(in) :: n, kl, ku, nrhs, ldab, ldb, ipiv(*)
+         real(wp), intent(in) :: ab(ldab, *)
+         real(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dgbtrs
+
+      !> LU factors of a complex banded matrix with row interchanges.
+      subroutine zgbtrf(m, n, kl, ku, ab, ldab, ipiv, info)
+         import :: wp
+         implicit none(type, external)
+         integer, intent(in) :: m, n, kl, ku, ldab
+         complex(wp), intent(inout) :: ab(ldab, *)
+         integer, intent(out) :: ipiv(*), info
+      end subroutine zgbtrf
+
+      !> Solution of linear systems with factors made by zgbtrf.
+      subroutine zgbtrs(trans, n, kl, ku, nrhs, ab, ldab, ipiv, b, ldb, info)
+         import :: wp
+         implicit none(type, external)
+         character, intent(in) :: trans
+         integer, intent(in) :: n, kl, ku, nrhs, ldab, ldb, ipiv(*)
+         complex(wp), intent(in) :: ab(ldab, *)
+         complex(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine zgbtrs
+
+      !> alpha op(A) x + beta y becomes y, A in a band.
+      subroutine dgbmv(trans, m, n, kl, ku, alpha, a, lda, x, incx, beta, y, incy)
+         import :: wp
+         implicit none(type, external)
+         character, intent(in) :: trans
+         integer, intent(in) :: m, n, kl, ku, lda, incx, incy
+         real(wp), intent(in) :: alpha, a(lda, *), x(*), beta
+         real(wp), intent(inout) :: y(*)
+      end subroutine dgbmv
+
+      !> op(A) x becomes x, A in a triangular band.
+      subroutine dtbmv(uplo, trans, diag, n, k, a, lda, x, incx)
+         import :: wp
+         implicit none(type, external)
+         character, intent(in) :: uplo, trans, diag
+         integer, intent(in) :: n, k, lda, incx
+         real(wp), intent(in) :: a(lda, *)
+         real(wp), intent(inout) :: x(*)
+      end subroutine dtbmv
+
+      !> op(A)⁻¹ x becomes x, A in a triangular band.
+      subroutine dtbsv(uplo, trans, diag, n, k, a, lda, x, incx)
+         import :: wp
+         implicit none(type, external)
+         character, intent(in) :: uplo, trans, diag
+         integer, intent(in) :: n, k, lda, incx
+         real(wp), intent(in) :: a(lda, *)
+         real(wp), intent(inout) :: x(*)
+      end subroutine dtbsv
+
+      !> One step of the implicitly restarted Arnoldi method, by reverse communication.
+      subroutine dnaupd(ido, bmat, n, which, nev, tol, resid, ncv, v, ldv, iparam, ipntr, workd, workl, lworkl, info)
+         import :: wp
+         implicit none(type, external)
+         integer, intent(inout) :: ido, iparam(11), ipntr(14), info
+         character, intent(in) :: bmat
+         character(2), intent(in) :: which
+         integer, intent(in) :: n, nev, ncv, ldv, lworkl
+         real(wp), intent(inout) :: tol, resid(*), v(ldv, *), workd(*), workl(*)
+      end subroutine dnaupd
+
+      !> Eigenvalues, and vectors or an invariant subspace, after dnaupd has converged.
+      subroutine dneupd(rvec, howmny, select, dr, di, z, ldz, sigmar, sigmai, workev, bmat, n, which, nev, tol, resid, ncv, v, &
+                        ldv, iparam, ipntr, workd, workl, lworkl, info)
+         import :: wp
+         implicit none(type, external)
+         logical, intent(in) :: rvec
+         character, intent(in) :: howmny, bmat
+         character(2), intent(in) :: which
+         integer, intent(in) :: ldz, n, nev, ncv, ldv, lworkl
+         logical, intent(inout) :: select(*)
+         real(wp), intent(in) :: sigmar, sigmai
+         real(wp), intent(inout) :: tol, dr(*), di(*), z(ldz, *), workev(*), resid(*), v(ldv, *), workd(*), workl(*)
+         integer, intent(inout) :: iparam(11), ipntr(14)
+         integer, intent(inout) :: info
+      end subroutine dneupd
 
       !> One step of the implicitly restarted Lanczos method, by reverse communication. A tolerance 0 becomes the rounding.
       subroutine dsaupd(ido, bmat, n, which, nev, tol, resid, ncv, v, ldv, iparam, ipntr, workd, workl, lworkl, info)

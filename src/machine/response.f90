@@ -6,7 +6,7 @@
 module razy_machine_response
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_core_kinds, only: wp
-   use razy_linalg_lapack, only: zgesv
+   use razy_linalg_band_matrix, only: band_t, complex_band_lu_t, dense_band, find_band
    use razy_machine_linearised, only: linear_ok, linearise
    use razy_machine_machine, only: machine_t, observe_contact_force
    implicit none(type, external)
@@ -24,27 +24,35 @@ contains
       complex(wp), allocatable, intent(out) :: value(:, :)
       integer, intent(out) :: status, culprit
 
-      complex(wp), allocatable :: force(:, :), matrix(:, :)
+      type(band_t) :: bands(3)
+      type(complex_band_lu_t) :: factor
+      complex(wp), allocatable :: force(:, :), ordered(:, :)
       complex(wp) :: spring(size(machine%contact))
       real(wp), allocatable :: damping(:, :), slope(:, :), stiffness(:, :)
       real(wp) :: omega
-      integer :: i, info, j, n, t
-      integer :: pivot(size(machine%mass, 1))
+      integer, allocatable :: order(:)
+      integer :: i, info, j, t, width
 
       allocate (value(size(machine%observable), size(machine%tone)))
       call linearise(machine, contacts, stiffness, damping, status, culprit, slope)
       if (status /= linear_ok) return
-      n = size(machine%mass, 1)
+      call find_band(machine%mass, damping, stiffness, order, width)
+      bands = [dense_band(stiffness, order, width), dense_band(damping, order, width), dense_band(machine%mass, order, width)]
       do t = 1, size(machine%tone)
          omega = machine%tone(t)%omega
-         matrix = cmplx(stiffness - omega**2*machine%mass, omega*damping, wp)
          spring = cmplx(slope(1, :), omega*slope(2, :), wp)
          force = machine%harmonic_load(:, t:t)
          do j = 1, size(machine%contact)
             force(:, 1) = force(:, 1) - spring(j)*machine%contact(j)%error(t)*machine%contact(j)%w
          end do
-         call zgesv(n, 1, matrix, n, pivot, force, n, info)
-         if (info /= 0) force = ieee_value(1.0_wp, ieee_quiet_nan)
+         call factor%factor(bands(1), bands(2), bands(3), cmplx(0.0_wp, omega, wp), info)
+         if (info == 0) then
+            ordered = force(order, :)
+            call factor%solve(ordered)
+            force(order, :) = ordered
+         else
+            force = ieee_value(1.0_wp, ieee_quiet_nan)
+         end if
          do i = 1, size(machine%observable)
             associate (seen => machine%observable(i))
                if (seen%kind == observe_contact_force) then

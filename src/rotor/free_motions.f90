@@ -11,7 +11,7 @@ module razy_rotor_free_motions
    implicit none(type, external)
    private
 
-   public :: find_rotor_motions, in_coordinates, rigid_motions, words_of
+   public :: find_rotor_motions, in_coordinates, moves_of, rigid_motions, words_of
 
    !> A rigid motion is in the span of a reduction, to the error of its modes, or far from it.
    real(wp), parameter :: in_span = 1.0e-6_wp
@@ -165,6 +165,18 @@ contains
       call in_coordinates(model, reduced, motion, free)
    end subroutine free_of
 
+   !> Motions (6 shafts, r) in the coordinates of the model (n, r).
+   function moves_of(model, motion) result(moves)
+      type(rotor_model_t), intent(in) :: model
+      real(wp), intent(in) :: motion(:, :)
+      real(wp), allocatable :: moves(:, :)
+
+      real(wp) :: moved(6*size(model%rotor%shaft), size(model%numbering%at))
+
+      call list_motions(model%rotor, moved)
+      moves = matmul(transpose(moved(:, places(model))), motion)
+   end function moves_of
+
    !> Motions (6 shafts, r), as far as the reduction has them, in its coordinates, an orthonormal basis (p, r).
    subroutine in_coordinates(model, reduced, motion, free)
       type(rotor_model_t), intent(in) :: model
@@ -172,13 +184,11 @@ contains
       real(wp), intent(in) :: motion(:, :)
       real(wp), allocatable, intent(out) :: free(:, :)
 
-      real(wp) :: moved(6*size(model%rotor%shaft), size(model%numbering%at))
       real(wp), allocatable :: factor(:, :), moves(:, :)
       integer :: i, info, kept, p
 
       p = size(reduced%basis, 2)
-      call list_motions(model%rotor, moved)
-      moves = matmul(transpose(moved(:, places(model))), motion)
+      moves = moves_of(model, motion)
       allocate (free(p, size(moves, 2)))
       factor = reduced%mass
       call dpotrf("L", p, factor, p, info)

@@ -302,6 +302,62 @@ GEARS = """
 """
 
 
+SHAFT = """
+&scene kind='rotor' /
+&shaft name='s', young_modulus=2.1e11, shear_modulus=8.0e10, density=7850.0, damping_ratio=0.005, damping='nodal' /
+&section shaft='s', length=1.0, outer_diameter=0.05, elements=24 /
+&disk shaft='s', node=13, mass=10.0, polar_inertia=0.1, diametral_inertia=0.05 /
+&bearing shaft='s', node=3, kind='matrix', stiffness=3e7,1e6,-1e6,3.5e7, damping_matrix=2e3,0,0,3e3 /
+&bearing shaft='s', node=22, elements=4, radial_stiffness=2e7, axial_stiffness=3.75e6 /
+&rotation speed_rpm=3000.0 /
+&modes count=8 /
+&campbell last_rpm=20000.0, points=9, orders=0.5,1.0 /
+"""
+
+
+def test_banded_and_dense_diagrams_agree(folder):
+    """Modal damping fills the matrices, so that the problem is dense; in an undamped diagram it is the same problem."""
+    (folder / "shaft.nml").write_text(SHAFT)
+    (folder / "modal.nml").write_text(SHAFT.replace("'nodal'", "'modal'"))
+    (_, banded), (_, dense) = modes("shaft.nml"), modes("modal.nml")
+    np.testing.assert_allclose(banded["eigenvalue"], dense["eigenvalue"], rtol=1e-6, atol=1e-5)
+    np.testing.assert_allclose(banded["critical_speed"], dense["critical_speed"], rtol=1e-7)
+    np.testing.assert_array_equal(banded["critical_order"], dense["critical_order"])
+
+
+def test_what_the_stability_limit_is_a_statement_about(folder):
+    (folder / "shaft.nml").write_text(SHAFT)
+    checks = []
+    for more in ([], ["--set", "bearing(1)%damping_matrix=0,0,0,0"], ["--set", "bearing(1)%stiffness=3e7,0,0,3.5e7"]):
+        assert start("razy-modes", "shaft.nml", "--force", "--output", "shaft.h5", *more).returncode == 0
+        with h5py.File("shaft.h5") as file:
+            checks.append(file["stability_limit"].attrs["check"])
+    # The cross coupling over the damping at its place, and a quarter more.
+    radius = 1.25e6 / 6e6**0.5
+    assert checks[0] == f"all eigenvalues with moduli up to {radius:.3f} rad/s, beyond which none can be unstable"
+    assert checks[1] == "all eigenvalues"
+    assert checks[2] == "nothing can drive whirl: no cross coupling, no circulation"
+
+
+def test_accumulating_overdamped_motions(folder):
+    """Proportional damping of a shaft on soft bearings: dozens of real eigenvalues gather within the radius."""
+    (folder / "soft.nml").write_text("""
+&scene kind='rotor' /
+&shaft name='s', young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0, damping_ratio=0.005, damping='proportional' /
+&section shaft='s', length=0.5, outer_diameter=0.03, elements=33 /
+&disk shaft='s', node=18, mass=30.0, polar_inertia=0.1, diametral_inertia=0.17 /
+&bearing shaft='s', node=1, kind='matrix', stiffness=1e5,5e4,-5e4,1e5 /
+&bearing shaft='s', node=34, kind='matrix', stiffness=1e5,5e4,-5e4,8e4 /
+&freedom axial=.false., torsion=.false. /
+&rotation speed_rpm=1000.0 /
+&modes count=14 /
+&campbell first_rpm=10000.0, last_rpm=20000.0, points=2, orders=2.0, damped=.true. /
+""")
+    _, found = modes("soft.nml")
+    assert found["eigenvalue"].shape == (2, 14, 2) and np.isfinite(found["eigenvalue"]).all()
+    assert (np.hypot(*np.moveaxis(found["eigenvalue"], 2, 0)) < 1e4).all()
+
+
 def test_reductions_of_gears_that_are_free_to_turn():
     """With all modes kept there is no error; Craig and Bampton's reduction without modes has one. Nothing is static."""
     for reduction, wrong in (("modes=11,17", False), ("method='craig_bampton', modes=0", True)):

@@ -2,18 +2,16 @@
 module rotor_samples
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
-   use razy_linalg_dense, only: identity
    use razy_rotor_bearing, only: bearing_t, rolling_bearing, rolling_row_t
    use razy_rotor_disk, only: disk_t
    use razy_rotor_gear_mesh, only: gear_mesh_t
    use razy_rotor_model, only: new_rotor_model, rotor_model_t
-   use razy_rotor_reduction_reduced, only: new_reduced, reduced_t
    use razy_rotor_rotor, only: damping_nodal, node_load_t, rotor_t, shaft_t, support_t, unbalance_t
    use razy_rotor_section, only: material_t, section_t, shear_none
    implicit none(type, external)
    private
 
-   public :: assembled, gearbox, gearbox_with, pinned_shaft, steel, uniform_shaft, unreduced
+   public :: assembled, gearbox, gearbox_with, pinned_shaft, steel, uniform_shaft
 
 contains
 
@@ -23,14 +21,6 @@ contains
 
       material = material_t(young=2.1e11_wp, shear=8.0e10_wp, density=7850.0_wp)
    end function steel
-
-   !> The model with all its coordinates, as a reduced one.
-   function unreduced(model) result(reduced)
-      type(rotor_model_t), intent(in) :: model
-      type(reduced_t) :: reduced
-
-      reduced = new_reduced(model, identity(model%numbering%n))
-   end function unreduced
 
    !> A rotor of one uniform shaft, free.
    function uniform_shaft(length, diameter, elements, shear) result(rotor)

@@ -1,7 +1,7 @@
 !! A rotor model in few coordinates, q = T y: dense matrices, projected by T.
 module razy_rotor_reduction_reduced
    use razy_core_kinds, only: wp
-   use razy_linalg_dense, only: add_outer, congruence_of, product_of, symmetric_part
+   use razy_linalg_dense, only: add_outer, congruence_of, identity, product_of, symmetric_part
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t
    use razy_rotor_bearing, only: of_damping, of_stiffness
    use razy_rotor_model, only: rotor_model_t
@@ -9,7 +9,7 @@ module razy_rotor_reduction_reduced
    implicit none(type, external)
    private
 
-   public :: append, reduced_t, new_reduced, transformed
+   public :: append, new_reduced, reduced_t, table_change, transformed, unreduced
 
    !> A bearing with a table over |ratio Omega|: v and w of its node are row y (2, p).
    type :: tabled_t
@@ -63,6 +63,27 @@ contains
       reduced%mesh_damping = model%mesh_damping
       call add_tables(reduced, model, basis)
    end function new_reduced
+
+   !> The model in its own coordinates.
+   function unreduced(model) result(reduced)
+      type(rotor_model_t), intent(in) :: model
+      type(reduced_t) :: reduced
+
+      reduced%basis = identity(model%numbering%n)
+      reduced%mass = model%mass%dense()
+      reduced%damping = model%damping%dense()
+      reduced%gyroscopic = model%gyroscopic%dense()
+      reduced%stiffness = model%stiffness%dense()
+      reduced%circulatory = model%circulatory%dense()
+      reduced%cross_stiffness = model%cross_stiffness%dense()
+      reduced%cross_damping = model%cross_damping%dense()
+      reduced%mesh_direction = model%mesh_direction
+      reduced%load = model%load
+      reduced%unbalance = model%unbalance
+      reduced%mesh_stiffness = model%mesh_stiffness
+      reduced%mesh_damping = model%mesh_damping
+      call add_tables(reduced, model, reduced%basis)
+   end function unreduced
 
    subroutine add_tables(reduced, model, basis)
       type(reduced_t), intent(inout) :: reduced
@@ -168,20 +189,12 @@ contains
 
       real(wp), allocatable :: turn(:, :)
       real(wp) :: part(4)
-      integer :: column(4), i
+      integer :: i
 
       allocate (change(size(self%load), size(self%load)), source=0.0_wp)
-      column = merge(of_damping, of_stiffness, damping)
       do i = 1, size(self%tabled)
-         associate (table => self%tabled(i)%table, ratio => abs(self%tabled(i)%ratio), row => self%tabled(i)%row)
-            associate (values => table%at(ratio*abs(speed), rate))
-               part = values(column)
-            end associate
-            if (rate) then
-               part = sign(ratio, speed)*part
-            else
-               part = part - table%value(column, 1)
-            end if
+         part = table_change(self%tabled(i)%table, self%tabled(i)%ratio, speed, damping, rate)
+         associate (row => self%tabled(i)%row)
             change = change + symmetric_part(matmul(transpose(row), matmul(reshape([part(1), 0.5_wp*(part(2) + part(3)), &
                                                                                0.5_wp*(part(2) + part(3)), part(4)], [2, 2]), row)))
             if (.not. skew) cycle
@@ -190,6 +203,27 @@ contains
          end associate
       end do
    end function bearing_change
+
+   !> What the table of a bearing on a shaft with the speed ratio `ratio` adds at the speed Omega of the system to the matrix
+   !> of its first speed, of stiffness or `damping`: rows of (2, 2), N/m or N s/m; with `rate` the derivative by Omega.
+   pure function table_change(table, ratio, speed, damping, rate) result(change)
+      type(speed_table_t), intent(in) :: table
+      real(wp), intent(in) :: ratio, speed
+      logical, intent(in) :: damping, rate
+      real(wp) :: change(4)
+
+      integer :: column(4)
+
+      column = merge(of_damping, of_stiffness, damping)
+      associate (values => table%at(abs(ratio*speed), rate))
+         change = values(column)
+      end associate
+      if (rate) then
+         change = sign(abs(ratio), speed)*change
+      else
+         change = change - table%value(column, 1)
+      end if
+   end function table_change
 
    !> All undamped modes at rest, meshes closed or open.
    function modes(self, meshed) result(pairs)

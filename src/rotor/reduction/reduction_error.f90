@@ -3,7 +3,8 @@
 module razy_rotor_reduction_reduction_error
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_core_kinds, only: wp
-   use razy_linalg_banded, only: band_factor_t, narrow_order, solve_complex
+   use razy_linalg_band_matrix, only: band_t, complex_band_lu_t, new_band
+   use razy_linalg_banded, only: band_factor_t, bandwidth, narrow_order
    use razy_linalg_generalised, only: eigenpairs_t, modes_found
    use razy_linalg_lapack, only: zgesv
    use razy_linalg_sparse, only: add_matrices, csr_t
@@ -79,12 +80,14 @@ contains
       real(wp), intent(in) :: omega(:)
 
       type(band_factor_t) :: factor
-      type(csr_t) :: damping, mass, stiffness
+      type(csr_t) :: damping, pattern, stiffness
+      type(band_t), allocatable :: band(:)
+      type(complex_band_lu_t) :: response
       type(eigenpairs_t) :: pairs
       complex(wp), allocatable :: ordered(:, :), solution(:, :)
       real(wp), allocatable :: free(:, :), meshed(:, :), untouched(:, :)
       integer, allocatable :: order(:)
-      integer :: f, info, j
+      integer :: f, info, j, width
 
       associate (w => model%mesh_direction, meshes => size(model%mesh_stiffness))
          allocate (difference%compliance(meshes), difference%response(meshes, size(omega)))
@@ -104,15 +107,16 @@ contains
          difference%moves = moving(model, pairs%vector)
          stiffness = add_matrices(1.0_wp, model%closed_stiffness(), 1.0_wp, model%cross_stiffness)
          damping = add_matrices(1.0_wp, model%closed_damping(), 1.0_wp, model%cross_damping)
-         order = narrow_order(add_matrices(1.0_wp, add_matrices(1.0_wp, stiffness, 1.0_wp, model%mass), 1.0_wp, damping))
-         stiffness = stiffness%extract(order)
-         damping = damping%extract(order)
-         mass = model%mass%extract(order)
+         pattern = add_matrices(1.0_wp, add_matrices(1.0_wp, stiffness, 1.0_wp, model%mass), 1.0_wp, damping)
+         order = narrow_order(pattern)
+         width = max(bandwidth(stiffness%extract(order)), bandwidth(damping%extract(order)), bandwidth(pattern%extract(order)))
+         band = [new_band(stiffness, order, width), new_band(damping, order, width), new_band(model%mass, order, width)]
          allocate (solution(size(w, 1), meshes))
          do f = 1, size(omega)
             ordered = cmplx(w(order, :), kind=wp)
-            call solve_complex(stiffness, damping, mass, cmplx(0.0_wp, omega(f), wp), ordered, info)
+            call response%factor(band(1), band(2), band(3), cmplx(0.0_wp, omega(f), wp), info)
             difference%complete = difference%complete .and. info == 0
+            if (info == 0) call response%solve(ordered)
             solution(order, :) = ordered
             difference%response(:, f) = sum(w*solution, dim=1)
          end do

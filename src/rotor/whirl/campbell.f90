@@ -7,9 +7,11 @@ module razy_rotor_whirl_campbell
    use razy_core_kinds, only: wp
    use razy_eigen_branches, only: family_t, follow, walk_t
    use razy_eigen_spectrum, only: spectrum_t
+   use razy_linalg_dense, only: rising_order
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_whirl_critical, only: critical_t, find_critical, in_order, likely
-   use razy_rotor_whirl_whirl, only: whirl_direction, whirl_problem_t
+   use razy_rotor_whirl_family, only: whirl_family_t
+   use razy_rotor_whirl_whirl, only: whirl_direction
    implicit none(type, external)
    private
 
@@ -53,7 +55,7 @@ contains
    !> The diagram at the rising speeds `speed`, rad/s, of `modes` modes, with critical speeds for the excitation orders `order`.
    subroutine new_campbell(diagram, problem, model, speed, modes, order, error)
       type(campbell_t), intent(out) :: diagram
-      type(whirl_problem_t), intent(in) :: problem
+      class(whirl_family_t), intent(in) :: problem
       type(rotor_model_t), intent(in) :: model
       real(wp), intent(in) :: speed(:), order(:)
       integer, intent(in) :: modes
@@ -61,7 +63,7 @@ contains
 
       type(spectrum_t) :: front
       type(search_t) :: search
-      type(whirl_problem_t) :: family
+      class(whirl_family_t), allocatable :: family
       integer :: i, k, rigid
 
       family = problem
@@ -84,18 +86,32 @@ contains
             if (allocated(error)) return
          end if
          diagram%branch(:rigid, k) = [(i, i=1, rigid)]
-         do i = 1, min(modes - rigid, size(front%value))
-            diagram%value(rigid + i, k) = front%value(i)
-            diagram%branch(rigid + i, k) = problem%untouched + front%branch(i)
-            diagram%direction(rigid + i, k) = whirl_direction(model, problem%shape_of(front%shape(:, i)))
-         end do
-         diagram%growth(k) = maxval(front%value%re)
+         associate (chosen => lowest(front%value, modes - rigid))
+            do i = 1, size(chosen)
+               diagram%value(rigid + i, k) = front%value(chosen(i))
+               diagram%branch(rigid + i, k) = problem%untouched + front%branch(chosen(i))
+               diagram%direction(rigid + i, k) = whirl_direction(model, problem%shape_of(front%shape(:, chosen(i))))
+            end do
+         end associate
+         diagram%growth(k) = maxval([-huge(1.0_wp), front%value%re])
       end do
-      ! A motion damped by more than 1/sqrt(2) of the critical damping has no resonance.
-      diagram%critical = in_order(pack(search%critical, abs(search%critical%growth) < search%critical%frequency))
+      associate (found => search%critical)
+         diagram%critical = in_order(pack(found, resonates(cmplx(found%growth, found%frequency, wp))))
+      end associate
       diagram%critical%branch = problem%untouched + diagram%critical%branch
       diagram%lost = search%lost
    end subroutine new_campbell
+
+   !> The places of the `count` values of smallest modulus, or all if there are fewer, in the order that they have.
+   pure function lowest(value, count) result(chosen)
+      complex(wp), intent(in) :: value(:)
+      integer, intent(in) :: count
+      integer, allocatable :: chosen(:)
+
+      chosen = rising_order(abs(value))
+      chosen = chosen(:min(count, size(value)))
+      chosen = chosen(rising_order(real(chosen, wp)))
+   end function lowest
 
    !> Whether every mode that matters has a shape like that of the mode it continues, or was given enough halvings: those
    !> asked for all of them, those beyond that a line of excitation can cross on the way a few.
@@ -113,7 +129,7 @@ contains
             wanted = halvings_beyond
          end where
       end if
-      wanted(:min(self%modes, size(wanted))) = most_halvings
+      wanted(lowest(after%value, self%modes)) = most_halvings
       is_fine = .not. any(after%likeness < likely .and. halvings < wanted)
    end function is_fine
 
@@ -127,18 +143,20 @@ contains
 
       type(critical_t) :: critical
       complex(wp), allocatable :: shape(:)
-      integer :: i, j, k, missing
-      logical :: crossed, found
+      integer :: i, j, k
+      logical :: crossed, found, lost_after(size(after%value)), lost_before(size(before%value))
 
-      missing = 0
+      lost_after = after%likeness < likely
+      lost_before = [(all(lost_after .or. after%branch /= before%branch(i)), i=1, size(before%value))]
+      ! Crossings that no branch shows: what is lost on one side is not what is found anew on the other.
       do k = 1, size(self%order)
-         missing = missing + abs(count(before%value%im > self%order(k)*before%parameter) &
-                                 - count(after%value%im > self%order(k)*after%parameter))
+         self%lost = self%lost + abs(count(lost_before .and. below(before, self%order(k))) &
+                                     - count(lost_after .and. below(after, self%order(k))))
       end do
       select type (family)
-      type is (whirl_problem_t)
+      class is (whirl_family_t)
          do j = 1, size(after%value)
-            if (after%likeness(j) < likely) then
+            if (lost_after(j)) then
                self%branches = self%branches + 1
                after%branch(j) = self%branches
                cycle
@@ -148,18 +166,31 @@ contains
                call find_critical(critical, shape, crossed, found, family, self%order(k), before, i, after, j, error)
                if (allocated(error)) return
                if (.not. crossed) cycle
-               missing = missing - 1
                if (found) then
                   critical%direction = whirl_direction(self%model, family%shape_of(shape))
                   self%critical = [self%critical, critical]
-               else
+               else if (resonates(before%value(i)) .or. resonates(after%value(j))) then
                   self%lost = self%lost + 1
                end if
             end do
          end do
       end select
-      ! Crossings that no branch shows: the numbers of eigenvalues above the lines have changed by more than those seen.
-      self%lost = self%lost + max(missing, 0)
    end subroutine take
+
+   !> A motion damped by more than 1/sqrt(2) of the critical damping has no resonance.
+   elemental logical function resonates(value)
+      complex(wp), intent(in) :: value
+
+      resonates = abs(value%re) < value%im
+   end function resonates
+
+   !> Which modes resonate and are not above the line of excitation of an order.
+   pure function below(spectrum, order)
+      type(spectrum_t), intent(in) :: spectrum
+      real(wp), intent(in) :: order
+      logical :: below(size(spectrum%value))
+
+      below = resonates(spectrum%value) .and. spectrum%value%im <= order*spectrum%parameter
+   end function below
 
 end module razy_rotor_whirl_campbell

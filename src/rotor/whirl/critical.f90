@@ -1,7 +1,7 @@
 !! Critical speeds: where the frequency of a branch of eigenvalues is `order` times the speed.
 !!
 !! Newton's method on the shape u, the growth g and the speed Omega at once, with lambda = g + i order Omega: from
-!! Q(lambda, Omega) u = 0, Q = lambda² + lambda (B + Omega G) + K + Omega C in modes at rest,
+!! Q(lambda, Omega) u = 0, Q = lambda² M + lambda (B + Omega G) + K + Omega C,
 !!
 !!     u_new = -dlambda Q⁻¹ Q_lambda u - dOmega Q⁻¹ Q_Omega u,   uᴴ u_new = 1,   dlambda = dg + i order dOmega,
 !!
@@ -13,8 +13,7 @@ module razy_rotor_whirl_critical
    use razy_eigen_branches, only: find_crossing, line_t
    use razy_eigen_spectrum, only: spectrum_t
    use razy_linalg_dense, only: rising_order
-   use razy_linalg_lapack, only: zgesv
-   use razy_rotor_whirl_whirl, only: whirl_problem_t
+   use razy_rotor_whirl_family, only: whirl_family_t
    implicit none(type, external)
    private
 
@@ -37,12 +36,12 @@ module razy_rotor_whirl_critical
 contains
 
    !> The critical speed of order `order` between mode i of one spectrum and mode j of the next, if there is one (`crossed`),
-   !> and its shape (p) in modes at rest; its direction is left to the caller. Not `found` if the branch was lost.
+   !> and its shape (p) as in spectra; its direction is left to the caller. Not `found` if the branch was lost.
    subroutine find_critical(critical, shape, crossed, found, family, order, before, i, after, j, error)
       type(critical_t), intent(out) :: critical
       complex(wp), allocatable, intent(out) :: shape(:)
       logical, intent(out) :: crossed, found
-      type(whirl_problem_t), intent(inout) :: family
+      class(whirl_family_t), intent(inout) :: family
       real(wp), intent(in) :: order
       type(spectrum_t), intent(in) :: before, after
       integer, intent(in) :: i, j
@@ -75,7 +74,7 @@ contains
       type(critical_t), intent(out) :: critical
       complex(wp), allocatable, intent(out) :: shape(:)
       logical, intent(out) :: found
-      type(whirl_problem_t), intent(in) :: family
+      class(whirl_family_t), intent(in) :: family
       real(wp), intent(in) :: order, share
       type(spectrum_t), intent(in) :: before, after
       integer, intent(in) :: i, j
@@ -93,7 +92,7 @@ contains
       associate (left => before%shape(:, before%equals_of(i)), right => after%shape(:, after%equals_of(j)))
          u = after%shape(:, j)
          if (size(left, 2) < size(right, 2) .or. (size(left, 2) == size(right, 2) .and. share < 0.5_wp)) u = before%shape(:, i)
-         u = u/family%scaling
+         u = family%vector_of(u)
          step = huge(1.0_wp)
          do k = 1, most_newton
             u = u/norm2(abs(u))
@@ -104,7 +103,7 @@ contains
             if (found) exit
          end do
          if (.not. found) return
-         shape = family%scaling*u
+         shape = family%shape_from(u)
          shape = shape/norm2(abs(shape))
          found = max(sum(abs(matmul(conjg(shape), left))**2), sum(abs(matmul(conjg(shape), right))**2)) >= likely &
                  .and. abs(speed - middle) <= (0.5_wp + rounding)*width
@@ -114,28 +113,19 @@ contains
 
    !> One step; `step` is the change of the speed, rad/s.
    subroutine newton_step(family, order, speed, growth, u, step, solved)
-      type(whirl_problem_t), intent(in) :: family
+      class(whirl_family_t), intent(in) :: family
       real(wp), intent(in) :: order
       real(wp), intent(inout) :: speed, growth
       complex(wp), intent(inout) :: u(:)
       real(wp), intent(out) :: step
       logical, intent(out) :: solved
 
-      complex(wp) :: across, along, lambda, matrix(size(u), size(u)), right(size(u), 2)
+      complex(wp) :: across, along, right(size(u), 2)
       real(wp) :: determinant
-      integer :: i, info, p, pivot(size(u))
+      integer :: info
 
-      p = size(u)
-      lambda = cmplx(growth, order*speed, wp)
-      matrix = family%damping_at(speed, rate=.false.)
-      right(:, 1) = matmul(matrix, u) + 2*lambda*u
-      right(:, 2) = lambda*matmul(family%damping_at(speed, rate=.true.), u) + matmul(family%cross_at(speed, rate=.true.), u)
-      matrix = lambda*matrix + family%cross_at(speed, rate=.false.)
-      do i = 1, p
-         matrix(i, i) = matrix(i, i) + family%squared(i) + lambda**2
-      end do
       step = 0.0_wp
-      call zgesv(p, 2, matrix, p, pivot, right, p, info)
+      call family%newton(cmplx(growth, order*speed, wp), speed, u, right, info)
       solved = info == 0
       if (.not. solved) return
       along = dot_product(u, right(:, 1))

@@ -4,7 +4,7 @@ module razy_rotor_whirl_stability
    use razy_core_kinds, only: wp
    use razy_eigen_branches, only: find_crossing, line_t
    use razy_eigen_spectrum, only: continue_branches, spectrum_t
-   use razy_rotor_whirl_whirl, only: whirl_problem_t
+   use razy_rotor_whirl_family, only: whirl_family_t
    implicit none(type, external)
    private
 
@@ -29,19 +29,19 @@ contains
    !> The lowest limit that the rising speeds `speed`, rad/s, can tell, to a relative error `tolerance`. `growth` is the largest
    !> real part at each, 1/s, if it is known.
    function stability_limit(problem, speed, tolerance, growth) result(limit)
-      type(whirl_problem_t), intent(in) :: problem
+      class(whirl_family_t), intent(in) :: problem
       real(wp), intent(in) :: speed(:), tolerance
       real(wp), intent(in), optional :: growth(:)
       type(limit_t) :: limit
 
-      type(whirl_problem_t) :: family
+      class(whirl_family_t), allocatable :: family
       type(spectrum_t) :: at, high, low
       type(error_t), allocatable :: error
       type(line_t) :: stable
       real(wp) :: largest
       integer :: i, place
 
-      stable%constant = -rounding*maxval(problem%scaling)
+      stable%constant = -rounding*problem%largest
       limit%status = limit_failed
       family = problem
       do i = 1, size(speed)
@@ -50,7 +50,7 @@ contains
          else
             call family%solve(speed(i), high, error)
             if (allocated(error)) return
-            largest = maxval(high%value%re)
+            largest = maxval([-huge(1.0_wp), high%value%re])
          end if
          if (largest + stable%constant > 0.0_wp) exit
       end do

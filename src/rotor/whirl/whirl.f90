@@ -3,18 +3,19 @@
 module razy_rotor_whirl_whirl
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
-   use razy_eigen_branches, only: family_t
    use razy_eigen_damped, only: damped_eigen, modal_scaling
    use razy_eigen_free_modes, only: modes_beside
    use razy_eigen_path, only: eigen_path_t
    use razy_eigen_spectrum, only: new_spectrum, spectrum_t
    use razy_linalg_generalised, only: modes_found
+   use razy_linalg_lapack, only: zgesv
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_reduction_reduced, only: reduced_t, transformed
+   use razy_rotor_whirl_family, only: whirl_family_t
    implicit none(type, external)
    private
 
-   public :: new_whirl, whirl_direction, whirl_problem_t
+   public :: equal, new_whirl, whirl_direction, whirl_problem_t
 
    !> Lateral motion below this share of a shape is rounding.
    real(wp), parameter :: still = 1.0e-6_wp
@@ -23,15 +24,11 @@ module razy_rotor_whirl_whirl
 
    !> The problem over the speed, rad/s, and what of it does not depend on that. Shapes of its spectra (p, values) are in
    !> modes at rest times their frequencies; `shape_of` turns them into shapes of the model.
-   type, extends(family_t) :: whirl_problem_t
+   type, extends(whirl_family_t) :: whirl_problem_t
       !> Whether the modes at rest were found.
       logical :: complete = .true.
-      !> Whether the circulatory matrix acts; whether damping and the skew parts of bearings do.
-      logical :: circulatory = .false., damped = .true.
       !> The model in its modes, M = 1 and K = diag(omega²), meshes in it if they are closed.
       type(reduced_t) :: modal
-      !> Rigid motions that nothing feels, eigenvalues 0 in pairs: they are not in the modes.
-      integer :: untouched = 0
       !> omega², (rad/s)², and the scaling S of razy_eigen_damped, rad/s (p each).
       real(wp), allocatable :: squared(:), scaling(:)
       !> B + Bx with the meshes, if they are closed (p, p).
@@ -41,6 +38,9 @@ module razy_rotor_whirl_whirl
    contains
       procedure :: solve
       procedure :: shape_of
+      procedure :: vector_of
+      procedure :: shape_from
+      procedure :: newton
       procedure :: damping_at
       procedure :: cross_at
    end type whirl_problem_t
@@ -71,6 +71,7 @@ contains
       if (meshed) problem%damping = problem%modal%closed_damping()
       problem%damping = problem%damping + problem%modal%cross_damping
       problem%scaling = modal_scaling(problem%squared)
+      problem%largest = maxval(problem%scaling)
    end function new_whirl
 
    !> Omega G, with damping B + Bx + Omega G (p, p); with `rate` the derivative by Omega.
@@ -124,13 +125,53 @@ contains
    end subroutine solve
 
    !> A shape (n) in the coordinates of the unreduced model from one in modes at rest (p).
-   pure function shape_of(self, modal) result(shape)
+   function shape_of(self, shape) result(moved)
       class(whirl_problem_t), intent(in) :: self
-      complex(wp), intent(in) :: modal(:)
-      complex(wp) :: shape(size(self%modal%basis, 1))
+      complex(wp), intent(in) :: shape(:)
+      complex(wp), allocatable :: moved(:)
 
-      shape = cmplx(matmul(self%modal%basis, modal%re/self%scaling), matmul(self%modal%basis, modal%im/self%scaling), wp)
+      associate (basis => self%modal%basis)
+         moved = cmplx(matmul(basis, shape%re/self%scaling), matmul(basis, shape%im/self%scaling), wp)
+      end associate
    end function shape_of
+
+   function vector_of(self, from) result(to)
+      class(whirl_problem_t), intent(in) :: self
+      complex(wp), intent(in) :: from(:)
+      complex(wp) :: to(size(from))
+
+      to = from/self%scaling
+   end function vector_of
+
+   function shape_from(self, from) result(to)
+      class(whirl_problem_t), intent(in) :: self
+      complex(wp), intent(in) :: from(:)
+      complex(wp) :: to(size(from))
+
+      to = self%scaling*from
+   end function shape_from
+
+   !> See `whirl_family_t`.
+   subroutine newton(self, lambda, speed, u, right, info)
+      class(whirl_problem_t), intent(in) :: self
+      complex(wp), intent(in) :: lambda, u(:)
+      real(wp), intent(in) :: speed
+      complex(wp), intent(out) :: right(:, :)
+      integer, intent(out) :: info
+
+      complex(wp) :: matrix(size(u), size(u))
+      integer :: i, p, pivot(size(u))
+
+      p = size(u)
+      matrix = self%damping_at(speed, rate=.false.)
+      right(:, 1) = matmul(matrix, u) + 2*lambda*u
+      right(:, 2) = lambda*matmul(self%damping_at(speed, rate=.true.), u) + matmul(self%cross_at(speed, rate=.true.), u)
+      matrix = lambda*matrix + self%cross_at(speed, rate=.false.)
+      do i = 1, p
+         matrix(i, i) = matrix(i, i) + self%squared(i) + lambda**2
+      end do
+      call zgesv(p, 2, matrix, p, pivot, right, p, info)
+   end subroutine newton
 
    !> How nodes turn on their orbits in a shape (n) with Im(lambda) > 0, over all shafts or on shaft `only`: +1 forward (with the
    !> rotation of their shaft), -1 backward, 0 on straight lines or without lateral motion; between, orbits are ellipses or nodes

@@ -4,10 +4,9 @@ module razy_scenes_rotor_reduction
    use razy_core_kinds, only: pi, wp
    use razy_core_number, only: to_text
    use razy_input_input, only: input_t
-   use razy_linalg_dense, only: identity
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_reduction_craig_bampton, only: craig_bampton
-   use razy_rotor_reduction_reduced, only: new_reduced, reduced_t
+   use razy_rotor_reduction_reduced, only: reduced_t, unreduced
    use razy_rotor_reduction_second_level, only: second_level
    use razy_rotor_reduction_synthesis, only: add_static_correction, modal_synthesis
    use razy_scenes_rotor_schema, only: method_craig_bampton, method_none, sortings
@@ -54,7 +53,7 @@ contains
             call input%complain(error, "reduction", 1, "method", "'modal_synthesis' or 'craig_bampton': the model has "// &
                                 to_text(n)//" coordinates, and more than "//to_text(most_dense)//" are not taken unreduced")
          else
-            reduced = new_reduced(model, identity(n))
+            reduced = unreduced(model)
          end if
       end associate
    end subroutine reduce

@@ -158,6 +158,7 @@ contains
       call self%build_model(input, error)
       if (.not. allocated(error)) call reduce(self%reduced, self%model, input, error)
       if (allocated(error)) return
+      call make_symmetric(self%reduced)
       self%made_of = input
       circulatory = .false.
       gyroscopic = .false.
@@ -167,6 +168,18 @@ contains
       end if
       call find_rotor_motions(self%model, self%reduced, gyroscopic, circulatory, self%free_of_stiffness, self%free_of_damping)
    end subroutine renew_model
+
+   !> What is symmetric is so to the last bit, what is skew, too.
+   subroutine make_symmetric(reduced)
+      type(reduced_t), intent(inout) :: reduced
+
+      reduced%mass = symmetric_part(reduced%mass)
+      reduced%damping = symmetric_part(reduced%damping)
+      reduced%stiffness = symmetric_part(reduced%stiffness)
+      reduced%cross_damping = 0.5_wp*(reduced%cross_damping - transpose(reduced%cross_damping))
+      reduced%cross_stiffness = 0.5_wp*(reduced%cross_stiffness - transpose(reduced%cross_stiffness))
+      reduced%gyroscopic = 0.5_wp*(reduced%gyroscopic - transpose(reduced%gyroscopic))
+   end subroutine make_symmetric
 
    subroutine name_coordinates(machine, model, n, reduced)
       type(machine_t), intent(inout) :: machine
@@ -190,7 +203,7 @@ contains
       end do
    end subroutine name_coordinates
 
-   !> M, B + Bx + Omega G, K + Kx + Omega C; what is symmetric is so to the last bit.
+   !> M, B + Bx + Omega G, K + Kx + Omega C.
    subroutine take_matrices(machine, reduced, input)
       type(machine_t), intent(inout) :: machine
       type(reduced_t), intent(in) :: reduced
@@ -199,22 +212,20 @@ contains
       logical :: circulatory, gyroscopic, runs_up
       real(wp) :: speed
 
-      machine%mass = symmetric_part(reduced%mass)
-      machine%damping = symmetric_part(reduced%damping)
-      machine%stiffness = symmetric_part(reduced%stiffness)
-      machine%damping = machine%damping + 0.5_wp*(reduced%cross_damping - transpose(reduced%cross_damping))
-      machine%stiffness = machine%stiffness + 0.5_wp*(reduced%cross_stiffness - transpose(reduced%cross_stiffness))
+      machine%mass = reduced%mass
+      machine%damping = reduced%damping + reduced%cross_damping
+      machine%stiffness = reduced%stiffness + reduced%cross_stiffness
       allocate (machine%load(size(reduced%load)), source=0.0_wp)
       if (input%count("rotation") == 0) return
       call input%get("rotation", 1, "speed_rpm", speed)
       call input%get("rotation", 1, "gyroscopic", gyroscopic)
       call input%get("rotation", 1, "circulatory", circulatory)
       speed = speed*pi/30
-      if (gyroscopic) machine%damping = machine%damping + speed*0.5_wp*(reduced%gyroscopic - transpose(reduced%gyroscopic))
+      if (gyroscopic) machine%damping = machine%damping + speed*reduced%gyroscopic
       if (circulatory) machine%stiffness = machine%stiffness + speed*reduced%circulatory
       runs_up = accelerates(input)
       if ((gyroscopic .or. circulatory) .and. runs_up) then
-         machine%gyroscopic = merge(0.5_wp, 0.0_wp, gyroscopic)*(reduced%gyroscopic - transpose(reduced%gyroscopic))
+         machine%gyroscopic = merge(1.0_wp, 0.0_wp, gyroscopic)*reduced%gyroscopic
          machine%circulatory = merge(1.0_wp, 0.0_wp, circulatory)*reduced%circulatory
       end if
       if (size(reduced%tabled) == 0) return

@@ -60,9 +60,9 @@ module razy_study_modes_result
       type(critical_t), allocatable :: critical(:)
       !> Crossings that were seen but not located.
       integer :: lost = 0
-      !> The stability limit, rad/s, NaN if there is none; what it is, in words.
+      !> The stability limit, rad/s, NaN if there is none; what it is and what it is a statement about, in words.
       real(wp), allocatable :: limit
-      character(:), allocatable :: limit_words
+      character(:), allocatable :: limit_check, limit_words
       !> The response to harmonic loads.
       type(response_t), allocatable :: response
    contains
@@ -179,6 +179,7 @@ contains
       call table%add("/critical_branch", real(self%critical%branch, wp), "1", "branch at the critical speed", along)
       call table%add("/stability_limit", self%limit, "rad/s", "speed above which motion grows")
       call table%note("meaning", self%limit_words)
+      call table%note("check", self%limit_check)
    end subroutine critical_columns
 
    !> Meshes follow each other along one dimension of their own, the frequencies inside.

@@ -4,14 +4,18 @@ module razy_study_modes_rotor
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: pi, wp
+   use razy_core_number, only: decimal
    use razy_input_input, only: input_t
    use razy_linalg_dense, only: product_of, rising_order
    use razy_linalg_generalised, only: eigenpairs_t, keep_first, modes_found
-   use razy_rotor_free_motions, only: in_coordinates, rigid_motions, words_of
+   use razy_rotor_free_motions, only: in_coordinates, moves_of, rigid_motions, words_of
+   use razy_rotor_whirl_banded, only: banded_whirl_t, new_banded_whirl, serves
    use razy_rotor_whirl_campbell, only: campbell_t, new_campbell
    use razy_rotor_whirl_degenerate, only: separate_degenerate
+   use razy_rotor_whirl_family, only: whirl_family_t
    use razy_rotor_whirl_modes, only: rotor_modes => natural_modes, rotor_shares => energy_shares, shaft_shares, strain_shares
-   use razy_rotor_whirl_stability, only: limit_found, limit_meanings, limit_t, stability_limit
+   use razy_rotor_whirl_stability, only: limit_failed, limit_found, limit_meanings, limit_t, stability_limit
+   use razy_rotor_whirl_unstable, only: unstable_radius
    use razy_rotor_whirl_whirl, only: new_whirl, whirl_problem_t
    use razy_scenes_rotor_reduction, only: is_reduced
    use razy_scenes_rotor_scene, only: rotor_scene_t
@@ -21,8 +25,8 @@ module razy_study_modes_rotor
 
    public :: find_campbell, find_rotor_modes, mesh_names
 
-   !> Relative error of the stability limit.
-   real(wp), parameter :: limit_tolerance = 1.0e-9_wp
+   !> Relative error of the stability limit, and how much farther out than where eigenvalues are unstable they are followed.
+   real(wp), parameter :: limit_tolerance = 1.0e-9_wp, margin = 1.25_wp
    character(*), parameter :: motions(4) = [character(64) :: "axial", "torsion", "bending in xy", "bending in xz"]
    character(*), parameter :: strained(3) = [character(64) :: "shafts", "bearings", "meshes"]
 
@@ -100,22 +104,41 @@ contains
       end do
    end function mesh_names
 
-   !> The problem over the speed with what acts, without the rigid motions that nothing feels.
-   function whirl_of(rotor, gyroscopic, circulatory, damped, closed) result(problem)
+   !> The problem over the speed with what acts, without the rigid motions that nothing feels: of large unreduced models banded,
+   !> with the `least` lowest modes and all with moduli up to `radius`, rad/s, else dense with all.
+   subroutine new_problem(problem, rotor, input, gyroscopic, circulatory, damped, closed, least, radius, error)
+      class(whirl_family_t), allocatable, intent(out) :: problem
       type(rotor_scene_t), intent(in) :: rotor
+      type(input_t), intent(in) :: input
       logical, intent(in) :: gyroscopic, circulatory, damped, closed
-      type(whirl_problem_t) :: problem
+      integer, intent(in) :: least
+      real(wp), intent(in) :: radius
+      type(error_t), allocatable, intent(out) :: error
 
+      type(banded_whirl_t) :: banded
+      type(whirl_problem_t) :: dense
       real(wp), allocatable :: motion(:, :), of_stiffness(:, :), still(:, :), untouched(:, :)
+      logical :: serving
 
       call rigid_motions(rotor%model, gyroscopic, circulatory .and. damped, damped, closed, motion, still)
-      call in_coordinates(rotor%model, rotor%reduced, motion, of_stiffness)
-      call in_coordinates(rotor%model, rotor%reduced, still, untouched)
-      problem = new_whirl(rotor%reduced, closed, of_stiffness, untouched)
-      if (.not. gyroscopic) problem%modal%gyroscopic = 0.0_wp
-      problem%damped = damped
-      problem%circulatory = circulatory .and. damped
-   end function whirl_of
+      serving = .not. is_reduced(input)
+      if (serving) serving = serves(rotor%model, closed, least, radius)
+      if (serving) then
+         banded = new_banded_whirl(rotor%model, closed, gyroscopic, circulatory, damped, size(motion, 2), &
+                                   moves_of(rotor%model, still), error)
+         banded%least = max(0, least - banded%untouched)
+         banded%reach = radius
+         problem = banded
+      else
+         call in_coordinates(rotor%model, rotor%reduced, motion, of_stiffness)
+         call in_coordinates(rotor%model, rotor%reduced, still, untouched)
+         dense = new_whirl(rotor%reduced, closed, of_stiffness, untouched)
+         if (.not. gyroscopic) dense%modal%gyroscopic = 0.0_wp
+         dense%damped = damped
+         dense%circulatory = circulatory .and. damped
+         problem = dense
+      end if
+   end subroutine new_problem
 
    !> Eigenvalues over the speed, critical speeds, stability limit.
    subroutine find_campbell(content, rotor, input, count, closed, error)
@@ -126,11 +149,11 @@ contains
       logical, intent(in) :: closed
       type(error_t), allocatable, intent(out) :: error
 
-      type(whirl_problem_t) :: damped, problem
+      class(whirl_family_t), allocatable :: problem
       type(campbell_t) :: diagram
       type(limit_t) :: limit
       real(wp), allocatable :: order(:)
-      real(wp) :: first, last, nan
+      real(wp) :: first, last, nan, radius, unstable
       logical :: circulatory, gyroscopic, with_damping
       integer :: i, modes, points
 
@@ -141,11 +164,23 @@ contains
       call input%get("campbell", 1, "damped", with_damping)
       call input%get("rotation", 1, "gyroscopic", gyroscopic)
       call input%get("rotation", 1, "circulatory", circulatory)
-      damped = whirl_of(rotor, gyroscopic, circulatory, .true., closed)
-      problem = whirl_of(rotor, gyroscopic, circulatory, with_damping, closed)
-      modes = min(count, problem%untouched + size(problem%squared))
       content%speed = [((first + (last - first)*(real(i, wp)/(points - 1)))*pi/30, i=0, points - 1)]
-      call new_campbell(diagram, problem, rotor%model, content%speed, modes, order, error)
+      unstable = unstable_radius(rotor%model, content%speed, circulatory)
+      if (unstable < huge(unstable)) unstable = margin*unstable
+      ! Motions that resonate are damped by less than 1/sqrt(2), so that |lambda| is at most sqrt(2) times the frequency.
+      radius = sqrt(2.0_wp)*maxval(order)*maxval(content%speed)
+      if (with_damping .and. unstable < huge(unstable)) radius = max(radius, unstable)
+      modes = min(count, size(rotor%reduced%load))
+      do
+         call new_problem(problem, rotor, input, gyroscopic, circulatory, with_damping, closed, count, radius, error)
+         if (.not. allocated(error)) then
+            call new_campbell(diagram, problem, rotor%model, content%speed, modes, order, error)
+         end if
+         if (.not. allocated(error) .or. problem%reach >= huge(radius)) exit
+         ! Hundreds of overdamped motions accumulate at one place within the radius: all are found, dense.
+         deallocate (error)
+         radius = huge(radius)
+      end do
       if (allocated(error)) return
       content%frequency = aimag(diagram%value)/(2*pi)
       content%eigenvalue = diagram%value
@@ -159,10 +194,24 @@ contains
       where (diagram%branch == 0) content%eigenvalue = cmplx(nan, nan, wp)
       content%critical = diagram%critical
       content%lost = diagram%lost
-      if (with_damping) then
-         limit = stability_limit(damped, content%speed, limit_tolerance, diagram%growth)
-      else
-         limit = stability_limit(damped, content%speed, limit_tolerance)
+      content%limit_check = "nothing can drive whirl: no cross coupling, no circulation"
+      if (unstable > 0.0_wp) then
+         if (with_damping .and. problem%reach >= unstable) then
+            limit = stability_limit(problem, content%speed, limit_tolerance, diagram%growth)
+         else
+            do
+               call new_problem(problem, rotor, input, gyroscopic, circulatory, .true., closed, 0, unstable, error)
+               if (allocated(error)) return
+               limit = stability_limit(problem, content%speed, limit_tolerance)
+               if (limit%status /= limit_failed .or. problem%reach >= huge(unstable)) exit
+               unstable = huge(unstable)
+            end do
+         end if
+         content%limit_check = "all eigenvalues"
+         if (problem%reach < huge(unstable)) then
+            content%limit_check = content%limit_check//" with moduli up to "//decimal(problem%reach, 3)// &
+                                  " rad/s, beyond which none can be unstable"
+         end if
       end if
       content%limit = merge(limit%speed, nan, limit%status == limit_found)
       content%limit_words = trim(limit_meanings(limit%status))
