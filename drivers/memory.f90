@@ -2,7 +2,8 @@
 !!
 !! Hardly anything looks at what malloc returns: not gfortran in most of its assignments, nor the threads of MPI. An end in the
 !! nowhere follows. These procedures stand in the place of malloc, calloc and realloc of the C library for all that runs in a
-!! program, the libraries that it loads too: the dynamic linker looks for a name in the program first.
+!! program, the libraries that it loads too: the dynamic linker looks for a name in the program first. Threads are in them at once:
+!! all is recursive.
 module memory
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_loc, c_ptr, c_size_t
    implicit none(type, external)
@@ -50,7 +51,7 @@ module memory
 
 contains
 
-   function malloc_or_end(size) result(place) bind(c, name="malloc")
+   recursive function malloc_or_end(size) result(place) bind(c, name="malloc")
       integer(c_size_t), value, intent(in) :: size
       type(c_ptr) :: place
 
@@ -58,7 +59,7 @@ contains
       if (.not. c_associated(place)) call give_up()
    end function malloc_or_end
 
-   function calloc_or_end(count, size) result(place) bind(c, name="calloc")
+   recursive function calloc_or_end(count, size) result(place) bind(c, name="calloc")
       integer(c_size_t), value, intent(in) :: count, size
       type(c_ptr) :: place
 
@@ -66,7 +67,7 @@ contains
       if (.not. c_associated(place)) call give_up()
    end function calloc_or_end
 
-   function realloc_or_end(old, size) result(place) bind(c, name="realloc")
+   recursive function realloc_or_end(old, size) result(place) bind(c, name="realloc")
       type(c_ptr), value, intent(in) :: old
       integer(c_size_t), value, intent(in) :: size
       type(c_ptr) :: place
@@ -76,7 +77,7 @@ contains
    end function realloc_or_end
 
    !> Nothing that Fortran does to write or to stop goes without memory.
-   subroutine give_up()
+   recursive subroutine give_up()
       character(kind=c_char, len=*), parameter :: words = "out of memory: fewer ranks on a machine, or shorter lists, need less"
       character(kind=c_char, len=len(words) + 1), target :: line
 

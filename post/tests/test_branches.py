@@ -52,6 +52,16 @@ def test_curves_are_full_where_stable_and_dashed_elsewhere(follow):
     assert dashes["period 1, stable"] == "-" and dashes["period 1, unstable"] == "--"
 
 
+def test_what_is_undecided_is_drawn_apart(follow):
+    with h5py.File(follow, "r+") as file:
+        file["point/stable"][100:120] = -1
+    (axes,) = drawn(follow).axes
+    _, y = line(axes, "period 1, undecided")
+    assert np.nanmax(np.abs(y)) < 6.0 and np.isfinite(y).sum() >= 40
+    legend = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert legend[:4] == ["period 1", "period 2", "unstable", "undecided"]
+
+
 def test_each_extremum_has_a_curve_of_its_own(follow):
     """No curve steps from one maximum to another where two motions have theirs in another order."""
     with h5py.File(follow, "r+") as file:

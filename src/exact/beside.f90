@@ -56,7 +56,10 @@ contains
          call new_response(self%response, self%basis, .false., system%load_beside, system%harmonic_beside, system%omega)
          call reserve(self%mark, self%response)
          call reserve(self%now, self%response)
-         self%stretch = longest_angle/max(self%response%turning, self%response%fastest, system%fastest, tiny(1.0_wp))
+         self%stretch = huge(1.0_wp)
+         associate (fastest => max(self%response%turning, self%response%fastest, system%fastest))
+            if (fastest > 0.0_wp) self%stretch = longest_angle/fastest
+         end associate
          if (self%response%growing) then
             self%stretch = min(self%stretch, longest_growth/maxval(real(self%response%exponent)))
          end if

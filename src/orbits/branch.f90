@@ -263,7 +263,7 @@ contains
          s = s + change
          at%orbit%column = from%orbit%column
          call problem%correct(from%orbit%u + s*from%tangent, from%tangent, at%orbit, found)
-         if (found) call at%orbit%find_multipliers(problem%is_autonomous())
+         if (found) call at%orbit%find_multipliers(problem)
          if (.not. found) return
          if (abs(change) <= 1.0e-14_wp) exit
          value = value_of(problem, at%orbit, 2)
@@ -426,7 +426,7 @@ contains
 
       point%orbit%column = a%orbit%column
       call problem%correct(a%orbit%u + (s/length(a, b))*(b%orbit%u - a%orbit%u), a%tangent, point%orbit, ok)
-      if (ok) call point%orbit%find_multipliers(problem%is_autonomous())
+      if (ok) call point%orbit%find_multipliers(problem)
       if (ok .and. .not. allocated(point%orbit%column)) call problem%differentiate(point%orbit, ok)
    end subroutine between
 

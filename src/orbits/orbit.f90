@@ -21,7 +21,7 @@ module razy_orbits_orbit
    implicit none(type, external)
    private
 
-   public :: bordered, determinant, orbit_t, problem_t, report_work, solve_square
+   public :: bordered, determinant, is_stable, is_undecided, is_unstable, orbit_t, problem_t, report_work, solve_square
 
    !> What is looked for: motions of `periods` periods of the excitation, with parameter number `active` of `parameter` free.
    type :: problem_t
@@ -63,8 +63,9 @@ module razy_orbits_orbit
       real(wp), allocatable :: u(:), residual(:)
       !> ∂P/∂x without scales (n, n), columns of the period and the parameter (order, 1 or 2), scaled.
       real(wp), allocatable :: derivative(:, :), column(:, :)
-      !> Floquet multipliers (n; without excitation n - 1).
+      !> Floquet multipliers (n; without excitation n - 1), and how far off they may be (the same number).
       complex(wp), allocatable :: multiplier(:)
+      real(wp), allocatable :: doubt(:)
       type(event_log_t) :: sequence
       !> Phase at which it begins, in periods of the excitation, and how long it takes, s.
       real(wp) :: phase = 0.0_wp, duration = 0.0_wp
@@ -73,7 +74,7 @@ module razy_orbits_orbit
       integer :: rounds = 0
    contains
       procedure :: find_multipliers
-      procedure :: is_stable
+      procedure :: stability
    end type orbit_t
 
    abstract interface
@@ -86,6 +87,11 @@ module razy_orbits_orbit
          real(wp), intent(in) :: value
       end subroutine report_work
    end interface
+
+   !> What the multipliers say: all within the unit circle; one beyond it; one so near to it that its error covers the circle.
+   integer, parameter :: is_stable = 1, is_unstable = 0, is_undecided = -1
+   !> Rounding that an event adds to the derivative of the map, relative to its size.
+   real(wp), parameter :: rounding_of_event = 64*epsilon(1.0_wp)
 
    integer, parameter :: most_rounds = 25
    !> Steps of differences are not made smaller than by this factor: less would be rounding.
@@ -277,7 +283,7 @@ contains
       logical, intent(out) :: ok
 
       call self%differentiate(orbit, ok)
-      if (ok) call orbit%find_multipliers(self%is_autonomous())
+      if (ok) call orbit%find_multipliers(self)
    end subroutine complete
 
    !> Jacobian matrix of the equations of the motion (order, order + 1).
@@ -385,28 +391,44 @@ contains
       end do
    end function determinant
 
-   !> Floquet multipliers of a motion that was found; without excitation but for the one along the motion, the nearest to 1.
-   subroutine find_multipliers(self, autonomous)
+   !> Floquet multipliers of a motion that was found; without excitation but for the one along the motion, the nearest to 1. An
+   !> error of the derivative moves each by itself over the cosine between its left and right eigenvectors, and where these are at
+   !> right angles by its square root.
+   subroutine find_multipliers(self, problem)
       class(orbit_t), intent(inout) :: self
-      logical, intent(in) :: autonomous
+      class(problem_t), intent(in) :: problem
 
-      complex(wp) :: values(size(self%derivative, 1))
-      real(wp), allocatable :: matrix(:, :)
+      complex(wp), dimension(problem%map%n, problem%map%n) :: left, right
+      complex(wp) :: values(problem%map%n)
+      real(wp), allocatable :: matrix(:, :), s(:)
+      real(wp) :: error, length
       integer :: info, k
 
-      matrix = self%derivative
-      call right_eigen(matrix, values, info)
-      if (info /= 0) values = cmplx(huge(1.0_wp), 0.0_wp, wp)
-      self%multiplier = values
-      if (.not. autonomous) return
-      k = minloc(abs(values - 1.0_wp), dim=1)
-      self%multiplier = [values(:k - 1), values(k + 1:)]
+      associate (n => problem%map%n)
+         s = problem%scales()
+         matrix = self%derivative*spread(s(:n), 1, n)/spread(s(:n), 2, n)
+         length = norm2(matrix)
+         error = length*max(problem%resolution, (1 + self%sequence%count)*rounding_of_event + self%correction)
+         call right_eigen(matrix, values, info, right, left)
+         if (info /= 0) values = cmplx(huge(1.0_wp), 0.0_wp, wp)
+         self%multiplier = values
+         self%doubt = [(error, k=1, n)]
+         if (info == 0) self%doubt = min(error/max(abs(sum(conjg(left)*right, dim=1)), tiny(1.0_wp)), &
+                                         error + sqrt(error*length))
+         if (.not. problem%is_autonomous()) return
+         k = minloc(abs(values - 1.0_wp), dim=1)
+         self%multiplier = [values(:k - 1), values(k + 1:)]
+         self%doubt = [self%doubt(:k - 1), self%doubt(k + 1:)]
+      end associate
    end subroutine find_multipliers
 
-   pure logical function is_stable(self)
+   !> Whether the motion is stable, as far as that can be told.
+   pure integer function stability(self)
       class(orbit_t), intent(in) :: self
 
-      is_stable = all(abs(self%multiplier) < 1.0_wp)
-   end function is_stable
+      stability = is_undecided
+      if (all(abs(self%multiplier) + self%doubt < 1.0_wp)) stability = is_stable
+      if (any(abs(self%multiplier) - self%doubt > 1.0_wp)) stability = is_unstable
+   end function stability
 
 end module razy_orbits_orbit

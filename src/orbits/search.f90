@@ -8,7 +8,7 @@ module razy_orbits_search
    use razy_core_uniform, only: uniform
    use razy_orbits_branch, only: branch_t
    use razy_orbits_lyapunov, only: lyapunov_t
-   use razy_orbits_orbit, only: orbit_t, problem_t
+   use razy_orbits_orbit, only: is_unstable, orbit_t, problem_t
    use razy_orbits_period_map, only: return_t
    use razy_orbits_section, only: carry
    use razy_orbits_start, only: distance, march, minimal, refine
@@ -156,7 +156,7 @@ contains
          call self%try_from(problem, x(:, last), place)
          if (place == 0) cycle
          ! A chaotic motion can pass by one that nothing settles to.
-         if (.not. self%found(place)%orbit%is_stable()) exit
+         if (self%found(place)%orbit%stability() == is_unstable) exit
          self%found(place)%starts = self%found(place)%starts + 1
          return
       end do

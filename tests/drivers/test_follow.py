@@ -161,10 +161,26 @@ def test_gear_normal_form():
         assert file["special/contact"].asstr()[:][file["special/label"].asstr()[:] == "GR"].tolist() == ["gap", "gap"]
     assert np.sort(grazings) == pytest.approx([0.71068737, 1.2185743569], abs=5e-9)
     assert 0.450 < folds.min() < 0.455 and 0.745 < folds.max() < 0.750
-    # Both stable branches and the one between them.
+    # Both stable branches and the one between them; of a fold itself it cannot be said.
     first, second = at
-    assert stable[: first - 1].all() and stable[second + 1 :].all()
-    assert not stable[first + 1 : second].any()
+    assert (stable[: first - 1] == 1).all() and (stable[second + 1 :] == 1).all()
+    assert (stable[first + 1 : second] == 0).all() and (stable[at] == -1).all()
+
+
+def test_where_nothing_damps_stability_is_undecided():
+    Path("free.nml").write_text(
+        "&scene kind='lumped' /\n&mass name='m', value=1.0 /\n&spring between='m','frame', stiffness=1.0 /\n"
+        "&stop name='s', between='m','frame', side='upper', clearance=0.01, stiffness=3.0 /\n"
+        "&load on='m', amplitude=0.1, angular_frequency=3.0 /\n&motion t_end=100.0, start='zero' /\n"
+        "&follow parameter='load%angular_frequency', first=3.0, last=3.4, settle=20, period=1 /\n"
+    )
+    with follow(Path("free.nml")) as file:
+        sizes = np.hypot(*np.moveaxis(file["point/multiplier"][:], 2, 0))
+        stable = file["point/stable"][:]
+        assert file["point/stable"].attrs["flag_meanings"] == "stable unstable undecided"
+    on_circle = np.abs(sizes - 1.0).max(axis=1) < 1e-9
+    assert on_circle.sum() > 5
+    assert (stable[on_circle] == -1).all() and (stable[sizes.max(axis=1) > 1.01] == 0).all()
 
 
 def test_grazings_are_where_the_linear_motion_just_reaches_the_edge():

@@ -16,7 +16,7 @@ module razy_study_follow_result
    use razy_observe_extrema, only: extrema_t
    use razy_orbits_branch, only: point_t
    use razy_orbits_curve, only: junction_t
-   use razy_orbits_orbit, only: orbit_t
+   use razy_orbits_orbit, only: is_stable, is_undecided, is_unstable
    use razy_orbits_period_map, only: return_t
    use razy_orbits_volume, only: volume_t
    use razy_study_follow_family, only: case_family_t
@@ -115,7 +115,7 @@ contains
             slots(i)%observer => extrema(i)
          end do
          call map%go(orbit%u(:map%n)*s(:map%n), duration, .false., back, slots)
-         call motion_columns(self, branch, self%branch(branch)%periods, duration, volume, orbit, back%sequence, extrema, row)
+         call motion_columns(self, branch, self%branch(branch)%periods, duration, volume, point, back%sequence, extrema, row)
       end associate
    end subroutine fill_row
 
@@ -125,14 +125,15 @@ contains
       type(table_t), intent(inout) :: row
 
       type(extrema_t), allocatable :: extrema(:)
-      type(orbit_t) :: rest
+      type(point_t) :: rest
       type(volume_t) :: volume
 
-      rest%u = spread(0.0_wp, 1, self%problem%order() + 1)
-      rest%multiplier = spread((0.0_wp, 0.0_wp), 1, self%problem%map%n)
+      rest%orbit%u = spread(0.0_wp, 1, self%problem%order() + 1)
+      rest%orbit%multiplier = spread((0.0_wp, 0.0_wp), 1, self%problem%map%n)
+      rest%orbit%doubt = spread(0.0_wp, 1, self%problem%map%n)
       call ask_of_period(self, extrema)
-      call rest%sequence%reset()
-      call motion_columns(self, 0, 0, 0.0_wp, volume, rest, rest%sequence, extrema, row)
+      call rest%orbit%sequence%reset()
+      call motion_columns(self, 0, 0, 0.0_wp, volume, rest, rest%orbit%sequence, extrema, row)
    end subroutine describe_row
 
    !> The extrema that are recorded, of a whole period.
@@ -152,39 +153,44 @@ contains
       end do
    end subroutine ask_of_period
 
-   subroutine motion_columns(self, branch, periods, duration, volume, orbit, sequence, extrema, row)
+   subroutine motion_columns(self, branch, periods, duration, volume, point, sequence, extrema, row)
       type(follow_t), intent(in) :: self
       integer, intent(in) :: branch, periods
       real(wp), intent(in) :: duration
       type(volume_t), intent(in) :: volume
-      type(orbit_t), intent(in) :: orbit
+      type(point_t), intent(in) :: point
       type(event_log_t), intent(in) :: sequence
       type(extrema_t), intent(in) :: extrema(:)
       type(table_t), intent(inout) :: row
 
       character(*), parameter :: group = "/point/"
       real(wp), allocatable :: s(:), state(:)
-      integer :: i
+      integer :: i, stability
 
       associate (map => self%problem%map)
          s = self%problem%scales()
-         state = map%to_coordinates(orbit%u(:map%n)*s(:map%n))
+         state = map%to_coordinates(point%orbit%u(:map%n)*s(:map%n))
       end associate
+      stability = point%orbit%stability()
+      ! Located where a multiplier comes to the circle.
+      if (any(point%label == ["LP", "BP", "PD", "TR"])) stability = is_undecided
       call row%add(group//"branch", branch, "1", "number of the branch")
-      call row%add(group//self%varied(1)%dotted(), self%problem%value_of(orbit), self%varied(1)%unit, self%varied(1)%parameter)
+      call row%add(group//self%varied(1)%dotted(), self%problem%value_of(point%orbit), self%varied(1)%unit, &
+                   self%varied(1)%parameter)
       call row%add(group//"period", duration, "s", "period of the motion")
       call row%add(group//"multiplicity", periods, "1", "periods of the excitation in one of the motion")
-      call row%add(group//"stable", merge(1, 0, orbit%is_stable()), "1", "1: all multipliers are within the unit circle")
-      call row%add(group//"multiplier", reshape([real(orbit%multiplier, wp), orbit%multiplier%im], &
-                                                [size(orbit%multiplier), 2]), "1", "Floquet multipliers", &
+      call row%add(group//"stable", stability, "1", "whether all multipliers are within the unit circle")
+      call row%note_meanings([is_stable, is_unstable, is_undecided], [character(9) :: "stable", "unstable", "undecided"])
+      call row%add(group//"multiplier", reshape([real(point%orbit%multiplier, wp), point%orbit%multiplier%im], &
+                                                [size(point%orbit%multiplier), 2]), "1", "Floquet multipliers", &
                    [character(16) :: group//"order", group//"part"])
-      call row%add(group//"determinant_error", sum(log(max(abs(orbit%multiplier), tiny(1.0_wp)))) - volume%logarithm, "1", &
+      call row%add(group//"determinant_error", sum(log(max(abs(point%orbit%multiplier), tiny(1.0_wp)))) - volume%logarithm, "1", &
                    "logarithm of the product of the multipliers, less that by the trace of the damping and the impacts")
       call row%add(group//"state", state, "mixed", "displacements and velocities at /point/phase", &
                    group//"coordinate", fixed=.true.)
-      call row%add(group//"phase", orbit%phase, "1", "part of the period of the excitation at which the state stands")
-      call row%add(group//"events", orbit%sequence%count, "1", "changes of branch of contacts in a period")
-      call row%add(group//"correction", orbit%correction, "1", "last correction by Newton's method, relative to the state")
+      call row%add(group//"phase", point%orbit%phase, "1", "part of the period of the excitation at which the state stands")
+      call row%add(group//"events", point%orbit%sequence%count, "1", "changes of branch of contacts in a period")
+      call row%add(group//"correction", point%orbit%correction, "1", "last correction by Newton's method, relative to the state")
       do i = 1, size(extrema)
          call extrema(i)%columns(row)
       end do

@@ -6,6 +6,7 @@ module razy_study_follow_summary
    use razy_core_text, only: append_text, string_t
    use razy_linalg_dense, only: rising_order
    use razy_orbits_branch, only: branch_t
+   use razy_orbits_orbit, only: is_stable
    use razy_study_follow_follow, only: follow_t
    implicit none(type, external)
    private
@@ -62,7 +63,7 @@ contains
             do while (i <= branch%count)
                k = i
                do while (k <= branch%count)
-                  if (.not. branch%point(k)%orbit%is_stable()) exit
+                  if (branch%point(k)%orbit%stability() /= is_stable) exit
                   k = k + 1
                end do
                if (k > i) then

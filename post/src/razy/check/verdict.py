@@ -78,7 +78,7 @@ def _check(system: System, row: dict) -> float:
             raise Disproved("its state is farther from the proved one than its correction allows")
         if not abs(stored - proved) < allowed * scale:
             raise Undecided("a proved motion is near, but farther than the correction allows: a fold may be near")
-    if proof.stable is not None and proof.stable != bool(row["stable"]):
+    if proof.stable is not None and row["stable"] >= 0 and proof.stable != bool(row["stable"]):
         raise Disproved("its stability is not the proved one")
     left = list(proof.multipliers)
     for real, imaginary in row["multiplier"].T:

@@ -1,4 +1,4 @@
-"""Branches of periodic motions over a parameter: stable ones full, unstable ones dashed, special points marked.
+"""Branches of periodic motions over a parameter: stable full, unstable dashed, undecided dotted, special points marked.
 
 What stands on the vertical axis is chosen by ``quantity``: the extrema of an observable over one period, the largest
 or the smallest of them, or the absolute value of the largest Floquet multiplier. Points of a sweep may lie below.
@@ -26,6 +26,10 @@ COLOURS = {1: style.BLACK, 2: "#1f5fa8", 3: "#2a8a4a", 4: style.RED}
 MORE_COLOURS = ("#b8860b", "#7a4fa3", "#008b8b")
 PALE = "#b4b4b4"
 DASHED = (0, (3.4, 1.8))
+# As in the file: whether a motion is stable, and undecided where the error of a multiplier covers the unit circle.
+STABLE, UNSTABLE, UNDECIDED = 1, 0, -1
+LINES = {STABLE: "-", UNSTABLE: DASHED, UNDECIDED: (0, (0.8, 1.2))}
+WORDS = {STABLE: "stable", UNSTABLE: "unstable", UNDECIDED: "undecided"}
 
 # Marker, size, filled; those with a name in the picture come first.
 NAMED = ("LP", "PD", "TR", "BP")
@@ -238,19 +242,19 @@ def _matches(before: tuple, here: tuple, multiplicity: int, span: float) -> Iter
             yield int(old), int(new)
 
 
-def _stable_pieces(result: FollowResult) -> NDArray[np.bool_]:
-    """Return whether the branch is stable from each motion to the next, shape (motions,).
+def _stable_pieces(result: FollowResult) -> NDArray[np.int32]:
+    """Return whether the branch is stable from each motion to the next, as in the file, shape (motions,).
 
     At a located point a multiplier is on the unit circle, so the motion beside it decides.
     """
     kind = result.labels
     located = np.isin(kind, NAMED)
-    stable = result.column("stable") != 0
+    stable = result.column("stable")
     after_change = np.isin(np.append(kind[1:], ""), ("GR", "CH", "ST", "SL"))
-    next_stable = np.append(stable[1:], False)
+    next_stable = np.append(stable[1:], UNSTABLE)
     next_counts = ~np.append(located[1:], True) & ~after_change
     weakly = result.largest_multiplier < 1.0 + ON_CIRCLE
-    between = weakly & np.append(weakly[1:], True)
+    between = np.where(weakly & np.append(weakly[1:], True), STABLE, UNSTABLE)
     return np.where(~located, stable, np.where(next_counts, next_stable, between))
 
 
@@ -261,7 +265,7 @@ def _draw_panel(
     x: NDArray[np.float64],
     factor: float,
     selected: NDArray[np.bool_],
-    stable: NDArray[np.bool_],
+    stable: NDArray[np.int32],
 ) -> None:
     """Draw points of the sweep, which show around curves they lie on, then curves, one line for each kind of them."""
     at, value = panel.below[0] * factor, panel.below[1]
@@ -280,26 +284,26 @@ def _draw_panel(
         zorder=1.0,
     )
     multiplicity = result.multiplicity
-    parts: dict[tuple[int, bool], list[NDArray[np.float64]]] = {}
+    parts: dict[tuple[int, int], list[NDArray[np.float64]]] = {}
     ends = [value[keep]]
     for rows, values in panel.curves:
         ends.append(values[selected[rows] & np.isfinite(values)])
-        for piece in np.split(np.arange(rows.size), np.flatnonzero(np.diff(stable[rows[:-1]].astype(np.int8))) + 1):
+        for piece in np.split(np.arange(rows.size), np.flatnonzero(np.diff(stable[rows[:-1]])) + 1):
             last = min(piece[-1] + 2, rows.size)
             shown = np.arange(piece[0], last)
             if not np.any(selected[rows[shown]]):
                 continue
-            kind = (int(multiplicity[rows[piece[0]]]), bool(stable[rows[piece[0]]]))
+            kind = (int(multiplicity[rows[piece[0]]]), int(stable[rows[piece[0]]]))
             curve = np.stack((x[rows[shown]], values[shown]))
             parts.setdefault(kind, []).append(np.append(curve, np.full((2, 1), np.nan), axis=1))
-    for (period, is_stable), pieces in sorted(parts.items(), reverse=True):
+    for (period, sort), pieces in sorted(parts.items(), reverse=True):
         axes.plot(
             *np.concatenate(pieces, axis=1)[:, :-1],
             color=_colour(period),
             linewidth=0.9,
-            linestyle="-" if is_stable else DASHED,
+            linestyle=LINES[sort],
             dash_capstyle="butt",
-            label=f"period {period}, {'stable' if is_stable else 'unstable'}",
+            label=f"period {period}, {WORDS[sort]}",
             zorder=2.5 - 0.01 * period,
         )
     shown = np.concatenate(ends)
@@ -317,14 +321,17 @@ def _handles(
     result: FollowResult,
     panels: list[Panel],
     selected: NDArray[np.bool_],
-    stable: NDArray[np.bool_],
+    stable: NDArray[np.int32],
     special: "_Specials",
 ) -> list[Line2D]:
     """Return the entries of the legend."""
     periods = np.unique(result.multiplicity[selected])
     handles = [Line2D([], [], color=_colour(int(n)), linewidth=0.9, label=f"period {n}") for n in periods]
-    if not np.all(stable[selected]):
-        handles.append(Line2D([], [], color=style.GREY, linewidth=0.9, linestyle=DASHED, label="unstable"))
+    handles += [
+        Line2D([], [], color=style.GREY, linewidth=0.9, linestyle=LINES[kind], label=WORDS[kind])
+        for kind in (UNSTABLE, UNDECIDED)
+        if np.any(stable[selected] == kind)
+    ]
     if any(panel.below[0].size for panel in panels):
         handles.append(style.point_handle("sweep", PALE))
     return handles + special.handles()
