@@ -91,19 +91,23 @@ contains
       call move_alloc(kept, motion)
    end subroutine keep_unstretched
 
-   !> How `motion` (n, r) stretches the contacts (r, contacts).
+   !> How `motion` (n, r) stretches the contacts (r, contacts). Entries of a motion can be rounding themselves, so what is rounding
+   !> is measured by the largest stretch of a motion of this energy, whatever the units of coordinates.
    subroutine find_stretch(stretch, machine, motion)
       real(wp), allocatable, intent(out) :: stretch(:, :)
       type(machine_t), intent(in) :: machine
       real(wp), intent(in) :: motion(:, :)
 
-      integer :: j
+      real(wp) :: root(size(motion, 1)), speed(size(motion, 2))
+      integer :: i, j
 
+      root = [(sqrt(machine%mass(i, i)), i=1, size(root))]
+      speed = [(norm2(root*motion(:, i)), i=1, size(speed))]
       allocate (stretch(size(motion, 2), size(machine%contact)))
       do j = 1, size(machine%contact)
          associate (w => machine%contact(j)%w)
             stretch(:, j) = matmul(w, motion)
-            where (abs(stretch(:, j)) <= rank_bound*matmul(abs(w), abs(motion))) stretch(:, j) = 0.0_wp
+            where (abs(stretch(:, j)) <= rank_bound*norm2(w/root)*speed) stretch(:, j) = 0.0_wp
          end associate
       end do
    end subroutine find_stretch

@@ -60,8 +60,6 @@ module razy_orbits_branch
    integer, parameter :: least_closed = 3
    !> Special points nearer than this, relative to the state, are one.
    real(wp), parameter :: coincident = 1.0e-8_wp
-   !> Multipliers nearer to the unit circle than this are on it.
-   real(wp), parameter :: neutral = 1.0e-6_wp
    !> Motions on both sides of a change of contacts that are farther apart than this, relative to the state, are no neighbours.
    real(wp), parameter :: jump = 1.0e-5_wp
    real(wp), parameter :: eps = epsilon(1.0_wp)
@@ -521,7 +519,9 @@ contains
       end if
       if (found) call complete_point(problem, a, left, found)
       if (found) call complete_point(problem, a, right, found)
-      if (found) at%orbit%multiplier = right%orbit%multiplier
+      if (.not. found) return
+      at%orbit%multiplier = right%orbit%multiplier
+      at%orbit%doubt = right%orbit%doubt
    end subroutine find_change
 
    subroutine complete_point(problem, a, point, ok)
@@ -596,7 +596,8 @@ contains
       do kind = 1, 2
          crossed(kind) = value_of(problem, a%orbit, kind)*value_of(problem, b%orbit, kind) < 0.0_wp
       end do
-      change = abs(count(abs(a%orbit%multiplier) > 1.0_wp) - count(abs(b%orbit%multiplier) > 1.0_wp))
+      ! At least so many come across the circle: of some it cannot be said on which side they are.
+      change = max(a%orbit%outside() - b%orbit%outside(most=.true.), b%orbit%outside() - a%orbit%outside(most=.true.), 0)
       crossed(3) = change > count(crossed(:2))
       located = 0
       last = size(a%orbit%u)
@@ -616,8 +617,8 @@ contains
          located = located + merge(2, 1, kind == 3)
       end do
       explained = change <= located .and. modulo(located - change, 2) == 0
-      ! Of multipliers on the circle rounding says on which side they are.
-      explained = explained .or. any(abs(abs([a%orbit%multiplier, b%orbit%multiplier]) - 1.0_wp) < neutral)
+      explained = explained .or. a%orbit%outside() < a%orbit%outside(most=.true.) &
+                  .or. b%orbit%outside() < b%orbit%outside(most=.true.)
    end subroutine search_smooth
 
    !> The function whose root is a special point of this kind.

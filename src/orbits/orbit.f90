@@ -75,6 +75,7 @@ module razy_orbits_orbit
    contains
       procedure :: find_multipliers
       procedure :: stability
+      procedure :: outside
    end type orbit_t
 
    abstract interface
@@ -427,8 +428,20 @@ contains
       class(orbit_t), intent(in) :: self
 
       stability = is_undecided
-      if (all(abs(self%multiplier) + self%doubt < 1.0_wp)) stability = is_stable
-      if (any(abs(self%multiplier) - self%doubt > 1.0_wp)) stability = is_unstable
+      if (self%outside(most=.true.) == 0) stability = is_stable
+      if (self%outside() > 0) stability = is_unstable
    end function stability
+
+   !> How many multipliers are outside the unit circle for certain, or at most.
+   pure integer function outside(self, most)
+      class(orbit_t), intent(in) :: self
+      logical, intent(in), optional :: most
+
+      if (present(most)) then
+         outside = count(abs(self%multiplier) + self%doubt >= 1.0_wp)
+      else
+         outside = count(abs(self%multiplier) - self%doubt > 1.0_wp)
+      end if
+   end function outside
 
 end module razy_orbits_orbit

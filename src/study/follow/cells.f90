@@ -192,7 +192,7 @@ contains
 
       s = self%follow%problem%scales()
       associate (branch => self%follow%branch(:self%follow%count))
-         allocate (numbers(3*size(s) + 4, sum(branch%count)))
+         allocate (numbers(4*size(s) + 3, sum(branch%count)))
          text = sample%reason
          k = 0
          do b = 1, size(branch)
@@ -203,7 +203,7 @@ contains
                   numbers(:, k) = [real([iachar(point%label(1:1)), iachar(point%label(2:2)), point%contact, &
                                          point%orbit%sequence%count], wp), point%orbit%correction, point%orbit%phase, &
                                    point%orbit%u*s, &
-                                   real(point%orbit%multiplier, wp), point%orbit%multiplier%im]
+                                   real(point%orbit%multiplier, wp), point%orbit%multiplier%im, point%orbit%doubt]
                end associate
             end do
          end do
@@ -219,7 +219,7 @@ contains
          call row%add("parent", branch%parent, "1", "branch that it begins on", "branch")
       end associate
       call row%add("point", reshape(numbers, [size(numbers)]), "1", &
-                   "label, contact, events, correction, phase, u, multipliers", "number")
+                   "label, contact, events, correction, phase, u, multipliers, their errors", "number")
    end subroutine fill
 
    !> The branches of a row that `fill` has filled, in units of `scales`, and the sample.
@@ -239,7 +239,7 @@ contains
       points = integers("points")
       parent = integers("parent")
       n = size(scales)
-      numbers = reshape(reals("point"), [3*n + 4, sum(points)])
+      numbers = reshape(reals("point"), [4*n + 3, sum(points)])
       seen = [reals("value"), reals("exponent"), reals("error")]
       sample%parameter = seen(1)
       sample%exponent = seen(2)
@@ -265,7 +265,8 @@ contains
                point%orbit%correction = number(5)
                point%orbit%phase = number(6)
                point%orbit%u = number(7:n + 6)/scales
-               point%orbit%multiplier = cmplx(number(n + 7:2*n + 5), number(2*n + 6:), kind=wp)
+               point%orbit%multiplier = cmplx(number(n + 7:2*n + 5), number(2*n + 6:3*n + 4), kind=wp)
+               point%orbit%doubt = number(3*n + 5:)
             end associate
          end do
       end do
