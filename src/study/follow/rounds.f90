@@ -115,10 +115,12 @@ contains
             if (allocated(error)) deallocate (error)
             call append_text(lines, "timed: nothing, the first motion and branches of "//to_text(few)//" points take more than "// &
                              to_text(nint(took))//" s")
+         else if (allocated(error)) then
+            return
+         else
+            call append_text(lines, "timed: the first motion, and "//to_text(cells%follow%count)//" branches of "// &
+                             to_text(few)//" points at most: "//decimal(took, 3)//" s")
          end if
-         if (allocated(error)) return
-         if (size(lines) == 0) call append_text(lines, "timed: the first motion, and "//to_text(cells%follow%count)// &
-                                                " branches of "//to_text(few)//" points at most: "//decimal(took, 3)//" s")
          call append_text(lines, "one motion has no tasks for several ranks; motions='all' has")
       end if
    end subroutine forecast_rounds
