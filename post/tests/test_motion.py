@@ -46,7 +46,9 @@ def test_branches_differ_in_shape(run):
     with h5py.File(run, "r+") as file:
         file["event/contact"][:] = [1, 1, 2, 2, 2, 2, 2]
         file["event/contact"].attrs["names"] = ["stop", "pad"]
-        file["event/state"][:] = [2, 1, 6, 8, 7, 8, 6]
+        file["event/state"][:] = [2, 1, 1, 3, 2, 3, 1]
+        friction = "1 = sliding forward, 2 = sliding backward, 3 = sticking"
+        file["event/state"].attrs["meanings"] = ["1 = open, 2 = closed (upper side)", friction]
     (history,) = drawn(run, kind="time").axes
     looks = {
         item.get_label(): (item.get_color(), item.get_marker(), item.get_markerfacecolor() == "white")

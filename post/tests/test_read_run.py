@@ -52,7 +52,7 @@ def test_events_and_extrema(run):
         np.testing.assert_allclose(result.events.time, np.pi / 100 * np.arange(1, 8))
         np.testing.assert_array_equal(result.events.state, [1, 2, 1, 2, 1, 2, 1])
         assert result.contacts == ("mesh",)
-        assert result.state_meanings[1] == "open" and result.state_meanings[2] == "closed (upper side)"
+        assert result.state_meanings(1)[1] == "open" and result.state_meanings(1)[2] == "closed (upper side)"
         np.testing.assert_allclose(result.extrema("mesh_deformation").value, [1e-3, -1e-3] * 4)
 
 

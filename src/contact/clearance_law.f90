@@ -15,9 +15,10 @@
 !! the surfaces relax without force until the deformation is gone. A side with a jump j > 0 of the force at touch, such as a
 !! spring that is switched on when it is already stretched (source thesis, (3.44)-(3.47)), is left at zero deformation too.
 module razy_contact_clearance_law
-   use razy_contact_contact_law, only: branch_lower, branch_lower_parting, branch_open, branch_t, branch_upper, &
-                                       branch_upper_parting, contact_law_t, with_pairs
+   use razy_contact_contact_law, only: branch_t
+   use razy_contact_gap_law, only: add_side, branch_open, gap_law_t
    use razy_core_kinds, only: pi, wp
+   use razy_core_number, only: to_text
    implicit none(type, external)
    private
 
@@ -35,8 +36,9 @@ module razy_contact_clearance_law
    end type clearance_side_t
 
    !> Switching functions: 1 is s, 2 and 3 the force of a side that parts at zero force.
-   type, extends(contact_law_t) :: clearance_law_t
+   type, extends(gap_law_t) :: clearance_law_t
    contains
+      procedure :: energy
       procedure :: smoothed
    end type clearance_law_t
 
@@ -50,62 +52,74 @@ contains
       real(wp), intent(in), optional :: inner
       type(clearance_law_t) :: law
 
+      integer :: i
+
       law%piecewise_linear = .true.
-      law%slope(1, 1) = 1.0_wp
-      if (present(inner)) law%branch(branch_open)%stiffness = inner
-      if (upper%present) call add_side(law, upper, 1.0_wp, part_at_zero_force)
-      if (lower%present) call add_side(law, lower, -1.0_wp, part_at_zero_force)
+      call add_elastic_side(law, upper, 1.0_wp, part_at_zero_force)
+      call add_elastic_side(law, lower, -1.0_wp, part_at_zero_force)
+      if (.not. present(inner)) return
+      law%branch(branch_open)%stiffness = inner
+      where (law%branch%closed) law%branch%offset = law%branch%offset + inner*[(law%edge(i), i=1, size(law%branch))]
    end function new_clearance_law
 
-   !> Add the branches with one and with two pairs of teeth in mesh, whose forces are those of the law times `factor`.
-   pure subroutine vary_stiffness(law, factor)
+   !> Add levels, at which the stiffness and all forces are those of the law times `factor` (levels): a level for each number of
+   !> pairs of teeth in mesh, the first one with `pairs` of them.
+   pure subroutine vary_stiffness(law, factor, pairs)
       type(clearance_law_t), intent(inout) :: law
-      real(wp), intent(in) :: factor(2)
+      real(wp), intent(in) :: factor(:)
+      integer, intent(in) :: pairs
 
-      integer :: branch, f, pairs
+      type(branch_t) :: varied
+      integer :: b, level
 
-      do pairs = 1, 2
-         do branch = branch_open, branch_lower_parting
-            associate (varied => law%branch(with_pairs(branch, pairs)), plain => law%branch(branch))
-               varied = branch_t(factor(pairs)*plain%stiffness, factor(pairs)*plain%damping, factor(pairs)*plain%offset)
-            end associate
-            do f = 1, law%functions
-               associate (guard => law%guard(f, with_pairs(branch, pairs)))
-                  guard = law%guard(f, branch)
-                  if (guard%below /= 0) guard%below = with_pairs(guard%below, pairs)
-                  if (guard%above /= 0) guard%above = with_pairs(guard%above, pairs)
-               end associate
-            end do
+      do level = 1, size(factor)
+         do b = 1, law%plain
+            varied = law%branch(b)
+            if (varied%name /= "") varied%name = trim(varied%name)//", "//to_text(pairs + level - 1)// &
+                                                 trim(merge(" pair ", " pairs", pairs + level == 2))//" in mesh"
+            varied%stiffness = factor(level)*varied%stiffness
+            varied%damping = factor(level)*varied%damping
+            varied%offset = factor(level)*varied%offset
+            where (varied%guard%below /= 0) varied%guard%below = varied%guard%below + level*law%plain
+            where (varied%guard%above /= 0) varied%guard%above = varied%guard%above + level*law%plain
+            law%branch = [law%branch, varied]
          end do
       end do
    end subroutine vary_stiffness
 
-   pure subroutine add_side(law, side, direction, part_at_zero_force)
+   pure subroutine add_elastic_side(law, side, direction, part_at_zero_force)
       type(clearance_law_t), intent(inout) :: law
       type(clearance_side_t), intent(in) :: side
       real(wp), intent(in) :: direction
       logical, intent(in) :: part_at_zero_force
 
-      integer :: closed, parting, f
+      integer :: closed
 
-      closed = merge(branch_upper, branch_lower, direction > 0.0_wp)
-      parting = merge(branch_upper_parting, branch_lower_parting, direction > 0.0_wp)
-      law%branch(closed) = branch_t(side%stiffness, side%damping, &
-                                    direction*side%jump - (side%stiffness - law%branch(branch_open)%stiffness)*side%edge)
-      call law%guard(1, branch_open)%bound(direction, side%edge, closed)
-      if (.not. part_at_zero_force .or. .not. side%damping > 0.0_wp) then
-         call law%guard(1, closed)%bound(-direction, side%edge, branch_open)
-         return
-      end if
-      if (side%jump > 0.0_wp) call law%guard(1, closed)%bound(-direction, side%edge, branch_open)
-      law%functions = law%functions + 1
-      f = law%functions
-      law%slope(:, f) = [side%stiffness, side%damping]
-      law%constant(f) = law%branch(closed)%offset
-      call law%guard(f, closed)%bound(-direction, 0.0_wp, parting)
-      call law%guard(f, parting)%bound(direction, 0.0_wp, closed)
-      call law%guard(1, parting)%bound(-direction, side%edge, branch_open)
-   end subroutine add_side
+      if (.not. side%present) return
+      associate (offset => direction*side%jump - side%stiffness*side%edge)
+         if (part_at_zero_force .and. side%damping > 0.0_wp) then
+            call add_side(law, direction, side%edge, side%jump > 0.0_wp, closed, [side%stiffness, side%damping], offset)
+         else
+            call add_side(law, direction, side%edge, .true., closed)
+         end if
+         law%branch(closed)%stiffness = side%stiffness
+         law%branch(closed)%damping = side%damping
+         law%branch(closed)%offset = offset
+      end associate
+   end subroutine add_elastic_side
+
+   !> Stored on the side that is closed, from its edge on, J.
+   pure function energy(self, branch, s)
+      class(clearance_law_t), intent(in) :: self
+      integer, intent(in) :: branch
+      real(wp), intent(in) :: s
+      real(wp) :: energy
+
+      energy = 0.0_wp
+      associate (piece => self%branch(branch), edge => self%edge(branch))
+         if (piece%closed) energy = (s - edge)*(0.5_wp*piece%stiffness*(s + edge) + piece%offset)
+      end associate
+   end function energy
 
    !> The force within the clearance and what each side adds to it, switched on by a smoothed step of its penetration.
    pure subroutine smoothed(self, s, rate, normal, sharpness, force, stiffness, damping)
@@ -113,7 +127,7 @@ contains
       real(wp), intent(in) :: s, rate, normal, sharpness
       real(wp), intent(out) :: force, stiffness, damping
 
-      associate (unused => normal, open => self%guard(1, branch_open))
+      associate (unused => normal, open => self%branch(branch_open)%guard(1))
          stiffness = self%branch(branch_open)%stiffness
          force = stiffness*s
          damping = 0.0_wp

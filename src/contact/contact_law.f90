@@ -9,37 +9,18 @@
 !! as it is; there a guard on F itself says when the branch ends. A law with **impacts** reverses s' by Newton's rule,
 !! s'+ = -restitution s'-, when the motion arrives at such a branch (source thesis, (2.1)-(2.10)).
 !!
-!! In laws of a gap the switching function 1 is s; functions 2 and 3, where a side parts at zero force, have the sign of F: positive
-!! while the upper side pushes, negative while the lower one does.
-!!
-!! Of a gear mesh whose stiffness switches between that of one and that of two pairs of teeth each branch has a variant for each.
+!! A law numbers its branches itself, from 1, and names them. Where its stiffness has levels, as that of gear teeth has with the
+!! number of pairs in mesh, every branch comes again for each level.
 module razy_contact_contact_law
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_core_kinds, only: wp
+   use razy_core_number, only: to_text
    implicit none(type, external)
    private
 
    public :: branch_t, contact_law_t, guard_t, same_slopes
-   public :: branch_open, branch_upper, branch_lower, branch_upper_parting, branch_lower_parting
-   public :: branch_forward, branch_backward, branch_sticking, branch_meanings, branches
-   public :: is_closed, plain_branch, with_pairs
 
-   !> Branches of all laws, as results name them.
-   integer, parameter :: branch_open = 1, branch_upper = 2, branch_lower = 3, branch_upper_parting = 4, branch_lower_parting = 5, &
-                         branch_forward = 6, branch_backward = 7, branch_sticking = 8
-   !> Branches 1 to 5 with one pair of teeth in mesh are 9 to 13, with two 14 to 18.
-   integer, parameter :: varied = 5, branches = 8 + 2*varied
-   character(*), parameter :: branch_meanings = "1 = open, 2 = closed (upper side), 3 = closed (lower side), "// &
-                              "4 = parting (upper side), 5 = parting (lower side), "// &
-                              "6 = sliding forward, 7 = sliding backward, 8 = sticking, "// &
-                              "9 to 13 = 1 to 5 with one pair of teeth in mesh, 14 to 18 = 1 to 5 with two"
-
-   !> F = stiffness*s + damping*s' + offset.
-   type :: branch_t
-      real(wp) :: stiffness = 0.0_wp, damping = 0.0_wp, offset = 0.0_wp
-   end type branch_t
-
-   !> Bounds of one switching function in one branch and the branches that follow; 0 means unbounded.
+   !> Bounds of one function in one branch and the branches that follow; 0 means unbounded.
    type :: guard_t
       real(wp) :: lower = 0.0_wp, upper = 0.0_wp
       integer :: below = 0, above = 0
@@ -47,20 +28,37 @@ module razy_contact_contact_law
       procedure :: bound
    end type guard_t
 
+   !> One branch, with the name that results give it.
+   type :: branch_t
+      character(40) :: name = ""
+      !> Whether the contact is closed; one that is parting, whose surfaces relax without force, is not.
+      logical :: closed = .false.
+      !> On which side of s it is closed or parting: +1 the upper, -1 the lower, 0 none.
+      integer :: side = 0
+      !> Whether F is a constraint force; whether a motion that comes here has left what is known of the law.
+      logical :: constraint = .false., outside = .false.
+      !> F = stiffness*s + damping*s' + offset.
+      real(wp) :: stiffness = 0.0_wp, damping = 0.0_wp, offset = 0.0_wp
+      !> Guards on the switching functions, and on a constraint force (per normal force with `of_normal`).
+      type(guard_t) :: guard(3), force_guard
+   end type branch_t
+
    !> A law. What is data here describes the branches; where the force in them is not affine it is the extension's.
    type, abstract :: contact_law_t
       !> Whether F is affine in every branch, as `branch` says (per normal force with `of_normal`), or a constraint force; only then
-      !> is `branch` of any meaning.
+      !> are the coefficients of any meaning.
       logical :: piecewise_linear = .false.
-      type(branch_t) :: branch(branches)
-      !> Functions in use; `slope` holds alpha and beta of each, `constant` its gamma. The first is s in laws with a gap.
+      !> All branches: `plain` of them, then again for each level.
+      type(branch_t), allocatable :: branch(:)
+      integer :: plain = 0
+      !> The branch of a contact that nothing closes or stretches, and the one with all of it closed, on the upper side if there
+      !> are two.
+      integer :: home = 1, shut = 1
+      !> Switching functions in use; `slope` holds alpha and beta of each, `constant` its gamma. The first is s in laws with a gap.
       integer :: functions = 1
       real(wp) :: slope(2, 3) = 0.0_wp, constant(3) = 0.0_wp
-      !> Guards (function, branch).
-      type(guard_t) :: guard(3, branches)
-      !> Branches in which F is a constraint force, and the guard on F there (per normal force with `of_normal`).
-      logical :: constraint(branches) = .false., of_normal = .false.
-      type(guard_t) :: force_guard(branches)
+      !> Whether F is in proportion to a normal force: friction.
+      logical :: of_normal = .false.
       !> Whether s' jumps when the motion arrives at a constraint, and Newton's coefficient of restitution, in [0, 1].
       logical :: impacts = .false.
       real(wp) :: restitution = 0.0_wp
@@ -80,6 +78,12 @@ module razy_contact_contact_law
       procedure :: branch_beyond
       !> Whether a closed branch has a bound besides that of s.
       procedure :: parts
+      !> The branch at a level, of a branch at any.
+      procedure :: at_level
+      !> Energy stored at s in a branch, J.
+      procedure :: energy
+      !> Numbers and names of the branches, as attributes of results have them.
+      procedure :: meanings
    end type contact_law_t
 
    !> Rounding of a constant of a switching function, and of its bound.
@@ -87,27 +91,13 @@ module razy_contact_contact_law
 
 contains
 
-   !> The branch with so many pairs of teeth in mesh, 1 or 2, of a branch with any.
-   elemental integer function with_pairs(branch, pairs)
-      integer, intent(in) :: branch, pairs
+   !> The branch at a level, of a branch at any; level 0 is the mean one.
+   elemental integer function at_level(self, branch, level)
+      class(contact_law_t), intent(in) :: self
+      integer, intent(in) :: branch, level
 
-      with_pairs = plain_branch(branch) + 8 + varied*(pairs - 1)
-   end function with_pairs
-
-   !> A branch without the number of pairs in mesh.
-   elemental integer function plain_branch(branch)
-      integer, intent(in) :: branch
-
-      plain_branch = branch
-      if (branch > 8) plain_branch = 1 + modulo(branch - 9, varied)
-   end function plain_branch
-
-   !> Whether a contact in this branch is closed; one that is parting, whose surfaces relax without force, is not.
-   elemental logical function is_closed(branch)
-      integer, intent(in) :: branch
-
-      is_closed = all(plain_branch(branch) /= [branch_open, branch_upper_parting, branch_lower_parting])
-   end function is_closed
+      at_level = 1 + modulo(branch - 1, self%plain) + self%plain*level
+   end function at_level
 
    !> Bound a function from above (direction > 0) or below, and name the branch beyond.
    pure subroutine bound(self, direction, value, beyond)
@@ -124,27 +114,39 @@ contains
       end if
    end subroutine bound
 
-   !> The branch in which a motion with `s` and its rate starts, of a law of a gap. On an edge the rate decides, then `open`.
+   !> The branch in which a motion with `s` and its rate starts: from that of an open contact on, as long as a bound is
+   !> passed, or reached and about to be.
    pure function initial_branch(self, s, rate) result(branch)
       class(contact_law_t), intent(in) :: self
       real(wp), intent(in) :: s, rate
       integer :: branch
 
-      real(wp) :: push
-      integer :: f, parting
+      real(wp) :: slope, value
+      integer :: f, next, round
 
-      branch = branch_open
-      associate (edge => self%guard(1, branch_open))
-         if (edge%above /= 0 .and. (s > edge%upper .or. (.not. s < edge%upper .and. rate > 0.0_wp))) branch = edge%above
-         if (edge%below /= 0 .and. (s < edge%lower .or. (.not. s > edge%lower .and. rate < 0.0_wp))) branch = edge%below
-      end associate
-      if (branch == branch_open) return
-      do f = 2, self%functions
-         push = self%slope(1, f)*s + self%slope(2, f)*rate + self%constant(f)
-         parting = max(self%guard(f, branch)%above, self%guard(f, branch)%below)
-         if (parting == branch_upper_parting .and. push < 0.0_wp) branch = parting
-         if (parting == branch_lower_parting .and. push > 0.0_wp) branch = parting
+      branch = self%home
+      do round = 1, self%plain
+         next = 0
+         do f = 1, self%functions
+            value = self%slope(1, f)*s + self%slope(2, f)*rate + self%constant(f)
+            slope = merge(0.0_wp, self%slope(1, f)*rate, abs(self%slope(2, f)) > 0.0_wp)
+            associate (guard => self%branch(branch)%guard(f))
+               if (guard%below /= 0 .and. passed(value - guard%lower, slope)) next = guard%below
+               if (guard%above /= 0 .and. passed(guard%upper - value, -slope)) next = guard%above
+            end associate
+         end do
+         if (next == 0) return
+         branch = next
       end do
+
+   contains
+
+      pure logical function passed(g, rate)
+         real(wp), intent(in) :: g, rate
+
+         passed = g < 0.0_wp .or. (.not. g > 0.0_wp .and. rate < 0.0_wp)
+      end function passed
+
    end function initial_branch
 
    !> F of a law that is affine in every branch; 0 where it is a constraint force, which the integrator knows.
@@ -202,7 +204,7 @@ contains
          slope = self%slope(1, f)*rate
          if (abs(self%slope(2, f)) > 0.0_wp .or. abs(rate) <= noise_rate) slope = 0.0_wp
          noise = abs(self%slope(1, f))*noise_s + abs(self%slope(2, f))*noise_rate + of_constant*abs(self%constant(f))
-         associate (guard => self%guard(f, branch))
+         associate (guard => self%branch(branch)%guard(f))
             if (guard%below /= 0 .and. beyond(value - guard%lower, slope, noise + of_constant*abs(guard%lower))) then
                next = guard%below
             else if (guard%above /= 0 .and. beyond(guard%upper - value, -slope, noise + of_constant*abs(guard%upper))) then
@@ -226,8 +228,37 @@ contains
       integer, intent(in) :: branch
       logical :: parts
 
-      parts = any(self%guard(2:self%functions, branch)%below /= 0 .or. self%guard(2:self%functions, branch)%above /= 0)
+      associate (others => self%branch(branch)%guard(2:self%functions))
+         parts = any(others%below /= 0 .or. others%above /= 0)
+      end associate
    end function parts
+
+   !> Of a law that stores none.
+   pure function energy(self, branch, s)
+      class(contact_law_t), intent(in) :: self
+      integer, intent(in) :: branch
+      real(wp), intent(in) :: s
+      real(wp) :: energy
+
+      associate (u1 => self%impacts, u2 => branch, u3 => s)
+         energy = 0.0_wp
+      end associate
+   end function energy
+
+   !> "1 = open, 2 = closed (upper side)"; branches without a name are never entered.
+   pure function meanings(self) result(text)
+      class(contact_law_t), intent(in) :: self
+      character(:), allocatable :: text
+
+      integer :: b
+
+      text = ""
+      do b = 1, size(self%branch)
+         if (self%branch(b)%name == "") cycle
+         if (text /= "") text = text//", "
+         text = text//to_text(b)//" = "//trim(self%branch(b)%name)
+      end do
+   end function meanings
 
    !> Whether two piecewise-linear laws have the same stiffness, damping and switching slopes, so that the same modes serve
    !> both.
@@ -235,11 +266,10 @@ contains
       class(contact_law_t), intent(in) :: a, b
       logical :: same
 
-      same = a%piecewise_linear .and. b%piecewise_linear .and. a%functions == b%functions
-      same = same .and. .not. any(abs(a%branch%stiffness - b%branch%stiffness) > 0.0_wp)
-      same = same .and. .not. any(abs(a%branch%damping - b%branch%damping) > 0.0_wp)
-      same = same .and. .not. any(abs(a%slope - b%slope) > 0.0_wp)
-      same = same .and. all(a%constraint .eqv. b%constraint) .and. (a%of_normal .eqv. b%of_normal)
+      same = a%piecewise_linear .and. b%piecewise_linear .and. a%functions == b%functions .and. size(a%branch) == size(b%branch)
+      if (same) same = all(abs(a%branch%stiffness - b%branch%stiffness) <= 0.0_wp) .and. &
+                       all(abs(a%branch%damping - b%branch%damping) <= 0.0_wp) .and. all(abs(a%slope - b%slope) <= 0.0_wp) .and. &
+                       all(a%branch%constraint .eqv. b%branch%constraint) .and. (a%of_normal .eqv. b%of_normal)
       if (same .and. a%of_normal) same = .not. any(abs(a%branch%offset - b%branch%offset) > 0.0_wp)
    end function same_slopes
 

@@ -7,12 +7,14 @@
 !! With δ = 0 it is Coulomb's: kinetic μ_k while sliding, static μ_s while sticking. The thesis's belt has μ_k = 0, δ = 3 s/m.
 !! Sticking is a constraint: s' stays 0 and F is what keeps it so, as long as |F| <= μ_s N.
 module razy_contact_friction_law
-   use razy_contact_contact_law, only: branch_backward, branch_forward, branch_sticking, contact_law_t, guard_t
+   use razy_contact_contact_law, only: contact_law_t, guard_t
    use razy_core_kinds, only: pi, wp
    implicit none(type, external)
    private
 
-   public :: friction_law_t, new_friction_law
+   public :: branch_backward, branch_forward, branch_sticking, friction_law_t, new_friction_law
+
+   integer, parameter :: branch_forward = 1, branch_backward = 2, branch_sticking = 3
 
    !> Switching function: s'.
    type, extends(contact_law_t) :: friction_law_t
@@ -37,14 +39,21 @@ contains
       law%decay = decay
       ! With one kinetic coefficient the force is linear in the normal force.
       law%piecewise_linear = .not. (decay > 0.0_wp .and. static > kinetic)
-      law%branch(branch_forward)%offset = kinetic
-      law%branch(branch_backward)%offset = -kinetic
       law%slope(2, 1) = 1.0_wp
-      law%guard(1, branch_forward) = guard_t(lower=0.0_wp, below=branch_sticking)
-      law%guard(1, branch_backward) = guard_t(upper=0.0_wp, above=branch_sticking)
-      law%constraint(branch_sticking) = .true.
       law%of_normal = .true.
-      law%force_guard(branch_sticking) = guard_t(-static, static, branch_backward, branch_forward)
+      law%plain = 3
+      allocate (law%branch(3))
+      law%branch%closed = .true.
+      law%branch%name = [character(16) :: "sliding forward", "sliding backward", "sticking"]
+      associate (forward => law%branch(branch_forward), backward => law%branch(branch_backward), &
+                 sticks => law%branch(branch_sticking))
+         forward%offset = kinetic
+         forward%guard(1) = guard_t(lower=0.0_wp, below=branch_sticking)
+         backward%offset = -kinetic
+         backward%guard(1) = guard_t(upper=0.0_wp, above=branch_sticking)
+         sticks%constraint = .true.
+         sticks%force_guard = guard_t(-static, static, branch_backward, branch_forward)
+      end associate
    end function new_friction_law
 
    !> The branch in which a motion starts, by the rate alone.

@@ -13,8 +13,7 @@
 !! n = 3/2 the fourth derivative of the motion is unbounded at touch, and a step of length h that ends or begins there
 !! errs by O(h^(n+2)) whatever its order; step control has to see to it.
 module razy_contact_power_law
-   use razy_contact_contact_law, only: branch_lower, branch_lower_parting, branch_open, branch_upper, branch_upper_parting, &
-                                       contact_law_t
+   use razy_contact_gap_law, only: add_side, branch_lower, branch_upper, gap_law_t
    use razy_core_kinds, only: pi, wp
    implicit none(type, external)
    private
@@ -36,9 +35,10 @@ module razy_contact_power_law
    real(wp), parameter :: farthest = 1.0e20_wp
 
    !> Switching functions: 1 is s; 2 and 3, of sides that part at zero force, ±(1 + (3/2) α p').
-   type, extends(contact_law_t) :: power_law_t
+   type, extends(gap_law_t) :: power_law_t
       type(power_side_t) :: lower, upper
    contains
+      procedure :: energy
       procedure :: force
       procedure :: slopes
       procedure :: smoothed
@@ -54,9 +54,8 @@ contains
 
       law%lower = lower
       law%upper = upper
-      law%slope(1, 1) = 1.0_wp
-      if (upper%present) call add_side(law, upper, 1.0_wp, part_at_zero_force)
-      if (lower%present) call add_side(law, lower, -1.0_wp, part_at_zero_force)
+      call add_curved_side(law, upper, 1.0_wp, part_at_zero_force)
+      call add_curved_side(law, lower, -1.0_wp, part_at_zero_force)
    end function new_power_law
 
    !> Stiffness of Hertz's law for spheres of radii r1, r2 (m), Young's moduli e1, e2 (Pa) and Poisson's ratios nu1, nu2,
@@ -70,28 +69,44 @@ contains
       end associate
    end function hertz_stiffness
 
-   pure subroutine add_side(law, side, direction, part_at_zero_force)
+   pure subroutine add_curved_side(law, side, direction, part_at_zero_force)
       type(power_law_t), intent(inout) :: law
       type(power_side_t), intent(in) :: side
       real(wp), intent(in) :: direction
       logical, intent(in) :: part_at_zero_force
 
-      integer :: closed, parting, f
+      integer :: closed
 
-      closed = merge(branch_upper, branch_lower, direction > 0.0_wp)
-      parting = merge(branch_upper_parting, branch_lower_parting, direction > 0.0_wp)
-      call law%guard(1, branch_open)%bound(direction, side%edge, closed)
+      if (.not. side%present) return
       ! The force vanishes at zero deformation as well, so both rules end the contact there.
-      call law%guard(1, closed)%bound(-direction, side%edge, branch_open)
-      if (.not. part_at_zero_force .or. .not. side%hysteresis > 0.0_wp) return
-      law%functions = law%functions + 1
-      f = law%functions
-      law%slope(:, f) = [0.0_wp, 1.5_wp*side%hysteresis]
-      law%constant(f) = direction
-      call law%guard(f, closed)%bound(-direction, 0.0_wp, parting)
-      call law%guard(f, parting)%bound(direction, 0.0_wp, closed)
-      call law%guard(1, parting)%bound(-direction, side%edge, branch_open)
-   end subroutine add_side
+      if (part_at_zero_force .and. side%hysteresis > 0.0_wp) then
+         call add_side(law, direction, side%edge, .true., closed, [0.0_wp, 1.5_wp*side%hysteresis], direction)
+      else
+         call add_side(law, direction, side%edge, .true., closed)
+      end if
+   end subroutine add_curved_side
+
+   !> Stored on the side that is closed, k pⁿ⁺¹/(n + 1), J.
+   pure function energy(self, branch, s)
+      class(power_law_t), intent(in) :: self
+      integer, intent(in) :: branch
+      real(wp), intent(in) :: s
+      real(wp) :: energy
+
+      energy = 0.0_wp
+      if (branch == branch_upper) energy = stored(self%upper, s - self%upper%edge)
+      if (branch == branch_lower) energy = stored(self%lower, self%lower%edge - s)
+
+   contains
+
+      pure real(wp) function stored(side, p)
+         type(power_side_t), intent(in) :: side
+         real(wp), intent(in) :: p
+
+         stored = side%stiffness*abs(p)**(side%exponent + 1)/(side%exponent + 1)
+      end function stored
+
+   end function energy
 
    !> F in a branch, N (N m).
    pure function force(self, branch, s, rate, normal)

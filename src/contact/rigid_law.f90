@@ -5,7 +5,7 @@
 !! becomes -restitution s' at once. Where both edges are one, s cannot move: impacts follow each other in no time until s' = 0,
 !! and a side whose force would pull gives over to the other.
 module razy_contact_rigid_law
-   use razy_contact_contact_law, only: branch_lower, branch_open, branch_upper, contact_law_t
+   use razy_contact_gap_law, only: add_side, branch_lower, branch_open, branch_upper, gap_law_t
    use razy_core_kinds, only: wp
    implicit none(type, external)
    private
@@ -20,7 +20,7 @@ module razy_contact_rigid_law
    end type rigid_side_t
 
    !> Switching function: s.
-   type, extends(contact_law_t) :: rigid_law_t
+   type, extends(gap_law_t) :: rigid_law_t
    contains
       procedure :: initial_branch
    end type rigid_law_t
@@ -37,23 +37,27 @@ contains
       law%impacts = .true.
       law%restitution = restitution
       law%smoothable = .false.
-      law%slope(1, 1) = 1.0_wp
-      if (upper%present) then
-         law%constraint(branch_upper) = .true.
-         call law%guard(1, branch_open)%bound(1.0_wp, upper%edge, branch_upper)
-         call law%force_guard(branch_upper)%bound(-1.0_wp, 0.0_wp, branch_open)
-      end if
-      if (lower%present) then
-         law%constraint(branch_lower) = .true.
-         call law%guard(1, branch_open)%bound(-1.0_wp, lower%edge, branch_lower)
-         call law%force_guard(branch_lower)%bound(1.0_wp, 0.0_wp, branch_open)
-      end if
+      call add_rigid_side(law, upper, 1.0_wp)
+      call add_rigid_side(law, lower, -1.0_wp)
       if (.not. (lower%present .and. upper%present)) return
       if (upper%edge > lower%edge) return
       law%restitution = 0.0_wp
-      call law%force_guard(branch_upper)%bound(-1.0_wp, 0.0_wp, branch_lower)
-      call law%force_guard(branch_lower)%bound(1.0_wp, 0.0_wp, branch_upper)
+      call law%branch(branch_upper)%force_guard%bound(-1.0_wp, 0.0_wp, branch_lower)
+      call law%branch(branch_lower)%force_guard%bound(1.0_wp, 0.0_wp, branch_upper)
    end function new_rigid_law
+
+   pure subroutine add_rigid_side(law, side, direction)
+      type(rigid_law_t), intent(inout) :: law
+      type(rigid_side_t), intent(in) :: side
+      real(wp), intent(in) :: direction
+
+      integer :: closed
+
+      if (.not. side%present) return
+      call add_side(law, direction, side%edge, .false., closed)
+      law%branch(closed)%constraint = .true.
+      call law%branch(closed)%force_guard%bound(-direction, 0.0_wp, branch_open)
+   end subroutine add_rigid_side
 
    !> The branch in which a motion with `s` and its rate starts: closed on (or beyond) an edge unless the rate leads away. With
    !> a rate into the edge that is an impact at the start.
@@ -63,7 +67,7 @@ contains
       integer :: branch
 
       branch = branch_open
-      associate (edge => self%guard(1, branch_open))
+      associate (edge => self%branch(branch_open)%guard(1))
          if (edge%below /= 0 .and. s <= edge%lower .and. rate <= 0.0_wp) branch = edge%below
          if (edge%above /= 0 .and. s >= edge%upper .and. rate >= 0.0_wp) branch = edge%above
       end associate

@@ -205,7 +205,7 @@ contains
          type(linear_form_t) :: form
 
          associate (law => system%machine%contact(j)%law, piece => system%machine%contact(j)%law%branch(mode%branch(j)))
-            if (law%of_normal .or. law%constraint(mode%branch(j))) then
+            if (law%of_normal .or. law%branch(mode%branch(j))%constraint) then
                contact_force = value_of(force, response, self%now, j, 0)
             else
                form = system%contact_form(j, piece%stiffness, piece%damping, piece%offset)

@@ -237,7 +237,7 @@ contains
       logical :: slides
 
       associate (law => system%machine%contact(j)%law, by => system%machine%contact(j)%normal_of)
-         slides = law%of_normal .and. by > 0 .and. .not. law%constraint(mode%branch(j))
+         slides = law%of_normal .and. by > 0 .and. .not. law%branch(mode%branch(j))%constraint
          if (slides) slides = .not. system%machine%contact(by)%law%impacts
       end associate
    end function slides_under_spring
@@ -417,7 +417,7 @@ contains
       logical :: is
 
       associate (contact => system%machine%contact)
-         is = .not. (contact(j)%law%impacts .or. any(contact(j)%law%constraint)) &
+         is = .not. (contact(j)%law%impacts .or. any(contact(j)%law%branch%constraint)) &
               .and. .not. any(contact%normal_of == j .or. contact%only_with == j)
       end associate
    end function is_lone_spring

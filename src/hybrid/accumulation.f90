@@ -19,7 +19,6 @@
 !! its next fall by the ratio ρ, also those of friction that stops at some impacts and is set in motion by others, so what they
 !! change comes once more times ρ/(1 - ρ). In the limit no gap has a speed; what is left of them is taken out as above.
 module razy_hybrid_accumulation
-   use razy_contact_contact_law, only: branch_lower
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_active_sides, only: side_t
    use razy_hybrid_constraints, only: constraints_t, new_constraints
@@ -153,7 +152,7 @@ contains
       do j = 1, size(dynamics%mode%branch)
          if (any(list(:n) == j) .or. .not. is_held(system, dynamics%mode%branch, j)) cycle
          list = [list, j]
-         ways = [ways, merge(1.0_wp, -1.0_wp, dynamics%mode%branch(j) == branch_lower)]
+         ways = [ways, merge(1.0_wp, -1.0_wp, system%machine%contact(j)%law%branch(dynamics%mode%branch(j))%side < 0)]
       end do
       call take_out(system, dynamics, list, n, ways, self%ends(list), z(system%m + 1:), saltation)
    end subroutine follow
@@ -164,10 +163,10 @@ contains
       integer, intent(in) :: branch(:), j
 
       associate (contact => system%machine%contact, by => system%machine%contact(j)%normal_of)
-         held = contact(j)%law%constraint(branch(j))
+         held = contact(j)%law%branch(branch(j))%constraint
          if (contact(j)%law%impacts .or. .not. held) return
          held = by > 0
-         if (held) held = contact(by)%law%constraint(branch(by))
+         if (held) held = contact(by)%law%branch(branch(by))%constraint
       end associate
    end function is_held
 
@@ -194,7 +193,8 @@ contains
       allocate (sliding(0), row(0), phi(0))
       do j = 1, size(dynamics%mode%branch)
          associate (contact => system%machine%contact(j), branch => dynamics%mode%branch(j))
-            if (.not. any(list == contact%normal_of) .or. .not. contact%law%of_normal .or. contact%law%constraint(branch)) cycle
+            if (.not. (any(list == contact%normal_of) .and. contact%law%of_normal)) cycle
+            if (contact%law%branch(branch)%constraint) cycle
             sliding = [sliding, j]
             row = [row, findloc(list, contact%normal_of, 1)]
             phi = [phi, contact%law%force(branch, dynamics%s(j), dynamics%rate(j), 1.0_wp)]
@@ -213,7 +213,7 @@ contains
       do j = 1, size(dynamics%mode%branch)
          associate (contact => system%machine%contact(j), branch => dynamics%mode%branch(j))
             i = findloc(list(:n), contact%only_with, 1)
-            if (i == 0 .or. contact%law%constraint(branch)) cycle
+            if (i == 0 .or. contact%law%branch(branch)%constraint) cycle
             given = given + system%w(:, j)*(contact%law%force(branch, dynamics%s(j), dynamics%rate(j), contact%normal)*ends(i))
          end associate
       end do
@@ -329,7 +329,7 @@ contains
       do i = 1, size(branch)
          if (i == j) cycle
          if ((self%count(i) > 0 .and. self%number(2, i) > self%number(1, j)) .or. self%whose(i)) alone = .false.
-         if (system%machine%contact(i)%law%constraint(branch(i))) alone = .false.
+         if (system%machine%contact(i)%law%branch(branch(i))%constraint) alone = .false.
       end do
    end function alone
 
@@ -364,7 +364,7 @@ contains
       integer :: j
 
       do j = 1, size(branch)
-         self%whose(j) = self%whose(j) .and. system%machine%contact(j)%law%constraint(branch(j))
+         self%whose(j) = self%whose(j) .and. system%machine%contact(j)%law%branch(branch(j))%constraint
       end do
       self%landing = any(self%whose)
       self%rest = minval([huge(1.0_wp), self%ends], mask=[.true., self%whose])

@@ -12,7 +12,8 @@
 !! is not the force that it slides with, and others that `choose` lets slide may stick: the element that `choose` calls `loose` is
 !! to slide with its own force, and the rest to be decided again without it.
 module razy_hybrid_active_sides
-   use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking
+   use razy_contact_friction_law, only: branch_backward, branch_forward, branch_sticking
+   use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept, solve_impact
    use razy_linalg_complementarity_impact, only: impact_problem_t, impulse_bound
@@ -53,7 +54,7 @@ contains
       count = 0
       do j = 1, size(contact)
          if (.not. contact(j)%law%impacts) cycle
-         associate (open => contact(j)%law%guard(1, branch_open))
+         associate (open => contact(j)%law%branch(branch_open)%guard(1))
             if (open%below /= 0) call look_at_side(j, open%below, 1.0_wp, open%lower, left(1, j))
             if (open%above /= 0) call look_at_side(j, open%above, -1.0_wp, open%upper, left(2, j))
          end associate
@@ -175,7 +176,7 @@ contains
       integer, intent(in) :: closed
       logical :: opens
 
-      associate (guard => contact%law%force_guard(closed))
+      associate (guard => contact%law%branch(closed)%force_guard)
          opens = guard%below == branch_open .or. guard%above == branch_open
       end associate
    end function opens
@@ -187,7 +188,7 @@ contains
       logical :: weakens
 
       associate (law => friction%law)
-         weakens = abs(law%force(branch, 0.0_wp, 0.0_wp, 1.0_wp)) < law%force_guard(branch_sticking)%upper
+         weakens = abs(law%force(branch, 0.0_wp, 0.0_wp, 1.0_wp)) < law%branch(branch_sticking)%force_guard%upper
       end associate
    end function weakens
 
@@ -228,7 +229,7 @@ contains
          end do
       end do
       do k = 1, size(tangent)
-         associate (friction => contact(tangent(k)), mu => contact(tangent(k))%law%force_guard(branch_sticking)%upper)
+         associate (friction => contact(tangent(k)), mu => contact(tangent(k))%law%branch(branch_sticking)%force_guard%upper)
             problem%limit(k) = mu*max(0.0_wp, normal(tangent(k)))
             problem%coefficient(k, :) = merge(mu, 0.0_wp, side%contact == friction%normal_of)
          end associate

@@ -5,7 +5,7 @@
 !! Times `tau` are s after the start of the piece, whose phases `begin` forms.
 module razy_hybrid_dynamics
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use razy_contact_contact_law, only: branch_open, is_closed
+   use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_hybrid_excitation, only: excitation_t
    use razy_hybrid_mode, only: affine, constrained, idle, mode_t, press_of
@@ -261,7 +261,9 @@ contains
          is = self%mode%in_play(system, j)
       else if (system%machine%contact(j)%only_with > 0) then
          associate (with => system%machine%contact(j)%only_with)
-            is = is_closed(system%machine%contact(with)%law%initial_branch(self%s(with), self%rate(with)))
+            associate (law => system%machine%contact(with)%law)
+               is = law%branch(law%initial_branch(self%s(with), self%rate(with)))%closed
+            end associate
          end associate
       end if
    end function is_in_play
@@ -318,7 +320,7 @@ contains
             call self%look_at_contact(system, j, z)
             change(i) = 0.0_wp
             if (.not. system%machine%contact(j)%law%impacts) cycle
-            associate (edge => system%machine%contact(j)%law%guard(1, branch_open))
+            associate (edge => system%machine%contact(j)%law%branch(branch_open)%guard(1))
                change(i) = merge(edge%upper, edge%lower, edge%above == self%mode%branch(j)) - self%s(j)
             end associate
          end do

@@ -12,8 +12,9 @@ module razy_hybrid_flow
    use razy_hybrid_system, only: system_t
    use razy_hybrid_transition, only: transition_t
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, status_blow_up, &
-                                     status_chatter, status_event_limit, status_no_contact_forces, status_ok, status_step_underflow
+   use razy_motion_integrator, only: integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, status_beyond_law, &
+                                     status_blow_up, status_chatter, status_event_limit, status_no_contact_forces, status_ok, &
+                                     status_step_underflow
    implicit none(type, external)
    private
 
@@ -226,6 +227,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
 
       real(wp) :: delta
+      integer :: j
 
       self%time = self%from
       self%time_low = 0.0_wp
@@ -241,6 +243,9 @@ contains
       call self%transition%begin(self%system, self%finds_events, self%from, delta, self%z)
       if (.not. self%transition%found) outcome%status = status_no_contact_forces
       outcome%impacts = self%transition%impacts
+      do j = 1, size(self%branch)
+         if (is_beyond(self, j, self%transition%dynamics%mode%branch(j))) outcome%status = status_beyond_law
+      end do
       call self%switching%begin(self%system%machine, self%from, self%transition%dynamics%mode%branch)
       self%branch = self%transition%dynamics%mode%branch
       if (allocated(self%tangent) .and. outcome%status == status_ok) then
@@ -248,6 +253,14 @@ contains
       end if
       if (outcome%status == status_ok .and. outcome%impacts > 0) call show_changes(self, 1, piece, observers, outcome)
    end subroutine begin
+
+   !> Whether what is known of the law of contact j ends where this branch begins.
+   pure logical function is_beyond(self, j, branch)
+      class(flow_t), intent(in) :: self
+      integer, intent(in) :: j, branch
+
+      is_beyond = self%system%machine%contact(j)%law%branch(branch)%outside
+   end function is_beyond
 
    !> The end of a piece: what follows the event there, if there is one, or the stiffness that switches, and the piece is shown.
    subroutine end_piece(self, t_end, ending, switches, piece, observers, outcome)
@@ -279,6 +292,9 @@ contains
                outcome%impacts = outcome%impacts + transition%impacts
                outcome%accumulations = outcome%accumulations + transition%landed
             end if
+            do i = 1, transition%changes
+               if (is_beyond(self, transition%contact(i), transition%branch(i))) outcome%status = status_beyond_law
+            end do
             if (transition%changes > 0) then
                piece%contact = transition%contact(1)
                piece%branch = transition%branch(1)

@@ -70,13 +70,13 @@ contains
       do j = 1, size(mode%branch)
          associate (law => system%machine%contact(j)%law, branch => mode%branch(j))
             if (law%of_normal .and. .not. mode%in_play(system, j)) cycle
-            if (law%constraint(branch)) then
-               call add(guard_entry_t(contact=j, function=of_force, of_normal=law%of_normal), law%force_guard(branch))
+            if (law%branch(branch)%constraint) then
+               call add(guard_entry_t(contact=j, function=of_force, of_normal=law%of_normal), law%branch(branch)%force_guard)
                cycle
             end if
             do f = 1, law%functions
                call add(guard_entry_t(contact=j, function=f, alpha=law%slope(1, f), beta=law%slope(2, f), gamma=law%constant(f)), &
-                        law%guard(f, branch))
+                        law%branch(branch)%guard(f))
             end do
          end associate
       end do
@@ -120,7 +120,7 @@ contains
       associate (by => system%machine%contact(j)%normal_of)
          if (by == 0) return
          associate (law => system%machine%contact(by)%law, branch => mode%branch(by))
-            may_pull = law%piecewise_linear .and. law%branch(branch)%damping > 0.0_wp .and. .not. law%constraint(branch) &
+            may_pull = law%piecewise_linear .and. law%branch(branch)%damping > 0.0_wp .and. .not. law%branch(branch)%constraint &
                        .and. .not. law%parts(branch)
          end associate
       end associate
@@ -167,8 +167,8 @@ contains
          associate (by => system%machine%contact(j)%normal_of)
             if (by == 0) return
             associate (law => system%machine%contact(by)%law)
-               if (.not. law%constraint(mode%branch(by))) return
-               call total%add(merge(1.0_wp, -1.0_wp, law%force_guard(mode%branch(by))%below /= 0), force(by))
+               if (.not. law%branch(mode%branch(by))%constraint) return
+               call total%add(merge(1.0_wp, -1.0_wp, law%branch(mode%branch(by))%force_guard%below /= 0), force(by))
             end associate
          end associate
       end function total_normal

@@ -4,7 +4,7 @@
 !! the impulses λ obey the laws of Newton, Moreau and Coulomb (razy_linalg_complementarity_impact). A finite friction force gives
 !! no impulse: only friction pressed by a side that touches takes part.
 module razy_hybrid_impact
-   use razy_contact_contact_law, only: branch_forward, branch_sticking
+   use razy_contact_friction_law, only: branch_forward, branch_sticking
    use razy_core_kinds, only: wp
    use razy_hybrid_active_sides, only: set_up, side_t
    use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept, solve_impact
@@ -49,7 +49,7 @@ contains
       integer, allocatable :: friction(:)
       integer :: i, k, outcome
 
-      friction = pack([(i, i=1, size(contact))], [(contact(i)%law%constraint(branch_sticking) .and. &
+      friction = pack([(i, i=1, size(contact))], [(contact(i)%law%of_normal .and. &
                                                    any(side%contact == contact(i)%normal_of), i=1, size(contact))])
       call set_up(w, side, friction, d, problem)
       problem%before = side%before
@@ -118,7 +118,7 @@ contains
       real(wp), intent(in) :: rate, noise_rate
       real(wp) :: mu
 
-      mu = friction%law%force_guard(branch_sticking)%upper
+      mu = friction%law%branch(branch_sticking)%force_guard%upper
       if (abs(rate) > noise_rate) mu = friction%law%force(branch_forward, 0.0_wp, abs(rate), 1.0_wp)
    end function coefficient
 

@@ -7,7 +7,6 @@
 !!
 !!     K + Σ_j w_j a_jᵀ,  B + Σ_j w_j b_jᵀ   with   F_j = a_j·y + b_j·y' + c_j + Re(Σ e_jt E_t).
 module razy_hybrid_mode
-   use razy_contact_contact_law, only: branch_open, is_closed, plain_branch
    use razy_core_kinds, only: wp
    use razy_hybrid_constraints, only: constraints_t, new_constraints
    use razy_hybrid_linear_form, only: linear_form_t, zero_form
@@ -54,7 +53,7 @@ contains
       logical, intent(in) :: smoothed
 
       if (allocated(self%branch)) deallocate (self%branch, self%press, self%does, self%acting, self%entered)
-      allocate (self%branch(contacts), source=branch_open)
+      allocate (self%branch(contacts), source=1)
       allocate (self%press(contacts), self%entered(contacts), source=0)
       allocate (self%does(contacts), self%acting(contacts), source=idle)
       self%smoothed = smoothed
@@ -95,7 +94,7 @@ contains
          couplings = couplings + 1
          sliding(couplings) = j
          row(couplings) = findloc(closed(:n), by, 1)
-         sign(couplings) = merge(1.0_wp, -1.0_wp, system%machine%contact(by)%law%force_guard(self%branch(by))%below /= 0)
+         sign(couplings) = merge(1.0_wp, -1.0_wp, system%machine%contact(by)%law%branch(self%branch(by))%force_guard%below /= 0)
       end do
       call new_constraints(self%constraints, system%w, closed(:n), sliding(:couplings), row(:couplings), sign(:couplings))
    end subroutine enter
@@ -110,9 +109,9 @@ contains
       does = lawful
       if (self%smoothed) return
       associate (law => system%machine%contact(j)%law, branch => self%branch(j))
-         if (law%constraint(branch)) then
+         if (law%branch(branch)%constraint) then
             does = constrained
-         else if (law%impacts .or. (plain_branch(branch) == branch_open .and. .not. law%branch(branch)%stiffness > 0.0_wp)) then
+         else if (law%impacts .or. .not. (law%branch(branch)%closed .or. abs(law%branch(branch)%stiffness) > 0.0_wp)) then
             does = idle
          else if (law%piecewise_linear .and. .not. law%of_normal .and. .not. allocated(system%machine%contact(j)%modulation)) then
             does = affine
@@ -130,9 +129,18 @@ contains
 
       is = .true.
       associate (friction => system%machine%contact(j))
-         if (friction%only_with > 0) is = is_closed(self%branch(friction%only_with))
-         if (is .and. friction%normal_of > 0 .and. .not. friction%normal > 0.0_wp) is = is_closed(self%branch(friction%normal_of))
+         if (friction%only_with > 0) is = closed(friction%only_with)
+         if (is .and. friction%normal_of > 0 .and. .not. friction%normal > 0.0_wp) is = closed(friction%normal_of)
       end associate
+
+   contains
+
+      pure logical function closed(by)
+         integer, intent(in) :: by
+
+         closed = system%machine%contact(by)%law%branch(self%branch(by))%closed
+      end function closed
+
    end function in_play
 
    !> Sign by which a contact's force presses: that which it has in the mode, beyond its zero too, so that the field of the mode
@@ -155,7 +163,7 @@ contains
 
       associate (law => system%machine%contact(j)%law)
          associate (piece => law%branch(self%branch(j)))
-            if (law%constraint(self%branch(j)) .or. allocated(system%machine%contact(j)%modulation)) then
+            if (law%branch(self%branch(j))%constraint .or. allocated(system%machine%contact(j)%modulation)) then
                form = zero_form(system%m, size(system%omega))
             else if (law%of_normal) then
                form = zero_form(system%m, size(system%omega))
@@ -180,7 +188,7 @@ contains
       associate (by => system%machine%contact(j)%normal_of)
          if (by == 0) return
          associate (law => system%machine%contact(by)%law)
-            if (law%constraint(self%branch(by))) return
+            if (law%branch(self%branch(by))%constraint) return
             associate (piece => law%branch(self%branch(by)))
                call form%add(real(self%press(j), wp), system%contact_form(by, piece%stiffness, piece%damping, piece%offset))
             end associate
@@ -220,7 +228,7 @@ contains
 
       do j = 1, size(self%branch)
          associate (law => system%machine%contact(j)%law)
-            held(j) = law%constraint(self%branch(j))
+            held(j) = law%branch(self%branch(j))%constraint
             felt(j) = held(j)
             ! Friction under a contact is felt where that contact is.
             if (law%of_normal .or. held(j)) cycle

@@ -3,7 +3,6 @@
 !! With the frequency f of the teeth, the share s of its period with two pairs in mesh and a phase p in turns, two are in mesh while
 !! n <= f t + p < n + s, n whole. Times are formed from n, not added up.
 module razy_hybrid_switching
-   use razy_contact_contact_law, only: with_pairs
    use razy_core_kinds, only: i8, wp
    use razy_machine_machine, only: machine_t
    implicit none(type, external)
@@ -49,7 +48,7 @@ contains
             self%turn(j) = floor(phase, i8)
             phase = phase - real(self%turn(j), wp)
             self%pairs(j) = merge(2, 1, phase < contact%mesh_share)
-            branch(j) = with_pairs(branch(j), self%pairs(j))
+            branch(j) = machine%contact(j)%law%at_level(branch(j), self%pairs(j))
             call foresee(self, machine, j)
          end associate
       end do
@@ -92,7 +91,7 @@ contains
          if (.not. switched(j)) cycle
          self%pairs(j) = 3 - self%pairs(j)
          if (self%pairs(j) == 2) self%turn(j) = self%turn(j) + 1
-         branch(j) = with_pairs(branch(j), self%pairs(j))
+         branch(j) = machine%contact(j)%law%at_level(branch(j), self%pairs(j))
          call foresee(self, machine, j)
       end do
    end subroutine pass

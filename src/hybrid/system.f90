@@ -103,7 +103,7 @@ contains
          do j = 1, size(machine%contact)
             self%w(:, j) = matmul(self%coupled%project, machine%contact(j)%w)
          end do
-         self%constrained = any([(any(machine%contact(j)%law%constraint), j=1, size(machine%contact))])
+         self%constrained = any([(any(machine%contact(j)%law%branch%constraint), j=1, size(machine%contact))])
       end if
       self%load = matmul(self%coupled%project, machine%load)
       self%harmonic = matmul(self%coupled%project, machine%harmonic_load)

@@ -11,7 +11,7 @@
 !! Friction that weakens as it begins to slide has no such problem, as its force jumps: it lets go, alone, where its force leaves
 !! its limit, and everything is decided again without it.
 module razy_hybrid_ties
-   use razy_contact_contact_law, only: branch_backward, branch_forward, branch_sticking
+   use razy_contact_friction_law, only: branch_backward, branch_forward, branch_sticking
    use razy_core_kinds, only: wp
    use razy_hybrid_active_sides, only: weakens
    use razy_hybrid_derivatives, only: derivatives_t, differentiate, response_to
@@ -166,10 +166,10 @@ contains
       do i = 1, size(tie)
          if (.not. jumps(i)) cycle
          room = 0.0_wp
-         associate (j => tie(i)%contact, limit => system%machine%contact(tie(i)%contact)%law%force_guard(branch_sticking)%upper)
+         associate (j => tie(i)%contact, sticks => system%machine%contact(tie(i)%contact)%law%branch(branch_sticking))
             do n = 1, derivatives%highest - 2
                noise = noise_of(derivatives, system, j, n + 2)/dot_product(system%w(:, j), system%w(:, j))
-               room = limit*derivatives%normal(j, n) - tie(i)%direction*derivatives%force(j, n)
+               room = sticks%force_guard%upper*derivatives%normal(j, n) - tie(i)%direction*derivatives%force(j, n)
                if (abs(room) > noise) exit
                room = 0.0_wp
             end do

@@ -9,7 +9,8 @@
 !!
 !! Where no contact impacts or holds a constraint, branches follow one another, and that is all.
 module razy_hybrid_transition
-   use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking
+   use razy_contact_friction_law, only: branch_backward, branch_forward, branch_sticking
+   use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_hybrid_accumulation, only: accumulation_t
    use razy_hybrid_active_sides, only: assume, choose, find_sides, side_t, weakens
@@ -298,7 +299,7 @@ contains
                if (system%constrained) call put_on_bound(self, system, i, tau, z)
                if (law%impacts) then
                   self%left(merge(1, 2, guards%entry(i)%side > 0.0_wp), j) = .true.
-               else if (law%constraint(next)) then
+               else if (law%branch(next)%constraint) then
                   self%resting(j) = .true.
                else
                   self%next(j) = next
@@ -388,7 +389,7 @@ contains
       integer :: j
 
       do j = 1, size(self%next)
-         if (.not. system%machine%contact(j)%law%constraint(branch_sticking)) cycle
+         if (.not. system%machine%contact(j)%law%of_normal) cycle
          if (self%let_go(j) .and. self%impacts == 0) cycle
          if (lets_go .and. self%impacts == 0 .and. self%before(j) /= branch_sticking) cycle
          if (abs(self%dynamics%rate(j)) <= self%guards%on_rate(j)) then
@@ -412,7 +413,7 @@ contains
          further = .false.
          do j = 1, size(self%next)
             associate (law => system%machine%contact(j)%law)
-               if (law%impacts .or. law%constraint(branch_sticking)) cycle
+               if (law%impacts .or. law%of_normal) cycle
                branch = law%branch_beyond(self%next(j), self%dynamics%s(j), self%dynamics%rate(j), self%guards%on_s(j), &
                                           self%guards%on_rate(j))
             end associate
@@ -498,7 +499,7 @@ contains
          back = 0
          most = 0.0_wp
          do j = 1, size(tied)
-            if (.not. self%let_go(j) .or. contact(j)%law%constraint(branch(j))) cycle
+            if (.not. self%let_go(j) .or. contact(j)%law%branch(branch(j))%constraint) cycle
             way = leaves(j)
             inwards = -way*derivatives%s(j, 2)/norm2(system%w(:, j))
             if (abs(derivatives%s(j, 2)) <= noise_of(derivatives, system, j, 2)) then
@@ -515,7 +516,7 @@ contains
          returned = back > 0
          if (.not. returned) return
          self%let_go(back) = .false.
-         self%resting(back) = contact(back)%law%constraint(branch_sticking)
+         self%resting(back) = contact(back)%law%of_normal
          where (side%contact == back .and. side%closed == self%before(back)) side%candidate = .true.
       end associate
 
@@ -527,7 +528,7 @@ contains
 
          associate (branch => self%dynamics%mode%branch(j))
             if (system%machine%contact(j)%law%impacts) then
-               leaves = merge(1, -1, self%before(j) == system%machine%contact(j)%law%guard(1, branch_open)%below)
+               leaves = merge(1, -1, self%before(j) == system%machine%contact(j)%law%branch(branch_open)%guard(1)%below)
             else
                leaves = merge(1, -1, branch == branch_forward)
             end if
@@ -612,14 +613,14 @@ contains
             by = system%machine%contact(j)%normal_of
             if (by == 0) cycle
             associate (law => system%machine%contact(by)%law, branch => dynamics%mode%branch(by))
-               if (law%constraint(branch) .or. .not. law%piecewise_linear) cycle
+               if (law%branch(branch)%constraint .or. .not. law%piecewise_linear) cycle
                if (may_pull(system, dynamics%mode, j)) then
                   call dynamics%excitation%look(system%machine%tone, tau)
                   call dynamics%look_at_contact(system, by, z)
                   pushes_up = law%force(branch, dynamics%s(by), dynamics%rate(by), 0.0_wp) > 0.0_wp
                else
-                  ! The sign of its side, also where it comes to press at zero force: +1 above, whose branch ends below.
-                  pushes_up = all(law%guard(:law%functions, branch)%above == 0)
+                  ! The sign of its side, also where it comes to press at zero force.
+                  pushes_up = law%branch(branch)%side > 0
                end if
                dynamics%mode%press(j) = merge(1, -1, pushes_up)
             end associate

@@ -1,6 +1,7 @@
 !! Static equilibrium under the constant loads, contacts included.
 !!
-!! The potential energy ½ qᵀKq + Σ U_j(s_j) - f0ᵀq of a machine whose contacts push harder the deeper they are is convex. It
+!! The potential energy ½ qᵀKq + Σ U_j(s_j) - f0ᵀq of a machine whose contacts push harder the deeper they are is convex; where
+!! springs soften it has several minima, of which the one that is met first counts. It
 !! is minimised by Newton's method in the contact state at hand with an exact line search, the sign change of the slope along the
 !! direction. With piecewise-linear laws the energy is piecewise quadratic, and all ends after finitely many steps. Rigid-body
 !! displacements are left out: of all equilibria the one that is orthogonal (in M) to the modes of zero stiffness is taken.
@@ -8,7 +9,6 @@
 !! Constraints (rigid stops, friction) have no energy; machines with such are not for this module. Nor is there an
 !! equilibrium where a body would have to rest on the edge of a law whose force jumps there.
 module razy_machine_equilibrium
-   use razy_contact_contact_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_linalg_dense, only: add_outer, identity
@@ -179,6 +179,7 @@ contains
       real(wp) :: direction(size(q))
 
       real(wp) :: part(size(q))
+      integer :: i
 
       part = matmul(restoring(machine, q) - machine%load, modes%vector)
       where (abs(part) <= negligible*(norm2(matmul(machine%load, modes%vector)) + tiny(1.0_wp))) part = 0.0_wp
@@ -189,29 +190,43 @@ contains
             where (free)
                part = 0.0_wp
             else where
-               part = -part/value
+               part = -part/abs(value)
             end where
          end if
       end associate
+      ! From a maximum it goes down, with the displacement that is largest upwards.
+      i = minloc(modes%value, dim=1)
+      if (norm2(part) <= 0.0_wp .and. modes%value(i) < -negligible*maxval(abs(modes%value))) then
+         part(i) = sign(1.0_wp, modes%vector(maxloc(abs(modes%vector(:, i)), dim=1), i))
+      end if
       direction = matmul(modes%vector, part)
    end function newton_direction
 
    !> The step along `direction` at which the energy is least, where its slope changes its sign; huge if it falls without end.
-   !> From one edge of a contact to the next, then by wide steps, until the slope is positive; if it does not grow any more it
-   !> never will be.
+   !> From one edge of a contact to the next, then by wide steps, until the slope is positive; if it does not grow any more, and all
+   !> laws are piecewise linear, it never will be.
    subroutine line_search(machine, q, direction, step)
       type(machine_t), intent(in) :: machine
       real(wp), intent(in) :: q(:), direction(:)
       real(wp), intent(out) :: step
 
       type(bracketed_root_t) :: root
-      real(wp) :: edge(2, size(machine%contact)), high, low, slope_high, slope_low, terms
-      logical :: beyond
+      real(wp) :: edge(most_edges(machine), size(machine%contact)), high, low, slope_high, slope_low, terms
+      integer :: j
+      logical :: beyond, linear
 
+      linear = all([(machine%contact(j)%law%piecewise_linear, j=1, size(machine%contact))])
       edge = edges(machine, q, direction)
       step = 0.0_wp
       low = 0.0_wp
       slope_low = slope(low)
+      if (.not. abs(slope_low) > 0.0_wp) then
+         low = min(1.0_wp, minval(edge, mask=edge > 0.0_wp))
+         do while (.not. slope(low) < 0.0_wp .and. low > tiny(low))
+            low = 0.5_wp*low
+         end do
+         slope_low = slope(low)
+      end if
       do while (slope_low < 0.0_wp)
          step = huge(1.0_wp)
          beyond = .not. any(edge > low)
@@ -221,7 +236,7 @@ contains
          slope_high = slope(high)
          if (slope_high >= 0.0_wp) exit
          terms = dot_product(abs(direction), restoring(machine, q + high*direction, .true.) + abs(machine%load))
-         if (beyond .and. slope_high <= slope_low + negligible*terms) return
+         if (beyond .and. linear .and. slope_high <= slope_low + negligible*terms) return
          low = high
          slope_low = slope_high
       end do
@@ -243,24 +258,37 @@ contains
 
    end subroutine line_search
 
-   !> The steps along `direction` at which contacts open or close, at their upper and lower edges; negative for edges that are
-   !> not met.
+   !> The most branches that a contact has, twice.
+   pure integer function most_edges(machine)
+      type(machine_t), intent(in) :: machine
+
+      integer :: j
+
+      most_edges = 2*maxval([(machine%contact(j)%law%plain, j=1, size(machine%contact)), 0])
+   end function most_edges
+
+   !> The steps along `direction` at which contacts change their branch, at the bounds of s of all branches; negative for those
+   !> that are not met.
    pure function edges(machine, q, direction) result(edge)
       type(machine_t), intent(in) :: machine
       real(wp), intent(in) :: q(:), direction(:)
-      real(wp) :: edge(2, size(machine%contact))
+      real(wp) :: edge(most_edges(machine), size(machine%contact))
 
       real(wp) :: rate, s
-      integer :: j
+      integer :: b, j
 
       edge = -1.0_wp
       do j = 1, size(machine%contact)
-         associate (contact => machine%contact(j), open => machine%contact(j)%law%guard(1, branch_open))
+         associate (contact => machine%contact(j), law => machine%contact(j)%law)
             s = dot_product(contact%w, q) + contact%offset
             rate = dot_product(contact%w, direction)
-            if (.not. abs(rate) > 0.0_wp) cycle
-            if (open%above /= 0) edge(1, j) = (open%upper - s)/rate
-            if (open%below /= 0) edge(2, j) = (open%lower - s)/rate
+            if (.not. (abs(rate) > 0.0_wp .and. law%slope(1, 1) > 0.0_wp)) cycle
+            do b = 1, law%plain
+               associate (guard => law%branch(b)%guard(1))
+                  if (guard%above /= 0) edge(2*b - 1, j) = (guard%upper - s)/rate
+                  if (guard%below /= 0) edge(2*b, j) = (guard%lower - s)/rate
+               end associate
+            end do
          end associate
       end do
    end function edges

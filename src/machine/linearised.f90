@@ -3,7 +3,6 @@
 !! A closed contact with the slopes k = dF/ds, b = dF/ds' of its law is a two-way spring and damper: it adds k w wᵀ to K and
 !! b w wᵀ to B. A friction element has no gap to close and adds nothing where all contacts are open or all closed.
 module razy_machine_linearised
-   use razy_contact_contact_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_linalg_dense, only: add_outer
    use razy_machine_equilibrium, only: find_equilibrium
@@ -43,9 +42,7 @@ contains
       if (contacts == contacts_equilibrium) then
          ! Equilibrium is known for these laws only.
          do culprit = 1, size(machine%contact)
-            associate (law => machine%contact(culprit)%law)
-               if (any(law%constraint) .or. .not. law%piecewise_linear) status = linear_curved
-            end associate
+            if (any(machine%contact(culprit)%law%branch%constraint)) status = linear_curved
             if (status /= linear_ok) return
          end do
          culprit = 0
@@ -80,17 +77,16 @@ contains
       damping = 0.0_wp
       status = linear_ok
       associate (law => contact%law)
-         branch = branch_open
+         if (law%of_normal) return
+         branch = law%home
          if (contacts == contacts_closed) then
-            branch = merge(law%guard(1, branch_open)%above, law%guard(1, branch_open)%below, law%guard(1, branch_open)%above /= 0)
-            if (branch == 0) branch = branch_open
+            branch = law%shut
          else if (contacts == contacts_equilibrium) then
             branch = law%initial_branch(s, 0.0_wp)
          end if
-         if (branch == branch_open .and. .not. law%branch(branch_open)%stiffness > 0.0_wp) return
-         if (law%constraint(branch)) then
+         if (law%branch(branch)%constraint) then
             status = linear_rigid
-         else if (.not. law%piecewise_linear) then
+         else if (contacts == contacts_closed .and. branch /= law%home .and. .not. law%piecewise_linear) then
             status = linear_curved
          else
             call law%slopes(branch, s, 0.0_wp, 0.0_wp, stiffness, damping)

@@ -146,7 +146,7 @@ contains
          contact%unit = "m"
          contact%force_unit = "N"
          contact%w = w
-         contact%law = law
+         allocate (contact%law, source=law)
          allocate (contact%error(size(machine%tone)), source=(0.0_wp, 0.0_wp))
       end associate
       call move_alloc(all, machine%contact)

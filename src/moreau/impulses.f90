@@ -11,7 +11,6 @@
 !! The last step's impulses are where the next ones are looked for (razy_linalg_complementarity_parts), and the matrix of the
 !! problem is kept as long as the same sides take part.
 module razy_moreau_impulses
-   use razy_contact_contact_law, only: branch_lower, branch_upper
    use razy_core_kinds, only: wp
    use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept
    use razy_linalg_complementarity_impact, only: impact_problem_t, impulse_bound
@@ -180,7 +179,7 @@ contains
       if (self%machine%contact(j)%law%impacts) then
          touching = any(self%work%contact(:self%work%count) == j)
       else
-         touching = branch(j) == branch_upper .or. branch(j) == branch_lower
+         touching = self%machine%contact(j)%law%branch(branch(j))%closed
       end if
    end function touching
 

@@ -20,8 +20,8 @@ module razy_moreau_moreau
    use razy_machine_machine, only: machine_t, mass_complaint, observe_contact_force
    use razy_moreau_state, only: moreau_step_t
    use razy_moreau_step, only: begin_steps, guess_first_forces, take_step
-   use razy_motion_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, status_blow_up, &
-                                     status_event_limit, status_no_contact_forces, status_ok
+   use razy_motion_integrator, only: glimpse_t, integrator_t, observer_slot_t, outcome_t, piece_t, show_piece, status_beyond_law, &
+                                     status_blow_up, status_event_limit, status_no_contact_forces, status_ok
    implicit none(type, external)
    private
 
@@ -89,6 +89,7 @@ contains
 
       integer(i8) :: k, steps
       real(wp) :: time, time_low, h
+      integer :: j
       logical :: found
 
       call self%budget%begin()
@@ -110,13 +111,16 @@ contains
          end if
          if (outcome%status /= status_ok) exit
          if (k == 1) call guess_first_forces(self%scheme)
+         do j = 1, size(self%branch)
+            if (self%scheme%machine%contact(j)%law%branch(self%scheme%branch1(j))%outside) outcome%status = status_beyond_law
+         end do
          outcome%steps = k
          call view_step(self, time, time_low)
          call show_step(self, k == steps, t_end, observers, outcome)
          if (outcome%events >= most_events .and. k < steps) then
             outcome%status = status_event_limit
-            exit
          end if
+         if (outcome%status /= status_ok) exit
       end do
       outcome%evaluations = self%scheme%rounds
       outcome%factorisations = self%scheme%factorisations

@@ -3,7 +3,8 @@
 !! A rigid side is a gap g = direction (s - edge) >= 0 with the velocity u = direction s'; one contact may have two. A friction
 !! element has a set-valued force against its sliding velocity s'. All other laws are forces that depend on s and s'.
 module razy_moreau_state
-   use razy_contact_contact_law, only: branch_forward, branch_open, branch_sticking
+   use razy_contact_friction_law, only: branch_forward, branch_sticking
+   use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: i8, wp
    use razy_core_tone, only: add_time
    use razy_linalg_complementarity_impact, only: impact_problem_t
@@ -80,11 +81,11 @@ contains
 
       allocate (kinds%side(0), kinds%friction(0), kinds%compliant(0))
       do j = 1, size(machine%contact)
-         associate (law => machine%contact(j)%law, open => machine%contact(j)%law%guard(1, branch_open))
+         associate (law => machine%contact(j)%law, open => machine%contact(j)%law%branch(branch_open)%guard(1))
             if (law%impacts) then
                if (open%below /= 0) kinds%side = [kinds%side, rigid_side_t(j, open%below, 1.0_wp, open%lower, law%restitution)]
                if (open%above /= 0) kinds%side = [kinds%side, rigid_side_t(j, open%above, -1.0_wp, open%upper, law%restitution)]
-            else if (law%constraint(branch_sticking)) then
+            else if (law%of_normal) then
                kinds%friction = [kinds%friction, j]
             else
                kinds%compliant = [kinds%compliant, j]
@@ -141,7 +142,7 @@ contains
       real(wp) :: coefficient
 
       if (branch == branch_sticking) then
-         coefficient = contact%law%force_guard(branch_sticking)%upper
+         coefficient = contact%law%branch(branch_sticking)%force_guard%upper
       else
          coefficient = contact%law%force(branch_forward, 0.0_wp, abs(rate), 1.0_wp)
       end if

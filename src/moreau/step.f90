@@ -14,7 +14,8 @@
 !! equations are solved by Newton's method in Δv, with a problem of impulses in every round. If branches go on changing (a force
 !! that jumps has no solution at the jump itself) they are kept after some rounds.
 module razy_moreau_step
-   use razy_contact_contact_law, only: branch_backward, branch_forward, branch_open, branch_sticking
+   use razy_contact_friction_law, only: branch_backward, branch_forward, branch_sticking
+   use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_linalg_lapack, only: dgetrf, dgetrs
    use razy_moreau_impulses, only: add_impulses
@@ -275,11 +276,12 @@ contains
    pure subroutine guess_first_forces(self)
       type(moreau_step_t), intent(inout) :: self
 
-      logical :: compliant(size(self%force0))
+      integer :: j
 
-      compliant = .false.
-      compliant(self%kinds%compliant) = .true.
-      where (.not. compliant .and. self%branch0 /= branch_open) self%force0 = self%force1
+      do j = 1, size(self%force0)
+         if (any(self%kinds%compliant == j)) cycle
+         if (self%machine%contact(j)%law%branch(self%branch0(j))%closed) self%force0(j) = self%force1(j)
+      end do
    end subroutine guess_first_forces
 
 end module razy_moreau_step

@@ -6,7 +6,6 @@
 !! others a step. An impact is a change from open or parting to closed, or a
 !! jump of s' at a rigid contact; a time-stepping method spreads a jump over a step, where its impulse is a force.
 module razy_observe_contact_statistics
-   use razy_contact_contact_law, only: is_closed
    use razy_core_kinds, only: wp
    use razy_core_table, only: table_t
    use razy_machine_excitation, only: period_of_loads
@@ -112,11 +111,11 @@ contains
       do i = 1, size(self%tally)
          associate (tally => self%tally(i))
             branch = part%by%branch(tally%number)
-            closed = is_closed(branch)
+            closed = tally%contact%law%branch(branch)%closed
             closing = closed .and. .not. tally%closed .and. self%begun
             if (.not. self%begun .and. closed) then
                call part%by%contact(tally%number, tau, s, rate, force)
-               tally%stored_first = tally%elastic(branch, s)
+               tally%stored_first = tally%contact%law%energy(branch, s)
                tally%stored = tally%stored_first
             end if
             if (.not. closed) tally%stored = 0.0_wp
@@ -181,7 +180,7 @@ contains
          associate (tally => self%tally(i))
             if (.not. tally%closed) cycle
             call part%by%contact(tally%number, part%duration, s, rate, force)
-            tally%stored = tally%elastic(part%by%branch(tally%number), s)
+            tally%stored = tally%contact%law%energy(part%by%branch(tally%number), s)
          end associate
       end do
    end subroutine integrate

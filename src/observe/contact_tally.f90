@@ -1,8 +1,8 @@
 !! What is added up of one contact, and what the sums mean.
 !!
 !! With F the restoring force of the law and s' the rate of its variable, the work done on the contact is W = ∫ F s' dt. What of
-!! it is stored comes back: U(s) = ∫ F(σ, 0) dσ from the edge of the gap to s while the contact is closed on an elastic side,
-!! else 0. The energy dissipated in the contact from the start of recording to the end is
+!! it is stored comes back: U(s) = ∫ F(σ, 0) dσ from the edge of the gap (of a spring: from s = 0) to s while the contact is
+!! closed on an elastic side, else 0. The energy dissipated in the contact from the start of recording to the end is
 !!
 !!     D = W - (U_end - U_start) + Σ -½ p (s'₊ + s'₋),
 !!
@@ -11,11 +11,9 @@
 !! energy that is still stored then too: it is lost in the relaxation of the surface.
 module razy_observe_contact_tally
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use razy_contact_contact_law, only: branch_lower, branch_open, branch_upper, plain_branch
    use razy_core_kinds, only: wp
    use razy_core_table, only: table_t
    use razy_machine_machine, only: contact_t
-   use razy_observe_gauss, only: abscissa, points, weight
    implicit none(type, external)
    private
 
@@ -32,7 +30,6 @@ module razy_observe_contact_tally
       logical :: closed = .false.
    contains
       procedure :: impact
-      procedure :: elastic
       procedure :: columns
    end type contact_tally_t
 
@@ -47,29 +44,6 @@ contains
       self%speed = max(self%speed, speed)
       self%speeds = self%speeds + speed
    end subroutine impact
-
-   !> U(s) in a branch, J. σ = e + (s - e) u² makes powers of the indentation such as 3/2 polynomials.
-   pure function elastic(self, branch, s) result(energy)
-      class(contact_tally_t), intent(in) :: self
-      integer, intent(in) :: branch
-      real(wp), intent(in) :: s
-      real(wp) :: energy
-
-      real(wp) :: edge
-      integer :: k
-
-      energy = 0.0_wp
-      if (all(plain_branch(branch) /= [branch_upper, branch_lower])) return
-      associate (law => self%contact%law)
-         if (law%constraint(branch)) return
-         edge = merge(law%guard(1, branch_open)%upper, law%guard(1, branch_open)%lower, plain_branch(branch) == branch_upper)
-         do k = 2, points - 1
-            associate (u => abscissa(k))
-               energy = energy + weight(k)*2*u*(s - edge)*law%force(branch, edge + (s - edge)*u**2, 0.0_wp, self%contact%normal)
-            end associate
-         end do
-      end associate
-   end function elastic
 
    !> Hand over the statistics of a recorded time, s, with a period of excitation, s, as single values of `/contact/<name>`; those
    !> per period are NaN where there is none (0), and all are where nothing was seen.

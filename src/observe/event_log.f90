@@ -1,6 +1,5 @@
 !! The list of all events of a motion: the contact sequence, which contacts change to which branch, one after the other.
 module razy_observe_event_log
-   use razy_contact_contact_law, only: branch_meanings
    use razy_core_kinds, only: i8, wp
    use razy_core_resize, only: resize
    use razy_core_table, only: table_t
@@ -63,17 +62,19 @@ contains
 
       character(*), parameter :: along = "/event/event"
       character(64) :: name(size(contact))
+      character(1000) :: meanings(size(contact))
       integer :: j
 
       do j = 1, size(contact)
          name(j) = contact(j)%name
+         meanings(j) = contact(j)%law%meanings()
       end do
       associate (n => self%count)
          call table%add("/event/time", self%time(:n), "s", "time of the event", along)
          call table%add("/event/contact", self%contact(:n), "1", "number of the contact, from 1", along)
          call table%note("names", name)
          call table%add("/event/state", self%branch(:n), "1", "branch of the contact law entered", along)
-         call table%note("meanings", branch_meanings)
+         call table%note("meanings", meanings)
       end associate
    end subroutine columns
 

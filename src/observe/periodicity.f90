@@ -15,7 +15,6 @@
 module razy_observe_periodicity
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: int64
-   use razy_contact_contact_law, only: is_closed
    use razy_core_kinds, only: pi, wp
    use razy_core_table, only: common_unit, table_t
    use razy_machine_drift, only: drift_basis
@@ -45,6 +44,8 @@ module razy_observe_periodicity
       integer(int64) :: touched = 0_int64
       !> Names of the contacts, for the bits.
       character(64), allocatable, private :: name(:)
+      !> Whether a contact is closed in a branch (branches, contacts).
+      logical, allocatable, private :: closes(:, :)
       real(wp), private :: t_end = 0.0_wp, period = 0.0_wp
       integer, private :: contacts = 0, sections = 0, next = -1
       !> Whether all laws are piecewise linear, and no event was seen since the first section.
@@ -91,8 +92,12 @@ contains
       self%linear = .true.
       self%form = [integer ::]
       self%group = [integer ::]
-      if (allocated(self%name)) deallocate (self%name)
+      if (allocated(self%name)) deallocate (self%name, self%closes)
       allocate (self%name(self%contacts))
+      allocate (self%closes(maxval([(size(machine%contact(j)%law%branch), j=1, self%contacts), 0]), self%contacts), source=.false.)
+      do j = 1, self%contacts
+         self%closes(:size(machine%contact(j)%law%branch), j) = machine%contact(j)%law%branch%closed
+      end do
       if (self%contacts == 0) self%form = pack([(i, i=1, size(machine%observable))], machine%observable%kind == observe_linear)
       do j = 1, self%contacts
          self%name(j) = machine%contact(j)%name
@@ -165,7 +170,7 @@ contains
       integer :: j
 
       do j = 1, self%contacts
-         if (.not. (is_closed(part%by%branch(j)) .or. (j == part%contact .and. .not. part%last))) cycle
+         if (.not. (self%closes(part%by%branch(j), j) .or. (j == part%contact .and. .not. part%last))) cycle
          self%touched = ibset(self%touched, min(j - 1, last_bit))
       end do
    end subroutine touch

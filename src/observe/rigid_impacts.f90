@@ -4,7 +4,6 @@
 !! relative motion changes by ½ pᵀ (s'₊ + s'₋). Where the directions depend on each other the impulses are not known, and NaN.
 module razy_observe_rigid_impacts
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use razy_contact_contact_law, only: branch_sticking
    use razy_core_kinds, only: wp
    use razy_linalg_lapack, only: dpotrf, dpotrs
    use razy_machine_machine, only: machine_t
@@ -41,7 +40,7 @@ contains
       integer :: info, j, m, n
 
       self%number = pack([(j, j=1, size(machine%contact))], [(machine%contact(j)%law%impacts .or. &
-                                                              machine%contact(j)%law%constraint(branch_sticking), &
+                                                              machine%contact(j)%law%of_normal, &
                                                               j=1, size(machine%contact))])
       self%begun = .false.
       m = size(self%number)

@@ -6,7 +6,8 @@
 !! are roots of det ∂(P - x)/∂x, PD of det(∂P/∂x + I), TR of |μ| - 1 along the branch, where every value is that of a motion found
 !! to rounding. A change of the sequence is where the propagator, which decides every contact to rounding, begins to find another.
 module razy_orbits_branch
-   use razy_contact_contact_law, only: branch_forward, branch_sticking
+   use razy_contact_contact_law, only: contact_law_t
+   use razy_contact_friction_law, only: branch_sticking
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_orbits_identity, only: is_same_motion, least_part, part_way, parts
@@ -511,7 +512,7 @@ contains
       end do
       at = right
       call complete_point(problem, a, at, found)
-      call name_change(left%orbit, at)
+      call name_change(problem, left%orbit, at)
       s = problem%resolution*norm2(a%orbit%u)
       if (s > 0.0_wp) then
          if (found .and. low > s) call between(problem, a, b, low - s, left, found)
@@ -536,19 +537,21 @@ contains
    end subroutine complete_point
 
    !> The label of a change of the sequence, from that of the motion on the other side.
-   subroutine name_change(before, after)
+   subroutine name_change(problem, before, after)
+      class(problem_t), intent(in) :: problem
       type(orbit_t), intent(in) :: before
       type(point_t), intent(inout) :: after
 
+      class(contact_law_t), allocatable :: law
       integer :: j
 
       j = before%sequence%difference(after%orbit%sequence)
       after%contact = j
       after%label = "CH"
       if (j == 0) return
+      law = problem%map%law_of(j)
       associate (old => before%sequence, new => after%orbit%sequence)
-         if (any(old%contact(:old%count) == j .and. old%branch(:old%count) >= branch_forward) .or. &
-             any(new%contact(:new%count) == j .and. new%branch(:new%count) >= branch_forward)) then
+         if (law%of_normal) then
             after%label = merge("ST", "SL", old%changes_to(j, branch_sticking) /= new%changes_to(j, branch_sticking))
          else if (min(shortest(before), shortest(after%orbit)) < short) then
             after%label = "GR"

@@ -6,6 +6,7 @@
 !! Time goes from a phase of the excitation, in parts of its period; 0 is that of the input. Without excitation the duration is the
 !! caller's.
 module razy_orbits_period_map
+   use razy_contact_contact_law, only: contact_law_t
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_flow, only: flow_t
@@ -63,6 +64,7 @@ module razy_orbits_period_map
       procedure :: first_state
       procedure :: from_coordinates
       procedure :: to_coordinates
+      procedure :: law_of
    end type period_map_t
 
    integer(i8), parameter :: most_events = 100000_i8
@@ -214,5 +216,17 @@ contains
          call by%system%to_coordinates(matmul(self%basis, x), state(:n), state(n + 1:))
       end select
    end function to_coordinates
+
+   !> The law of a contact of the machine.
+   function law_of(self, contact) result(law)
+      class(period_map_t), intent(in) :: self
+      integer, intent(in) :: contact
+      class(contact_law_t), allocatable :: law
+
+      select type (by => self%by)
+      class is (flow_t)
+         allocate (law, source=by%system%machine%contact(contact)%law)
+      end select
+   end function law_of
 
 end module razy_orbits_period_map

@@ -3,8 +3,8 @@
 !! The point is located again with that value a little larger and smaller, so that its derivative is a central difference, and what
 !! is wrong with it shows in that of steps of twice the size (Richardson's extrapolation takes the most of it away).
 module razy_orbits_sensitivity
+   use razy_contact_contact_law, only: contact_law_t
    use razy_core_kinds, only: wp
-   use razy_hybrid_flow, only: flow_t
    use razy_orbits_branch, only: point_t
    use razy_orbits_locate, only: locate_near
    use razy_orbits_orbit, only: bordered, orbit_t, problem_t, solve_square
@@ -143,6 +143,8 @@ contains
 
       real(wp), allocatable :: u(:)
       type(point_t) :: there
+      class(contact_law_t), allocatable :: law
+      logical :: is_rigid
 
       value = 0.0_wp
       problem%map%phase = point%orbit%phase
@@ -150,7 +152,10 @@ contains
       if (.not. found) return
       problem%reason = "there is no "//point%label//" near"
       ! Beyond the touch of a rigid stop motions are no neighbours.
-      if (is_rigid(problem, point%contact)) then
+      is_rigid = .false.
+      if (point%contact > 0) law = problem%map%law_of(point%contact)
+      if (point%contact > 0) is_rigid = law%impacts
+      if (is_rigid) then
          call find_touch_again(problem, expected, point%contact, u, found)
       else
          call locate_near(problem, point%label, point%contact, expected, point%tangent, narrow, wide, there, &
@@ -159,17 +164,5 @@ contains
       end if
       if (found) value = u(size(u))*problem%range
    end subroutine locate_again
-
-   logical function is_rigid(problem, contact)
-      type(problem_t), intent(in) :: problem
-      integer, intent(in) :: contact
-
-      is_rigid = .false.
-      if (contact == 0) return
-      select type (by => problem%map%by)
-      class is (flow_t)
-         is_rigid = by%system%machine%contact(contact)%law%impacts
-      end select
-   end function is_rigid
 
 end module razy_orbits_sensitivity

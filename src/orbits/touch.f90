@@ -3,7 +3,7 @@
 !! On the side without the impact nothing is singular: of a motion of the branch the gap at its smallest, where it turns, is a
 !! smooth function along the branch, and the grazing its root. The branch comes so near to it that a secant finds it to rounding.
 module razy_orbits_touch
-   use razy_contact_contact_law, only: branch_open
+   use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_hybrid_flow, only: flow_t
    use razy_linalg_bracketed_root, only: bracketed_root_t
@@ -74,7 +74,7 @@ contains
          call part%by%contact(j, root%best, s, rate(2), force)
          select type (by => part%by)
          class is (flow_t)
-            associate (edge => by%system%machine%contact(j)%law%guard(1, branch_open))
+            associate (edge => by%system%machine%contact(j)%law%branch(branch_open)%guard(1))
                gap = huge(1.0_wp)
                if (edge%above /= 0 .and. rate(1) > 0.0_wp) gap = edge%upper - s
                if (edge%below /= 0 .and. rate(1) < 0.0_wp) gap = s - edge%lower

@@ -3,7 +3,6 @@
 !! Lyapunov exponents are known in another way.
 module razy_orbits_volume
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
-   use razy_contact_contact_law, only: branch_sticking
    use razy_core_kinds, only: wp
    use razy_hybrid_flow, only: flow_t
    use razy_hybrid_mode, only: affine, idle, mode_t
@@ -71,7 +70,7 @@ contains
                end if
                call by%contact(j, part%duration, s, self%rate(j), force)
             end do
-            if (part%contact > 0) known = known .and. .not. contact(part%contact)%law%constraint(branch_sticking)
+            if (part%contact > 0) known = known .and. .not. contact(part%contact)%law%of_normal
          end associate
       end select
       self%begun = .true.

@@ -14,7 +14,7 @@
 !! *Nearest miss.* A guard that turned without having been left missed its bound by so much; in units of the error that the
 !! tolerance allows in it, a miss below 1 is counted: there may have been two events more.
 module razy_runge_kutta_event_finder
-   use razy_contact_contact_law, only: branch_open
+   use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_guards, only: guards_t

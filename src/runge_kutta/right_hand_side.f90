@@ -3,7 +3,7 @@
 !! `switching` they are looked up in every right-hand side, and friction sticks within a band; with `smoothing` every law is its
 !! smoothed form.
 module razy_runge_kutta_right_hand_side
-   use razy_contact_contact_law, only: branch_sticking
+   use razy_contact_friction_law, only: branch_sticking
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_linear_form, only: linear_form_t
@@ -240,7 +240,7 @@ contains
          do j = 1, size(branch)
             associate (law => system%machine%contact(j)%law)
                branch(j) = law%initial_branch(dynamics%s(j), dynamics%rate(j))
-               if (law%constraint(branch_sticking) .and. abs(dynamics%rate(j)) <= self%band) branch(j) = branch_sticking
+               if (law%of_normal .and. abs(dynamics%rate(j)) <= self%band) branch(j) = branch_sticking
             end associate
          end do
          call dynamics%mode%enter(system)
@@ -258,7 +258,7 @@ contains
       any_did = .false.
       do i = 1, dynamics%mode%constraints%count
          j = dynamics%mode%constraints%contact(i)
-         associate (guard => system%machine%contact(j)%law%force_guard(branch_sticking))
+         associate (guard => system%machine%contact(j)%law%branch(branch_sticking)%force_guard)
             if (guard%above /= 0 .and. dynamics%force(j) > guard%upper*dynamics%normal(j)) then
                dynamics%mode%branch(j) = guard%above
                any_did = .true.

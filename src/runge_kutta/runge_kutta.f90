@@ -10,7 +10,6 @@
 !! A piece that observers see is one step, or the part of one before an event; `outcome%pieces` counts starts anew. Contact
 !! forces are those of the laws and constraints, without the impulses of impacts.
 module razy_runge_kutta_runge_kutta
-   use razy_contact_contact_law, only: branch_sticking
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_flow, only: ends_in_event, ends_noted, ends_open, flow_t
@@ -402,7 +401,7 @@ contains
             associate (law => self%system%machine%contact(j)%law)
                branch = law%initial_branch(dynamics%s(j), dynamics%rate(j))
                ! Sticking within the band, unless with more than friction can hold.
-               if (law%constraint(branch_sticking) .and. rhs%treatment == treat_by_switching) branch = dynamics%mode%branch(j)
+               if (law%of_normal .and. rhs%treatment == treat_by_switching) branch = dynamics%mode%branch(j)
             end associate
             if (branch /= transition%dynamics%mode%branch(j)) call transition%note(j, branch)
             transition%dynamics%mode%branch(j) = branch

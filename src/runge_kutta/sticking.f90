@@ -6,7 +6,7 @@
 !! the force may reach its bound there, the step ends there instead: what slips then does so in a stage, and the error of the step
 !! finds where it begins.
 module razy_runge_kutta_sticking
-   use razy_contact_contact_law, only: branch_sticking
+   use razy_contact_friction_law, only: branch_sticking
    use razy_core_kinds, only: wp
    use razy_hybrid_mode, only: constrained
    use razy_hybrid_system, only: system_t
@@ -62,7 +62,7 @@ contains
       integer :: j, n
 
       n = size(rhs%dynamics%mode%branch)
-      self%sticks = any([(system%machine%contact(j)%law%constraint(branch_sticking), j=1, n)])
+      self%sticks = any([(system%machine%contact(j)%law%of_normal, j=1, n)])
       self%watching = adaptive .and. rhs%treatment == treat_by_switching
       self%longest = huge(1.0_wp)
       self%fastest = system%fastest
@@ -186,7 +186,7 @@ contains
 
       do j = 1, size(sticking)
          if (.not. sticking(j)) cycle
-         associate (guard => system%machine%contact(j)%law%force_guard(branch_sticking))
+         associate (guard => system%machine%contact(j)%law%branch(branch_sticking)%force_guard)
             room(1, j) = guard%upper*rhs%dynamics%normal(j) - rhs%dynamics%force(j)
             room(2, j) = rhs%dynamics%force(j) - guard%lower*rhs%dynamics%normal(j)
          end associate

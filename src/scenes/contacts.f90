@@ -11,10 +11,11 @@ module razy_scenes_contacts
    use razy_scenes_gap_laws, only: read_gap_law
    use razy_scenes_harmonics, only: add_harmonic, frequency_t, harmonics_t, read_frequency
    use razy_scenes_scene, only: scene_t, site_t
+   use razy_scenes_tables, only: laws_of_springs, read_springs
    implicit none(type, external)
    private
 
-   public :: add_friction_keys, read_contacts
+   public :: add_friction_keys, contacts_of, read_contacts
 
 contains
 
@@ -34,7 +35,14 @@ contains
                     default="0.0")
    end subroutine add_friction_keys
 
-   !> Stops, then friction elements, which follow the `meshes` gear meshes of the machine.
+   !> How many contacts there are beside gear meshes: stops, springs that are not linear, friction elements.
+   integer function contacts_of(input)
+      type(input_t), intent(in) :: input
+
+      contacts_of = input%count("stop") + laws_of_springs(input) + input%count("friction")
+   end function contacts_of
+
+   !> Stops, springs that are not linear, then friction elements, which follow the `meshes` gear meshes of the machine.
    subroutine read_contacts(machine, scene, meshes, input, harmonics, error)
       type(machine_t), intent(inout) :: machine
       class(scene_t), intent(in) :: scene
@@ -44,11 +52,14 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(site_t) :: site
-      integer :: i, stop, stops
+      integer :: i, springs, stop, stops
 
       stops = input%count("stop")
+      springs = laws_of_springs(input)
+      call read_springs(machine%contact(meshes + stops + 1:meshes + stops + springs), scene, input, error)
+      if (allocated(error)) return
       do i = 1, stops + input%count("friction")
-         associate (contact => machine%contact(meshes + i))
+         associate (contact => machine%contact(meshes + merge(0, springs, i <= stops) + i))
             if (i <= stops) then
                call scene%find_site(site, input, "stop", i, 0, error)
                if (allocated(error)) return

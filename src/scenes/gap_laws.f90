@@ -9,14 +9,17 @@ module razy_scenes_gap_laws
    use razy_core_kinds, only: wp
    use razy_input_input, only: input_t
    use razy_input_schema, only: add_real, add_string, group_spec_t, nonnegative, positive
+   use razy_scenes_tables, only: add_table_keys, read_stop_table
    implicit none(type, external)
    private
 
    public :: add_gap_law_keys, read_gap_law
 
-   character(*), parameter :: laws(*) = [character(15) :: "kelvin_voigt", "hunt_crossley", "hertz", "rigid", "switched_spring"]
+   character(*), parameter :: laws(*) = [character(15) :: "kelvin_voigt", "hunt_crossley", "hertz", "rigid", &
+                                                                                                "switched_spring", "table"]
    !> All keys that some law has and some law has not.
-   character(*), parameter :: keys(*) = [character(13) :: "stiffness", "damping", "separation", "exponent", "hysteresis", &
+   character(*), parameter :: keys(*) = [character(13) :: "displacement", "force", "line_damping", "beyond", &
+                                                                   "stiffness", "damping", "separation", "exponent", "hysteresis", &
                                                                           "restitution", "radius", "young_modulus", "poisson_ratio"]
    !> A surface that is not curved.
    real(wp), parameter :: flat = huge(1.0_wp)
@@ -44,6 +47,7 @@ contains
                     least=1, most=2)
       call add_real(schema, "poisson_ratio", "of the two bodies, for 'hertz'; one value for both", low=0.0_wp, high=0.5_wp, &
                     least=1, most=2)
+      call add_table_keys(schema, "deformation of the contact")
    end subroutine add_gap_law_keys
 
    !> The law of `group` number i, whose lower and upper side are `sides` and close at `edges`. `turns`: s is an angle.
@@ -77,6 +81,10 @@ contains
       call input%get(group, i, "restitution", restitution)
       if (damping_factor > 0.0_wp .and. kind /= "kelvin_voigt") then
          call input%complain(error, group, i, "damping_factor", "only with law = 'kelvin_voigt'")
+         return
+      end if
+      if (kind == "table") then
+         call read_stop_table(law, input, group, i, sides, edges, error)
          return
       end if
       damping = damping + damping_factor*stiffness
@@ -133,6 +141,8 @@ contains
       select case (kind)
       case ("hertz")
          call check_hertz(input, group, i, error)
+      case ("table")
+         call need("displacement", "a deformation for each point, the first 0")
       case ("rigid")
          call need("restitution", "the coefficient of restitution, from 0 to 1")
       case ("hunt_crossley")
@@ -165,6 +175,8 @@ contains
          list = "stiffness, or radius, young_modulus, poisson_ratio"
       case ("rigid")
          list = "restitution"
+      case ("table")
+         list = "displacement, force, line_damping, beyond"
       case default
          list = "stiffness, damping, separation"
       end select

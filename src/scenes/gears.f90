@@ -107,7 +107,7 @@ contains
       law = new_clearance_law(back, front, by_force, share*front%stiffness)
       call vary(contact, law, input, i, teeth(1)*ratio, joined, harmonics, row(2), error)
       if (allocated(error)) return
-      contact%law = law
+      allocate (contact%law, source=law)
       call input%get("gear_mesh", i, "error_sine", sine)
       call input%get("gear_mesh", i, "error_cosine", cosine)
       if (size(sine) + size(cosine) == 0 .and. .not. input%given("gear_mesh", i, "error_file")) return
@@ -229,7 +229,7 @@ contains
          end if
          contact%mesh_phase = phase/360
          call find_tone(harmonics, teeth, contact%mesh_tone)
-         call vary_stiffness(law, [1.0_wp, pair_ratio]/(1 + contact%mesh_share*(pair_ratio - 1)))
+         call vary_stiffness(law, [1.0_wp, pair_ratio]/(1 + contact%mesh_share*(pair_ratio - 1)), 1)
          return
       end if
       call input%get("gear_mesh", i, "stiffness_sine", sine)

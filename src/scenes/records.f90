@@ -185,19 +185,20 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(coordinate_t) :: of
-      integer :: meshes, stops
+      integer :: frictions, meshes
 
       call begin_observable(observable, machine, input, i)
-      ! The contacts of a machine are its gear meshes, its stops, and its friction elements.
+      ! The contacts of a machine are its gear meshes, its stops, its springs that are not linear, and its friction elements.
       meshes = input%count("gear_mesh")
-      stops = input%count("stop")
+      frictions = input%count("friction")
       select case (observable%name)
       case ("mesh_deformation")
          call observe_contact(observable, machine, input, i, 1, meshes, error)
       case ("relative_displacement")
-         call observe_contact(observable, machine, input, i, meshes + 1, meshes + stops, error)
+         call observe_contact(observable, machine, input, i, meshes + 1, size(machine%contact) - frictions, error)
       case ("sliding_velocity")
-         call observe_contact(observable, machine, input, i, meshes + stops + 1, size(machine%contact), error)
+         call observe_contact(observable, machine, input, i, size(machine%contact) - frictions + 1, size(machine%contact), &
+                              error)
       case ("contact_force")
          call observe_contact(observable, machine, input, i, 1, size(machine%contact), error)
       case default

@@ -1,6 +1,6 @@
 !! Where a motion starts.
 module razy_scenes_start
-   use razy_contact_contact_law, only: branch_open
+   use razy_contact_gap_law, only: branch_open
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_input_input, only: input_t
@@ -40,7 +40,7 @@ contains
       select case (start)
       case ("static")
          do j = 1, size(machine%contact)
-            if (.not. any(machine%contact(j)%law%constraint)) cycle
+            if (.not. any(machine%contact(j)%law%branch%constraint)) cycle
             call input%complain(error, "motion", 1, "start", "'zero', or 'given' with &initial: '"//machine%contact(j)%name// &
                                 "' is a rigid stop or dry friction, with which an equilibrium is not one position")
             return
@@ -99,7 +99,7 @@ contains
       integer :: j
 
       do j = 1, size(machine%contact)
-         associate (contact => machine%contact(j), edge => machine%contact(j)%law%guard(1, branch_open))
+         associate (contact => machine%contact(j), edge => machine%contact(j)%law%branch(branch_open)%guard(1))
             if (.not. contact%law%impacts) cycle
             s = dot_product(contact%w, machine%displacement) + contact%offset + sum(real(contact%error))
             rounding = 16*epsilon(1.0_wp)*(dot_product(abs(contact%w), abs(machine%displacement)) + abs(contact%offset) &

@@ -10,7 +10,8 @@ NAMES = (
     "listing_oscillator", "belt_oscillator", "bouncing_ball", "bouncing_ball_table", "drop_test", "block_on_belt",
     "incline", "filippov", "two_sided_stop",
 )  # fmt: skip
-OPEN, LOWER, FORWARD, BACKWARD, STICKING = 1, 3, 6, 7, 8
+OPEN, LOWER = 1, 3
+FORWARD, BACKWARD, STICKING = 1, 2, 3
 GRAVITY = 9.81
 
 

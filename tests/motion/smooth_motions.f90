@@ -2,7 +2,7 @@
 module smooth_motions
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use machine_samples, only: add_contact, add_tone, bare_machine, connect
-   use razy_contact_contact_law, only: branch_upper, contact_law_t
+   use razy_contact_contact_law, only: branch_t, contact_law_t
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, qp, wp
    use razy_hybrid_system, only: system_t
@@ -13,7 +13,8 @@ module smooth_motions
    implicit none(type, external)
    private
 
-   public :: controlled_steps, dense_errors, exact_motion, fixed_steps, make_ready, order_between, power_law_t, rate_inside, sample
+   public :: controlled_steps, dense_errors, exact_motion, fixed_steps, make_ready, new_always_closed, order_between, &
+             power_law_t, rate_inside, sample
 
    !> F = stiffness |s|^(3/2) sign s, always closed.
    type, extends(contact_law_t) :: power_law_t
@@ -148,7 +149,7 @@ contains
 
       type(power_law_t) :: law
 
-      law%factor = 1.0e5_wp
+      call new_always_closed(law)
       machine = bare_machine([1.0_wp])
       call connect(machine%damping, 1, 0, 4.0_wp)
       machine%load = [10.0_wp]
@@ -304,12 +305,21 @@ contains
       order = log(coarse/fine)/log(ratio)
    end function order_between
 
+   !> The law with the factor 1e5.
+   subroutine new_always_closed(law)
+      type(power_law_t), intent(out) :: law
+
+      law%factor = 1.0e5_wp
+      law%plain = 1
+      law%branch = [branch_t(closed=.true.)]
+   end subroutine new_always_closed
+
    pure function initial_branch(self, s, rate) result(branch)
       class(power_law_t), intent(in) :: self
       real(wp), intent(in) :: s, rate
       integer :: branch
 
-      branch = branch_upper
+      branch = 1
    end function initial_branch
 
    pure function force(self, branch, s, rate, normal) result(value)

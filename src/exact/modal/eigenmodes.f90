@@ -5,7 +5,6 @@
 !! (razy_exact_modal_contact_modes), and only if that fails its own eigenproblem is solved. What no contact and observable
 !! feels is left out.
 module razy_exact_modal_eigenmodes
-   use razy_contact_contact_law, only: branch_open
    use razy_core_kinds, only: qp, wp
    use razy_exact_modal_basis, only: modal_basis_t, new_modal_basis, turning
    use razy_exact_modal_contact_modes, only: add_contact
@@ -89,14 +88,12 @@ contains
       integer, intent(in) :: branch(:)
       logical, intent(out) :: done
 
-      type(mode_t) :: all_open
       real(wp), allocatable :: free(:, :)
       integer :: j, rigid
 
       if (.not. open%made) then
          open%made = .true.
-         all_open%branch = [(branch_open, j=1, size(branch))]
-         call all_open%free_motions(system, free, rigid)
+         call system%free%in_state([(.false., j=1, size(branch))], [(.false., j=1, size(branch))], free, rigid)
          call refine(system, [integer ::], system%coupled%stiffness, free)
          call new_modal_basis(open%basis, system%coupled%stiffness, system%coupled%damping, free, rigid)
          if (open%basis%info == 0) call leave_unfelt(open%basis, open)

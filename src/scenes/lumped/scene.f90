@@ -11,13 +11,14 @@ module razy_scenes_lumped_scene
    use razy_input_schema, only: group_spec_t
    use razy_linalg_dense, only: add_outer
    use razy_machine_machine, only: contact_t, find_free_motions, machine_t
-   use razy_scenes_contacts, only: read_contacts
+   use razy_scenes_contacts, only: contacts_of, read_contacts
    use razy_scenes_gears, only: read_gear_mesh
    use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
    use razy_scenes_loads, only: add_loads
    use razy_scenes_lumped_bodies, only: bodies_t, find_body, find_ends, find_row, find_speeds, new_bodies
    use razy_scenes_lumped_schema, only: lumped_schema
    use razy_scenes_scene, only: coordinate_t, scene_t, site_t
+   use razy_scenes_tables, only: holds_always, is_linear
    implicit none(type, external)
    private
 
@@ -61,7 +62,7 @@ contains
       if (.not. allocated(error)) call find_speeds(self%bodies, input, ratio, error)
       if (allocated(error)) return
       meshes = input%count("gear_mesh")
-      allocate (machine%contact(meshes + input%count("stop") + input%count("friction")))
+      allocate (machine%contact(meshes + contacts_of(input)))
       call new_harmonics(harmonics, n + 2*size(machine%contact), input)
       do i = 1, meshes
          call new_mesh(machine%contact(i), self%bodies, input, i, ratio, harmonics, [n + i, n + size(machine%contact) + i], error)
@@ -120,6 +121,9 @@ contains
       do i = 1, n
          call find_row(bodies, input, "spring", i, w, turns, error)
          if (allocated(error)) return
+         if (holds_always(input, i)) springs(:, i) = w
+         if (.not. is_linear(input, i)) cycle
+         stiffness = 0.0_wp
          call input%get("spring", i, "stiffness", stiffness)
          call input%get("spring", i, "damping", damping)
          call input%get("spring", i, "damping_factor", factor)

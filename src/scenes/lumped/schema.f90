@@ -8,6 +8,7 @@ module razy_scenes_lumped_schema
    use razy_scenes_harmonics, only: add_acceleration_key, add_frequency_keys
    use razy_scenes_loads, only: add_load_keys
    use razy_scenes_start, only: add_initial_keys
+   use razy_scenes_tables, only: add_spring_keys
    implicit none(type, external)
    private
 
@@ -31,14 +32,15 @@ contains
       call add_group(schema, "mass", "A body that moves along a line", repeatable=.true.)
       call add_name(schema)
       call add_real(schema, "value", "mass", unit="kg", rule=positive, required=.true.)
-      call add_group(schema, "spring", "A linear spring between two bodies or a body and the frame", repeatable=.true.)
+      call add_group(schema, "spring", "A spring between two bodies or a body and the frame", repeatable=.true.)
       call add_name(schema, required=.false.)
       call add_ends(schema)
-      call add_real(schema, "stiffness", "stiffness", unit="N/m or N m/rad", rule=nonnegative, required=.true.)
+      call add_real(schema, "stiffness", "stiffness, for law='linear'", unit="N/m or N m/rad", rule=nonnegative)
       call add_real(schema, "damping", "viscous damping beside the spring", unit="N s/m or N m s/rad", rule=nonnegative, &
                     default="0.0")
       call add_real(schema, "damping_factor", "viscous damping in proportion to the stiffness", unit="s", rule=nonnegative, &
                     default="0.0")
+      call add_spring_keys(schema)
       call add_group(schema, "damper", "A viscous damper between two bodies or a body and the frame", repeatable=.true.)
       call add_name(schema, required=.false.)
       call add_ends(schema)

@@ -13,7 +13,7 @@ module razy_scenes_planar_scene
    use razy_input_input, only: input_t
    use razy_linalg_dense, only: add_outer
    use razy_machine_machine, only: find_free_motions, machine_t
-   use razy_scenes_contacts, only: read_contacts
+   use razy_scenes_contacts, only: contacts_of, read_contacts
    use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
    use razy_scenes_loads, only: add_loads
    use razy_scenes_planar_bodies, only: add_motion, bodies_t, components, coordinate_names, known_point, new_bodies, point_t
@@ -23,6 +23,7 @@ module razy_scenes_planar_scene
    use razy_scenes_planar_schema, only: matrix_all, matrix_untuned, planar_schema
    use razy_scenes_planar_turning, only: bound_turning
    use razy_scenes_scene, only: coordinate_t, scene_t, site_t
+   use razy_scenes_tables, only: holds_always, is_linear
    implicit none(type, external)
    private
 
@@ -57,7 +58,7 @@ contains
       call read_links(self%link, self%bodies, input, ["spring", "damper"], error)
       if (.not. allocated(error)) call read_links(self%stop, self%bodies, input, ["stop"], error)
       if (allocated(error)) return
-      allocate (machine%contact(size(self%stop) + input%count("friction")))
+      allocate (machine%contact(contacts_of(input)))
       call new_harmonics(harmonics, size(machine%load) + 2*size(machine%contact), input)
       call read_contacts(machine, self, 0, input, harmonics, error)
       if (.not. allocated(error)) call add_connections(machine, self%link, self%stop, input, error)
@@ -114,6 +115,10 @@ contains
       matrix = input%choice("damping", 1, "matrix")
       do k = 1, size(links)
          associate (group => links(k)%group, i => links(k)%number, pairs => links(k)%pairs, w => links(k)%w)
+            if (group == "spring") then
+               if (holds_always(input, i)) springs(:, k) = w
+               if (.not. is_linear(input, i)) cycle
+            end if
             call input%get(group, i, "damping", damping)
             call add_outer(machine%damping, damping/pairs, w)
             if (abs(damping) > 0.0_wp) dampers(:, k) = w
@@ -194,9 +199,17 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(link_t) :: link
+      integer :: k
 
       if (group == "stop") then
          site%w = self%stop(i)%w
+      else if (group == "spring") then
+         do k = 1, size(self%link)
+            if (self%link(k)%group /= group .or. self%link(k)%number /= i) cycle
+            site%w = self%link(k)%w
+            if (self%link(k)%pairs > 1) call input%complain(error, group, i, "between", "one pair where the law is not 'linear'")
+            return
+         end do
       else
          call new_sliding_link(link, self%bodies, self%stop, input, i, stop, error)
          if (.not. allocated(error)) site%w = link%w

@@ -6,6 +6,7 @@ module razy_scenes_planar_schema
    use razy_scenes_gap_laws, only: add_gap_law_keys
    use razy_scenes_loads, only: add_load_keys
    use razy_scenes_start, only: add_initial_keys
+   use razy_scenes_tables, only: add_spring_keys
    implicit none(type, external)
    private
 
@@ -38,15 +39,16 @@ contains
       call add_string(schema, "body", "name of the body that the point belongs to, or 'frame'", required=.true.)
       call add_real(schema, "position", "position in the reference position: from the centre of mass of the body, or in the "// &
                     "frame", unit="m", count=2, required=.true.)
-      call add_group(schema, "spring", "A linear spring between two points, or equal ones between several pairs", repeatable=.true.)
+      call add_group(schema, "spring", "A spring between two points, or equal ones between several pairs", repeatable=.true.)
       call add_name(schema, required=.false.)
       call add_pairs(schema)
       call add_direction(schema)
-      call add_real(schema, "stiffness", "stiffness of all pairs together", unit="N/m", rule=nonnegative, required=.true.)
+      call add_real(schema, "stiffness", "stiffness of all pairs together, for law='linear'", unit="N/m", rule=nonnegative)
       call add_real(schema, "damping", "viscous damping beside the spring, of all pairs together", unit="N s/m", rule=nonnegative, &
                     default="0.0")
       call add_real(schema, "untuned_stiffness", "stiffness before tuning, which &damping matrix='untuned' takes", unit="N/m", &
                     rule=nonnegative)
+      call add_spring_keys(schema)
       call add_group(schema, "damper", "A viscous damper between two points, or equal ones between several pairs", &
                      repeatable=.true.)
       call add_name(schema, required=.false.)

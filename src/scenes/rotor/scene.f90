@@ -14,7 +14,7 @@ module razy_scenes_rotor_scene
    use razy_rotor_model, only: new_rotor_model, rotor_model_t
    use razy_rotor_reduction_reduced, only: reduced_t
    use razy_rotor_rotor, only: rotor_t
-   use razy_scenes_contacts, only: read_contacts
+   use razy_scenes_contacts, only: contacts_of, read_contacts
    use razy_scenes_gears, only: read_gear_mesh
    use razy_scenes_harmonics, only: add_harmonics, harmonics_t, new_harmonics, take_harmonics
    use razy_scenes_loads, only: add_loads
@@ -128,7 +128,7 @@ contains
       machine%free_of_stiffness = self%free_of_stiffness
       machine%free_of_damping = self%free_of_damping
       meshes = size(self%model%rotor%mesh)
-      allocate (machine%contact(meshes + input%count("stop") + input%count("friction")))
+      allocate (machine%contact(meshes + contacts_of(input)))
       call new_harmonics(harmonics, n + 2*size(machine%contact), input)
       do i = 1, meshes
          call read_gear_mesh(machine%contact(i), input, i, self%reduced%mesh_direction(:, i), &

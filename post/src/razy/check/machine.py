@@ -102,6 +102,9 @@ def build(groups: dict[str, list[dict[str, Any]]]) -> Machine:
                 w[index[name.lower()]] += factor
         return w
 
+    for spring in groups.get("spring", []):
+        if spring["law"] != "linear":
+            raise NotCovered(f"the law '{spring['law']}' of a spring")
     for spring in groups.get("spring", []) + groups.get("damper", []):
         w, k = row(spring["between"]), Fraction(spring.get("stiffness", 0.0))
         b = Fraction(spring.get("damping", 0.0)) + Fraction(spring.get("damping_factor", 0.0)) * k

@@ -107,11 +107,11 @@ def event_marks(result: RunResult, start: float, stop: float) -> list[Marks]:
     groups = np.unique(np.stack((contact, state)), axis=1).T
     if len(groups) > MOST_GROUPS:
         return [Marks("contact events", time, style.RED, "o", True, size)]
-    names, meanings, contacts = result.contacts, result.state_meanings, np.unique(contact).tolist()
+    names, contacts = result.contacts, np.unique(contact).tolist()
     marks: list[Marks] = []
     for number, value in groups.tolist():
         name = names[number - 1] if 1 <= number <= len(names) else f"contact {number}" if number > 0 else "event"
-        words = meanings.get(value, f"state {value}" if value >= 0 else "")
+        words = result.state_meanings(number).get(value, f"state {value}" if value >= 0 else "")
         colour = style.EVENT_COLOURS[contacts.index(number) if len(contacts) > 1 else len(marks)]
         chosen = (contact == number) & (state == value)
         is_open = words == OPEN

@@ -60,8 +60,8 @@ def draw(result: RunResult, figure: Figure, options: PlotOptions) -> None:
 
 def bars(result: RunResult, contact: str, first: float, last: float) -> list[tuple[float, float, str | None]]:
     """Return beginning, end and state of a contact in words between two times; None before its first event."""
-    events, meanings = result.events, result.state_meanings
-    mine = events.contact == result.contacts.index(contact) + 1
+    events, number = result.events, result.contacts.index(contact) + 1
+    mine, meanings = events.contact == number, result.state_meanings(number)
     time = np.concatenate(([min(first, 0.0)], events.time[mine], [max(last, result.end)]))
     state = [None, *(meanings.get(int(value), f"state {value}") for value in events.state[mine])]
     pieces = zip(np.clip(time[:-1], first, last), np.clip(time[1:], first, last), state, strict=True)

@@ -55,8 +55,18 @@ def text_list(value: Any) -> tuple[str, ...]:
 
 def meanings(item: h5py.Dataset) -> dict[int, str]:
     """Read what the values of a dataset mean from its attribute ``meanings``: ``0 = ok, 1 = ...``."""
-    pairs = re.findall(r"(-?\d+)\s*=\s*(.*?)\s*(?=[,;]\s*-?\d+\s*=|$)", text(item.attrs.get("meanings", "")))
-    return {int(value): words for value, words in pairs}
+    return _pairs(item.attrs.get("meanings", ""))
+
+
+def meanings_of_each(item: h5py.Dataset) -> tuple[dict[int, str], ...]:
+    """Read the same where the attribute has a text for each contact; of older files all have one."""
+    value = item.attrs.get("meanings", "")
+    return tuple(_pairs(each) for each in value.flat) if isinstance(value, np.ndarray) else (_pairs(value),)
+
+
+def _pairs(value: object) -> dict[int, str]:
+    pairs = re.findall(r"(-?\d+)\s*=\s*(.*?)\s*(?=[,;]\s*-?\d+\s*=|$)", text(value))
+    return {int(number): words for number, words in pairs}
 
 
 def open_hdf5(path: str | Path) -> h5py.File:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from razy_post.errors import ResultError
 from razy_post.read.extrema import Extrema, ExtremaData
-from razy_post.read.file import Quantity, ResultFile, choose, meanings, quantity_of, text_list
+from razy_post.read.file import Quantity, ResultFile, choose, meanings_of_each, quantity_of, text_list
 
 if TYPE_CHECKING:
     import xarray
@@ -136,11 +136,11 @@ class RunResult(ResultFile):
         item = self._find("event/contact")
         return text_list(item.attrs["names"]) if item is not None and "names" in item.attrs else ()
 
-    @property
-    def state_meanings(self) -> dict[int, str]:
-        """What the contact states mean, as far as the file says."""
+    def state_meanings(self, contact: int) -> dict[int, str]:
+        """Return what the states of a contact, numbered from 1, mean, as far as the file says."""
         item = self._find("event/state")
-        return meanings(item) if item is not None else {}
+        of_each = meanings_of_each(item) if item is not None else ()
+        return of_each[contact - 1] if 1 <= contact <= len(of_each) else of_each[0] if len(of_each) == 1 else {}
 
     @property
     def extrema_observables(self) -> tuple[str, ...]:

@@ -1,0 +1,244 @@
+!! Laws that are given by numbers: a force over displacement as a table, for springs and stops, or as a polynomial, for springs.
+module razy_scenes_tables
+   use razy_contact_contact_law, only: contact_law_t
+   use razy_contact_polynomial_law, only: new_polynomial_law
+   use razy_contact_table_law, only: new_table_law
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: wp
+   use razy_core_number, only: to_text
+   use razy_input_input, only: input_t
+   use razy_input_schema, only: add_real, add_string, group_spec_t, nonnegative
+   use razy_machine_machine, only: contact_t
+   use razy_scenes_scene, only: scene_t, site_t
+   implicit none(type, external)
+   private
+
+   public :: add_spring_keys, add_table_keys, holds_always, is_linear, laws_of_springs, read_springs, read_stop_table
+
+   integer, parameter :: most_points = 200, most_powers = 9
+   character(*), parameter :: of_tables(*) = [character(12) :: "displacement", "force", "line_damping", "beyond"]
+   !> Keys of `&spring`, and the laws that they belong to.
+   character(*), parameter :: keys(*) = [character(17) :: of_tables, "stiffness", "damping_factor", "untuned_stiffness", &
+                                                                                                "damping", "coefficients"]
+   character(*), parameter :: owners(*) = [character(22) :: "'table'", "'table'", "'table'", "'table'", "'linear'", "'linear'", &
+                                                                               "'linear'", "'linear', 'polynomial'", "'polynomial'"]
+
+contains
+
+   !> Add the keys of a table to the last group.
+   subroutine add_table_keys(schema, of)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
+      character(*), intent(in) :: of
+
+      call add_real(schema, "displacement", of//" at the points of the table of law='table', rising", unit="m or rad", least=2, &
+                    most=most_points)
+      call add_real(schema, "force", "force at each of them; between them it is linear", unit="N or N m", least=2, most=most_points)
+      call add_real(schema, "line_damping", "damping of each line between two points; one value for all; 0 if not given", &
+                    unit="N s/m or N m s/rad", rule=nonnegative, least=1, most=most_points - 1)
+      call add_string(schema, "beyond", "beyond the ends of the table its last lines go on, or the motion ends with a status; "// &
+                      "'continue' if not given", choices=["continue", "refuse  "])
+   end subroutine add_table_keys
+
+   !> Add the keys of the law to `&spring`.
+   subroutine add_spring_keys(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
+
+      call add_string(schema, "law", "force of the spring", choices=[character(10) :: "linear", "table", "polynomial"], &
+                      default="linear")
+      call add_table_keys(schema, "q1 - q2")
+      call add_real(schema, "coefficients", "c1, c2, c3, ... of the force c1 s + c2 s^2 + c3 s^3 + ... of law='polynomial'", &
+                    unit="N/m^n or N m/rad^n", least=1, most=most_powers)
+   end subroutine add_spring_keys
+
+   !> Whether `&spring` number i is linear, and so belongs to the stiffness matrix.
+   logical function is_linear(input, i)
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+
+      is_linear = input%choice("spring", i, "law") == "linear"
+   end function is_linear
+
+   !> Whether `&spring` number i holds whatever its stretch is: that of a table may have lines without stiffness.
+   logical function holds_always(input, i)
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+
+      holds_always = input%choice("spring", i, "law") == "polynomial"
+   end function holds_always
+
+   !> How many springs are not linear.
+   integer function laws_of_springs(input)
+      type(input_t), intent(in) :: input
+
+      integer :: i
+
+      laws_of_springs = count([(.not. is_linear(input, i), i=1, input%count("spring"))])
+   end function laws_of_springs
+
+   !> The springs that are not linear, as contacts without a gap; of linear ones it is checked that they have what they need.
+   subroutine read_springs(contact, scene, input, error)
+      type(contact_t), intent(inout) :: contact(:)
+      class(scene_t), intent(in) :: scene
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      type(site_t) :: site
+      integer :: i, n
+
+      n = 0
+      do i = 1, input%count("spring")
+         call check_spring(input, i, error)
+         if (allocated(error)) return
+         if (is_linear(input, i)) cycle
+         n = n + 1
+         associate (spring => contact(n))
+            call scene%find_site(site, input, "spring", i, 0, error)
+            if (.not. allocated(error)) call new_spring_law(spring%law, input, i, error)
+            if (allocated(error)) return
+            spring%name = "spring "//to_text(i)
+            if (input%given("spring", i, "name")) call input%get("spring", i, "name", spring%name)
+            spring%w = site%w
+            spring%unit = trim(merge("rad", "m  ", site%turns))
+            spring%force_unit = trim(merge("N m", "N  ", site%turns))
+         end associate
+      end do
+   end subroutine read_springs
+
+   !> Refuse keys of another law, and a spring without what its own needs.
+   subroutine check_spring(input, i, error)
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: law
+      integer :: k
+
+      law = input%choice("spring", i, "law")
+      do k = 1, size(keys)
+         if (.not. input%given("spring", i, trim(keys(k))) .or. index(owners(k), law) > 0) cycle
+         call input%complain(error, "spring", i, trim(keys(k)), "left out with law = '"//law// &
+                             "'; it belongs to "//trim(owners(k)))
+         return
+      end do
+      if (law == "linear" .and. .not. input%given("spring", i, "stiffness")) then
+         call input%complain(error, "spring", i, "stiffness", "required: the stiffness in N/m or N m/rad")
+      else if (law == "polynomial" .and. .not. input%given("spring", i, "coefficients")) then
+         call input%complain(error, "spring", i, "coefficients", "required by law = 'polynomial': c1, c2, c3, ...")
+      end if
+   end subroutine check_spring
+
+   subroutine new_spring_law(law, input, i, error)
+      class(contact_law_t), allocatable, intent(out) :: law
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: coefficients(:), damping(:), force(:), place(:)
+      real(wp) :: viscosity
+
+      if (input%choice("spring", i, "law") == "polynomial") then
+         call input%get("spring", i, "coefficients", coefficients)
+         call input%get("spring", i, "damping", viscosity)
+         law = new_polynomial_law(coefficients, viscosity)
+         return
+      end if
+      call read_table(input, "spring", i, place, force, damping, error)
+      if (allocated(error)) return
+      law = new_table_law(place, force, damping, 0.0_wp, .false., ends_in_table(input, "spring", i) .and. [.true., .true.])
+   end subroutine new_spring_law
+
+   !> The law of a stop over its deformation, on the `sides` that close at `edges`.
+   subroutine read_stop_table(law, input, group, i, sides, edges, error)
+      class(contact_law_t), allocatable, intent(out) :: law
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i
+      logical, intent(in) :: sides(2)
+      real(wp), intent(in) :: edges(2)
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: damping(:), force(:), place(:), at(:), pushes(:), of_line(:)
+      real(wp) :: gap
+      logical :: ends
+      integer :: n
+
+      call read_table(input, group, i, place, force, damping, error)
+      if (allocated(error)) return
+      n = size(place)
+      if (abs(place(1)) > 0.0_wp .or. abs(force(1)) > 0.0_wp) then
+         call input%complain(error, group, i, trim(merge("displacement", "force       ", abs(place(1)) > 0.0_wp)), &
+                             "0 at the first point, where a stop touches")
+      else if (any(force < 0.0_wp)) then
+         call input%complain(error, group, i, "force", "none below 0: a stop does not pull")
+      end if
+      if (allocated(error)) return
+      ends = ends_in_table(input, group, i)
+      ! Where there is no other side the open line goes on from any place.
+      gap = 1.0_wp
+      if (all(sides)) gap = edges(2) - edges(1)
+      allocate (at(0), pushes(0), of_line(0))
+      if (sides(1)) then
+         at = edges(1) - place(n:1:-1)
+         pushes = -force(n:1:-1)
+         of_line = damping(n - 1:1:-1)
+      end if
+      if (gap > 0.0_wp) then
+         if (.not. sides(1)) at = [edges(2) - gap]
+         if (.not. sides(2)) at = [at, edges(1) + gap]
+         if (.not. all(sides)) pushes = [pushes, 0.0_wp]
+         of_line = [of_line, 0.0_wp]
+      end if
+      if (sides(2)) then
+         if (all(sides) .and. .not. gap > 0.0_wp) then
+            place = place(2:)
+            force = force(2:)
+         end if
+         at = [at, edges(2) + place]
+         pushes = [pushes, force]
+         of_line = [of_line, damping]
+      end if
+      law = new_table_law(at, pushes, of_line, merge(edges(1), edges(2), sides(1)) + merge(0.5_wp, -0.5_wp, sides(1))*gap, &
+                          gap > 0.0_wp, ends .and. sides)
+   end subroutine read_stop_table
+
+   logical function ends_in_table(input, group, i)
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i
+
+      ends_in_table = .false.
+      if (input%given(group, i, "beyond")) ends_in_table = input%choice(group, i, "beyond") == "refuse"
+   end function ends_in_table
+
+   !> The points of a table (n), and the damping of its lines (n - 1).
+   subroutine read_table(input, group, i, place, force, damping, error)
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i
+      real(wp), allocatable, intent(out) :: place(:), force(:), damping(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: k
+
+      do k = 1, 2
+         if (input%given(group, i, trim(of_tables(k)))) cycle
+         call input%complain(error, group, i, trim(of_tables(k)), "required by law = 'table': a value for each point")
+         return
+      end do
+      call input%get(group, i, "displacement", place)
+      call input%get(group, i, "force", force)
+      associate (n => size(place))
+         damping = [(0.0_wp, k=1, n - 1)]
+         if (input%given(group, i, "line_damping")) call input%get(group, i, "line_damping", damping)
+         if (size(damping) == 1) damping = [(damping(1), k=1, n - 1)]
+         if (.not. all(place(2:) > place(:n - 1))) then
+            call input%complain(error, group, i, "displacement", "values that rise from point to point")
+         else if (size(force) /= n) then
+            call input%complain(error, group, i, "force", to_text(n)//" values, one for each displacement")
+         else if (size(damping) /= n - 1) then
+            call input%complain(error, group, i, "line_damping", "one value, or "//to_text(n - 1)//", one for each line")
+         end if
+      end associate
+   end subroutine read_table
+
+end module razy_scenes_tables
