@@ -103,7 +103,7 @@ def build(groups: dict[str, list[dict[str, Any]]]) -> Machine:
         return w
 
     for spring in groups.get("spring", []):
-        if spring["law"] != "linear":
+        if spring.get("law", "linear") != "linear":
             raise NotCovered(f"the law '{spring['law']}' of a spring")
     for spring in groups.get("spring", []) + groups.get("damper", []):
         w, k = row(spring["between"]), Fraction(spring.get("stiffness", 0.0))
