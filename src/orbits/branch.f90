@@ -45,8 +45,10 @@ module razy_orbits_branch
       procedure, private :: search_smooth
    end type branch_t
 
-   !> Steps in scaled unknowns; the largest angle between tangents, as its cosine; changes of the sequence looked for in one step.
-   real(wp), parameter :: first_step = 2.0e-3_wp, largest_step = 5.0e-3_wp, least_step = 1.0e-9_wp, least_cosine = 0.95_wp
+   !> Steps in scaled unknowns, the largest for motions with and without events; the largest angle between tangents, as its cosine;
+   !> changes of the sequence looked for in one step.
+   real(wp), parameter :: first_step = 2.0e-3_wp, largest_step = 5.0e-3_wp, largest_smooth = 0.05_wp, least_step = 1.0e-9_wp, &
+                          least_cosine = 0.95_wp
    !> Shorter steps may turn by any angle: the branch has a kink where contacts change. Steps may err by this part of them.
    real(wp), parameter :: kink = 1.0e-6_wp, straight = 0.1_wp
    !> So many steps of that kind in a row do not get past a jump.
@@ -79,7 +81,7 @@ contains
       real(wp), intent(in), optional :: away
 
       type(point_t) :: at, here, next
-      real(wp) :: h, p
+      real(wp) :: h, largest, p
       integer :: creeping, last
       logical :: ends, explained, found, ok
 
@@ -96,8 +98,9 @@ contains
       self%ending = "the most points"
       do while (ok .and. self%count < most)
          ! In a range that is narrower than the parameter's unit so many more of them.
+         largest = merge(largest_smooth, largest_step, here%orbit%sequence%count == 0)
          associate (slope => abs(here%tangent(size(here%tangent))))
-            if (h*slope > largest_step*(high - low)) h = largest_step*(high - low)/slope
+            if (h*slope > largest*(high - low)) h = largest*(high - low)/slope
          end associate
          call step(problem, here, h, next, ok)
          if (ok) ok = .not. falls_to_part(problem, here, next)
@@ -153,7 +156,7 @@ contains
          call problem%tell("branch", self%count, problem%value_of(next%orbit))
          last = size(here%tangent)
          if (next%orbit%rounds <= 5 .and. dot_product(here%tangent, next%tangent) > 0.99_wp) then
-            h = min(1.6_wp*h, largest_step*max(1.0_wp, norm2(next%orbit%u(:last - 1))))
+            h = min(1.6_wp*h, largest*max(1.0_wp, norm2(next%orbit%u(:last - 1))))
          end if
          creeping = merge(creeping + 1, 0, length(here, next) < kink)
          ok = creeping < most_creeping
