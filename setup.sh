@@ -116,6 +116,8 @@ make_environment() {
     python=$(find_python) || fail "no Python 3.11 or newer that can make an environment"
     quietly "making a Python environment in .venv" "$python" -m venv --clear .venv
   fi
+  # The name of the package up to 0.2, whose programs have the same names.
+  .venv/bin/python -m pip uninstall --disable-pip-version-check --yes --quiet razy-post >/dev/null 2>&1 || true
   quietly "installing Python packages into .venv" \
     .venv/bin/python -m pip install --disable-pip-version-check -e "./post[test]" -r tests/requirements.txt
   echo "$wanted" >"$stamp"

@@ -95,8 +95,8 @@ def gallery(pictures: Path) -> str:
 def draw_gallery(pictures: Path) -> None:
     """Compute and draw every input that is not there yet, or has changed."""
     sys.path.insert(0, str(ROOT / "post" / "src"))
+    from razy.plot.cli import main as plot
     from razy.programs import find_program
-    from razy_post.cli import main as plot
 
     pictures.mkdir(parents=True, exist_ok=True)
     for path in sorted((ROOT / "inputs").glob("*.nml")):

@@ -6,7 +6,7 @@ import pytest
 from pictures import drawn
 from samples import dataset, ragged, write_sweep
 
-from razy_post.read import ResultError, open_result
+from razy.read import ResultError, open_result
 
 
 @pytest.fixture

@@ -11,8 +11,8 @@ import pytest
 import samples
 from matplotlib.figure import Figure
 
-from razy_post.cli import main
-from razy_post.tools import csv_main, merge_main
+from razy.plot.cli import main
+from razy.tools.cli import csv_main, merge_main
 
 SPEED = np.linspace(1000.0, 1490.0, 20)
 SOUND = {

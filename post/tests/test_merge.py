@@ -8,8 +8,8 @@ import pytest
 import xarray
 from samples import dataset, dimension_only, ragged, write_sweep
 
-from razy_post.read import open_result
-from razy_post.tools import csv_main, merge_main
+from razy.read import open_result
+from razy.tools.cli import csv_main, merge_main
 
 SPEEDS = np.linspace(1000.0, 1490.0, 50)
 NAME = "mesh_deformation"
@@ -140,7 +140,7 @@ def write_basins(path):
 def test_basins(tmp_path):
     from matplotlib.figure import Figure
 
-    from razy_post.plot import PlotOptions, draw
+    from razy.plot import PlotOptions, draw
 
     with open_result(write_basins(tmp_path / "basins.h5")) as result:
         assert (result.n_grid, result.n_starts, result.n_points) == (2, 6, 12)

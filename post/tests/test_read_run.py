@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from samples import write_run
 
-from razy_post.read import ResultError, RunResult, open_result
+from razy.read import ResultError, RunResult, open_result
 
 
 def opened(path) -> RunResult:

@@ -7,11 +7,11 @@ from pictures import drawn, line
 from samples import BRANCHES, dataset, root, write_modes, write_run, write_sweep
 
 import razy
-from razy_post.plot import PlotNote, PlotOptions
-from razy_post.plot.sampled import Course
-from razy_post.plot.signals import signals
-from razy_post.plot.spectrum import order_map, spectrum
-from razy_post.read import ResultError, open_result
+from razy.plot import PlotNote, PlotOptions
+from razy.plot.sampled import Course
+from razy.plot.signals import signals
+from razy.plot.spectrum import order_map, spectrum
+from razy.read import ResultError, open_result
 
 SPEED = 3000.0
 

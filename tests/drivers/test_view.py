@@ -22,8 +22,9 @@ pytest.importorskip("bokeh")
 import razy
 from bokeh.models import Div, PlainText
 from bokeh.plotting import figure
-from razy.page import View
-from razy.view import Sweep, main
+from razy.view.cli import main
+from razy.view.page import View
+from razy.view.sweep import Sweep
 
 BIN = BUILD / "bin"
 
@@ -161,7 +162,7 @@ def test_clicks_in_a_browser(folder):
     file = gear_pair()
     environment = os.environ | {"PYTHONPATH": str(SOURCE / "post" / "src")}
     server = subprocess.Popen(
-        [sys.executable, "-m", "razy.view", file, "--no-browser", "--programs", BIN],
+        [sys.executable, "-m", "razy.view.cli", file, "--no-browser", "--programs", BIN],
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, env=environment,
     )  # fmt: skip
     try:
@@ -207,7 +208,7 @@ def test_only_who_has_the_address_gets_the_page_and_each_motion_is_computed_once
     scratch.mkdir()
     environment = os.environ | {"PYTHONPATH": str(SOURCE / "post" / "src"), "TMPDIR": str(scratch)}
     server = subprocess.Popen(
-        [sys.executable, "-m", "razy.view", file, "--at", "1500", "--no-browser", "--programs", BIN],
+        [sys.executable, "-m", "razy.view.cli", file, "--at", "1500", "--no-browser", "--programs", BIN],
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, env=environment,
     )  # fmt: skip
     try:
@@ -224,7 +225,7 @@ def test_only_who_has_the_address_gets_the_page_and_each_motion_is_computed_once
 
 
 def test_files_of_motions_are_bounded(monkeypatch):
-    monkeypatch.setattr("razy.view.MOST_MOTIONS", 2)
+    monkeypatch.setattr("razy.view.sweep.MOST_MOTIONS", 2)
     sweep = Sweep(gear_pair(), BIN)
     files = [Path(sweep.motion(point).file) for point in (0, 1, 2)]
     assert [file.exists() for file in files] == [False, True, True]

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 import h5py
 import numpy as np
 
-from razy_post import __version__
-from razy_post.errors import Parser, ResultError, one_line
-from razy_post.read import FollowResult, open_result
-from razy_post.target import check_output
+from razy.errors import Parser, ResultError, one_line
+from razy.read import FollowResult, open_result
+from razy.target import check_output
+from razy.version import __version__
 
 if TYPE_CHECKING:
     from razy.check.verdict import Verdict
