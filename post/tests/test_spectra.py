@@ -1,5 +1,7 @@
 """Spectra, Poincaré sections, orbits, contact patterns, damping ratios: against motions in closed form."""
 
+import warnings
+
 import h5py
 import numpy as np
 import pytest
@@ -89,6 +91,26 @@ def test_order_map_has_orders_level_and_frequencies_falling(tmp_path, begin, rat
     assert order[between][amplitude[row][between].argmax()] == pytest.approx(90 / (speed[row] / 60), abs=0.2)
     axes, _ = drawn(path, kind="ordermap", top=6.0).axes
     assert axes.get_xlabel() == "speed (rpm)" and axes.get_ylim() == (0.0, 6.0)
+
+
+def test_what_is_folded_is_said(tmp_path):
+    """A tone of 600 Hz, which 1 kHz shows at 400 Hz; at 1.2001 kHz it stands where it is."""
+    for rate, folded in ((1000, True), (1200.1, False)):
+        time = np.arange(6000) / rate
+        path = write_motion(tmp_path / "run.h5", time, d=np.sin(2 * np.pi * 600 * time), period=None)
+        with h5py.File(path, "a") as file:
+            dataset(file, "outcome/fastest_excitation", np.array([600.0]), "Hz")
+            dataset(file, "rotation/time", np.array([0.0, time[-1]]), "s", "time")
+            dataset(file, "rotation/speed", np.array([100.0, 120.0]), "rad/s", "speed")
+        for kind in ("ordermap", "spectrum", "spectrogram"):
+            with warnings.catch_warnings(record=True) as notes:
+                warnings.simplefilter("always")
+                axes = drawn(path, kind=kind).axes
+            said = [str(note.message) for note in notes]
+            assert [note.startswith("fewer than two stored times in a period") for note in said] == [True] * folded
+            if kind == "spectrum":
+                x, y = line(axes[0], "d")
+                assert x[y.argmax()] == pytest.approx(400.0 if folded else 600.0, abs=1.0)
 
 
 def test_waterfall_over_the_speed_has_lines_of_orders(tmp_path):

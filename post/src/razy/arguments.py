@@ -15,7 +15,7 @@ R = TypeVar("R")
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
-    """Check the arguments of a function by their annotations; raise a `ResultError` in place of a `TypeError`."""
+    """Check the arguments of a function by their annotations; raise what goes wrong as a `ResultError` of one line."""
     signature = inspect.signature(function)
     # What is returned may be named only, so that its package is not imported for it.
     kinds = {name: kind for name, kind in function.__annotations__.items() if name != "return"}
@@ -27,7 +27,11 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         except TypeError as error:
             raise ResultError(f"razy: {error}") from None
         check({name: value for name, value in arguments.items() if name != "options"}, kinds)
-        return function(*given, **named)
+        try:
+            return function(*given, **named)
+        except (ResultError, OSError) as error:
+            # Names of files and of groups may be anything, and too long for the system.
+            raise ResultError(one_line(str(error))) from error.__cause__
 
     return call
 

@@ -30,6 +30,21 @@ class Course:
             else signal.read_rate(part)[keep]
         )
 
+        self.fastest = result.fastest_excitation
+
+    @property
+    def step(self) -> float:
+        """The mean distance of the times, s; a note where the fastest excitation stands at another frequency for it."""
+        step = float((self.time[-1] - self.time[0]) / (self.time.size - 1))
+        if self.fastest * step > 0.5 * (1 + EVEN):
+            warnings.warn(
+                f"fewer than two stored times in a period of the fastest excitation, {self.fastest:.5g} Hz, which "
+                f"stands at another frequency here; &record interval below {0.5 / self.fastest:.3g} s shows it there",
+                PlotNote,
+                4,
+            )
+        return step
+
     def at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the value at times of the range: cubic Hermite polynomials."""
         s, step, low, high, v, w = self._pieces(time)
@@ -49,7 +64,7 @@ class Course:
     def even(self) -> tuple[float, NDArray[np.float64]]:
         """Return the distance of evenly spaced times, s, and the value at them; a note where it is interpolated."""
         steps = np.diff(self.time)
-        step = float((self.time[-1] - self.time[0]) / steps.size)
+        step = self.step
         if np.ptp(steps) <= EVEN * step:
             return step, self.value
         warnings.warn(

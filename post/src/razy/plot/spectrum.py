@@ -130,7 +130,7 @@ def order_map(
     turns = min(MOST_TURNS, int(total / TURNED_WINDOWS))
     if turns < LEAST_TURNS:
         raise ResultError(f"{result.path}: fewer than {LEAST_TURNS * TURNED_WINDOWS} turns in the range")
-    step = (last - first) / (course.time.size - 1)
+    step = course.step
 
     def when(turned: NDArray[np.float64]) -> NDArray[np.float64]:
         angle = 2 * np.pi * turned

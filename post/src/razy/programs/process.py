@@ -33,7 +33,8 @@ def find_program(name: str, folder: str | Path | None = None) -> Path:
     if chosen:
         if not (Path(chosen) / name).is_file():
             raise ResultError(f"{chosen}: there is no program {name} in this folder")
-        return Path(chosen) / name
+        # A name without a folder would be looked for on PATH.
+        return (Path(chosen) / name).absolute()
     # The package lies in post/src of a clone, or in share/razy/python below the prefix of an installation.
     above = Path(__file__).resolve().parents
     beside = (Path(sys.executable).parent, above[4] / "build" / "bin", above[5] / "bin")
@@ -58,16 +59,25 @@ def execute(
         Is told of each line on the error channel as it comes; the lines for which it is true are kept.
     environment
         Variables beside those that there are.
+
+    Raises
+    ------
+    ResultError
+        The program cannot be started.
     """
-    with subprocess.Popen(
-        [str(word) for word in words],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        errors="replace",
-        env=os.environ | dict(environment or {}),
-    ) as process:
+    try:
+        process = subprocess.Popen(
+            [str(word) for word in words],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            env=os.environ | dict(environment or {}),
+        )
+    except (OSError, ValueError) as error:
+        raise ResultError(f"{words[0]}: cannot be run: {error}") from None
+    with process:
         try:
             said = [line.rstrip() for line in process.stderr or () if hear(line)]
             _, status, usage = os.wait4(process.pid, 0)

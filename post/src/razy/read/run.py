@@ -59,6 +59,12 @@ class RunResult(ResultFile):
         return float(item[0]) or None if item is not None and item.size == 1 else None
 
     @property
+    def fastest_excitation(self) -> float:
+        """Largest frequency of the excitation in Hz; 0 where there is none, or the file does not say."""
+        item = self._find("outcome/fastest_excitation")
+        return float(item[0]) if item is not None and item.size == 1 else 0.0
+
+    @property
     def rotation(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Times, s, and the speeds of the rotation there, rad/s, linear between them; None where it does not change."""
         if self._find("rotation/speed") is None:
