@@ -95,3 +95,11 @@ def test_shapes_that_do_not_fit(run):
         file["observable/mesh_deformation"] = np.zeros(5)
     with opened(run) as result, pytest.raises(ResultError, match=r"shape \(5,\), expected shape \(2000,\)"):
         result.observable("mesh_deformation")
+
+
+def test_states_of_a_mesh_with_one_and_two_pairs_of_teeth_have_names(run):
+    with open_result(run) as result:
+        meanings = result.state_meanings
+    assert meanings[2] == "closed (upper side)" and meanings[8] == "sticking"
+    assert meanings[10] == "closed (upper side) with one pair of teeth in mesh"
+    assert meanings[18] == "parting (lower side) with two" and sorted(meanings) == list(range(1, 19))

@@ -188,6 +188,27 @@ def test_orbit_has_a_mark_for_each_revolution(tmp_path):
         drawn(write_run(tmp_path / "lumped.h5"), kind="orbit")
 
 
+@pytest.mark.parametrize(("begin", "change"), [(0.0, 400.0), (300.0, 100.0), (200.0, -400.0), (200.0, -1e-9)])
+def test_marks_of_an_orbit_follow_a_speed_that_changes(tmp_path, begin, change):
+    """A shaft that turns as fast as it whirls has its marks at one place: from rest, up, down and back, hardly."""
+    time = np.linspace(0.0, 1.0, 20001)
+    turn = begin * time + change * time**2 / 2
+    signals = {"displacement__rotor__3__v": 1e-5 * np.cos(turn), "displacement__rotor__3__w": 1e-5 * np.sin(turn)}
+    path = write_motion(tmp_path / "run.h5", time, begin * 30 / np.pi, **signals)
+    with h5py.File(path, "a") as file:
+        dataset(file, "rotation/time", np.array([0.0, 1.0]), "s", "time")
+        dataset(file, "rotation/speed", begin + change * np.array([0.0, 1.0]), "rad/s", "speed")
+    (axes,) = drawn(path, kind="orbit").axes
+    x, y = line(axes, "once per revolution")
+    np.testing.assert_allclose(x, 10.0, rtol=1e-5)
+    np.testing.assert_allclose(y, 0.0, atol=0.02)
+    passed = np.flatnonzero(np.diff(np.floor(turn / (2 * np.pi))))
+    # Also at the ends of the motion.
+    assert passed.size <= x.size <= passed.size + 2
+    (axes,) = drawn(path, kind="orbit", start=0.6).axes
+    assert line(axes, "once per revolution")[0].size - np.count_nonzero(time[passed] > 0.6) in (0, 1)
+
+
 def test_pattern_shows_the_state_from_event_to_event(tmp_path):
     path = tmp_path / "run.h5"
     with root(path, "razy-run", "Motion") as file:

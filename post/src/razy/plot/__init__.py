@@ -134,8 +134,13 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | N
                 f"{result.path}: --period goes with pictures of the kinds poincare, orbit, spectrum, orders alone"
             )
         _check_swap(kind, options)
-        with look():
-            fitting[kind].draw(result, figure, options)
+        try:
+            with look():
+                fitting[kind].draw(result, figure, options)
+        except ResultError as error:
+            if result.path in str(error):
+                raise
+            raise ResultError(f"{result.path}: {error}") from error.__cause__
 
 
 def draw_files(

@@ -1,13 +1,19 @@
 """The linear response over a parameter: amplitude and phase above one another, or as a polar plot."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import f90nml
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from razy.errors import ResultError
 from razy.plot import style
+from razy.plot.labels import Room, write
 from razy.plot.options import PlotOptions
 from razy.plot.units import Scale, axis_label, in_words, readable_name, scale_for
 from razy.read import ModesResult, Quantity
@@ -27,7 +33,7 @@ def draw_bode(result: ModesResult, figure: Figure, options: PlotOptions) -> None
     at = result.response_grid[keep]
     style.set_size(figure, options, 16.0, 12.0)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1.0))
-    handles = []
+    handles, peaks = [], []
     largest = max(float(np.nanmax(np.abs(value[keep]))) for *_, value in lines) * scale.factor
     for colour, (name, tone, label, value) in zip(COLOURS, lines, strict=False):
         size, phase = np.abs(value[keep]) * scale.factor, _phase(value[keep])
@@ -39,20 +45,21 @@ def draw_bode(result: ModesResult, figure: Figure, options: PlotOptions) -> None
                 continue
             upper.plot(place, height * scale.factor, "o", markersize=3.0, color=colour, label="peak")
             words = f"{place:.5g}" + (f", AF {factor:.1f}" if np.isfinite(factor) else "")
-            upper.annotate(words, (place, height * scale.factor), (4, 1), textcoords="offset points", fontsize=7.0)
+            peaks.append((words, (place, height * scale.factor)))
     upper.set_ylim(0.0, None)
     upper.margins(y=0.1)
     operating = f90nml.reads(result.input).get("response", {}).get("operating")
     for axes in (upper, lower):
         if operating:
             axes.axvspan(*operating, color=style.GREY, alpha=0.2, linewidth=0.0, label="in operation")
-    upper.set_ylabel("amplitude of " + axis_label(quantity, scale, 40))
+    upper.set_ylabel(axis_label(replace(quantity, long_name=f"amplitude of {readable_name(quantity)}"), scale, 40))
     lower.set_ylabel("phase (°)")
     lower.yaxis.set_major_locator(_degrees(lower))
     lower.set_xlabel(axis_label(parameter, Scale(1.0, parameter.units)))
     lower.set_xlim(at[0], at[-1])
     style.set_footer(figure, result, options)
     style.set_heading(figure, (upper, upper), style.title_of(result, options), handles)
+    _name(figure, upper, sorted(peaks, key=lambda peak: -peak[1][1]))
 
 
 def draw_polar(result: ModesResult, figure: Figure, options: PlotOptions) -> None:
@@ -62,7 +69,7 @@ def draw_polar(result: ModesResult, figure: Figure, options: PlotOptions) -> Non
     at = result.response_grid[keep]
     style.set_size(figure, options, 12.0, 12.5)
     axes = figure.add_subplot(projection="polar")
-    handles = []
+    handles, marks = [], []
     for colour, (_, _, label, value) in zip(COLOURS, lines, strict=False):
         seen = value[keep]
         axes.plot(np.angle(seen), np.abs(seen) * scale.factor, color=colour, label=label)
@@ -70,7 +77,7 @@ def draw_polar(result: ModesResult, figure: Figure, options: PlotOptions) -> Non
         for index in _marks(seen):
             place = np.angle(seen[index]), np.abs(seen[index]) * scale.factor
             axes.plot(*place, "o", markersize=2.5, color=colour, label="mark")
-            axes.annotate(f"{at[index]:.5g}", place, (3, 2), textcoords="offset points", fontsize=7.0, color=colour)
+            marks.append((f"{at[index]:.5g}", place))
     axes.minorticks_off()
     axes.grid(linewidth=0.3)
     axes.set_thetagrids(range(0, 360, 60))
@@ -82,6 +89,16 @@ def draw_polar(result: ModesResult, figure: Figure, options: PlotOptions) -> Non
     )  # fmt: skip
     style.set_footer(figure, result, options)
     style.set_heading(figure, (axes, axes), style.title_of(result, options), handles)
+    _name(figure, axes, marks, [tick.label1 for tick in axes.yaxis.get_major_ticks()])
+
+
+def _name(
+    figure: Figure, axes: Axes, marks: list[tuple[str, tuple[float, float]]], others: Sequence[Text] = ()
+) -> None:
+    """Write texts beside their marks, those named first where there is not room for all; none over `others`."""
+    figure.draw_without_rendering()
+    room = Room(axes, [at for _, at in marks], [curve.get_data() for curve in axes.lines], others)
+    write(axes, [place for place in room.places(*zip(*marks, strict=True)) if place is not None] if marks else [])
 
 
 def _lines(

@@ -7,8 +7,12 @@ from matplotlib.lines import Line2D
 from razy.errors import ResultError
 from razy.plot import style
 from razy.plot.campbell import BLUE, CLEAR, RPM
+from razy.plot.labels import Room, write
 from razy.plot.options import PlotOptions
 from razy.read import ModesResult
+
+# Damping ratios below this are those of a machine that nothing damps.
+ROUNDING = 1e-10
 
 
 def draw(result: ModesResult, figure: Figure, options: PlotOptions) -> None:
@@ -22,15 +26,15 @@ def draw(result: ModesResult, figure: Figure, options: PlotOptions) -> None:
     value = result.eigenvalue
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = np.where(value.imag > 0, -value.real / np.abs(value), np.nan)
+    ends = []
     for number in np.unique(result.branch[np.isfinite(result.branch)]):
         rows, places = np.nonzero(result.branch == number)
         direction = np.nanmean(result.direction[rows, places])
         colour = style.RED if direction > CLEAR else BLUE if direction < -CLEAR else style.BLACK
         axes.plot(result.speed[rows] * RPM, 100 * ratio[rows, places], color=colour, label=f"branch {number:.0f}")
-        at = rows[-1]
-        words = f"{result.frequency[at, places[-1]]:.0f} Hz"
-        axes.annotate(words, (result.speed[at] * RPM, 100 * ratio[at, places[-1]]), (-2, 2), fontsize=7.0,
-                      textcoords="offset points", ha="right", color=style.GREY)  # fmt: skip
+        ends.append((rows[-1], places[-1]))
+    if not np.nanmax(np.abs(ratio), initial=0.0) > ROUNDING:
+        axes.set_ylim(-1.0, 1.0)
     axes.axhline(0.0, color=style.GREY, linewidth=0.6)
     axes.set_xlim(result.speed[0] * RPM if options.start is None else options.start,
                   result.speed[-1] * RPM if options.stop is None else options.stop)  # fmt: skip
@@ -40,3 +44,8 @@ def draw(result: ModesResult, figure: Figure, options: PlotOptions) -> None:
     style.set_footer(figure, result, options)
     style.set_heading(figure, (axes, axes), style.title_of(result, options),
                       [Line2D([], [], color=colour, label=word) for word, colour in kinds])  # fmt: skip
+    figure.draw_without_rendering()
+    at = [(result.speed[row] * RPM, 100 * ratio[row, place]) for row, place in ends if np.isfinite(ratio[row, place])]
+    names = [f"{result.frequency[row, place]:.0f} Hz" for row, place in ends if np.isfinite(ratio[row, place])]
+    room = Room(axes, [], [curve.get_data() for curve in axes.lines[:-1]])
+    write(axes, [place for place in room.places(names, at) if place is not None])

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from razy.plot import style
 from razy.read import RunResult
+from razy.read.file import branch_of
 
 MOST_MARKERS = 200
 MOST_LARGE_MARKERS = 40
@@ -114,11 +115,12 @@ def event_marks(result: RunResult, start: float, stop: float) -> list[Marks]:
         words = meanings.get(value, f"state {value}" if value >= 0 else "")
         colour = style.EVENT_COLOURS[contacts.index(number) if len(contacts) > 1 else len(marks)]
         chosen = (contact == number) & (state == value)
-        is_open = words == OPEN
+        branch = branch_of(words)
+        is_open = branch == OPEN
         if is_open and _twice_in_a_row(state[contact == number], value):
-            words, is_open = OPEN_AGAIN, False
+            words, is_open = words.replace(OPEN, OPEN_AGAIN), False
         label = f"{name}: {words}" if words else name
-        marks.append(Marks(label, time[chosen], colour, MARKERS.get(words, "o"), not is_open, size))
+        marks.append(Marks(label, time[chosen], colour, MARKERS.get(branch, "o"), not is_open, size))
     return marks
 
 

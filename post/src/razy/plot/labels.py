@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.text import Text
 from numpy.typing import NDArray
 
 SIZE = 6.5
@@ -37,6 +38,8 @@ class Room:
         Points that no text may cover.
     curves
         Curves as (x, y) that texts rather do not cover.
+    others
+        Texts that no text may cover, drawn already.
     """
 
     def __init__(
@@ -44,6 +47,7 @@ class Room:
         axes: Axes,
         marks: Sequence[tuple[float, float]],
         curves: Iterable[tuple[NDArray[np.float64], NDArray[np.float64]]],
+        others: Iterable[Text] = (),
     ) -> None:
         figure = axes.figure
         self._axes = axes
@@ -52,12 +56,14 @@ class Room:
         self._frame = np.array([box.x0, box.y0, box.x1, box.y1]) / self._pt
         self._marks = self._points(np.reshape(marks, (-1, 2)))
         self._ink = np.zeros((int(np.ceil(self._frame[3])) + 2, int(np.ceil(self._frame[2])) + 2), dtype=np.int32)
+        extents = [text.get_window_extent().extents for text in others if text.get_visible() and text.get_text()]
+        self._others = [extent / self._pt for extent in extents]
         for x, y in curves:
             self._trace(self._points(np.stack((x, y), axis=1)))
 
     def places(self, texts: Sequence[str], at: Sequence[tuple[float, float]]) -> list[Place | None]:
         """Return a place for each text beside its point, None where there is no room."""
-        taken: list[NDArray[np.float64]] = []
+        taken: list[NDArray[np.float64]] = list(self._others)
         found: list[Place | None] = []
         size = {text: self._size(text) for text in set(texts)}
         points = self._points(np.reshape(at, (-1, 2)))

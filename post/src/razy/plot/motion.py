@@ -18,6 +18,8 @@ from razy.plot.units import Scale, axis_label, scale_for
 from razy.read import Quantity, RunResult
 
 MOST_PANELS = 4
+# Letters in a line beside a panel of this module.
+LONGEST_LABEL = 32
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ def draw_time(result: RunResult, figure: Figure, options: PlotOptions) -> None:
         return
     chosen = signals(result, options, MOST_PANELS)
     motion = _motion(result, options)
-    style.set_size(figure, options, 16.0, 2.2 + 4.3 * len(chosen))
+    style.set_size(figure, options, 16.0, 2.2 + 4.3 * len(chosen) + 0.3 * len(motion.marks))
     column = figure.subplots(len(chosen), 1, sharex=True, squeeze=False)[:, 0]
     _time_column(figure, column, chosen, motion, options)
     _finish(figure, result, (column[0], column[0]), motion, options)
@@ -97,7 +99,7 @@ def draw_overview(result: RunResult, figure: Figure, options: PlotOptions) -> No
         return
     chosen = signals(result, options, MOST_PANELS)
     motion = _motion(result, options)
-    style.set_size(figure, options, 17.0, 1.6 + 5.0 * len(chosen))
+    style.set_size(figure, options, 17.0, 1.6 + 5.0 * len(chosen) + 0.3 * len(motion.marks))
     grid = figure.subplots(len(chosen), 2, squeeze=False, width_ratios=(1.8, 1.0))
     for axes in grid[:-1, 0]:
         axes.sharex(grid[-1, 0])
@@ -186,7 +188,7 @@ def _label(
     scale = scale_for(quantity.units, max(abs(low), abs(high)))
     ends = style.limits(low * scale.factor, high * scale.factor, margin)
     style.set_axis(axis, *ends, space_cm=space_cm)
-    axis.set_label_text(axis_label(quantity, scale))
+    axis.set_label_text(axis_label(quantity, scale, LONGEST_LABEL))
     set_limits = axis.axes.set_xlim if axis is axis.axes.xaxis else axis.axes.set_ylim
     set_limits(ends)
     return scale

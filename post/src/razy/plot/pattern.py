@@ -9,6 +9,7 @@ from razy.plot import style
 from razy.plot.options import PlotOptions
 from razy.plot.units import in_words, scale_for
 from razy.read import RunResult
+from razy.read.file import branch_of
 
 COLOURS = {
     "open": "#ffffff",
@@ -65,4 +66,5 @@ def bars(result: RunResult, contact: str, first: float, last: float) -> list[tup
     time = np.concatenate(([min(first, 0.0)], events.time[mine], [max(last, result.end)]))
     state = [None, *(meanings.get(int(value), f"state {value}") for value in events.state[mine])]
     pieces = zip(np.clip(time[:-1], first, last), np.clip(time[1:], first, last), state, strict=True)
-    return [(float(begin), float(end), word) for begin, end, word in pieces if end > begin]
+    # Of a mesh whose stiffness switches the states with one and with two pairs of teeth are one.
+    return [(float(begin), float(end), word and branch_of(word)) for begin, end, word in pieces if end > begin]

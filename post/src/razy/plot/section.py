@@ -5,11 +5,12 @@ from dataclasses import replace
 import f90nml
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from razy.errors import ResultError
 from razy.plot import style
 from razy.plot.options import PlotOptions
-from razy.plot.sampled import Course, strobe
+from razy.plot.sampled import EVEN, Course, strobe
 from razy.plot.signals import observable, signals
 from razy.plot.units import axis_label, scale_for
 from razy.read import RunResult
@@ -33,7 +34,7 @@ def draw_poincare(result: RunResult, figure: Figure, options: PlotOptions) -> No
             ends = style.limits(float(numbers.min()), float(numbers.max()), 0.08)
             style.set_axis(axis, *ends, space_cm=6.0 if axis is axes.xaxis else None)
             (axes.set_xlim if axis is axes.xaxis else axes.set_ylim)(ends)
-            axis.set_label_text(axis_label(quantity, scale))
+            axis.set_label_text(axis_label(quantity, scale, 40))
         axes.plot(value, rate, "o", markersize=max(1.6, style.marker_size(times.size)), color=style.BLACK,
                   markeredgewidth=0.0, label=signal.value.name)  # fmt: skip
     style.set_footer(figure, result, options)
@@ -43,8 +44,7 @@ def draw_poincare(result: RunResult, figure: Figure, options: PlotOptions) -> No
 def draw_orbit(result: RunResult, figure: Figure, options: PlotOptions) -> None:
     """Draw the path of shaft nodes in the plane yz, with a point where a revolution of the shaft begins."""
     nodes = _nodes(result, options)
-    turn = _turn(result, options)
-    marks = None if turn is None else strobe(result, turn)
+    marks = _revolutions(result, options)
     grid = _panels(figure, options, len(nodes), 8.0)
     for axes, node in zip(grid, nodes, strict=True):
         v, w = (Course(result, observable(result, f"displacement.{node}.{way}"), options) for way in "vw")
@@ -77,12 +77,27 @@ def _nodes(result: RunResult, options: PlotOptions) -> list[str]:
     return asked or both[:MOST_PANELS]
 
 
-def _turn(result: RunResult, options: PlotOptions) -> PlotOptions | None:
-    """Return the options with the period of a revolution, if one is asked for or the input has a speed."""
-    if options.period is not None:
-        return options
-    speed = f90nml.reads(result.input).get("rotation", {}).get("speed_rpm", 0.0)
-    return replace(options, period=60.0 / speed) if speed else None
+def _revolutions(result: RunResult, options: PlotOptions) -> NDArray[np.float64] | None:
+    """Return the times in the range at which a revolution begins, s; the first begins at 0. None without a speed."""
+    if options.period is not None or result.rotation is None:
+        speed = f90nml.reads(result.input).get("rotation", {}).get("speed_rpm", 0.0)
+        if options.period is None and not speed:
+            return None
+        return strobe(result, replace(options, period=options.period or 60.0 / abs(speed)))
+    part = result.window(options.start, options.stop)
+    begin, end = result.time[part][[0, -1]]
+    at, speed = result.rotation
+    change = (speed[1] - speed[0]) / (at[1] - at[0])
+    # Where the rotation turns back the angle is largest or smallest.
+    time = np.array([begin, end, np.clip(at[0] - speed[0] / change, begin, end)]) - at[0]
+    turns = (speed[0] * time + change * time**2 / 2) / (2 * np.pi)
+    angle = 2 * np.pi * np.arange(np.ceil(turns.min() - EVEN), np.floor(turns.max() + EVEN) + 1)
+    # Both roots of the angle, formed without cancellation.
+    root = speed[0] + np.copysign(np.sqrt(np.maximum(speed[0] ** 2 + 2 * change * angle, 0.0)), speed[0])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        times = at[0] + np.unique(np.concatenate((2 * angle / root, -root / change)))
+    slack = EVEN * (end - begin)
+    return np.clip(times[(times >= begin - slack) & (times <= end + slack)], begin, end)
 
 
 def _panels(figure: Figure, options: PlotOptions, count: int, side: float) -> list:

@@ -1,6 +1,7 @@
 """Amplitude spectra of a motion, over time or orders, and of several motions over a parameter."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import f90nml
 import numpy as np
@@ -14,7 +15,7 @@ from razy.plot import style
 from razy.plot.options import PlotOptions
 from razy.plot.sampled import Course, period_of
 from razy.plot.signals import signals
-from razy.plot.units import Scale, axis_label, readable_name, scale_for
+from razy.plot.units import LABEL_WIDTH, Scale, axis_label, readable_name, scale_for
 from razy.read import Quantity, RunResult
 
 MOST_PANELS = 4
@@ -25,6 +26,8 @@ LEAST_WINDOW = 64
 WINDOWS = 12
 # Order cuts in one picture.
 ORDERS = 4
+# Lines of orders nearer to one another than this share of the height are not all named.
+NEAR = 0.04
 # The order map: turns in a window at most and at least, windows side by side in the motion, and windows in all at most.
 MOST_TURNS, LEAST_TURNS, TURNED_WINDOWS, MOST_WINDOWS = 16, 2, 12, 400
 
@@ -169,11 +172,14 @@ def draw_waterfall(results: Sequence[RunResult], figure: Figure, options: PlotOp
     period = period_of(results[order[-1]], options)
     if name == "rotation.speed_rpm" and period is not None:
         turns = 60.0 / (period * at[-1])
+        named = -np.inf
         for multiple in range(1, min(6, int(top * period) + 1)):
             line = multiple * turns * at / 60.0
             axes.plot(at, line, color="white", linewidth=0.5, linestyle="--", label=f"order {multiple * turns:g}")
-            axes.annotate(f"{multiple * turns:g}\N{MULTIPLICATION SIGN}", (at[0], line[0]), (3, 2), fontsize=7.0,
-                          textcoords="offset points", color="white")  # fmt: skip
+            if line[0] - named > NEAR * top:
+                axes.annotate(f"{multiple * turns:g}\N{MULTIPLICATION SIGN}", (at[0], line[0]), (3, 2), fontsize=7.0,
+                              textcoords="offset points", color="white")  # fmt: skip
+                named = line[0]
     axes.set_xlabel(_parameter_label(name))
     axes.set_ylabel("frequency (Hz)")
     axes.set_ylim(0.0, top)
@@ -235,11 +241,13 @@ def _colours(figure: Figure, axes, data: tuple[NDArray, NDArray, NDArray], value
         raise ResultError(f"'{value.name}' is constant in the range asked for")
     image = axes.pcolormesh(x, y, np.maximum(amplitude * scale.factor, 1e-4 * largest), cmap="magma", rasterized=True,
                             norm=LogNorm(1e-4 * largest, largest), shading="nearest")  # fmt: skip
-    figure.colorbar(image, ax=axes, pad=0.02).set_label(_amplitude_label(value, scale))
+    bar = figure.colorbar(image, ax=axes, pad=0.02)
+    style.set_log_axis(bar.ax.yaxis)
+    bar.set_label(_amplitude_label(value, scale))
 
 
 def _amplitude_label(value: Quantity, scale: Scale) -> str:
-    return "amplitude of " + axis_label(value, scale, 40)
+    return axis_label(replace(value, long_name=f"amplitude of {readable_name(value)}"), scale, LABEL_WIDTH)
 
 
 def _parameter(results: Sequence[RunResult], what: str) -> tuple[str, list[float]]:

@@ -151,6 +151,9 @@ def set_heading(figure: Figure, top: tuple[Axes, Axes], title: str, handles: lis
     if legend is not None and text.get_window_extent().overlaps(legend.get_window_extent()):
         height = legend.get_window_extent().height * 72 / figure.dpi
         axes.set_title(text.get_text(), loc="left", pad=height + 4)
+        # The title makes room for the legend below it.
+        if figure.get_layout_engine() is not None:
+            figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 1.0))
 
 
 def _legend(axes: Axes, handles: list[Line2D], alone: bool) -> Legend | None:

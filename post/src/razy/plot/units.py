@@ -101,5 +101,10 @@ def in_words(name: str) -> str:
 def axis_label(quantity: Quantity, scale: Scale, width: int | None = None) -> str:
     """Return the text of an axis: name and, in parentheses, unit; on lines of at most `width` letters."""
     name = readable_name(quantity)
-    label = f"{name} ({scale.unit})" if scale.unit else name
-    return label if width is None else textwrap.fill(label, width, break_long_words=False)
+    if not scale.unit:
+        return name if width is None else textwrap.fill(name, width, break_long_words=False)
+    if width is None:
+        return f"{name} ({scale.unit})"
+    # The unit stays with the word before it.
+    tied = f"{name}\N{NO-BREAK SPACE}({scale.unit.replace(' ', chr(0xA0))})"
+    return textwrap.fill(tied, width, break_long_words=False).replace("\N{NO-BREAK SPACE}", " ")

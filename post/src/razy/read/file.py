@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 # What the compression of HDF5 can come to; the programs compress nothing.
 MOST_COMPRESSION = 1100
+# Values that one entry of an attribute "meanings" may name.
+MOST_ALIKE = 100
 
 
 @dataclass(frozen=True)
@@ -42,8 +44,9 @@ def text(value: Any) -> str:
     if isinstance(value, h5py.Empty):
         return ""
     if isinstance(value, bytes):
-        value = value.decode("utf-8", errors="replace")
-    return str(value).rstrip("\0 ")
+        value = value.decode("utf-8", errors="surrogateescape")
+    # What is no UTF-8 could neither be drawn nor printed.
+    return str(value).encode("utf-8", "surrogateescape").decode("utf-8", "replace").rstrip("\0 ")
 
 
 def text_list(value: Any) -> tuple[str, ...]:
@@ -54,9 +57,30 @@ def text_list(value: Any) -> tuple[str, ...]:
 
 
 def meanings(item: h5py.Dataset) -> dict[int, str]:
-    """Read what the values of a dataset mean from its attribute ``meanings``: ``0 = ok, 1 = ...``."""
-    pairs = re.findall(r"(-?\d+)\s*=\s*(.*?)\s*(?=[,;]\s*-?\d+\s*=|$)", text(item.attrs.get("meanings", "")))
-    return {int(value): words for value, words in pairs}
+    """Read what the values of a dataset mean from its attribute ``meanings``: ``0 = ok, 1 = ...``.
+
+    ``9 to 13 = 1 to 5 with one pair`` are five values, each what the one beside it is, ``with one pair``.
+    """
+    number = r"(-?\d{1,9})(?:\s+to\s+(-?\d{1,9}))?"
+    found: dict[int, str] = {}
+    for first, last, words in re.findall(
+        rf"{number}\s*=\s*(.*?)\s*(?=[,;]\s*-?\d+(?:\s+to\s+-?\d+)?\s*=|$)", text(item.attrs.get("meanings", ""))
+    ):
+        like = re.match(rf"{number}\s+(.*)", words)
+        if last and like:
+            found |= {
+                int(first) + k: f"{found[int(like[1]) + k]} {like[3]}"
+                for k in range(min(int(last) - int(first) + 1, MOST_ALIKE))
+                if int(like[1]) + k in found
+            }
+        else:
+            found[int(first)] = words
+    return found
+
+
+def branch_of(words: str) -> str:
+    """Return the branch of a law that words mean, without the pairs of teeth in mesh."""
+    return words.partition(" with ")[0]
 
 
 def open_hdf5(path: str | Path) -> h5py.File:
