@@ -44,7 +44,7 @@ def draw_poincare(result: RunResult, figure: Figure, options: PlotOptions) -> No
 def draw_orbit(result: RunResult, figure: Figure, options: PlotOptions) -> None:
     """Draw the path of shaft nodes in the plane yz, with a point where a revolution of the shaft begins."""
     nodes = _nodes(result, options)
-    marks = _revolutions(result, options)
+    marks = revolutions(result, options)
     grid = _panels(figure, options, len(nodes), 8.0)
     for axes, node in zip(grid, nodes, strict=True):
         v, w = (Course(result, observable(result, f"displacement.{node}.{way}"), options) for way in "vw")
@@ -62,10 +62,15 @@ def draw_orbit(result: RunResult, figure: Figure, options: PlotOptions) -> None:
     style.set_heading(figure, (grid[0], grid[-1]), style.title_of(result, options), handles)
 
 
+def shaft_nodes(result: RunResult) -> list[str]:
+    """Return the nodes of which both displacements across the axis are stored."""
+    names = [name.removeprefix("displacement.") for name in result.observables if name.startswith("displacement.")]
+    return [name[:-2] for name in names if name.endswith(".v") and f"{name[:-2]}.w" in names]
+
+
 def _nodes(result: RunResult, options: PlotOptions) -> list[str]:
     """Return the nodes asked for, such as ``rotor.3``, else the first whose displacements are stored."""
-    names = [name.removeprefix("displacement.") for name in result.observables if name.startswith("displacement.")]
-    both = [name[:-2] for name in names if name.endswith(".v") and f"{name[:-2]}.w" in names]
+    both = shaft_nodes(result)
     asked = [name.removeprefix("displacement.") for name in (*options.observables, *options.coordinates)]
     for node in asked:
         if node not in both:
@@ -77,7 +82,7 @@ def _nodes(result: RunResult, options: PlotOptions) -> list[str]:
     return asked or both[:MOST_PANELS]
 
 
-def _revolutions(result: RunResult, options: PlotOptions) -> NDArray[np.float64] | None:
+def revolutions(result: RunResult, options: PlotOptions) -> NDArray[np.float64] | None:
     """Return the times in the range at which a revolution begins, s; the first begins at 0. None without a speed."""
     if options.period is not None or result.rotation is None:
         speed = f90nml.reads(result.input).get("rotation", {}).get("speed_rpm", 0.0)

@@ -1,6 +1,7 @@
 """The page of ``razy-view``, by Bokeh: the diagram of a sweep, and motions beside it."""
 
 import secrets
+import warnings
 import webbrowser
 from html import escape
 from typing import Any
@@ -26,11 +27,11 @@ from tornado.netutil import bind_sockets
 from tornado.routing import HostMatches, Rule, RuleRouter
 
 from razy.errors import ResultError, one_line
-from razy.plot import maps, style
+from razy.plot import PlotNote, maps, section, style
 from razy.plot.options import PlotOptions
 from razy.plot.pattern import COLOURS, UNKNOWN, bars
 from razy.plot.sampled import Course
-from razy.plot.signals import Signal, signals
+from razy.plot.signals import Signal, observable, signals
 from razy.plot.spectrum import spectrum
 from razy.plot.units import axis_label, in_words, scale_for
 from razy.read import Quantity, RunResult, open_result
@@ -54,6 +55,7 @@ class View:
         self.status = _text(width=640)
         self.commands = _text(width=640)
         self.motions = column(Div())
+        self.notes: list[str] = []
         self.factors = [1.0] * len(sweep.axes)
         self.diagram = self._diagram()
         head = _text(text=f"<h2>{escape(sweep.result.title or str(sweep.file))}</h2>")
@@ -82,7 +84,7 @@ class View:
         except ResultError as error:
             self.say(one_line(str(error)))
             return
-        self.say(self.sweep.note)
+        self.say("; ".join([note for note in (self.sweep.note, *self.notes) if note]))
         self._mark()
         self.commands.text = "<b>To repeat:</b>" + "".join(
             f"<pre style='color:{colour}'># {escape(motion.label)}\n{escape(self.sweep.command(point))}</pre>"
@@ -174,7 +176,11 @@ class View:
         results = [open_result(self.sweep.motion(point).file) for point, _ in self.shown]
         try:
             chosen = [signals(result, PlotOptions(), MOST_SIGNALS) for result in results]
-            panels = {in_words(parts[0].value.name): _signal(results, parts) for parts in zip(*chosen, strict=True)}
+            with warnings.catch_warnings(record=True) as notes:
+                warnings.simplefilter("always", PlotNote)
+                panels = {in_words(parts[0].value.name): _signal(results, parts) for parts in zip(*chosen, strict=True)}
+            self.notes = list(dict.fromkeys(str(note.message) for note in notes))
+            panels |= {f"orbit of {node}": _orbit(results, node) for node in section.shaft_nodes(results[0])}
             return column(*_one_of(panels), *_contacts(results))
         finally:
             for result in results:
@@ -223,6 +229,19 @@ def _signal(results: list[RunResult], parts: tuple[Signal, ...]) -> LayoutDOM:
         frequency, amplitude = spectrum(*reversed(course.even()))
         power.line(frequency[1:], np.maximum(amplitude[1:] * scale.factor, 1e-300), color=colour)
     return column(time, row(path, power))
+
+
+def _orbit(results: list[RunResult], node: str) -> LayoutDOM:
+    """Return the path of a shaft's node across the axis, with a mark once in each revolution."""
+    ways = [[Course(r, observable(r, f"displacement.{node}.{way}"), PlotOptions()) for way in "vw"] for r in results]
+    scale = scale_for("m", max(float(np.abs(course.value).max()) for both in ways for course in both))
+    plot = _figure(f"{node}: along y ({scale.unit})", f"along z ({scale.unit})", 480, 480, match_aspect=True)
+    for result, (v, w), colour in zip(results, ways, MOTIONS * len(results), strict=False):
+        plot.line(v.value * scale.factor, w.value * scale.factor, color=colour)
+        marks = section.revolutions(result, PlotOptions())
+        if marks is not None:
+            plot.scatter(v.at(marks) * scale.factor, w.at(marks) * scale.factor, size=5, color=colour)
+    return column(plot)
 
 
 def _contacts(results: list[RunResult]) -> list[LayoutDOM]:
