@@ -21,6 +21,8 @@ from razy.read.file import choose
 
 COLOURS = (style.BLACK, *style.EVENT_COLOURS)
 MOST_LINES = 6
+# Values of the parameter along the curves of a polar diagram, of all together.
+MOST_MARKS = 10
 # Peaks lower than this share of the highest are not marked.
 NAMED = 0.02
 
@@ -74,7 +76,7 @@ def draw_polar(result: ModesResult, figure: Figure, options: PlotOptions) -> Non
         seen = value[keep]
         axes.plot(np.angle(seen), np.abs(seen) * scale.factor, color=colour, label=label)
         handles.append(Line2D([], [], color=colour, label=label))
-        for index in _marks(seen):
+        for index in _marks(seen, max(3, MOST_MARKS // len(lines))):
             place = np.angle(seen[index]), np.abs(seen[index]) * scale.factor
             axes.plot(*place, "o", markersize=2.5, color=colour, label="mark")
             marks.append((f"{at[index]:.5g}", place))
@@ -160,9 +162,9 @@ def _degrees(axes) -> object:
     return MultipleLocator(next(step for step in (5, 15, 45, 90, 180, 360, 1e9) if (high - low) / step <= 6))
 
 
-def _marks(value: NDArray[np.complex128]) -> NDArray[np.int64]:
-    """Return points that follow each other at about a tenth of the length of the curve."""
+def _marks(value: NDArray[np.complex128], count: int) -> NDArray[np.int64]:
+    """Return `count` points that follow each other at about equal lengths of the curve."""
     known = np.flatnonzero(np.isfinite(value))
     length = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(value[known])))))
-    wanted = np.linspace(0.0, length[-1], 11)[1:]
+    wanted = np.linspace(0.0, length[-1], count + 1)[1:]
     return np.unique(known[np.minimum(np.searchsorted(length, wanted), known.size - 1)])
