@@ -12,7 +12,7 @@ usage: ./setup.sh COMMAND
                another BLAS and LAPACK; the slow ones: preset slow
   build        build the programs into build/bin/, and the tests
   docs         the site in build/docs/: pages, inputs, what is validated, the library; docs --gallery draws every input first
-  environment  only install what is missing
+  environment  only install what is missing; Python packages for the tests come with build and test
   help         this text
 Missing Debian or Ubuntu packages are installed by apt-get, as root or by sudo without a password.
 Python packages go into .venv/ of this folder only.
@@ -24,13 +24,23 @@ fail() {
   exit 1
 }
 
-# quietly MESSAGE COMMAND...: what the command prints is shown only if it fails.
+# quietly MESSAGE COMMAND...: what the command prints is shown only if it fails, and a line of it every minute.
 quietly() {
-  local log=build/setup.log
+  local log=build/setup.log beat
   echo "$1"
   shift
   mkdir -p build
-  if ! "$@" >"$log" 2>&1 </dev/null; then
+  # Once a minute the last line of what it says, until the descriptor is closed.
+  exec {beat}> >(
+    minutes=0
+    while read -r -t 60 _ || (($? > 128)); do
+      echo "  $((++minutes)) min: $(tail -n 1 "$log" | cut -c 1-100)"
+    done
+  )
+  if "$@" >"$log" 2>&1 </dev/null {beat}>&-; then
+    exec {beat}>&-
+  else
+    exec {beat}>&-
     tail -n 100 "$log" >&2
     fail "failed: $*" "all it said is in $log"
   fi
@@ -96,7 +106,8 @@ setup.sh: these are missing, and only root on Debian or Ubuntu can have them ins
   ${packages[*]}
 Install them, for example by
   sudo apt-get update && sudo apt-get install ${packages[*]}
-or load modules that provide them (gfortran 12, CMake 3.25, MPI, HDF5 with Fortran, LAPACK, ARPACK, Python 3.11 or newer),
+or load modules that provide them (gfortran 12, CMake 3.25, Ninja or make, MPI, HDF5 with Fortran, LAPACK, ARPACK,
+Python 3.11 or newer),
 then start again.
 END
     exit 2
@@ -108,16 +119,23 @@ END
   [[ ${#packages[@]} -eq 0 ]] || fail "still missing after the installation: ${packages[*]}"
 }
 
+# make_environment [tests]: what the commands need, and what the tests need besides.
 make_environment() {
-  local python stamp=.venv/requirements.sha256 wanted
+  local python stamp=.venv/requirements.sha256 wanted packages=(-e "./post[check,shapes,view]")
   wanted=$(cat post/pyproject.toml tests/requirements.txt | sha256sum)
-  if [[ -f $stamp && $(<"$stamp") == "$wanted" ]] && .venv/bin/razy-plot --help >/dev/null 2>&1; then return; fi
+  if [[ ${1-} == tests ]]; then
+    packages=(-e "./post[test]" -r tests/requirements.txt)
+    wanted+=" tests"
+  fi
+  if [[ -f $stamp && $(<"$stamp") == "$wanted"* ]] && .venv/bin/razy-plot --help >/dev/null 2>&1; then return; fi
   if ! .venv/bin/python -m pip --version >/dev/null 2>&1; then
     python=$(find_python) || fail "no Python 3.11 or newer that can make an environment"
     quietly "making a Python environment in .venv" "$python" -m venv --clear .venv
   fi
+  # The name of the package up to 0.2, whose programs have the same names.
+  .venv/bin/python -m pip uninstall --disable-pip-version-check --yes --quiet razy-post >/dev/null 2>&1 || true
   quietly "installing Python packages into .venv" \
-    .venv/bin/python -m pip install --disable-pip-version-check -e "./post[test]" -r tests/requirements.txt
+    .venv/bin/python -m pip install --disable-pip-version-check "${packages[@]}"
   echo "$wanted" >"$stamp"
 }
 
@@ -127,10 +145,11 @@ build() {
   quietly "building $1" cmake --build --preset "$1" --parallel "$cores" --target "$2"
 }
 
+# prepare [tests]
 prepare() {
   cores=$(nproc)
   install_packages
-  make_environment
+  make_environment "$@"
   if has ninja; then export CMAKE_GENERATOR=${CMAKE_GENERATOR:-Ninja}; fi
   # Open MPI refuses root, and more ranks than cores, unless told otherwise.
   if [[ $EUID -eq 0 ]]; then export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1; fi
@@ -205,7 +224,7 @@ test_with_other_blas() {
 }
 
 run_tests() {
-  prepare
+  prepare tests
   build debug all
   build_release all
   # Programs under mpirun mostly wait for its start and end.
@@ -233,7 +252,7 @@ case ${1-help} in
     make_docs "$@"
     ;;
   build)
-    prepare
+    prepare tests
     build_release all
     ;;
   environment) prepare ;;

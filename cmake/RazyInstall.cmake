@@ -13,8 +13,8 @@ if(razy_ipo AND CMAKE_OBJCOPY)
 endif()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/inputs DESTINATION ${CMAKE_INSTALL_DATADIR}/razy)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/post/src/razy ${PROJECT_SOURCE_DIR}/post/src/razy_post DESTINATION ${CMAKE_INSTALL_DATADIR}/razy/python FILES_MATCHING PATTERN "*.py")
-foreach(entry "check razy.check.cli main" "csv razy_post.tools csv_main" "doctor razy.doctor main" "export razy_post.tools export_main" "import-ross razy.ross main" "merge razy_post.tools merge_main" "plot razy_post.cli main"
-    "report razy_post.report.cli main" "view razy.view main")
+foreach(entry "check razy.check.cli main" "csv razy.tools.cli csv_main" "doctor razy.tools.doctor main" "export razy.tools.cli export_main" "import-ross razy.tools.ross main" "merge razy.tools.cli merge_main" "plot razy.plot.cli main"
+    "report razy.report.cli main" "view razy.view.cli main")
   string(REPLACE " " ";" entry ${entry})
   list(GET entry 0 program)
   list(GET entry 1 module)

@@ -5,8 +5,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from razy_post.plot import PlotOptions, draw
-from razy_post.read import open_result
+from razy.plot import PlotOptions, draw
+from razy.read import open_result
 
 
 def drawn(path, kind=None, dpi=100, **options) -> Figure:

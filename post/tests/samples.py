@@ -15,10 +15,11 @@ ROOT = {
 SPEEDS, TORQUES = np.array([1000.0, 1100.0, 1300.0]), np.array([50.0, 60.0])
 
 # As the programs write it.
-BRANCHES = (
-    "1 = open, 2 = closed (upper side), 3 = closed (lower side), 4 = parting (upper side), "
-    "5 = parting (lower side), 6 = sliding forward, 7 = sliding backward, 8 = sticking"
-)
+BRANCHES = [
+    "1 = open, 2 = closed (upper side), 3 = closed (lower side), 6 = open, 1 pair in mesh, "
+    "7 = closed (upper side), 1 pair in mesh, 8 = closed (lower side), 1 pair in mesh, 11 = open, 2 pairs in mesh, "
+    "12 = closed (upper side), 2 pairs in mesh, 13 = closed (lower side), 2 pairs in mesh"
+]
 
 
 def dataset(group: h5py.Group, name: str, data, units: str = "1", long_name: str | None = None, **attributes):
@@ -274,4 +275,52 @@ def write_grid(path: Path) -> Path:
         force = 10 * np.repeat(SPEEDS, 2) + np.tile(TORQUES, 3)
         dataset(file, "contact/mesh/largest_force", force, "N", "mesh: largest force")
         dataset(file, "contact/stop/largest_force", np.ones(6), "N", "stop: largest force")
+    return path
+
+
+def write_basins(path):
+    """Two speeds, starts on a grid of 3 x 2; the displacement decides, and one start fails."""
+    start = np.repeat(np.arange(1, 7), 2)
+    with h5py.File(write_sweep(path, np.array([1.0, 2.0]), {}), "r+") as file:
+        for name in list(file["point"]):
+            del file["point"][name]
+        dimension_only(file, "point/point", 12)
+        dataset(file, "point/rotation.speed_rpm", np.tile([1.0, 2.0], 6), "rpm")
+        dataset(file, "point/status", np.zeros(12, dtype=np.int32))
+        dataset(file, "point/start", start.astype(np.int32))
+        dataset(file, "point/start.block.displacement", np.repeat([-1.0, 0.0, 1.0], 4), "m")
+        dataset(file, "point/start.block.velocity", np.tile(np.repeat([-2.0, 2.0], 2), 3), "m/s")
+        dataset(file, "point/attractor", np.array([1, 1, 1, 1, 1, 2, 2, 2, 2, 2, -1, 0], dtype=np.int32))
+        dataset(file, "attractor/offset", np.array([0, 2, 5]))
+        dataset(file, "attractor/number", np.array([1, 2, 1, 2, 0], dtype=np.int32))
+        dataset(file, "attractor/period", np.array([1, 3, 1, 2, 0], dtype=np.int32))
+    return path
+
+
+def add_curves(path: Path) -> Path:
+    """Add to branches curves over two parameters: a fold p = 10 + q and a doubling of period 2, p = 12."""
+    q = np.linspace(1.0, 3.0, 5)
+    with h5py.File(path, "r+") as file:
+        dataset(file, "curve/label", ["LP", "PD"])
+        dataset(file, "curve/contact", ["", ""])
+        dataset(file, "curve/branch", np.array([1, 1], dtype=np.int32))
+        dataset(file, "curve/multiplicity", np.array([1, 2], dtype=np.int32))
+        dataset(file, "curve_point/curve", np.repeat((1, 2), 5).astype(np.int32))
+        dataset(file, "curve_point/load.frequency", np.concatenate((10 + q, 12 + 0 * q)), "Hz", "load%frequency")
+        dataset(file, "curve_point/damping.value", np.tile(q, 2), "N s/m", "damping%value")
+        dataset(file, "junction/label", ["LP+PD"])
+        dataset(file, "junction/load.frequency", np.array([12.0]), "Hz", "load%frequency")
+        dataset(file, "junction/damping.value", np.array([2.0]), "N s/m", "damping%value")
+    return path
+
+
+def add_sensitivities(path: Path) -> Path:
+    """Add to branches that the first two special points move by 2 and -3, and by 0.5 and not known, for each unit."""
+    with h5py.File(path, "r+") as file:
+        dataset(file, "sensitivity/name", ["damper.damping", "stop.clearance"])
+        dataset(file, "sensitivity/value", np.array([4.0, 0.1]), "mixed")
+        dataset(file, "sensitivity/special", np.array([0, 1], dtype=np.int32))
+        for name, slope in (("damper.damping", [2.0, -3.0]), ("stop.clearance", [0.5, np.nan])):
+            dataset(file, f"sensitivity/{name}", np.array(slope), "Hz/m")
+            dataset(file, f"sensitivity/{name}_error", np.array([1e-8, 1e-9]), "Hz/m")
     return path

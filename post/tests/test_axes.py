@@ -7,8 +7,8 @@ import pytest
 from pictures import drawn
 from samples import ragged, write_sweep
 
-from razy_post.plot.units import per_second, pretty, readable_name, scale_for
-from razy_post.read import Quantity
+from razy.plot.units import per_second, pretty, readable_name, scale_for
+from razy.read import Quantity
 
 
 @pytest.mark.parametrize(

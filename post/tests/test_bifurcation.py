@@ -8,8 +8,8 @@ import pytest
 from pictures import drawn, inside, line, near
 from samples import dataset, logistic, ragged, write_sweep
 
-from razy_post.plot import PlotNote
-from razy_post.read import ResultError
+from razy.plot import PlotNote
+from razy.read import ResultError
 
 
 def test_exponents_stand_below(tmp_path):

@@ -10,10 +10,10 @@ from matplotlib.text import Text
 from pictures import drawn, line
 from samples import ragged, write_sweep
 
-from razy_post.cli import main
-from razy_post.plot import PlotNote
-from razy_post.read import FollowResult, ResultError, open_result
-from razy_post.tools import csv_main
+from razy.plot import PlotNote
+from razy.plot.cli import main
+from razy.read import FollowResult, ResultError, open_result
+from razy.tools.cli import csv_main
 
 
 def test_read(follow):

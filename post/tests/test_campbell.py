@@ -6,7 +6,7 @@ import pytest
 from pictures import drawn, line
 from samples import dataset, root, write_modes
 
-from razy_post.read import ModesResult, ResultError, open_result
+from razy.read import ModesResult, ResultError, open_result
 
 
 def test_branches_go_through_crossings(tmp_path):

@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-import razy_post
-from razy_post.cli import main
+import razy
+from razy.plot.cli import main
 
-SOURCE = Path(razy_post.__file__).parents[1]
+SOURCE = Path(razy.__file__).parents[1]
 
 
 def command(*arguments, **environment):
     """Run the command in a process of its own without a display."""
     inherited = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
     return subprocess.run(
-        [sys.executable, "-m", "razy_post.cli", *map(str, arguments)],
+        [sys.executable, "-m", "razy.plot.cli", *map(str, arguments)],
         env={**inherited, "PYTHONPATH": str(SOURCE), **environment},
         capture_output=True,
         text=True,
@@ -150,7 +150,7 @@ def test_missing_dataset(diagram, tmp_path):
 
 
 def test_unexpected_error_is_exit_code_1(diagram, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("razy_post.cli.draw_files", lambda *_: {}["a\nb"])
+    monkeypatch.setattr("razy.plot.cli.draw_files", lambda *_: {}["a\nb"])
     assert code(diagram, "--save", tmp_path / "p.png") == 1
     assert capsys.readouterr().err.count("\n") == 1
 
@@ -183,4 +183,4 @@ def test_help_and_version():
     assert done.returncode == 0
     for word in ("--save", "--kind", "--observable", "--from", "--to", "--coordinate", "--title", "--dpi", "--size"):
         assert word in done.stdout
-    assert command("--version").stdout == f"razy-plot {razy_post.__version__}\n"
+    assert command("--version").stdout == f"razy-plot {razy.__version__}\n"

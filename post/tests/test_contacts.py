@@ -6,8 +6,8 @@ import pytest
 from pictures import drawn
 from samples import SPEEDS, dataset, ragged, write_grid, write_sweep
 
-from razy_post.plot import periods
-from razy_post.read import ResultError, open_result
+from razy.plot import periods
+from razy.read import ResultError, open_result
 
 
 @pytest.fixture

@@ -1,30 +1,17 @@
 """Curves of special points over two parameters: what is read, and what stands where in the picture."""
 
-import h5py
 import numpy as np
 import pytest
 from pictures import drawn
-from samples import dataset, ragged, write_sweep
+from samples import add_curves, ragged, write_sweep
 
-from razy_post.read import ResultError, open_result
+from razy.read import ResultError, open_result
 
 
 @pytest.fixture
 def curves(follow):
     """Return a file with a fold p = 10 + q and a doubling of period 2, p = 12."""
-    q = np.linspace(1.0, 3.0, 5)
-    with h5py.File(follow, "r+") as file:
-        dataset(file, "curve/label", ["LP", "PD"])
-        dataset(file, "curve/contact", ["", ""])
-        dataset(file, "curve/branch", np.array([1, 1], dtype=np.int32))
-        dataset(file, "curve/multiplicity", np.array([1, 2], dtype=np.int32))
-        dataset(file, "curve_point/curve", np.repeat((1, 2), 5).astype(np.int32))
-        dataset(file, "curve_point/load.frequency", np.concatenate((10 + q, 12 + 0 * q)), "Hz", "load%frequency")
-        dataset(file, "curve_point/damping.value", np.tile(q, 2), "N s/m", "damping%value")
-        dataset(file, "junction/label", ["LP+PD"])
-        dataset(file, "junction/load.frequency", np.array([12.0]), "Hz", "load%frequency")
-        dataset(file, "junction/damping.value", np.array([2.0]), "N s/m", "damping%value")
-    return follow
+    return add_curves(follow)
 
 
 def test_read(curves):

@@ -2,7 +2,7 @@
 
 import re
 
-from razy.doctor import findings, main
+from razy.tools.doctor import findings, main
 
 
 def test_ten_lines_and_the_exit_code_says_whether_there_is_a_program(capsys, monkeypatch, tmp_path):

@@ -4,8 +4,8 @@ import pytest
 from matplotlib.figure import Figure
 from samples import write_duel
 
-from razy_post.plot import PlotOptions, draw
-from razy_post.read import DuelResult, open_result
+from razy.plot import PlotOptions, draw
+from razy.read import DuelResult, open_result
 
 
 @pytest.fixture

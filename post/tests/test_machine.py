@@ -6,10 +6,10 @@ import pytest
 from pictures import drawn, inside, pixels
 from samples import write_scene
 
-from razy_post.cli import main
-from razy_post.errors import ResultError
-from razy_post.read import open_result
-from razy_post.read.scene import read_scene
+from razy.errors import ResultError
+from razy.plot.cli import main
+from razy.read import open_result
+from razy.read.scene import read_scene
 
 
 def test_scene_is_read(run):

@@ -6,10 +6,10 @@ import h5py
 import numpy as np
 import pytest
 import xarray
-from samples import dataset, dimension_only, ragged, write_sweep
+from samples import dataset, ragged, write_basins, write_sweep
 
-from razy_post.read import open_result
-from razy_post.tools import csv_main, merge_main
+from razy.read import open_result
+from razy.tools.cli import csv_main, merge_main
 
 SPEEDS = np.linspace(1000.0, 1490.0, 50)
 NAME = "mesh_deformation"
@@ -118,29 +118,10 @@ def test_csv(tmp_path, monkeypatch, parts):
     assert [int(row[2]) for row in rows] == list(range(15))
 
 
-def write_basins(path):
-    """Two speeds, starts on a grid of 3 x 2; the displacement decides, and one start fails."""
-    start = np.repeat(np.arange(1, 7), 2)
-    with h5py.File(write_sweep(path, np.array([1.0, 2.0]), {}), "r+") as file:
-        for name in list(file["point"]):
-            del file["point"][name]
-        dimension_only(file, "point/point", 12)
-        dataset(file, "point/rotation.speed_rpm", np.tile([1.0, 2.0], 6), "rpm")
-        dataset(file, "point/status", np.zeros(12, dtype=np.int32))
-        dataset(file, "point/start", start.astype(np.int32))
-        dataset(file, "point/start.block.displacement", np.repeat([-1.0, 0.0, 1.0], 4), "m")
-        dataset(file, "point/start.block.velocity", np.tile(np.repeat([-2.0, 2.0], 2), 3), "m/s")
-        dataset(file, "point/attractor", np.array([1, 1, 1, 1, 1, 2, 2, 2, 2, 2, -1, 0], dtype=np.int32))
-        dataset(file, "attractor/offset", np.array([0, 2, 5]))
-        dataset(file, "attractor/number", np.array([1, 2, 1, 2, 0], dtype=np.int32))
-        dataset(file, "attractor/period", np.array([1, 3, 1, 2, 0], dtype=np.int32))
-    return path
-
-
 def test_basins(tmp_path):
     from matplotlib.figure import Figure
 
-    from razy_post.plot import PlotOptions, draw
+    from razy.plot import PlotOptions, draw
 
     with open_result(write_basins(tmp_path / "basins.h5")) as result:
         assert (result.n_grid, result.n_starts, result.n_points) == (2, 6, 12)

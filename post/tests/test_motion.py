@@ -6,10 +6,10 @@ import pytest
 from pictures import drawn, inside, near
 from samples import write_run
 
-from razy_post.plot import PlotNote
-from razy_post.plot.options import PlotOptions
-from razy_post.plot.signals import signals
-from razy_post.read import ResultError, open_result
+from razy.plot import PlotNote
+from razy.plot.options import PlotOptions
+from razy.plot.signals import signals
+from razy.read import ResultError, open_result
 
 
 def curve(axes):
@@ -160,7 +160,7 @@ def test_parts_join_without_seams(run, monkeypatch):
         time = result.time
         (signal,) = signals(result, PlotOptions(), 4)
         whole = [np.concatenate(parts) for parts in zip(*signal.path(time, slice(0, 2000)), strict=True)]
-        monkeypatch.setattr("razy_post.plot.signals.CHUNK_TIMES", 7)
+        monkeypatch.setattr("razy.plot.signals.CHUNK_TIMES", 7)
         parts = [np.concatenate(parts) for parts in zip(*signal.path(time, slice(0, 2000)), strict=True)]
     np.testing.assert_array_equal(whole[0], parts[0])
     np.testing.assert_allclose(whole[1], parts[1], rtol=1e-12, atol=1e-15)

@@ -16,7 +16,7 @@ from samples import (
 )
 
 import razy
-from razy_post.plot import PICTURES
+from razy.plot import PICTURES
 
 
 def test_every_kind(tmp_path):

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from samples import write_run
 
-from razy_post.read import ResultError, RunResult, open_result
+from razy.read import ResultError, RunResult, open_result
+from razy.read.file import branch_of
 
 
 def opened(path) -> RunResult:
@@ -95,3 +96,10 @@ def test_shapes_that_do_not_fit(run):
         file["observable/mesh_deformation"] = np.zeros(5)
     with opened(run) as result, pytest.raises(ResultError, match=r"shape \(5,\), expected shape \(2000,\)"):
         result.observable("mesh_deformation")
+
+
+def test_states_of_a_mesh_with_one_and_two_pairs_of_teeth_have_names(run):
+    with open_result(run) as result:
+        meanings = result.state_meanings(1)
+    assert meanings[2] == "closed (upper side)" and meanings[7] == "closed (upper side), 1 pair in mesh"
+    assert branch_of(meanings[13]) == "closed (lower side)" and len(meanings) == 9

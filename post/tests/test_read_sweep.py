@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from samples import ragged, root, write_sweep
 
-from razy_post.read import ResultError, SweepResult, open_result
+from razy.read import ResultError, SweepResult, open_result
 
 
 def opened(path) -> SweepResult:

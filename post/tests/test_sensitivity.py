@@ -4,22 +4,15 @@ import h5py
 import numpy as np
 import pytest
 from pictures import drawn
-from samples import dataset
+from samples import add_sensitivities
 
-from razy_post.read import ResultError, open_result
+from razy.read import ResultError, open_result
 
 
 @pytest.fixture
 def moved(follow):
     """Return a file whose first two special points move by 2 and -3, and by 0.5 and not known, for each unit."""
-    with h5py.File(follow, "r+") as file:
-        dataset(file, "sensitivity/name", ["damper.damping", "stop.clearance"])
-        dataset(file, "sensitivity/value", np.array([4.0, 0.1]), "mixed")
-        dataset(file, "sensitivity/special", np.array([0, 1], dtype=np.int32))
-        for name, slope in (("damper.damping", [2.0, -3.0]), ("stop.clearance", [0.5, np.nan])):
-            dataset(file, f"sensitivity/{name}", np.array(slope), "Hz/m")
-            dataset(file, f"sensitivity/{name}_error", np.array([1e-8, 1e-9]), "Hz/m")
-    return follow
+    return add_sensitivities(follow)
 
 
 def test_read(moved):

@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 from pictures import drawn, line
 from samples import dataset, write_modes, write_run, write_sweep
 
-from razy_post.cli import main
-from razy_post.errors import ResultError
-from razy_post.plot import PlotOptions, draw_several
-from razy_post.plot.style import BLACK, GREY
-from razy_post.read import open_result
+from razy.errors import ResultError
+from razy.plot import PlotOptions, draw_several
+from razy.plot.cli import main
+from razy.plot.style import BLACK, GREY
+from razy.read import open_result
 
 
 def together(paths, kind, arrange="overlay", labels=(), **options) -> Figure:

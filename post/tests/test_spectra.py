@@ -1,5 +1,7 @@
 """Spectra, Poincaré sections, orbits, contact patterns, damping ratios: against motions in closed form."""
 
+import warnings
+
 import h5py
 import numpy as np
 import pytest
@@ -7,11 +9,11 @@ from pictures import drawn, line
 from samples import BRANCHES, dataset, root, write_modes, write_run, write_sweep
 
 import razy
-from razy_post.plot import PlotNote, PlotOptions
-from razy_post.plot.sampled import Course
-from razy_post.plot.signals import signals
-from razy_post.plot.spectrum import order_map, spectrum
-from razy_post.read import ResultError, open_result
+from razy.plot import PlotNote, PlotOptions
+from razy.plot.sampled import Course
+from razy.plot.signals import signals
+from razy.plot.spectrum import order_map, spectrum
+from razy.read import ResultError, open_result
 
 SPEED = 3000.0
 
@@ -91,6 +93,26 @@ def test_order_map_has_orders_level_and_frequencies_falling(tmp_path, begin, rat
     assert axes.get_xlabel() == "speed (rpm)" and axes.get_ylim() == (0.0, 6.0)
 
 
+def test_what_is_folded_is_said(tmp_path):
+    """A tone of 600 Hz, which 1 kHz shows at 400 Hz; at 1.2001 kHz it stands where it is."""
+    for rate, folded in ((1000, True), (1200.1, False)):
+        time = np.arange(6000) / rate
+        path = write_motion(tmp_path / "run.h5", time, d=np.sin(2 * np.pi * 600 * time), period=None)
+        with h5py.File(path, "a") as file:
+            dataset(file, "outcome/fastest_excitation", np.array([600.0]), "Hz")
+            dataset(file, "rotation/time", np.array([0.0, time[-1]]), "s", "time")
+            dataset(file, "rotation/speed", np.array([100.0, 120.0]), "rad/s", "speed")
+        for kind in ("ordermap", "spectrum", "spectrogram"):
+            with warnings.catch_warnings(record=True) as notes:
+                warnings.simplefilter("always")
+                axes = drawn(path, kind=kind).axes
+            said = [str(note.message) for note in notes]
+            assert [note.startswith("fewer than two stored times in a period") for note in said] == [True] * folded
+            if kind == "spectrum":
+                x, y = line(axes[0], "d")
+                assert x[y.argmax()] == pytest.approx(400.0 if folded else 600.0, abs=1.0)
+
+
 def test_waterfall_over_the_speed_has_lines_of_orders(tmp_path):
     time = np.arange(2000) / 2000.0
     runs = [
@@ -164,6 +186,27 @@ def test_orbit_has_a_mark_for_each_revolution(tmp_path):
         drawn(path, kind="orbit", coordinates=("rotor.4",))
     with pytest.raises(ResultError, match="no orbit: it needs &record"):
         drawn(write_run(tmp_path / "lumped.h5"), kind="orbit")
+
+
+@pytest.mark.parametrize(("begin", "change"), [(0.0, 400.0), (300.0, 100.0), (200.0, -400.0), (200.0, -1e-9)])
+def test_marks_of_an_orbit_follow_a_speed_that_changes(tmp_path, begin, change):
+    """A shaft that turns as fast as it whirls has its marks at one place: from rest, up, down and back, hardly."""
+    time = np.linspace(0.0, 1.0, 20001)
+    turn = begin * time + change * time**2 / 2
+    signals = {"displacement__rotor__3__v": 1e-5 * np.cos(turn), "displacement__rotor__3__w": 1e-5 * np.sin(turn)}
+    path = write_motion(tmp_path / "run.h5", time, begin * 30 / np.pi, **signals)
+    with h5py.File(path, "a") as file:
+        dataset(file, "rotation/time", np.array([0.0, 1.0]), "s", "time")
+        dataset(file, "rotation/speed", begin + change * np.array([0.0, 1.0]), "rad/s", "speed")
+    (axes,) = drawn(path, kind="orbit").axes
+    x, y = line(axes, "once per revolution")
+    np.testing.assert_allclose(x, 10.0, rtol=1e-5)
+    np.testing.assert_allclose(y, 0.0, atol=0.02)
+    passed = np.flatnonzero(np.diff(np.floor(turn / (2 * np.pi))))
+    # Also at the ends of the motion.
+    assert passed.size <= x.size <= passed.size + 2
+    (axes,) = drawn(path, kind="orbit", start=0.6).axes
+    assert line(axes, "once per revolution")[0].size - np.count_nonzero(time[passed] > 0.6) in (0, 1)
 
 
 def test_pattern_shows_the_state_from_event_to_event(tmp_path):

@@ -6,7 +6,7 @@ import pytest
 from pictures import drawn, line
 from samples import write_tune
 
-from razy_post.read import ResultError, TuneResult, open_result
+from razy.read import ResultError, TuneResult, open_result
 
 
 def test_read(tuning):

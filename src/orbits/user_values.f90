@@ -14,7 +14,7 @@ module razy_orbits_user_values
    public :: mark_values
 
    !> Part of the chord to which the value is located before the parameter is held.
-   real(wp), parameter :: nearly = 1.0e-6_wp
+   real(wp), parameter :: nearly = 1.0e-9_wp
 
 contains
 

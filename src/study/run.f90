@@ -2,7 +2,7 @@
 module razy_study_run
    use razy_core_drawing, only: drawing_t
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: i8, wp
+   use razy_core_kinds, only: i8, pi, wp
    use razy_core_number, only: to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
@@ -97,6 +97,8 @@ contains
 
       call self%outcome%columns(outcome, "/outcome/", brief=.false.)
       call outcome%add("/outcome/excitation_period", period_of_loads(self%machine), "s", "period of the excitation; 0 = none")
+      call outcome%add("/outcome/fastest_excitation", maxval([0.0_wp, abs(self%machine%tone%omega)])/(2*pi), "Hz", &
+                       "largest frequency of the excitation in the motion")
       call self%watch%periodicity%columns(outcome, "/outcome/")
       call table%stack(outcome, "/outcome/single")
       if (abs(self%machine%acceleration) > 0.0_wp) then

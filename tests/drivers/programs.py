@@ -32,7 +32,7 @@ def succeed(program, *arguments, **options):
     return done
 
 
-def plot(*arguments, module="razy_post.cli"):
+def plot(*arguments, module="razy.plot.cli"):
     code = f"import sys; from {module} import main; sys.exit(main())"
     environment = os.environ | {"PYTHONPATH": str(SOURCE / "post" / "src")}
     return subprocess.run(

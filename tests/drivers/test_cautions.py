@@ -1,9 +1,10 @@
 """What a program says of a model that does not hold for what is asked of it."""
 
 import math
+import re
 
 import pytest
-from programs import SOURCE, sets, succeed
+from programs import SOURCE, plot, sets, succeed
 
 BLOCK = """&scene kind='planar' /
 &body name='b', mass=1.0, inertia=0.0867, centre=0.0,0.5 /
@@ -99,5 +100,12 @@ def test_a_trajectory_that_is_too_coarse_for_an_excitation(folder):
         interval = sets(record__interval=period / 2 / 1000)
         done = succeed("razy-run", case, *record, *interval, "--output", "run.h5", "--force")
         assert ("in a period of the fastest excitation, 1000.0 Hz" in done.stderr) == coarse, done.stderr
-    up = sets(record__interval=1e-3, rotation__acceleration_rpm_per_s=5000, motion__integrator="'dop853'")
+    up = sets(
+        record__interval=1e-3, rotation__acceleration_rpm_per_s=500, motion__integrator="'dop853'", motion__t_end=1
+    )
     assert "excitation, 1333.3 Hz" in succeed("razy-run", case, *record, *up, "--output", "up.h5").stderr
+    done = plot("up.h5", "--kind", "ordermap", "--save", "up.png")
+    assert done.returncode == 0
+    assert re.search(
+        "note: fewer than two stored times .* excitation, 1333.3 Hz, .* interval below 0.000375 s ", done.stderr
+    )

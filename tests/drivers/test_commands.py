@@ -10,10 +10,10 @@ from programs import SOURCE, start
 sys.path.insert(0, str(SOURCE / "post" / "src"))
 
 from razy.check.cli import parser as check
-from razy.view import parser as view
-from razy_post import tools
-from razy_post.cli import parser as plot
-from razy_post.report.cli import parser as report
+from razy.plot.cli import parser as plot
+from razy.report.cli import parser as report
+from razy.tools import cli as tools
+from razy.view.cli import parser as view
 
 PAGES = [SOURCE / "README.md", SOURCE / "post/README.md", *sorted((SOURCE / "docs").rglob("*.md"))]
 COMPUTING = ("razy-run", "razy-sweep", "razy-modes", "razy-tune", "razy-follow", "razy-duel")

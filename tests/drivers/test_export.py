@@ -14,7 +14,7 @@ from programs import GEAR_PAIR, SOURCE, TWO_SIDED_STOP, sets, succeed
 sys.path.insert(0, str(SOURCE / "post" / "src"))
 
 import razy
-from razy_post.tools import export_main
+from razy.tools.cli import export_main
 
 ROTOR = SOURCE / "inputs" / "rotor_rub.nml"
 
@@ -151,7 +151,7 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(size):
     succeed("razy-run", TWO_SIDED_STOP, "--output", "stop.h5")
     Path("stop.mat").write_text("older")
     words = f"import sys; sys.path.insert(0, {str(SOURCE / 'post' / 'src')!r})\n"
-    words += "from razy_post.tools import export_main; sys.exit(export_main(sys.argv[1:]))"
+    words += "from razy.tools.cli import export_main; sys.exit(export_main(sys.argv[1:]))"
     command = [sys.executable, "-c", words, "stop.h5", "--output", "stop.mat", "--force"]
     done = subprocess.run(
         command, capture_output=True, text=True, preexec_fn=lambda: setrlimit(RLIMIT_FSIZE, (size, size))

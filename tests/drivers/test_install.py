@@ -63,6 +63,10 @@ def test_install_and_use(folder):
         assert said.stdout.startswith(tool)
     check_manual_pages(prefix)
     python = prefix / "share" / "razy" / "python"
+    for tool, package in (("plot", "matplotlib"), ("csv", "numpy")):
+        done = subprocess.run([sys.executable, "-S", prefix / "bin" / f"razy-{tool}"], capture_output=True, text=True)
+        assert done.returncode == 1 and done.stderr.count("\n") == 1, done.stderr
+        assert done.stderr.startswith(f"razy-{tool}: error: the Python package {package} is missing"), done.stderr
     code = f"import razy; print(razy.run({str(GEAR_PAIR)!r}).program, razy.programs.find_program('razy-run'))"
     alone = os.environ | {"PYTHONPATH": str(python), "PATH": ""}
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=alone, check=True)
@@ -121,3 +125,14 @@ def test_recipes_ask_for_what_setup_and_python_ask_for():
     for name in python:
         assert f'"{name}"' in spack and re.search(rf"- {name}(-base)?\n", conda), name
     assert f'version: "{os.environ["RAZY_VERSION"]}"' in conda
+
+
+def test_a_folder_with_a_blank_in_its_name(folder):
+    """HDF5's compiler wrapper splits such names."""
+    done = run(
+        os.environ["RAZY_CMAKE"], "-S", SOURCE, "-B", folder / "a b", "-DRAZY_TESTS=OFF", "-DCMAKE_BUILD_TYPE=Release",
+        f"-DCMAKE_Fortran_COMPILER={os.environ['RAZY_FORTRAN']}",
+    )  # fmt: skip
+    assert "Generating done" in done
+    settings = (folder / "a b" / "CMakeCache.txt").read_text()
+    assert "NOTFOUND" not in "".join(line for line in settings.splitlines() if line.startswith("HDF5_hdf5"))

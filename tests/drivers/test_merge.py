@@ -18,7 +18,7 @@ TWO_AXES = """
 
 
 def merge(*arguments):
-    code = "import sys; from razy_post.tools import merge_main; sys.exit(merge_main())"
+    code = "import sys; from razy.tools.cli import merge_main; sys.exit(merge_main())"
     return subprocess.run(
         [sys.executable, "-c", code, *map(str, arguments)], stdin=subprocess.DEVNULL, capture_output=True, text=True,
         timeout=PATIENCE, env=os.environ | {"PYTHONPATH": str(SOURCE / "post" / "src")},

@@ -146,7 +146,7 @@ def test_a_limit_of_file_size_leaves_the_checkpoint_of_ranks(writer, size):
 
 
 def tool(name, *arguments):
-    code = f"import sys; from razy_post.tools import {name}_main; sys.exit({name}_main())"
+    code = f"import sys; from razy.tools.cli import {name}_main; sys.exit({name}_main())"
     environment = os.environ | {"PYTHONPATH": str(SOURCE / "post" / "src")}
     return subprocess.run(
         [sys.executable, "-c", code, *map(str, arguments)],

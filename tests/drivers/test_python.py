@@ -132,6 +132,9 @@ def test_bad_cases(case, line):
 def test_program_that_is_not_there(monkeypatch):
     with pytest.raises(razy.Error, match="there is no program razy-run in this folder"):
         razy.run(TWO_SIDED_STOP, programs=".")
+    Path("razy-run").touch()
+    with pytest.raises(razy.Error, match=r"razy-run: cannot be run: .*Permission denied"):
+        razy.run(TWO_SIDED_STOP, programs=".")
     monkeypatch.delenv("RAZY_BIN")
     monkeypatch.setenv("PATH", str(BUILD / "bin"))
     assert razy.run(TWO_SIDED_STOP, progress=False).program == "razy-run"
@@ -154,6 +157,9 @@ def test_motion_that_fails():
         (lambda: razy.sweep(GEAR_PAIR, ranks=-1), "ranks=-1"),
         (lambda: razy.write_case(BLOCK, ""), "is a folder"),
         (lambda: razy.import_ross(None, "x.nml"), "file=None"),
+        (lambda: razy.write_case(BLOCK, 5000 * "x"), "File name too long"),
+        (lambda: razy.run("\n"), "no such file"),
+        (lambda: razy.run(GEAR_PAIR, output="a\0b"), "cannot be run"),
     ],
 )
 def test_odd_calls_are_one_line_that_names_the_argument(call, line):

@@ -64,7 +64,7 @@ quote = "it exceeds 5 m"
 
 
 def report(*arguments):
-    return plot(*arguments, "--programs", BUILD / "bin", module="razy_post.report.cli")
+    return plot(*arguments, "--programs", BUILD / "bin", module="razy.report.cli")
 
 
 def written(folder, manifest=MANIFEST):
@@ -253,7 +253,7 @@ WHERE = 'dataset = "/state/displacement"\n'
     ],
 )
 def test_a_value_of_another_kind_is_one_line(old, new, words, folder):
-    from razy_post.report.manifest import ManifestError, read_manifest
+    from razy.report.manifest import ManifestError, read_manifest
 
     (folder / "case.nml").write_text(CASE)
     (folder / "report.toml").write_bytes(MANIFEST.replace(old, new, 1).encode(errors="surrogateescape"))
@@ -276,7 +276,7 @@ def test_an_item_that_fails_says_why_at_once(folder):
 
 
 def test_every_input_and_picture_of_the_source_exists():
-    from razy_post.report.manifest import read_manifest
+    from razy.report.manifest import read_manifest
 
     manifest = read_manifest(SOURCE / "inputs/thesis")
     used = {case.input for item in manifest.item for case in item.case if not case.input.startswith("../")}
@@ -288,7 +288,7 @@ def test_every_input_and_picture_of_the_source_exists():
 
 
 def test_pictures_of_the_pages_are_those_of_the_report():
-    from razy_post.report.manifest import read_manifest
+    from razy.report.manifest import read_manifest
 
     pages = "".join(page.read_text() for page in (SOURCE / "README.md", *(SOURCE / "docs").glob("*.md")))
     saved = {plot.save for item in read_manifest(SOURCE / "inputs/thesis").item for plot in item.plot if plot.save}
@@ -391,7 +391,7 @@ def rounded(value, like):
 
 @pytest.mark.parametrize("page", PAGES)
 def test_no_number_stands_on_a_page_that_the_report_does_not_compare(page):
-    from razy_post.report.manifest import read_manifest
+    from razy.report.manifest import read_manifest
 
     text, (names, given) = (SOURCE / f"docs/{page}.md").read_text(), PAGES[page]
     items = {item.name: item for item in read_manifest(SOURCE / "inputs/thesis").item}
@@ -417,7 +417,7 @@ def test_no_number_stands_on_a_page_that_the_report_does_not_compare(page):
     ],
 )
 def test_what_is_measured_for_a_page_stands_there(page, item):
-    from razy_post.report.manifest import read_manifest
+    from razy.report.manifest import read_manifest
 
     found = numerals((SOURCE / f"docs/{page}.md").read_text())
     (measured,) = (one for one in read_manifest(SOURCE / "inputs/thesis").item if one.name == item)

@@ -10,7 +10,7 @@ from programs import SOURCE, succeed, values_of
 
 sys.path.insert(0, str(SOURCE / "post" / "src"))
 import razy
-from razy.ross import main
+from razy.tools.ross import main
 
 HERE = Path(__file__).parent / "ross"
 REFERENCE = json.loads((HERE / "reference.json").read_text())

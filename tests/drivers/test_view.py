@@ -20,10 +20,11 @@ sys.path.insert(0, str(SOURCE / "post" / "src"))
 pytest.importorskip("bokeh")
 
 import razy
-from bokeh.models import Div, PlainText
+from bokeh.models import Div, PlainText, Select
 from bokeh.plotting import figure
-from razy.page import View
-from razy.view import Sweep, main
+from razy.view.cli import main
+from razy.view.page import View
+from razy.view.sweep import Sweep
 
 BIN = BUILD / "bin"
 
@@ -31,6 +32,38 @@ BIN = BUILD / "bin"
 def gear_pair(file="gear.h5", **values):
     succeed("razy-sweep", GEAR_PAIR, "--output", file, *sets(sweep__step=100.0, **values))
     return Path(file)
+
+
+ROTOR = """&scene kind='rotor' /
+&shaft name='rotor', young_modulus=2.1e11, shear_modulus=8.0e10, density=7850.0, damping_ratio=0.02 /
+&section shaft='rotor', length=0.4, outer_diameter=0.02, elements=2 /
+&disk shaft='rotor', node=2, mass=4.0, polar_inertia=1.0e-2, diametral_inertia=5.0e-3 /
+&bearing shaft='rotor', node=1, kind='matrix', stiffness=1.0e7,0.0,0.0,1.0e7 /
+&bearing shaft='rotor', node=3, kind='matrix', stiffness=1.0e7,0.0,0.0,1.0e7 /
+&support shaft='rotor', node=1, held='u','phi' /
+&unbalance shaft='rotor', node=2, moment=2.0e-5 /
+&rotation speed_rpm=600.0 /
+&motion t_end=2.0, start='zero' /
+&record observable='displacement', of='rotor.2.v', what='extrema', from=1.8 /
+&record observable='displacement', of='rotor.2.w', what='extrema', from=1.8 /
+&sweep parameter='rotation%speed_rpm', first=600.0, last=1200.0, points=3 /
+"""
+
+
+def test_orbits_of_a_rotor_have_a_mark_once_in_each_revolution(folder):
+    Path("rotor.nml").write_text(ROTOR)
+    succeed("razy-sweep", "rotor.nml", "--output", "rotor.h5")
+    view = View(Sweep(Path("rotor.h5"), BIN), [0])
+    choice = next(iter(view.motions.select({"type": Select})))
+    assert choice.options[-1] == "orbit of rotor.2"
+    plot = next(
+        p for p in view.motions.select({"type": figure}) if p.xaxis[0].axis_label.text.startswith("rotor.2: along y")
+    )
+    path, marks = (item.data_source.data for item in plot.renderers)
+    # At 600 rpm the disk whirls below its critical speed, two revolutions in 0.2 s: a circle.
+    radius = np.hypot(path["x"], path["y"])
+    assert np.ptp(radius) < 0.1 * radius.mean() and len(marks["x"]) in (2, 3)
+    assert np.ptp(marks["x"]) < 0.1 * radius.mean()
 
 
 def code(*arguments):
@@ -161,7 +194,7 @@ def test_clicks_in_a_browser(folder):
     file = gear_pair()
     environment = os.environ | {"PYTHONPATH": str(SOURCE / "post" / "src")}
     server = subprocess.Popen(
-        [sys.executable, "-m", "razy.view", file, "--no-browser", "--programs", BIN],
+        [sys.executable, "-m", "razy.view.cli", file, "--no-browser", "--programs", BIN],
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, env=environment,
     )  # fmt: skip
     try:
@@ -207,7 +240,7 @@ def test_only_who_has_the_address_gets_the_page_and_each_motion_is_computed_once
     scratch.mkdir()
     environment = os.environ | {"PYTHONPATH": str(SOURCE / "post" / "src"), "TMPDIR": str(scratch)}
     server = subprocess.Popen(
-        [sys.executable, "-m", "razy.view", file, "--at", "1500", "--no-browser", "--programs", BIN],
+        [sys.executable, "-m", "razy.view.cli", file, "--at", "1500", "--no-browser", "--programs", BIN],
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, env=environment,
     )  # fmt: skip
     try:
@@ -224,7 +257,7 @@ def test_only_who_has_the_address_gets_the_page_and_each_motion_is_computed_once
 
 
 def test_files_of_motions_are_bounded(monkeypatch):
-    monkeypatch.setattr("razy.view.MOST_MOTIONS", 2)
+    monkeypatch.setattr("razy.view.sweep.MOST_MOTIONS", 2)
     sweep = Sweep(gear_pair(), BIN)
     files = [Path(sweep.motion(point).file) for point in (0, 1, 2)]
     assert [file.exists() for file in files] == [False, True, True]

@@ -8,6 +8,7 @@ columns.
 from __future__ import annotations
 
 import argparse
+import fnmatch
 import re
 import sys
 from collections.abc import Iterator
@@ -127,14 +128,28 @@ def paths_of(root: Path) -> set[str]:
 
 
 def check_names(lines: list[str], words: set[str], paths: set[str]) -> Iterator[Line]:
-    """Paths and identifiers in `code`."""
+    """Paths and identifiers in `code`; in a path `*` and `<kind>` stand for anything."""
     for number, line in outside_fences(lines):
         for code in re.findall(r"`([^`]+)`", line):
-            if re.fullmatch(r"(?!build|\.venv)[\w.-]{5,}/[\w./-]*", code):
+            if re.fullmatch(r"[\w./<>*-]+\.(f90|pf|py|cmake)|docs/[\w./<>*-]+\.md", code):
+                pattern = re.sub(r"<\w+>", "*", code)
+                if code not in paths and not ("*" in pattern and fnmatch.filter(paths, pattern)):
+                    yield number, f"name: there is no {code}"
+            elif re.fullmatch(r"(?!build|\.venv)([\w.-]{5,}|src|post)/[\w./-]*", code):
                 if code.rstrip("/") not in paths:
                     yield number, f"name: there is no {code}"
             elif re.fullmatch(r"[a-zA-Z]\w*_\w+", code) and code.lower() not in words:
                 yield number, f"name: nothing is called {code}"
+
+
+def check_places(root: Path, lines: list[str]) -> Iterator[Line]:
+    """Where a page says that a name is `in` or `of` a file of the tree, the file has it."""
+    for number, line in outside_fences(lines):
+        for name, file in re.findall(r"`(\w+)`(?: \([^)]*\))? (?:in|of) `((?:src|tests|post|drivers)/[\w./-]+)`", line):
+            if (root / file).is_file() and not re.search(
+                rf"\b{name}\b", (root / file).read_text(encoding="utf-8"), re.I
+            ):
+                yield number, f"name: {file} has no {name}"
 
 
 def outside_fences(lines: list[str]) -> Iterator[Line]:
@@ -158,6 +173,7 @@ def check_docs(root: Path) -> list[str]:
             found = [breach for breach in found if breach[0] != MEANING]
         else:
             found += check_names(lines, words, paths)
+            found += check_places(root, lines)
         breaches += [f"{page}:{number}: {text}" for number, text in sorted(found)]
     if (root / PICTURE).is_file():
         text = (root / PICTURE).read_text(encoding="utf-8")

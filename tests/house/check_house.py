@@ -22,6 +22,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "support"))
 
 from check_docs import check_docs
+from check_python import check_python
+from count_statements import MOST_STATEMENTS, executable_statements
 from fortran_source import statements
 
 # room of src/: the rooms below it that it may use, besides itself (the table of docs/architecture.md)
@@ -370,7 +372,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("root", type=Path, help="the source tree")
     root = parser.parse_args().root
-    breaches = check_tree(root) + check_docs(root)
+    breaches = check_tree(root) + check_docs(root) + check_python(root)
+    number = executable_statements(root)
+    print(f"{number} executable statements in src/, of at most {MOST_STATEMENTS}")
+    if number > MOST_STATEMENTS:
+        breaches.append(f"src:1: size: {number} executable statements, more than {MOST_STATEMENTS}")
     print("\n".join(breaches) if breaches else "no breach of the house rules")
     return 1 if breaches else 0
 

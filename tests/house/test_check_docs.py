@@ -46,6 +46,14 @@ class Pages(unittest.TestCase):
     def test_names(self):
         self.assertEqual(self.said("Here `linalg/sparse`.\n"), ["1: name: there is no linalg/sparse"])
         self.assertEqual(self.said("| `join_none` |\n"), ["1: name: nothing is called join_none"])
+        for good in ("src/core/<what>.f90", "src/*/text.f90", "text.f90", "src/core/"):
+            self.assertEqual(self.said(f"Here `{good}`.\n"), [])
+        for bad in ("src/core/txt.f90", "src/io/*.f90", "src/<room>/dens.f90", "txt.f90", "src/io/", "docs/a<what>.md"):
+            self.assertEqual(self.said(f"Here `{bad}`.\n"), [f"1: name: there is no {bad}"])
+        self.assertEqual(self.said("`join_all` in `src/linalg/dense.f90`\n"), [])
+        self.assertEqual(
+            self.said("`join_all` of `src/core/text.f90`\n"), ["1: name: src/core/text.f90 has no join_all"]
+        )
 
     def test_picture(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -9,14 +9,14 @@ from typing import Any
 import xarray
 from matplotlib.figure import Figure
 
-from razy_post import output, read
-from razy_post.arguments import checked
-from razy_post.errors import ResultError
-from razy_post.export import export
-from razy_post.plot import ARRANGEMENTS, KINDS, PICTURES, PlotOptions, draw_files, style
-from razy_post.plot.options import RESOLUTIONS
-from razy_post.read.file import making_sense_of
-from razy_post.target import check_output
+from razy import read
+from razy.arguments import checked
+from razy.errors import ResultError
+from razy.plot import ARRANGEMENTS, KINDS, PICTURES, PlotOptions, draw_files, output, style
+from razy.plot.options import RESOLUTIONS
+from razy.read.file import making_sense_of
+from razy.target import check_output
+from razy.tools.export import export
 
 
 @checked
@@ -132,7 +132,7 @@ class Accessor:
 
     @checked
     def export(self, file: str | Path, force: bool = False, **options: Any) -> Path:
-        """Write the result for other programs by the suffix of `file`; see `razy_post.export.export` for options."""
+        """Write the result for other programs by the suffix of `file`; see `razy.tools.export.export` for options."""
         target = Path(file)
         with self.open() as result:
             check_output(target, [Path(result.path)], force)

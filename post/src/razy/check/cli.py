@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING
 import h5py
 import numpy as np
 
-from razy_post import __version__
-from razy_post.errors import Parser, ResultError, one_line
-from razy_post.read import FollowResult, open_result
-from razy_post.target import check_output
+from razy.errors import Parser, ResultError, one_line
+from razy.read import FollowResult, open_result
+from razy.read.file import making_sense_of
+from razy.target import check_output
+from razy.version import __version__
 
 if TYPE_CHECKING:
     from razy.check.verdict import Verdict
@@ -62,7 +63,7 @@ def _check(given: Namespace) -> int:
     with open_result(given.file) as result:
         if not isinstance(result, FollowResult):
             raise ResultError(f"{given.file}: a file of {result.program}; {PROGRAM} proves motions of razy-follow")
-    with h5py.File(given.file) as data:
+    with making_sense_of(given.file), h5py.File(given.file) as data:
         count = data["point/state"].shape[0]
     if given.output is not None:
         check_output(given.output, [given.file], given.force)
@@ -73,14 +74,15 @@ def _check(given: Namespace) -> int:
         raise ResultError(f"{PROGRAM} needs the package python-flint (pip install python-flint): {cause}") from cause
     found: list[Verdict] = []
     said = time.monotonic()
-    try:
-        for part in _parts(given.file, count, given.jobs):
-            found += part
-            if time.monotonic() - said > PATIENCE:
-                said = time.monotonic()
-                print(f"{len(found)} of {count} motions", file=sys.stderr, flush=True)
-    except NotCovered as reason:
-        raise ResultError(f"{given.file}: {reason}: not covered") from reason
+    with making_sense_of(given.file):
+        try:
+            for part in _parts(given.file, count, given.jobs):
+                found += part
+                if time.monotonic() - said > PATIENCE:
+                    said = time.monotonic()
+                    print(f"{len(found)} of {count} motions", file=sys.stderr, flush=True)
+        except NotCovered as reason:
+            raise ResultError(f"{given.file}: {reason}: not covered") from reason
     for number, verdict in enumerate(found, 1):
         if verdict.kind != "proved":
             print(f"motion {number}: {verdict.kind}: {verdict.reason}")

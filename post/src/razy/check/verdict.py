@@ -12,6 +12,7 @@ from flint import arb, arb_mat, ctx
 from razy.check.machine import NotCovered, build, put, read_groups
 from razy.check.motion import System
 from razy.check.proof import Course, Disproved, Undecided
+from razy.read.file import check_storage
 
 KINDS = ("proved", "undecided", "refused", "not covered")
 FAR = 1e-7
@@ -38,11 +39,11 @@ def verdicts(file: str | Path, points: Sequence[int]) -> list[Verdict]:
         follow = groups["follow"][0]
         if isinstance(follow["parameter"], list) or len(groups["follow"]) > 1:
             raise NotCovered("more than one parameter")
-        parameter = data["point/" + follow["parameter"].replace("%", ".")][:]
-        point = {name: data[f"point/{name}"][:] for name in COLUMNS}
+        parameter = _read(data, "point/" + follow["parameter"].replace("%", "."))
+        point = {name: _read(data, f"point/{name}") for name in COLUMNS}
         # Files of versions before have all states at phase 0.
-        phase = data["point/phase"][:] if "phase" in data["point"] else np.zeros(parameter.size)
-        special = set(data["special/point"][:].tolist())
+        phase = _read(data, "point/phase") if "phase" in data["point"] else np.zeros(parameter.size)
+        special = set(_read(data, "special/point").tolist())
     result = []
     for i in points:
         put(groups, follow["parameter"], float(parameter[i]))
@@ -58,6 +59,12 @@ def verdicts(file: str | Path, points: Sequence[int]) -> list[Verdict]:
         except NotCovered as reason:
             result.append(Verdict("not covered", str(reason)))
     return result
+
+
+def _read(data: h5py.File, name: str) -> np.ndarray:
+    """Return a dataset, unless it claims to be larger than what is stored can be."""
+    check_storage(data[name])
+    return data[name][:]
 
 
 def _check(system: System, row: dict) -> float:

@@ -1,0 +1,115 @@
+"""Poincaré sections, and orbits of shaft nodes with a mark once in each revolution."""
+
+from dataclasses import replace
+
+import f90nml
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from razy.errors import ResultError
+from razy.plot import style
+from razy.plot.options import PlotOptions
+from razy.plot.sampled import EVEN, Course, strobe
+from razy.plot.signals import observable, signals
+from razy.plot.units import axis_label, scale_for
+from razy.read import RunResult
+
+MOST_PANELS = 4
+
+
+def draw_poincare(result: RunResult, figure: Figure, options: PlotOptions) -> None:
+    """Draw value and rate of signals once in each period of the excitation, beginning at time 0."""
+    chosen = signals(result, options, MOST_PANELS)
+    if not options.observables:
+        chosen = [signal for signal in chosen if not signal.is_force] or chosen
+    times = strobe(result, options)
+    grid = _panels(figure, options, len(chosen), 8.0)
+    for axes, signal in zip(grid, chosen, strict=True):
+        course = Course(result, signal, options)
+        value, rate = course.at(times), course.rate_at(times)
+        for axis, quantity, numbers in ((axes.xaxis, signal.value, value), (axes.yaxis, signal.rate, rate)):
+            scale = scale_for(quantity.units, float(np.abs(numbers).max()))
+            numbers *= scale.factor
+            ends = style.limits(float(numbers.min()), float(numbers.max()), 0.08)
+            style.set_axis(axis, *ends, space_cm=6.0 if axis is axes.xaxis else None)
+            (axes.set_xlim if axis is axes.xaxis else axes.set_ylim)(ends)
+            axis.set_label_text(axis_label(quantity, scale, 40))
+        axes.plot(value, rate, "o", markersize=max(1.6, style.marker_size(times.size)), color=style.BLACK,
+                  markeredgewidth=0.0, label=signal.value.name)  # fmt: skip
+    style.set_footer(figure, result, options)
+    style.set_heading(figure, (grid[0], grid[-1]), style.title_of(result, options), [])
+
+
+def draw_orbit(result: RunResult, figure: Figure, options: PlotOptions) -> None:
+    """Draw the path of shaft nodes in the plane yz, with a point where a revolution of the shaft begins."""
+    nodes = _nodes(result, options)
+    marks = revolutions(result, options)
+    grid = _panels(figure, options, len(nodes), 8.0)
+    for axes, node in zip(grid, nodes, strict=True):
+        v, w = (Course(result, observable(result, f"displacement.{node}.{way}"), options) for way in "vw")
+        scale = scale_for("m", float(max(np.abs(v.value).max(), np.abs(w.value).max())))
+        axes.plot(v.value * scale.factor, w.value * scale.factor, color=style.BLACK, linewidth=0.6, label=node)
+        if marks is not None:
+            axes.plot(v.at(marks) * scale.factor, w.at(marks) * scale.factor, "o", markersize=3.0, color=style.RED,
+                      markeredgewidth=0.0, zorder=3, label="once per revolution")  # fmt: skip
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.margins(0.08)
+        axes.set_xlabel(f"{node}: displacement along y ({scale.unit})")
+        axes.set_ylabel(f"along z ({scale.unit})")
+    handles = [] if marks is None else [style.point_handle("once per revolution", style.RED)]
+    style.set_footer(figure, result, options)
+    style.set_heading(figure, (grid[0], grid[-1]), style.title_of(result, options), handles)
+
+
+def shaft_nodes(result: RunResult) -> list[str]:
+    """Return the nodes of which both displacements across the axis are stored."""
+    names = [name.removeprefix("displacement.") for name in result.observables if name.startswith("displacement.")]
+    return [name[:-2] for name in names if name.endswith(".v") and f"{name[:-2]}.w" in names]
+
+
+def _nodes(result: RunResult, options: PlotOptions) -> list[str]:
+    """Return the nodes asked for, such as ``rotor.3``, else the first whose displacements are stored."""
+    both = shaft_nodes(result)
+    asked = [name.removeprefix("displacement.") for name in (*options.observables, *options.coordinates)]
+    for node in asked:
+        if node not in both:
+            raise ResultError(f"{result.path}: no orbit of '{node}' (the file has: {', '.join(both) or 'none'})")
+    if not both:
+        raise ResultError(
+            f"{result.path}: no orbit: it needs &record observable='displacement' of SHAFT.NODE.v and of SHAFT.NODE.w"
+        )
+    return asked or both[:MOST_PANELS]
+
+
+def revolutions(result: RunResult, options: PlotOptions) -> NDArray[np.float64] | None:
+    """Return the times in the range at which a revolution begins, s; the first begins at 0. None without a speed."""
+    if options.period is not None or result.rotation is None:
+        speed = f90nml.reads(result.input).get("rotation", {}).get("speed_rpm", 0.0)
+        if options.period is None and not speed:
+            return None
+        return strobe(result, replace(options, period=options.period or 60.0 / abs(speed)))
+    part = result.window(options.start, options.stop)
+    begin, end = result.time[part][[0, -1]]
+    at, speed = result.rotation
+    change = (speed[1] - speed[0]) / (at[1] - at[0])
+    # Where the rotation turns back the angle is largest or smallest.
+    time = np.array([begin, end, np.clip(at[0] - speed[0] / change, begin, end)]) - at[0]
+    turns = (speed[0] * time + change * time**2 / 2) / (2 * np.pi)
+    angle = 2 * np.pi * np.arange(np.ceil(turns.min() - EVEN), np.floor(turns.max() + EVEN) + 1)
+    # Both roots of the angle, formed without cancellation.
+    root = speed[0] + np.copysign(np.sqrt(np.maximum(speed[0] ** 2 + 2 * change * angle, 0.0)), speed[0])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        times = at[0] + np.unique(np.concatenate((2 * angle / root, -root / change)))
+    slack = EVEN * (end - begin)
+    return np.clip(times[(times >= begin - slack) & (times <= end + slack)], begin, end)
+
+
+def _panels(figure: Figure, options: PlotOptions, count: int, side: float) -> list:
+    across = min(count, 2)
+    down = -(-count // across)
+    style.set_size(figure, options, (side + 1.0) * across, side * down)
+    grid = figure.subplots(down, across, squeeze=False).ravel()
+    for axes in grid[count:]:
+        axes.remove()
+    return list(grid[:count])

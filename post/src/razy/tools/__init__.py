@@ -1,0 +1,1 @@
+"""Commands that write results for other programs, merge, import, and say what is installed."""
