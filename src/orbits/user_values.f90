@@ -1,7 +1,7 @@
 !! The motions of a branch at values of the parameter that the user names: UZ.
 !!
 !! Between two neighbouring motions of a branch with the value between theirs the motion is found in planes across the chord, which
-!! are regular at a fold too, and at last with the parameter held.
+!! are regular at a fold too, until rounding is all that is missing in the value.
 module razy_orbits_user_values
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
@@ -13,8 +13,8 @@ module razy_orbits_user_values
 
    public :: mark_values
 
-   !> Part of the chord to which the value is located before the parameter is held.
-   real(wp), parameter :: nearly = 1.0e-9_wp
+   !> Part of the chord to which the value is located.
+   real(wp), parameter :: nearly = 1.0e-14_wp
 
 contains
 
@@ -78,11 +78,8 @@ contains
          if (.not. found) return
          call root%take(at%orbit%u(last) - value)
       end do
-      start = at%orbit%u
-      start(last) = value
-      row = 0.0_wp
-      row(last) = 1.0_wp
-      call problem%correct(start, row, at%orbit, found)
+      call problem%correct(start + root%best*chord, row, at%orbit, found)
+      at%orbit%u(last) = value
       if (found) call problem%complete(at%orbit, found)
       if (found) call find_tangent(problem, at, chord, found)
       at%label = "UZ"
