@@ -1,7 +1,7 @@
-!! Gear meshes whose stiffness switches between that of one and that of two pairs of teeth, at times that are known beforehand.
+!! Gear meshes whose stiffness switches between that of n and that of n + 1 pairs of teeth, at times that are known beforehand.
 !!
-!! With the frequency f of the teeth, the share s of its period with two pairs in mesh and a phase p in turns, two are in mesh while
-!! n <= f t + p < n + s, n whole. Times are formed from n, not added up.
+!! With the frequency f of the teeth, the share s of its period with n + 1 pairs in mesh and a phase p in turns, n + 1 are in mesh while
+!! m <= f t + p < m + s, m whole. Times are formed from m, not added up.
 module razy_hybrid_switching
    use razy_core_kinds, only: i8, wp
    use razy_machine_machine, only: machine_t
@@ -10,11 +10,11 @@ module razy_hybrid_switching
 
    public :: switching_t
 
-   !> Whether any does; the pairs in mesh, 0 where the stiffness does not switch, the turn n, and the time of the next switch, s
+   !> Whether any does; the level of the law, 1 with n pairs and 2 with n + 1 in mesh, 0 where the stiffness does not switch, the turn n, and the time of the next switch, s
    !> (contacts).
    type :: switching_t
       logical :: acts = .false.
-      integer, allocatable, private :: pairs(:)
+      integer, allocatable, private :: level(:)
       integer(i8), allocatable, private :: turn(:)
       real(wp), allocatable, private :: at(:)
    contains
@@ -27,7 +27,7 @@ module razy_hybrid_switching
 
 contains
 
-   !> A motion of the machine begins at the time `from`, s: its branches get the pairs in mesh.
+   !> A motion of the machine begins at the time `from`, s: its branches get their levels.
    pure subroutine begin(self, machine, from, branch)
       class(switching_t), intent(inout) :: self
       type(machine_t), intent(in) :: machine
@@ -37,9 +37,9 @@ contains
       real(wp) :: phase
       integer :: j
 
-      self%pairs = [(0, j=1, size(branch))]
+      self%level = [(0, j=1, size(branch))]
       self%acts = any(machine%contact%mesh_tone > 0)
-      self%turn = int(self%pairs, i8)
+      self%turn = int(self%level, i8)
       self%at = spread(huge(1.0_wp), 1, size(branch))
       do j = 1, size(branch)
          associate (contact => machine%contact(j))
@@ -47,8 +47,8 @@ contains
             phase = contact%mesh_phase + machine%tone(contact%mesh_tone)%hertz*from
             self%turn(j) = floor(phase, i8)
             phase = phase - real(self%turn(j), wp)
-            self%pairs(j) = merge(2, 1, phase < contact%mesh_share)
-            branch(j) = machine%contact(j)%law%at_level(branch(j), self%pairs(j))
+            self%level(j) = merge(2, 1, phase < contact%mesh_share)
+            branch(j) = machine%contact(j)%law%at_level(branch(j), self%level(j))
             call foresee(self, machine, j)
          end associate
       end do
@@ -61,7 +61,7 @@ contains
       integer, intent(in) :: j
 
       associate (contact => machine%contact(j))
-         self%at(j) = (real(self%turn(j), wp) + (merge(contact%mesh_share, 1.0_wp, self%pairs(j) == 2) - contact%mesh_phase)) &
+         self%at(j) = (real(self%turn(j), wp) + (merge(contact%mesh_share, 1.0_wp, self%level(j) == 2) - contact%mesh_phase)) &
                       /machine%tone(contact%mesh_tone)%hertz
       end associate
    end subroutine foresee
@@ -86,12 +86,12 @@ contains
 
       integer :: j
 
-      switched = self%pairs > 0 .and. self%at <= minval(self%at) + rounding*abs(minval(self%at))
+      switched = self%level > 0 .and. self%at <= minval(self%at) + rounding*abs(minval(self%at))
       do j = 1, size(branch)
          if (.not. switched(j)) cycle
-         self%pairs(j) = 3 - self%pairs(j)
-         if (self%pairs(j) == 2) self%turn(j) = self%turn(j) + 1
-         branch(j) = machine%contact(j)%law%at_level(branch(j), self%pairs(j))
+         self%level(j) = 3 - self%level(j)
+         if (self%level(j) == 2) self%turn(j) = self%turn(j) + 1
+         branch(j) = machine%contact(j)%law%at_level(branch(j), self%level(j))
          call foresee(self, machine, j)
       end do
    end subroutine pass

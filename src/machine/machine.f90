@@ -5,7 +5,7 @@
 !!
 !! with the contact laws F_j. For a friction element s' is the sliding velocity, w_jᵀq' + drive + error rate, and F_j grows with
 !! the normal force: a constant one, or the force of another contact. The force of a gear mesh may vary with the phase of its teeth:
-!! by a factor 1 + Re Σ_t m_jt e^{iω_t t}, or between branches with one and with two pairs of teeth in mesh.
+!! by a factor 1 + Re Σ_t m_jt e^{iω_t t}, or between branches with n and with n + 1 pairs of teeth in mesh.
 !! A machine is made once and not changed; a sweep makes another for each point.
 module razy_machine_machine
    use razy_contact_contact_law, only: contact_law_t, same_slopes
@@ -38,7 +38,7 @@ module razy_machine_machine
       real(wp) :: force_sign = 1.0_wp
       !> m (tones), if the stiffness varies by harmonics.
       complex(wp), allocatable :: modulation(:)
-      !> If it switches, the tone of the teeth; two pairs are in mesh for this share of its period, from the phase on, in turns.
+      !> If it switches, the tone of the teeth; n + 1 pairs are in mesh for this share of its period, from the phase on, in turns.
       integer :: mesh_tone = 0
       real(wp) :: mesh_share = 0.0_wp, mesh_phase = 0.0_wp
       !> Unit of s and of F.

@@ -46,11 +46,11 @@ contains
       call add_real(schema, "stiffness_sine", "mesh stiffness that varies: sine amplitudes of the harmonics of the tooth "// &
                     "frequency, over the mean, which stiffness is", least=1, most=most_harmonics)
       call add_real(schema, "stiffness_cosine", "cosine amplitudes likewise", least=1, most=most_harmonics)
-      call add_real(schema, "contact_ratio", "mesh stiffness that switches, stiffness being its mean: two pairs of teeth are "// &
-                    "in mesh for the share contact_ratio - 1 of the period, one pair for the rest", low=1.0_wp, high=2.0_wp)
-      call add_real(schema, "pair_ratio", "stiffness with two pairs over that with one", rule=positive, default="2.0")
+      call add_real(schema, "contact_ratio", "mesh stiffness that switches, stiffness being its mean: of contact_ratio = n + s "// &
+                    "n + 1 pairs of teeth are in mesh for the share s of the period, n for the rest", low=1.0_wp, high=10.0_wp)
+      call add_real(schema, "pair_ratio", "stiffness with n + 1 pairs over that with n; (n + 1)/n if not given", rule=positive)
       call add_real(schema, "mesh_phase", "of the stiffness: at time 0 the teeth are so far in their period; with "// &
-                    "contact_ratio the second pair comes in at 0", unit="deg", default="0.0")
+                    "contact_ratio a further pair comes in at 0", unit="deg", default="0.0")
    end subroutine add_gear_keys
 
    !> The contact of mesh i with the direction `w`; its error goes to the first of the rows `row` of the harmonics, those of its
@@ -219,17 +219,19 @@ contains
       call input%get("gear_mesh", i, "mesh_phase", phase)
       if (given(3)) then
          call input%get("gear_mesh", i, "contact_ratio", contact_ratio)
+         pair_ratio = real(floor(contact_ratio) + 1, wp)/floor(contact_ratio)
          call input%get("gear_mesh", i, "pair_ratio", pair_ratio)
-         contact%mesh_share = contact_ratio - 1
-         ! With one pair always, or two, the stiffness is its mean.
-         if (.not. (contact%mesh_share > 0.0_wp .and. contact%mesh_share < 1.0_wp)) return
+         contact%mesh_share = contact_ratio - floor(contact_ratio)
+         ! With as many pairs always the stiffness is its mean.
+         if (.not. contact%mesh_share > 0.0_wp) return
          if (abs(teeth%sweep) > 0.0_qp) then
             call input%complain(error, "gear_mesh", i, "contact_ratio", "left out where &rotation has an acceleration_rpm_per_s")
             return
          end if
          contact%mesh_phase = phase/360
          call find_tone(harmonics, teeth, contact%mesh_tone)
-         call vary_stiffness(law, [1.0_wp, pair_ratio]/(1 + contact%mesh_share*(pair_ratio - 1)), 1)
+         call vary_stiffness(law, [1.0_wp, pair_ratio]/(1 + contact%mesh_share*(pair_ratio - 1)), &
+                             floor(contact_ratio))
          return
       end if
       call input%get("gear_mesh", i, "stiffness_sine", sine)
