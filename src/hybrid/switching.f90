@@ -1,7 +1,7 @@
 !! Gear meshes whose stiffness switches between that of n and that of n + 1 pairs of teeth, at times that are known beforehand.
 !!
-!! With the frequency f of the teeth, the share s of its period with n + 1 pairs in mesh and a phase p in turns, n + 1 are in mesh while
-!! m <= f t + p < m + s, m whole. Times are formed from m, not added up.
+!! With the frequency f of the teeth, the share s of its period with n + 1 pairs in mesh and a phase p in turns, n + 1 are in mesh
+!! while m <= f t + p < m + s, m whole. Times are formed from m, not added up.
 module razy_hybrid_switching
    use razy_core_kinds, only: i8, wp
    use razy_machine_machine, only: machine_t
@@ -10,8 +10,8 @@ module razy_hybrid_switching
 
    public :: switching_t
 
-   !> Whether any does; the level of the law, 1 with n pairs and 2 with n + 1 in mesh, 0 where the stiffness does not switch, the turn n, and the time of the next switch, s
-   !> (contacts).
+   !> Whether any does; the level of the law, 1 with n pairs in mesh and 2 with n + 1, 0 where the stiffness does not switch, the
+   !> turn m, and the time of the next switch, s (contacts).
    type :: switching_t
       logical :: acts = .false.
       integer, allocatable, private :: level(:)
