@@ -18,7 +18,7 @@
 !! Motions among the η without stiffness, and those without damping too, are known from the directions of elements and contacts
 !! (razy_machine_free_motions). They are the last columns of Q, and what K and B do to them is 0, not what rounding leaves of it.
 module razy_exact_constrained_motion
-   use razy_core_kinds, only: wp
+   use razy_core_kinds, only: i8, wp
    use razy_hybrid_constraints, only: constraints_t
    use razy_hybrid_linear_form, only: linear_form_t, new_form
    use razy_linalg_eigen, only: symmetric_eigen
@@ -49,7 +49,6 @@ module razy_exact_constrained_motion
       !> a (m - r, r), and B_q a + B_r (m - r, r).
       real(wp), allocatable, private :: follow(:, :), drag(:, :)
    contains
-      procedure :: transform_matrices
       procedure :: unsprung_in_x
       procedure :: load_of
       procedure :: harmonic_of
@@ -58,6 +57,7 @@ module razy_exact_constrained_motion
       procedure :: to_coordinates
       procedure :: to_state
       procedure :: hold
+      procedure :: numbers
    end type constrained_motion_t
 
    !> Modes of K_q below this part of the largest are slow; in all others a decoupling leaves no more than the rounding of K_q.
@@ -68,12 +68,13 @@ module razy_exact_constrained_motion
 contains
 
    !> The coordinates for `constraints` with the directions `w` (m, contacts) of all contacts and the coefficients `phi` of the
-   !> friction that the constraints press; `k` and `b` (m, m) are those of motion without constraints, `drive` (n) the speeds c,
-   !> `free` (m, r) the motions without stiffness, the first `rigid` without damping, too.
+   !> friction that the constraints press; `k` and `b` (m, m) are those of motion without constraints, and become K_x and B_x;
+   !> `drive` (n) are the speeds c, `free` (m, r) the motions without stiffness, the first `rigid` without damping, too.
    subroutine new_constrained_motion(self, constraints, w, phi, k, b, drive, free, rigid)
       type(constrained_motion_t), intent(out) :: self
       type(constraints_t), intent(in) :: constraints
-      real(wp), intent(in) :: w(:, :), phi(:), k(:, :), b(:, :), drive(:), free(:, :)
+      real(wp), intent(in) :: w(:, :), phi(:), drive(:), free(:, :)
+      real(wp), intent(inout) :: k(:, :), b(:, :)
       integer, intent(in) :: rigid
 
       real(wp) :: d(size(w, 1), constraints%count), unit(constraints%count)
@@ -115,6 +116,15 @@ contains
       end associate
    end subroutine new_constrained_motion
 
+   !> Numbers that it holds, in the large arrays.
+   elemental integer(i8) function numbers(self)
+      class(constrained_motion_t), intent(in) :: self
+
+      numbers = 0
+      if (allocated(self%left)) numbers = 2*size(self%from_x, kind=i8) + 2*size(self%pull) + 3*size(self%left) + size(self%r) &
+                                          + size(self%lambda) + size(self%settle) + 2*size(self%follow)
+   end function numbers
+
    !> R, Q and S.
    subroutine find_bases(self, constraints, w, free)
       type(constrained_motion_t), intent(inout) :: self
@@ -137,13 +147,14 @@ contains
       end associate
    end subroutine find_bases
 
-   !> a, b and y0, or none of them.
+   !> a, b and y0, or none of them; K_x and B_x from K and B.
    subroutine separate(self, k, b, drive)
       type(constrained_motion_t), intent(inout) :: self
-      real(wp), intent(in) :: k(:, :), b(:, :), drive(:)
+      real(wp), intent(inout) :: k(:, :), b(:, :)
+      real(wp), intent(in) :: drive(:)
 
       real(wp) :: kq(self%m - self%rank, self%m - self%rank), bq(self%m - self%rank, self%m - self%rank)
-      real(wp) :: kr(self%m - self%rank, self%rank), lag(self%m - self%rank, self%rank)
+      real(wp), dimension(self%m - self%rank, self%rank) :: kr, br, lag
       real(wp) :: phi(self%m - self%rank, self%m - self%rank), square(self%m - self%rank)
       logical :: firm(self%m - self%rank), possible
       integer :: info
@@ -151,9 +162,14 @@ contains
       associate (free => self%m - self%rank)
          allocate (self%follow(free, self%rank), self%drag(free, self%rank), source=0.0_wp)
          allocate (self%y0(self%m), source=0.0_wp)
-         if (free == 0) return
+         if (free == 0) then
+            k = 0.0_wp
+            b = 0.0_wp
+            return
+         end if
          call project(self, k, self%unsprung, kq, kr)
-         call project(self, b, self%rigid, bq, self%drag)
+         call project(self, b, self%rigid, bq, br)
+         self%drag = br
          lag = 0.0_wp
          self%apart = all(abs(kq - transpose(kq)) <= rounding*maxval(abs(kq)))
          if (self%apart) then
@@ -173,7 +189,17 @@ contains
             self%y0 = -matmul(self%q, matmul(lag, matmul(self%settle, drive)))
          else
             self%follow = 0.0_wp
-            call project(self, b, self%rigid, bq, self%drag)
+            self%drag = br
+         end if
+         k = 0.0_wp
+         b = 0.0_wp
+         b(:free, :free) = bq
+         if (self%apart) then
+            k(:free, :free) = 0.5_wp*(kq + transpose(kq))
+         else
+            k(:free, :free) = kq
+            k(:free, free + 1:) = kr
+            b(:free, free + 1:) = br
          end if
       end associate
 
@@ -218,8 +244,8 @@ contains
          v(:, :free) = self%q
          v(:, free + 1:) = self%r
          product = matmul(self%left, matmul(a, v))
-         by_left = sum(matmul(abs(self%left), abs(a)), dim=2)
-         by_v = sum(matmul(abs(a), abs(v)), dim=1)
+         by_left = matmul(abs(self%left), sum(abs(a), dim=2))
+         by_v = matmul(sum(abs(a), dim=1), abs(v))
          where (abs(product) <= 16*self%m*epsilon(1.0_wp)*(spread(by_left, 2, size(by_v)) + spread(by_v, 1, size(by_left)))) &
             product = 0.0_wp
          associate (first => free - self%unsprung + 1, last => free - self%unsprung + still)
@@ -230,28 +256,6 @@ contains
          on_held = product(:, free + 1:)
       end associate
    end subroutine project
-
-   !> K_x and B_x (m, m) from K and B.
-   subroutine transform_matrices(self, k, b)
-      class(constrained_motion_t), intent(in) :: self
-      real(wp), intent(inout) :: k(:, :), b(:, :)
-
-      real(wp) :: kx(self%m, self%m), bx(self%m, self%m)
-
-      kx = 0.0_wp
-      bx = 0.0_wp
-      associate (free => self%m - self%rank)
-         call project(self, k, self%unsprung, kx(:free, :free), kx(:free, free + 1:))
-         call project(self, b, self%rigid, bx(:free, :free), bx(:free, free + 1:))
-         if (self%apart) then
-            kx(:, free + 1:) = 0.0_wp
-            bx(:, free + 1:) = 0.0_wp
-            kx = 0.5_wp*(kx + transpose(kx))
-         end if
-      end associate
-      k = kx
-      b = bx
-   end subroutine transform_matrices
 
    !> The motions without stiffness in x (m, r), the first `rigid` without damping, too. The ξ are some of them where nothing
    !> couples them with the η.

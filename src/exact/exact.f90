@@ -7,7 +7,7 @@
 !! together, from the state, and knows which guards start on their bounds.
 module razy_exact_exact
    use razy_core_error, only: error_t, raise
-   use razy_core_kinds, only: wp
+   use razy_core_kinds, only: i8, wp
    use razy_exact_beside, only: beside_t
    use razy_exact_closed_form_amplitudes, only: amplitudes_t, carry_disturbances, copy, move_to, reserve, set_state, state_of
    use razy_exact_closed_form_response, only: response_t
@@ -16,12 +16,13 @@ module razy_exact_exact
    use razy_exact_residual, only: worst_residual
    use razy_exact_search_refine, only: watched_t
    use razy_exact_search_search, only: exit_t, first_exit, leaves_too, rounding, search_t, soon
-   use razy_exact_solutions, only: solution_t, solutions_t
+   use razy_exact_solution, only: solution_t
+   use razy_exact_solutions, only: solutions_t
    use razy_hybrid_flow, only: ends_crossed, ends_in_event, ends_open, flow_t, largest
    use razy_hybrid_guards, only: guard_entry_t, of_force, of_press
    use razy_linalg_blocks, only: moduli_of
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: glimpse_t, outcome_t, piece_t, status_blow_up, status_inaccurate, &
+   use razy_motion_integrator, only: glimpse_t, outcome_t, piece_t, status_blow_up, status_costly, status_inaccurate, &
                                      status_no_contact_forces, status_no_modes, status_ok, status_step_limit
    implicit none(type, external)
    private
@@ -32,6 +33,10 @@ module razy_exact_exact
    type, extends(flow_t) :: exact_t
       !> Whether contacts alone choose the coordinates that are followed, and all else that is observed stands beside.
       logical :: apart = .false.
+      !> Whether a motion may end because closed forms do not pay.
+      logical :: may_give_up = .false.
+      !> What closed forms may take, 2^20 bytes; the last two are kept in any case.
+      integer :: memory_mb = 256
       type(solutions_t), private :: solutions
       !> The search for events, whose probe holds the amplitudes at the end of the piece; those for turns of observables.
       type(search_t), private :: search, turns, turns_of_whole
@@ -40,6 +45,8 @@ module razy_exact_exact
       !> The piece under way: its solution, duration (s), and the amplitudes at its start.
       integer, private :: now = 0
       real(wp), private :: duration = 0.0_wp
+      !> Sum of the angles that the fastest exponents have turned by.
+      real(wp), private :: turned = 0.0_wp
       type(amplitudes_t), private :: start
       !> The solution of the piece before, whose end the probe holds, 0 where z alone holds the state; whether z holds it too.
       integer, private :: ended = 0
@@ -103,7 +110,7 @@ contains
       end do
       call self%take(machine, keep_all, self%apart, 0.0_wp, error)
       if (allocated(error)) return
-      call self%solutions%attach(self%system)
+      call self%solutions%attach(self%system, self%memory_mb*(2_i8**23/storage_size(1.0_wp)))
       call self%crossings%attach(size(machine%contact))
    end subroutine prepare
 
@@ -118,6 +125,7 @@ contains
          call self%crossings%forget()
          self%now = 0
          self%placed = .false.
+         self%turned = 0.0_wp
          self%settled = self%system%constrained
          call self%solutions%begin_run()
       end if
@@ -126,6 +134,7 @@ contains
       if (.not. self%placed) then
          call find_solution(self, outcome)
          if (self%now == 0) return
+         if (self%may_give_up .and. costs_more(self, outcome%pieces)) outcome%status = status_costly
          if (self%settled) then
             call self%transition%start_piece(self%system, self%time, self%time_low, delta_of(self, self%remaining(t_end)), self%z)
          else
@@ -136,10 +145,25 @@ contains
       self%placed = .false.
       outcome%pieces = outcome%pieces + 1
       ! Faster than that, and the end will not be reached in the steps there are.
-      associate (fastest => max(self%solutions%of(self%now)%response%turning, self%system%fastest))
+      associate (fastest => max(self%solutions%of(self%now)%form%response%turning, self%system%fastest))
          if (self%starting .and. t_end*fastest > longest_angle*self%budget%most_steps) outcome%status = status_step_limit
       end associate
    end subroutine enter
+
+   !> Whether the closed forms of the modes that the motion came to cost more than all its pieces by steps of a Runge-Kutta method
+   !> would. A form costs some m³, and a step m, by matrices in bands; each piece takes some steps, and the angle of the fastest
+   !> exponent more. The factors are ratios of instructions, counted on chains of 20 and 100 coordinates (docs/methods.md).
+   pure logical function costs_more(self, pieces)
+      type(exact_t), intent(in) :: self
+      integer(i8), intent(in) :: pieces
+
+      ! Of fewer modes a motion may come back to each.
+      integer, parameter :: few = 32
+      real(wp), parameter :: of_piece = 128.0_wp, of_angle = 16.0_wp
+
+      costs_more = self%solutions%met >= few
+      if (costs_more) costs_more = real(self%solutions%met, wp)*self%system%m**2 > of_piece*pieces + of_angle*self%turned
+   end function costs_more
 
    !> The solution in the mode of the transition, which needs the state where something is held, or is about to be.
    subroutine find_solution(self, outcome)
@@ -163,17 +187,17 @@ contains
       if (self%now == 0) then
          outcome%status = merge(status_no_contact_forces, status_no_modes, self%solutions%inadmissible)
       else if (self%solutions%fresh) then
-         call reserve(self%start, self%solutions%of(self%now)%response)
-         call reserve(self%looker, self%solutions%of(self%now)%response)
+         call reserve(self%start, self%solutions%of(self%now)%form%response)
+         call reserve(self%looker, self%solutions%of(self%now)%form%response)
          if (any(self%system%is_beyond)) then
-            call reserve(self%whole_start, self%solutions%of(self%now)%whole)
-            call reserve(self%whole, self%solutions%of(self%now)%whole)
+            call reserve(self%whole_start, self%solutions%of(self%now)%form%whole)
+            call reserve(self%whole, self%solutions%of(self%now)%form%whole)
          end if
       end if
       if (self%now == 0) return
-      outcome%residual = max(outcome%residual, self%solutions%of(self%now)%residual)
+      outcome%residual = max(outcome%residual, self%solutions%of(self%now)%form%residual)
       if (.not. outcome%residual <= worst_residual) outcome%status = status_inaccurate
-      self%settled = self%settled .or. .not. self%solutions%of(self%now)%free
+      self%settled = self%settled .or. .not. self%solutions%of(self%now)%form%free
       if (.not. self%settled) return
       call lay_out_state(self)
       self%ended = 0
@@ -185,7 +209,7 @@ contains
       real(wp), intent(in) :: rest
       real(wp) :: delta
 
-      delta = min(rest, 1.0_wp/max(self%solutions%of(self%now)%basis%fastest, tiny(1.0_wp)))
+      delta = min(rest, 1.0_wp/max(self%solutions%of(self%now)%form%basis%fastest, tiny(1.0_wp)))
       delta = 1.0e-5_wp*min(delta, 1.0_wp/max(self%system%fastest, tiny(1.0_wp)))
    end function delta_of
 
@@ -198,7 +222,7 @@ contains
       self%looked = .false.
       self%whole_looked = .false.
       self%duration = 0.0_wp
-      associate (solution => self%solutions%of(self%now), phasor => self%transition%dynamics%excitation%start)
+      associate (solution => self%solutions%of(self%now)%form, phasor => self%transition%dynamics%excitation%start)
          if (self%ended > 0) then
             call self%solutions%pass(self%ended, self%search%probe, self%now, phasor, self%start, passed)
             if (passed) return
@@ -217,7 +241,7 @@ contains
       type(exact_t), intent(inout) :: self
 
       if (self%has_z) return
-      call end_state(self%solutions%of(self%ended), self%search%probe, self%z)
+      call end_state(self%solutions%of(self%ended)%form, self%search%probe, self%z)
       self%has_z = .true.
    end subroutine lay_out_state
 
@@ -248,7 +272,7 @@ contains
          before = self%z
          call prepare_settled(self)
       else
-         associate (solution => self%solutions%of(self%now))
+         associate (solution => self%solutions%of(self%now)%form)
             call self%crossings%prepare(solution%entry, solution%watched)
          end associate
       end if
@@ -257,7 +281,7 @@ contains
       ! In a piece of no length the state has not moved.
       self%has_z = self%has_z .and. .not. (self%settled .or. found%tau > 0.0_wp)
       self%ended = self%now
-      associate (solution => self%solutions%of(self%now), unused => outcome)
+      associate (solution => self%solutions%of(self%now)%form, unused => outcome)
          ! What does not grow cannot blow up.
          if (ending == ends_in_event .or. self%settled .or. allocated(self%tangent) .or. solution%response%growing) then
             call lay_out_state(self)
@@ -295,7 +319,7 @@ contains
 
       real(wp) :: middle(size(before))
 
-      associate (solution => self%solutions%of(self%now), m => self%system%m)
+      associate (solution => self%solutions%of(self%now)%form, m => self%system%m)
          call move_to(self%start, solution%response, 0.5_wp*tau, self%looker)
          call end_state(solution, self%looker, middle)
          self%z(:m) = before(:m) + tau/6*(before(m + 1:) + 4*middle(m + 1:) + self%z(m + 1:))
@@ -311,7 +335,7 @@ contains
 
       real(wp) :: longest, fastest
 
-      associate (solution => self%solutions%of(self%now), response => self%solutions%of(self%now)%response)
+      associate (solution => self%solutions%of(self%now)%form, response => self%solutions%of(self%now)%form%response)
          fastest = max(response%turning, self%system%fastest)
          longest = self%remaining(t_end)
          piece%last = longest*fastest <= longest_angle
@@ -331,6 +355,7 @@ contains
       end associate
       piece%duration = found%tau
       self%duration = found%tau
+      self%turned = self%turned + found%tau*self%solutions%of(self%now)%form%response%fastest
       piece%last = piece%last .and. found%watched == 0 .and. .not. found%tau < longest
    end subroutine follow
 
@@ -345,7 +370,7 @@ contains
       integer :: i
 
       ending = merge(ends_in_event, ends_open, found%watched > 0)
-      associate (solution => self%solutions%of(self%now), crossings => self%crossings, transition => self%transition)
+      associate (solution => self%solutions%of(self%now)%form, crossings => self%crossings, transition => self%transition)
          call crossings%end_piece(stands=found%watched > 0 .and. .not. (self%settled .or. found%tau > 0.0_wp))
          if (found%watched == 0) return
          if (.not. solution%crosses(found%watched) .or. transition%accumulation%landing) return
@@ -365,7 +390,7 @@ contains
          call crossings%hand_over(transition%contact, transition%branch, transition%changes)
          if (crossings%standing == 0) return
          if (crossings%standing == 1 .and. self%before > 0) then
-            call crossings%take_noise(self%solutions%of(self%before)%entry, self%solutions%of(self%before)%watched)
+            call crossings%take_noise(self%solutions%of(self%before)%form%entry, self%solutions%of(self%before)%form%watched)
          end if
          call crossings%take_noise(solution%entry, solution%watched)
       end associate
@@ -381,7 +406,7 @@ contains
       integer :: t
       logical :: on_bound
 
-      associate (guards => self%transition%guards, solution => self%solutions%of(self%now))
+      associate (guards => self%transition%guards, solution => self%solutions%of(self%now)%form)
          call guards%look(self%system, self%transition%dynamics, 0.0_wp, self%z, g, rate)
          do t = 1, size(solution%watched)
             associate (watched => solution%watched(t), guard => solution%entry(t))
@@ -426,7 +451,7 @@ contains
 
       integer :: t
 
-      associate (guards => self%transition%guards, solution => self%solutions%of(self%now))
+      associate (guards => self%transition%guards, solution => self%solutions%of(self%now)%form)
          do t = 1, size(solution%watched)
             associate (guard => solution%entry(t), scale => solution%watched(t)%scale, j => solution%entry(t)%contact)
                if (guard%function <= 0) cycle
@@ -444,12 +469,12 @@ contains
    subroutine transport(self)
       class(exact_t), intent(inout) :: self
 
-      associate (motion => self%solutions%of(self%now)%constrained, m => self%system%m, x => self%tangent)
+      associate (motion => self%solutions%of(self%now)%form%constrained, m => self%system%m, x => self%tangent)
          if (motion%n > 0) then
             x(:m, :) = matmul(motion%to_x, x(:m, :))
             x(m + 1:, :) = matmul(motion%to_x, x(m + 1:, :))
          end if
-         call carry_disturbances(self%solutions%of(self%now)%response, self%duration, x)
+         call carry_disturbances(self%solutions%of(self%now)%form%response, self%duration, x)
          if (motion%n > 0) then
             x(:m, :) = matmul(motion%from_x, x(:m, :))
             x(m + 1:, :) = matmul(motion%from_x, x(m + 1:, :))
@@ -472,7 +497,7 @@ contains
       end if
       outcome%steps = self%search%steps
       outcome%halvings = self%search%halvings
-      outcome%states = self%solutions%count
+      outcome%states = self%solutions%met
       self%search%steps = 0
       self%search%halvings = 0
    end subroutine finish
@@ -484,7 +509,7 @@ contains
 
       if (self%looked .and. .not. abs(tau - self%looker%tau) > 0.0_wp) return
       self%looked = .true.
-      associate (response => self%solutions%of(self%now)%response)
+      associate (response => self%solutions%of(self%now)%form%response)
          if (.not. abs(tau) > 0.0_wp) then
             call copy(self%start, response, self%looker)
          else if (.not. abs(tau - self%duration) > 0.0_wp) then
@@ -503,7 +528,7 @@ contains
       real(wp), dimension(2*self%system%m) :: z
       real(wp), dimension(2*self%system%beside%m) :: more
 
-      associate (solution => self%solutions%of(self%now), m => self%system%m, n => self%system%beside%m)
+      associate (solution => self%solutions%of(self%now)%form, m => self%system%m, n => self%system%beside%m)
          if (.not. self%whole_looked) then
             call state_of(self%start, solution%response, z)
             call self%beside%find_state(self%system, self%time, self%time_low, more)
@@ -524,7 +549,7 @@ contains
       real(wp), intent(in) :: tau
       real(wp) :: value
 
-      associate (solution => self%solutions%of(self%now))
+      associate (solution => self%solutions%of(self%now)%form)
          if (self%system%is_beyond(form)) then
             call look_at_whole(self, tau)
             value = value_of(solution%observed_whole, solution%whole, self%whole, form, 0)
@@ -542,7 +567,7 @@ contains
       real(wp), intent(in) :: tau
       type(glimpse_t), intent(out) :: seen
 
-      associate (solution => self%solutions%of(self%now))
+      associate (solution => self%solutions%of(self%now)%form)
          if (self%system%is_beyond(form)) then
             call look_at_whole(self, tau)
             call glimpse_at(solution%observed_whole, solution%whole, self%whole, form, seen)
@@ -587,7 +612,7 @@ contains
       type(exit_t) :: turn
       type(watched_t) :: rate(1)
 
-      associate (solution => self%solutions%of(self%now))
+      associate (solution => self%solutions%of(self%now)%form)
          rate(1) = watched_t(form=form, order=1, side=real(direction, wp), from_zero=turned)
          self%turns%level = solution%level
          value = 0.0_wp
@@ -615,7 +640,7 @@ contains
       real(wp) :: more(2*self%system%beside%m), z(2*self%system%m)
 
       call look_at(self, tau)
-      call end_state(self%solutions%of(self%now), self%looker, z)
+      call end_state(self%solutions%of(self%now)%form, self%looker, z)
       if (self%system%beside%m > 0) then
          call self%beside%find_state(self%system, self%time, self%time_low + tau, more)
          call self%system%to_coordinates(z, displacement, velocity, more)
@@ -645,7 +670,7 @@ contains
 
       call look_at(self, tau)
       call self%solutions%lay_out_contacts(self%system, self%now)
-      associate (touching => self%system%machine%contact(j), solution => self%solutions%of(self%now))
+      associate (touching => self%system%machine%contact(j), solution => self%solutions%of(self%now)%form)
          call value_and_slope(solution%touching, solution%response, self%looker, j, 0, s, rate)
          rate = rate + touching%drive
          if (solution%has_forces) then
@@ -662,7 +687,7 @@ contains
       class(exact_t), intent(in) :: self
       real(wp) :: interval
 
-      associate (solution => self%solutions%of(self%now))
+      associate (solution => self%solutions%of(self%now)%form)
          interval = scale(1.0_wp, -max(solution%level, exponent(solution%response%fastest) + 2))
       end associate
    end function interval
@@ -678,7 +703,7 @@ contains
 
       real(wp) :: distance, s(2), rate(2)
 
-      associate (solution => self%solutions%of(self%now), contact => self%system%machine%contact(j), last => self%search%probe)
+      associate (solution => self%solutions%of(self%now)%form, contact => self%system%machine%contact(j), last => self%search%probe)
          associate (law => contact%law%branch(solution%branch(j)), response => solution%response, touching => solution%touching)
             known = response%plain .and. .not. (solution%has_forces .or. abs(law%damping) > 0.0_wp)
             if (.not. known .or. .not. max(abs(law%stiffness), abs(law%offset)) > 0.0_wp) return
@@ -710,7 +735,7 @@ contains
       type(watched_t) :: watched(1)
       real(wp) :: direction, from
 
-      associate (solution => self%solutions%of(self%now), response => self%solutions%of(self%now)%response)
+      associate (solution => self%solutions%of(self%now)%form, response => self%solutions%of(self%now)%form%response)
          if (.not. response%growing) then
             if (maxval(abs(s - edge)) + (self%duration - tau)**2/8*curvature_bound(solution%touching, response, self%looker, j) &
                 <= distance) return

@@ -13,7 +13,6 @@ module razy_exact_residual
    use razy_core_kinds, only: wp
    use razy_exact_closed_form_amplitudes, only: amplitudes_t, move_to, reserve, set_state, state_of
    use razy_exact_closed_form_response, only: response_t
-   use razy_exact_closed_form_rows, only: rows_t, value_of
    use razy_exact_constrained_motion, only: constrained_motion_t
    use razy_hybrid_linear_form, only: linear_form_t
    use razy_hybrid_mode, only: mode_t
@@ -64,14 +63,14 @@ contains
    end subroutine new_probe
 
    !> The largest of the residuals, each over the size of its terms. The state is of the size that loads give it in `t_end`, s, at
-   !> most; `force` holds the forces of all contacts where there are constraints.
+   !> most; `force` holds the forces of all contacts on the state where there are constraints.
    function residual(self, system, mode, response, constrained, force, t_end)
       class(probe_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(mode_t), intent(in) :: mode
       type(response_t), intent(in) :: response
       type(constrained_motion_t), intent(in) :: constrained
-      type(rows_t), intent(in) :: force
+      type(linear_form_t), intent(in) :: force(:)
       real(wp), intent(in) :: t_end
       real(wp) :: residual
 
@@ -117,7 +116,7 @@ contains
       type(mode_t), intent(in) :: mode
       type(response_t), intent(in) :: response
       type(constrained_motion_t), intent(in) :: constrained
-      type(rows_t), intent(in) :: force
+      type(linear_form_t), intent(in) :: force(:)
       real(wp), intent(in) :: tau, moves
       type(balance_t) :: found
 
@@ -206,7 +205,7 @@ contains
 
          associate (law => system%machine%contact(j)%law, piece => system%machine%contact(j)%law%branch(mode%branch(j)))
             if (law%of_normal .or. law%branch(mode%branch(j))%constraint) then
-               contact_force = value_of(force, response, self%now, j, 0)
+               contact_force = force(j)%value(z, e)
             else
                form = system%contact_form(j, piece%stiffness, piece%damping, piece%offset)
                contact_force = form%value(z, e)

@@ -1,77 +1,55 @@
-!! The closed forms of a system's motion, one for each mode met: made when the motion first comes to the mode, and kept.
+!! The closed forms of a system's motion, one for each mode: made when a motion comes to it, and kept as long as there is room.
 !!
-!! What depends on the machine's matrices alone (eigenmodes) outlives a change of the excitation; what depends on the excitation
-!! (response, rows) is made anew for every machine, and only for modes it visits. Modes in which contacts hold constraints are
-!! followed in coordinates of their own (razy_exact_constrained_motion); friction under a damped contact is another one where that
-!! contact pulls. Constraint forces and the forces of friction are linear forms of the motion, watched and observed as gaps are.
+!! They are found by their keys. Where they would take more memory than they may, the one that was used least recently goes, with
+!! the passages from it, and is made again when the motion comes back, with the same bits: a form depends on the mode alone, and
+!! what a motion has learned in a mode stands apart (razy_exact_tally).
 module razy_exact_solutions
-   use razy_core_kinds, only: wp
-   use razy_exact_beside, only: beside_t, joined
+   use razy_core_kinds, only: i8, wp
+   use razy_exact_beside, only: beside_t
    use razy_exact_closed_form_amplitudes, only: amplitudes_t
-   use razy_exact_closed_form_passage, only: passage_t
-   use razy_exact_closed_form_response, only: finest_level, new_response, response_t
-   use razy_exact_closed_form_rows, only: new_rows, rows_t
-   use razy_exact_constrained_motion, only: constrained_motion_t, new_constrained_motion
-   use razy_exact_modal_basis, only: modal_basis_t, new_modal_basis
-   use razy_exact_modal_eigenmodes, only: new_eigenmodes, new_open_modes, open_modes_t
+   use razy_exact_closed_form_passage, only: passage_t, pays
+   use razy_exact_modal_eigenmodes, only: new_open_modes, open_modes_t
    use razy_exact_residual, only: new_probe, probe_t
-   use razy_exact_search_refine, only: watched_t
-   use razy_hybrid_guards, only: guard_entry_t, guard_forms, list_guards, of_press
-   use razy_hybrid_linear_form, only: linear_form_t, new_form, zero_form
+   use razy_exact_solution, only: solution_t
+   use razy_exact_tally, only: key_type, mixed, tally_t
    use razy_hybrid_mode, only: mode_t
    use razy_hybrid_system, only: system_t
-   use razy_machine_machine, only: observe_contact_force
    implicit none(type, external)
    private
 
-   public :: solution_t, solutions_t
+   public :: solutions_t
 
-   !> The motion in one mode.
-   type :: solution_t
-      integer, allocatable :: branch(:), press(:)
-      type(modal_basis_t) :: basis
-      type(response_t) :: response
-      !> Rows of the guards and of the observables.
-      type(rows_t) :: switching, observed
-      !> The motion with what is beside it, and the rows of observables there, where one of them feels that.
-      type(response_t) :: whole
-      type(rows_t) :: observed_whole
-      !> The guards that can end the mode; which of them are functions of the constraints alone, and beyond which of them a contact
-      !> has another branch and nothing else changes.
-      type(guard_entry_t), allocatable :: entry(:)
-      type(watched_t), allocatable :: watched(:)
-      logical, allocatable :: fixed(:), crosses(:)
-      !> Whether nothing is held, and no force that may change its sign presses friction; whether it is for flights after an impact.
-      logical :: free = .true.
-      logical, private :: flies = .false.
-      !> Rows of the variables s of all contacts, made when they are asked for; of all contact forces, where one of them depends on
-      !> more than its own s and s'.
-      type(rows_t) :: touching, force
-      logical :: has_forces = .false.
-      !> Coordinates while constraints are held.
-      type(constrained_motion_t) :: constrained
-      !> How the motion comes from the others.
+   !> Chains of places with keys that are equal in their last digits.
+   integer(key_type), parameter :: chains = 1024
+
+   !> A place for a closed form.
+   type :: place_t
+      !> None in a place that is vacant.
+      type(solution_t), allocatable :: form
+      !> The next in its chain; its key; numbers that it holds, and when it was used last, 0: vacant.
+      integer, private :: next = 0
+      integer(key_type), private :: key = 0
+      integer(i8), private :: numbers = 0, used = 0
+      !> How the motion comes from others, and the places of these.
       type(passage_t), allocatable, private :: passage(:)
-      !> Step level that the last search ended with, and that which a motion begins with.
-      integer :: level = 10
-      integer, private :: first_level = 10
-      !> By how much it misses the machine's equations (razy_exact_residual).
-      real(wp) :: residual = 0.0_wp
-      !> Machine for which the response was made, and the rows of contacts.
-      integer, private :: version = 0, touching_version = 0
-      !> Whether the eigenmodes are those of the machine with the slopes of its contacts.
-      logical, private :: plain = .true.
-   end type solution_t
+      integer, allocatable, private :: from(:)
+   end type place_t
 
-   !> All of them so far.
    type :: solutions_t
-      integer :: count = 0
-      type(solution_t), allocatable :: of(:)
+      type(place_t), allocatable :: of(:)
       !> Whether the last mode asked for has no admissible constraint forces; whether its response was made for it.
       logical :: inadmissible = .false., fresh = .false.
-      integer, private :: structure = 0
+      !> Modes that the motion came to.
+      integer :: met = 0
+      integer, private :: structure = 0, first(0:chains - 1) = 0
+      !> Numbers that all hold, and may hold; uses so far.
+      integer(i8), private :: numbers = 0, most_numbers = 0, clock = 0
       type(open_modes_t), private :: open
       type(probe_t), private :: probe
+      !> Of the motion under way: the step level of each mode, and how often it went from one to another over the state.
+      type(tally_t), private :: levels, ways
+      !> The place used last, and that of its level; 0: none yet.
+      integer, private :: last = 0, last_level = 0
    contains
       procedure :: attach
       procedure :: begin_run
@@ -82,16 +60,21 @@ module razy_exact_solutions
 
 contains
 
-   !> Make ready for a system, keeping the eigenmodes if only excitation, clearances or start differ from the last.
-   subroutine attach(self, system)
+   !> Make ready for a system, keeping the eigenmodes if only excitation, clearances or start differ from the last; all forms may
+   !> hold so many numbers, but the last two used are kept in any case.
+   subroutine attach(self, system, most_numbers)
       class(solutions_t), intent(inout) :: self
       type(system_t), intent(in) :: system
+      integer(i8), intent(in) :: most_numbers
 
+      self%most_numbers = most_numbers
       if (self%structure == system%structure) return
       self%structure = system%structure
-      self%count = 0
       if (allocated(self%of)) deallocate (self%of)
       allocate (self%of(4))
+      self%first = 0
+      self%numbers = 0
+      self%last = 0
       call new_open_modes(self%open, system)
       call new_probe(self%probe, system)
    end subroutine attach
@@ -100,38 +83,13 @@ contains
    pure subroutine begin_run(self)
       class(solutions_t), intent(inout) :: self
 
-      integer :: i
-
-      do i = 1, self%count
-         self%of(i)%level = self%of(i)%first_level
-         if (allocated(self%of(i)%passage)) self%of(i)%passage%uses = 0
-      end do
+      self%last = 0
+      self%met = 0
+      call self%levels%forget()
+      call self%ways%forget()
    end subroutine begin_run
 
-   !> Put `start` at the start of a piece in solution i, from `last`, the end of the piece before it in solution `before`
-   !> (razy_exact_closed_form_passage).
-   subroutine pass(self, before, last, i, phasor, start, passed)
-      class(solutions_t), intent(inout) :: self
-      integer, intent(in) :: before, i
-      type(amplitudes_t), intent(in) :: last
-      complex(wp), intent(in) :: phasor(:)
-      type(amplitudes_t), intent(inout) :: start
-      logical, intent(out) :: passed
-
-      type(passage_t), allocatable :: more(:)
-
-      associate (from => self%of(before)%response, to => self%of(i))
-         if (.not. allocated(to%passage)) allocate (to%passage(size(self%of)))
-         if (size(to%passage) < before) then
-            allocate (more(size(self%of)))
-            more(:size(to%passage)) = to%passage
-            call move_alloc(more, to%passage)
-         end if
-         call to%passage(before)%pass(from, last, to%response, phasor, start, passed)
-      end associate
-   end subroutine pass
-
-   !> The number of the solution in `mode`, made ready for the system, and tested for a motion to `t_end`, s; 0: there is none. It
+   !> The place of the solution in `mode`, made ready for the system, and tested for a motion to `t_end`, s; 0: there is none. It
    !> `flies` after an impact, where the next may be near; `beside` it is what no contact feels.
    subroutine find(self, system, mode, flies, beside, t_end, i)
       class(solutions_t), intent(inout) :: self
@@ -142,303 +100,148 @@ contains
       real(wp), intent(in) :: t_end
       integer, intent(out) :: i
 
-      type(solution_t), allocatable :: larger(:)
+      integer(key_type) :: key
+      integer :: j
+      logical :: new
 
-      do i = 1, self%count
-         if (.not. all(self%of(i)%branch == mode%branch)) cycle
-         if (all(self%of(i)%press == mode%press) .and. (self%of(i)%flies .eqv. flies)) exit
+      key = merge(1, 2, flies)
+      do j = 1, size(mode%branch)
+         key = mixed(key, 4*mode%branch(j) + mode%press(j))
       end do
-      if (i > self%count) then
-         if (i > size(self%of)) then
-            allocate (larger(2*size(self%of)))
-            larger(:self%count) = self%of
-            call move_alloc(larger, self%of)
+      i = self%first(modulo(key, chains))
+      do while (i > 0)
+         if (self%of(i)%key == key) then
+            if (self%of(i)%form%is_of(mode, flies)) exit
          end if
-         self%count = i
-         self%of(i)%branch = mode%branch
-         self%of(i)%press = mode%press
-         self%of(i)%flies = flies
-         call find_eigenmodes(self, system, mode, i)
-      end if
-      self%fresh = self%of(i)%version /= system%version
-      if (self%fresh) call respond(self%of(i), system, mode, beside)
-      self%inadmissible = .not. self%of(i)%constrained%found
-      if (self%of(i)%basis%info /= 0) then
-         i = 0
-      else if (self%fresh) then
-         associate (new => self%of(i))
-            new%residual = self%probe%residual(system, mode, new%response, new%constrained, new%force, t_end)
-         end associate
-      end if
+         i = self%of(i)%next
+      end do
+      if (i == 0) call add(self, system, mode, flies, key, i)
+      if (self%last > 0) self%levels%value(self%last_level) = self%of(self%last)%form%level
+      self%clock = self%clock + 1
+      self%of(i)%used = self%clock
+      associate (form => self%of(i)%form)
+         self%fresh = form%version /= system%version
+         if (self%fresh) call form%respond(system, mode, beside)
+         self%inadmissible = .not. form%constrained%found
+         self%last = 0
+         if (form%basis%info == 0) self%last = i
+         if (self%last == 0) then
+            i = 0
+            return
+         end if
+         if (self%fresh) form%residual = self%probe%residual(system, mode, form%response, form%constrained, form%acting, t_end)
+         call self%levels%find(key, form%first_level, self%last_level, new)
+         if (new) self%met = self%met + 1
+         form%level = self%levels%value(self%last_level)
+      end associate
+      if (.not. self%fresh) return
+      if (allocated(self%of(i)%passage)) call self%of(i)%passage%renew()
+      call weigh(self, i)
    end subroutine find
 
-   !> The eigenmodes of mode i: of the coordinates in which it is free; where nothing is held and no friction depends on the motion,
-   !> those of another such mode with the same slopes, or of the machine with each closed contact.
-   subroutine find_eigenmodes(self, system, mode, i)
+   !> A place `i` with the eigenmodes in a mode.
+   subroutine add(self, system, mode, flies, key, i)
       type(solutions_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(mode_t), intent(in) :: mode
+      logical, intent(in) :: flies
+      integer(key_type), intent(in) :: key
+      integer, intent(out) :: i
+
+      type(place_t), allocatable :: more(:)
+      integer :: chain, other
+
+      i = findloc(self%of%used, 0_i8, dim=1)
+      if (i == 0) then
+         i = size(self%of) + 1
+         allocate (more(2*size(self%of)))
+         do other = 1, size(self%of)
+            call move(self%of(other), more(other))
+         end do
+         call move_alloc(more, self%of)
+      end if
+      chain = int(modulo(key, chains))
+      self%of(i)%key = key
+      self%of(i)%next = self%first(chain)
+      self%first(chain) = i
+      allocate (self%of(i)%form)
+      associate (form => self%of(i)%form)
+         call form%begin(system, mode, flies)
+         do other = 1, size(self%of)
+            if (self%of(other)%used == 0) cycle
+            if (.not. form%shares_modes(system, self%of(other)%form)) cycle
+            form%basis = self%of(other)%form%basis
+            return
+         end do
+         call form%find_modes(system, mode, self%open)
+      end associate
+   end subroutine add
+
+   !> Move what is in a place to another.
+   pure subroutine move(from, to)
+      type(place_t), intent(inout) :: from, to
+
+      call move_alloc(from%form, to%form)
+      call move_alloc(from%passage, to%passage)
+      call move_alloc(from%from, to%from)
+      to%next = from%next
+      to%key = from%key
+      to%numbers = from%numbers
+      to%used = from%used
+   end subroutine move
+
+   !> Take up what place i holds now, and let go of others until there is room.
+   subroutine weigh(self, i)
+      type(solutions_t), intent(inout) :: self
       integer, intent(in) :: i
 
-      real(wp) :: k(system%m, system%m), b(system%m, system%m)
-      real(wp), allocatable :: free(:, :)
-      integer :: j, other, rigid
+      integer :: oldest
 
-      associate (basis => self%of(i)%basis, constrained => self%of(i)%constrained, plain => self%of(i)%plain)
-         plain = mode%constraints%count == 0 .and. .not. any([(slides_under_spring(system, mode, j), j=1, size(mode%branch))])
-         if (plain) then
-            do other = 1, self%count - 1
-               if (.not. self%of(other)%plain) cycle
-               if (.not. same_slopes_in(system, self%of(other)%branch, mode%branch)) cycle
-               basis = self%of(other)%basis
-               return
-            end do
-            call new_eigenmodes(basis, self%open, system, mode)
-            return
-         end if
-         call mode%matrices(system, k, b)
-         call mode%free_motions(system, free, rigid)
-         if (mode%constraints%count > 0) then
-            call new_constrained_motion(constrained, mode%constraints, system%w, coefficients(system, mode), k, b, &
-                                        drives(system, mode), free, rigid)
-            if (.not. constrained%found) then
-               basis%info = 1
-               return
-            end if
-            call constrained%transform_matrices(k, b)
-            call constrained%unsprung_in_x(free, rigid)
-         end if
-         call new_modal_basis(basis, k, b, free, rigid)
-      end associate
-   end subroutine find_eigenmodes
-
-   !> Whether all contacts have the same slopes in two lists of branches.
-   pure function same_slopes_in(system, a, b) result(same)
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: a(:), b(:)
-      logical :: same
-
-      integer :: j
-
-      same = .true.
-      do j = 1, size(a)
-         associate (first => system%machine%contact(j)%law%branch(a(j)), second => system%machine%contact(j)%law%branch(b(j)))
-            same = same .and. .not. (abs(first%stiffness - second%stiffness) > 0.0_wp &
-                                     .or. abs(first%damping - second%damping) > 0.0_wp)
-         end associate
+      self%numbers = self%numbers - self%of(i)%numbers
+      self%of(i)%numbers = self%of(i)%form%numbers()
+      if (allocated(self%of(i)%passage)) self%of(i)%numbers = self%of(i)%numbers + sum(self%of(i)%passage%numbers())
+      self%numbers = self%numbers + self%of(i)%numbers
+      do while (self%numbers > self%most_numbers)
+         oldest = minloc(self%of%used, mask=self%of%used > 0 .and. self%of%used < self%clock - 1, dim=1)
+         if (oldest == 0) return
+         call let_go(self, oldest)
       end do
-   end function same_slopes_in
+   end subroutine weigh
 
-   !> Whether element j is friction that slides under a compliant contact.
-   pure function slides_under_spring(system, mode, j) result(slides)
-      type(system_t), intent(in) :: system
-      type(mode_t), intent(in) :: mode
-      integer, intent(in) :: j
-      logical :: slides
+   !> Make place i vacant.
+   subroutine let_go(self, i)
+      type(solutions_t), intent(inout) :: self
+      integer, intent(in) :: i
 
-      associate (law => system%machine%contact(j)%law, by => system%machine%contact(j)%normal_of)
-         slides = law%of_normal .and. by > 0 .and. .not. law%branch(mode%branch(j))%constraint
-         if (slides) slides = .not. system%machine%contact(by)%law%impacts
-      end associate
-   end function slides_under_spring
+      integer(i8) :: less
+      integer :: at, chain, k
 
-   !> Speeds with which what is held is driven (constraints).
-   pure function drives(system, mode) result(drive)
-      type(system_t), intent(in) :: system
-      type(mode_t), intent(in) :: mode
-      real(wp) :: drive(mode%constraints%count)
-
-      integer :: i
-
-      do i = 1, size(drive)
-         drive(i) = system%machine%contact(mode%constraints%contact(i))%drive
-      end do
-   end function drives
-
-   !> Coefficients of the friction that constraints press (couplings).
-   pure function coefficients(system, mode) result(phi)
-      type(system_t), intent(in) :: system
-      type(mode_t), intent(in) :: mode
-      real(wp) :: phi(mode%constraints%couplings)
-
-      integer :: i
-
-      do i = 1, size(phi)
-         associate (j => mode%constraints%sliding(i))
-            phi(i) = system%machine%contact(j)%law%branch(mode%branch(j))%offset
-         end associate
-      end do
-   end function coefficients
-
-   !> Response and rows of a solution under the system's excitation.
-   subroutine respond(self, system, mode, beside)
-      type(solution_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(mode_t), intent(in) :: mode
-      type(beside_t), intent(in) :: beside
-
-      type(linear_form_t) :: force(size(mode%branch)), observed(size(system%observed))
-      real(wp) :: load(system%m)
-      complex(wp) :: harmonic(system%m, size(system%omega))
-      integer :: j
-
-      self%version = system%version
-      if (allocated(self%passage)) call self%passage%renew()
-      if (self%basis%info /= 0) return
-      ! Not taken over from the machine before: no bit of a result may depend on what was computed earlier.
-      self%first_level = min(exponent(max(self%basis%fastest, 1.0_wp)), finest_level)
-      self%level = self%first_level
-      call mode%loads(system, load, harmonic)
-      do j = 1, size(force)
-         force(j) = mode%force_form(system, j)
-      end do
-      if (self%constrained%n > 0) then
-         call add_reactions(self%constrained, system, mode, load, harmonic, force)
-         harmonic = self%constrained%harmonic_of(harmonic, errors_of(system, self%constrained), system%omega)
-         load = self%constrained%load_of(load)
+      chain = int(modulo(self%of(i)%key, chains))
+      at = self%first(chain)
+      if (at == i) then
+         self%first(chain) = self%of(i)%next
+      else
+         do while (self%of(at)%next /= i)
+            at = self%of(at)%next
+         end do
+         self%of(at)%next = self%of(i)%next
       end if
-      call new_response(self%response, self%basis, self%flies, load, harmonic, system%omega)
-      call watch_guards(self, system, mode, force)
-      do j = 1, size(observed)
-         associate (observable => system%machine%observable(j))
-            if (observable%kind == observe_contact_force) then
-               observed(j) = zero_form(system%m, size(system%omega))
-               call observed(j)%add(system%machine%contact(observable%contact)%force_sign, force(observable%contact))
-            else
-               observed(j) = system%observed(j)
-            end if
-         end associate
-         observed(j) = self%constrained%form_of(observed(j))
+      deallocate (self%of(i)%form)
+      if (allocated(self%of(i)%passage)) deallocate (self%of(i)%passage, self%of(i)%from)
+      self%numbers = self%numbers - self%of(i)%numbers
+      self%of(i)%numbers = 0
+      self%of(i)%used = 0
+      do at = 1, size(self%of)
+         if (.not. allocated(self%of(at)%from)) cycle
+         k = place_of(self%of(at)%from, i)
+         if (k == 0) cycle
+         less = self%of(at)%passage(k)%numbers()
+         self%of(at)%numbers = self%of(at)%numbers - less
+         self%numbers = self%numbers - less
+         self%of(at)%from(k) = 0
+         call self%of(at)%passage(k)%let_go()
       end do
-      call new_rows(self%observed, self%response, observed)
-      if (any(system%is_beyond)) call respond_whole(self, system, beside, load, harmonic, observed)
-      self%has_forces = .not. self%free .or. any([(system%machine%contact(j)%law%of_normal, j=1, size(force))])
-      if (.not. self%has_forces) return
-      do j = 1, size(force)
-         force(j) = self%constrained%form_of(force(j))
-      end do
-      call new_rows(self%force, self%response, force)
-   end subroutine respond
-
-   !> Response and rows of observables of the motion with what is beside it, under the load (m) and the phasors (m, tones) of the
-   !> motion; `observed` are the observables as forms of that.
-   subroutine respond_whole(self, system, beside, load, harmonic, observed)
-      type(solution_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(beside_t), intent(in) :: beside
-      real(wp), intent(in) :: load(:)
-      complex(wp), intent(in) :: harmonic(:, :)
-      type(linear_form_t), intent(in) :: observed(:)
-
-      type(linear_form_t) :: whole(size(observed))
-      integer :: j, t
-
-      call new_response(self%whole, joined(self%basis, beside%basis), self%flies, [load, system%load_beside], &
-                        reshape([([harmonic(:, t), system%harmonic_beside(:, t)], t=1, size(system%omega))], &
-                                [size(load) + size(system%load_beside), size(system%omega)]), system%omega)
-      do j = 1, size(observed)
-         associate (own => observed(j), beyond => system%beyond(j))
-            whole(j) = new_form([own%on_y, beyond%on_y], [own%on_v, beyond%on_v], own%constant, own%error)
-         end associate
-      end do
-      call new_rows(self%observed_whole, self%whole, whole)
-   end subroutine respond_whole
-
-   !> Phasors of the errors of what is held (n, tones).
-   pure function errors_of(system, constrained) result(error)
-      type(system_t), intent(in) :: system
-      type(constrained_motion_t), intent(in) :: constrained
-      complex(wp) :: error(constrained%n, size(system%omega))
-
-      integer :: i
-
-      do i = 1, constrained%n
-         error(i, :) = system%machine%contact(constrained%contact(i))%error
-      end do
-   end function errors_of
-
-   !> Add constraint forces, and the friction under them, to the forces of all contacts; load (m) and phasors (m, tones) are
-   !> those of the mode without constraints.
-   subroutine add_reactions(constrained, system, mode, load, harmonic, force)
-      type(constrained_motion_t), intent(in) :: constrained
-      type(system_t), intent(in) :: system
-      type(mode_t), intent(in) :: mode
-      real(wp), intent(in) :: load(:)
-      complex(wp), intent(in) :: harmonic(:, :)
-      type(linear_form_t), intent(inout) :: force(:)
-
-      real(wp) :: k(system%m, system%m), b(system%m, system%m)
-      integer :: i
-
-      call mode%matrices(system, k, b)
-      do i = 1, constrained%n
-         force(constrained%contact(i)) = constrained%reaction(i, k, b, load, harmonic, errors_of(system, constrained), system%omega)
-      end do
-      do i = 1, size(constrained%sliding)
-         call force(constrained%sliding(i))%add(constrained%share(i), force(constrained%contact(constrained%row(i))))
-      end do
-   end subroutine add_reactions
-
-   !> Rows and bounds of all guards of the mode; two bounds of one function share its row.
-   subroutine watch_guards(self, system, mode, force)
-      type(solution_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(mode_t), intent(in) :: mode
-      type(linear_form_t), intent(in) :: force(:)
-
-      type(guard_entry_t) :: entry(8*size(force))
-      type(linear_form_t) :: form(8*size(force))
-      integer :: i, n, rows
-
-      call list_guards(system, mode, entry, n)
-      call guard_forms(system, mode, force, entry(:n), form(:n))
-      self%entry = entry(:n)
-      if (allocated(self%watched)) deallocate (self%watched)
-      allocate (self%watched(n))
-      rows = 0
-      do i = 1, n
-         if (.not. entry(i)%shares) then
-            rows = rows + 1
-            form(rows) = self%constrained%form_of(form(i))
-         end if
-         self%watched(i) = watched_t(form=rows, side=entry(i)%side, bound=entry(i)%bound, shares_form=entry(i)%shares, &
-                                     given=entry(i)%shares)
-      end do
-      call new_rows(self%switching, self%response, form(:rows))
-      self%fixed = [(is_fixed(self, form(self%watched(i)%form), self%watched(i)%form), i=1, n)]
-      self%free = self%constrained%n == 0 .and. .not. any(entry(:n)%function == of_press)
-      self%crosses = [(self%free .and. is_lone_spring(system, entry(i)%contact), i=1, n)]
-   end subroutine watch_guards
-
-   !> Whether contact j neither impacts nor holds, and no friction goes with it or is pressed by it.
-   pure function is_lone_spring(system, j) result(is)
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: j
-      logical :: is
-
-      associate (contact => system%machine%contact)
-         is = .not. (contact(j)%law%impacts .or. any(contact(j)%law%branch%constraint)) &
-              .and. .not. any(contact%normal_of == j .or. contact%only_with == j)
-      end associate
-   end function is_lone_spring
-
-   !> Whether a guard depends on what is held alone, and so does not move but with the excitation and the drives.
-   pure function is_fixed(self, form, row) result(fixed)
-      type(solution_t), intent(in) :: self
-      type(linear_form_t), intent(in) :: form
-      integer, intent(in) :: row
-      logical :: fixed
-
-      real(wp), parameter :: negligible = 1.0e-11_wp
-
-      fixed = self%constrained%n > 0
-      if (.not. fixed) return
-      associate (free => self%constrained%m - self%constrained%rank)
-         fixed = norm2(form%on_y(:free)) <= negligible*norm2(form%on_y) &
-                 .and. norm2(form%on_v(:free)) <= negligible*norm2(form%on_v) &
-                 .and. all(self%switching%moduli(:, 0, row) <= negligible*self%switching%longest_reach(row))
-      end associate
-   end function is_fixed
+   end subroutine let_go
 
    !> Have the rows of the contacts' variables in solution i.
    subroutine lay_out_contacts(self, system, i)
@@ -446,21 +249,69 @@ contains
       type(system_t), intent(in) :: system
       integer, intent(in) :: i
 
-      if (self%of(i)%touching_version /= system%version) call row_contacts(self%of(i), system)
+      logical :: laid_out
+
+      call self%of(i)%form%lay_out_contacts(system, laid_out)
+      if (laid_out) call weigh(self, i)
    end subroutine lay_out_contacts
 
-   subroutine row_contacts(self, system)
-      type(solution_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
+   !> Put `start` at the start of a piece in solution i, from `last`, the end of the piece before it in solution `before`
+   !> (razy_exact_closed_form_passage); not `passed`: from the state it takes no longer.
+   subroutine pass(self, before, last, i, phasor, start, passed)
+      class(solutions_t), intent(inout) :: self
+      integer, intent(in) :: before, i
+      type(amplitudes_t), intent(in) :: last
+      complex(wp), intent(in) :: phasor(:)
+      type(amplitudes_t), intent(inout) :: start
+      logical, intent(out) :: passed
 
-      type(linear_form_t) :: gap(size(system%gap))
-      integer :: j
+      integer :: at, k
+      logical :: new
 
-      do j = 1, size(gap)
-         gap(j) = self%constrained%form_of(system%gap(j))
+      associate (from => self%of(before)%form%response, to => self%of(i)%form%response)
+         call self%ways%find(mixed(self%of(before)%key, int(self%of(i)%key)), 0, at, new)
+         passed = pays(self%ways%value(at), from, to)
+         if (.not. passed) then
+            self%ways%value(at) = self%ways%value(at) + 1
+            return
+         end if
+         k = 0
+         if (allocated(self%of(i)%from)) k = place_of(self%of(i)%from, before)
+         if (k == 0) call add_passage(self%of(i), before, k)
+         new = .not. self%of(i)%passage(k)%ready
+         call self%of(i)%passage(k)%pass(from, last, to, phasor, start)
+      end associate
+      if (new) call weigh(self, i)
+   end subroutine pass
+
+   !> The first place of a number in a list; 0: none.
+   pure integer function place_of(list, number)
+      integer, intent(in) :: list(:), number
+
+      do place_of = 1, size(list)
+         if (list(place_of) == number) return
       end do
-      call new_rows(self%touching, self%response, gap)
-      self%touching_version = system%version
-   end subroutine row_contacts
+      place_of = 0
+   end function place_of
+
+   !> Room for the passage number k, which comes from the place `from`.
+   pure subroutine add_passage(self, from, k)
+      type(place_t), intent(inout) :: self
+      integer, intent(in) :: from
+      integer, intent(out) :: k
+
+      type(passage_t), allocatable :: more(:)
+
+      if (.not. allocated(self%from)) allocate (self%from(0), self%passage(0))
+      k = place_of(self%from, 0)
+      if (k == 0) then
+         k = size(self%from) + 1
+         allocate (more(k))
+         more(:k - 1) = self%passage
+         call move_alloc(more, self%passage)
+         self%from = [self%from, from]
+      end if
+      self%from(k) = from
+   end subroutine add_passage
 
 end module razy_exact_solutions

@@ -90,6 +90,9 @@ contains
             return
          end if
          self%m = self%coupled%m
+         ! gfortran 12 leaves a vector longer than the product that is assigned to it.
+         if (allocated(self%load)) deallocate (self%load)
+         if (allocated(self%load_beside)) deallocate (self%load_beside)
          call new_free_motions(self%free, machine, self%coupled)
          if (self%beside%m > 0) call new_free_motions(self%free_beside, machine, self%beside)
          if (allocated(self%coupled%gyroscopic)) then

@@ -16,19 +16,20 @@ module razy_motion_integrator
       & status_meanings
    public :: status_ok, status_event_limit, status_chatter, status_blow_up, status_no_modes, status_no_machine
    public :: status_step_underflow, status_step_limit, status_no_contact_forces, status_time_limit, status_interrupted
-   public :: status_beyond_law, status_inaccurate, status_not_computed
+   public :: status_beyond_law, status_costly, status_inaccurate, status_not_computed
 
    !> How a run ended.
    integer, parameter :: status_ok = 0, status_event_limit = 1, status_chatter = 2, status_blow_up = 3, status_no_modes = 4, &
                          status_no_machine = 5, status_step_underflow = 6, status_step_limit = 7, status_no_contact_forces = 8, &
                          status_time_limit = 9, status_interrupted = 10, status_not_computed = 11, &
-                         status_inaccurate = 12, status_beyond_law = 13
-   character(*), parameter :: status_meanings(0:13) = [character(32) :: &
+                         status_inaccurate = 12, status_beyond_law = 13, status_costly = 14
+   character(*), parameter :: status_meanings(0:14) = [character(32) :: &
                                                        "ok", "event limit reached", "chatter limit reached", "blow-up", &
                                                        "eigenproblem failed", "no machine with this value", "step underflow", &
                                                        "step limit reached", "no admissible contact forces", &
                                                        "time limit reached", "interrupted", "not computed yet", &
-                                                       "closed form inaccurate", "beyond the table of a law"]
+                                                       "closed form inaccurate", "beyond the table of a law", &
+                                                       "closed forms do not pay"]
 
    !> Result and counters of a run; a counter that a method does not have stays 0.
    type :: outcome_t
@@ -43,7 +44,7 @@ module razy_motion_integrator
       integer(i8) :: evaluations = 0, jacobians = 0, factorisations = 0, impacts = 0, accumulations = 0
       !> Guards that turned away from their bounds nearer than the method knows them (Runge-Kutta with events).
       integer(i8) :: near_misses = 0
-      !> Modes known at the end (exact).
+      !> Modes that the motion came to (exact).
       integer :: states = 0
       !> By how much the closed forms that the motion came through miss the machine's equations, over the size of the terms (exact).
       real(wp) :: residual = 0.0_wp

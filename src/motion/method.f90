@@ -18,6 +18,8 @@ module razy_motion_method
    !> A method with its settings.
    type :: method_t
       character(16) :: integrator = "automatic", treatment = "automatic"
+      !> Whether `exact` was chosen automatically.
+      logical :: automatic = .false.
       !> Tolerances of the error of a step: |error_i| <= absolute + relative |z_i|, z in mass-normalised coordinates.
       real(wp) :: relative_tolerance = 1.0e-9_wp, absolute_tolerance = 1.0e-12_wp
       !> Step of a method without step control; first step of the others, 0: chosen; s.
@@ -27,6 +29,8 @@ module razy_motion_method
       !> Steps, and time on the clock (s), after which a motion is given up.
       integer(i8) :: most_steps = 1000000000_i8
       real(wp) :: most_seconds = 3600.0_wp
+      !> Memory for closed forms (exact), 2^20 bytes.
+      integer :: memory_mb = 256
    end type method_t
 
 contains
@@ -69,7 +73,8 @@ contains
       linear = linear .and. .not. abs(machine%acceleration) > 0.0_wp
       if (method%integrator == "automatic") then
          method%integrator = "dop853"
-         if (linear .and. method%treatment == "automatic") method%integrator = "exact"
+         method%automatic = linear .and. method%treatment == "automatic"
+         if (method%automatic) method%integrator = "exact"
       end if
       select case (method%integrator)
       case ("exact")

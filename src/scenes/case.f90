@@ -190,6 +190,7 @@ contains
       call input%get("motion", 1, "max_steps", most_steps)
       method%most_steps = most_steps
       call input%get("motion", 1, "max_seconds", method%most_seconds)
+      call input%get("motion", 1, "memory_mb", method%memory_mb)
       call check_method(method, machine, key, allowed)
       if (len(key) > 0) call input%complain(error, "motion", 1, key, allowed)
    end subroutine read_method

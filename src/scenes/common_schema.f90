@@ -23,8 +23,8 @@ contains
       call add_real(schema, "t_end", "end of the motion, which starts at 0", unit="s", rule=positive, required=.true.)
       call add_string(schema, "start", "state at the start: equilibrium under the constant loads, all zero, or as in &initial", &
                       choices=["static", "zero  ", "given "], default="static")
-      call add_string(schema, "integrator", "method; automatic: exact where all laws are piecewise linear, else dop853", &
-                      choices=integrators, default="automatic")
+      call add_string(schema, "integrator", "method; automatic: exact where all laws are piecewise linear and its forms pay, "// &
+                      "else dop853", choices=integrators, default="automatic")
       call add_string(schema, "treatment", "of jumps and kinks of the laws, by a Runge-Kutta method; automatic: event", &
                       choices=treatments, default="automatic")
       call add_real(schema, "relative_tolerance", "of the error of a step", rule=positive, default="1.0e-9")
@@ -38,6 +38,8 @@ contains
       call add_integer(schema, "max_steps", "steps after which a motion is given up", rule=positive, default="1000000000")
       call add_real(schema, "max_seconds", "time on the clock after which a motion is given up", unit="s", rule=positive, &
                     default="3600.0")
+      call add_integer(schema, "memory_mb", "memory for the closed forms of exact, of one rank; what does not fit is made again", &
+                       unit="2^20 bytes", low=1, high=1000000, default="256")
       call add_integer(schema, "max_events", "events after which a motion is given up", rule=positive, default="10000000")
       call add_integer(schema, "lyapunov", "Lyapunov exponents that are found, the largest ones, from t_end on; 0: none", low=0, &
                        high=10000, default="0")

@@ -148,6 +148,7 @@ contains
             call input%complain(error, "duel", i, key, allowed)
             return
          end if
+         entry%method%automatic = .false.
          entries = [entries, entry]
       end do
    end subroutine add_series

@@ -62,12 +62,17 @@ contains
       select type (integrator)
       type is (exact_t)
          integrator%apart = .true.
+         integrator%may_give_up = method%automatic
       end select
       integrator%budget%stop_is_asked => null()
       if (present(stop_is_asked)) integrator%budget%stop_is_asked => stop_is_asked
       call integrator%prepare(machine, all, error)
       if (allocated(error)) return
       call integrator%run(t_end, limit, observers, outcome)
+      select type (integrator)
+      type is (exact_t)
+         integrator%may_give_up = .false.
+      end select
       outcome%integrator = findloc(integrators, checked%integrator, dim=1)
    end subroutine run_motion
 
@@ -95,6 +100,8 @@ contains
       if (allocated(integrator)) known = same_type_as(integrator, fresh)
       if (.not. known) call move_alloc(fresh, integrator)
       select type (integrator)
+      type is (exact_t)
+         integrator%memory_mb = method%memory_mb
       type is (runge_kutta_t)
          call new_runge_kutta(integrator, method)
       type is (moreau_t)

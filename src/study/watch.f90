@@ -9,8 +9,8 @@ module razy_study_watch
    use razy_machine_drift, only: drift_basis
    use razy_machine_excitation, only: period_of_loads, turn_tones
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: ask_stop, integrator_t, observer_slot_t, observer_t, outcome_t, status_inaccurate, &
-                                     status_ok
+   use razy_motion_integrator, only: ask_stop, integrator_t, observer_slot_t, observer_t, outcome_t, status_costly, &
+                                     status_inaccurate, status_ok
    use razy_observe_contact_statistics, only: contact_statistics_t
    use razy_observe_cycle, only: cycle_time
    use razy_observe_event_log, only: event_log_t
@@ -182,7 +182,7 @@ contains
    !>
    !> Where the motion is to be followed only until it is periodic, it is tried with twice the recorded time, and anew with twice
    !> that as long as it has no period; the end of the recorded time is the end of the motion, and `t_end` the longest. Where a
-   !> closed form is not accurate and the method is `automatic`, it is followed by dop853 from its start.
+   !> closed form is not accurate, or they do not pay, and the method is `automatic`, it is followed by dop853 from its start.
    subroutine run(self, machine, motion, outcome, error, integrator)
       class(watch_t), intent(inout), target :: self
       type(machine_t), intent(in) :: machine
@@ -202,7 +202,8 @@ contains
       do
          self%followed = tried%t_end
          call follow(self, machine, tried, motion%t_end - tried%t_end, outcome, error, integrator)
-         if (outcome%status == status_inaccurate .and. tried%method%integrator == "automatic") then
+         if (any(outcome%status == [status_inaccurate, status_costly]) .and. tried%method%automatic) then
+            tried%method%automatic = .false.
             tried%method%integrator = "dop853"
             cycle
          end if

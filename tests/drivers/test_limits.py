@@ -208,3 +208,44 @@ def test_long_texts_take_no_time(case):
     starts = "&starts method='file', file='wide.csv' /\n&start_range coordinate='block' /\n"
     Path("wide.nml").write_text(CASE + starts)
     succeed("razy-sweep", "wide.nml", timeout=5)
+
+
+@pytest.fixture
+def rattlers(folder):
+    """A row of 20 bodies that rattle between stops: a motion that comes to ever new combinations of contacts."""
+    lines = ["&scene kind='lumped', title='Rattlers' /"]
+    for i in range(20):
+        lines += [
+            f"&mass name='m{i}', value=1.0 /",
+            f"&spring between='m{i}','frame', stiffness={1e4 + 700 * i}, damping=4.0 /",
+            f"&stop name='s{i}', between='m{i}','frame', side='both', clearance=1e-3, stiffness=3e4 /",
+            f"&load on='m{i}', amplitude=20.0, frequency={15 + 1.37 * (i % 5)} /",
+        ]
+    lines += [
+        "&motion t_end=0.4, start='zero' /",
+        "&record observable='displacement', of='m0', what='extrema', from=0.2 /",
+        "&sweep parameter='stop(1)%clearance', first=0.9e-3, last=1.0e-3, points=3 /",
+    ]
+    path = folder / "rattlers.nml"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_where_closed_forms_do_not_pay_automatic_is_dop853(rattlers):
+    succeed("razy-run", rattlers, "--output", "automatic.h5")
+    succeed("razy-run", rattlers, "--output", "dop853.h5", *sets(motion__integrator="'dop853'"))
+    succeed("razy-sweep", rattlers, "--output", "sweep.h5")
+    name = "extrema/displacement.m0/value"
+    with h5py.File("automatic.h5") as automatic, h5py.File("dop853.h5") as dop853, h5py.File("sweep.h5") as sweep:
+        assert automatic["outcome/integrator"][()] == dop853["outcome/integrator"][()]
+        assert np.array_equal(automatic[name][:], dop853[name][:])
+        assert np.all(sweep["point/integrator"][:] == dop853["outcome/integrator"][()])
+
+
+def test_memory_of_closed_forms_changes_no_bit(rattlers):
+    names = "extrema/displacement.m0/value", "extrema/displacement.m0/time", "point/residual"
+    for name, memory in ("large.h5", 256), ("small.h5", 1):
+        values = sets(motion__integrator="'exact'", motion__memory_mb=memory)
+        succeed("razy-sweep", rattlers, "--output", name, *values)
+    with h5py.File("large.h5") as large, h5py.File("small.h5") as small:
+        assert all(np.array_equal(large[name][:], small[name][:]) for name in names)

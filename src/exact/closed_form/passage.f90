@@ -4,25 +4,26 @@
 !! of the size of one of them. It is made when the motion has passed so often that this pays; of another excitation only its
 !! columns are made anew.
 module razy_exact_closed_form_passage
-   use razy_core_kinds, only: wp
+   use razy_core_kinds, only: i8, wp
    use razy_exact_closed_form_amplitudes, only: amplitudes_t, enter_terms, set_excitation
    use razy_exact_closed_form_response, only: response_t
    use razy_linalg_blocks, only: product
    implicit none(type, external)
    private
 
-   public :: passage_t
+   public :: passage_t, pays
 
    type :: passage_t
-      !> How often the motion under way has come here over the state.
-      integer :: uses = 0
       !> From all amplitudes of one mode to terms and rigid modes of the other (rows, columns); whether it is of this excitation,
       !> and whether its columns of terms are those of any.
       real(wp), allocatable, private :: matrix(:, :)
-      logical, private :: ready = .false., lasting = .false.
+      logical :: ready = .false.
+      logical, private :: lasting = .false.
    contains
       procedure :: pass
       procedure :: renew
+      procedure :: let_go
+      procedure :: numbers
    end type passage_t
 
    !> What the way over the state takes beside its products, measured in products of two numbers.
@@ -33,25 +34,38 @@ module razy_exact_closed_form_passage
 contains
 
    !> Put `start` at the start of a piece in the response `to` under the tones' phasors (tones), from `last`, the end of a piece in
-   !> the response `from`; not `passed`: from the state it takes no longer.
-   subroutine pass(self, from, last, to, phasor, start, passed)
+   !> the response `from`. Between dense parts there is no way but over the state.
+   pure subroutine pass(self, from, last, to, phasor, start)
       class(passage_t), intent(inout) :: self
       type(response_t), intent(in) :: from, to
       type(amplitudes_t), intent(in) :: last
       complex(wp), intent(in) :: phasor(:)
       type(amplitudes_t), intent(inout) :: start
-      logical, intent(out) :: passed
 
       real(wp) :: y(to%rows)
 
-      passed = from%nx == 0 .and. to%nx == 0 .and. pays(self%uses, 2.0_wp*from%m, real(from%columns, wp), real(to%rows, wp))
-      if (.not. passed) self%uses = self%uses + 1
-      if (.not. passed) return
       if (.not. self%ready) call make_matrix(self, from, to)
       call product(to%rows, from%columns, self%matrix, last%x, y)
       call enter_terms(to, y, start%x)
       call set_excitation(start, to, phasor)
    end subroutine pass
+
+   !> The mode that it comes from is no longer known.
+   pure subroutine let_go(self)
+      class(passage_t), intent(inout) :: self
+
+      self%ready = .false.
+      self%lasting = .false.
+      if (allocated(self%matrix)) deallocate (self%matrix)
+   end subroutine let_go
+
+   !> Numbers that it holds.
+   elemental integer(i8) function numbers(self)
+      class(passage_t), intent(in) :: self
+
+      numbers = 0
+      if (allocated(self%matrix)) numbers = size(self%matrix, kind=i8)
+   end function numbers
 
    !> The excitation is another.
    elemental subroutine renew(self)
@@ -60,12 +74,16 @@ contains
       self%ready = .false.
    end subroutine renew
 
-   !> Whether so many passages over the state, with those to come, could save more products of two numbers than the matrix costs.
-   elemental logical function pays(uses, states, from, to)
+   !> Whether after so many passages over the state those to come could save more products of two numbers than the matrix costs.
+   elemental logical function pays(uses, from, to)
       integer, intent(in) :: uses
-      real(wp), intent(in) :: states, from, to
+      type(response_t), intent(in) :: from, to
 
-      pays = to_come*uses*(states*(from + to) + besides - from*to) > states*from*to
+      pays = from%nx == 0 .and. to%nx == 0
+      if (.not. pays) return
+      associate (states => 2.0_wp*from%m, columns => real(from%columns, wp), rows => real(to%rows, wp))
+         pays = to_come*uses*(states*(columns + rows) + besides - columns*rows) > states*columns*rows
+      end associate
    end function pays
 
    !> into' (from - constant' - tones').

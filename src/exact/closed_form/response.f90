@@ -6,7 +6,7 @@
 !! with their excitation (razy_exact_closed_form_driven) are the last of the terms; where a constant force acts on them, it is
 !! one more tone, of frequency 0.
 module razy_exact_closed_form_response
-   use razy_core_kinds, only: wp
+   use razy_core_kinds, only: i8, wp
    use razy_exact_closed_form_dense_part, only: dense_part_t, new_dense_part
    use razy_exact_closed_form_driven, only: driven_t, find_driven, new_driven
    use razy_exact_modal_basis, only: modal_basis_t
@@ -66,6 +66,8 @@ module razy_exact_closed_form_response
       real(wp), allocatable :: step_dense(:, :, :)
       logical :: has_step(coarsest_level:finest_level) = .false.
       real(wp) :: step_length(coarsest_level:finest_level) = 0.0_wp
+   contains
+      procedure :: numbers
    end type response_t
 
 contains
@@ -254,6 +256,18 @@ contains
          particular(m + 1:) = particular(m + 1:) + basis%rigid(:, k)*rigid*cmplx(0.0_wp, omega, wp)
       end do
    end function harmonic_state
+
+   !> Numbers that it holds, in the large arrays.
+   elemental integer(i8) function numbers(self)
+      class(response_t), intent(in) :: self
+
+      numbers = 0
+      if (.not. allocated(self%from)) return
+      numbers = size(self%from, kind=i8) + size(self%into) + size(self%factor)
+      if (allocated(self%from_size)) numbers = numbers + size(self%from_size) + size(self%to_size)
+      if (allocated(self%push_re)) numbers = numbers + 2*size(self%push_re, kind=i8)
+      if (allocated(self%step_dense)) numbers = numbers + size(self%step_dense, kind=i8)
+   end function numbers
 
    !> Give a matrix this shape.
    pure subroutine shape_matrix(matrix, rows, columns)

@@ -11,7 +11,7 @@
 !! damping, gyroscopic or circulatory matrix couple form parts with a general eigenproblem of their own. Modes without stiffness are
 !! not looked for among the eigenvalues: they are known (razy_machine_free_motions), and the eigenproblem is that of the others.
 module razy_exact_modal_basis
-   use razy_core_kinds, only: qp, wp
+   use razy_core_kinds, only: i8, qp, wp
    use razy_linalg_dense, only: symmetric_part
    use razy_linalg_eigen, only: general_eigen, refine_eigen, symmetric_eigen
    use razy_linalg_null_space, only: complement_of
@@ -43,6 +43,8 @@ module razy_exact_modal_basis
       !> Whether fast and slow modes of a strongly damped part are exponential terms.
       logical :: stiff = .false.
       integer :: info = 0
+   contains
+      procedure :: numbers
    end type modal_basis_t
 
    !> Slower than this part of the fastest mode one of few modes is followed in a dense part.
@@ -89,6 +91,14 @@ contains
          if (self%info /= 0) return
       end do
    end subroutine new_modal_basis
+
+   !> Numbers that it holds, in the large arrays.
+   elemental integer(i8) function numbers(self)
+      class(modal_basis_t), intent(in) :: self
+
+      numbers = 0
+      if (allocated(self%lambda)) numbers = 2*(size(self%to_term, kind=i8) + size(self%from_term)) + size(self%rigid)
+   end function numbers
 
    !> Add the modes of the coordinates `set`, which are coupled with no other; `free` (set, r) as above.
    subroutine add_set(self, stiffness, damping, set, free, rigid)
