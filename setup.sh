@@ -34,7 +34,7 @@ quietly() {
   exec {beat}> >(
     minutes=0
     while read -r -t 60 _ || (($? > 128)); do
-      echo "  $((++minutes)) min: $(tail -n 1 "$log" | cut -c 1-100)"
+      echo "  $((++minutes)) min: $(grep "[^[:space:]]" "$log" | tail -n 1 | cut -c 1-100)"
     done
   )
   if "$@" >"$log" 2>&1 </dev/null {beat}>&-; then

@@ -50,6 +50,17 @@ ROTOR = """&scene kind='rotor' /
 """
 
 
+def test_a_damaged_file_is_one_line(folder, capsys):
+    with h5py.File(gear_pair(), "r+") as file:
+        size = file["extrema/mesh_deformation/offset"].size
+        del file["extrema/mesh_deformation/offset"]
+        file["extrema/mesh_deformation/offset"] = np.zeros(size, dtype=[("a", "f8"), ("b", "i4")])
+    assert code("gear.h5", "--save", "page.html") == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and said.startswith("razy-view: error: gear.h5: damaged"), said
+    assert not Path("page.html").exists()
+
+
 def test_orbits_of_a_rotor_have_a_mark_once_in_each_revolution(folder):
     Path("rotor.nml").write_text(ROTOR)
     succeed("razy-sweep", "rotor.nml", "--output", "rotor.h5")

@@ -35,6 +35,7 @@ from razy.plot.signals import Signal, observable, signals
 from razy.plot.spectrum import spectrum
 from razy.plot.units import axis_label, in_words, scale_for
 from razy.read import Quantity, RunResult, open_result
+from razy.read.file import making_sense_of
 from razy.view.sweep import Motion, Sweep
 
 MOTIONS = (style.BLACK, *style.EVENT_COLOURS)
@@ -57,7 +58,8 @@ class View:
         self.motions = column(Div())
         self.notes: list[str] = []
         self.factors = [1.0] * len(sweep.axes)
-        self.diagram = self._diagram()
+        with making_sense_of(sweep.file):
+            self.diagram = self._diagram()
         head = _text(text=f"<h2>{escape(sweep.result.title or str(sweep.file))}</h2>")
         left = column(self.diagram, self.status, self.commands)
         self.layout = column(head, row(left, self.motions))
