@@ -271,3 +271,18 @@ def check_refusal(path, load, word):
     assert done.returncode == 2
     assert word in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_branch_and_exponents_under_a_square_force(tmp_path):
+    case = tmp_path / "case.nml"
+    text = WALLS.replace("t_end=60.0", "t_end=61.0, lyapunov=2, lyapunov_periods=50")
+    case.write_text(text + "&follow parameter='load%frequency', first=0.17, last=0.172 /\n")
+    succeed("razy-follow", case, "--output", "branch.h5")
+    with h5py.File("branch.h5") as file:
+        multiplier, period = file["point/multiplier"][:], file["point/period"][:]
+    # Of damping alone: exp(-c T).
+    product = np.prod(multiplier[:, 0] + 1j * multiplier[:, 1], axis=1)
+    np.testing.assert_allclose(product, np.exp(-0.1 * period), rtol=1e-10)
+    succeed("razy-run", case, "--force")
+    with h5py.File("case.h5") as file:
+        assert file["lyapunov/exponent"][:].sum() == pytest.approx(-0.1, abs=1e-9)
