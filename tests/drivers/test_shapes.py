@@ -286,3 +286,12 @@ def test_branch_and_exponents_under_a_square_force(tmp_path):
     succeed("razy-run", case, "--force")
     with h5py.File("case.h5") as file:
         assert file["lyapunov/exponent"][:].sum() == pytest.approx(-0.1, abs=1e-9)
+
+
+def test_what_acts_once_has_no_branch(tmp_path):
+    text = OSCILLATOR.format(k=1.0, c=0.1, load="shape='ramp', amplitude=1.0, duration=1.0", t_end=5.0, method="exact")
+    (tmp_path / "case.nml").write_text(text + "&follow parameter='load%amplitude', first=1.0, last=2.0 /\n")
+    done = start("razy-follow", tmp_path / "case.nml")
+    assert done.returncode == 2
+    assert "once" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
