@@ -4,7 +4,7 @@
 !! The switching function 1 is s; functions 2 and 3, of sides that part at zero force, have the sign of F: positive while the upper
 !! side pushes, negative while the lower one does.
 module razy_contact_gap_law
-   use razy_contact_contact_law, only: branch_t, contact_law_t
+   use razy_contact_contact_law, only: contact_law_t
    use razy_core_kinds, only: wp
    implicit none(type, external)
    private

@@ -1,4 +1,4 @@
-!! A tone: one frequency of excitation, and its phase at any time to rounding.
+!! A tone: one frequency of excitation, and its phase at any time to rounding; or a waveform (razy_core_waveform).
 !!
 !! Over 1e4 periods the rounding of omega*t alone costs 1e-11 rad. So a tone keeps its frequency in cycles per
 !! second as an unevaluated sum of two doubles, multiplies it with a time that is such a sum as well, and
@@ -9,10 +9,11 @@
 !! proportional to a speed or an acceleration then has constant coefficients, too.
 module razy_core_tone
    use razy_core_kinds, only: qp, wp
+   use razy_core_waveform, only: waveform_t
    implicit none(type, external)
    private
 
-   public :: tone_t, tone_from_hertz, tone_from_omega, add_time, rate_of, swept_tones
+   public :: tone_t, tone_from_hertz, tone_from_omega, tone_from_waveform, add_time, rate_of, swept_tones, time_to_break
 
    !> One frequency of excitation.
    type :: tone_t
@@ -25,9 +26,14 @@ module razy_core_tone
       !> Rate of the frequency, Hz/s, and which derivative of e^{iφ} a swept tone is.
       real(wp) :: sweep = 0.0_wp
       integer :: derivative = 0
+      !> What acts instead of e^{iφ}; `hertz` is then the frequency with which it comes again, 0 if it does not.
+      type(waveform_t), allocatable :: waveform
    contains
       procedure :: is_swept
+      procedure :: ramps
       procedure :: phasor
+      procedure :: excitation
+      procedure :: moved
       procedure :: swept
    end type tone_t
 
@@ -57,6 +63,16 @@ contains
       tone%omega = omega
    end function tone_from_omega
 
+   !> The tone that a waveform is.
+   pure function tone_from_waveform(waveform) result(tone)
+      type(waveform_t), intent(in) :: waveform
+      type(tone_t) :: tone
+
+      tone = tone_from_hertz(waveform%hertz)
+      tone%omega = waveform%omega
+      tone%waveform = waveform
+   end function tone_from_waveform
+
    !> The three tones of the frequency hertz + sweep t, Hz, in a motion that ends at `t_end`, s.
    pure function swept_tones(hertz, sweep, t_end) result(tones)
       real(qp), intent(in) :: hertz, sweep
@@ -75,6 +91,14 @@ contains
       is_swept = abs(self%sweep) > 0.0_wp
    end function is_swept
 
+   !> Whether E does not turn but is a straight line between breaks.
+   elemental logical function ramps(self)
+      class(tone_t), intent(in) :: self
+
+      ramps = .false.
+      if (allocated(self%waveform)) ramps = self%waveform%ramps
+   end function ramps
+
    !> The coefficients of df/dt for those of f = Re Σ_t c_t E_t (tones), which has no second derivative of a swept e^{iφ}.
    pure function rate_of(tone, coefficient) result(rate)
       type(tone_t), intent(in) :: tone(:)
@@ -85,6 +109,7 @@ contains
 
       rate = cmplx(0.0_wp, tone%omega, wp)*coefficient
       where (tone%is_swept()) rate = (0.0_wp, 0.0_wp)
+      where (tone%ramps()) rate = cmplx(0.0_wp, -tone%omega*real(coefficient), wp)
       do t = 2, size(tone)
          if (tone(t)%is_swept() .and. tone(t)%derivative > 0) rate(t) = tone(t)%omega*coefficient(t - 1)
       end do
@@ -131,6 +156,52 @@ contains
       cosine = cos(angle)
       sine = sin(angle)
    end subroutine phasor
+
+   !> E at the time `time + time_low`, s; of a waveform at a break what follows it.
+   pure function excitation(self, time, time_low)
+      class(tone_t), intent(in) :: self
+      real(wp), intent(in) :: time, time_low
+      complex(wp) :: excitation
+
+      real(wp) :: cosine, sine
+
+      if (allocated(self%waveform)) then
+         excitation = self%waveform%phasor(time, time_low)
+      else
+         call self%phasor(time, time_low, cosine, sine)
+         excitation = cmplx(cosine, sine, wp)
+      end if
+   end function excitation
+
+   !> E of a tone that is not swept, `tau` s after it was `from`, no break between.
+   elemental function moved(self, from, tau)
+      class(tone_t), intent(in) :: self
+      complex(wp), intent(in) :: from
+      real(wp), intent(in) :: tau
+      complex(wp) :: moved
+
+      associate (angle => self%omega*tau)
+         if (self%ramps()) then
+            moved = cmplx(from%re + angle*from%im, from%im, wp)
+         else
+            moved = from*cmplx(cos(angle), sin(angle), wp)
+         end if
+      end associate
+   end function moved
+
+   !> The time from `time + time_low` to the next break of a waveform, s.
+   pure function time_to_break(tone, time, time_low) result(rest)
+      type(tone_t), intent(in) :: tone(:)
+      real(wp), intent(in) :: time, time_low
+      real(wp) :: rest
+
+      integer :: t
+
+      rest = huge(rest)
+      do t = 1, size(tone)
+         if (allocated(tone(t)%waveform)) rest = min(rest, tone(t)%waveform%rest(time, time_low))
+      end do
+   end function time_to_break
 
    !> Turns less the whole ones.
    elemental function fraction_of(turns) result(rest)

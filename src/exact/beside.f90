@@ -6,6 +6,7 @@ module razy_exact_beside
    use razy_core_kinds, only: wp
    use razy_exact_closed_form_amplitudes, only: amplitudes_t, move_to, reserve, set_state, state_of
    use razy_exact_closed_form_response, only: new_response, response_t
+   use razy_core_tone, only: time_to_break
    use razy_exact_modal_basis, only: dense_modes_t, modal_basis_t, new_modal_basis
    use razy_hybrid_excitation, only: excitation_t
    use razy_hybrid_system, only: system_t
@@ -18,9 +19,9 @@ module razy_exact_beside
       type(modal_basis_t) :: basis
       type(response_t), private :: response
       type(excitation_t), private :: excitation
-      !> Amplitudes where it was begun, at `time`, s, and where it was looked at last; how long a stretch is, s.
+      !> Amplitudes where it was begun, at `time`, s, and where it was looked at last; how long a stretch may be, and is, s.
       type(amplitudes_t), private :: mark, now
-      real(wp), private :: time = 0.0_wp, stretch = 0.0_wp
+      real(wp), private :: time = 0.0_wp, stretch = 0.0_wp, length = 0.0_wp
       integer, private :: version = 0, structure = 0
    contains
       procedure :: begin
@@ -53,7 +54,8 @@ contains
       if (info /= 0) return
       if (self%version /= system%version) then
          self%version = system%version
-         call new_response(self%response, self%basis, .false., system%load_beside, system%harmonic_beside, system%omega)
+         call new_response(self%response, self%basis, .false., system%load_beside, system%harmonic_beside, system%turning, &
+                           system%slope)
          call reserve(self%mark, self%response)
          call reserve(self%now, self%response)
          self%stretch = huge(1.0_wp)
@@ -73,6 +75,7 @@ contains
       real(wp), intent(in) :: time, z(:)
 
       self%time = time
+      self%length = min(self%stretch, time_to_break(system%machine%tone, time, 0.0_wp))
       call self%excitation%begin(system%machine%tone, time, 0.0_wp)
       call set_state(self%mark, self%response, z, self%excitation%start)
    end subroutine begin_stretch
@@ -84,10 +87,10 @@ contains
       real(wp), intent(in) :: time, time_low
       real(wp), intent(out) :: z(:)
 
-      do while (time - self%time > self%stretch)
-         call move_to(self%mark, self%response, self%stretch, self%now)
+      do while (time - self%time > self%length)
+         call move_to(self%mark, self%response, self%length, self%now)
          call state_of(self%now, self%response, z)
-         call begin_stretch(self, system, self%time + self%stretch, z)
+         call begin_stretch(self, system, self%time + self%length, z)
       end do
       call move_to(self%mark, self%response, (time - self%time) + time_low, self%now)
       call state_of(self%now, self%response, z)

@@ -283,7 +283,8 @@ contains
       self%ended = self%now
       associate (solution => self%solutions%of(self%now)%form, unused => outcome)
          ! What does not grow cannot blow up.
-         if (ending == ends_in_event .or. self%settled .or. allocated(self%tangent) .or. solution%response%growing) then
+         if (ending == ends_in_event .or. self%settled .or. allocated(self%tangent) .or. solution%response%growing &
+             .or. self%to_break) then
             call lay_out_state(self)
          end if
          if (self%settled .and. found%tau*solution%response%fastest <= soon) call add_up(self, before, found%tau)
@@ -299,6 +300,10 @@ contains
       end if
       if (ending /= ends_open) self%settled = ending == ends_in_event
       if (self%settled) self%ended = 0
+      if (.not. self%to_break .or. ending /= ends_open) return
+      ! The tones may jump, and with them what a function that has crossed its bound does.
+      self%ended = 0
+      call self%crossings%forget()
    end subroutine advance
 
    !> z (2m) at amplitudes of a solution.

@@ -24,7 +24,7 @@ module razy_exact_residual
 
    !> Above, a closed form is not called a solution.
    real(wp), parameter :: worst_residual = 1.0e-10_wp
-   !> τ turns the fastest term by this angle, at which the rule errs by 3e-14.
+   !> τ turns the fastest term by this angle, at which the rule errs by 3e-14, and straight lines of excitation change by no more.
    real(wp), parameter :: angle = 0.1_wp
    !> Nodes and weights on (0, 1).
    real(wp), parameter :: node(3) = 0.5_wp + [-0.5_wp, 0.0_wp, 0.5_wp]*sqrt(0.6_wp), weight(3) = [5.0_wp, 8.0_wp, 5.0_wp]/18
@@ -75,13 +75,14 @@ contains
       real(wp) :: residual
 
       type(balance_t) :: found
-      real(wp) :: load, moves, tau
+      real(wp) :: fastest, load, moves, tau
       integer :: i
 
       call reserve(self%start, response)
       call reserve(self%now, response)
       tau = t_end
-      if (response%fastest > 0.0_wp) tau = min(tau, angle/response%fastest)
+      fastest = maxval([response%fastest, response%slope])
+      if (fastest > 0.0_wp) tau = min(tau, angle/fastest)
       load = norm2(system%load) + sum(norm2(abs(system%harmonic), dim=1))
       moves = min(sum(response%from_length(1, [0, (i, i=response%terms + 1, response%terms + response%tones)])), &
                   0.5_wp*t_end**2*load)
@@ -141,7 +142,7 @@ contains
             call move_to(self%start, response, node(g)*tau, self%now)
             call state_at(self%now, z)
             path = path + weight(g)*tau*z(m + 1:)
-            call add_forces(weight(g)*tau, phasor*exp(cmplx(0.0_wp, system%omega*(node(g)*tau), wp)))
+            call add_forces(weight(g)*tau, system%machine%tone%moved(phasor, node(g)*tau))
          end do
          call move_to(self%start, response, tau, self%now)
          call state_at(self%now, z)
@@ -149,7 +150,7 @@ contains
          found%moves = moves + maxval([0.0_wp, abs(z(:m))])
          found%momentum = dot_product(self%mass, z(m + 1:) - z_start(m + 1:)) - push
          found%terms = dot_product(abs(self%mass), abs(z(m + 1:)) + abs(z_start(m + 1:))) + size_of_push + tiny(1.0_wp)
-         associate (e => phasor*exp(cmplx(0.0_wp, system%omega*tau, wp)))
+         associate (e => system%machine%tone%moved(phasor, tau))
             if (constrained%n > 0) then
                found%held = maxval(abs(rates_of_held(system, constrained, z, e))) &
                             /max(maxval(abs(z(m + 1:)))*maxval(norm2(system%w, dim=1)), tiny(1.0_wp))

@@ -219,10 +219,10 @@ contains
       end do
       if (self%constrained%n > 0) then
          call add_reactions(self%constrained, system, mode, load, harmonic, force)
-         harmonic = self%constrained%harmonic_of(harmonic, errors_of(system, self%constrained), system%omega)
+         harmonic = self%constrained%harmonic_of(harmonic, errors_of(system, self%constrained), system%turning)
          load = self%constrained%load_of(load)
       end if
-      call new_response(self%response, self%basis, self%flies, load, harmonic, system%omega)
+      call new_response(self%response, self%basis, self%flies, load, harmonic, system%turning, system%slope)
       call watch_guards(self, system, mode, force)
       do j = 1, size(observed)
          associate (observable => system%machine%observable(j))
@@ -256,7 +256,7 @@ contains
 
       call new_response(self%whole, joined(self%basis, beside%basis), self%flies, [load, system%load_beside], &
                         reshape([([harmonic(:, t), system%harmonic_beside(:, t)], t=1, size(system%omega))], &
-                                [size(load) + size(system%load_beside), size(system%omega)]), system%omega)
+                                [size(load) + size(system%load_beside), size(system%omega)]), system%turning, system%slope)
       do j = 1, size(observed)
          associate (own => observed(j), beyond => system%beyond(j))
             whole(j) = new_form([own%on_y, beyond%on_y], [own%on_v, beyond%on_v], own%constant, own%error)
@@ -293,7 +293,8 @@ contains
 
       call mode%matrices(system, k, b)
       do i = 1, constrained%n
-         force(constrained%contact(i)) = constrained%reaction(i, k, b, load, harmonic, errors_of(system, constrained), system%omega)
+         force(constrained%contact(i)) = constrained%reaction(i, k, b, load, harmonic, errors_of(system, constrained), &
+                                                              system%turning)
       end do
       do i = 1, size(constrained%sliding)
          call force(constrained%sliding(i))%add(constrained%share(i), force(constrained%contact(constrained%row(i))))

@@ -30,7 +30,6 @@ contains
       type(tone_t), intent(in) :: tone(:)
       real(wp), intent(in) :: time, time_low
 
-      real(wp) :: cosine, sine
       integer :: t
 
       if (allocated(self%start)) then
@@ -38,8 +37,7 @@ contains
       end if
       if (.not. allocated(self%start)) allocate (self%start(size(tone)), self%phasor(size(tone)))
       do t = 1, size(tone)
-         call tone(t)%phasor(time, time_low, cosine, sine)
-         self%start(t) = cmplx(cosine, sine, wp)
+         self%start(t) = tone(t)%excitation(time, time_low)
       end do
       self%time = time
       self%tau = -1.0_wp
@@ -62,6 +60,8 @@ contains
          if (tone(t)%is_swept()) then
             phasor = swept_phasors(self, tone(t), t)
             self%phasor(t) = phasor(0)
+         else if (tone(t)%ramps()) then
+            self%phasor(t) = tone(t)%moved(self%start(t), tau)
          else if (abs(tau) > 0.0_wp) then
             angle = tone(t)%omega*tau
             if (abs(angle) <= small) then
@@ -96,6 +96,8 @@ contains
             if (tone(t)%is_swept()) then
                phasor = swept_phasors(self, tone(t), t)
                rate = rate + real(c*phasor(derivative), wp)
+            else if (tone(t)%ramps()) then
+               if (derivative == 1) rate = rate + omega*c%re*e%im
             else if (derivative == 1) then
                rate = rate - omega*(c%re*e%im + c%im*e%re)
             else if (derivative == 2) then

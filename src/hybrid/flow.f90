@@ -3,11 +3,12 @@
 !! A flow moves the state within a mode, in closed form or step by step, and finds what ends it; the transition says what
 !! follows (razy_hybrid_transition). A change of branch ends a piece; others at the same time are shown as pieces of no
 !! duration. A flow that looks for no events notes changes of branch at the ends of its steps. Where the stiffness of gear meshes
-!! switches, at times known beforehand, branches change without a guard (razy_hybrid_switching).
+!! switches, at times known beforehand, branches change without a guard (razy_hybrid_switching). No piece goes over a break of the
+!! excitation, where forces and given speeds may jump: what is held, sticks or touches is settled anew there.
 module razy_hybrid_flow
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
-   use razy_core_tone, only: add_time
+   use razy_core_tone, only: add_time, time_to_break
    use razy_hybrid_switching, only: switching_t
    use razy_hybrid_system, only: system_t
    use razy_hybrid_transition, only: transition_t
@@ -37,6 +38,8 @@ module razy_hybrid_flow
       real(wp), allocatable :: z(:)
       !> Whether the motion has come to this mode, or has jumped, since the piece before; whether it has only just begun.
       logical :: anew = .true., starting = .true.
+      !> Whether the piece, if no event ends it, lasts up to a break of the excitation.
+      logical :: to_break = .false.
       !> Guards of the mode that are left at an event.
       logical, allocatable :: hit(:)
       !> Time at which the motion begins, s, and the state then instead of the machine's, if there is one (2m).
@@ -151,7 +154,8 @@ contains
       type(piece_t) :: piece
       type(pace_t) :: pace
       integer :: creeping, ending, standing
-      real(wp) :: longest, rest
+      real(wp) :: break, longest, rest
+      logical :: switches
 
       piece%by => self
       standing = 0
@@ -176,11 +180,16 @@ contains
          if (self%switching%acts) rest = self%switching%rest(self%time, self%time_low)
          ! At the end of the motion nothing switches any more.
          if (.not. rest < (1 - 8*eps)*self%remaining(t_end)) rest = huge(rest)
-         call self%advance(t_end, min(longest, rest), piece, ending, outcome)
+         break = time_to_break(self%system%machine%tone, self%time, self%time_low)
+         if (.not. break < (1 - 8*eps)*self%remaining(t_end)) break = huge(break)
+         self%to_break = break < min(longest, rest)
+         call self%advance(t_end, min(longest, rest, break), piece, ending, outcome)
          if (.not. all(abs(self%z) <= largest)) outcome%status = status_blow_up
          if (outcome%status == status_ok) outcome%status = self%budget%status
          if (outcome%status /= status_ok) exit
-         call end_piece(self, t_end, ending, ending == ends_open .and. .not. piece%duration < rest, piece, observers, outcome)
+         switches = ending == ends_open .and. .not. piece%duration < rest
+         call end_piece(self, t_end, ending, switches, piece, observers, outcome)
+         if (ending == ends_open .and. .not. piece%duration < break) call pass_break(self, t_end, piece, observers, outcome)
          if (outcome%status == status_ok) outcome%status = self%budget%status
          creeping = merge(creeping + 1, 0, piece%duration <= eps*t_end)
          if (creeping > most_creeping .and. outcome%status == status_ok) outcome%status = status_step_underflow
@@ -226,7 +235,6 @@ contains
       type(observer_slot_t), intent(in) :: observers(:)
       type(outcome_t), intent(inout) :: outcome
 
-      real(wp) :: delta
       integer :: j
 
       self%time = self%from
@@ -239,8 +247,7 @@ contains
       if (allocated(self%tangent)) call self%transition%saltation%begin(self%system%m)
       self%z = self%system%first_state()
       if (allocated(self%first)) self%z = self%first
-      delta = 1.0e-5_wp*min(t_end - self%from, 1.0_wp/max(self%system%fastest, tiny(1.0_wp)))
-      call self%transition%begin(self%system, self%finds_events, self%from, delta, self%z)
+      call self%transition%begin(self%system, self%finds_events, self%from, start_of_rates(self, t_end), self%z)
       if (.not. self%transition%found) outcome%status = status_no_contact_forces
       outcome%impacts = self%transition%impacts
       do j = 1, size(self%branch)
@@ -333,6 +340,36 @@ contains
       end associate
       self%anew = .true.
    end subroutine switch
+
+   !> The excitation has come to a break: what follows it, of the state as it is.
+   subroutine pass_break(self, t_end, piece, observers, outcome)
+      class(flow_t), intent(inout) :: self
+      real(wp), intent(in) :: t_end
+      type(piece_t), intent(inout) :: piece
+      type(observer_slot_t), intent(in) :: observers(:)
+      type(outcome_t), intent(inout) :: outcome
+
+      self%anew = .true.
+      associate (transition => self%transition)
+         transition%changes = 0
+         if (transition%accumulation%landing .or. .not. self%finds_events) return
+         call transition%restart(self%system, self%time, self%time_low, start_of_rates(self, t_end), self%z)
+         if (.not. transition%found) outcome%status = status_no_contact_forces
+         outcome%impacts = outcome%impacts + transition%impacts
+         self%branch(:) = transition%dynamics%mode%branch
+      end associate
+      if (outcome%status == status_ok) call show_changes(self, 1, piece, observers, outcome)
+      self%transition%changes = 0
+   end subroutine pass_break
+
+   !> Time over which rates of forces are taken from now on, s.
+   pure function start_of_rates(self, t_end) result(delta)
+      class(flow_t), intent(in) :: self
+      real(wp), intent(in) :: t_end
+      real(wp) :: delta
+
+      delta = 1.0e-5_wp*min(t_end - self%time, 1.0_wp/max(self%system%fastest, tiny(1.0_wp)))
+   end function start_of_rates
 
    !> Carry the tangents through a piece to its end, and into the event there.
    subroutine arrive(self, ending, duration)

@@ -38,6 +38,8 @@ module razy_hybrid_system
       !> Contact directions (m, contacts), constant load S f (m), its phasors (m, tones), frequencies (tones), rad/s.
       real(wp), allocatable :: w(:, :), load(:), omega(:)
       complex(wp), allocatable :: harmonic(:, :)
+      !> Those with which phasors E turn, and those of waveforms, E = u + i u'/ω, which do not (tones).
+      real(wp), allocatable :: turning(:), slope(:)
       !> Load and phasors of the motion beside.
       real(wp), allocatable :: load_beside(:)
       complex(wp), allocatable :: harmonic_beside(:, :)
@@ -115,6 +117,8 @@ contains
          self%harmonic_beside = matmul(self%beside%project, machine%harmonic_load)
       end if
       self%omega = machine%tone%omega
+      self%slope = merge(self%omega, 0.0_wp, machine%tone%ramps())
+      self%turning = self%omega - self%slope
       self%fastest = maxval([0.0_wp, self%omega])
       if (allocated(self%gap)) deallocate (self%gap, self%observed)
       allocate (self%gap(size(machine%contact)), self%observed(size(machine%observable)))

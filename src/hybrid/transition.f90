@@ -54,6 +54,7 @@ module razy_hybrid_transition
       procedure :: make_room
       procedure :: begin
       procedure :: start_piece
+      procedure :: restart
       procedure :: settle
       procedure :: note
    end type transition_t
@@ -131,6 +132,22 @@ contains
       call self%guards%list(system, self%dynamics%mode)
       call self%guards%measure(system, 0.0_wp, z, .false.)
    end subroutine start_piece
+
+   !> Forces and given motions may have jumped at `time + time_low`, s: impacts, and the mode that follows. Rates of forces are
+   !> differences over `delta`, s.
+   subroutine restart(self, system, time, time_low, delta, z)
+      class(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: time, time_low, delta
+      real(wp), intent(inout) :: z(:)
+
+      call clear(self)
+      call self%dynamics%mode%enter(system)
+      call self%start_piece(system, time, time_low, delta, z)
+      call resolve(self, system, 0.0_wp, z)
+      call follow_impacts(self, system, 0.0_wp, z)
+      call choose_press(self, system, 0.0_wp, z)
+   end subroutine restart
 
    !> The event at (tau, z) of the piece that `dynamics` began, where the guards `hit` (at least as many as there are) were left:
    !> jumps of z, the mode that follows, and what has changed.

@@ -32,7 +32,7 @@ contains
       end do
    end function acting_tones
 
-   !> Common period of the tones that act on the machine, s; 0 if there is none or one is swept.
+   !> Common period of the tones that act on the machine, s; 0 if there is none, or one is swept or acts once.
    pure function period_of_loads(machine) result(period)
       type(machine_t), intent(in) :: machine
       real(wp) :: period
@@ -41,7 +41,7 @@ contains
 
       acts = acting_tones(machine)
       period = 0.0_wp
-      if (any(acts .and. machine%tone%is_swept())) return
+      if (any(acts .and. (machine%tone%is_swept() .or. .not. machine%tone%hertz > 0.0_wp))) return
       period = excitation_period(pack(machine%tone, acts))
    end function period_of_loads
 
@@ -55,6 +55,7 @@ contains
 
       period = 0.0_wp
       if (size(tone) == 0) return
+      if (.not. all(tone%hertz > 0.0_wp)) return
       do k = 1, most_turns
          turns = k*(tone%hertz/tone(1)%hertz)
          if (any(abs(turns - anint(turns)) > rounding*max(1.0_wp, turns/k))) cycle
@@ -64,7 +65,8 @@ contains
    end function excitation_period
 
    !> Begin the excitation F e^{iωt} of each tone at another phase, F e^{iωt} p with p of modulus 1: loads, excitation of
-   !> contacts and of observables. `phasor` (tones).
+   !> contacts and of observables; a waveform by so many turns of its period, or, if it is there once, when it is over. `phasor`
+   !> (tones).
    pure subroutine turn_tones(machine, phasor)
       type(machine_t), intent(inout) :: machine
       complex(wp), intent(in) :: phasor(:)
@@ -72,6 +74,10 @@ contains
       integer :: j, t
 
       do t = 1, size(phasor)
+         if (allocated(machine%tone(t)%waveform)) then
+            call machine%tone(t)%waveform%renew(atan2(phasor(t)%im, phasor(t)%re)/(2*pi))
+            cycle
+         end if
          machine%harmonic_load(:, t) = machine%harmonic_load(:, t)*phasor(t)
          do j = 1, size(machine%contact)
             associate (contact => machine%contact(j))

@@ -12,8 +12,8 @@ module razy_scenes_harmonics
    implicit none(type, external)
    private
 
-   public :: add_acceleration_key, add_frequency_keys, add_harmonic, add_harmonics, find_tone, frequency_t, harmonics_t
-   public :: new_harmonics, read_frequency, take_harmonics
+   public :: add_acceleration_key, add_frequency_keys, add_harmonic, add_harmonics, add_waveform, find_tone, frequency_t
+   public :: harmonics_t, new_harmonics, read_frequency, take_harmonics
 
    !> A frequency at time 0, Hz, and its rate, Hz/s.
    type :: frequency_t
@@ -105,7 +105,6 @@ contains
 
       type(tone_t), allocatable :: fresh(:)
       type(frequency_t) :: wanted
-      complex(wp), allocatable :: larger(:, :)
 
       wanted = frequency
       if (frequency%hertz < 0.0_qp .or. (.not. frequency%hertz > 0.0_qp .and. frequency%sweep < 0.0_qp)) then
@@ -119,12 +118,7 @@ contains
       else
          fresh = [tone_from_hertz(wanted%hertz)]
       end if
-      self%count = self%count + size(fresh)
-      self%frequency = [self%frequency, spread(wanted, 1, size(fresh))]
-      self%tone = [self%tone, fresh]
-      allocate (larger(size(self%constant), self%count), source=(0.0_wp, 0.0_wp))
-      larger(:, :t - 1) = self%phasor
-      call move_alloc(larger, self%phasor)
+      call append(self, wanted, fresh)
 
    contains
 
@@ -135,6 +129,33 @@ contains
       end function equal
 
    end subroutine find_tone
+
+   !> Tones of one frequency, with which nothing acts yet.
+   pure subroutine append(self, frequency, fresh)
+      type(harmonics_t), intent(inout) :: self
+      type(frequency_t), intent(in) :: frequency
+      type(tone_t), intent(in) :: fresh(:)
+
+      complex(wp), allocatable :: larger(:, :)
+
+      allocate (larger(size(self%constant), self%count + size(fresh)), source=(0.0_wp, 0.0_wp))
+      larger(:, :self%count) = self%phasor
+      call move_alloc(larger, self%phasor)
+      self%count = self%count + size(fresh)
+      self%frequency = [self%frequency, spread(frequency, 1, size(fresh))]
+      self%tone = [self%tone, fresh]
+   end subroutine append
+
+   !> Add a tone that is a waveform u, with value*u on the first rows.
+   pure subroutine add_waveform(self, tone, value)
+      type(harmonics_t), intent(inout) :: self
+      type(tone_t), intent(in) :: tone
+      real(wp), intent(in) :: value(:)
+
+      ! No sine has this frequency.
+      call append(self, frequency_t(hertz=-1.0_qp), [tone])
+      self%phasor(:size(value), self%count) = cmplx(value, 0.0_wp, wp)
+   end subroutine add_waveform
 
    !> The same on the first rows, one for each of the numbers in `cosine` and `sine`.
    pure subroutine add_harmonics(self, frequency, cosine, sine, unbalance)

@@ -3,11 +3,13 @@ module razy_scenes_loads
    use razy_core_angle, only: turn
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
+   use razy_core_tone, only: tone_t
    use razy_input_input, only: input_t
    use razy_input_schema, only: add_real, add_string, group_spec_t
    use razy_machine_machine, only: machine_t
-   use razy_scenes_harmonics, only: add_frequency_keys, add_harmonics, frequency_t, harmonics_t, read_frequency
+   use razy_scenes_harmonics, only: add_frequency_keys, add_harmonics, add_waveform, frequency_t, harmonics_t, read_frequency
    use razy_scenes_scene, only: coordinate_t, scene_t
+   use razy_scenes_shapes, only: add_shape_keys, read_shape
    implicit none(type, external)
    private
 
@@ -27,9 +29,11 @@ contains
                     unit="kg m or kg m^2", default="0.0")
       call add_real(schema, "phase", "phase of the harmonic part", unit="deg", default="0.0")
       call add_frequency_keys(schema, "", "the harmonic part", orders)
+      call add_shape_keys(schema, "", "the harmonic part", "N")
    end subroutine add_load_keys
 
-   !> Add the loads, value + (amplitude + unbalance (2πf)²) sin(2πft + phase), to those of the machine and to the harmonics.
+   !> Add the loads, value + (amplitude + unbalance (2πf)²) sin(2πft + phase), or value + amplitude times another shape, to those of
+   !> the machine and to the harmonics.
    subroutine add_loads(machine, scene, input, harmonics, error)
       type(machine_t), intent(inout) :: machine
       class(scene_t), intent(in) :: scene
@@ -38,10 +42,12 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(coordinate_t) :: on
-      real(wp) :: amplitude, phase, unbalance, value
+      real(wp) :: amplitude, factor, phase, unbalance, value
       complex(wp) :: at
       type(frequency_t) :: frequency
+      type(tone_t) :: tone
       integer :: i
+      logical :: shaped
 
       do i = 1, input%count("load")
          call scene%find_coordinate(on, input, "load", i, "on", error)
@@ -50,9 +56,21 @@ contains
          call input%get("load", i, "amplitude", amplitude)
          call input%get("load", i, "unbalance", unbalance)
          call input%get("load", i, "phase", phase)
-         call read_frequency(frequency, harmonics, input, "load", i, "", max(abs(amplitude), abs(unbalance)) > 0.0_wp, error)
+         shaped = input%choice("load", i, "shape") /= "sine" .or. input%given("load", i, "file")
+         call read_frequency(frequency, harmonics, input, "load", i, "", &
+                             .not. shaped .and. max(abs(amplitude), abs(unbalance)) > 0.0_wp, error)
+         if (.not. allocated(error)) call read_shape(tone, factor, shaped, frequency, input, "load", i, "", error)
          if (allocated(error)) return
          machine%load = machine%load + value*on%row
+         if (shaped) then
+            if (input%given("load", i, "unbalance")) then
+               call input%complain(error, "load", i, "unbalance", "not given: it is that of a sine")
+               return
+            end if
+            if (input%given("load", i, "file") .and. .not. input%given("load", i, "amplitude")) amplitude = 1.0_wp
+            call add_waveform(harmonics, tone, factor*amplitude*on%row)
+            cycle
+         end if
          at = turn(phase)
          call add_harmonics(harmonics, frequency, amplitude*at%im*on%row, amplitude*at%re*on%row)
          call add_harmonics(harmonics, frequency, unbalance*at%im*on%row, unbalance*at%re*on%row, unbalance=.true.)

@@ -277,14 +277,19 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(machine_t) :: later
-      real(wp), allocatable :: z(:)
+      real(wp), allocatable :: omega(:), z(:)
       real(wp) :: interval
+      integer :: t
       logical :: whole
 
       interval = period_of_loads(machine)
       if (.not. interval > 0.0_wp) interval = motion%t_end/100
       later = machine
-      call turn_tones(later, exp(cmplx(0.0_wp, modulo(machine%tone%omega*motion%t_end, 2*acos(-1.0_wp)), wp)))
+      omega = machine%tone%omega
+      do t = 1, size(omega)
+         if (allocated(machine%tone(t)%waveform)) omega(t) = 2*acos(-1.0_wp)*machine%tone(t)%hertz
+      end do
+      call turn_tones(later, exp(cmplx(0.0_wp, modulo(omega*motion%t_end, 2*acos(-1.0_wp)), wp)))
       select type (by)
       class is (flow_t)
          z = by%z

@@ -8,7 +8,7 @@ from programs import SOURCE, succeed
 INPUTS = SOURCE / "inputs"
 NAMES = (
     "listing_oscillator", "belt_oscillator", "bouncing_ball", "bouncing_ball_table", "drop_test", "block_on_belt",
-    "incline", "filippov", "two_sided_stop",
+    "incline", "filippov", "two_sided_stop", "shock_on_stop", "square_wave_walls",
 )  # fmt: skip
 OPEN, LOWER = 1, 3
 FORWARD, BACKWARD, STICKING = 1, 2, 3

@@ -192,6 +192,7 @@ contains
       call rotate(response%filled, from%x, response%factor(:, level), self%x)
       call copy_list(response%length - 2*response%filled, from%x(response%one), self%x(response%one))
       if (response%rigid > 0) call move_rigid(response, h, self)
+      if (response%ramps) call move_ramps(response, h, self%x)
       if (response%driven%count > 0) then
          call take_tones(self, response, from%x)
          call push_by_table(self, response, level)
@@ -217,6 +218,21 @@ contains
       end associate
    end subroutine move_rigid
 
+   !> Move tones that are straight lines by `h`, s.
+   pure subroutine move_ramps(response, h, x)
+      type(response_t), intent(in) :: response
+      real(wp), intent(in) :: h
+      real(wp), intent(inout) :: x(:)
+
+      integer :: t
+
+      associate (n => response%terms, f => response%filled)
+         do t = 1, response%tones
+            x(n + t) = x(n + t) + h*response%slope(t)*x(f + n + t)
+         end do
+      end associate
+   end subroutine move_ramps
+
    !> Evaluate the closed form that starts at `start` at the time `tau` of the segment.
    pure subroutine move_to(start, response, tau, self)
       type(amplitudes_t), intent(in) :: start
@@ -235,6 +251,7 @@ contains
       call rotate(response%filled, start%x, factor, self%x)
       call copy_list(response%length - 2*response%filled, start%x(response%one), self%x(response%one))
       if (response%rigid > 0) call move_rigid(response, tau, self)
+      if (response%ramps) call move_ramps(response, tau, self%x)
       if (response%driven%count > 0) call add_excitation(start, response, tau, factor, self)
       if (response%nx > 0) call move_dense(response, start%dense(:response%nx), tau, self%dense)
    end subroutine move_to
@@ -277,6 +294,7 @@ contains
          if (.not. response%has_step(k)) call tabulate(response, k)
          if (response%driven%count > 0) call take_tones(self, response, self%x)
          call rotate_self(response%filled, response%factor(:, k), self%x)
+         if (response%ramps) call move_ramps(response, h, self%x)
          if (response%driven%count > 0) call push_by_table(self, response, k)
          if (response%nx > 0) call step_dense(response, k, self%dense)
       end do
@@ -302,6 +320,7 @@ contains
       if (response%driven%count > 0) call take_tones(self, response, self%x)
       call grow_shortly(response%filled, response%decay, response%turn, delta, tiny_step, self%x)
       if (response%rigid > 0) call move_rigid(response, delta, self)
+      if (response%ramps) call move_ramps(response, delta, self%x)
       if (response%driven%count > 0) then
          associate (first => response%driven%first + 1, n => response%terms, f => response%filled)
             call response%driven%push_shortly(delta, tiny_step, self%tone, self%x(first:n), self%x(f + first:f + n))

@@ -32,11 +32,12 @@ module razy_exact_closed_form_dense_part
 
 contains
 
-   !> The part for `modes` under the constant force `load` (m) and phasors `harmonic` (m, tones) of frequencies `omega`.
-   pure subroutine new_dense_part(self, modes, load, harmonic, omega)
+   !> The part for `modes` under the constant force `load` (m) and phasors `harmonic` (m, tones) of frequencies `omega`; those
+   !> with a `slope` are straight lines.
+   pure subroutine new_dense_part(self, modes, load, harmonic, omega, slope)
       type(dense_part_t), intent(out) :: self
       type(dense_modes_t), intent(in) :: modes
-      real(wp), intent(in) :: load(:), omega(:)
+      real(wp), intent(in) :: load(:), omega(:), slope(:)
       complex(wp), intent(in) :: harmonic(:, :)
 
       real(wp), allocatable :: force(:)
@@ -68,7 +69,7 @@ contains
             i = nx - 2*(size(self%tone) - t) - 1
             driven(:, i) = real(phasor(:, self%tone(t)))/self%tone_scale(t)
             driven(:, i + 1) = -aimag(phasor(:, self%tone(t)))/self%tone_scale(t)
-            self%matrix(i, i + 1) = -omega(self%tone(t))
+            self%matrix(i, i + 1) = slope(self%tone(t)) - omega(self%tone(t))
             self%matrix(i + 1, i) = omega(self%tone(t))
          end do
       end associate

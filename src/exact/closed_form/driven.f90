@@ -7,6 +7,7 @@
 !!     a(τ) = e^{λτ} a(0) + Σ_t (p_t E_t I(iω_t) + q_t E_t* I(-iω_t)),   I(s) = (e^{sτ} - e^{λτ})/(s - λ) = τ e^{λτ} φ((s - λ) τ),
 !!
 !! φ(x) = (e^x - 1)/x, with E_t = e^{iω_t t} at the start: no digit is lost for any s - λ. A constant force is one of ω = 0.
+!! What is a straight line, E = u + i u'/ω, adds (p + q) u' ∫ s e^{λ(τ - s)} ds to that of ω = 0.
 module razy_exact_closed_form_driven
    use razy_core_kinds, only: wp
    use razy_exact_modal_basis, only: modal_basis_t
@@ -25,7 +26,7 @@ module razy_exact_closed_form_driven
       !> Whether a constant force acts: the last tone.
       logical :: loaded = .false.
       complex(wp), allocatable, private :: lambda(:)
-      real(wp), allocatable, private :: omega(:)
+      real(wp), allocatable, private :: omega(:), slope(:)
       !> p and q (terms, tones) and the largest of the sum (terms).
       complex(wp), allocatable, private :: p(:, :), q(:, :)
       real(wp), allocatable, private :: largest(:)
@@ -54,10 +55,10 @@ contains
 
    !> Which terms of a basis are to be followed so under the constant force `load` (m) and phasors `harmonic` (m, tones), more of
    !> them if the motion `flies` after an impact.
-   pure subroutine find_driven(basis, flies, load, harmonic, omega, driven)
+   pure subroutine find_driven(basis, flies, load, harmonic, omega, slope, driven)
       type(modal_basis_t), intent(in) :: basis
       logical, intent(in) :: flies
-      real(wp), intent(in) :: load(:), omega(:)
+      real(wp), intent(in) :: load(:), omega(:), slope(:)
       complex(wp), intent(in) :: harmonic(:, :)
       logical, intent(out) :: driven(:)
 
@@ -79,7 +80,8 @@ contains
             if (is_slow) driven(i) = abs(sum(basis%to_term(i, m + 1:)*load)) > 0.0_wp
             do t = 1, size(omega)
                if (driven(i)) exit
-               if (.not. is_slow .and. abs(cmplx(0.0_wp, omega(t), wp) - lambda) > within*omega(t)) cycle
+               ! Beside a term that is slower than a straight line is steep, more than its own size cancels.
+               if (.not. is_slow .and. abs(cmplx(0.0_wp, omega(t), wp) - lambda) > max(within*omega(t), slope(t))) cycle
                driven(i) = acts(basis%to_term(i, m + 1:), harmonic(:, t))
             end do
          end associate
@@ -95,11 +97,11 @@ contains
    end function acts
 
    !> The terms with the numbers `number` of a basis, which will come after `first` others.
-   pure subroutine new_driven(self, basis, number, first, load, harmonic, omega)
+   pure subroutine new_driven(self, basis, number, first, load, harmonic, omega, slope)
       type(driven_t), intent(inout) :: self
       type(modal_basis_t), intent(in) :: basis
       integer, intent(in) :: number(:), first
-      real(wp), intent(in) :: load(:), omega(:)
+      real(wp), intent(in) :: load(:), omega(:), slope(:)
       complex(wp), intent(in) :: harmonic(:, :)
 
       integer :: m, n, t
@@ -113,7 +115,9 @@ contains
       if (n == 0) return
       self%loaded = any(abs(load) > 0.0_wp)
       self%omega = omega
+      self%slope = slope
       if (self%loaded) self%omega = [omega, 0.0_wp]
+      if (self%loaded) self%slope = [slope, 0.0_wp]
       self%tones = size(self%omega)
       self%lambda = basis%lambda(number)
       if (allocated(self%p)) deallocate (self%p, self%q)
@@ -134,7 +138,7 @@ contains
    pure subroutine find_derivatives(self)
       type(driven_t), intent(inout) :: self
 
-      complex(wp) :: s, plus, minus
+      complex(wp) :: ramp, s, plus, minus
       real(wp) :: bound
       integer :: i, k, t
 
@@ -148,12 +152,13 @@ contains
             minus = (0.0_wp, 0.0_wp)
             bound = 0.0_wp
             do k = 1, formed
+               ramp = self%slope(t)*(self%p(i, t) + self%q(i, t))*plus
                plus = self%lambda(i)*plus + s**(k - 1)
                minus = self%lambda(i)*minus + (-s)**(k - 1)
                self%on_cosine(i, t, k) = self%p(i, t)*plus + self%q(i, t)*minus
-               self%on_sine(i, t, k) = (0.0_wp, 1.0_wp)*(self%p(i, t)*plus - self%q(i, t)*minus)
+               self%on_sine(i, t, k) = (0.0_wp, 1.0_wp)*(self%p(i, t)*plus - self%q(i, t)*minus) + ramp
                if (k > highest) cycle
-               bound = abs(self%lambda(i))*bound + self%omega(t)**(k - 1)
+               bound = abs(self%lambda(i))*bound + (self%omega(t) + self%slope(t))**(k - 1)
                self%most(i, k) = self%most(i, k) + bound*(abs(self%p(i, t)) + abs(self%q(i, t)))
             end do
          end do
@@ -176,6 +181,7 @@ contains
          do i = 1, self%count
             change = self%p(i, t)*tone*integral(self%lambda(i), self%omega(t), tau, factor(i), turn(t)) &
                      + self%q(i, t)*conjg(tone)*integral(self%lambda(i), -self%omega(t), tau, factor(i), conjg(turn(t)))
+            if (self%slope(t) > 0.0_wp) change = change + tone%im*ramped(self, i, t, tau, factor(i))
             re(i) = re(i) + real(change)
             im(i) = im(i) + aimag(change)
          end do
@@ -211,7 +217,7 @@ contains
       complex(wp), intent(in) :: factor(:), turn(:)
       real(wp), intent(out) :: re(:, :), im(:, :)
 
-      complex(wp) :: plus, minus
+      complex(wp) :: plus, minus, ramp
       integer :: i, t
 
       do t = 1, self%tones
@@ -220,11 +226,38 @@ contains
             minus = self%q(i, t)*integral(self%lambda(i), -self%omega(t), tau, factor(i), conjg(turn(t)))
             re(i, 2*t - 1) = real(plus + minus)
             im(i, 2*t - 1) = aimag(plus + minus)
-            re(i, 2*t) = -aimag(plus - minus)
-            im(i, 2*t) = real(plus - minus)
+            ramp = (0.0_wp, 0.0_wp)
+            if (self%slope(t) > 0.0_wp) ramp = ramped(self, i, t, tau, factor(i))
+            re(i, 2*t) = -aimag(plus - minus) + real(ramp)
+            im(i, 2*t) = real(plus - minus) + aimag(ramp)
          end do
       end do
    end subroutine tabulate_push
+
+   !> What the slope of tone t adds to term i in `tau` s for each u'/ω: ω (p + q) ∫ s e^{λ(τ - s)} ds, τ² Σ (λτ)^k/(k+2)! times
+   !> ω (p + q).
+   pure function ramped(self, i, t, tau, factor) result(change)
+      class(driven_t), intent(in) :: self
+      integer, intent(in) :: i, t
+      real(wp), intent(in) :: tau
+      complex(wp), intent(in) :: factor
+      complex(wp) :: change
+
+      complex(wp) :: x
+      integer :: k
+
+      x = self%lambda(i)*tau
+      if (abs(x) > series_below) then
+         change = (factor - 1.0_wp - x)/x**2
+      else
+         change = (1.0_wp, 0.0_wp)
+         do k = 15, 1, -1
+            change = 1.0_wp + change*x/(k + 2)
+         end do
+         change = 0.5_wp*change
+      end if
+      change = self%slope(t)*(self%p(i, t) + self%q(i, t))*tau**2*change
+   end function ramped
 
    !> I(iω) after `tau` s, from e^{λ τ} and e^{iω τ}.
    pure function integral(lambda, omega, tau, factor, turn)

@@ -4,12 +4,13 @@
 !! each tone of excitation, whose amplitude is e^{iω_t t} itself. Every linear form of the state and every derivative of it is
 !! then a row of coefficients on these amplitudes, plus those on rigid modes and dense parts. Terms that are followed together
 !! with their excitation (razy_exact_closed_form_driven) are the last of the terms; where a constant force acts on them, it is
-!! one more tone, of frequency 0.
+!! one more tone, of frequency 0. A tone that is a straight line u has the amplitude u + i u'/ω and the exponent 0; its real part
+!! grows by ω times the imaginary one. Rigid modes that such a one pushes are followed in a dense part.
 module razy_exact_closed_form_response
    use razy_core_kinds, only: i8, wp
    use razy_exact_closed_form_dense_part, only: dense_part_t, new_dense_part
    use razy_exact_closed_form_driven, only: driven_t, find_driven, new_driven
-   use razy_exact_modal_basis, only: modal_basis_t
+   use razy_exact_modal_basis, only: dense_modes_t, modal_basis_t
    use razy_linalg_blocks, only: filled, paired
    implicit none(type, external)
    private
@@ -41,6 +42,9 @@ module razy_exact_closed_form_response
       !> The largest of those at which rounding grows in time, 1/s: what decays without a turn loses none.
       real(wp) :: turning = 0.0_wp
       logical :: growing = .false.
+      !> ω of the tones that are straight lines, 1/s, 0 of the others (tones); whether there are any.
+      real(wp), allocatable :: slope(:)
+      logical :: ramps = .false.
       !> No term is driven and no part dense; nor does any amplitude grow.
       logical :: plain = .true., bounded = .true.
       !> Level of steps on which the fastest amplitude turns by less than 0.05.
@@ -73,17 +77,56 @@ module razy_exact_closed_form_response
 contains
 
    !> The response of modes `basis` to the constant force `load` (m) and phasors `harmonic` (m, tones); `flies`: after an impact.
-   pure subroutine new_response(self, basis, flies, load, harmonic, omega)
+   !> Phasors turn with `omega`; those with a `slope` that is not 0 are straight lines (tones).
+   pure subroutine new_response(self, basis, flies, load, harmonic, omega, slope)
       type(response_t), intent(inout) :: self
       type(modal_basis_t), intent(in) :: basis
       logical, intent(in) :: flies
       real(wp), intent(in) :: load(:), omega(:)
+      complex(wp), intent(in) :: harmonic(:, :)
+      real(wp), intent(in), optional :: slope(:)
+
+      real(wp) :: slopes(size(omega))
+      integer :: t
+
+      slopes = 0.0_wp
+      if (present(slope)) slopes = slope
+      if (any([(slopes(t) > 0.0_wp .and. any(abs(matmul(harmonic(:, t), basis%rigid)) > 0.0_wp), t=1, size(omega))])) then
+         call respond(self, without_rigid(basis), flies, load, harmonic, omega, slopes)
+      else
+         call respond(self, basis, flies, load, harmonic, omega, slopes)
+      end if
+   end subroutine new_response
+
+   !> The same modes, rigid ones as a dense part.
+   pure function without_rigid(basis) result(other)
+      type(modal_basis_t), intent(in) :: basis
+      type(modal_basis_t) :: other
+
+      type(dense_modes_t) :: part
+
+      associate (r => size(basis%rigid, 2))
+         part%phi = basis%rigid
+         allocate (part%stiffness(r, r), part%damping(r, r), source=0.0_wp)
+      end associate
+      other = basis
+      other%dense = [basis%dense, part]
+      other%rigid = basis%rigid(:, :0)
+   end function without_rigid
+
+   pure subroutine respond(self, basis, flies, load, harmonic, omega, slope)
+      type(response_t), intent(inout) :: self
+      type(modal_basis_t), intent(in) :: basis
+      logical, intent(in) :: flies
+      real(wp), intent(in) :: load(:), omega(:), slope(:)
       complex(wp), intent(in) :: harmonic(:, :)
 
       complex(wp) :: particular(2*basis%m), force
       integer :: i, m, n, order(size(basis%lambda)), plain, t
 
       m = basis%m
+      self%slope = slope
+      self%ramps = any(slope > 0.0_wp)
       call sort_terms(self, basis, flies, load, harmonic, omega, order)
       plain = self%driven%first
       self%m = m
@@ -111,7 +154,11 @@ contains
             self%from(:, one) = self%from(:, one) - real(basis%from_term(:, order(i))*(force/basis%lambda(order(i))))
          end do
          do t = 1, self%tones
-            particular = harmonic_state(basis, order(:plain), harmonic(:, t), omega(t))
+            if (slope(t) > 0.0_wp) then
+               particular = ramp_state(basis, order(:plain), harmonic(:, t), slope(t))
+            else
+               particular = harmonic_state(basis, order(:plain), harmonic(:, t), omega(t))
+            end if
             self%from(:, self%terms + t) = real(particular)
             self%from(:, f + self%terms + t) = -aimag(particular)
          end do
@@ -135,9 +182,9 @@ contains
       self%turning = basis%fastest
       if (basis%stiff) self%turning = turning_rate(self)
       self%plain = self%nx == 0 .and. self%driven%count == 0
-      self%bounded = self%plain .and. .not. self%growing
+      self%bounded = self%plain .and. .not. (self%growing .or. self%ramps)
       self%fine_level = min(max(exponent(20*self%fastest), coarsest_level), finest_level)
-   end subroutine new_response
+   end subroutine respond
 
    !> Room for the matrices between the state and the list of a motion, and for the factors of steps.
    pure subroutine shape_lists(self)
@@ -195,11 +242,11 @@ contains
       logical :: driven(size(order))
       integer :: i, plain
 
-      call find_driven(basis, flies, load, harmonic, omega, driven)
+      call find_driven(basis, flies, load, harmonic, omega, self%slope, driven)
       plain = count(.not. driven)
       order(:plain) = pack([(i, i=1, size(order))],.not. driven)
       order(plain + 1:) = pack([(i, i=1, size(order))], driven)
-      call new_driven(self%driven, basis, order(plain + 1:), plain, load, harmonic, omega)
+      call new_driven(self%driven, basis, order(plain + 1:), plain, load, harmonic, omega, self%slope)
    end subroutine sort_terms
 
    pure subroutine add_dense_parts(self, basis, load, harmonic, omega)
@@ -215,13 +262,37 @@ contains
       allocate (self%dense(size(basis%dense)))
       self%first = [1]
       do i = 1, size(basis%dense)
-         call new_dense_part(self%dense(i), basis%dense(i), load, harmonic, omega)
+         call new_dense_part(self%dense(i), basis%dense(i), load, harmonic, omega, self%slope)
          self%nx = self%nx + size(self%dense(i)%matrix, 1)
          self%first = [self%first, self%nx + 1]
       end do
       if (allocated(self%step_dense)) deallocate (self%step_dense)
       if (self%nx > 0) allocate (self%step_dense(self%nx, self%nx, coarsest_level:finest_level))
    end subroutine add_dense_parts
+
+   !> P with z = Re(P E) in the exponential terms `number` under a force Re(F E), E = u + i u'/ω: of a term's amplitude
+   !> α u + β u'/ω with λ α = -d0 and λ β = ω α - d1, d0 and d1 what the two parts of the force do to it.
+   pure function ramp_state(basis, number, force, omega) result(particular)
+      type(modal_basis_t), intent(in) :: basis
+      integer, intent(in) :: number(:)
+      complex(wp), intent(in) :: force(:)
+      real(wp), intent(in) :: omega
+      complex(wp) :: particular(2*basis%m)
+
+      complex(wp) :: alpha, beta
+      integer :: i
+
+      particular = (0.0_wp, 0.0_wp)
+      do i = 1, size(number)
+         associate (left => basis%to_term(number(i), basis%m + 1:), lambda => basis%lambda(number(i)), &
+                    mode => basis%from_term(:, number(i)))
+            if (.not. abs(sum(left*force)) + abs(sum(left*conjg(force))) > 0.0_wp) cycle
+            alpha = -sum(left*real(force))/lambda
+            beta = (omega*alpha + sum(left*aimag(force)))/lambda
+            particular = particular + cmplx(real(mode*alpha), -real(mode*beta), wp)
+         end associate
+      end do
+   end function ramp_state
 
    !> P with z = Re(P e^{iωt}) in the exponential terms `number` and rigid modes: (iω - A)⁻¹ (0, force), by modes.
    pure function harmonic_state(basis, number, force, omega) result(particular)

@@ -51,6 +51,7 @@ contains
       complex(wp) :: coefficient
       real(wp) :: across(response%columns, 2*response%m), form(2*response%m), on(response%columns)
       real(wp) :: im(response%filled, 0:4), power(0:5, response%amplitudes), re(response%filled, 0:4)
+      real(wp) :: slope
       integer :: f, i, j, k, p, n, part
 
       n = response%amplitudes
@@ -90,15 +91,22 @@ contains
          self%constant(j) = self%constant(j) + on(response%one)
          do i = 1, n
             coefficient = cmplx(on(i), -on(f + i), wp)
+            slope = 0.0_wp
             if (i > response%terms .and. i <= response%terms + response%tones) then
                coefficient = coefficient + forms(j)%error(i - response%terms)
+               slope = response%slope(i - response%terms)
             end if
             self%moduli(i, :, j) = abs(coefficient)*power(:, i)
+            if (slope > 0.0_wp) self%moduli(i, 1, j) = slope*abs(coefficient)
             self%reach(i, j) = dot_product(self%length(:, j), response%from_length(:, i))
             do p = 0, 4
                re(i, p) = real(coefficient)
                im(i, p) = -aimag(coefficient)
-               coefficient = coefficient*response%exponent(i)
+               if (slope > 0.0_wp) then
+                  coefficient = cmplx(0.0_wp, -slope*real(coefficient), wp)
+               else
+                  coefficient = coefficient*response%exponent(i)
+               end if
             end do
          end do
          self%longest_reach(j) = maxval([0.0_wp, self%reach(:, j)])
@@ -277,6 +285,11 @@ contains
             end if
          end do
       end associate
+      do i = 1, response%tones
+         associate (at => response%terms + i)
+            total = total + 0.5_wp*h**2*response%slope(i)*rows%on(at, 0, j)*from%x(response%filled + at)
+         end associate
+      end do
       do i = 1, response%rigid
          re = rigid_rate_of(from, response, i)
          total = total + h*(rows%rigid_y(i, j)*(rigid_of(from, response, i) + h/2*(re + h/3*response%rigid_force(i))) &

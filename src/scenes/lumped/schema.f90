@@ -69,7 +69,8 @@ contains
       call add_name(schema)
       call add_ends(schema)
       call add_friction_keys(schema)
-      call add_group(schema, "load", "A force (torque) on a body: value + amplitude*sin(2 pi f t + phase)", repeatable=.true.)
+      call add_group(schema, "load", "A force (torque) on a body: value + amplitude*sin(2 pi f t + phase), or another shape", &
+                     repeatable=.true.)
       call add_load_keys(schema, "name of the body", orders=.true.)
       call add_group(schema, "rotation", "The mean speed of the machine")
       call add_real(schema, "speed_rpm", "mean speed", unit="rpm", required=.true.)

@@ -99,7 +99,8 @@ contains
       call add_real(schema, "force_frequency", "frequency at which the resultant is force", unit="Hz", rule=positive)
       call add_real(schema, "phase", "phase of both rotors", unit="deg", default="0.0")
       call add_real(schema, "phase_error", "phase by which the second rotor is ahead", unit="deg", default="0.0")
-      call add_group(schema, "load", "A force or moment: value + amplitude*sin(2 pi f t + phase)", repeatable=.true.)
+      call add_group(schema, "load", "A force or moment: value + amplitude*sin(2 pi f t + phase), or another shape", &
+                     repeatable=.true.)
       call add_load_keys(schema, "name of a coordinate, such as 'table.y', or of a point with .x or .y", orders=.false.)
       call add_group(schema, "gravity", "Weight of all bodies; none without this group")
       call add_real(schema, "acceleration", "acceleration of free fall", unit="m/s^2", rule=nonnegative, default="9.81")

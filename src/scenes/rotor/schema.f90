@@ -150,7 +150,8 @@ contains
                     rule=nonnegative)
       call add_gear_keys(schema, "where a damped contact is lost; at zero force tension is clipped")
       call add_rotor_stop_groups(schema)
-      call add_group(schema, "load", "A force or moment: value + amplitude*sin(2 pi f t + phase)", repeatable=.true.)
+      call add_group(schema, "load", "A force or moment: value + amplitude*sin(2 pi f t + phase), or another shape", &
+                     repeatable=.true.)
       call add_load_keys(schema, "a coordinate: shaft, node and u, v, w, phi, theta or psi, such as 'input.8.phi'", orders=.true.)
       call add_group(schema, "unbalance", "An unbalance, which turns with its shaft", repeatable=.true.)
       call add_shaft(schema)

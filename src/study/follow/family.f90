@@ -73,6 +73,10 @@ contains
             period = period_of_loads(self%machine)
             if (period > 0.0_wp) return
             if (any(acting_tones(self%machine))) then
+               if (any(acting_tones(self%machine) .and. .not. self%machine%tone%hertz > 0.0_wp)) then
+                  call raise(error, "what acts once has no period: give its shape a frequency, or its file beyond='periodic'")
+                  return
+               end if
                call raise(error, "the tones "//tones()//" have no common period: periodic motions need frequencies in whole ratios")
             end if
             return

@@ -1,0 +1,140 @@
+!! A waveform: excitation that is no harmonic for ever, in pieces that begin at known times.
+!!
+!! In a piece that begins at t_k its phasor E either turns, E = E_k e^{iω(t - t_k)}, as in a half sine, or is a straight line,
+!! E = u + i u'/ω, so that Re(c E) of a real c is c u and its rate c u'. All waveforms obey |u| + |u'|/ω ≤ 1 or |E| ≤ 1.
+module razy_core_waveform
+   use razy_core_kinds, only: i8, pi, qp, wp
+   implicit none(type, external)
+   private
+
+   public :: half_sine, polyline, waveform_t
+
+   !> Pieces begin at `knot`, s, the first at 0, after `delay`, s, with the phasor `start`; all of them again with the frequency
+   !> `hertz`, if it is not 0. Before the first of one that is there once E = 0. `ramps`: a straight line.
+   type :: waveform_t
+      logical :: ramps = .true.
+      real(wp) :: omega = 0.0_wp
+      real(qp) :: delay = 0.0_qp, hertz = 0.0_qp
+      real(wp), allocatable, private :: knot(:)
+      complex(wp), allocatable, private :: start(:)
+   contains
+      procedure :: phasor
+      procedure :: rest
+      procedure :: renew
+   end type waveform_t
+
+   !> So near to a knot, relative to the time, it has been reached.
+   real(qp), parameter :: rounding = 4*epsilon(1.0_wp)
+   !> Later than any motion.
+   real(qp), parameter :: long_ago = 1.0e30_qp
+
+contains
+
+   !> sin(πt/duration) from 0 to `duration`, s.
+   pure function half_sine(duration) result(self)
+      real(wp), intent(in) :: duration
+      type(waveform_t) :: self
+
+      self%ramps = .false.
+      self%omega = pi/duration
+      self%knot = [0.0_wp, duration]
+      self%start = [(0.0_wp, -1.0_wp), (0.0_wp, 0.0_wp)]
+   end function half_sine
+
+   !> The lines from the values `from` at the times `knot`, s, to `to` just before the next (pieces); those of no length are left
+   !> out. The last ends with the period, s, or is held if that is 0. What the waveform has to be multiplied by is `factor`.
+   pure subroutine polyline(self, factor, knot, from, to, period)
+      type(waveform_t), intent(out) :: self
+      real(wp), intent(out) :: factor
+      real(wp), intent(in) :: knot(:), from(:), to(:), period
+
+      real(wp) :: length(size(knot)), slope(size(knot))
+      integer :: n
+
+      n = size(knot)
+      length = [knot(2:) - knot(:n - 1), merge(period - knot(n), 1.0_wp, period > 0.0_wp)]
+      factor = 2*max(maxval(abs(from)), maxval(abs(to)))
+      if (.not. factor > 0.0_wp) factor = 1.0_wp
+      slope = 0.0_wp
+      where (length > 0.0_wp) slope = ((to - from)/factor)/length
+      self%omega = 2*maxval(abs(slope))
+      ! Steps have no rate, and the frequency of a tone is positive.
+      if (.not. self%omega > 0.0_wp) self%omega = 1.0_wp/maxval(length)
+      self%knot = pack(knot, length > 0.0_wp)
+      self%start = pack(cmplx(from/factor, slope/self%omega, wp), length > 0.0_wp)
+   end subroutine polyline
+
+   !> E at the time `time + time_low`, s, at a knot after it.
+   pure function phasor(self, time, time_low)
+      class(waveform_t), intent(in) :: self
+      real(wp), intent(in) :: time, time_low
+      complex(wp) :: phasor
+
+      real(qp) :: since
+      integer :: k
+
+      phasor = (0.0_wp, 0.0_wp)
+      call find_piece(self, time, time_low, k, since)
+      if (k == 0) return
+      associate (angle => self%omega*real(since - self%knot(k), wp), e => self%start(k))
+         if (self%ramps) phasor = cmplx(e%re + e%im*angle, e%im, wp)
+         if (.not. self%ramps) phasor = e*cmplx(cos(angle), sin(angle), wp)
+      end associate
+   end function phasor
+
+   !> The time from then to the next knot, s.
+   pure function rest(self, time, time_low)
+      class(waveform_t), intent(in) :: self
+      real(wp), intent(in) :: time, time_low
+      real(wp) :: rest
+
+      real(qp) :: since
+      integer :: k
+
+      call find_piece(self, time, time_low, k, since)
+      rest = huge(rest)
+      if (k < size(self%knot)) then
+         rest = real(self%knot(k + 1) - since, wp)
+      else if (self%hertz > 0.0_qp) then
+         rest = real(1.0_qp/self%hertz - since, wp)
+      end if
+   end function rest
+
+   !> The piece at a time, 0 before the first, and the time since the first began, s.
+   pure subroutine find_piece(self, time, time_low, k, since)
+      class(waveform_t), intent(in) :: self
+      real(wp), intent(in) :: time, time_low
+      integer, intent(out) :: k
+      real(qp), intent(out) :: since
+
+      real(qp) :: near
+      integer :: above, middle
+
+      since = (real(time, qp) + time_low) - self%delay
+      near = rounding*abs(time)
+      if (self%hertz > 0.0_qp) since = since - floor((since + near)*self%hertz, i8)/self%hertz
+      k = 0
+      above = size(self%knot) + 1
+      do while (above - k > 1)
+         middle = (k + above)/2
+         if (self%knot(middle) <= since + near) then
+            k = middle
+         else
+            above = middle
+         end if
+      end do
+   end subroutine find_piece
+
+   !> Begin `turns` of the period later; what is there once is over.
+   pure subroutine renew(self, turns)
+      class(waveform_t), intent(inout) :: self
+      real(wp), intent(in) :: turns
+
+      if (self%hertz > 0.0_qp) then
+         self%delay = self%delay - turns/self%hertz
+      else
+         self%delay = -long_ago
+      end if
+   end subroutine renew
+
+end module razy_core_waveform

@@ -1,0 +1,212 @@
+!! Shapes of excitation other than a sine: periodic or once, from keys or from a file. Each is one more tone of the machine
+!! (razy_core_waveform).
+module razy_scenes_shapes
+   use razy_core_error, only: error_t
+   use razy_core_kinds, only: qp, wp
+   use razy_core_number, only: decimal, to_text
+   use razy_core_text, only: string_t
+   use razy_core_text_columns, only: read_text_columns
+   use razy_core_tone, only: tone_from_waveform, tone_t
+   use razy_core_waveform, only: half_sine, polyline, waveform_t
+   use razy_input_input, only: input_t
+   use razy_input_schema, only: add_real, add_string, group_spec_t, nonnegative, positive
+   use razy_scenes_harmonics, only: frequency_t
+   implicit none(type, external)
+   private
+
+   public :: add_shape_keys, read_shape
+
+   character(*), parameter :: shapes(5) = [character(9) :: "sine", "square", "half_sine", "ramp", "pulse"]
+   !> Keys that belong to some shapes, and to which.
+   character(*), parameter :: keys(6) = [character(13) :: "duty", "duration", "rise", "delay", "interpolation", "beyond"]
+   character(*), parameter :: formed = "half_sine, ramp, pulse", begun = "square, "//formed//", file"
+   character(*), parameter :: goes_with(6) = [character(36) :: "square", formed, "pulse", begun, "file", "file"]
+   !> A duration may be longer than the period by its rounding.
+   real(wp), parameter :: rounding = 1.0e-12_wp
+
+contains
+
+   !> Add the keys of a shape, each after `prefix`, of `what` with values in `unit`.
+   subroutine add_shape_keys(schema, prefix, what, unit)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
+      character(*), intent(in) :: prefix, what, unit
+
+      call add_string(schema, prefix//"shape", "of "//what//", with "//prefix//"amplitude a: a sine; a for the share duty of "// &
+                      "each period, else -a; half a sine; from 0 to a, which stays; from 0 to a and back. The last three come "// &
+                      "once, or, with a frequency, in each period", choices=shapes, default="sine")
+      call add_real(schema, prefix//"duty", "of a square: share of the period", high=1.0_wp, rule=positive, default="0.5")
+      call add_real(schema, prefix//"duration", "of a half sine, of the rise of a ramp, of a whole pulse", unit="s", rule=positive)
+      call add_real(schema, prefix//"rise", "of a pulse: time in which it rises, and falls", unit="s", rule=nonnegative, &
+                    default="0.0")
+      call add_real(schema, prefix//"delay", "when the shape, or the file, begins", unit="s", rule=nonnegative, default="0.0")
+      call add_string(schema, prefix//"file", what//" from a table, instead of a shape: comma-separated text with the columns "// &
+                      "time [s], from 0 on, and value ["//unit//"]; "//prefix//"amplitude, 1 if not given, multiplies it")
+      call add_string(schema, prefix//"interpolation", "between rows of the file", choices=["linear", "held  "], default="linear")
+      call add_string(schema, prefix//"beyond", "after the last row of the file, which without this is not before the end of "// &
+                      "the motion: hold, zero, or periodic with that row as the end of the period", &
+                      choices=["hold    ", "zero    ", "periodic"])
+   end subroutine add_shape_keys
+
+   !> The tone of `group` number i, by whose E the amplitude times `factor` is multiplied, if it is none of sines (`found`). The
+   !> frequency is that of its other keys.
+   subroutine read_shape(tone, factor, found, frequency, input, group, i, prefix, error)
+      type(tone_t), intent(out) :: tone
+      real(wp), intent(out) :: factor
+      logical, intent(out) :: found
+      type(frequency_t), intent(in) :: frequency
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group, prefix
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: shape
+      real(wp) :: delay
+      type(waveform_t) :: wave
+
+      factor = 1.0_wp
+      shape = input%choice(group, i, prefix//"shape")
+      if (input%given(group, i, prefix//"file")) then
+         if (shape /= "sine") call input%complain(error, group, i, prefix//"shape", "not given with "//prefix//"file")
+         shape = "file"
+      end if
+      found = shape /= "sine"
+      if (.not. allocated(error)) call check_keys(shape, frequency, input, group, i, prefix, error)
+      if (allocated(error) .or. .not. found) return
+      call input%get(group, i, prefix//"delay", delay)
+      if (shape == "file") then
+         call read_file(wave, factor, delay, input, group, i, prefix, error)
+      else
+         call form(wave, factor, shape, frequency%hertz, input, group, i, prefix, error)
+      end if
+      if (allocated(error)) return
+      wave%delay = delay
+      tone = tone_from_waveform(wave)
+   end subroutine read_shape
+
+   !> Whether what is given goes with the shape.
+   subroutine check_keys(shape, frequency, input, group, i, prefix, error)
+      character(*), intent(in) :: shape, group, prefix
+      type(frequency_t), intent(in) :: frequency
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: k
+
+      do k = 1, size(keys)
+         if (.not. input%given(group, i, prefix//trim(keys(k)))) cycle
+         if (index(", "//goes_with(k), ", "//shape) > 0) cycle
+         call input%complain(error, group, i, prefix//trim(keys(k)), "not given: it goes with "//trim(goes_with(k)))
+         return
+      end do
+      if (shape == "sine") return
+      if (abs(frequency%sweep) > 0.0_qp) then
+         call input%complain(error, group, i, prefix//"order", "a sine where &rotation has an acceleration_rpm_per_s")
+      else if (input%given(group, i, prefix//"phase")) then
+         call input%complain(error, group, i, prefix//"phase", "not given: a shape has a delay")
+      else if (shape == "file" .and. frequency%hertz > 0.0_qp) then
+         call input%complain(error, group, i, prefix//"file", "without a frequency: its period is the time of its last row")
+      else if (shape == "square" .and. .not. frequency%hertz > 0.0_qp) then
+         call input%complain(error, group, i, prefix//"shape", "'square' with a frequency")
+      else if (index(goes_with(2), shape) > 0 .and. .not. input%given(group, i, prefix//"duration")) then
+         call input%complain(error, group, i, prefix//"duration", "required for shape = '"//shape//"'")
+      end if
+   end subroutine check_keys
+
+   !> A shape, periodic if `hertz` is not 0.
+   subroutine form(wave, factor, shape, hertz, input, group, i, prefix, error)
+      type(waveform_t), intent(out) :: wave
+      real(wp), intent(out) :: factor
+      character(*), intent(in) :: shape, group, prefix
+      real(qp), intent(in) :: hertz
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: duration, duty, period, rise
+
+      factor = 1.0_wp
+      period = 0.0_wp
+      if (hertz > 0.0_qp) period = real(1.0_qp/hertz, wp)
+      if (shape == "square") then
+         call input%get(group, i, prefix//"duty", duty)
+         call polyline(wave, factor, [0.0_wp, duty*period], [1.0_wp, -1.0_wp], [1.0_wp, -1.0_wp], period)
+      else
+         call input%get(group, i, prefix//"duration", duration)
+         if (period > 0.0_wp .and. duration > (1 + rounding)*period) then
+            call input%complain(error, group, i, prefix//"duration", "no more than a period, "//to_text(period)//" s")
+            return
+         end if
+         select case (shape)
+         case ("half_sine")
+            wave = half_sine(duration)
+         case ("ramp")
+            call polyline(wave, factor, [0.0_wp, duration], [0.0_wp, 1.0_wp], [1.0_wp, 1.0_wp], period)
+         case default
+            call input%get(group, i, prefix//"rise", rise)
+            if (rise > 0.5_wp*duration) then
+               call input%complain(error, group, i, prefix//"rise", "no more than half of duration, in which the pulse falls again")
+               return
+            end if
+            call polyline(wave, factor, [0.0_wp, rise, duration - rise, duration], [0.0_wp, 1.0_wp, 1.0_wp, 0.0_wp], &
+                          [1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp], period)
+         end select
+      end if
+      wave%hertz = hertz
+   end subroutine form
+
+   !> A table, from its file.
+   subroutine read_file(wave, factor, delay, input, group, i, prefix, error)
+      type(waveform_t), intent(out) :: wave
+      real(wp), intent(out) :: factor
+      real(wp), intent(in) :: delay
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group, prefix
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: beyond, file
+      real(wp), allocatable :: rows(:, :), to(:)
+      real(wp) :: t_end
+      integer :: j, n
+
+      factor = 1.0_wp
+      call input%get(group, i, prefix//"file", file)
+      call read_text_columns(file, [string_t("time"), string_t("value")], rows, error)
+      if (allocated(error)) return
+      n = size(rows, 1)
+      if (n < 2) then
+         call input%complain(error, group, i, prefix//"file", "a file with two rows or more")
+      else if (abs(rows(1, 1)) > 0.0_wp) then
+         call input%complain(error, group, i, prefix//"file", "a file whose first time is 0; that of '"//file//"' is "// &
+                             to_text(rows(1, 1)))
+      end if
+      do j = 2, n
+         if (allocated(error)) return
+         if (rows(j, 1) > rows(j - 1, 1)) cycle
+         call input%complain(error, group, i, prefix//"file", "a file whose time rises from row to row; row "//to_text(j)// &
+                             " of '"//file//"' has "//to_text(rows(j, 1)))
+      end do
+      if (allocated(error)) return
+      beyond = ""
+      if (input%given(group, i, prefix//"beyond")) beyond = input%choice(group, i, prefix//"beyond")
+      t_end = 0.0_wp
+      if (input%count("motion") > 0) call input%get("motion", 1, "t_end", t_end)
+      if (beyond == "" .and. delay + rows(n, 1) < t_end) then
+         call input%complain(error, group, i, prefix//"beyond", "required: '"//file//"' ends at "// &
+                             decimal(delay + rows(n, 1), 6)//" s, before the motion")
+         return
+      end if
+      to = [rows(2:, 2), rows(n, 2)]
+      if (input%choice(group, i, prefix//"interpolation") == "held") to = rows(:, 2)
+      if (beyond == "zero") rows(n, 2) = 0.0_wp
+      if (beyond == "zero") to(n) = 0.0_wp
+      if (beyond == "periodic") then
+         call polyline(wave, factor, rows(:n - 1, 1), rows(:n - 1, 2), to(:n - 1), rows(n, 1))
+         wave%hertz = 1/real(rows(n, 1), qp)
+      else
+         call polyline(wave, factor, rows(:, 1), rows(:, 2), to, 0.0_wp)
+      end if
+   end subroutine read_file
+
+end module razy_scenes_shapes
