@@ -150,18 +150,18 @@ contains
       end associate
    end subroutine enter
 
-   !> Whether the closed forms of the modes that the motion came to cost more than all its pieces by steps of a Runge-Kutta method
-   !> would. A form costs some m³, and a step m, by matrices in bands; each piece takes some steps, and the angle of the fastest
-   !> exponent more. The factors are ratios of instructions, counted on chains of 20 and 100 coordinates (docs/methods.md).
+   !> Whether the motion hardly ever returns to a mode, and the closed forms of its modes cost more than all its pieces by steps of
+   !> a Runge-Kutta method would. A form costs some m³, and a step m, by matrices in bands; each piece takes some steps, and the
+   !> angle of the fastest exponent more. The factors are ratios of instructions, counted on chains of 20 and 100 coordinates.
    pure logical function costs_more(self, pieces)
       type(exact_t), intent(in) :: self
       integer(i8), intent(in) :: pieces
 
-      ! Of fewer modes a motion may come back to each.
-      integer, parameter :: few = 32
+      ! Fewer modes, or more pieces for each, are known to the next points of a sweep.
+      integer, parameter :: few = 48, often = 4
       real(wp), parameter :: of_piece = 128.0_wp, of_angle = 16.0_wp
 
-      costs_more = self%solutions%met >= few
+      costs_more = self%solutions%met >= few .and. often*self%solutions%met > pieces
       if (costs_more) costs_more = real(self%solutions%met, wp)*self%system%m**2 > of_piece*pieces + of_angle*self%turned
    end function costs_more
 
