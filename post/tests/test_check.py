@@ -6,7 +6,7 @@ import pytest
 
 flint = pytest.importorskip("flint")
 
-from razy.check.machine import build, read_groups  # noqa: E402
+from razy.check.machine import NotCovered, build, read_groups  # noqa: E402
 from razy.check.motion import System  # noqa: E402
 from razy.check.proof import Course, Disproved  # noqa: E402
 
@@ -58,3 +58,17 @@ def test_period_that_is_not_the_least_is_refused():
     y = [flint.arb(response.real), flint.arb(-response.imag)]
     with pytest.raises(Disproved, match="not the least"):
         course(1.0, (response.real, -response.imag), 2).prove(y)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("stiffness=1.0, damping=0.2", "law='table', displacement=0.0,1.0, force=0.0,1.0", "the law 'table'"),
+        ("amplitude=1.0,", "amplitude=1.0, shape='square',", "no sine"),
+        ("amplitude=1.0,", "amplitude=1.0, file='load.csv',", "no sine"),
+        ("law='kelvin_voigt', stiffness=3.0", "law='table'", "the law 'table'"),
+    ],
+)
+def test_what_is_not_covered_says_so(old, new, says):
+    with pytest.raises(NotCovered, match=says):
+        build(read_groups(CASE.format(clearance=1.0).replace(old, new)))

@@ -114,6 +114,8 @@ def build(groups: dict[str, list[dict[str, Any]]]) -> Machine:
                 machine.damping[i][j] += b * w[i] * w[j]
     speeds = _speeds(groups)
     for load in groups.get("load", []):
+        if load.get("shape", "sine") != "sine" or load.get("file"):
+            raise NotCovered("a load that is no sine")
         i = index[load["on"].lower()]
         machine.constant[i] += Fraction(load.get("value", 0.0))
         if load.get("amplitude", 0.0) or load.get("unbalance", 0.0):
