@@ -63,11 +63,12 @@ contains
          if (allocated(error)) return
          machine%load = machine%load + value*on%row
          if (shaped) then
-            if (input%given("load", i, "unbalance")) then
-               call input%complain(error, "load", i, "unbalance", "not given: it is that of a sine")
-               return
+            if (abs(unbalance) > 0.0_wp) then
+               call input%complain(error, "load", i, "unbalance", "0: it is that of a sine")
+            else if (.not. input%given("load", i, "amplitude")) then
+               call input%complain(error, "load", i, "amplitude", "required with a shape or file, which it multiplies")
             end if
-            if (input%given("load", i, "file") .and. .not. input%given("load", i, "amplitude")) amplitude = 1.0_wp
+            if (allocated(error)) return
             call add_waveform(harmonics, tone, factor*amplitude*on%row)
             cycle
          end if

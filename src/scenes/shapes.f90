@@ -34,14 +34,15 @@ contains
       call add_string(schema, prefix//"shape", "of "//what//", with "//prefix//"amplitude a: a sine; a for the share duty of "// &
                       "each period, else -a; half a sine; from 0 to a, which stays; from 0 to a and back. The last three come "// &
                       "once, or, with a frequency, in each period", choices=shapes, default="sine")
-      call add_real(schema, prefix//"duty", "of a square: share of the period", high=1.0_wp, rule=positive, default="0.5")
+      call add_real(schema, prefix//"duty", "of a square: share of the period; 0.5 if not given", high=1.0_wp, rule=positive)
       call add_real(schema, prefix//"duration", "of a half sine, of the rise of a ramp, of a whole pulse", unit="s", rule=positive)
-      call add_real(schema, prefix//"rise", "of a pulse: time in which it rises, and falls", unit="s", rule=nonnegative, &
-                    default="0.0")
-      call add_real(schema, prefix//"delay", "when the shape, or the file, begins", unit="s", rule=nonnegative, default="0.0")
+      call add_real(schema, prefix//"rise", "of a pulse: time in which it rises, and falls; 0 if not given", unit="s", &
+                    rule=nonnegative)
+      call add_real(schema, prefix//"delay", "when the shape, or the file, begins; 0 if not given", unit="s", rule=nonnegative)
       call add_string(schema, prefix//"file", what//" from a table, instead of a shape: comma-separated text with the columns "// &
-                      "time [s], from 0 on, and value ["//unit//"]; "//prefix//"amplitude, 1 if not given, multiplies it")
-      call add_string(schema, prefix//"interpolation", "between rows of the file", choices=["linear", "held  "], default="linear")
+                      "time [s], from 0 on, and value ["//unit//"]; "//prefix//"amplitude multiplies it")
+      call add_string(schema, prefix//"interpolation", "between rows of the file; 'linear' if not given", &
+                      choices=["linear", "held  "])
       call add_string(schema, prefix//"beyond", "after the last row of the file, which without this is not before the end of "// &
                       "the motion: hold, zero, or periodic with that row as the end of the period", &
                       choices=["hold    ", "zero    ", "periodic"])
@@ -72,6 +73,7 @@ contains
       found = shape /= "sine"
       if (.not. allocated(error)) call check_keys(shape, frequency, input, group, i, prefix, error)
       if (allocated(error) .or. .not. found) return
+      delay = 0.0_wp
       call input%get(group, i, prefix//"delay", delay)
       if (shape == "file") then
          call read_file(wave, factor, delay, input, group, i, prefix, error)
@@ -91,6 +93,7 @@ contains
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
+      real(wp) :: phase
       integer :: k
 
       do k = 1, size(keys)
@@ -100,10 +103,11 @@ contains
          return
       end do
       if (shape == "sine") return
+      call input%get(group, i, prefix//"phase", phase)
       if (abs(frequency%sweep) > 0.0_qp) then
          call input%complain(error, group, i, prefix//"order", "a sine where &rotation has an acceleration_rpm_per_s")
-      else if (input%given(group, i, prefix//"phase")) then
-         call input%complain(error, group, i, prefix//"phase", "not given: a shape has a delay")
+      else if (abs(phase) > 0.0_wp) then
+         call input%complain(error, group, i, prefix//"phase", "0: a shape has a delay")
       else if (shape == "file" .and. frequency%hertz > 0.0_qp) then
          call input%complain(error, group, i, prefix//"file", "without a frequency: its period is the time of its last row")
       else if (shape == "square" .and. .not. frequency%hertz > 0.0_qp) then
@@ -129,6 +133,7 @@ contains
       period = 0.0_wp
       if (hertz > 0.0_qp) period = real(1.0_qp/hertz, wp)
       if (shape == "square") then
+         duty = 0.5_wp
          call input%get(group, i, prefix//"duty", duty)
          call polyline(wave, factor, [0.0_wp, duty*period], [1.0_wp, -1.0_wp], [1.0_wp, -1.0_wp], period)
       else
@@ -143,6 +148,7 @@ contains
          case ("ramp")
             call polyline(wave, factor, [0.0_wp, duration], [0.0_wp, 1.0_wp], [1.0_wp, 1.0_wp], period)
          case default
+            rise = 0.0_wp
             call input%get(group, i, prefix//"rise", rise)
             if (rise > 0.5_wp*duration) then
                call input%complain(error, group, i, prefix//"rise", "no more than half of duration, in which the pulse falls again")
@@ -198,7 +204,9 @@ contains
          return
       end if
       to = [rows(2:, 2), rows(n, 2)]
-      if (input%choice(group, i, prefix//"interpolation") == "held") to = rows(:, 2)
+      if (input%given(group, i, prefix//"interpolation")) then
+         if (input%choice(group, i, prefix//"interpolation") == "held") to = rows(:, 2)
+      end if
       if (beyond == "zero") rows(n, 2) = 0.0_wp
       if (beyond == "zero") to(n) = 0.0_wp
       if (beyond == "periodic") then

@@ -18,10 +18,8 @@ module razy_scenes_tables
    integer, parameter :: most_points = 200, most_powers = 9
    character(*), parameter :: of_tables(*) = [character(12) :: "displacement", "force", "line_damping", "beyond"]
    !> Keys of `&spring`, and the laws that they belong to.
-   character(*), parameter :: keys(*) = [character(17) :: of_tables, "stiffness", "damping_factor", "untuned_stiffness", &
-                                                                                                "damping", "coefficients"]
-   character(*), parameter :: owners(*) = [character(22) :: "'table'", "'table'", "'table'", "'table'", "'linear'", "'linear'", &
-                                                                               "'linear'", "'linear', 'polynomial'", "'polynomial'"]
+   character(*), parameter :: keys(*) = [character(17) :: of_tables, "stiffness", "untuned_stiffness", "coefficients"]
+   character(*), parameter :: owners(*) = [character(12) :: "table", "table", "table", "table", "linear", "linear", "polynomial"]
 
 contains
 
@@ -111,15 +109,26 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       character(:), allocatable :: law
+      real(wp) :: damping, factor
       integer :: k
 
       law = input%choice("spring", i, "law")
       do k = 1, size(keys)
-         if (.not. input%given("spring", i, trim(keys(k))) .or. index(owners(k), law) > 0) cycle
+         if (.not. input%given("spring", i, trim(keys(k))) .or. owners(k) == law) cycle
          call input%complain(error, "spring", i, trim(keys(k)), "left out with law = '"//law// &
-                             "'; it belongs to "//trim(owners(k)))
+                             "'; it belongs to '"//trim(owners(k))//"'")
          return
       end do
+      ! Keys that not every kind of scene has.
+      factor = 0.0_wp
+      call input%get("spring", i, "damping", damping)
+      if (input%given("spring", i, "damping_factor")) call input%get("spring", i, "damping_factor", factor)
+      if (law /= "linear" .and. abs(factor) > 0.0_wp) then
+         call input%complain(error, "spring", i, "damping_factor", "0 with law = '"//law//"'; it belongs to 'linear'")
+      else if (law == "table" .and. abs(damping) > 0.0_wp) then
+         call input%complain(error, "spring", i, "damping", "0 with law = 'table', which has line_damping")
+      end if
+      if (allocated(error)) return
       if (law == "linear" .and. .not. input%given("spring", i, "stiffness")) then
          call input%complain(error, "spring", i, "stiffness", "required: the stiffness in N/m or N m/rad")
       else if (law == "polynomial" .and. .not. input%given("spring", i, "coefficients")) then

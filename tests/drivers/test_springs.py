@@ -3,7 +3,7 @@
 import h5py
 import numpy as np
 import pytest
-from programs import SOURCE, start, succeed
+from programs import SOURCE, datasets, start, succeed
 from scipy.integrate import trapezoid
 from scipy.special import ellipk
 
@@ -285,7 +285,14 @@ def test_planar_springs_have_laws_too(tmp_path, monkeypatch):
     assert done.returncode == 2 and "one pair" in done.stderr
 
 
-@pytest.mark.parametrize("name", ["duffing", "snap_through", "two_rate_coupling"])
-def test_inputs(tmp_path, monkeypatch, name):
+@pytest.mark.parametrize(
+    "name",
+    ["duffing", "snap_through", "two_rate_coupling", "shock_on_stop", "square_wave_walls", "torsional_gear_pair"],
+)
+def test_effective_input_is_the_input(tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
-    succeed("razy-run", INPUTS / f"{name}.nml")
+    succeed("razy-run", INPUTS / f"{name}.nml", "--output", "first.h5")
+    with h5py.File("first.h5") as file:
+        (tmp_path / "again.nml").write_text(file.attrs["input"])
+    succeed("razy-run", "again.nml")
+    assert datasets("first.h5") == datasets("again.h5")
