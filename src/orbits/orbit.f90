@@ -122,7 +122,7 @@ contains
       real(wp), allocatable :: scales(:)
 
       associate (n => self%map%n)
-         scales = [spread(self%displacement, 1, n/2), spread(self%velocity, 1, n - n/2), &
+         scales = [spread(self%displacement, 1, self%map%positions), spread(self%velocity, 1, n - self%map%positions), &
                    spread(self%period, 1, self%order() - n), self%range]
       end associate
    end function scales
@@ -158,7 +158,7 @@ contains
       self%period = period
       omega = 2*acos(-1.0_wp)/merge(self%map%period, period, self%map%period > 0.0_wp)
       associate (n => self%map%n)
-         self%velocity = max(norm2([omega*x(:n/2), x(n/2 + 1:)]), tiny(1.0_wp)*1.0e30_wp)
+         self%velocity = max(norm2([omega*x(:self%map%positions), x(self%map%positions + 1:)]), tiny(1.0_wp)*1.0e30_wp)
          self%displacement = self%velocity/omega
          if (.not. self%is_autonomous()) return
          s = self%scales()

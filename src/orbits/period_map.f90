@@ -1,8 +1,8 @@
 !! The map of a state to the one some periods of the excitation later, P(x, p), with its derivative by x, as the propagator
 !! finds it: what the map says is a motion, through whatever contacts it leads.
 !!
-!! x holds the coordinates and velocities z of razy_hybrid_system without the free motions that neither springs nor dampers nor
-!! contacts feel, such as the rotation of a whole gear train: z = Q x with orthonormal Q.
+!! x holds the coordinates and velocities z of razy_hybrid_system without displacements that neither springs nor contacts feel and
+!! without velocities that dampers do not feel either, such as the rotation of a whole gear train: z = Q x with orthonormal Q.
 !! Time goes from a phase of the excitation, in parts of its period; 0 is that of the input. Without excitation the duration is the
 !! caller's.
 module razy_orbits_period_map
@@ -11,7 +11,6 @@ module razy_orbits_period_map
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_flow, only: flow_t
    use razy_hybrid_system, only: system_t
-   use razy_linalg_eigen, only: symmetric_eigen
    use razy_motion_integrator, only: ask_stop, integrator_t, observer_slot_t, outcome_t, status_ok
    use razy_observe_event_log, only: event_log_t
    implicit none(type, external)
@@ -48,8 +47,8 @@ module razy_orbits_period_map
 
    type :: period_map_t
       class(family_t), allocatable :: family
-      !> Unknowns, twice the coordinates that are felt; period of the excitation, s
-      integer :: n = 0
+      !> Unknowns, of which the first `positions` are displacements; period of the excitation, s
+      integer :: n = 0, positions = 0
       real(wp) :: period = 0.0_wp
       !> Phase at which motions begin, 0 to 1.
       real(wp) :: phase = 0.0_wp
@@ -68,8 +67,6 @@ module razy_orbits_period_map
    end type period_map_t
 
    integer(i8), parameter :: most_events = 100000_i8
-   !> A motion that less of the largest stiffness than this resists is free.
-   real(wp), parameter :: negligible = 1.0e-10_wp
    !> A unit vector of which less is new adds no direction.
    real(wp), parameter :: least_new = 0.01_wp
 
@@ -90,7 +87,7 @@ contains
       select type (by => self%by)
       class is (flow_t)
          if (by%system%structure /= self%structure .or. .not. allocated(self%basis)) then
-            call find_basis(self%basis, by%system)
+            call find_basis(self%basis, self%positions, by%system)
             self%structure = by%system%structure
          end if
          self%n = size(self%basis, 2)
@@ -101,49 +98,51 @@ contains
       self%parameter = parameter
    end subroutine go_to
 
-   !> Orthonormal Q without the free motions: of what is left of the unit vectors, one after the other, what is new.
-   subroutine find_basis(basis, system)
+   !> Orthonormal Q without displacements that neither springs nor contacts feel and without velocities that dampers do not feel
+   !> either; `positions` of its columns are displacements.
+   subroutine find_basis(basis, positions, system)
       real(wp), allocatable, intent(out) :: basis(:, :)
+      integer, intent(out) :: positions
       type(system_t), intent(in) :: system
 
-      real(wp), allocatable :: felt(:, :), found(:, :), free(:, :), rest(:), values(:)
-      integer :: i, info, k, m
+      real(wp), allocatable :: free(:, :), moves(:, :), speeds(:, :)
+      logical :: acts(size(system%machine%contact))
+      integer :: j, rigid
 
-      m = system%m
-      allocate (felt(m, m), source=0.0_wp)
-      allocate (values(m), rest(m))
-      call add(system%coupled%stiffness)
-      call add(system%coupled%damping)
-      call add(transpose(system%w))
-      call symmetric_eigen(felt, values, info)
-      free = felt(:, :count(values <= negligible**2))
-      if (info /= 0) free = felt(:, :0)
-      allocate (found(m, 0))
-      do i = 1, m
+      ! Friction feels velocities alone.
+      acts = [(.not. system%machine%contact(j)%law%of_normal, j=1, size(acts))]
+      call system%free%in_state(acts, spread(.true., 1, size(acts)), free, rigid)
+      moves = complement(free)
+      speeds = complement(free(:, :rigid))
+      positions = size(moves, 2)
+      associate (m => system%m)
+         allocate (basis(2*m, positions + size(speeds, 2)), source=0.0_wp)
+         basis(:m, :positions) = moves
+         basis(m + 1:, positions + 1:) = speeds
+      end associate
+   end subroutine find_basis
+
+   !> What is left of the unit vectors without the orthonormal columns of `free` (m, r), one after the other, as far as it is new
+   !> (m, m - r).
+   pure function complement(free) result(found)
+      real(wp), intent(in) :: free(:, :)
+      real(wp), allocatable :: found(:, :)
+
+      real(wp) :: rest(size(free, 1))
+      integer :: i, k
+
+      allocate (found(size(free, 1), 0))
+      do i = 1, size(free, 1)
+         if (size(found, 2) + size(free, 2) == size(free, 1)) exit
          rest = 0.0_wp
          rest(i) = 1.0_wp
          rest = rest - matmul(free, free(i, :))
          do k = 1, 2
             rest = rest - matmul(found, matmul(rest, found))
          end do
-         if (norm2(rest) > least_new) found = reshape([found, rest/norm2(rest)], [m, size(found, 2) + 1])
-         if (size(found, 2) + size(free, 2) == m) exit
+         if (norm2(rest) > least_new) found = reshape([found, rest/norm2(rest)], [size(free, 1), size(found, 2) + 1])
       end do
-      k = size(found, 2)
-      allocate (basis(2*m, 2*k), source=0.0_wp)
-      basis(:m, :k) = found
-      basis(m + 1:, k + 1:) = found
-
-   contains
-
-      subroutine add(matrix)
-         real(wp), intent(in) :: matrix(:, :)
-
-         if (.not. any(abs(matrix) > 0.0_wp)) return
-         felt = felt + matmul(transpose(matrix), matrix)/maxval(abs(matrix))**2
-      end subroutine add
-
-   end subroutine find_basis
+   end function complement
 
    !> The motion from x for `duration`, s; observers see it. With `derivative` it carries its derivative along.
    subroutine go(self, x, duration, derivative, back, observers)

@@ -555,3 +555,33 @@ def test_bounces_of_an_accumulation_are_no_changes():
     with follow(Path("cam.nml")) as file:
         assert file["special/label"].size == 2
         assert file["special/parameter"][0] == pytest.approx(np.sqrt((1430.8 + 100.0 / 0.02) / 1.221), rel=1e-11)
+
+
+def test_a_machine_that_only_a_damper_holds():
+    """Its place is free, so its motion is one of three unknowns; multipliers are those of the linear machine."""
+    Path("driveline.nml").write_text("""
+&scene   kind='lumped', title='driveline' /
+&mass    name='motor', value=1.0 /
+&mass    name='load', value=2.0 /
+&spring  between='motor','load', stiffness=3.0, damping=0.2 /
+&damper  between='load','frame', damping=0.4 /
+&stop    name='far', between='motor','load', side='both', clearance=5.0, stiffness=10.0 /
+&load    on='motor', amplitude=0.1, angular_frequency=1.5 /
+&motion  t_end=10.0, start='zero' /
+&record  observable='relative_displacement', what='extrema' /
+&follow  parameter='load%angular_frequency', first=1.5, last=1.7 /
+""")
+    mass, damping = np.diag([1.0, 2.0]), np.array([[0.2, -0.2], [-0.2, 0.6]])
+    stiffness = 3.0 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    system = np.block(
+        [[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)]]
+    )
+    rates = np.linalg.eigvals(system)
+    rates = rates[np.abs(rates) > 1e-9]
+    assert rates.size == 3
+    with follow(Path("driveline.nml")) as file:
+        omega = file["point/load.angular_frequency"][:]
+        assert omega[-1] == 1.7 and len(omega) < 60 and list(file["special/label"].asstr()[:]) == ["EP"]
+        for point in (0, len(omega) - 1):
+            expected = np.sort_complex(np.exp(rates * 2 * np.pi / omega[point]))
+            assert multipliers(file, point) == pytest.approx(expected, abs=1e-11)
