@@ -50,8 +50,8 @@ contains
          associate (line => law%branch(i))
             line%name = "line "//to_text(i)
             line%closed = .not. (gap .and. i == law%home)
-            line%side = sign(1, i - law%home)
-            if (i == law%home) line%side = 0
+            line%side = merge(1, -1, i >= law%home)
+            if (.not. line%closed) line%side = 0
             if (.not. line%closed) line%name = "open"
             line%stiffness = (force(i + 1) - force(i))/(place(i + 1) - place(i))
             line%damping = damping(i)
@@ -65,6 +65,7 @@ contains
          associate (outside => law%branch(beyond(i)))
             outside = law%branch(merge(1, n, i == 1))
             outside%outside = .true.
+            outside%side = merge(-1, 1, i == 1)
             outside%name = "outside the table"
             outside%guard%below = 0
             outside%guard%above = 0

@@ -296,3 +296,21 @@ def test_effective_input_is_the_input(tmp_path, monkeypatch, name):
         (tmp_path / "again.nml").write_text(file.attrs["input"])
     succeed("razy-run", "again.nml")
     assert datasets("first.h5") == datasets("again.h5")
+
+
+@pytest.mark.parametrize("side", ["lower", "upper", "both"])
+def test_friction_under_a_table_without_a_gap(tmp_path, monkeypatch, side):
+    """Its one line presses as an elastic stop does, on whichever side."""
+    monkeypatch.chdir(tmp_path)
+    found = []
+    for law in ("stiffness=1.0", table([0, 1], [0, 1])):
+        path = scene(
+            tmp_path, "&mass name='a', value=1.0 /", "&mass name='b', value=1.0 /",
+            "&spring between='b','frame', stiffness=1.0 /", "&spring between='a','frame', stiffness=1.0 /",
+            f"&stop name='w', between='a','frame', side='{side}', clearance=0.0, {law} /",
+            "&friction name='f', between='b','frame', static_coefficient=0.5, normal_contact='w' /",
+            "&load on='a', amplitude=1.0, angular_frequency=2.0 /",
+            "&load on='b', amplitude=1.0, angular_frequency=1.0 /", start="zero",
+        )  # fmt: skip
+        found.append(end_of(path)[0])
+    np.testing.assert_allclose(found[1], found[0], atol=1e-11)
