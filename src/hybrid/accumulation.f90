@@ -124,13 +124,13 @@ contains
          associate (restitution => system%machine%contact(j)%law%restitution)
             if (side(i)%before < 0.0_wp) then
                if (-side(i)%before*self%flight(j) <= shortest*guards%on_s(j)) then
-                  call end_squeezed(self, system, dynamics%rate, guards%on_rate, j, z(system%m + 1:), list, ways, saltation%defined)
+                  call end_squeezed(self, system, dynamics, guards%on_rate, j, z(system%m + 1:), list, ways, saltation%defined)
                end if
                if (any(list == j) .or. .not. side(i)%after > 0.0_wp) cycle
                if (.not. ended(self, j, pull, low, alone(self, system, dynamics%mode%branch, j), restitution)) cycle
             else
                if (side(i)%before > 0.0_wp .or. .not. side(i)%after > 0.0_wp .or. .not. low) cycle
-               call end_squeezed(self, system, dynamics%rate, guards%on_rate, j, z(system%m + 1:), list, ways, saltation%defined)
+               call end_squeezed(self, system, dynamics, guards%on_rate, j, z(system%m + 1:), list, ways, saltation%defined)
                if (any(list == j)) cycle
                self%ratio(j) = restitution
             end if
@@ -249,12 +249,13 @@ contains
 
    !> Add contact j and those whose impacts alternate with its own, if the speeds of all fall by the same ratio, to the `list` of
    !> sequences that end now, with the directions in which their gaps open. Where there is friction, `speed`, y' (m), gets what all
-   !> impacts still to come give, unless friction would turn round by that, and derivatives are no longer `defined`; `rate` and
-   !> `on_rate` are s' of all contacts, and what is rounding in it.
-   subroutine end_squeezed(self, system, rate, on_rate, j, speed, list, ways, defined)
+   !> impacts still to come give, unless friction would turn round by that, and derivatives are no longer `defined`; `on_rate` is
+   !> what is rounding in s' (contacts).
+   subroutine end_squeezed(self, system, dynamics, on_rate, j, speed, list, ways, defined)
       type(accumulation_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: rate(:), on_rate(:)
+      type(dynamics_t), intent(in) :: dynamics
+      real(wp), intent(in) :: on_rate(:)
       integer, intent(in) :: j
       real(wp), intent(inout) :: speed(:)
       integer, allocatable, intent(inout) :: list(:)
@@ -273,8 +274,10 @@ contains
          to_come = (speed - self%speed(:, 1, j))*(self%ratio(j)/(1.0_wp - self%ratio(j)))
          do k = 1, size(self%count)
             if (system%machine%contact(k)%normal_of == 0) cycle
-            later = rate(k) + dot_product(system%w(:, k), to_come)
-            if (rate(k)*later < 0.0_wp .and. abs(later) > max(steady*abs(rate(k)), on_rate(k))) return
+            associate (rate => dynamics%rate(k))
+               later = rate + dot_product(dynamics%w(:, k), to_come)
+               if (rate*later < 0.0_wp .and. abs(later) > max(steady*abs(rate), on_rate(k))) return
+            end associate
          end do
          speed = speed + to_come
          defined = .false.

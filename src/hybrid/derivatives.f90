@@ -4,7 +4,7 @@
 !!
 !! derived n times, with the forces of constraints from w_cᵀ y⁽ⁿ⁺²⁾ + e_c⁽ⁿ⁺²⁾ = 0. With it goes the size of the terms, in whose
 !! rounding a derivative is 0. Of laws that are not piecewise linear, and of varying stiffness, that of y'' is the last
-!! that is known; where tones are swept none.
+!! that is known; where tones are swept or directions turn none.
 module razy_hybrid_derivatives
    use razy_core_kinds, only: wp
    use razy_hybrid_dynamics, only: dynamics_t
@@ -76,7 +76,7 @@ contains
 
       integer :: j, k
 
-      is_known = .not. any(system%machine%tone%is_swept())
+      is_known = .not. (any(system%machine%tone%is_swept()) .or. system%curved)
       if (n == 1) return
       do k = 1, dynamics%mode%acts
          j = dynamics%mode%acting(k)
@@ -95,8 +95,9 @@ contains
       integer :: j
 
       do j = 1, size(self%s, 1)
-         self%s(j, n) = dot_product(system%w(:, j), self%y(:, n)) &
+         self%s(j, n) = dot_product(dynamics%w(:, j), self%y(:, n)) &
                         + dynamics%excitation%rate(system%machine%tone, system%gap(j)%error, n)
+         if (n == 2) self%s(j, n) = self%s(j, n) + dynamics%bend(j)
       end do
    end subroutine derive_s
 
@@ -139,7 +140,7 @@ contains
                end if
             end if
          end associate
-         a = a - system%w(:, j)*self%force(j, n)
+         a = a - dynamics%w(:, j)*self%force(j, n)
       end do
       if (dynamics%mode%constraints%count > 0) call hold(self, system, dynamics, n, a)
       self%y(:, n + 2) = a
@@ -216,10 +217,10 @@ contains
                phi(i) = system%machine%contact(j)%law%force(dynamics%mode%branch(j), dynamics%s(j), dynamics%rate(j), 1.0_wp)
             end associate
          end do
-         call constraints%solve(matmul(a, system%w(:, constraints%contact)) + error, phi, force, found)
+         call constraints%solve(matmul(a, dynamics%w(:, constraints%contact)) + error, phi, force, found)
          if (.not. found) force = 0.0_wp
          friction = phi*constraints%sign*force(constraints%row)
-         a = a - matmul(system%w(:, constraints%contact), force) - matmul(system%w(:, constraints%sliding), friction)
+         a = a - matmul(dynamics%w(:, constraints%contact), force) - matmul(dynamics%w(:, constraints%sliding), friction)
       end associate
    end subroutine give_way
 
@@ -255,7 +256,7 @@ contains
          total = total + system%omega(t)**n*norm2(abs(system%harmonic(:, t)))
       end do
       do j = 1, size(dynamics%mode%branch)
-         reach = norm2(system%w(:, j))
+         reach = system%reach(j)
          associate (law => system%machine%contact(j)%law)
             select case (dynamics%mode%does(j))
             case (affine)

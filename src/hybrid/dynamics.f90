@@ -7,9 +7,11 @@ module razy_hybrid_dynamics
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: wp
+   use razy_hybrid_constraints, only: new_constraints
    use razy_hybrid_excitation, only: excitation_t
    use razy_hybrid_mode, only: affine, constrained, idle, mode_t, press_of
    use razy_hybrid_system, only: system_t
+   use razy_machine_frame, only: outward
    implicit none(type, external)
    private
 
@@ -20,11 +22,19 @@ module razy_hybrid_dynamics
       type(excitation_t) :: excitation
       !> s, s', force F and normal force of each contact, as they were looked at last (contacts).
       real(wp), allocatable :: s(:), rate(:), force(:), normal(:)
+      !> Direction of each contact: s' = wᵀy' + what does not depend on the state (m, contacts).
+      real(wp), allocatable :: w(:, :)
+      !> In a plane directions turn with the displacement, dw = turned (aroundᵀ dy) (m, contacts): s' changes by swing (aroundᵀ dy),
+      !> and s'' is larger by `bend` (contacts). Elsewhere all are 0.
+      real(wp), allocatable :: turned(:, :), around(:, :), swing(:), bend(:)
       !> Sharpness of smoothed jumps, if the mode has smoothed laws.
       real(wp) :: sharpness = 0.0_wp
    contains
       procedure :: make_room
       procedure :: look_at_contact
+      procedure, private :: look_in_plane
+      procedure :: aim
+      procedure :: slope_of_rate
       procedure :: look_at_contacts
       procedure :: speed_gained
       procedure :: second_rate
@@ -47,12 +57,16 @@ contains
       associate (contacts => size(system%machine%contact))
          call self%mode%make_room(contacts, sharpness > 0.0_wp)
          self%sharpness = sharpness
-         if (allocated(self%s)) deallocate (self%s, self%rate, self%force, self%normal)
+         if (allocated(self%s)) deallocate (self%s, self%rate, self%force, self%normal, self%turned, self%around, &
+                                            self%swing, self%bend)
          allocate (self%s(contacts), self%rate(contacts), self%force(contacts), self%normal(contacts), source=0.0_wp)
+         allocate (self%turned(system%m, contacts), self%around(system%m, contacts), self%swing(contacts), self%bend(contacts), &
+                   source=0.0_wp)
+         self%w = system%w
       end associate
    end subroutine make_room
 
-   !> s and s' of contact j at z and the time looked at last.
+   !> s, s' and direction of contact j at z and the time looked at last.
    pure subroutine look_at_contact(self, system, j, z)
       class(dynamics_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -64,7 +78,70 @@ contains
          self%rate(j) = gap%rate(z(system%m + 1:)) + self%excitation%rate(system%machine%tone, gap%error, 1) &
                         + system%machine%contact(j)%drive
       end associate
+      if (system%curved) call self%look_in_plane(system, j, z)
    end subroutine look_at_contact
+
+   !> The same of a contact in a plane.
+   pure subroutine look_in_plane(self, system, j, z)
+      class(dynamics_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      real(wp), intent(in) :: z(:)
+
+      real(wp) :: d(2), n(2), rate(2)
+
+      if (.not. allocated(system%frame(j)%across)) return
+      associate (frame => system%frame(j), u => system%w(:, j), v => system%frame(j)%across, y => z(:system%m), &
+                 speed => z(system%m + 1:))
+         d = [dot_product(u, y), dot_product(v, y)] - frame%centre
+         rate = [dot_product(u, speed), dot_product(v, speed)]
+         n = outward(d, rate)
+         self%around(:, j) = (n(2)*u - n(1)*v)/max(norm2(d), tiny(1.0_wp))
+         if (.not. norm2(d) > 0.0_wp) self%around(:, j) = 0.0_wp
+         if (system%machine%contact(j)%law%of_normal) then
+            self%s(j) = 0.0_wp
+            self%rate(j) = n(2)*rate(1) - n(1)*rate(2) + dot_product(frame%spin, speed) + system%machine%contact(j)%drive
+            self%w(:, j) = n(2)*u - n(1)*v + frame%spin
+            self%turned(:, j) = -(n(1)*u + n(2)*v)
+         else
+            self%s(j) = norm2(d)
+            self%rate(j) = dot_product(n, rate)
+            self%w(:, j) = n(1)*u + n(2)*v
+            self%turned(:, j) = n(2)*u - n(1)*v
+         end if
+         self%swing(j) = dot_product(self%turned(:, j), speed)
+         self%bend(j) = self%swing(j)*dot_product(self%around(:, j), speed)
+      end associate
+   end subroutine look_in_plane
+
+   !> Turn the directions of constraints in a plane as they are at z and the time looked at last.
+   subroutine aim(self, system, z)
+      class(dynamics_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: z(:)
+
+      integer :: i
+
+      if (.not. system%curved) return
+      associate (held => self%mode%constraints)
+         do i = 1, held%count
+            call self%look_at_contact(system, held%contact(i), z)
+         end do
+         if (held%count > 0) call new_constraints(held, self%w, (held%contact), (held%sliding), (held%row), (held%sign))
+      end associate
+   end subroutine aim
+
+   !> What s' of contact j changes by along a tangent (2m) of the state looked at last.
+   pure function slope_of_rate(self, system, j, tangent) result(slope)
+      class(dynamics_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      real(wp), intent(in) :: tangent(:)
+      real(wp) :: slope
+
+      slope = dot_product(self%w(:, j), tangent(system%m + 1:))
+      if (system%curved) slope = slope + self%swing(j)*dot_product(self%around(:, j), tangent(:system%m))
+   end function slope_of_rate
 
    !> s and s' of all contacts at (tau, z).
    pure subroutine look_at_contacts(self, system, tau, z)
@@ -120,7 +197,7 @@ contains
       speed = system%machine%acceleration*self%excitation%now()
    end function speed_gained
 
-   !> s'' of contact j at the acceleration a (m) and the time looked at last.
+   !> s'' of contact j at the acceleration a (m) and the state and time looked at last.
    pure function second_rate(self, system, j, a) result(rate)
       class(dynamics_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -132,8 +209,9 @@ contains
 
       rate = 0.0_wp
       do i = 1, system%m
-         rate = rate + system%w(i, j)*a(i)
+         rate = rate + self%w(i, j)*a(i)
       end do
+      if (system%curved) rate = rate + self%bend(j)
       rate = rate + self%excitation%rate(system%machine%tone, system%gap(j)%error, 2)
    end function second_rate
 
@@ -146,6 +224,7 @@ contains
       real(wp), intent(out) :: a(:)
 
       call accelerate_unconstrained(self, system, tau, z, a)
+      call self%aim(system, z)
       if (self%mode%constraints%count > 0) call add_constraint_forces(self, system, a)
    end subroutine accelerate
 
@@ -180,7 +259,7 @@ contains
             end if
          end associate
          do i = 1, system%m
-            a(i) = a(i) - system%w(i, j)*self%force(j)
+            a(i) = a(i) - self%w(i, j)*self%force(j)
          end do
       end do
    end subroutine accelerate_unconstrained
@@ -208,14 +287,14 @@ contains
          do i = 1, constraints%count
             j = constraints%contact(i)
             self%force(j) = force(i)
-            a = a - system%w(:, j)*force(i)
+            a = a - self%w(:, j)*force(i)
          end do
          do i = 1, constraints%couplings
             j = constraints%sliding(i)
             associate (press => constraints%sign(i)*force(constraints%row(i)))
                self%normal(j) = self%normal(j) + press
                self%force(j) = self%force(j) + phi(i)*press
-               a = a - system%w(:, j)*(phi(i)*press)
+               a = a - self%w(:, j)*(phi(i)*press)
             end associate
          end do
          do i = 1, constraints%count
@@ -315,6 +394,7 @@ contains
       associate (constraints => self%mode%constraints, m => system%m)
          if (constraints%count == 0) return
          call self%excitation%look(system%machine%tone, tau)
+         call self%aim(system, z)
          do i = 1, constraints%count
             j = constraints%contact(i)
             call self%look_at_contact(system, j, z)
@@ -324,8 +404,8 @@ contains
                change(i) = merge(edge%upper, edge%lower, edge%above == self%mode%branch(j)) - self%s(j)
             end associate
          end do
-         call constraints%displace(system%w, change, z(:m))
-         call constraints%displace(system%w, -self%rate(constraints%contact(:constraints%count)), z(m + 1:))
+         call constraints%displace(self%w, change, z(:m))
+         call constraints%displace(self%w, -self%rate(constraints%contact(:constraints%count)), z(m + 1:))
       end associate
    end subroutine keep_constraints
 

@@ -189,7 +189,7 @@ contains
       allocate (self%noise(8*contacts), source=0.0_wp)
       allocate (self%size_s(contacts), self%size_rate(contacts), self%on_s(contacts), self%on_rate(contacts), source=0.0_wp)
       allocate (self%a(system%m), self%moved(2*system%m), source=0.0_wp)
-      self%reach = norm2(system%w, dim=1)
+      self%reach = system%reach
       self%fastest_error = 0.0_wp
       do j = 1, contacts
          self%fastest_error = max(self%fastest_error, maxval([0.0_wp, system%omega], [.true., abs(system%gap(j)%error) > 0.0_wp]))
@@ -226,7 +226,7 @@ contains
       speed = norm2(z(system%m + 1:))
       do j = 1, size(self%reach)
          associate (gap => system%gap(j))
-            s = abs(gap%constant) + self%reach(j)*length + sum(abs(gap%error))
+            s = abs(gap%constant) + self%reach(j)*length + sum(abs(gap%error)) + sum(abs(system%frame(j)%centre))
             rate = abs(system%machine%contact(j)%drive) + self%reach(j)*speed + sum(system%omega*abs(gap%error))
          end associate
          if (.not. anew) s = max(s, self%size_s(j))
@@ -272,7 +272,7 @@ contains
          if (self%forced) then
             associate (constraints => dynamics%mode%constraints)
                do i = 1, constraints%count
-                  held = held + abs(dynamics%force(constraints%contact(i)))*norm2(system%w(:, constraints%contact(i)))
+                  held = held + abs(dynamics%force(constraints%contact(i)))*system%reach(constraints%contact(i))
                end do
             end associate
          end if
@@ -283,7 +283,7 @@ contains
                ! On a step of no length, as where sequences of impacts end at once, there is no difference.
                rate(i) = (rate(i) - g(i))/max(self%delta, tiny(1.0_wp))
                associate (guard => self%entry(i), j => self%entry(i)%contact, noise => self%noise(i))
-                  noise = abs(dynamics%force(j)) + (norm2(self%a) + held)/norm2(system%w(:, j))
+                  noise = abs(dynamics%force(j)) + (norm2(self%a) + held)/system%reach(j)
                   if (guard%of_normal) noise = noise + abs(guard%bound*dynamics%normal(j))
                   noise = rounding_of_force*noise
                end associate

@@ -113,7 +113,8 @@ contains
             does = constrained
          else if (law%impacts .or. .not. (law%branch(branch)%closed .or. abs(law%branch(branch)%stiffness) > 0.0_wp)) then
             does = idle
-         else if (law%piecewise_linear .and. .not. law%of_normal .and. .not. allocated(system%machine%contact(j)%modulation)) then
+         else if (law%piecewise_linear .and. .not. (law%of_normal .or. allocated(system%machine%contact(j)%modulation) &
+                                                    .or. allocated(system%machine%contact(j)%frame))) then
             does = affine
          end if
       end associate

@@ -92,7 +92,7 @@ contains
       integer :: c, i
       integer, allocatable :: rigid(:)
 
-      associate (held => dynamics%mode%constraints, m => system%m, w => system%w)
+      associate (held => dynamics%mode%constraints, m => system%m, w => dynamics%w)
          if (held%count == 0) return
          rigid = pack(held%contact, [(system%machine%contact(held%contact(i))%law%impacts, i=1, held%count)])
          call new_constraints(closed, w, rigid, [integer ::], [integer ::], [real(wp) ::])
@@ -148,7 +148,7 @@ contains
       real(wp), intent(in) :: field(:)
       real(wp) :: rate
 
-      associate (guard => guards%entry(i), m => system%m, length => norm2(system%w(:, guards%entry(i)%contact)))
+      associate (guard => guards%entry(i), m => system%m, length => system%reach(guards%entry(i)%contact))
          rate = length*(abs(guard%alpha)*norm2(field(:m)) + abs(guard%beta)*norm2(field(m + 1:)))
       end associate
    end function largest_rate
@@ -216,9 +216,10 @@ contains
       real(wp), parameter :: part = 1.0e-4_wp
       real(wp) :: step
 
-      associate (guard => guards%entry(i), m => system%m, w => system%w(:, guards%entry(i)%contact))
+      associate (guard => guards%entry(i), m => system%m, j => guards%entry(i)%contact)
          if (guard%function /= of_force) then
-            slope = guard%side*(guard%alpha*dot_product(w, tangent(:m)) + guard%beta*dot_product(w, tangent(m + 1:)))
+            slope = guard%side*(guard%alpha*dot_product(dynamics%w(:, j), tangent(:m)) &
+                                + guard%beta*dynamics%slope_of_rate(system, j, tangent))
             return
          end if
          slope = 0.0_wp

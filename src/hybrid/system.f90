@@ -11,8 +11,9 @@ module razy_hybrid_system
    use razy_hybrid_linear_form, only: linear_form_t, new_form, zero_form
    use razy_linalg_pattern, only: find_profile
    use razy_machine_coupled, only: coupled_t, new_coupled
+   use razy_machine_frame, only: frame_t
    use razy_machine_free_motions, only: free_motions_t, new_free_motions
-   use razy_machine_machine, only: machine_t, observe_contact_force, same_structure
+   use razy_machine_machine, only: machine_t, observe_linear, same_structure
    implicit none(type, external)
    private
 
@@ -45,6 +46,11 @@ module razy_hybrid_system
       complex(wp), allocatable :: harmonic_beside(:, :)
       !> The largest of the frequencies, rad/s.
       real(wp) :: fastest = 0.0_wp
+      !> Frames of contacts in a plane (contacts), with their rows in these coordinates; whether there is one. Lengths of what each
+      !> contact feels (contacts).
+      type(frame_t), allocatable :: frame(:)
+      logical :: curved = .false.
+      real(wp), allocatable :: reach(:)
       !> Variables s of the contacts (contacts), and observables (observables; 0 for the force of a contact).
       type(linear_form_t), allocatable :: gap(:), observed(:)
       !> What observables feel of the motion beside (observables), and whether they do.
@@ -110,6 +116,7 @@ contains
          end do
          self%constrained = any([(any(machine%contact(j)%law%branch%constraint), j=1, size(machine%contact))])
       end if
+      call take_frames(self)
       self%load = matmul(self%coupled%project, machine%load)
       self%harmonic = matmul(self%coupled%project, machine%harmonic_load)
       if (self%beside%m > 0) then
@@ -128,13 +135,33 @@ contains
       do j = 1, size(self%observed)
          associate (observable => machine%observable(j), project => self%coupled%project)
             self%observed(j) = zero_form(self%m, size(self%omega))
-            if (observable%kind == observe_contact_force) cycle
+            if (observable%kind /= observe_linear) cycle
             self%observed(j) = new_form(matmul(project, observable%on_displacement), matmul(project, observable%on_velocity), &
                                         observable%constant, observable%error)
          end associate
       end do
       call look_beyond(self)
    end subroutine take
+
+   !> Frames of the contacts, and how far each feels the coordinates.
+   pure subroutine take_frames(self)
+      class(system_t), intent(inout) :: self
+
+      integer :: j
+
+      self%reach = norm2(self%w, dim=1)
+      if (allocated(self%frame)) deallocate (self%frame)
+      allocate (self%frame(size(self%reach)))
+      self%curved = .false.
+      do j = 1, size(self%reach)
+         if (.not. allocated(self%machine%contact(j)%frame)) cycle
+         self%curved = .true.
+         associate (frame => self%machine%contact(j)%frame, project => self%coupled%project)
+            self%frame(j) = frame_t(matmul(project, frame%across), matmul(project, frame%spin), frame%centre)
+            self%reach(j) = norm2([self%w(:, j), self%frame(j)%across, self%frame(j)%spin])
+         end associate
+      end do
+   end subroutine take_frames
 
    !> What observables feel of the motion beside. Less than `negligible` of what they feel in all is rounding of the projection.
    pure subroutine look_beyond(self)
@@ -151,7 +178,7 @@ contains
       do j = 1, size(self%observed)
          self%beyond(j) = zero_form(self%beside%m, 0)
          associate (observable => self%machine%observable(j), beyond => self%beyond(j), project => self%beside%project)
-            if (observable%kind == observe_contact_force) cycle
+            if (observable%kind /= observe_linear) cycle
             beyond%on_y = matmul(project, observable%on_displacement)
             beyond%on_v = matmul(project, observable%on_velocity)
             all_of_it = norm2([beyond%on_y, self%observed(j)%on_y]) + norm2([beyond%on_v, self%observed(j)%on_v])

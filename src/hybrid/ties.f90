@@ -45,7 +45,7 @@ contains
       integer, intent(in) :: j, n
       real(wp) :: noise
 
-      noise = rounding*(norm2(system%w(:, j))*derivatives%size(n) + derivatives%error(j, n))
+      noise = rounding*(system%reach(j)*derivatives%size(n) + derivatives%error(j, n))
    end function noise_of
 
    !> Put the branches of `tie`, which are held, in the mode of `dynamics` at (tau, z). `loose`: friction that begins to slide
@@ -105,7 +105,7 @@ contains
          allocate (problem%before(size(list)), problem%restitution(size(list)), source=0.0_wp)
          allocate (problem%coefficient(0, size(list)), problem%limit(0), source=0.0_wp)
          do i = 1, size(list)
-            d(:, i) = which(i)%direction*system%w(:, which(i)%contact)
+            d(:, i) = which(i)%direction*dynamics%w(:, which(i)%contact)
          end do
          do i = 1, size(list)
             problem%delassus(:, i) = matmul(response_to(system, dynamics, pressing(which(i), d(:, i))), d)
@@ -139,7 +139,7 @@ contains
          do j = 1, size(dynamics%s)
             associate (contact => system%machine%contact(j), branch => dynamics%mode%branch(j))
                if (contact%normal_of /= one%contact .or. all(branch /= [branch_forward, branch_backward])) cycle
-               direction = direction - system%w(:, j)*contact%law%force(branch, dynamics%s(j), dynamics%rate(j), 1.0_wp)
+               direction = direction - dynamics%w(:, j)*contact%law%force(branch, dynamics%s(j), dynamics%rate(j), 1.0_wp)
             end associate
          end do
       end function pressing
@@ -168,7 +168,7 @@ contains
          room = 0.0_wp
          associate (j => tie(i)%contact, sticks => system%machine%contact(tie(i)%contact)%law%branch(branch_sticking))
             do n = 1, derivatives%highest - 2
-               noise = noise_of(derivatives, system, j, n + 2)/dot_product(system%w(:, j), system%w(:, j))
+               noise = noise_of(derivatives, system, j, n + 2)/system%reach(j)**2
                room = sticks%force_guard%upper*derivatives%normal(j, n) - tie(i)%direction*derivatives%force(j, n)
                if (abs(room) > noise) exit
                room = 0.0_wp

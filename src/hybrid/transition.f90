@@ -340,9 +340,10 @@ contains
       call self%dynamics%look_at_contacts(system, tau, z)
       associate (guard => self%guards%entry(i), m => system%m, j => self%guards%entry(i)%contact)
          miss = guard%alpha*self%dynamics%s(j) + guard%beta*self%dynamics%rate(j) + guard%gamma - guard%bound
-         associate (w => system%w(:, j), constraints => self%dynamics%mode%constraints)
+         associate (w => self%dynamics%w(:, j), constraints => self%dynamics%mode%constraints)
             along = w
-            if (constraints%count > 0) call constraints%displace(system%w, -matmul(w, system%w(:, constraints%contact)), along)
+            if (constraints%count > 0) call constraints%displace(self%dynamics%w, &
+                                                                 -matmul(w, self%dynamics%w(:, constraints%contact)), along)
             reach = dot_product(w, along)
             if (reach <= shortest_reach*dot_product(w, w)) return
             if (abs(guard%alpha) > 0.0_wp) then
@@ -378,7 +379,7 @@ contains
 
       if (self%saltation%wanted) allocate (derivative)
       associate (side => self%side(:self%sides))
-         call strike(system%machine%contact, system%w, self%dynamics%rate, self%guards%on_rate, side, change, self%found, &
+         call strike(system%machine%contact, self%dynamics%w, self%dynamics%rate, self%guards%on_rate, side, change, self%found, &
                      derivative)
          if (.not. self%found) return
          z(system%m + 1:) = z(system%m + 1:) + change
@@ -463,8 +464,8 @@ contains
             tied = 0
             if (candidates > 0) then
                call accelerations(self%dynamics, system, tau, z, second_rate, noise, normal, per_normal)
-               call choose(contact, system%w, side, self%resting, second_rate, noise, normal, per_normal, self%next, loose, tied, &
-                           self%found)
+               call choose(contact, self%dynamics%w, side, self%resting, second_rate, noise, normal, per_normal, self%next, &
+                           loose, tied, self%found)
                if (.not. self%found) return
                self%dynamics%mode%branch = self%next
                if (loose > 0) then
@@ -518,7 +519,7 @@ contains
          do j = 1, size(tied)
             if (.not. self%let_go(j) .or. contact(j)%law%branch(branch(j))%constraint) cycle
             way = leaves(j)
-            inwards = -way*derivatives%s(j, 2)/norm2(system%w(:, j))
+            inwards = -way*derivatives%s(j, 2)/system%reach(j)
             if (abs(derivatives%s(j, 2)) <= noise_of(derivatives, system, j, 2)) then
                ! What has lost force by leaving is not tied any more.
                if (contact(j)%law%of_normal) then

@@ -18,7 +18,7 @@ module razy_machine_coupled
    use razy_linalg_lapack, only: dpotrf, dtrsm
    use razy_linalg_null_space, only: complement_of
    use razy_linalg_pattern, only: connected_sets, linked
-   use razy_machine_machine, only: machine_t, mass_complaint, observe_linear
+   use razy_machine_machine, only: contact_rows, machine_t, mass_complaint, observe_linear
    implicit none(type, external)
    private
 
@@ -121,13 +121,13 @@ contains
       type(machine_t), intent(in) :: machine
       real(wp), allocatable :: columns(:, :)
 
+      real(wp), allocatable :: rows(:, :)
       integer :: j, used
 
-      allocate (columns(size(machine%mass, 1), size(machine%contact) + 2*size(machine%observable)), source=0.0_wp)
-      do j = 1, size(machine%contact)
-         columns(:, j) = machine%contact(j)%w
-      end do
-      used = size(machine%contact)
+      rows = contact_rows(machine%contact)
+      used = size(rows, 2)
+      allocate (columns(size(machine%mass, 1), used + 2*size(machine%observable)), source=0.0_wp)
+      if (used > 0) columns(:, :used) = rows
       do j = 1, size(machine%observable)
          if (machine%observable(j)%kind /= observe_linear) cycle
          columns(:, used + 1) = machine%observable(j)%on_displacement

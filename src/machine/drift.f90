@@ -5,7 +5,7 @@
 module razy_machine_drift
    use razy_core_kinds, only: wp
    use razy_linalg_null_space, only: null_space, rank_bound
-   use razy_machine_machine, only: machine_t
+   use razy_machine_machine, only: contact_rows, machine_t
    implicit none(type, external)
    private
 
@@ -18,7 +18,7 @@ contains
       type(machine_t), intent(in) :: machine
       real(wp), allocatable :: basis(:, :)
 
-      real(wp), allocatable :: free(:, :), stretch(:, :), within(:, :)
+      real(wp), allocatable :: free(:, :), rows(:, :), stretch(:, :), within(:, :)
       integer :: info, j
 
       if (allocated(machine%free_of_stiffness)) then
@@ -27,13 +27,17 @@ contains
          call null_space(transpose(machine%stiffness), free, info)
          if (info /= 0) free = free(:, :0)
       end if
-      allocate (stretch(size(free, 2), size(machine%contact)), source=0.0_wp)
+      rows = free(:, :0)
       do j = 1, size(machine%contact)
          if (machine%contact(j)%law%of_normal) cycle
-         associate (w => machine%contact(j)%w)
-            stretch(:, j) = matmul(w, free)
-            where (abs(stretch(:, j)) <= rank_bound*matmul(abs(w), abs(free))) stretch(:, j) = 0.0_wp
+         associate (more => contact_rows(machine%contact(j:j)))
+            rows = reshape([rows, more], [size(rows, 1), size(rows, 2) + size(more, 2)])
          end associate
+      end do
+      allocate (stretch(size(free, 2), size(rows, 2)))
+      do j = 1, size(rows, 2)
+         stretch(:, j) = matmul(rows(:, j), free)
+         where (abs(stretch(:, j)) <= rank_bound*matmul(abs(rows(:, j)), abs(free))) stretch(:, j) = 0.0_wp
       end do
       call null_space(stretch, within, info)
       if (info /= 0) within = within(:, :0)

@@ -14,7 +14,7 @@ module razy_machine_equilibrium
    use razy_linalg_dense, only: add_outer, identity
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
    use razy_linalg_lapack, only: dpotrf, dtrsm
-   use razy_machine_machine, only: machine_t
+   use razy_machine_machine, only: contact_t, machine_t, stretch_of
    implicit none(type, external)
    private
 
@@ -48,7 +48,7 @@ contains
       q = 0.0_wp
       found = .false.
       near = .false.
-      linear = all([(machine%contact(i)%law%piecewise_linear, i=1, size(machine%contact))])
+      linear = all([(is_linear(machine%contact(i)), i=1, size(machine%contact))])
       do i = 1, most_iterations
          modes = directions_of(tangent_stiffness(machine, q), machine%mass)
          if (modes%status /= modes_found) return
@@ -132,21 +132,21 @@ contains
       logical, intent(in), optional :: moduli
       real(wp) :: force(size(q))
 
-      real(wp) :: damping, f, s, stiffness
+      real(wp) :: damping, f, s, stiffness, w(size(q))
       integer :: branch, j
 
       force = matmul(machine%stiffness, q)
       if (present(moduli)) force = matmul(abs(machine%stiffness), abs(q))
       do j = 1, size(machine%contact)
          associate (contact => machine%contact(j))
-            s = dot_product(contact%w, q) + contact%offset
+            call stretch_of(contact, q, s, w)
             branch = contact%law%initial_branch(s, 0.0_wp)
             f = contact%law%force(branch, s, 0.0_wp, contact%normal)
             if (present(moduli)) then
                call contact%law%slopes(branch, s, 0.0_wp, contact%normal, stiffness, damping)
-               force = force + abs(contact%w)*(abs(stiffness*s) + abs(f - stiffness*s))
+               force = force + abs(w)*(abs(stiffness*s) + abs(f - stiffness*s))
             else
-               force = force + contact%w*f
+               force = force + w*f
             end if
          end associate
       end do
@@ -158,15 +158,20 @@ contains
       real(wp), intent(in) :: q(:)
       real(wp), allocatable :: k(:, :)
 
-      real(wp) :: damping, s, stiffness
-      integer :: j
+      real(wp) :: damping, s, stiffness, turned(size(q)), w(size(q))
+      integer :: branch, j
 
       k = machine%stiffness
       do j = 1, size(machine%contact)
          associate (contact => machine%contact(j))
-            s = dot_product(contact%w, q) + contact%offset
-            call contact%law%slopes(contact%law%initial_branch(s, 0.0_wp), s, 0.0_wp, contact%normal, stiffness, damping)
-            call add_outer(k, stiffness, contact%w)
+            call stretch_of(contact, q, s, w, turned)
+            branch = contact%law%initial_branch(s, 0.0_wp)
+            call contact%law%slopes(branch, s, 0.0_wp, contact%normal, stiffness, damping)
+            call add_outer(k, stiffness, w)
+            ! The force in a ring turns with the place.
+            if (allocated(contact%frame)) then
+               call add_outer(k, contact%law%force(branch, s, 0.0_wp, contact%normal)/max(s, tiny(s)), turned)
+            end if
          end associate
       end do
    end function tangent_stiffness
@@ -215,7 +220,7 @@ contains
       integer :: j
       logical :: beyond, linear
 
-      linear = all([(machine%contact(j)%law%piecewise_linear, j=1, size(machine%contact))])
+      linear = all([(is_linear(machine%contact(j)), j=1, size(machine%contact))])
       edge = edges(machine, q, direction)
       step = 0.0_wp
       low = 0.0_wp
@@ -258,6 +263,13 @@ contains
 
    end subroutine line_search
 
+   !> Whether the force of a contact is a piecewise linear function of the displacements.
+   pure logical function is_linear(contact)
+      type(contact_t), intent(in) :: contact
+
+      is_linear = contact%law%piecewise_linear .and. .not. allocated(contact%frame)
+   end function is_linear
+
    !> The most branches that a contact has, twice.
    pure integer function most_edges(machine)
       type(machine_t), intent(in) :: machine
@@ -274,14 +286,18 @@ contains
       real(wp), intent(in) :: q(:), direction(:)
       real(wp) :: edge(most_edges(machine), size(machine%contact))
 
-      real(wp) :: rate, s
+      real(wp) :: rate, s, turned(size(q)), w(size(q))
       integer :: b, j
 
       edge = -1.0_wp
       do j = 1, size(machine%contact)
          associate (contact => machine%contact(j), law => machine%contact(j)%law)
-            s = dot_product(contact%w, q) + contact%offset
-            rate = dot_product(contact%w, direction)
+            call stretch_of(contact, q, s, w, turned)
+            rate = dot_product(w, direction)
+            if (allocated(contact%frame)) then
+               call ring_edges(s, rate, dot_product(turned, direction), edge(:, j))
+               cycle
+            end if
             if (.not. (abs(rate) > 0.0_wp .and. law%slope(1, 1) > 0.0_wp)) cycle
             do b = 1, law%plain
                associate (guard => law%branch(b)%guard(1))
@@ -291,6 +307,28 @@ contains
             end do
          end associate
       end do
+
+   contains
+
+      !> Of contact j in a plane: where |(s + t rate, t across)| is at a bound.
+      pure subroutine ring_edges(s, rate, across, edge)
+         real(wp), intent(in) :: s, rate, across
+         real(wp), intent(inout) :: edge(:)
+
+         real(wp) :: root
+         integer :: b
+
+         associate (law => machine%contact(j)%law, square => rate**2 + across**2)
+            do b = 1, law%plain
+               associate (guard => law%branch(b)%guard(1))
+                  if (guard%above == 0 .or. .not. square > 0.0_wp) cycle
+                  root = (s*rate)**2 + square*(guard%upper**2 - s**2)
+                  if (root > 0.0_wp) edge(2*b - 1:2*b) = [(-s*rate + sqrt(root))/square, (-s*rate - sqrt(root))/square]
+               end associate
+            end do
+         end associate
+      end subroutine ring_edges
+
    end function edges
 
 end module razy_machine_equilibrium

@@ -16,10 +16,11 @@ module razy_machine_free_motions
 
    public :: free_motions_t, linear_free_motions, new_free_motions, part_of
 
-   !> Orthonormal motions (m, r) with all contacts open, and how they stretch the contacts (r, contacts); a stretch that is rounding
-   !> of its terms is 0.
+   !> Orthonormal motions (m, r) with all contacts open, and how they stretch the contacts (r, rows), which each row belongs to; a
+   !> stretch that is rounding of its terms is 0.
    type :: span_t
       real(wp), allocatable :: shape(:, :), stretch(:, :)
+      integer, allocatable :: contact(:)
    end type span_t
 
    type :: free_motions_t
@@ -86,29 +87,33 @@ contains
       real(wp), allocatable :: kept(:, :)
 
       span%shape = motion
-      call find_stretch(span%stretch, machine, motion)
+      call find_stretch(span, machine, motion)
       call within(span, act, kept)
       call move_alloc(kept, motion)
    end subroutine keep_unstretched
 
-   !> How `motion` (n, r) stretches the contacts (r, contacts). Entries of a motion can be rounding themselves, so what is rounding
-   !> is measured by the largest stretch of a motion of this energy, whatever the units of coordinates.
-   subroutine find_stretch(stretch, machine, motion)
-      real(wp), allocatable, intent(out) :: stretch(:, :)
+   !> How `motion` (n, r) stretches the contacts, those in a plane in two directions. Entries of a motion can be rounding
+   !> themselves, so what is rounding is measured by the largest stretch of a motion of this energy, whatever the units of
+   !> coordinates.
+   subroutine find_stretch(self, machine, motion)
+      type(span_t), intent(inout) :: self
       type(machine_t), intent(in) :: machine
       real(wp), intent(in) :: motion(:, :)
 
-      real(wp) :: root(size(motion, 1)), speed(size(motion, 2))
-      integer :: i, j
+      real(wp) :: root(size(motion, 1)), speed(size(motion, 2)), w(size(motion, 1))
+      integer :: contacts, i, j
 
       root = [(sqrt(machine%mass(i, i)), i=1, size(root))]
       speed = [(norm2(root*motion(:, i)), i=1, size(speed))]
-      allocate (stretch(size(motion, 2), size(machine%contact)))
-      do j = 1, size(machine%contact)
-         associate (w => machine%contact(j)%w)
-            stretch(:, j) = matmul(w, motion)
-            where (abs(stretch(:, j)) <= rank_bound*norm2(w/root)*speed) stretch(:, j) = 0.0_wp
-         end associate
+      contacts = size(machine%contact)
+      self%contact = [(j, j=1, contacts), pack([(j, j=1, contacts)], [(allocated(machine%contact(j)%frame), j=1, contacts)])]
+      if (allocated(self%stretch)) deallocate (self%stretch)
+      allocate (self%stretch(size(motion, 2), size(self%contact)))
+      do j = 1, size(self%contact)
+         w = machine%contact(self%contact(j))%w
+         if (j > contacts) w = machine%contact(self%contact(j))%frame%across
+         self%stretch(:, j) = matmul(w, motion)
+         where (abs(self%stretch(:, j)) <= rank_bound*norm2(w/root)*speed) self%stretch(:, j) = 0.0_wp
       end do
    end subroutine find_stretch
 
@@ -133,7 +138,7 @@ contains
       inside = matmul(coupled%to_coupled, felt)
       call part_of(inside, self%shape, gram)
       felt = matmul(felt, gram)
-      call find_stretch(self%stretch, machine, felt)
+      call find_stretch(self, machine, felt)
    end subroutine new_span
 
    !> An orthonormal basis `part` (p, r') of the columns of `whole` (p, r), the projections of orthonormal vectors of which some
@@ -181,7 +186,7 @@ contains
       real(wp), allocatable :: basis(:, :)
       integer :: info, j
 
-      call null_space(self%stretch(:, pack([(j, j=1, size(act))], act)), basis, info)
+      call null_space(self%stretch(:, pack([(j, j=1, size(self%contact))], act(self%contact))), basis, info)
       if (info /= 0) basis = basis(:, :0)
       shape = matmul(self%shape, basis)
    end subroutine within

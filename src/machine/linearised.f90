@@ -6,7 +6,7 @@ module razy_machine_linearised
    use razy_core_kinds, only: wp
    use razy_linalg_dense, only: add_outer
    use razy_machine_equilibrium, only: find_equilibrium
-   use razy_machine_machine, only: contact_t, machine_t
+   use razy_machine_machine, only: contact_t, machine_t, stretch_of
    implicit none(type, external)
    private
 
@@ -72,7 +72,7 @@ contains
       real(wp) :: s
       integer :: branch
 
-      s = dot_product(contact%w, q) + contact%offset
+      call stretch_of(contact, q, s)
       stiffness = 0.0_wp
       damping = 0.0_wp
       status = linear_ok
@@ -86,7 +86,8 @@ contains
          end if
          if (law%branch(branch)%constraint) then
             status = linear_rigid
-         else if (contacts == contacts_closed .and. branch /= law%home .and. .not. law%piecewise_linear) then
+         else if (branch /= law%home .and. (allocated(contact%frame) .or. (contacts == contacts_closed &
+                                                                           .and. .not. law%piecewise_linear))) then
             status = linear_curved
          else
             call law%slopes(branch, s, 0.0_wp, 0.0_wp, stiffness, damping)

@@ -12,13 +12,14 @@ module razy_machine_machine
    use razy_core_kinds, only: wp
    use razy_core_text, only: string_t
    use razy_core_tone, only: tone_t
+   use razy_machine_frame, only: frame_t, outward
    use razy_linalg_null_space, only: null_space
    implicit none(type, external)
    private
 
-   public :: add_contact, add_observable, contact_t, find_free_motions, machine_t, mass_complaint, observable_t, plain_machine, &
-             same_structure
-   public :: observe_linear, observe_contact_force
+   public :: add_contact, add_observable, contact_rows, contact_t, find_free_motions, machine_t, mass_complaint, observable_t, &
+             plain_machine, same_structure, stretch_of
+   public :: observe_linear, observe_contact_force, observe_in_plane
 
    !> One contact: direction `w` (n), constant `offset` and excitation `error` (tones) of its variable s, and its law.
    type :: contact_t
@@ -27,6 +28,8 @@ module razy_machine_machine
       real(wp) :: offset = 0.0_wp
       complex(wp), allocatable :: error(:)
       class(contact_law_t), allocatable :: law
+      !> That of a contact in a plane: then s, or with friction s', is no linear function of the state (razy_machine_frame).
+      type(frame_t), allocatable :: frame
       !> Constant part of s' beside that of `w` and `error`: speed of a belt, m/s (rad/s).
       real(wp) :: drive = 0.0_wp
       !> Normal force of a friction element, N (N m): `normal`, plus the force of contact `normal_of` if that is not 0.
@@ -45,8 +48,8 @@ module razy_machine_machine
       character(:), allocatable :: unit, force_unit
    end type contact_t
 
-   !> Kinds of observable: linear in the state, or the force of a contact.
-   integer, parameter :: observe_linear = 1, observe_contact_force = 2
+   !> Kinds of observable: linear in the state; the force of a contact; of a contact in a plane s, or with friction s'.
+   integer, parameter :: observe_linear = 1, observe_contact_force = 2, observe_in_plane = 3
 
    !> A quantity that is recorded: aᵀq + bᵀq' + constant + Re(Σ error_t e^{iω_t t}), or a contact's force.
    type :: observable_t
@@ -169,6 +172,42 @@ contains
       machine%observable = [machine%observable, observable]
    end subroutine add_observable
 
+   !> All rows of the displacements by which contacts feel the coordinates (n, rows).
+   pure function contact_rows(contact) result(rows)
+      type(contact_t), intent(in) :: contact(:)
+      real(wp), allocatable :: rows(:, :)
+
+      integer :: j
+
+      allocate (rows(0, 0))
+      if (size(contact) > 0) rows = reshape([(contact(j)%w, j=1, size(contact))], [size(contact(1)%w), size(contact)])
+      do j = 1, size(contact)
+         if (.not. allocated(contact(j)%frame)) cycle
+         rows = reshape([rows, contact(j)%frame%across, contact(j)%frame%spin], [size(rows, 1), size(rows, 2) + 2])
+      end do
+   end function contact_rows
+
+   !> s of a contact at the displacements q (n) without excitation, its slope by them, and the direction across that in a plane
+   !> (n each).
+   pure subroutine stretch_of(contact, q, s, slope, turned)
+      type(contact_t), intent(in) :: contact
+      real(wp), intent(in) :: q(:)
+      real(wp), intent(out) :: s
+      real(wp), intent(out), optional :: slope(:), turned(:)
+
+      real(wp) :: d(2), n(2)
+
+      s = dot_product(contact%w, q) + contact%offset
+      if (present(slope)) slope = contact%w
+      if (present(turned)) turned = 0.0_wp
+      if (.not. allocated(contact%frame)) return
+      d = [s, dot_product(contact%frame%across, q)] - contact%frame%centre
+      n = outward(d, [0.0_wp, 0.0_wp])
+      s = norm2(d)
+      if (present(slope)) slope = n(1)*contact%w + n(2)*contact%frame%across
+      if (present(turned)) turned = n(2)*contact%w - n(1)*contact%frame%across
+   end subroutine stretch_of
+
    !> Whether two machines differ in excitation, clearances and start only, so that the same modes serve both; those whose matrices
    !> change with time count as different.
    pure function same_structure(a, b) result(same)
@@ -185,7 +224,8 @@ contains
       same = equal(a%mass, b%mass) .and. equal(a%damping, b%damping) .and. equal(a%stiffness, b%stiffness)
       do j = 1, size(a%contact)
          if (.not. same) return
-         same = same_slopes(a%contact(j)%law, b%contact(j)%law) .and. .not. any(abs(a%contact(j)%w - b%contact(j)%w) > 0.0_wp)
+         same = same_slopes(a%contact(j)%law, b%contact(j)%law) &
+                .and. equal(contact_rows(a%contact(j:j)), contact_rows(b%contact(j:j)))
          same = same .and. a%contact(j)%normal_of == b%contact(j)%normal_of .and. a%contact(j)%only_with == b%contact(j)%only_with &
                 .and. .not. abs(a%contact(j)%drive - b%contact(j)%drive) > 0.0_wp
       end do
@@ -219,7 +259,8 @@ contains
       real(wp), intent(in) :: a(:, :), b(:, :)
       logical :: equal
 
-      equal = .not. any(abs(a - b) > 0.0_wp)
+      equal = size(a) == size(b)
+      if (equal) equal = .not. any(abs(a - b) > 0.0_wp)
    end function equal
 
 end module razy_machine_machine

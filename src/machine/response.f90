@@ -8,7 +8,7 @@ module razy_machine_response
    use razy_core_kinds, only: wp
    use razy_linalg_band_matrix, only: band_t, complex_band_lu_t, dense_band, find_band
    use razy_machine_linearised, only: linear_ok, linearise
-   use razy_machine_machine, only: machine_t, observe_contact_force
+   use razy_machine_machine, only: machine_t, observe_contact_force, observe_in_plane
    implicit none(type, external)
    private
 
@@ -16,7 +16,8 @@ module razy_machine_response
 
 contains
 
-   !> Phasors of the observables, Re(value e^{iωt}), `value` (observables, tones); not a number where the matrix is singular.
+   !> Phasors of the observables, Re(value e^{iωt}), `value` (observables, tones); not a number where the matrix is singular, and
+   !> for the distance in a ring, which is not linear.
    !> `status` and `culprit` are those of `linearise`, whose states `contacts` is one of.
    subroutine find_response(machine, contacts, value, status, culprit)
       type(machine_t), intent(in) :: machine
@@ -55,7 +56,9 @@ contains
          end if
          do i = 1, size(machine%observable)
             associate (seen => machine%observable(i))
-               if (seen%kind == observe_contact_force) then
+               if (seen%kind == observe_in_plane) then
+                  value(i, t) = ieee_value(1.0_wp, ieee_quiet_nan)
+               else if (seen%kind == observe_contact_force) then
                   associate (contact => machine%contact(seen%contact))
                      value(i, t) = contact%force_sign*spring(seen%contact)*(sum(contact%w*force(:, 1)) + contact%error(t))
                   end associate

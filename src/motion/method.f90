@@ -44,15 +44,17 @@ contains
 
       character(:), allocatable :: curved
       integer :: j
-      logical :: linear, smoothable, impacts, switched, varied
+      logical :: linear, smoothable, impacts, round, switched, varied
 
       linear = .true.
       smoothable = .true.
       impacts = .false.
       switched = .false.
       varied = .false.
+      round = .false.
       do j = 1, size(machine%contact)
          associate (law => machine%contact(j)%law)
+            round = round .or. allocated(machine%contact(j)%frame)
             if (linear .and. .not. law%piecewise_linear) curved = machine%contact(j)%name
             linear = linear .and. law%piecewise_linear
             if (linear .and. allocated(machine%contact(j)%modulation)) curved = machine%contact(j)%name
@@ -75,7 +77,12 @@ contains
          allowed = "'exact' or a Runge-Kutta method where excitation has a shape or a file"
          return
       end if
-      linear = linear .and. .not. abs(machine%acceleration) > 0.0_wp
+      if (round .and. any(method%integrator == ["exact      ", "moreau_jean"])) then
+         key = "integrator"
+         allowed = "a Runge-Kutta method such as 'dop853' where there is a &ring: what happens in it is not linear"
+         return
+      end if
+      linear = linear .and. .not. (abs(machine%acceleration) > 0.0_wp .or. round)
       if (method%integrator == "automatic") then
          method%integrator = "dop853"
          method%automatic = linear .and. method%treatment == "automatic"

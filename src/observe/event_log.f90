@@ -15,22 +15,31 @@ module razy_observe_event_log
       integer :: count = 0
       real(wp), allocatable :: time(:)
       integer, allocatable :: contact(:), branch(:)
+      !> Contacts that motions without events are told apart by, and the branches they begin with; 0: not yet seen.
+      integer, allocatable, private :: watched(:), first(:)
    contains
       procedure :: reset
       procedure :: piece
       procedure :: columns
       procedure :: is_like
       procedure :: difference
+      procedure :: begins_in
       procedure :: changes_to
    end type event_log_t
 
 contains
 
-   !> Forget everything of an earlier run.
-   subroutine reset(self)
+   !> Forget everything of an earlier run; the contacts of a machine: those with a gap tell motions without events apart.
+   subroutine reset(self, contact)
       class(event_log_t), intent(inout) :: self
+      type(contact_t), intent(in), optional :: contact(:)
+
+      integer :: j
 
       self%count = 0
+      self%watched = [integer ::]
+      if (present(contact)) self%watched = pack([(j, j=1, size(contact))], [(.not. contact(j)%law%of_normal, j=1, size(contact))])
+      self%first = 0*self%watched
       if (.not. allocated(self%time)) allocate (self%time(16), self%contact(16), self%branch(16))
    end subroutine reset
 
@@ -39,8 +48,11 @@ contains
       class(event_log_t), intent(inout) :: self
       type(piece_t), intent(in) :: part
 
-      if (part%contact == 0) return
+      integer :: i
+
       if (.not. allocated(self%time)) call self%reset()
+      if (any(self%first == 0)) self%first = [(part%by%branch(self%watched(i)), i=1, size(self%watched))]
+      if (part%contact == 0) return
       if (self%count == size(self%time)) then
          call resize(self%time, 2_i8*self%count)
          call resize(self%contact, 2_i8*self%count)
@@ -78,7 +90,8 @@ contains
       end associate
    end subroutine columns
 
-   !> Whether two sequences of a periodic motion are the same but for the change that is counted first.
+   !> Whether two sequences of a periodic motion are the same but for the change that is counted first; of motions without events,
+   !> whether the same contacts are closed all the time.
    pure logical function is_like(self, other)
       class(event_log_t), intent(in) :: self, other
 
@@ -88,6 +101,7 @@ contains
       mine = counted(self)
       theirs = counted(other)
       is_like = size(mine) == size(theirs)
+      if (is_like .and. size(mine) == 0) is_like = all(self%first == other%first)
       if (.not. is_like .or. size(mine) == 0) return
       associate (a => self%contact(mine), b => self%branch(mine), c => other%contact(theirs), d => other%branch(theirs))
          do shift = 0, size(mine) - 1
@@ -135,7 +149,18 @@ contains
          end do
       end associate
       difference = 0
+      if (self%count + other%count > 0) return
+      i = findloc(self%first /= other%first, .true., 1)
+      if (i > 0) difference = self%watched(i)
    end function difference
+
+   !> The branch in which a motion of the machine given to `reset` begins, of a contact that is not friction.
+   pure integer function begins_in(self, contact)
+      class(event_log_t), intent(in) :: self
+      integer, intent(in) :: contact
+
+      begins_in = self%first(findloc(self%watched, contact, 1))
+   end function begins_in
 
    !> How often a contact changes to a branch, bounces that do not count left out.
    pure integer function changes_to(self, contact, branch)

@@ -56,6 +56,8 @@ module razy_observe_periodicity
       real(wp), allocatable, private :: state(:, :), now(:), size(:)
       !> Directions of s or of the observable by displacement and velocity, moduli (n, contacts or observables each).
       real(wp), allocatable, private :: weight(:, :), rate_weight(:, :)
+      !> Both directions of contacts in a plane, where the displacements in these stand for s and s' (n, contacts); 0 elsewhere.
+      real(wp), allocatable, private :: in_plane(:, :), across(:, :)
       !> Basis D of the drifts (n, r), DᵀM (r, n), how far D moves the components (contacts or observables, r), DᵀM q at the
       !> sections (r, 0:sections); the unit of what drifts.
       real(wp), allocatable, private :: drifts(:, :), along(:, :), shift(:, :), gone(:, :)
@@ -126,8 +128,13 @@ contains
       allocate (direction(n, self%contacts + size(self%form)))
       if (allocated(self%rate_weight)) deallocate (self%rate_weight)
       allocate (self%rate_weight(n, size(direction, 2)), source=0.0_wp)
+      if (allocated(self%in_plane)) deallocate (self%in_plane, self%across)
+      allocate (self%in_plane(n, self%contacts), self%across(n, self%contacts), source=0.0_wp)
       do i = 1, self%contacts
          direction(:, i) = machine%contact(i)%w
+         if (.not. allocated(machine%contact(i)%frame)) cycle
+         self%in_plane(:, i) = machine%contact(i)%w
+         self%across(:, i) = machine%contact(i)%frame%across
       end do
       do i = 1, size(self%form)
          direction(:, self%contacts + i) = machine%observable(self%form(i))%on_displacement
@@ -188,6 +195,10 @@ contains
       gone = matmul(self%along, self%q)
       do j = 1, self%contacts
          call part%by%contact(j, tau, s, rate, force)
+         if (any(abs(self%across(:, j)) > 0.0_wp)) then
+            s = dot_product(self%in_plane(:, j), self%q)
+            rate = dot_product(self%across(:, j), self%q)*(2*pi)/self%period
+         end if
          s = s - dot_product(self%shift(j, :), gone)
          self%now(2*j - 1) = s
          self%now(2*j) = rate*self%period/(2*pi)

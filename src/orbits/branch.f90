@@ -13,7 +13,7 @@ module razy_orbits_branch
    use razy_orbits_identity, only: is_same_motion, least_part, part_way, parts
    use razy_orbits_orbit, only: bordered, determinant, orbit_t, problem_t, solve_square
    use razy_orbits_section, only: carry, find_quiet, is_quiet
-   use razy_orbits_touch, only: find_touch, find_touch_beside
+   use razy_orbits_touch, only: find_touch, find_touch_beside, touch_round
    implicit none(type, external)
    private
 
@@ -104,6 +104,14 @@ contains
          end associate
          call step(problem, here, h, next, ok)
          if (ok) ok = .not. falls_to_part(problem, here, next)
+         if (.not. ok .or. .not. here%orbit%sequence%is_like(next%orbit%sequence)) then
+            call pass_touch(self, problem, here, found)
+            if (found) then
+               ok = .true.
+               h = first_step
+               cycle
+            end if
+         end if
          if (.not. ok) then
             h = h/4
             ok = h > least_step
@@ -168,6 +176,29 @@ contains
       if (.not. ok) call end_at_touch(self, problem, found)
       if (.not. found) self%point(self%count)%label = merge("EP", "MX", ok)
    end subroutine follow
+
+   !> Where the motion touches a ring all round right ahead of `here`, that is the next point, and one beyond it becomes `here`.
+   subroutine pass_touch(self, problem, here, found)
+      class(branch_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(inout) :: here
+      logical, intent(out) :: found
+
+      real(wp), allocatable :: u(:)
+      type(point_t) :: at, beyond
+
+      found = self%count > 1 .and. problem%has_rings()
+      if (.not. found) return
+      at = here
+      call touch_round(problem, self%point(self%count - 1)%orbit, here%orbit, u, at%contact, beyond%orbit, found)
+      if (found) call complete_point_at(problem, beyond, beyond%orbit%u - u, found)
+      if (.not. found) return
+      at%orbit%u = u
+      at%label = "GR"
+      call self%add(at)
+      call self%add(beyond)
+      here = beyond
+   end subroutine pass_touch
 
    !> Where a branch ends as its motion begins to touch a rigid stop, that is its last point.
    subroutine end_at_touch(self, problem, found)
@@ -556,7 +587,7 @@ contains
       associate (old => before%sequence, new => after%orbit%sequence)
          if (law%of_normal) then
             after%label = merge("ST", "SL", old%changes_to(j, branch_sticking) /= new%changes_to(j, branch_sticking))
-         else if (min(shortest(before), shortest(after%orbit)) < short) then
+         else if (min(shortest(before), shortest(after%orbit)) < short .or. old%count + new%count == 0) then
             after%label = "GR"
          end if
       end associate

@@ -13,6 +13,7 @@
 module razy_orbits_orbit
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
+   use razy_hybrid_flow, only: flow_t
    use razy_linalg_eigen, only: right_eigen
    use razy_linalg_lapack, only: dgetrf, dgetrs
    use razy_motion_integrator, only: status_ok
@@ -55,6 +56,7 @@ module razy_orbits_orbit
       procedure :: differentiate
       procedure :: complete
       procedure :: correct
+      procedure :: has_rings
       procedure :: jacobian
    end type problem_t
 
@@ -201,6 +203,17 @@ contains
       if (.not. ok) self%reason = "the number of coordinates that are felt changes"
    end subroutine go_to
 
+   !> Whether a contact of the machine is a ring.
+   logical function has_rings(self)
+      class(problem_t), intent(in) :: self
+
+      has_rings = .false.
+      select type (by => self%map%by)
+      class is (flow_t)
+         has_rings = by%system%curved
+      end select
+   end function has_rings
+
    !> Run the motion of u; `ok` is false if there is none, for the `reason`.
    subroutine evaluate(self, u, derivative, orbit, ok)
       class(problem_t), intent(inout) :: self
@@ -266,7 +279,6 @@ contains
             call self%evaluate(orbit%u + by, .false., above, ok)
             if (ok) call self%evaluate(orbit%u - by, .false., below, ok)
             if (ok) then
-               if (self%resolution > 0.0_wp) exit
                if (above%sequence%is_like(orbit%sequence) .and. below%sequence%is_like(orbit%sequence)) exit
             end if
             if (length <= least) exit

@@ -6,7 +6,7 @@
 !! Time goes from a phase of the excitation, in parts of its period; 0 is that of the input. Without excitation the duration is the
 !! caller's.
 module razy_orbits_period_map
-   use razy_contact_contact_law, only: contact_law_t
+   use razy_contact_contact_law, only: contact_law_t, guard_t
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_flow, only: flow_t
@@ -57,8 +57,11 @@ module razy_orbits_period_map
       procedure(ask_stop), pointer, nopass :: stop_is_asked => null()
       real(wp), allocatable, private :: parameter(:), basis(:, :)
       integer, private :: structure = -1
+      !> A contact that is kept in one branch, whatever its guards say; 0: none.
+      integer, private :: kept = 0, branch = 0
    contains
       procedure :: go_to
+      procedure :: keep
       procedure :: go
       procedure :: first_state
       procedure :: from_coordinates
@@ -91,12 +94,28 @@ contains
             self%structure = by%system%structure
          end if
          self%n = size(self%basis, 2)
+         if (self%kept > 0) then
+            associate (law => by%system%machine%contact(self%kept)%law)
+               law%home = self%branch
+               law%branch(self%branch)%guard = guard_t()
+            end associate
+         end if
       class default
          call raise(error, "the method has no derivatives")
          return
       end select
       self%parameter = parameter
    end subroutine go_to
+
+   !> Keep a contact of the machines to come in one branch; 0: none any more.
+   pure subroutine keep(self, contact, branch)
+      class(period_map_t), intent(inout) :: self
+      integer, intent(in) :: contact, branch
+
+      self%kept = contact
+      self%branch = branch
+      if (allocated(self%parameter)) deallocate (self%parameter)
+   end subroutine keep
 
    !> Orthonormal Q without displacements that neither springs nor contacts feel and without velocities that dampers do not feel
    !> either; `positions` of its columns are displacements.
@@ -154,12 +173,12 @@ contains
 
       type(observer_slot_t), allocatable :: slots(:)
 
-      call back%sequence%reset()
       allocate (slots(1))
       slots(1)%observer => back%sequence
       if (present(observers)) slots = [slots, observers]
       select type (by => self%by)
       class is (flow_t)
+         call back%sequence%reset(by%system%machine%contact)
          by%budget%stop_is_asked => self%stop_is_asked
          by%first = matmul(self%basis, x)
          by%from = self%phase*self%period

@@ -2,7 +2,11 @@
 !!
 !! On the side without the impact nothing is singular: of a motion of the branch the gap at its smallest, where it turns, is a
 !! smooth function along the branch, and the grazing its root. The branch comes so near to it that a secant finds it to rounding.
+!!
+!! In a ring a whirl may touch, or part, all round at once: neither side has an event, and a motion that comes between has many.
+!! What is left of the gap, or of the penetration, is smooth along the branch on either side and leads to the touch likewise.
 module razy_orbits_touch
+   use razy_contact_contact_law, only: contact_law_t
    use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_hybrid_flow, only: flow_t
@@ -13,9 +17,10 @@ module razy_orbits_touch
    implicit none(type, external)
    private
 
-   public :: find_touch, find_touch_again, find_touch_beside
+   public :: find_touch, find_touch_again, find_touch_beside, touch_round
 
-   !> The smallest gap at which each contact turns round without a touch, m or rad; huge where it does not (contacts).
+   !> The smallest gap at which each contact turns round without a touch, m or rad; huge where it does not (contacts). Of rings the
+   !> smallest gap or penetration.
    type, extends(observer_t) :: gaps_t
       real(wp), allocatable :: smallest(:)
    contains
@@ -47,6 +52,7 @@ contains
          looks = max(2, ceiling(part%duration/by%interval()))
          associate (contact => by%system%machine%contact)
             do j = 1, size(contact)
+               if (allocated(contact(j)%frame) .and. .not. contact(j)%law%of_normal) call look_round(j, contact(j)%law)
                if (.not. contact(j)%law%impacts .or. by%branch(j) /= branch_open) cycle
                do i = 1, looks
                   call look_between((i - 1)*part%duration/looks, i*part%duration/looks)
@@ -56,6 +62,16 @@ contains
       end select
 
    contains
+
+      subroutine look_round(j, law)
+         integer, intent(in) :: j
+         class(contact_law_t), intent(in) :: law
+
+         real(wp) :: force, rate, s
+
+         call part%by%contact(j, part%duration, s, rate, force)
+         self%smallest(j) = min(self%smallest(j), abs(law%branch(branch_open)%guard(1)%upper - s))
+      end subroutine look_round
 
       subroutine look_between(low, high)
          real(wp), intent(in) :: low, high
@@ -159,6 +175,50 @@ contains
          if (found) return
       end do
    end subroutine find_touch_again
+
+   !> Where a branch of motions without events, of which these are two, touches a ring all round or leaves it: the unknowns and the
+   !> contact there, and a motion `beyond`.
+   subroutine touch_round(problem, before, last, u, contact, beyond, found)
+      type(problem_t), intent(inout) :: problem
+      type(orbit_t), intent(in) :: before, last
+      real(wp), allocatable, intent(out) :: u(:)
+      integer, intent(out) :: contact
+      type(orbit_t), intent(out) :: beyond
+      logical, intent(out) :: found
+
+      class(contact_law_t), allocatable :: law
+      type(orbit_t) :: here, then
+      real(wp), allocatable :: guess(:), now(:), old(:), slope(:)
+      real(wp) :: way
+      integer :: i
+
+      contact = 0
+      found = .not. problem%is_autonomous() .and. before%sequence%count + last%sequence%count == 0 &
+              .and. .not. abs(before%phase - last%phase) > 0.0_wp
+      if (.not. found) return
+      call look_at(problem, before, old)
+      call look_at(problem, last, now)
+      found = any(now < old .and. old < huge(1.0_wp))
+      if (.not. found) return
+      contact = minloc(now/(old - now), 1, now < old .and. old < huge(1.0_wp))
+      then = before
+      here = last
+      call approach(problem, last%u, contact, then, here, u, found)
+      if (.not. found) return
+      allocate (law, source=problem%map%law_of(contact))
+      slope = (u - before%u)/(u(size(u)) - before%u(size(u)))
+      way = sign(1.0_wp, u(size(u)) - last%u(size(u)))
+      do i = 2, size(beside)
+         ! A guess that is not periodic touches and parts many times: first the contact is kept as it is beyond.
+         call problem%map%keep(contact, merge(law%shut, law%home, last%sequence%begins_in(contact) == law%home))
+         guess = u + way*beside(i)*slope
+         call without_impact(problem, guess, guess(size(u)), here, found)
+         call problem%map%keep(0, 0)
+         if (found) call without_impact(problem, here%u, here%u(size(u)), beyond, found, last)
+         if (found) found = beyond%sequence%count == 0
+         if (found) return
+      end do
+   end subroutine touch_round
 
    !> From two motions without the impact to the touch, which is not far from the unknowns `old`, from one side, as beyond there
    !> are none. `last` as in `without_impact`.

@@ -379,7 +379,8 @@ contains
       real(wp), intent(in) :: steps
       real(wp) :: error
 
-      associate (guard => guards%entry(i), w => system%w(:, guards%entry(i)%contact), z => stepper%z_start, m => system%m)
+      associate (guard => guards%entry(i), w => stepper%rhs%dynamics%w(:, guards%entry(i)%contact), z => stepper%z_start, &
+                 m => system%m)
          error = steps*(abs(guard%alpha)*dot_product(abs(w), stepper%absolute + stepper%relative*abs(z(:m))) &
                         + abs(guard%beta)*dot_product(abs(w), stepper%absolute + stepper%relative*abs(z(m + 1:2*m))))
       end associate
@@ -425,7 +426,7 @@ contains
       do i = 1, guards%count
          associate (guard => guards%entry(i), w => system%w(:, guards%entry(i)%contact), stop => self%stop(i), m => system%m)
             if (abs(stop%g) > guards%noise(i) .or. .not. still(guards, i, stop%rate)) cycle
-            if (.not. guards%reach(guard%contact) > 0.0_wp) cycle
+            if (.not. guards%reach(guard%contact) > 0.0_wp .or. allocated(system%frame(guard%contact)%across)) cycle
             length = guard%side*guard%alpha*sum(w**2)
             z(:m) = z(:m) - w*(stop%g/length)
             z(m + 1:) = z(m + 1:) - w*(stop%rate/length)

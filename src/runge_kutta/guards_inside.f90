@@ -69,7 +69,7 @@ contains
       self%on_paths = .true.
       do i = 1, guards%count
          if (.not. wanted(i)) cycle
-         self%on_paths = of_s_alone(guards, i)
+         self%on_paths = of_s_alone(guards, i) .and. .not. system%curved
          if (.not. self%on_paths) return
          associate (j => guards%entry(i)%contact)
             call stepper%output%follow(system%w(:, j), 0, self%path(j))

@@ -10,7 +10,7 @@ module razy_runge_kutta_observed_step
    use razy_hybrid_mode, only: constrained, idle
    use razy_hybrid_system, only: system_t
    use razy_linalg_bracketed_root, only: bracketed_root_t
-   use razy_machine_machine, only: observe_contact_force
+   use razy_machine_machine, only: observe_contact_force, observe_in_plane, observe_linear
    use razy_motion_integrator, only: glimpse_t
    use razy_runge_kutta_event_finder, only: monotone_sign
    use razy_runge_kutta_methods_dense_output, only: path_t
@@ -87,7 +87,12 @@ contains
 
       call self%look(system, stepper, tau, self%z)
       associate (observable => system%machine%observable(form), rhs => stepper%rhs)
-         if (observable%kind == observe_contact_force) then
+         if (observable%kind == observe_in_plane) then
+            call rhs%dynamics%look_at_contacts(system, tau, self%z)
+            associate (j => observable%contact)
+               value = merge(rhs%dynamics%rate(j), rhs%dynamics%s(j), system%machine%contact(j)%law%of_normal)
+            end associate
+         else if (observable%kind == observe_contact_force) then
             call rhs%accelerate(system, tau, self%z, a)
             value = 0.0_wp
             associate (j => observable%contact)
@@ -116,10 +121,15 @@ contains
                  rhs => stepper%rhs)
          dz(:m) = self%z(m + 1:)
          dz(m + 1:) = 0.0_wp
-         if (observable%kind == observe_contact_force .or. sum_of%of_rates) then
-            call rhs%accelerate(system, tau, self%z, dz(m + 1:))
-         end if
-         if (observable%kind == observe_contact_force) then
+         if (observable%kind /= observe_linear .or. sum_of%of_rates) call rhs%accelerate(system, tau, self%z, dz(m + 1:))
+         if (observable%kind == observe_in_plane) then
+            call rhs%dynamics%look_at_contacts(system, tau, self%z)
+            associate (j => observable%contact)
+               rate = rhs%dynamics%rate(j)
+               if (system%machine%contact(j)%law%of_normal) rate = rhs%dynamics%second_rate(system, j, dz(m + 1:))
+               noise = system%reach(j)*norm2(dz)
+            end associate
+         else if (observable%kind == observe_contact_force) then
             call force_rate(system, rhs, observable%contact, tau, self%z, dz(m + 1:), 1.0e-5_wp*stepper%h, rate, noise)
          else
             call rhs%dynamics%excitation%look(system%machine%tone, tau)
@@ -143,7 +153,7 @@ contains
 
       rate = 0.0_wp
       size_of = 0.0_wp
-      associate (contact => system%machine%contact(j), dynamics => rhs%dynamics, m => system%m, length => norm2(system%w(:, j)))
+      associate (contact => system%machine%contact(j), dynamics => rhs%dynamics, m => system%m, length => system%reach(j))
          if (dynamics%mode%does(j) == idle) return
          if (dynamics%mode%does(j) /= constrained .and. .not. contact%law%of_normal) then
             call dynamics%slopes_of(system, j, stiffness, damping)
@@ -171,16 +181,15 @@ contains
       real(wp) :: damping, stiffness
 
       associate (observable => system%machine%observable(form), m => system%m, j => system%machine%observable(form)%contact)
-         if (observable%kind /= observe_contact_force) then
-            total = system%observed(form)%size(self%z)
-            return
-         end if
+         if (observable%kind == observe_linear) total = system%observed(form)%size(self%z)
+         if (observable%kind == observe_in_plane) total = system%reach(j)*norm2(self%z)
+         if (observable%kind /= observe_contact_force) return
          total = 0.0_wp
          if (rhs%dynamics%mode%does(j) == idle) return
          total = abs(rhs%dynamics%force(j))
          if (rhs%dynamics%mode%does(j) == constrained) return
          call rhs%dynamics%slopes_of(system, j, stiffness, damping)
-         associate (length => norm2(system%w(:, j)))
+         associate (length => system%reach(j))
             total = total + abs(stiffness)*(abs(system%gap(j)%constant) + length*norm2(self%z(:m))) &
                     + abs(damping)*length*norm2(self%z(m + 1:))
          end associate
@@ -230,7 +239,7 @@ contains
       value = 0.0_wp
       if (self%moment) return
       self%on_path = stepper%rhs%treatment == treat_by_events .and. .not. system%observed(form)%of_rates &
-                     .and. system%machine%observable(form)%kind /= observe_contact_force
+                     .and. system%machine%observable(form)%kind == observe_linear
       if (self%on_path) then
          if (steady(self, system, stepper, form, direction)) return
          call stepper%prepare_dense(system)

@@ -95,7 +95,8 @@ contains
       associate (m => system%m, tones => size(system%omega))
          self%branch = mode%branch
          self%lawful = pack(mode%acting(:mode%acts), mode%does(mode%acting(:mode%acts)) == lawful)
-         self%is_one = .not. any([(system%machine%contact(self%lawful(i))%law%of_normal, i=1, size(self%lawful))])
+         self%is_one = .not. any([(system%machine%contact(self%lawful(i))%law%of_normal &
+                                   .or. allocated(system%machine%contact(self%lawful(i))%frame), i=1, size(self%lawful))])
          last = 2*(m + tones)
          if (allocated(self%matrix)) deallocate (self%matrix)
          allocate (self%matrix(filled(m + 2*size(self%lawful)), 0:last), source=0.0_wp)
@@ -296,7 +297,12 @@ contains
       do i = 1, self%dynamics%mode%acts
          call add_slopes(self%dynamics, system, self%dynamics%mode%acting(i), matrix)
       end do
-      if (self%dynamics%mode%constraints%count > 0) call constrain(self%dynamics, system, matrix)
+      if (self%dynamics%mode%constraints%count == 0) return
+      if (system%curved) then
+         call difference(self%dynamics, system, tau, z, matrix)
+      else
+         call constrain(self%dynamics, system, matrix)
+      end if
    end subroutine jacobian
 
    !> Add the slopes of contact j, whose forces `accelerate` has left, to the matrix df/dz.
@@ -307,9 +313,13 @@ contains
       real(wp), intent(inout) :: matrix(:, :)
 
       real(wp) :: per_normal, unused_1, unused_2
+      integer :: i
 
       associate (contact => system%machine%contact(j))
          call add(j, 1.0_wp)
+         do i = 1, merge(system%m, 0, system%curved)
+            matrix(system%m + 1:, i) = matrix(system%m + 1:, i) - dynamics%force(j)*dynamics%turned(:, j)*dynamics%around(i, j)
+         end do
          if (.not. contact%law%of_normal .or. contact%normal_of == 0) return
          associate (by => contact%normal_of, s => dynamics%s(j), rate => dynamics%rate(j), mode => dynamics%mode)
             if (any(mode%does(by) == [constrained, idle]) .or. .not. dynamics%is_in_play(system, j)) return
@@ -335,12 +345,39 @@ contains
          m = system%m
          call dynamics%slopes_of(system, by, stiffness, damping)
          do i = 1, m
-            matrix(m + 1:, i) = matrix(m + 1:, i) - factor*stiffness*system%w(:, j)*system%w(i, by)
-            matrix(m + 1:, m + i) = matrix(m + 1:, m + i) - factor*damping*system%w(:, j)*system%w(i, by)
+            matrix(m + 1:, i) = matrix(m + 1:, i) - factor*stiffness*dynamics%w(:, j)*dynamics%w(i, by)
+            matrix(m + 1:, m + i) = matrix(m + 1:, m + i) - factor*damping*dynamics%w(:, j)*dynamics%w(i, by)
+            if (.not. system%curved) cycle
+            matrix(m + 1:, i) = matrix(m + 1:, i) - factor*damping*dynamics%swing(by)*dynamics%w(:, j)*dynamics%around(i, by)
          end do
       end subroutine add
 
    end subroutine add_slopes
+
+   !> The rows y'' of df/dz by central differences: how the directions of constraints turn with the state is in them.
+   subroutine difference(dynamics, system, tau, z, matrix)
+      type(dynamics_t), intent(inout) :: dynamics
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: tau, z(:)
+      real(wp), intent(inout) :: matrix(:, :)
+
+      real(wp), parameter :: part = 6.0e-6_wp
+      real(wp) :: a(system%m, 2), step, there(size(z))
+      integer :: i, k
+
+      do i = 1, size(z)
+         associate (m => system%m)
+            step = part*max(norm2(merge(z(:m), z(m + 1:), i <= m)), tiny(1.0_wp)**0.25_wp)
+         end associate
+         do k = 1, 2
+            there = z
+            there(i) = z(i) + merge(-step, step, k == 1)
+            call dynamics%accelerate(system, tau, there, a(:, k))
+         end do
+         matrix(system%m + 1:, i) = (a(:, 2) - a(:, 1))/(2*step)
+      end do
+      call dynamics%accelerate(system, tau, z, a(:, 1))
+   end subroutine difference
 
    !> Take out of the rows y'' of df/dz what the constraint forces, with the friction that they press, let not happen.
    subroutine constrain(dynamics, system, matrix)

@@ -189,8 +189,9 @@ contains
       any_does = .false.
       associate (mode => self%stepper%rhs%dynamics%mode)
          do k = 1, mode%acts
-            associate (law => self%system%machine%contact(mode%acting(k))%law)
-               any_does = any_does .or. .not. (law%piecewise_linear .or. law%of_normal)
+            associate (contact => self%system%machine%contact(mode%acting(k)))
+               any_does = any_does .or. .not. (contact%law%of_normal .or. (contact%law%piecewise_linear &
+                                                                           .and. .not. allocated(contact%frame)))
             end associate
          end do
       end associate

@@ -159,7 +159,7 @@ contains
       do j = 1, size(room%sticking)
          room%sticking(j) = rhs%dynamics%mode%does(j) == constrained .and. system%machine%contact(j)%law%of_normal
          if (room%sticking(j)) room%noise(j) = of_force*(abs(rhs%dynamics%force(j)) + abs(rhs%dynamics%normal(j)) &
-                                                         + norm2(a)/norm2(system%w(:, j)))
+                                                         + norm2(a)/system%reach(j))
       end do
       if (.not. any(room%sticking)) return
       call look(rhs, system, room%sticking, room%value)

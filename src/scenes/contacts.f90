@@ -8,14 +8,14 @@ module razy_scenes_contacts
    use razy_input_input, only: input_t
    use razy_input_schema, only: add_real, add_string, group_spec_t, nonnegative
    use razy_machine_machine, only: contact_t, machine_t
-   use razy_scenes_gap_laws, only: read_gap_law
+   use razy_scenes_gap_laws, only: add_gap_law_keys, read_gap_law
    use razy_scenes_harmonics, only: add_harmonic, frequency_t, harmonics_t, read_frequency
    use razy_scenes_scene, only: scene_t, site_t
    use razy_scenes_tables, only: laws_of_springs, read_springs
    implicit none(type, external)
    private
 
-   public :: add_friction_keys, contacts_of, read_contacts
+   public :: add_friction_keys, add_ring_keys, contacts_of, read_contacts
 
 contains
 
@@ -29,20 +29,31 @@ contains
       call add_real(schema, "decay", "how fast the coefficient falls with the speed v of sliding: kinetic + (static - "// &
                     "kinetic)/(1 + decay*v); 0: kinetic while sliding", unit="s/m or s/rad", rule=nonnegative, default="0.0")
       call add_real(schema, "normal_load", "constant normal force", unit="N or N m", rule=nonnegative)
-      call add_string(schema, "normal_contact", "name of a stop whose force is the normal force, beside normal_load")
+      call add_string(schema, "normal_contact", "name of a stop or ring whose force is the normal force, beside normal_load")
       call add_string(schema, "only_with", "name of a stop; there is friction only while it is closed")
       call add_real(schema, "belt_speed", "velocity of the second surface beside that of its body", unit="m/s or rad/s", &
                     default="0.0")
    end subroutine add_friction_keys
 
-   !> How many contacts there are beside gear meshes: stops, springs that are not linear, friction elements.
+   !> Add the keys that `&ring` has beside its ends.
+   subroutine add_ring_keys(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
+
+      call add_real(schema, "clearance", "radial gap all round where both are concentric", unit="m", rule=nonnegative, &
+                    required=.true.)
+      call add_real(schema, "offset", "where the centre of the hole is in the reference position, from the first end, across "// &
+                    "its axis", unit="m", count=2, default="0.0, 0.0")
+      call add_gap_law_keys(schema)
+   end subroutine add_ring_keys
+
+   !> How many contacts there are beside gear meshes: stops, rings, springs that are not linear, friction elements.
    integer function contacts_of(input)
       type(input_t), intent(in) :: input
 
-      contacts_of = input%count("stop") + laws_of_springs(input) + input%count("friction")
+      contacts_of = input%count("stop") + input%count("ring") + laws_of_springs(input) + input%count("friction")
    end function contacts_of
 
-   !> Stops, springs that are not linear, then friction elements, which follow the `meshes` gear meshes of the machine.
+   !> Stops, rings, springs that are not linear, then friction elements, which follow the `meshes` gear meshes of the machine.
    subroutine read_contacts(machine, scene, meshes, input, harmonics, error)
       type(machine_t), intent(inout) :: machine
       class(scene_t), intent(in) :: scene
@@ -52,19 +63,23 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(site_t) :: site
-      integer :: i, springs, stop, stops
+      character(4) :: group
+      integer :: i, k, plane, springs, stop, stops
 
-      stops = input%count("stop")
+      plane = input%count("stop")
+      stops = plane + input%count("ring")
       springs = laws_of_springs(input)
       call read_springs(machine%contact(meshes + stops + 1:meshes + stops + springs), scene, input, error)
       if (allocated(error)) return
       do i = 1, stops + input%count("friction")
          associate (contact => machine%contact(meshes + merge(0, springs, i <= stops) + i))
             if (i <= stops) then
-               call scene%find_site(site, input, "stop", i, 0, error)
+               group = merge("stop", "ring", i <= plane)
+               k = merge(i, i - plane, i <= plane)
+               call scene%find_site(site, input, group, k, 0, error)
                if (allocated(error)) return
-               call read_stop(contact, site, input, i, harmonics, size(machine%load) + meshes + i, error)
-               if (.not. allocated(error)) call input%get("stop", i, "name", contact%name)
+               call read_stop(contact, site, input, group, k, harmonics, size(machine%load) + meshes + i, error)
+               if (.not. allocated(error)) call input%get(group, k, "name", contact%name)
             else
                call read_friction(contact, machine%contact(meshes + 1:meshes + stops), input, i - stops, stop, error)
                if (allocated(error)) return
@@ -76,17 +91,19 @@ contains
             end if
             if (allocated(error)) return
             contact%w = site%w
+            if (allocated(site%frame)) contact%frame = site%frame
             contact%unit = trim(merge("rad", "m  ", site%turns))
             contact%force_unit = trim(merge("N m", "N  ", site%turns))
          end associate
       end do
    end subroutine read_contacts
 
-   !> Stop i; the motion of its second end goes to row `row` of the harmonics.
-   subroutine read_stop(contact, site, input, i, harmonics, row, error)
+   !> `&stop` or `&ring` number i; the motion of a stop's second end goes to row `row` of the harmonics.
+   subroutine read_stop(contact, site, input, group, i, harmonics, row, error)
       type(contact_t), intent(inout) :: contact
       type(site_t), intent(in) :: site
       type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
       integer, intent(in) :: i, row
       type(harmonics_t), intent(inout) :: harmonics
       type(error_t), allocatable, intent(out) :: error
@@ -95,22 +112,24 @@ contains
       complex(wp) :: at
       type(frequency_t) :: frequency
 
-      call input%get("stop", i, "clearance", clearance)
+      call input%get(group, i, "clearance", clearance)
       if (all(site%sides) .and. clearance < 0.0_wp) then
-         call input%complain(error, "stop", i, "clearance", "at least 0 for a stop with side = 'both'")
-         return
+         call input%complain(error, group, i, "clearance", "at least 0 for a stop with side = 'both'")
+      else if (allocated(site%frame) .and. input%choice(group, i, "law") == "rigid") then
+         call input%complain(error, group, i, "law", "one that gives way, such as 'kelvin_voigt', in a ring")
       end if
+      if (allocated(error)) return
       if (.not. site%sides(2)) contact%force_sign = -1.0_wp
       ! Keys that some kinds of scene do not have.
       factor = 0.0_wp
       amplitude = 0.0_wp
       phase = 0.0_wp
-      if (input%given("stop", i, "damping_factor")) call input%get("stop", i, "damping_factor", factor)
-      if (input%given("stop", i, "motion_amplitude")) call input%get("stop", i, "motion_amplitude", amplitude)
-      if (input%given("stop", i, "motion_phase")) call input%get("stop", i, "motion_phase", phase)
-      call read_gap_law(contact%law, input, "stop", i, site%sides, [-clearance, clearance], site%turns, factor, error)
+      if (input%given(group, i, "damping_factor")) call input%get(group, i, "damping_factor", factor)
+      if (input%given(group, i, "motion_amplitude")) call input%get(group, i, "motion_amplitude", amplitude)
+      if (input%given(group, i, "motion_phase")) call input%get(group, i, "motion_phase", phase)
+      call read_gap_law(contact%law, input, group, i, site%sides, [-clearance, clearance], site%turns, factor, error)
       if (allocated(error)) return
-      call read_frequency(frequency, harmonics, input, "stop", i, "motion_", abs(amplitude) > 0.0_wp, error)
+      call read_frequency(frequency, harmonics, input, group, i, "motion_", abs(amplitude) > 0.0_wp, error)
       if (allocated(error)) return
       at = -amplitude*turn(phase)
       call add_harmonic(harmonics, row, frequency, at%im, at%re)
@@ -170,7 +189,8 @@ contains
             known(k)%text = stops(k)%name
          end do
          place = position_of(name, known)
-         if (place == 0) call input%complain(error, "friction", i, key, "the name of a stop; "//did_you_mean(name, known, "stops"))
+         if (place == 0) call input%complain(error, "friction", i, key, "the name of a stop or ring; "// &
+                                             did_you_mean(name, known, "stops"))
       end subroutine find_stop
 
    end subroutine read_friction

@@ -6,7 +6,7 @@ module razy_scenes_records
    use razy_core_text, only: append_text, did_you_mean, lower, position_of, string_t
    use razy_core_tone, only: rate_of
    use razy_input_input, only: input_t
-   use razy_machine_machine, only: machine_t, observable_t, observe_contact_force, observe_linear
+   use razy_machine_machine, only: machine_t, observable_t, observe_contact_force, observe_in_plane, observe_linear
    use razy_scenes_scene, only: coordinate_t, scene_t
    implicit none(type, external)
    private
@@ -237,7 +237,8 @@ contains
       if (allocated(error)) return
       observable%contact = first - 1 + contact
       associate (chosen => machine%contact(observable%contact))
-         observable%kind = merge(observe_contact_force, observe_linear, observable%name == "contact_force")
+         observable%kind = merge(observe_in_plane, observe_linear, allocated(chosen%frame))
+         if (observable%name == "contact_force") observable%kind = observe_contact_force
          observable%on_displacement = chosen%w
          observable%constant = chosen%offset
          observable%error = chosen%error

@@ -39,7 +39,7 @@ contains
          if (surround(angle)) then
             call input%get("stop", i, "name", first)
             call append_text(machine%caution, to_text(size(angle))//" stops around "//place_of(input, i)//" ('"//first// &
-                             "' and others) are flat faces, not a ring: what touches two of them is pushed by both")
+                             "' and others) are flat faces: what touches two of them is pushed by both; a round hole is a &ring")
          end if
          deallocate (angle)
       end do

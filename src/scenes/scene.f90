@@ -8,6 +8,7 @@ module razy_scenes_scene
    use razy_core_kinds, only: wp
    use razy_input_input, only: input_t
    use razy_input_schema, only: group_spec_t
+   use razy_machine_frame, only: frame_t
    use razy_machine_machine, only: machine_t
    implicit none(type, external)
    private
@@ -33,6 +34,8 @@ module razy_scenes_scene
       logical :: sides(2) = [.true., .false.]
       !> Constant part of s' beside that of a belt, m/s (rad/s).
       real(wp) :: drive = 0.0_wp
+      !> Of a ring and of friction on it.
+      type(frame_t), allocatable :: frame
    end type site_t
 
    type, abstract :: scene_t
@@ -73,8 +76,8 @@ module razy_scenes_scene
          type(error_t), allocatable, intent(out) :: error
       end subroutine find_coordinate
 
-      !> Where number i of `group`, which is `stop` or `friction`, acts; an element of friction rubs on &stop number `stop`,
-      !> 0: none.
+      !> Where number i of `group`, which is `stop`, `ring`, `spring` or `friction`, acts; an element of friction rubs on number
+      !> `stop` of all &stop and, after them, &ring; 0: none.
       subroutine find_site(self, site, input, group, i, stop, error)
          import :: error_t, input_t, scene_t, site_t
          implicit none(type, external)

@@ -9,7 +9,7 @@ module razy_scenes_planar_links
    implicit none(type, external)
    private
 
-   public :: link_t, new_sliding_link, read_links
+   public :: find_ring_rows, link_t, new_sliding_link, read_links
 
    !> One of the `pairs` pairs of `group` number `number`: both ends, direction of length 1, row (coordinates).
    type :: link_t
@@ -91,6 +91,31 @@ contains
       call find_row(link, bodies)
    end subroutine new_sliding_link
 
+   !> The rows of both displacements, x and y (coordinates), of the first end of `group` number i, a ring or what rubs on it,
+   !> against the second.
+   subroutine find_ring_rows(along_x, along_y, bodies, input, group, i, error)
+      real(wp), allocatable, intent(out) :: along_x(:), along_y(:)
+      type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      type(link_t) :: link
+
+      call find_points(link, bodies, input, group, i, 1, error)
+      if (.not. allocated(error) .and. input%given(group, i, "direction")) then
+         call input%complain(error, group, i, "direction", "left out where the element rubs on a ring")
+      end if
+      if (allocated(error)) return
+      link%direction = [1.0_wp, 0.0_wp]
+      call find_row(link, bodies)
+      along_x = link%w
+      link%direction = [0.0_wp, 1.0_wp]
+      call find_row(link, bodies)
+      along_y = link%w
+   end subroutine find_ring_rows
+
    subroutine find_points(link, bodies, input, group, number, pair, error)
       type(link_t), intent(inout) :: link
       type(bodies_t), intent(in) :: bodies
@@ -113,7 +138,7 @@ contains
       type(link_t), intent(inout) :: link
       type(bodies_t), intent(in) :: bodies
 
-      allocate (link%w(3*bodies%count), source=0.0_wp)
+      link%w = spread(0.0_wp, 1, 3*bodies%count)
       call add_motion(link%w, link%first, link%direction)
       call add_motion(link%w, link%second, -link%direction)
    end subroutine find_row

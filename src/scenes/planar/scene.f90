@@ -12,6 +12,7 @@ module razy_scenes_planar_scene
    use razy_core_text, only: did_you_mean, lower, position_of, string_t
    use razy_input_input, only: input_t
    use razy_linalg_dense, only: add_outer
+   use razy_machine_frame, only: frame_t
    use razy_machine_machine, only: find_free_motions, machine_t
    use razy_scenes_contacts, only: contacts_of, read_contacts
    use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
@@ -19,7 +20,7 @@ module razy_scenes_planar_scene
    use razy_scenes_planar_bodies, only: add_motion, bodies_t, components, coordinate_names, known_point, new_bodies, point_t
    use razy_scenes_planar_drawing, only: draw_exciters, draw_links
    use razy_scenes_planar_excitation, only: add_exciters, add_gravity
-   use razy_scenes_planar_links, only: link_t, new_sliding_link, read_links
+   use razy_scenes_planar_links, only: find_ring_rows, link_t, new_sliding_link, read_links
    use razy_scenes_planar_schema, only: matrix_all, matrix_untuned, planar_schema
    use razy_scenes_planar_turning, only: bound_turning
    use razy_scenes_scene, only: coordinate_t, scene_t, site_t
@@ -199,9 +200,20 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(link_t) :: link
-      integer :: k
+      real(wp), allocatable :: along_x(:), along_y(:), offset(:)
+      integer :: k, ring
 
-      if (group == "stop") then
+      ring = stop - size(self%stop)
+      if (group == "ring") ring = i
+      if (ring > 0) then
+         call find_ring_rows(along_x, along_y, self%bodies, input, group, i, error)
+         if (allocated(error)) return
+         call input%get("ring", ring, "offset", offset)
+         ! In this order what rubs slides along the push turned clockwise (razy_machine_frame).
+         site%w = along_y
+         site%frame = frame_t(along_x, 0*along_x, offset([2, 1]))
+         site%sides = [.false., .true.]
+      else if (group == "stop") then
          site%w = self%stop(i)%w
       else if (group == "spring") then
          do k = 1, size(self%link)

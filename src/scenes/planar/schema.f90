@@ -2,7 +2,7 @@
 module razy_scenes_planar_schema
    use razy_input_schema, only: add_group, add_name, add_real, add_string, group_spec_t, nonnegative, positive
    use razy_scenes_common_schema, only: add_common_groups
-   use razy_scenes_contacts, only: add_friction_keys
+   use razy_scenes_contacts, only: add_friction_keys, add_ring_keys
    use razy_scenes_gap_laws, only: add_gap_law_keys
    use razy_scenes_loads, only: add_load_keys
    use razy_scenes_start, only: add_initial_keys
@@ -75,11 +75,15 @@ contains
       call add_gap_law_keys(schema)
       call add_real(schema, "damping_factor", "damping of the closed contact in proportion to its stiffness, for "// &
                     "'kelvin_voigt'; added to damping", unit="s", rule=nonnegative)
+      call add_group(schema, "ring", "A round hole of the second end around the first one", repeatable=.true.)
+      call add_name(schema)
+      call add_contact_ends(schema)
+      call add_ring_keys(schema)
       call add_group(schema, "friction", "Dry friction between two points, with the velocity of sliding v = direction*(u1' - "// &
                      "u2') - belt_speed", repeatable=.true.)
       call add_name(schema)
       call add_contact_ends(schema)
-      call add_real(schema, "direction", "direction of sliding, of any length; if left out, that in which the stop of "// &
+      call add_real(schema, "direction", "direction of sliding, of any length; if left out, that in which the stop or ring of "// &
                     "normal_contact, or else of only_with, pushes, turned clockwise by 90 degrees; without a stop the line "// &
                     "through the points", count=2)
       call add_friction_keys(schema)

@@ -50,8 +50,8 @@ module razy_scenes_rotor_scene
    end type rotor_scene_t
 
    !> Groups that say what is done with a machine, or load it.
-   character(*), parameter :: left_out(*) = [character(9) :: "motion", "record", "sweep", "initial", "load", "stop", "friction", &
-                                                                                                       "starts", "duel"]
+   character(*), parameter :: left_out(*) = [character(9) :: "motion", "record", "sweep", "initial", "load", "stop", "ring", &
+                                                                                                       "friction", "starts", "duel"]
    !> Beyond, fewer than six digits of the lowest frequencies are right.
    real(wp), parameter :: stiffest_bearing = 1.0e6_wp
 

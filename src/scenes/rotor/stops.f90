@@ -6,7 +6,8 @@
 !!     s' = t·(u1' - u2') - p (R1 (Ω1 + φ1') + R2 (Ω2 + φ2')) - belt speed,
 !!
 !! p being the length of t across the axis: with t = e_x x n the surface point of a shaft pushed along n is -R1 n from its axis,
-!! and e_x x (-R1 n) = -R1 t. The friction force so has the moment R1 F about the first axis.
+!! and e_x x (-R1 n) = -R1 t. The friction force so has the moment R1 F about the first axis. A ring pushes its first node to its
+!! centre, from wherever in the plane across the axis this is, and what rubs on it slides likewise along t = e_x x n.
 module razy_scenes_rotor_stops
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, qp, wp
@@ -14,7 +15,8 @@ module razy_scenes_rotor_stops
    use razy_input_input, only: input_t
    use razy_input_schema, only: add_group, add_name, add_real, add_string, group_spec_t
    use razy_rotor_model, only: rotor_model_t
-   use razy_scenes_contacts, only: add_friction_keys
+   use razy_machine_frame, only: frame_t
+   use razy_scenes_contacts, only: add_friction_keys, add_ring_keys
    use razy_scenes_gap_laws, only: add_gap_law_keys
    use razy_scenes_rotor_places, only: find_place
    use razy_scenes_scene, only: site_t
@@ -44,12 +46,17 @@ contains
                     count=3, required=.true.)
       call add_real(schema, "clearance", "gap in the reference position; a negative one is preload", unit="m", default="0.0")
       call add_gap_law_keys(schema)
+      call add_group(schema, "ring", "A round hole around a node, in the frame or carried by a node of another shaft", &
+                     repeatable=.true.)
+      call add_name(schema)
+      call add_ends(schema)
+      call add_ring_keys(schema)
       call add_group(schema, "friction", "Dry friction of a node with the frame or with a node of another shaft, sliding with "// &
                      "v = direction*(u1' - u2') - radius1*omega1 - radius2*omega2 - belt_speed", repeatable=.true.)
       call add_name(schema)
       call add_ends(schema)
-      call add_real(schema, "direction", "direction x, y, z of sliding, of any length; if left out, that in which the stop of "// &
-                    "normal_contact, or else of only_with, pushes, turned about +x by 90 degrees", count=3)
+      call add_real(schema, "direction", "direction x, y, z of sliding, of any length; if left out, that in which the stop or "// &
+                    "ring of normal_contact, or else of only_with, pushes, turned about +x by 90 degrees", count=3)
       call add_real(schema, "radius", "radii of the rubbing surfaces about their axes, which bring in the turning of the "// &
                     "shafts; one value: of the first", unit="m", least=1, most=2)
       call add_friction_keys(schema)
@@ -74,14 +81,27 @@ contains
       integer, intent(in) :: i, stop
       type(error_t), allocatable, intent(out) :: error
 
-      type(ends_t) :: between
+      type(ends_t) :: between, ring_between
       real(wp), allocatable :: given(:)
       real(wp) :: acceleration, across, direction(3), radius(2), speed
-      integer :: end
+      integer :: end, ring
 
       direction = 0.0_wp
       radius = 0.0_wp
-      if (input%given(group, i, "direction")) then
+      ring = stop - input%count("stop")
+      if (group == "ring") ring = i
+      call find_ends(between, model, input, group, i, error)
+      if (allocated(error)) return
+      if (ring > 0) then
+         direction = [0.0_wp, 1.0_wp, 0.0_wp]
+         call find_ends(ring_between, model, input, "ring", ring, error)
+         if (allocated(error)) return
+         if (any([between%shaft, between%node] /= [ring_between%shaft, ring_between%node])) then
+            call input%complain(error, group, i, "between", "the ends of the ring that it rubs on")
+         else if (input%given(group, i, "direction")) then
+            call input%complain(error, group, i, "direction", "left out where the element rubs on a ring")
+         end if
+      else if (input%given(group, i, "direction")) then
          call read_direction(direction, input, group, i, error)
       else if (stop > 0) then
          call read_direction(direction, input, "stop", stop, error)
@@ -100,8 +120,12 @@ contains
          radius(:size(given)) = given
       end if
       radius = radius*norm2(direction(2:))
-      call find_ends(between, model, input, group, i, error)
-      if (.not. allocated(error)) call find_row(site%w, model, basis, input, group, i, between, direction, -radius, error)
+      if (ring > 0) then
+         call find_frame(site, model, basis, input, group, i, ring, between, -radius, error)
+      else
+         site%w = row_of(model, basis, between, direction, -radius)
+         call check_row(site%w, input, group, i, error)
+      end if
       if (allocated(error) .or. input%count("rotation") == 0) return
       call input%get("rotation", 1, "speed_rpm", speed)
       call input%get("rotation", 1, "acceleration_rpm_per_s", acceleration)
@@ -159,16 +183,34 @@ contains
       end if
    end subroutine find_ends
 
-   !> The row of direction·(u1 - u2) + turn(1) φ1 + turn(2) φ2 on the coordinates of the machine.
-   subroutine find_row(row, model, basis, input, group, i, between, direction, turn, error)
-      real(wp), allocatable, intent(out) :: row(:)
+   !> The rows of ring number `ring`, or of what rubs on it with turn(1) φ1 + turn(2) φ2.
+   subroutine find_frame(site, model, basis, input, group, i, ring, between, turn, error)
+      type(site_t), intent(inout) :: site
       type(rotor_model_t), intent(in) :: model
-      real(wp), intent(in) :: basis(:, :), direction(3), turn(2)
+      real(wp), intent(in) :: basis(:, :), turn(2)
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group
-      integer, intent(in) :: i
+      integer, intent(in) :: i, ring
       type(ends_t), intent(in) :: between
       type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: offset(:)
+
+      call input%get("ring", ring, "offset", offset)
+      site%w = row_of(model, basis, between, [0.0_wp, 1.0_wp, 0.0_wp], [0.0_wp, 0.0_wp])
+      site%frame = frame_t(row_of(model, basis, between, [0.0_wp, 0.0_wp, 1.0_wp], [0.0_wp, 0.0_wp]), &
+                           row_of(model, basis, between, [0.0_wp, 0.0_wp, 0.0_wp], turn), offset)
+      site%sides = [.false., .true.]
+      call check_row(site%w, input, group, i, error)
+      if (.not. allocated(error)) call check_row(site%frame%across, input, group, i, error)
+   end subroutine find_frame
+
+   !> The row of direction·(u1 - u2) + turn(1) φ1 + turn(2) φ2 on the coordinates of the machine.
+   pure function row_of(model, basis, between, direction, turn) result(row)
+      type(rotor_model_t), intent(in) :: model
+      real(wp), intent(in) :: basis(:, :), direction(3), turn(2)
+      type(ends_t), intent(in) :: between
+      real(wp), allocatable :: row(:)
 
       real(wp) :: part(phi)
       integer :: at(6), end, k
@@ -182,10 +224,18 @@ contains
             if (at(k) > 0) row = row + part(k)*basis(at(k), :)
          end do
       end do
-      if (.not. norm2(row) > 0.0_wp) then
-         call input%complain(error, group, i, "direction", "one in which an end can move: not held by a "// &
-                             "&support, not left out by &freedom")
-      end if
-   end subroutine find_row
+   end function row_of
+
+   subroutine check_row(row, input, group, i, error)
+      real(wp), intent(in) :: row(:)
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      if (norm2(row) > 0.0_wp) return
+      call input%complain(error, group, i, merge("direction", "between  ", input%given(group, i, "direction")), &
+                          "with an end that can move there: not held by a &support, not left out by &freedom")
+   end subroutine check_row
 
 end module razy_scenes_rotor_stops

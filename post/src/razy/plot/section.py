@@ -1,10 +1,12 @@
-"""Poincaré sections, and orbits of shaft nodes with a mark once in each revolution."""
+"""Poincaré sections, and orbits of shaft nodes in their rings, with a mark once in each revolution."""
 
 from dataclasses import replace
 
 import f90nml
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
 from razy.errors import ResultError
@@ -14,6 +16,7 @@ from razy.plot.sampled import EVEN, Course, strobe
 from razy.plot.signals import observable, signals
 from razy.plot.units import axis_label, scale_for
 from razy.read import RunResult
+from razy.read.description import read_description, values_of
 
 MOST_PANELS = 4
 
@@ -42,8 +45,9 @@ def draw_poincare(result: RunResult, figure: Figure, options: PlotOptions) -> No
 
 
 def draw_orbit(result: RunResult, figure: Figure, options: PlotOptions) -> None:
-    """Draw the path of shaft nodes in the plane yz, with a point where a revolution of the shaft begins."""
+    """Draw the path of shaft nodes in the plane yz, in their rings, with a point where a revolution begins."""
     nodes = _nodes(result, options)
+    rings = _rings(result)
     marks = revolutions(result, options)
     grid = _panels(figure, options, len(nodes), 8.0)
     for axes, node in zip(grid, nodes, strict=True):
@@ -53,13 +57,32 @@ def draw_orbit(result: RunResult, figure: Figure, options: PlotOptions) -> None:
         if marks is not None:
             axes.plot(v.at(marks) * scale.factor, w.at(marks) * scale.factor, "o", markersize=3.0, color=style.RED,
                       markeredgewidth=0.0, zorder=3, label="once per revolution")  # fmt: skip
+        for centre, radius in rings.get(node.lower(), []):
+            look = {"fill": False, "edgecolor": style.BLUE, "linewidth": 1.2, "zorder": 4, "label": "ring"}
+            axes.add_patch(Circle(tuple(centre * scale.factor), radius * scale.factor, **look))
         axes.set_aspect("equal", adjustable="datalim")
         axes.margins(0.08)
+        axes.autoscale_view()
         axes.set_xlabel(f"{node}: displacement along y ({scale.unit})")
         axes.set_ylabel(f"along z ({scale.unit})")
     handles = [] if marks is None else [style.point_handle("once per revolution", style.RED)]
+    if any(node.lower() in rings for node in nodes):
+        handles.append(Line2D([], [], color=style.BLUE, linewidth=1.2, label="ring"))
     style.set_footer(figure, result, options)
     style.set_heading(figure, (grid[0], grid[-1]), style.title_of(result, options), handles)
+
+
+def _rings(result: RunResult) -> dict[str, list[tuple[NDArray[np.float64], float]]]:
+    """Return centre and radius, m, of the rings in the frame around each node such as ``rotor.3``."""
+    rings: dict[str, list[tuple[NDArray[np.float64], float]]] = {}
+    for ring in read_description(result).get("ring", []):
+        ends = [str(end).lower() for end in values_of(ring, "between")]
+        if ends.count("frame") != 1:
+            continue
+        centre = np.array([*values_of(ring, "offset"), 0.0, 0.0][:2], dtype=float)
+        node, centre = (ends[0], centre) if ends[1] == "frame" else (ends[1], -centre)
+        rings.setdefault(node, []).append((centre, float(ring["clearance"])))
+    return rings
 
 
 def shaft_nodes(result: RunResult) -> list[str]:

@@ -25,8 +25,9 @@ RASTER_ABOVE = 20_000
 BLACK = "#000000"
 GREY = "#8a8a8a"
 RED = "#c1272d"
+BLUE = "#1f5fa8"
 EXTREMA = {MAXIMUM: ("maxima", GREY), MINIMUM: ("minima", BLACK), UNKNOWN: ("extrema", BLACK)}
-DIRECTIONS = {UP: ("upwards", RED), DOWN: ("downwards", "#1f5fa8")}
+DIRECTIONS = {UP: ("upwards", RED), DOWN: ("downwards", BLUE)}
 EVENT_COLOURS = (RED, "#1f5fa8", "#2a8a4a", "#b8860b", "#7a4fa3", "#008b8b")
 
 STYLE: dict[str, Any] = {

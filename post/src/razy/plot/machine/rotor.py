@@ -77,6 +77,10 @@ def draw(result: ResultFile, description: dict[str, list[Group]], figure: Figure
         _draw_support(axes, shafts, support, description.get("bearing", []), extent, handles)
     for stop in description.get("stop", []):
         _draw_stop(axes, shafts, stop, heights, extent, handles)
+    for ring in description.get("ring", []):
+        # Above and below, as the section of a ring is seen.
+        for side in (-1.0, 1.0):
+            _draw_stop(axes, shafts, {**ring, "direction": [0.0, side, 0.0]}, heights, extent, handles, "ring")
     for unbalance in description.get("unbalance", []):
         _draw_unbalance(axes, shafts, unbalance, handles, heights)
     for load in description.get("load", []):
@@ -307,19 +311,19 @@ def _draw_support(axes, shafts, support: Group, bearings, extent: float, handles
     handles.setdefault("held", _patch_handle("held by the frame", "none", "black", "^"))
 
 
-def _draw_stop(axes, shafts, stop: Group, heights, extent: float, handles: dict[str, Line2D]) -> None:
+def _draw_stop(axes, shafts, stop: Group, heights, extent: float, handles: dict[str, Line2D], name="stop") -> None:
     """Draw a stop as a face beside the first node, in the direction against which it pushes."""
-    name, _, node = str(values_of(stop, "between")[0]).lower().rpartition(".")
-    if not node.isdecimal() or (name, int(node)) not in heights:
+    on, _, node = str(values_of(stop, "between")[0]).lower().rpartition(".")
+    if not node.isdecimal() or (on, int(node)) not in heights:
         return
-    shaft, radius = shafts[name], heights[name, int(node)]
+    shaft, radius = shafts[on], heights[on, int(node)]
     direction = [*values_of(stop, "direction"), 0.0, 0.0, 0.0]
     side = 1.0 if direction[1] < 0.0 or direction[2] < 0.0 else -1.0
     x, y = float(shaft.nodes[int(node) - 1]), shaft.y + side * (radius + 0.012 * extent)
     line = axes.plot([x - 0.02 * extent, x + 0.02 * extent], [y, y], color=style.RED, linewidth=2.2, zorder=4)[0]
     draw_ground(axes, np.array([x, y + side * 0.006 * extent]), np.array([0.0, -side]), 0.02 * extent)
-    line.set_label("stop")
-    handles.setdefault("stop", line)
+    line.set_label(name)
+    handles.setdefault(name, line)
 
 
 def _draw_unbalance(axes, shafts, unbalance: Group, handles: dict[str, Line2D], heights) -> None:

@@ -1,0 +1,259 @@
+"""A shaft in a round hole: `&ring` and friction on it, against closed forms and SciPy."""
+
+import h5py
+import numpy as np
+import pytest
+from programs import SOURCE, start, succeed
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+RUB = SOURCE / "inputs" / "annular_rub.nml"
+RPM = 30 / np.pi
+STIFFNESS, FRICTION, DAMPING = 4.0, 0.1, 0.1
+DISK = """
+&scene kind='planar' /
+&body name='disk', mass=1.0, inertia=1.0 /
+&spring between='disk','frame', direction=1,0, stiffness=1.0 /
+&spring between='disk','frame', direction=0,1, stiffness=1.0 /
+"""
+
+
+def run(path, text):
+    path.write_text(text)
+    succeed("razy-run", path, "--force")
+    return h5py.File(path.with_suffix(".h5").name)
+
+
+def needed(speed, r):
+    """The force over exp(i phase) that a full rub of radius r needs."""
+    return (1 - speed**2 + 1j * DAMPING * speed) * r + STIFFNESS * (r - 1) * (1 + 1j * FRICTION)
+
+
+def radii(speed):
+    """Discriminant and both roots of |needed|^2 = (0.3 speed^2)^2, a square equation for the radius of a full rub."""
+    slope = needed(speed, 1.0) - needed(speed, 0.0)
+    b = (slope.conjugate() * needed(speed, 0.0)).real / abs(slope) ** 2
+    c = (abs(needed(speed, 0.0)) ** 2 - (0.3 * speed**2) ** 2) / abs(slope) ** 2
+    return b * b - c, [-b + sign * np.sqrt(max(b * b - c, 0.0)) for sign in (-1, 1)]
+
+
+def exponents(speed, r):
+    """Characteristic exponents of a full rub of radius r, in the frame that turns with it."""
+    u = r * 0.3 * speed**2 / needed(speed, r)
+    c = STIFFNESS * (1 + 1j * FRICTION)
+    a = 1 - speed**2 + 1j * DAMPING * speed + c * (1 - 1 / (2 * r))
+    b = c * u**2 / (2 * r**3)
+    g = 2j * speed + DAMPING
+    matrix = np.zeros((4, 4))
+    matrix[:2, 2:] = np.eye(2)
+    matrix[2:, :2] = [[-a.real - b.real, a.imag - b.imag], [-a.imag - b.imag, -a.real + b.real]]
+    matrix[2:, 2:] = [[-g.real, g.imag], [-g.imag, -g.real]]
+    return np.linalg.eigvals(matrix)
+
+
+def test_full_rub_against_closed_form(tmp_path):
+    done = succeed("razy-follow", RUB, "--output", tmp_path / "rub.h5")
+    found = [line.split()[2:4] for line in done.stderr.splitlines() if line.split()[:1] == ["1"]]
+    # Where the whirl without rub has the radius 1.
+    b, c = 1.99 / 0.91, 1 / 0.91
+    touch = [np.sqrt(b / 2 + sign * np.sqrt(b * b / 4 - c)) for sign in (-1, 1)]
+    torus = brentq(lambda speed: exponents(speed, radii(speed)[1][1]).real.max(), 0.92, 0.93, xtol=1e-13)
+    fold = brentq(lambda speed: radii(speed)[0], 1.8, 1.9, xtol=1e-14)
+    right = [("GR", touch[0]), ("TR", torus), ("LP", fold), ("GR", touch[1])]
+    assert [label for label, _ in found] == [label for label, _ in right] + ["EP"]
+    for (_, value), (_, speed) in zip(found[:-1], right, strict=True):
+        assert abs(float(value) / RPM / speed - 1) < 1e-9
+    with h5py.File(tmp_path / "rub.h5") as file:
+        speeds = file["point/rotation.speed_rpm"][:] / RPM
+        multipliers = file["point/multiplier"][:, 0] + 1j * file["point/multiplier"][:, 1]
+        largest = np.hypot(*file["point/state"][:, :2].T)
+    compared = 0
+    for speed, multiplier, r in zip(speeds, multipliers, largest, strict=True):
+        known = [rho for rho in radii(speed)[1] if abs(rho - r) < 1e-8]
+        if r < 1.001 or not known:
+            continue
+        here = np.sort_complex(np.exp(exponents(speed, known[0]) * 2 * np.pi / speed))
+        assert np.abs(np.sort_complex(multiplier) - here).max() < 1e-7 * max(1, np.abs(here).max())
+        compared += 1
+    assert compared > 50
+
+
+def test_ring_against_scipy(tmp_path):
+    text = DISK + (
+        "&ring name='ring', between='disk','frame', clearance=0.5, offset=0.2,-0.1, stiffness=50.0 /\n"
+        "&load on='disk.x', amplitude=0.8, angular_frequency=0.7 /\n"
+        "&initial on='disk.x', displacement=0.3 /\n&initial on='disk.y', velocity=0.9 /\n"
+        "&motion t_end=30.0, start='given', relative_tolerance=1e-12, absolute_tolerance=1e-14 /\n"
+        "&record observable='state', what='trajectory', interval=1.0 /\n"
+    )
+    with run(tmp_path / "ring.nml", text) as file:
+        ours = file["state/displacement"][:, :2]
+        events = file["event/time"].size
+
+    def field(t, z, closed):
+        d = z[:2] - [0.2, -0.1]
+        r = np.hypot(*d)
+        push = -50 * (r - 0.5) / r * d if closed else np.zeros(2)
+        return np.concatenate([z[2:], push - z[:2] + [0.8 * np.sin(0.7 * t), 0.0]])
+
+    t, z, pieces = 0.0, np.array([0.3, 0.0, 0.0, 0.9]), []
+    closed, count = False, 0
+    while t < 30:
+
+        def gap(_, z):
+            return np.hypot(z[0] - 0.2, z[1] + 0.1) - 0.5
+
+        gap.terminal, gap.direction = True, -1.0 if closed else 1.0
+        part = solve_ivp(
+            lambda t, z, closed=closed: field(t, z, closed), (t, 30.0), z, "DOP853", events=gap, dense_output=True,
+            rtol=1e-13, atol=1e-15,
+        )  # fmt: skip
+        pieces.append(part.sol)
+        t, z = part.t[-1], part.y[:, -1]
+        if part.status == 1:
+            closed, count = not closed, count + 1
+    theirs = []
+    for time in range(31):
+        sol = next(s for s in pieces if s.t_min - 1e-12 <= time <= s.t_max + 1e-12)
+        theirs.append(sol(time)[:2])
+    assert events == count > 20
+    assert np.abs(ours - theirs).max() < 1e-9
+
+
+def rotor_in_stator(angle, speed, extra=""):
+    u, v = float(1.3 * np.cos(angle)), float(1.3 * np.sin(angle))
+    text = RUB.read_text().split("&unbalance")[0]
+    return text + (
+        f"&rotation speed_rpm={float(speed * RPM)!r} /\n"
+        "&ring name='stator', between='rotor.2','frame', clearance=1.0, stiffness=4.0 /\n"
+        "&friction name='rub', between='rotor.2','frame', normal_contact='stator', radius=0.9, "
+        "static_coefficient=0.3 /\n"
+        f"&initial on='rotor.2.v', displacement={u!r} /\n&initial on='rotor.2.w', displacement={v!r} /\n"
+        "&motion t_end=6.0, start='given', relative_tolerance=1e-12, absolute_tolerance=1e-14 /\n"
+        "&record observable='displacement', of='rotor.2.v', what='trajectory', interval=0.5 /\n"
+        "&record observable='displacement', of='rotor.2.w', what='trajectory', interval=0.5 /\n" + extra
+    )
+
+
+def path_of(file):
+    return file["observable/displacement.rotor.2.v"][:] + 1j * file["observable/displacement.rotor.2.w"][:]
+
+
+def test_friction_opposes_sliding_at_every_angle_and_spin(tmp_path):
+    def field(_, z):
+        d, v = z[:2], z[2:]
+        r = np.hypot(*d)
+        force = -d - 0.1 * v
+        if r > 1:
+            n = d / r
+            around = np.array([-n[1], n[0]])
+            slide = around @ v + 0.9 * 2.0
+            force = force - 4 * (r - 1) * (n + 0.3 * np.sign(slide) * around)
+        return np.concatenate([v, force])
+
+    theirs = solve_ivp(field, (0, 6), [1.3, 0, 0, 0], "DOP853", t_eval=np.arange(0, 6.25, 0.5), rtol=1e-12, atol=1e-13,
+                       max_step=0.002)  # fmt: skip
+    theirs = theirs.y[0] + 1j * theirs.y[1]
+    for k in range(16):
+        angle = k * np.pi / 8
+        for spin in (1, -1):
+            with run(tmp_path / "angle.nml", rotor_in_stator(angle, 2.0 * spin)) as file:
+                ours = path_of(file) * np.exp(-1j * angle)
+            # The mirror image for the other spin.
+            ours = ours if spin > 0 else ours.conj()
+            assert np.abs(ours - theirs).max() < 1e-8
+            if k == 0 and spin > 0:
+                first = ours
+            assert np.abs(ours - first).max() < 1e-11
+
+
+def test_energy_goes_where_friction_says(tmp_path):
+    text = DISK + (
+        "&ring name='ring', between='disk','frame', clearance=1.0, stiffness=40.0 /\n"
+        "&friction name='rub', between='disk','frame', normal_contact='ring', static_coefficient=0.2 /\n"
+        "&initial on='disk.x', displacement=0.8, velocity=1.5 /\n&initial on='disk.y', velocity=2.0 /\n"
+        "&motion t_end=10.0, start='given', relative_tolerance=1e-12, absolute_tolerance=1e-14 /\n"
+        "&record observable='state', what='trajectory', interval=10.0 /\n"
+        "&record observable='contact_force', of='ring', what='trajectory', interval=10.0 /\n"
+        "&record observable='contact_force', of='rub', what='statistics' /\n"
+    )
+    with run(tmp_path / "energy.nml", text) as file:
+        q, v = file["state/displacement"][:, :2], file["state/velocity"][:, :2]
+        lost = file["contact/rub/dissipated_energy"][()]
+        force = file["observable/contact_force.ring"][:]
+    energy = ((q**2).sum(1) + (v**2).sum(1) + force**2 / 40) / 2
+    assert lost > 0.5
+    assert abs(energy[0] - energy[-1] - lost) < 1e-9 * energy[0]
+
+
+def test_shaft_rolls_in_the_ring(tmp_path):
+    # Backward whirl without slip: r w = R W, and m w^2 = k + kc (1 - clearance/r) at the radius r.
+    surface, gap = 0.25, 4e-4
+    r = brentq(lambda r: 2 * (surface / r) ** 2 - 1e5 - 1e7 * (1 - gap / r), gap, 5 * gap, xtol=1e-18, rtol=1e-15)
+    text = (
+        "&scene kind='planar' /\n&body name='disk', mass=2.0, inertia=1.0 /\n"
+        "&spring between='disk','frame', direction=1,0, stiffness=1e5, damping=44.72 /\n"
+        "&spring between='disk','frame', direction=0,1, stiffness=1e5, damping=44.72 /\n"
+        f"&ring name='ring', between='disk','frame', clearance={gap}, stiffness=1e7 /\n"
+        "&friction name='rub', between='disk','frame', normal_contact='ring', static_coefficient=0.2, "
+        f"belt_speed={-surface} /\n"
+        "&initial on='disk.x', displacement=4.2e-4 /\n&initial on='disk.y', velocity=-0.2 /\n"
+        "&motion t_end=2.0, start='given', relative_tolerance=1e-12, absolute_tolerance=1e-16 /\n"
+        "&record observable='state', what='trajectory', from=1.9, interval=0.001 /\n"
+        "&record observable='sliding_velocity', of='rub', what='trajectory', from=1.9, interval=0.001 /\n"
+        "&record observable='contact_force', of='rub', what='trajectory', from=1.9, interval=0.001 /\n"
+    )
+    with run(tmp_path / "roll.nml", text) as file:
+        d, v = file["state/displacement"][:, :2], file["state/velocity"][:, :2]
+        slip = file["observable/sliding_velocity.rub"][:]
+        force = file["observable/contact_force.rub"][:]
+        assert file["event/state"][:].tolist() == [3]
+    radius = np.hypot(*d.T)
+    whirl = (d[:, 0] * v[:, 1] - d[:, 1] * v[:, 0]) / radius**2
+    assert np.abs(slip).max() < 1e-12
+    assert np.abs(radius / r - 1).max() < 1e-7
+    assert np.abs(whirl + surface / r).max() < 1e-7 * surface / r
+    # Friction carries what the dampers take.
+    assert np.abs(np.abs(force) / (44.72 * surface) - 1).max() < 1e-5
+
+
+@pytest.mark.parametrize("offset", [(0.0, 0.0), (0.3, 0.2)])
+def test_shaft_rests_in_the_ring(tmp_path, offset):
+    text = DISK + (
+        f"&ring name='ring', between='disk','frame', clearance=0.5, offset={offset[0]},{offset[1]}, stiffness=30.0 /\n"
+        "&load on='disk.x', value=1.0 /\n&load on='disk.y', value=-2.0 /\n"
+        "&motion t_end=5.0, start='static' /\n"
+        "&record observable='state', what='trajectory', interval=5.0 /\n"
+    )
+    with run(tmp_path / "rest.nml", text) as file:
+        q = file["state/displacement"][:, :2]
+    d = q[0] - offset
+    r = np.hypot(*d)
+    assert r > 0.5
+    assert np.abs(q[0] + 30 * (r - 0.5) * d / r - [1.0, -2.0]).max() < 1e-11
+    assert np.abs(q[-1] - q[0]).max() < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("clearance=1.0,", "clearance=-1.0,", "&ring clearance = -1.0: "),
+        ("stiffness=4.0 /", "law='rigid', restitution=0.5 /", "&ring law = 'rigid': one that gives way"),
+        (
+            "normal_contact='stator',",
+            "normal_contact='stator', direction=0,1,0,",
+            "&friction direction = ",
+        ),
+        ("between='rotor.2','frame', normal", "between='rotor.1','frame', normal", "&friction between = "),
+        ("absolute_tolerance=1.0e-13 /", "integrator='exact' /", "&motion integrator = 'exact': a Runge-Kutta method"),
+        ("absolute_tolerance=1.0e-13 /", "integrator='moreau_jean', step=1e-3 /", "where there is a &ring"),
+    ],
+)
+def test_refusals(tmp_path, old, new, said):
+    text = RUB.read_text()
+    assert old in text
+    (tmp_path / "bad.nml").write_text(text.replace(old, new))
+    done = start("razy-run", tmp_path / "bad.nml")
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert done.stderr.count("\n") == 1
