@@ -1,4 +1,4 @@
-!! Bearings between a node of a shaft and the rigid frame: stiffness and damping matrices, of rolling elements or as given.
+!! Bearings between a node of a shaft and the frame or another node: matrices of rolling elements, or as given.
 !!
 !! A rolling element at the angle delta from y towards z pushes along t = (0, cos delta, sin delta, 0, -xi sin delta,
 !! xi cos delta), xi being the distance of the row from the node along x, and along the axis at radius r by
@@ -20,16 +20,17 @@ module razy_rotor_bearing
    private
 
    public :: bearing_t, rolling_row_t, given_bearing, rolling_bearing, tabled_bearing
-   public :: of_damping, of_stiffness, table_columns
+   public :: joined, of_damping, of_stiffness, table_columns
 
    !> Columns of a table, in N/m and N s/m, and which of them are the rows of the 2 x 2 matrices of stiffness and damping.
    character(*), parameter :: table_columns(8) = ["kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"]
    integer, parameter :: of_stiffness(4) = [1, 2, 3, 4], of_damping(4) = [5, 6, 7, 8]
 
-   !> A bearing on a node, its matrices in (u, v, w, phi, theta, psi): N/m (N m/rad, N/rad), N s/m. Symmetric parts, and the
+   !> A bearing on a node and, unless that is the frame (0), one that moves against it, its matrices in (u, v, w, phi, theta,
+   !> psi): N/m (N m/rad, N/rad), N s/m. Symmetric parts, and the
    !> skew parts that are to be added to them; with a table these are those of its first speed.
    type :: bearing_t
-      integer :: shaft = 0, node = 0
+      integer :: shaft = 0, node = 0, to_shaft = 0, to_node = 0
       real(wp) :: stiffness(6, 6) = 0.0_wp, damping(6, 6) = 0.0_wp
       real(wp) :: cross_stiffness(6, 6) = 0.0_wp, cross_damping(6, 6) = 0.0_wp
       !> The columns of `table_columns` on v (x) and w (y), over the speed of the shaft.
@@ -64,6 +65,17 @@ contains
       bearing%cross_stiffness = 0.5_wp*(stiffness - transpose(stiffness))
       bearing%cross_damping = 0.5_wp*(damping - transpose(damping))
    end function given_bearing
+
+   !> A matrix (6, 6) of the motion of one node against another in the coordinates of both (12, 12).
+   pure function joined(matrix) result(both)
+      real(wp), intent(in) :: matrix(6, 6)
+      real(wp) :: both(12, 12)
+
+      both(:6, :6) = matrix
+      both(7:, :6) = -matrix
+      both(:6, 7:) = -matrix
+      both(7:, 7:) = matrix
+   end function joined
 
    !> A bearing with the matrices of a table on v and w.
    pure function tabled_bearing(shaft, node, table) result(bearing)

@@ -90,8 +90,9 @@ contains
       end do
       do i = 1, size(model%rotor%bearing)
          associate (bearing => model%rotor%bearing(i))
-            associate (at => model%numbering%of(bearing%shaft, bearing%node))
-               call add_at(force, at, matmul(bearing%stiffness, values_at(q, at)))
+            associate (at => model%numbering%ends(bearing), push => matmul(bearing%stiffness, model%numbering%stretch(bearing, q)))
+               call add_at(force, at(:6), push)
+               call add_at(force, at(7:), -push)
             end associate
          end associate
       end do
@@ -133,7 +134,7 @@ contains
       do k = 1, size(model%rotor%bearing)
          associate (bearing => model%rotor%bearing(k))
             do j = 1, m
-               ends(:, j) = values_at(basis(:, j), model%numbering%of(bearing%shaft, bearing%node))
+               ends(:, j) = model%numbering%stretch(bearing, basis(:, j))
             end do
             projected = projected + symmetric_part(matmul(transpose(ends), matmul(bearing%stiffness, ends)))
          end associate

@@ -25,11 +25,13 @@ module razy_rotor_element
 
 contains
 
-   !> The element of length `length`, m, of a section; `shear` is shear_none or shear_cowper.
-   pure function new_element(section, length, shear) result(element)
+   !> The element of length `length`, m, of a section; `shear` is shear_none or shear_cowper; without `rotary_inertia` bending has
+   !> inertia of translation only, and gyroscopic moments all the same.
+   pure function new_element(section, length, shear, rotary_inertia) result(element)
       type(section_t), intent(in) :: section
       real(wp), intent(in) :: length
       integer, intent(in) :: shear
+      logical, intent(in) :: rotary_inertia
       type(element_t) :: element
 
       real(wp) :: bending(4, 4), inertia(4, 4), rotary(4, 4), shear_ratio
@@ -42,8 +44,9 @@ contains
          call add_bar(element, axial_coordinates, density*a*length, young*a/length)
          call add_bar(element, twist_coordinates, 2*density*second*length, 2*modulus*second/length)
          bending = young*second/length**3*bending_stiffness(length, shear_ratio)
-         rotary = density*second/length*rotary_inertia(length, shear_ratio)
-         inertia = density*a*length*translatory_inertia(length, shear_ratio) + rotary
+         rotary = density*second/length*inertia_of_rotation(length, shear_ratio)
+         inertia = density*a*length*translatory_inertia(length, shear_ratio)
+         if (rotary_inertia) inertia = inertia + rotary
       end associate
       do j = 1, 4
          do i = 1, 4
@@ -96,7 +99,7 @@ contains
    end function translatory_inertia
 
    !> Inertia of rotation over rho J/l.
-   pure function rotary_inertia(l, phi) result(m)
+   pure function inertia_of_rotation(l, phi) result(m)
       real(wp), intent(in) :: l, phi
       real(wp) :: m(4, 4)
 
@@ -106,7 +109,7 @@ contains
       m5 = (4 + 5*phi + 10*phi**2)*l**2
       m6 = (5*phi**2 - 5*phi - 1)*l**2
       m = symmetric([36.0_wp, m2, -36.0_wp, m2, m5, -m2, m6, 36.0_wp, -m2, m5])/(30*(1 + phi)**2)
-   end function rotary_inertia
+   end function inertia_of_rotation
 
    !> The symmetric matrix with these rows of its upper triangle.
    pure function symmetric(upper) result(matrix)

@@ -125,6 +125,10 @@ contains
       call list_bearings(model%rotor, moved, by_stiffness, felt)
       do s = 1, size(model%rotor%shaft)
          associate (shaft => model%rotor%shaft(s), column => first_column(model%rotor, s))
+            ! Damping in proportion to masses feels whatever a shaft does.
+            if (shaft%mass_damping > 0.0_wp .and. .not. by_stiffness) then
+               call append(felt, moved(:, column + 1:column + 6*shaft%nodes()))
+            end if
             if (model%rotor%damping == damping_nodal .and. shaft%damping_ratio > 0.0_wp .and. (acts .or. .not. by_stiffness)) then
                do i = 1, shaft%nodes()
                   call append(felt, moved(:, column + 6*i - 4:column + 6*i - 3))

@@ -10,6 +10,7 @@ module razy_rotor_model
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_linalg_sparse, only: add_matrices, csr_t, entries_t, new_csr
+   use razy_rotor_bearing, only: joined
    use razy_rotor_damping, only: circulatory_matrix, internal_damping
    use razy_rotor_element, only: element_t, new_element
    use razy_rotor_numbering, only: add_at, new_numbering, numbering_t
@@ -52,7 +53,7 @@ contains
       type(rotor_t), intent(in) :: rotor
       type(error_t), allocatable, intent(out) :: error
 
-      type(entries_t) :: bearing_damping, bearing_stiffness, cross_damping, cross_stiffness
+      type(entries_t) :: damping, bearing_stiffness, cross_damping, cross_stiffness
       integer :: i, n
 
       call rotor%check(error)
@@ -60,13 +61,13 @@ contains
       model%rotor = rotor
       model%numbering = new_numbering(rotor)
       n = model%numbering%n
-      call assemble_shafts(model)
+      call assemble_shafts(model, damping)
       do i = 1, size(rotor%bearing)
-         associate (at => model%numbering%of(rotor%bearing(i)%shaft, rotor%bearing(i)%node))
-            call bearing_stiffness%add_block(at, rotor%bearing(i)%stiffness)
-            call bearing_damping%add_block(at, rotor%bearing(i)%damping)
-            call cross_stiffness%add_block(at, rotor%bearing(i)%cross_stiffness)
-            call cross_damping%add_block(at, rotor%bearing(i)%cross_damping)
+         associate (at => model%numbering%ends(rotor%bearing(i)))
+            call bearing_stiffness%add_block(at, joined(rotor%bearing(i)%stiffness))
+            call damping%add_block(at, joined(rotor%bearing(i)%damping))
+            call cross_stiffness%add_block(at, joined(rotor%bearing(i)%cross_stiffness))
+            call cross_damping%add_block(at, joined(rotor%bearing(i)%cross_damping))
          end associate
       end do
       model%cross_stiffness = new_csr(cross_stiffness, n, n)
@@ -75,27 +76,32 @@ contains
       call internal_damping(model%internal_damping, rotor, model%numbering, model%mass, model%shaft_stiffness, model%stiffness, &
                             error)
       if (allocated(error)) return
-      model%damping = add_matrices(1.0_wp, model%internal_damping, 1.0_wp, new_csr(bearing_damping, n, n))
+      model%damping = add_matrices(1.0_wp, model%internal_damping, 1.0_wp, new_csr(damping, n, n))
       model%circulatory = circulatory_matrix(rotor, model%numbering, model%internal_damping)
       call assemble_meshes(model)
       call assemble_loads(model)
    end subroutine new_rotor_model
 
-   !> M, G and K of elements and disks.
-   subroutine assemble_shafts(model)
+   !> M, G and K of elements and disks, their weight, and what damping they have that does not turn.
+   subroutine assemble_shafts(model, damping)
       type(rotor_model_t), intent(inout) :: model
+      type(entries_t), intent(inout) :: damping
 
       type(entries_t) :: gyroscopic, mass, stiffness
       type(element_t) :: element
       integer, allocatable :: first(:)
+      real(wp) :: weight(12)
       integer :: at(12), e, i, n, node, s
 
+      allocate (model%load(model%numbering%n), source=0.0_wp)
       associate (rotor => model%rotor, numbering => model%numbering)
          do s = 1, size(rotor%shaft)
             first = rotor%shaft(s)%first_nodes()
             do i = 1, size(first)
                associate (section => rotor%shaft(s)%section(i))
-                  element = new_element(section, section%length/section%elements, rotor%shaft(s)%shear)
+                  element = new_element(section, section%length/section%elements, rotor%shaft(s)%shear, &
+                                        rotor%shaft(s)%rotary_inertia)
+                  weight = matmul(element%mass(:, [1, 2, 3, 7, 8, 9]), [rotor%gravity, rotor%gravity])
                   element%gyroscopic = rotor%shaft(s)%speed_ratio*element%gyroscopic
                   do e = 1, section%elements
                      node = first(i) + e - 1
@@ -104,6 +110,10 @@ contains
                      call mass%add_block(at, element%mass)
                      call gyroscopic%add_block(at, element%gyroscopic)
                      call stiffness%add_block(at, element%stiffness)
+                     call damping%add_block(at, rotor%shaft(s)%mass_damping*element%mass &
+                                            + rotor%shaft(s)%stiffness_damping*element%stiffness)
+                     call add_at(model%load, at(:6), weight(:6))
+                     call add_at(model%load, at(7:), weight(7:))
                   end do
                end associate
             end do
@@ -112,6 +122,9 @@ contains
             associate (disk => rotor%disk(i))
                at(:6) = numbering%of(disk%shaft, disk%node)
                call mass%add_block(at(:6), disk%mass_matrix())
+               associate (own => disk%mass_matrix())
+                  call add_at(model%load, at(:6), matmul(own(:, :3), rotor%gravity))
+               end associate
                call gyroscopic%add_block(at(:6), rotor%shaft(disk%shaft)%speed_ratio*disk%gyroscopic_matrix())
             end associate
          end do
@@ -146,7 +159,6 @@ contains
       complex(wp) :: phase
       integer :: at(6), i
 
-      allocate (model%load(model%numbering%n), source=0.0_wp)
       allocate (model%unbalance(model%numbering%n, size(model%rotor%shaft)), source=(0.0_wp, 0.0_wp))
       do i = 1, size(model%rotor%load)
          associate (load => model%rotor%load(i))

@@ -2,6 +2,7 @@
 module razy_rotor_numbering
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
+   use razy_rotor_bearing, only: bearing_t
    use razy_rotor_rotor, only: longest_name, rotor_t
    implicit none(type, external)
    private
@@ -24,6 +25,8 @@ module razy_rotor_numbering
       integer, allocatable :: shaft(:), node(:), kind(:)
    contains
       procedure :: of
+      procedure :: ends
+      procedure :: stretch
       procedure :: name
    end type numbering_t
 
@@ -75,6 +78,30 @@ contains
 
       index = self%at(:, self%first_node(shaft) - 1 + node)
    end function of
+
+   !> Numbers (12) of the coordinates of both ends of a bearing; 0 for the frame.
+   pure function ends(self, bearing) result(index)
+      class(numbering_t), intent(in) :: self
+      type(bearing_t), intent(in) :: bearing
+      integer :: index(12)
+
+      index = 0
+      index(:6) = self%of(bearing%shaft, bearing%node)
+      if (bearing%to_shaft > 0) index(7:) = self%of(bearing%to_shaft, bearing%to_node)
+   end function ends
+
+   !> How a displacement `q` (n) stretches a bearing (6).
+   pure function stretch(self, bearing, q) result(values)
+      class(numbering_t), intent(in) :: self
+      type(bearing_t), intent(in) :: bearing
+      real(wp), intent(in) :: q(:)
+      real(wp) :: values(6)
+
+      integer :: at(12)
+
+      at = self%ends(bearing)
+      values = values_at(q, at(:6)) - values_at(q, at(7:))
+   end function stretch
 
    !> The values of `q` (n) at the coordinates of a node; those that are held are zero.
    pure function values_at(q, at) result(values)

@@ -22,7 +22,7 @@ module razy_rotor_rotor
    !> Longer names of shafts are cut.
    integer, parameter :: longest_name = 40
 
-   !> A shaft: sections in order along +x, layers anywhere among them.
+   !> A shaft: sections in order along +x, layers anywhere among them. One without sections is a rigid body of one node.
    type :: shaft_t
       character(longest_name) :: name = ""
       type(section_t), allocatable :: section(:)
@@ -32,6 +32,10 @@ module razy_rotor_rotor
       real(wp) :: speed_ratio = 1.0_wp
       !> D of the internal damping.
       real(wp) :: damping_ratio = 0.0_wp
+      !> B = mass_damping M + stiffness_damping K of its elements, which does not turn with it, 1/s and s.
+      real(wp) :: mass_damping = 0.0_wp, stiffness_damping = 0.0_wp
+      !> Whether it can turn, as a housing does not; whether sections have inertia of rotation in bending.
+      logical :: turns = .true., rotary_inertia = .true.
    contains
       procedure :: nodes
       procedure :: positions
@@ -68,6 +72,8 @@ module razy_rotor_rotor
       !> Motions that exist; of a motion left out there are no coordinates.
       logical :: axial = .true., bending = .true., torsion = .true.
       integer :: damping = damping_none
+      !> Acceleration of free fall along x, y and z, m/s².
+      real(wp) :: gravity(3) = 0.0_wp
    contains
       procedure :: check
    end type rotor_t
@@ -153,7 +159,7 @@ contains
 
       do i = 1, size(self%shaft)
          associate (section => self%shaft(i)%section)
-            if (size(section) == 0) then
+            if (size(section) == 0 .and. self%shaft(i)%turns) then
                call raise(error, "shaft "//to_text(i)//" has no section")
             else if (any(section%elements < 1)) then
                call raise(error, "shaft "//to_text(i)//": a section has no element")
@@ -172,6 +178,8 @@ contains
       end do
       call check_places("disk", self%disk%shaft, self%disk%node)
       call check_places("bearing", self%bearing%shaft, self%bearing%node)
+      call check_places("bearing", pack(self%bearing%to_shaft, self%bearing%to_shaft > 0), &
+                        pack(self%bearing%to_node, self%bearing%to_shaft > 0))
       call check_places("support", self%support%shaft, self%support%node)
       call check_places("load", self%load%shaft, self%load%node)
       call check_places("unbalance", self%unbalance%shaft, self%unbalance%node)

@@ -55,6 +55,7 @@ contains
       real(wp), allocatable, intent(out) :: felt(:, :)
 
       real(wp) :: at_node(6, 6)
+      real(wp) :: between(size(moved, 1), 6)
       integer :: first, i
 
       allocate (felt(size(moved, 1), 0))
@@ -65,7 +66,12 @@ contains
             if (by_stiffness) at_node = bearing%stiffness + bearing%cross_stiffness
             ! A table is of the two directions across the shaft, whatever it says at this speed.
             if (allocated(bearing%table)) at_node(2:3, 2:3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
-            call append(felt, matmul(moved(:, first + 1:first + 6), transpose(at_node)))
+            between = moved(:, first + 1:first + 6)
+            if (bearing%to_shaft > 0) then
+               first = first_column(rotor, bearing%to_shaft) + 6*(bearing%to_node - 1)
+               between = between - moved(:, first + 1:first + 6)
+            end if
+            call append(felt, matmul(between, transpose(at_node)))
          end associate
       end do
    end subroutine list_bearings

@@ -17,6 +17,7 @@ REFERENCE = json.loads((HERE / "reference.json").read_text())
 RPM = 30.0 / np.pi
 # The cone is one of tapered elements in the file; the reference has the cylinders that it becomes.
 NAMES = ("rotor_example", "cone")
+JOINED = ("pedestal", "coupling", "coaxial", "proportional", "no_rotary_inertia")
 
 
 def modes(case, text):
@@ -33,7 +34,7 @@ def imported(folder, name):
     return case
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", NAMES + JOINED)
 def test_eigenvalues(folder, name):
     case = imported(folder, name)
     for speed, values in REFERENCE[name]["eigenvalues"].items():
@@ -75,7 +76,8 @@ def test_command(folder, capsys):
     assert "exists already" in capsys.readouterr().err
     data = (HERE / "rotor_example.toml").read_text()
     for old, new, says in (
-        ("beta = 0.0", "beta = 1e-5", "beta = 1e-05; only 0 is taken"),
+        ("axial_force = 0", "axial_force = 10", "axial_force = 10; only 0 is taken"),
+        ("rho = 7810.0", "rho = 0.0", "a shaft without mass"),
         ("mxx = [ 0,]", "mxx = [ 1.0,]", "coefficients of mass"),
         ('"cowper"', '"hutchinson"', "only 'cowper' is taken"),
         ("ShaftElement_Shaft", "Beam_Shaft", "no ShaftElement"),
@@ -86,6 +88,14 @@ def test_command(folder, capsys):
         assert main(["other.toml", "--output", "other.nml"]) == 2
         said = capsys.readouterr().err
         assert says in said and said.count("\n") == 1, said
+
+
+def test_a_pedestal_without_mass_is_refused(folder):
+    text = (HERE / "pedestal.toml").read_text()
+    assert "n = 7\nmx" in text
+    Path("light.toml").write_text(text.replace("n = 7\nmx", "n = 3\nmx"))
+    with pytest.raises(razy.Error, match="node 7 has no mass; give it a PointMass"):
+        razy.import_ross("light.toml", "light.nml")
 
 
 @pytest.mark.parametrize(

@@ -75,11 +75,12 @@ contains
       logical, allocatable :: fixed(:)
 
       integer :: at(6), gear, i
+      integer :: ends(12)
 
       allocate (fixed(model%mass%rows), source=.false.)
       do i = 1, size(model%rotor%bearing)
-         at = model%numbering%of(model%rotor%bearing(i)%shaft, model%rotor%bearing(i)%node)
-         fixed(pack(at, at > 0)) = .true.
+         ends = model%numbering%ends(model%rotor%bearing(i))
+         fixed(pack(ends, ends > 0)) = .true.
       end do
       do i = 1, size(model%rotor%mesh)
          do gear = 1, 2

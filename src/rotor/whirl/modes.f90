@@ -13,7 +13,6 @@ module razy_rotor_whirl_modes
    use razy_rotor_free_motions, only: rigid_motions
    use razy_rotor_deformation, only: deformations, projected_stiffness, restoring_force
    use razy_rotor_model, only: rotor_model_t
-   use razy_rotor_numbering, only: values_at
    implicit none(type, external)
    private
 
@@ -187,7 +186,7 @@ contains
       share(1) = sum(deformations(model, q)**2)
       share(2:) = 0.0_wp
       do j = 1, size(model%rotor%bearing)
-         moved = values_at(q, model%numbering%of(model%rotor%bearing(j)%shaft, model%rotor%bearing(j)%node))
+         moved = model%numbering%stretch(model%rotor%bearing(j), q)
          share(2) = share(2) + dot_product(moved, matmul(model%rotor%bearing(j)%stiffness, moved))
       end do
       if (meshed) then

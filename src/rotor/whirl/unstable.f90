@@ -45,6 +45,12 @@ contains
          associate (bearing => model%rotor%bearing(i))
             associate (free => model%numbering%of(bearing%shaft, bearing%node) > 0, &
                        ratio => model%rotor%shaft(bearing%shaft)%speed_ratio)
+               if (bearing%to_shaft > 0) then
+                  ! Between two nodes what is symmetric, as it is here, is bounded in the same way, both held.
+                  known = known .and. .not. any(abs(bearing%cross_stiffness) + abs(bearing%cross_damping) > 0.0_wp)
+                  call add_bearing(bearing%stiffness, bearing%damping, bearing%cross_stiffness, spread(.true., 1, 6), radius, known)
+                  cycle
+               end if
                if (.not. allocated(bearing%table)) then
                   call add_bearing(bearing%stiffness, bearing%damping, bearing%cross_stiffness, free, radius, known)
                   cycle

@@ -4,13 +4,13 @@ module razy_scenes_rotor_bearings
    use razy_input_input, only: input_t
    use razy_core_kinds, only: pi, wp
    use razy_core_number, only: decimal, to_text
-   use razy_core_text, only: string_t, texts_of
+   use razy_core_text, only: lower, string_t, texts_of
    use razy_core_text_columns, only: read_text_columns
    use razy_rotor_bearing, only: bearing_t, given_bearing, rolling_bearing, rolling_row_t, table_columns, tabled_bearing
    use razy_rotor_hertz, only: ball_race_t, ball_stiffness, roller_stiffness
    use razy_rotor_rotor, only: rotor_t
    use razy_rotor_speed_table, only: new_speed_table, speed_table_t
-   use razy_scenes_rotor_places, only: find_node
+   use razy_scenes_rotor_places, only: find_node, find_place
    use razy_scenes_rotor_schema, only: bearing_kinds, bearing_matrix, bearing_roller, bearing_rolling, bearing_table
    implicit none(type, external)
    private
@@ -21,6 +21,29 @@ contains
 
    !> Bearing i of the input.
    subroutine read_bearing(bearing, rotor, input, i, error)
+      type(bearing_t), intent(out) :: bearing
+      type(rotor_t), intent(in) :: rotor
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: place
+
+      call read_coefficients(bearing, rotor, input, i, error)
+      if (allocated(error) .or. .not. input%given("bearing", i, "to")) return
+      call input%get("bearing", i, "to", place)
+      if (lower(place) == "frame") return
+      call find_place(rotor, input, "bearing", i, "to", place, bearing%to_shaft, bearing%to_node, error)
+      if (allocated(error)) return
+      if (bearing%to_shaft == bearing%shaft) then
+         call input%complain(error, "bearing", i, "to", "a place on another shaft, or a housing")
+      else if (allocated(bearing%table)) then
+         call input%complain(error, "bearing", i, "to", "left out with kind = 'table', which is of a bearing on the frame")
+      end if
+   end subroutine read_bearing
+
+   !> Its first end, and its matrices.
+   subroutine read_coefficients(bearing, rotor, input, i, error)
       type(bearing_t), intent(out) :: bearing
       type(rotor_t), intent(in) :: rotor
       type(input_t), intent(in) :: input
@@ -58,7 +81,7 @@ contains
       call input%get("bearing", i, "offset", row%offset)
       call input%get("bearing", i, "damping_factor", row%damping_factor)
       bearing = rolling_bearing(shaft, node, row)
-   end subroutine read_bearing
+   end subroutine read_coefficients
 
    !> The table in the file of bearing i.
    subroutine read_table(table, input, i, error)

@@ -28,10 +28,11 @@ contains
 
       integer :: i
 
-      allocate (rotor%shaft(input%count("shaft")), rotor%disk(input%count("disk")), rotor%bearing(input%count("bearing")))
-      allocate (rotor%support(input%count("support")), rotor%mesh(input%count("gear_mesh")), rotor%load(0))
+      allocate (rotor%shaft(input%count("shaft") + input%count("housing")), rotor%bearing(input%count("bearing")))
+      allocate (rotor%disk(input%count("disk") + input%count("housing")))
+      allocate (rotor%support(input%count("support") + input%count("housing")), rotor%mesh(input%count("gear_mesh")), rotor%load(0))
       allocate (rotor%unbalance(input%count("unbalance")))
-      if (size(rotor%shaft) == 0) then
+      if (input%count("shaft") == 0) then
          call input%complain(error, "scene", 1, "kind", "a rotor scene needs at least one &shaft")
          return
       end if
@@ -42,7 +43,9 @@ contains
          call input%complain(error, "freedom", 1, "torsion", "at least one of axial, bending and torsion")
          return
       end if
-      call read_shafts(rotor, input, error)
+      call read_housings(rotor, input, error)
+      if (.not. allocated(error)) call read_shafts(rotor, input, error)
+      if (.not. allocated(error)) call read_gravity(rotor%gravity, input, error)
       if (.not. allocated(error)) call read_disks(rotor, input, error)
       if (allocated(error)) return
       do i = 1, size(rotor%bearing)
@@ -52,6 +55,58 @@ contains
       call read_meshes(rotor, input, error)
       if (.not. allocated(error)) call find_ratios(ratio, rotor, input, error)
    end subroutine read_parts
+
+   !> Housings, which come after the shafts, and their masses, after the disks.
+   subroutine read_housings(rotor, input, error)
+      type(rotor_t), intent(inout) :: rotor
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: text
+      real(wp), allocatable :: inertia(:)
+      integer :: i
+
+      do i = 1, input%count("housing")
+         call input%get("housing", i, "name", text)
+         if (len(text) > longest_name) call input%complain(error, "housing", i, "name", "a name of at most 40 characters")
+         if (allocated(error)) return
+         associate (housing => rotor%shaft(input%count("shaft") + i), mass => rotor%disk(input%count("disk") + i))
+            housing%name = text
+            housing%turns = .false.
+            allocate (housing%section(0))
+            call input%get("housing", i, "inertia", inertia)
+            mass%shaft = input%count("shaft") + i
+            mass%node = 1
+            mass%polar = inertia(1)
+            mass%diametral = inertia(2)
+            ! What has no inertia does not move.
+            associate (support => rotor%support(input%count("support") + i))
+               support%shaft = mass%shaft
+               support%node = 1
+               support%fixed(4:) = .not. inertia([1, 2, 2]) > 0.0_wp
+            end associate
+            call input%get("housing", i, "mass", mass%mass)
+         end associate
+      end do
+   end subroutine read_housings
+
+   subroutine read_gravity(gravity, input, error)
+      real(wp), intent(inout) :: gravity(3)
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: direction(:)
+      real(wp) :: acceleration
+
+      if (input%count("gravity") == 0) return
+      call input%get("gravity", 1, "acceleration", acceleration)
+      call input%get("gravity", 1, "direction", direction)
+      if (norm2(direction) > 0.0_wp) then
+         gravity = acceleration*direction/norm2(direction)
+      else
+         call input%complain(error, "gravity", 1, "direction", "a direction of some length")
+      end if
+   end subroutine read_gravity
 
    subroutine read_shafts(rotor, input, error)
       type(rotor_t), intent(inout) :: rotor
@@ -65,7 +120,7 @@ contains
       integer, allocatable :: own(:)
 
       allocate (material(size(rotor%shaft)))
-      do s = 1, size(rotor%shaft)
+      do s = 1, input%count("shaft")
          call input%get("shaft", s, "name", text)
          if (len(text) > longest_name) then
             call input%complain(error, "shaft", s, "name", "a name of at most 40 characters")
@@ -77,6 +132,9 @@ contains
          if (allocated(error)) return
          rotor%shaft(s)%shear = merge(shear_cowper, shear_none, input%choice("shaft", s, "element") == "timoshenko")
          call input%get("shaft", s, "damping_ratio", rotor%shaft(s)%damping_ratio)
+         call input%get("shaft", s, "mass_damping", rotor%shaft(s)%mass_damping)
+         call input%get("shaft", s, "stiffness_damping", rotor%shaft(s)%stiffness_damping)
+         call input%get("shaft", s, "rotary_inertia", rotor%shaft(s)%rotary_inertia)
          if (.not. rotor%shaft(s)%damping_ratio > 0.0_wp) cycle
          kind = damping_nodal - 2 + findloc(damping_choices == input%choice("shaft", s, "damping"), .true., dim=1)
          if (rotor%damping /= damping_none .and. rotor%damping /= kind) then
@@ -105,7 +163,7 @@ contains
          end if
          rotor%shaft(s)%section = [rotor%shaft(s)%section, section]
       end do
-      do s = 1, size(rotor%shaft)
+      do s = 1, input%count("shaft")
          if (.not. any(rotor%shaft(s)%section%first_node == 0)) then
             call input%complain(error, "shaft", s, "name", "the name of a shaft with at least one &section that is no layer")
             return
@@ -148,7 +206,7 @@ contains
       type(string_t), allocatable :: held(:)
       integer :: i, k
 
-      do i = 1, size(rotor%disk)
+      do i = 1, input%count("disk")
          call find_node(rotor, input, "disk", i, rotor%disk(i)%shaft, rotor%disk(i)%node, error)
          if (allocated(error)) return
          call input%get("disk", i, "mass", rotor%disk(i)%mass)
@@ -156,7 +214,7 @@ contains
          call input%get("disk", i, "diametral_inertia", rotor%disk(i)%diametral)
          call input%get("disk", i, "offset", rotor%disk(i)%offset)
       end do
-      do i = 1, size(rotor%support)
+      do i = 1, input%count("support")
          call find_node(rotor, input, "support", i, rotor%support(i)%shaft, rotor%support(i)%node, error)
          if (allocated(error)) return
          call input%get("support", i, "held", held)

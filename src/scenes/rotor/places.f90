@@ -90,6 +90,11 @@ contains
       shaft = 0
       node = 0
       dot = split_place(text)
+      if (dot == 0 .and. any(rotor%shaft%name == text .and. .not. rotor%shaft%turns)) then
+         shaft = findloc(rotor%shaft%name, text, 1)
+         node = 1
+         return
+      end if
       if (dot == 0) then
          call input%complain(error, group, i, key, "shaft and node, such as '"//trim(rotor%shaft(1)%name)//".1'")
          return

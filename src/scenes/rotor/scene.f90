@@ -87,6 +87,7 @@ contains
       do j = 1, size(model%rotor%bearing)
          associate (bearing => model%rotor%bearing(j))
             at = model%numbering%of(bearing%shaft, bearing%node)
+            if (.not. model%rotor%shaft(bearing%shaft)%turns) cycle
             do k = 1, 6
                if (at(k) == 0) cycle
                stiffest = bearing%stiffness(k, k)
@@ -215,7 +216,7 @@ contains
       machine%mass = reduced%mass
       machine%damping = reduced%damping + reduced%cross_damping
       machine%stiffness = reduced%stiffness + reduced%cross_stiffness
-      allocate (machine%load(size(reduced%load)), source=0.0_wp)
+      machine%load = reduced%load
       if (input%count("rotation") == 0) return
       call input%get("rotation", 1, "speed_rpm", speed)
       call input%get("rotation", 1, "gyroscopic", gyroscopic)

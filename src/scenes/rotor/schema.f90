@@ -54,6 +54,10 @@ contains
       call add_string(schema, "element", "bending without shear (Euler, Bernoulli, Rayleigh) or with it (Timoshenko, Cowper's "// &
                       "coefficient)", choices=["rayleigh  ", "timoshenko"], default="rayleigh")
       call add_real(schema, "damping_ratio", "D of the internal damping", low=0.0_wp, high=1.0e6_wp, default="0.0")
+      call add_real(schema, "mass_damping", "alpha of a damping alpha M + beta K of the shaft's elements, beside the "// &
+                    "internal one, which does not turn with the shaft", unit="1/s", rule=nonnegative, default="0.0")
+      call add_real(schema, "stiffness_damping", "beta of it", unit="s", rule=nonnegative, default="0.0")
+      call add_logical(schema, "rotary_inertia", "whether sections have inertia of rotation in bending", default=".true.")
       call add_string(schema, "damping", "internal damping: dampers on the nodes (the source's), the ratio D in every mode of "// &
                       "the shaft on its bearings, or in the lowest and by the frequency in the others; one kind for all shafts", &
                       choices=damping_choices(2:), default="proportional")
@@ -70,6 +74,12 @@ contains
       call add_real(schema, "young_modulus", "if not that of the shaft", unit="Pa", rule=positive)
       call add_real(schema, "shear_modulus", "if not that of the shaft", unit="Pa", rule=positive)
       call add_real(schema, "density", "if not that of the shaft", unit="kg/m^3", rule=positive)
+      call add_group(schema, "housing", "A rigid body that does not turn: housing, pedestal, foundation; other groups call its "// &
+                     "place by its name and node 1, as of a shaft", repeatable=.true.)
+      call add_name(schema)
+      call add_real(schema, "mass", "mass", unit="kg", rule=positive, required=.true.)
+      call add_real(schema, "inertia", "moments of inertia about x, and about y and z, if it tilts and twists", unit="kg m^2", &
+                    rule=nonnegative, count=2, default="0.0, 0.0")
       call add_group(schema, "disk", "A rigid disk on a node", repeatable=.true.)
       call add_shaft(schema)
       call add_node(schema)
@@ -87,9 +97,11 @@ contains
       call add_logical(schema, "axial", "motion along the axis", default=".true.")
       call add_logical(schema, "bending", "lateral motion and tilting", default=".true.")
       call add_logical(schema, "torsion", "twist", default=".true.")
-      call add_group(schema, "bearing", "A bearing or seal between a node and the frame", repeatable=.true.)
+      call add_group(schema, "bearing", "A bearing, seal, coupling or spring between a node and the frame or another node", &
+                     repeatable=.true.)
       call add_shaft(schema)
       call add_node(schema)
+      call add_string(schema, "to", "the second end: shaft and node, such as 'outer.2', or a housing; the frame if left out")
       call add_string(schema, "kind", "rolling elements of given stiffness; matrices; balls or steel rollers, whose radial "// &
                       "stiffness follows from their geometry; coefficients over the speed from a file", choices=bearing_kinds, &
                       default="rolling")
@@ -158,6 +170,9 @@ contains
       call add_node(schema)
       call add_real(schema, "moment", "mass times eccentricity", unit="kg m", rule=nonnegative, required=.true.)
       call add_real(schema, "angle", "angle at time 0 from y towards z", unit="deg", default="0.0")
+      call add_group(schema, "gravity", "Weight of shafts, disks and housings; none without this group")
+      call add_real(schema, "acceleration", "acceleration of free fall", unit="m/s^2", rule=nonnegative, default="9.81")
+      call add_real(schema, "direction", "direction x, y, z, of any length", count=3, default="0.0, -1.0, 0.0")
       call add_group(schema, "rotation", "The mean speed, and what it brings")
       call add_real(schema, "speed_rpm", "mean speed about +x", unit="rpm", required=.true.)
       call add_acceleration_key(schema)

@@ -65,8 +65,8 @@ contains
    subroutine add_ends(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      call add_string(schema, "between", "shaft and node of both ends, such as 'rotor.5', one of which may be 'frame'", count=2, &
-                      required=.true.)
+      call add_string(schema, "between", "shaft and node of both ends, such as 'rotor.5', or a housing; one of them may be "// &
+                      "'frame'", count=2, required=.true.)
    end subroutine add_ends
 
    !> Where number i of `group` acts on a machine with the coordinates of `basis` (coordinates of the model, of the machine).
@@ -131,6 +131,7 @@ contains
       call input%get("rotation", 1, "acceleration_rpm_per_s", acceleration)
       do end = 1, 2
          if (between%shaft(end) == 0 .or. .not. abs(radius(end)) > 0.0_wp) cycle
+         if (.not. model%rotor%shaft(between%shaft(end))%turns) cycle
          if (.not. abs(ratio(between%shaft(end))) > 0.0_qp) then
             call input%complain(error, group, i, "radius", "0 on a shaft whose speed is not known from teeth or speed_ratio")
          else if (abs(acceleration) > 0.0_wp) then

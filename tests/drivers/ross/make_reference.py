@@ -56,6 +56,36 @@ def cone(elements: int, tapered: bool) -> ross.Rotor:
     return ross.Rotor(shaft, [disk], bearings)
 
 
+def joined() -> dict[str, ross.Rotor]:
+    """Return rotors of more than a shaft on the frame, and with damping of all they are made of."""
+    steel = ross.Material(name="steel", rho=7810, E=211e9, G_s=81.2e9)
+
+    def shaft(count: int = 6, **more) -> list[ross.ShaftElement]:
+        return [ross.ShaftElement(L=0.25, idl=0.0, odl=0.05, material=steel, **more) for _ in range(count)]
+
+    disk = ross.DiskElement.from_geometry(2, steel, 0.07, 0.05, 0.28)
+    held = {"kxx": 1.0e6, "kyy": 8.0e5, "cxx": 3.0e3}
+    ends = [ross.BearingElement(0, **held), ross.BearingElement(6, **held)]
+    pedestal = [
+        ross.BearingElement(0, n_link=7, kxx=1.0e6, kyy=8.0e5, cxx=1.0e3),
+        ends[1],
+        ross.BearingElement(7, kxx=1.0e7, kyy=1.0e7, cxx=500.0),
+    ]
+    coupling = ross.CouplingElement(
+        m_l=5, m_r=4, Ip_l=0.02, Ip_r=0.03, Id_l=0.01, Id_r=0.02,
+        kt_x=1.0e6, kt_y=2.0e6, kt_z=1.0e7, kr_x=1.0e5, kr_y=1.5e5, kr_z=5.0e4,
+    )  # fmt: skip
+    return {
+        "pedestal": ross.Rotor(shaft(), [disk], pedestal, [ross.PointMass(n=7, mx=10.0, my=10.0, mz=10.0)]),
+        "coupling": ross.Rotor(
+            [*shaft(3), coupling, *shaft(2)], [disk], [ross.BearingElement(n, **held) for n in (0, 3, 4, 6)]
+        ),
+        "coaxial": ross.rotor_assembly.coaxrotor_example(),
+        "proportional": ross.Rotor(shaft(alpha=2.0, beta=1.0e-5), [disk], ends),
+        "no_rotary_inertia": ross.Rotor(shaft(rotary_inertia=False), [disk], ends),
+    }
+
+
 def main() -> None:
     """Write all."""
     warnings.simplefilter("ignore")
@@ -78,6 +108,10 @@ def main() -> None:
             "unbalance": {"node": node, "moment": moment, "phase": phase, "seen": seen},
             "response": {repr(speed): response(rotor, *unbalance, speed) for speed in driven},
         }
+    for name, rotor in joined().items():
+        (HERE / f"{name}.toml").unlink(missing_ok=True)
+        rotor.save(HERE / f"{name}.toml")
+        found[name] = {"eigenvalues": {repr(speed): eigenvalues(rotor, speed, 12) for speed in (100.0, 400.0)}}
     (HERE / "reference.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 
 

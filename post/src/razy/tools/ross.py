@@ -1,7 +1,8 @@
 """Rotors of ROSS (Petrobras' ross-rotordynamics): the file that ``Rotor.save`` writes, as a case of razy.
 
 Axes: ROSS' x, y and z (along the shaft) are y, z and x here, so that its kxx acts on v and its kyy on w; its node 0 is
-node 1. ROSS' Timoshenko element with Cowper's coefficient is razy's. A tapered element becomes cylinders.
+node 1. ROSS' Timoshenko element with Cowper's coefficient is razy's. A tapered element becomes cylinders. Shafts inside
+each other, and those on both sides of a coupling, have one speed; a node with nothing but a mass is a housing.
 """
 
 import json
@@ -22,6 +23,8 @@ from razy.tools.cli import new_parser, run_command
 
 STEPS = 10
 """Cylinders of a tapered element."""
+RIGID = 1.0e15
+"""Stiffness of a bearing, N/m, from which on it is a support."""
 RPM = 30.0 / math.pi
 COEFFICIENTS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
 UNITS = dict.fromkeys(COEFFICIENTS[:4], "N/m") | dict.fromkeys(COEFFICIENTS[4:], "N s/m")
@@ -54,26 +57,33 @@ def import_ross(file: str | Path, case: str | Path, force: bool = False) -> Path
 
 
 def _write(file: Path, case: Path, elements: dict[str, list[dict[str, Any]]], force: bool) -> Path:
+    if "GearElement" in elements:
+        raise ResultError(f"{file}: shafts with gears: import each shaft alone, and join them by &gear_mesh")
     groups: dict[str, Any] = {"scene": {"kind": "rotor", "title": f"{file.stem} (from ROSS)"}}
-    first_node = _add_shaft(groups, file, elements.pop("ShaftElement", []))
+    places = _add_shafts(groups, file, elements.pop("ShaftElement", []))
+    masses = elements.pop("PointMass", [])
+    _add_housings(groups, file, places, masses, [item for members in elements.values() for item in members])
     groups["disk"] = [
-        {
-            "shaft": "rotor",
-            "node": first_node(disk),
-            "mass": disk["m"],
-            "polar_inertia": disk["Ip"],
-            "diametral_inertia": disk["Id"],
-        }
+        _place(file, places, disk) | {"mass": disk["m"], "polar_inertia": disk["Ip"], "diametral_inertia": disk["Id"]}
         for disk in elements.pop("DiskElement", [])
     ]
-    groups["bearing"] = []
+    groups["disk"] += [
+        _place(file, places, mass) | {"mass": _one_mass(file, mass), "polar_inertia": 0.0, "diametral_inertia": 0.0}
+        for mass in masses
+        if places[mass["n"]]["shaft"] not in {housing["name"] for housing in groups["housing"]}
+    ]
+    groups["bearing"], groups["support"] = [], []
+    for coupling in elements.pop("CouplingElement", []):
+        _add_coupling(groups, file, places, coupling)
     tables: dict[Path, str] = {}
     for kind, members in elements.items():
         for bearing in members:
             if "kxx" not in bearing:
-                raise ResultError(f"{file}: a {kind}; shaft elements, disks, bearings and seals are taken")
+                raise ResultError(
+                    f"{file}: a {kind}; shaft elements, disks, point masses, couplings, bearings and seals are taken"
+                )
             table = case.with_name(f"{case.stem}_bearing_{len(groups['bearing']) + 1}.csv")
-            _add_bearing(groups["bearing"], tables, file, table, bearing, first_node(bearing))
+            _add_bearing(groups, tables, file, table, bearing, places)
     if tables:
         _add_speeds(groups, file, [item for members in elements.values() for item in members])
     groups["modes"] = {"count": 20}
@@ -111,51 +121,110 @@ def _check_numbers(file: Path, name: str, value: Any) -> None:
         raise ResultError(f"{file}: {excerpt(name)}: {excerpt(str(value))} is beyond what a number can be")
 
 
-def _add_shaft(groups: dict[str, Any], file: Path, elements: list[dict[str, Any]]):
-    """Add the shaft and its sections; return the function that gives the node of an element of ROSS."""
+def _add_shafts(groups: dict[str, Any], file: Path, elements: list[dict[str, Any]]) -> dict[int, dict[str, Any]]:
+    """Add the shafts and their sections; return shaft and node of each node of ROSS."""
     for element in elements:
-        for key in ("axial_force", "torque", "alpha", "beta"):
+        for key in ("axial_force", "torque"):
             if element.get(key):
                 raise ResultError(f"{file}: {_tag(element)}: {key} = {element[key]}; only 0 is taken")
-        for key in ("rotary_inertia", "gyroscopic"):
-            if not element.get(key, True):
-                raise ResultError(f"{file}: {_tag(element)}: {key} = false; only true is taken")
+        if not element.get("gyroscopic", True):
+            raise ResultError(f"{file}: {_tag(element)}: gyroscopic = false; only true is taken")
         if element.get("shear_effects", True) and element.get("shear_method_calc", "cowper") != "cowper":
             raise ResultError(f"{file}: {_tag(element)}: shear_method_calc; only 'cowper' is taken")
-    shear = {element.get("shear_effects", True) for element in elements}
-    if len(shear) > 1:
-        raise ResultError(f"{file}: shear_effects: the same for all elements of the shaft")
-    places: dict[int, list[dict[str, Any]]] = defaultdict(list)
+        if not element["material"]["rho"] > 0.0:
+            raise ResultError(f"{file}: {_tag(element)}: a shaft without mass; give it a small density")
+    at: dict[int, list[dict[str, Any]]] = defaultdict(list)
     for element in elements:
-        places[element["n"]].append(element)
-    if sorted(places) != list(range(len(places))):
-        raise ResultError(f"{file}: the elements of the shaft do not follow one another from node 0 on")
+        at[element["n"]].append(element)
+    runs: list[list[int]] = []
+    for n in sorted(at):
+        if runs and n == runs[-1][-1] + 1:
+            runs[-1].append(n)
+        else:
+            runs.append([n])
+    groups["shaft"], groups["section"] = [], []
+    places: dict[int, dict[str, Any]] = {}
+    for number, run in enumerate(runs, 1):
+        name = "rotor" if len(runs) == 1 else f"rotor{number}"
+        own = [element for n in run for element in at[n]]
+        material = _material(own[0])
+        shear = _same(file, own, "shear_effects", True)
+        shaft = {"name": name, **material, "element": "timoshenko" if shear else "rayleigh"}
+        for key, theirs in (("mass_damping", "alpha"), ("stiffness_damping", "beta")):
+            if value := _same(file, own, theirs, 0.0):
+                shaft[key] = value
+        if not _same(file, own, "rotary_inertia", True):
+            shaft["rotary_inertia"] = False
+        if number > 1:
+            shaft["speed_ratio"] = 1.0
+        groups["shaft"].append(shaft)
+        main, layers, node = [], [], 1
+        for n in run:
+            places[n] = {"shaft": name, "node": node}
+            count = STEPS if any(_tapered(element) for element in at[n]) else 1
+            for element in at[n]:
+                for step in range(count):
+                    section = {"shaft": name, **_section(element, step, count, material)}
+                    if element is at[n][0]:
+                        main.append(section)
+                    else:
+                        layers.append({**section, "first_node": node + step})
+            node += count
+        places[run[-1] + 1] = {"shaft": name, "node": node}
+        groups["section"] += [_together(list(equal)) for _, equal in groupby(main)] + layers
+    return places
 
-    material = _material(elements[0])
-    groups["shaft"] = {"name": "rotor", **material, "element": "timoshenko" if shear.pop() else "rayleigh"}
-    main, layers, node, first = [], [], 1, {}
-    for n in sorted(places):
-        first[n] = node
-        count = STEPS if any(_tapered(element) for element in places[n]) else 1
-        for element in places[n]:
-            for step in range(count):
-                section = _section(element, step, count, material)
-                if element is places[n][0]:
-                    main.append(section)
-                else:
-                    layers.append({**section, "first_node": node + step})
-        node += count
-    first[len(places)] = node
-    groups["section"] = [_together(list(equal)) for _, equal in groupby(main)] + layers
 
-    def node_of(element: dict[str, Any]) -> int:
-        if element.get("n_link") is not None:
-            raise ResultError(f"{file}: {_tag(element)}: n_link; only bearings on the frame are taken")
-        if element.get("n") not in first:
-            raise ResultError(f"{file}: {_tag(element)}: n = {element.get('n')} is no node of the shaft")
-        return first[element["n"]]
+def _same(file: Path, elements: list[dict[str, Any]], key: str, default: Any) -> Any:
+    """Return what all elements of a shaft have."""
+    values = {element.get(key, default) for element in elements}
+    if len(values) > 1:
+        raise ResultError(f"{file}: {key}: the same for all elements of the shaft")
+    return values.pop()
 
-    return node_of
+
+def _add_housings(
+    groups: dict[str, Any],
+    file: Path,
+    places: dict[int, dict[str, Any]],
+    masses: list[dict[str, Any]],
+    bearings: list[dict[str, Any]],
+) -> None:
+    """Add a housing for each node that bearings link to and that is on no shaft, with its mass."""
+    groups["housing"] = []
+    for n in sorted({bearing["n_link"] for bearing in bearings if bearing.get("n_link") is not None} - set(places)):
+        own = [_one_mass(file, mass) for mass in masses if mass["n"] == n]
+        if not own:
+            raise ResultError(f"{file}: node {n} has no mass; give it a PointMass")
+        groups["housing"].append({"name": f"node{n}", "mass": sum(own)})
+        places[n] = {"shaft": f"node{n}", "node": 1}
+
+
+def _one_mass(file: Path, mass: dict[str, Any]) -> float:
+    """Return the mass of a point mass, which is the same in all directions."""
+    if len({mass["mx"], mass["my"], mass["mz"]}) > 1:
+        raise ResultError(f"{file}: {_tag(mass)}: mx, my and mz; only equal ones are taken")
+    return mass["mx"]
+
+
+def _place(file: Path, places: dict[int, dict[str, Any]], element: dict[str, Any], key: str = "n") -> dict[str, Any]:
+    if element.get(key) not in places:
+        raise ResultError(f"{file}: {_tag(element)}: {key} = {element.get(key)} is no node of a shaft")
+    return dict(places[element[key]])
+
+
+def _add_coupling(
+    groups: dict[str, Any], file: Path, places: dict[int, dict[str, Any]], coupling: dict[str, Any]
+) -> None:
+    """Add a coupling between the node before and the node behind it: its halves are disks."""
+    ends = _place(file, places, coupling), _place(file, places, {**coupling, "n": coupling["n"] + 1})
+    for end, side in zip(ends, "lr", strict=True):
+        inertia = {"polar_inertia": coupling[f"Ip_{side}"], "diametral_inertia": coupling[f"Id_{side}"]}
+        groups["disk"].append({**end, "mass": coupling[f"m_{side}"], **inertia})
+    matrices = ([coupling[f"{what}{way}_{axis}"] for way in "tr" for axis in "zxy"] for what in "kc")
+    stiffness, damping = matrices
+    to = f"{ends[1]['shaft']}.{ends[1]['node']}"
+    groups["bearing"].append({**ends[0], "to": to, "kind": "matrix", "stiffness": stiffness, "damping_matrix": damping})
 
 
 def _tapered(element: dict[str, Any]) -> bool:
@@ -175,7 +244,7 @@ def _section(element: dict[str, Any], step: int, count: int, material: dict[str,
     diameter = (
         left if not _tapered(element) else {side: left[side] + part * (right[side] - left[side]) for side in "io"}
     )
-    section = {"shaft": "rotor", "length": element["L"] / count, "outer_diameter": diameter["o"]}
+    section = {"length": element["L"] / count, "outer_diameter": diameter["o"]}
     if diameter["i"]:
         section["inner_diameter"] = diameter["i"]
     own = _material(element)
@@ -190,27 +259,63 @@ def _together(sections: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _add_bearing(
-    groups: list[dict[str, Any]], tables: dict[Path, str], file: Path, table: Path, bearing: dict[str, Any], node: int
+    groups: dict[str, Any],
+    tables: dict[Path, str],
+    file: Path,
+    table: Path,
+    bearing: dict[str, Any],
+    places: dict[int, dict[str, Any]],
 ) -> None:
     values = {key: _list(bearing.get(key, 0.0)) for key in (*COEFFICIENTS, *MASSES, "kzz", "czz")}
-    if any(any(values[key]) for key in MASSES):
-        raise ResultError(f"{file}: {_tag(bearing)}: coefficients of mass; only 0 is taken")
-    place = {"shaft": "rotor", "node": node}
+    place = _place(file, places, bearing)
+    linked = {}
+    if bearing.get("n_link") is not None:
+        to = _place(file, places, bearing, "n_link")
+        linked = {"to": f"{to['shaft']}.{to['node']}"}
+    _add_mass(groups, file, bearing, place, values)
+    held = [way for way, key in (("v", "kxx"), ("w", "kyy"), ("u", "kzz")) if min(values[key]) >= RIGID]
+    if held and not linked:
+        groups["support"].append({**place, "held": held})
+        for key in values:
+            if any(axis in key[1:] for way, axis in zip("vwu", "xyz", strict=True) if way in held):
+                values[key] = [0.0] * len(values[key])
     speeds = bearing.get("frequency")
     if speeds is None or len(_list(speeds)) < 2:
         matrix, damping = ([values[key][0] for key in keys] for keys in (COEFFICIENTS[:4], COEFFICIENTS[4:]))
-        groups.append({**place, "kind": "matrix", "stiffness": matrix, "damping_matrix": damping})
+        if any(matrix) or any(damping):
+            own = {"kind": "matrix", "stiffness": matrix, "damping_matrix": damping}
+            groups["bearing"].append({**place, **linked, **own})
+    elif linked:
+        raise ResultError(
+            f"{file}: {_tag(bearing)}: n_link with coefficients over the speed; only constant ones are taken"
+        )
     else:
         rows = zip(_list(speeds), *(values[key] for key in COEFFICIENTS), strict=True)
         header = ", ".join(["speed_rpm", *(f"{key} [{UNITS[key]}]" for key in COEFFICIENTS)])
         lines = [", ".join(repr(float(item)) for item in (speed * RPM, *row)) for speed, *row in rows]
         tables[table] = "\n".join([header, *lines]) + "\n"
-        groups.append({**place, "kind": "table", "file": str(table)})
+        groups["bearing"].append({**place, "kind": "table", "file": str(table)})
     if any(values["kzz"]) or any(values["czz"]):
         if len(set(values["kzz"])) > 1 or len(set(values["czz"])) > 1:
             raise ResultError(f"{file}: {_tag(bearing)}: kzz and czz over the speed; only constant ones are taken")
         axial = [[values[key][0], *[0.0] * 5] for key in ("kzz", "czz")]
-        groups.append({**place, "kind": "matrix", "stiffness": axial[0], "damping_matrix": axial[1]})
+        own = {"kind": "matrix", "stiffness": axial[0], "damping_matrix": axial[1]}
+        groups["bearing"].append({**place, **linked, **own})
+
+
+def _add_mass(
+    groups: dict[str, Any], file: Path, bearing: dict[str, Any], place: dict[str, Any], values: dict[str, list[float]]
+) -> None:
+    """Add the mass of a bearing across the shaft as a disk without inertia, which moves along the shaft too."""
+    if not any(any(values[key]) for key in MASSES):
+        return
+    one = values["mxx"][0]
+    even = all(value == one for key in ("mxx", "myy") for value in values[key])
+    if not even or any(values["mxy"]) or any(values["myx"]) or any(value not in (0.0, one) for value in values["mzz"]):
+        raise ResultError(f"{file}: {_tag(bearing)}: coefficients of mass; only one mass, mxx = myy, is taken")
+    if bearing.get("n_link") is not None:
+        raise ResultError(f"{file}: {_tag(bearing)}: coefficients of mass with n_link")
+    groups["disk"].append({**place, "mass": one, "polar_inertia": 0.0, "diametral_inertia": 0.0})
 
 
 def _add_speeds(groups: dict[str, Any], file: Path, bearings: Iterable[dict[str, Any]]) -> None:

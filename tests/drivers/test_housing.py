@@ -1,0 +1,154 @@
+"""Rotors that do not stand on the frame alone: housings, bearings between two places, and weight."""
+
+import re
+
+import h5py
+import numpy as np
+import pytest
+from programs import SOURCE, start, succeed
+from scipy.linalg import eigvals
+
+CASE = SOURCE / "inputs" / "rotor_in_housing.nml"
+BEAM = """
+&scene kind='rotor' /
+&shaft name='rotor', young_modulus=2.1e11, shear_modulus=8.0e10, density=7850.0 /
+&section shaft='rotor', length=1.2, outer_diameter=0.03, elements=4 /
+&freedom axial=.false., torsion=.false. /
+"""
+
+
+def rayleigh_beam(length, diameter, elements, young, density):
+    """Return M and K of one plane of a beam, (v, v') at each node, and the gyroscopic matrix over the speed."""
+    h = length / elements
+    area, second = np.pi * diameter**2 / 4, np.pi * diameter**4 / 64
+    bending = np.array([[12, 6 * h, -12, 6 * h], [6 * h, 4 * h * h, -6 * h, 2 * h * h],
+                        [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h * h, -6 * h, 4 * h * h]])  # fmt: skip
+    moved = np.array([[156, 22 * h, 54, -13 * h], [22 * h, 4 * h * h, 13 * h, -3 * h * h],
+                      [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h * h, -22 * h, 4 * h * h]])  # fmt: skip
+    turned = np.array([[36, 3 * h, -36, 3 * h], [3 * h, 4 * h * h, -3 * h, -h * h],
+                       [-36, -3 * h, 36, -3 * h], [3 * h, -h * h, -3 * h, 4 * h * h]])  # fmt: skip
+    size = 2 * elements + 2
+    mass, stiffness, spin = (np.zeros((size, size)) for _ in range(3))
+    for e in range(elements):
+        at = slice(2 * e, 2 * e + 4)
+        rotary = density * second / (30 * h) * turned
+        mass[at, at] += density * area * h / 420 * moved + rotary
+        stiffness[at, at] += young * second / h**3 * bending
+        spin[at, at] += 2 * rotary
+    return mass, stiffness, spin
+
+
+@pytest.mark.parametrize("speed", [0.0, 400.0])
+def test_modes_of_a_rotor_in_a_housing(tmp_path, speed):
+    # In z = v + i w and its slope, with the housing behind: M z'' + (B - i W G) z' + K z = 0.
+    text = re.sub(r"damping_ratio=0.01 ", "", CASE.read_text())
+    text = re.sub(r"&(campbell|sweep|record|rotation) [^\n]*\n", "", text)
+    rpm = speed * 30 / np.pi
+    text += (
+        f"&rotation speed_rpm={rpm!r} /\n&campbell first_rpm={rpm!r}, last_rpm={rpm + 1!r}, points=2, damped=.true. /\n"
+    )
+    (tmp_path / "case.nml").write_text(text)
+    succeed("razy-modes", tmp_path / "case.nml", "--output", tmp_path / "modes.h5")
+    with h5py.File(tmp_path / "modes.h5") as file:
+        found = file["eigenvalue"][0, :8]
+    beam = rayleigh_beam(0.6, 0.03, 4, 2.1e11, 7850.0)
+    mass, stiffness, spin, damping = (np.zeros((11, 11)) for _ in range(4))
+    for whole, part in zip((mass, stiffness, spin), beam, strict=True):
+        whole[:10, :10] = part
+    mass[4, 4] += 8.0
+    mass[5, 5] += 0.02
+    spin[5, 5] += 0.04
+    mass[10, 10] = 40.0
+    for place, k, b in ((0, 2e7, 400.0), (8, 2e7, 400.0)):
+        row = np.zeros(11)
+        row[[place, 10]] = 1, -1
+        stiffness += k * np.outer(row, row)
+        damping += b * np.outer(row, row)
+    stiffness[10, 10] += 4e6
+    damping[10, 10] += 2e3
+    zero, one = np.zeros((11, 11)), np.eye(11)
+    right = np.concatenate([
+        eigvals(np.block([[zero, one], [-stiffness, -(damping - 1j * turn * speed * spin)]]),
+                np.block([[one, zero], [zero, mass]]))
+        for turn in (1, -1)
+    ])  # fmt: skip
+    for value in found[:, 0] + 1j * found[:, 1]:
+        assert np.abs(right - value).min() < 1e-8 * abs(value)
+
+
+def test_weight_bends_a_beam_as_it_should(tmp_path):
+    # Simply supported: 5 w L^4/(384 E I) in the middle; consistent loads make the nodes exact.
+    held = "".join(f"&support shaft='rotor', node={node}, held='v','w' /\n" for node in (1, 5))
+    text = BEAM + held + (
+        "&gravity acceleration=9.81, direction=0.0,0.6,-0.8 /\n&motion t_end=0.1, start='static' /\n"
+        "&record observable='state', what='trajectory', interval=0.05 /\n"
+    )  # fmt: skip
+    (tmp_path / "beam.nml").write_text(text)
+    succeed("razy-run", tmp_path / "beam.nml")
+    with h5py.File("beam.h5") as file:
+        names = [name.decode() for name in file["state/coordinate"][:]]
+        q = file["state/displacement"][:]
+    load = 7850.0 * np.pi * 0.03**2 / 4 * 9.81
+    sag = 5 * load * 1.2**4 / (384 * 2.1e11 * np.pi * 0.03**4 / 64)
+    assert np.abs(q[:, names.index("rotor.3.v")] / (0.6 * sag) - 1).max() < 1e-9
+    assert np.abs(q[:, names.index("rotor.3.w")] / (-0.8 * sag) - 1).max() < 1e-9
+
+
+def test_everything_sinks_by_its_weight(tmp_path):
+    # Without unbalance the housing sinks by all the weight, the rotor against it by its own.
+    text = re.sub(r"&(unbalance|friction|sweep|campbell|modes) [^\n]*\n", "", CASE.read_text())
+    text = text.replace("from=0.8", "from=0.0").replace("t_end=1.0, start='zero'", "t_end=0.1, start='static'")
+    (tmp_path / "still.nml").write_text(text)
+    succeed("razy-run", tmp_path / "still.nml")
+    rotor = 7850.0 * np.pi * 0.03**2 / 4 * 0.6 + 8.0
+    with h5py.File("still.h5") as file:
+        casing = file["extrema/displacement.casing.1.v/value"][:]
+    assert np.abs(casing / (-9.81 * (rotor + 40.0) / 4e6) - 1).max() < 1e-9
+
+
+def test_stop_between_rotor_and_housing_by_exact(tmp_path):
+    text = re.sub(r"&(ring|friction|sweep|campbell|modes) [^\n]*\n", "", CASE.read_text())
+    text = re.sub(r"&record[^\n]*seal[^\n]*\n", "", text)
+    text += (
+        "&stop name='seal', between='rotor.3','casing', direction=0.0,-1.0,0.0, clearance=5.0e-5, stiffness=2.0e7 /\n"
+    )
+    text += "&record observable='contact_force', of='seal', what='extrema' /\n"
+    found = {}
+    for method in ("exact", "dop853"):
+        extra = ", relative_tolerance=1e-11, absolute_tolerance=1e-14"
+        (tmp_path / "stop.nml").write_text(
+            text.replace("start='zero'", f"start='static', integrator='{method}'{extra}")
+        )
+        succeed("razy-run", tmp_path / "stop.nml", "--force")
+        with h5py.File("stop.h5") as file:
+            assert file["outcome/status"][()] == 0
+            found[method] = file["event/time"][:], file["observable/displacement.rotor.3.v"][-200:]
+    events = [found[method][0] for method in found]
+    assert events[0].size > 10 and events[0].size == events[1].size
+    assert np.abs(events[0] - events[1]).max() < 1e-8
+
+
+def test_the_disk_rubs_on_its_seal(tmp_path):
+    succeed("razy-run", CASE)
+    with h5py.File("rotor_in_housing.h5") as file:
+        assert file["extrema/relative_displacement.seal/value"][:].max() > 3e-4
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("node=1, to='casing'", "node=1, to='rotor.2'", "&bearing(1) to = 'rotor.2': a place on another shaft"),
+        ("node=1, to='casing'", "node=1, to='cover'", "&bearing(1) to = 'cover': "),
+        ("name='casing'", "name='rotor'", "&housing name = 'rotor': the name must be unique"),
+        ("&unbalance shaft='rotor', node=3", "&unbalance shaft='casing', node=1", "a shaft whose speed is known"),
+        ("direction=0.0,-1.0,0.0 /", "direction=0.0,0.0,0.0 /", "&gravity direction = 0.0, 0.0, 0.0: a direction"),
+    ],
+)
+def test_refusals(tmp_path, old, new, said):
+    text = CASE.read_text()
+    assert old in text
+    (tmp_path / "bad.nml").write_text(text.replace(old, new, 1))
+    done = start("razy-run", tmp_path / "bad.nml")
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert done.stderr.count("\n") == 1
