@@ -4,6 +4,7 @@ import shutil
 import sys
 
 import h5py
+import numpy as np
 import pytest
 from programs import SOURCE, sets, start, succeed
 
@@ -18,7 +19,7 @@ CASE = SOURCE / "inputs" / "impact_oscillator.nml"
 @pytest.fixture(scope="module")
 def branches(tmp_path_factory):
     file = tmp_path_factory.mktemp("check") / "branches.h5"
-    start("razy-follow", CASE, "--output", file, *sets(follow__max_points=12))
+    start("razy-follow", CASE, "--output", file, *sets(follow__first=2.6517, follow__last=3.0, follow__max_points=12))
     return file
 
 
@@ -28,14 +29,15 @@ def check(capsys, *words):
     return code, said.out, said.err
 
 
-def test_motions_are_proved(branches, capsys):
+def test_motions_and_special_points_are_proved(branches, capsys):
     code, out, _ = check(capsys, branches, "--jobs", 2, "--output", "verdicts.h5")
     with h5py.File(branches) as data, h5py.File("verdicts.h5") as verdicts:
-        proved = verdicts["verdict"][:] == 0
-        special = data["special/point"][:]
-        assert proved.size == data["point/state"].shape[0]
-        assert proved.sum() >= proved.size - special.size and verdicts["radius"][:][proved].max() < 1e-30
-    assert code == int(not proved.all()) and f"{proved.sum()} of {proved.size} motions proved" in out
+        count, special = data["point/state"].shape[0], verdicts["special/special"][:]
+        assert (verdicts["verdict"][:] == 0).all() and verdicts["radius"][:].max() < 1e-30
+        assert (verdicts["special/verdict"][:] == 0).all() and verdicts["special/radius"][:].max() < 1e-30
+        assert set(data["special/label"].asstr()[:][special]) == {"PD"}
+    assert code == 0 and f"{count} of {count} motions proved" in out
+    assert f"{special.size} of {special.size} special points (LP, PD, TR, GR) proved" in out
 
 
 @pytest.mark.parametrize(
@@ -55,6 +57,40 @@ def test_what_was_altered_is_refused(branches, capsys, name, change, reason):
     code, out, _ = check(capsys, "altered.h5")
     refused = [line for line in out.splitlines() if ": refused: " in line]
     assert code == 1 and len(refused) > 5 and reason in out
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "reason"),
+    [
+        ("label", lambda x: np.full(x.size, b"LP", object), "no LP"),
+        ("parameter", lambda x: x + 1e-6, "parameter of PD"),
+    ],
+)
+def test_special_points_that_were_altered_are_refused(branches, capsys, name, change, reason):
+    shutil.copy(branches, "altered.h5")
+    with h5py.File("altered.h5", "r+") as data:
+        data[f"special/{name}"][...] = change(data[f"special/{name}"][...])
+    code, out, _ = check(capsys, "altered.h5")
+    assert code == 1 and any("special point" in line and reason in line for line in out.splitlines())
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("clearance = 0.0", "clearance = 0.001", "its state is farther"),
+        ("restitution = 1.0", "restitution = 0.999", "its state is farther"),
+        ("clearance = 0.0", "clearance = 1000.0", "it has 0 events, not"),
+    ],
+)
+def test_motions_of_another_machine_are_refused(branches, capsys, old, new, reason):
+    shutil.copy(branches, "moved.h5")
+    with h5py.File("moved.h5", "r+") as data:
+        assert data.attrs["input"].count(old) == 1
+        data.attrs["input"] = data.attrs["input"].replace(old, new)
+    code, out, _ = check(capsys, "moved.h5")
+    count = sum(line.startswith("motion ") and f"refused: {reason}" in line for line in out.splitlines())
+    assert code == 1 and count > 5, out
+    assert "\n0 of " in f"\n{out}"
 
 
 def test_mistakes_are_one_line(branches, capsys):

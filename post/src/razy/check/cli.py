@@ -90,10 +90,16 @@ def _check(given: Namespace) -> int:
     radius = max((verdict.radius for verdict in found if verdict.kind == "proved"), default=0.0)
     others = "".join(f", {kinds[kind]} {kind}" for kind in KINDS[1:] if kinds[kind])
     print(f"{kinds['proved']} of {count} motions proved, largest radius {radius:.1e}{others}")
+    specials = dict(sorted((k, special) for verdict in found for k, special in verdict.specials.items()))
+    for k, special in specials.items():
+        if special.kind != "proved":
+            print(f"special point {k + 1}: {special.kind}: {special.reason}")
+    sound = sum(special.kind == "proved" for special in specials.values())
+    print(f"{sound} of {len(specials)} special points (LP, PD, TR, GR) proved")
     if given.output is not None:
-        _write(given.output, given.file, found, KINDS)
+        _write(given.output, given.file, found, specials, KINDS)
         print(f"wrote {given.output}", file=sys.stderr)
-    return int(kinds["proved"] != count)
+    return int(kinds["proved"] != count or sound != len(specials))
 
 
 def _parts(file: Path, count: int, jobs: int) -> Iterator[list["Verdict"]]:
@@ -108,18 +114,28 @@ def _parts(file: Path, count: int, jobs: int) -> Iterator[list["Verdict"]]:
         yield from pool.map(verdicts, [file] * len(chunks), chunks)
 
 
-def _write(target: Path, file: Path, found: list["Verdict"], kinds: tuple[str, ...]) -> None:
-    """Write the verdicts beside the motions' numbers in `file`; the file appears complete or not at all."""
+def _write(
+    target: Path, file: Path, found: list["Verdict"], specials: dict[int, "Verdict"], kinds: tuple[str, ...]
+) -> None:
+    """Write the verdicts beside the numbers of motions and special points; the file appears complete or not at all."""
     partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
     try:
         with h5py.File(partial, "w") as data:
             data.attrs["program"], data.attrs["razy_version"], data.attrs["checked"] = PROGRAM, __version__, str(file)
-            column = data.create_dataset("verdict", data=np.array([kinds.index(one.kind) for one in found], np.int32))
-            column.attrs["flag_values"] = np.arange(len(kinds), dtype=np.int32)
-            column.attrs["flag_meanings"] = " ".join(kind.replace(" ", "_") for kind in kinds)
-            data.create_dataset("reason", data=[one.reason for one in found], dtype=h5py.string_dtype())
-            radius = data.create_dataset("radius", data=[one.radius for one in found])
-            radius.attrs["long_name"] = "radius of the ball that holds one motion, over the scales of the state"
+            _write_columns(data, found, kinds, "the state")
+            special = data.create_group("special")
+            special["special"] = np.array(list(specials), np.int32)
+            special["special"].attrs["long_name"] = "row of /special, from 0"
+            _write_columns(special, list(specials.values()), kinds, "the parameter")
         partial.replace(target)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def _write_columns(group: h5py.Group, found: list["Verdict"], kinds: tuple[str, ...], what: str) -> None:
+    column = group.create_dataset("verdict", data=np.array([kinds.index(one.kind) for one in found], np.int32))
+    column.attrs["flag_values"] = np.arange(len(kinds), dtype=np.int32)
+    column.attrs["flag_meanings"] = " ".join(kind.replace(" ", "_") for kind in kinds)
+    group.create_dataset("reason", data=[one.reason for one in found], dtype=h5py.string_dtype())
+    radius = group.create_dataset("radius", data=np.array([one.radius for one in found], float))
+    radius.attrs["long_name"] = f"radius of the ball that holds one of them, over the scales of {what}"
