@@ -93,11 +93,31 @@ def test_motions_of_another_machine_are_refused(branches, capsys, old, new, reas
     assert "\n0 of " in f"\n{out}"
 
 
-def test_mistakes_are_one_line(branches, capsys):
+def test_motion_from_a_start_is_enclosed(capsys):
     succeed("razy-run", SOURCE / "inputs" / "two_sided_stop.nml", "--output", "run.h5")
+    code, out, _ = check(capsys, "run.h5")
+    assert code == 0 and "enclosed until 0.1 of 0.1 s, 16 events" in out
+    assert float(out.split("are within ")[1].split()[0]) < 1e-12
+    with h5py.File("run.h5", "r+") as data:
+        data["state/displacement"][500:] *= 1 + 1e-6
+    code, out, _ = check(capsys, "run.h5")
+    assert code == 1 and "refused: the file has another motion from 0.05" in out
+
+
+def test_enclosure_says_until_when(capsys):
+    # The ball comes to rest on the table after infinitely many bounces.
+    succeed("razy-run", SOURCE / "inputs" / "bouncing_ball_table.nml", "--output", "run.h5")
+    code, out, _ = check(capsys, "run.h5")
+    assert code == 1 and out.startswith("enclosed until 0.13229") and "a grazing of table" in out
+    assert "refused" not in out
+
+
+def test_mistakes_are_one_line(branches, capsys):
+    case = SOURCE / "inputs" / "two_sided_stop.nml"
+    succeed("razy-run", case, "--output", "run.h5", *sets(motion__integrator="dop853"))
     for words, line in (
         (["none.h5"], "none.h5: no such file"),
-        (["run.h5"], "run.h5: a file of razy-run; razy-check proves motions of razy-follow"),
+        (["run.h5"], "run.h5: a motion by 'dop853'; enclosures are for those by 'exact'"),
         ([branches, "--jobs", "0"], "--jobs 0: a whole number from 1 to 1024"),
         ([branches, "--output", branches, "--force"], f"{branches}: is the file that is read"),
     ):

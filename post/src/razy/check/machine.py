@@ -144,9 +144,9 @@ def value_of(frequency: tuple[Fraction, int]) -> arb:
 
 
 def common(frequencies: list[tuple[Fraction, int]]) -> tuple[Fraction, int]:
-    """Return the largest frequency of which all are multiples."""
+    """Return the largest frequency of which all are multiples; without excitation 1 rad/s, a scale of the time."""
     if not frequencies:
-        raise NotCovered("a machine without excitation")
+        return Fraction(1), 0
     if len({power for _, power in frequencies}) > 1:
         raise NotCovered("frequencies without a common period")
     numerator, denominator = 0, 1

@@ -202,6 +202,8 @@ class System:
     def impact(self, contact: int) -> Any:
         """Return X+ = J X-: the velocity over the gap is reversed by the restitution."""
         e = self.machine.contacts[contact].restitution
+        if e == 0:
+            raise NotCovered("an impact without restitution, after which the contact may rest")
         moved = self.numbers.zeros(self.size, 1)
         for i in range(self.m):
             moved[i, 0] = self.push[contact][self.m + i, 0]

@@ -107,7 +107,10 @@ class _Row:
 
     def _start(self) -> tuple[System, list[arb]]:
         put(self.groups, self.parameter, self.value)
-        system = System(Numbers([build(self.groups)]), self.phase)
+        machine = build(self.groups)
+        if not machine.frequencies():
+            raise NotCovered("a machine without excitation")
+        system = System(Numbers([machine]), self.phase)
         state = self.row["state"]
         n, m = len(state) // 2, system.m
         q = arb_mat(n, 2, [arb(float(state[i + j * n])) for i in range(n) for j in (0, 1)])
