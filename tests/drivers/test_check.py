@@ -2,11 +2,12 @@
 
 import shutil
 import sys
+from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-from programs import SOURCE, sets, start, succeed
+from programs import BUILD, SOURCE, plot, sets, start, succeed
 
 sys.path.insert(0, str(SOURCE / "post" / "src"))
 pytest.importorskip("flint")
@@ -110,6 +111,42 @@ def test_enclosure_says_until_when(capsys):
     code, out, _ = check(capsys, "run.h5")
     assert code == 1 and out.startswith("enclosed until 0.13229") and "a grazing of table" in out
     assert "refused" not in out
+
+
+def test_picture_and_report_say_what_is_proved(branches, capsys):
+    check(capsys, branches, "--output", "verdicts.h5")
+    shutil.copy(branches, "branches.h5")
+    assert plot("branches.h5", "--check", "verdicts.h5", "--save", "proved.svg").returncode == 0
+    assert plot("branches.h5", "--save", "plain.svg").returncode == 0
+    assert [Path(name).read_text().count("#bfe3bf") > 0 for name in ("proved.svg", "plain.svg")] == [True, False]
+    with h5py.File("branches.h5", "r+") as data:
+        data["point/state"][3] *= 1.5
+    done = plot("branches.h5", "--check", "verdicts.h5", "--save", "other.svg")
+    assert done.returncode == 2 and "verdicts on other motions" in done.stderr
+    report = f'''title = "Proofs"
+[[item]]
+name = "Branch"
+caption = "An impact oscillator"
+[[item.case]]
+input = "{CASE}"
+program = "follow"
+set = ["follow%first=2.6517", "follow%last=3.0", "follow%max_points=12"]
+[[item.number]]
+text = "motions that are not proved"
+dataset = "check:motion"
+where = [["check:motion", ">", 0]]
+reduce = "count"
+should_be = 0
+tolerance = 0
+[[item.number]]
+text = "special points that are proved"
+dataset = "check:special"
+reduce = "count"
+at_least = 1
+'''
+    Path("report.toml").write_text(report)
+    done = plot(".", "--output", "out", "--programs", BUILD / "bin", module="razy.report.cli")
+    assert done.returncode == 0 and "held by razy" in done.stdout, done.stdout + done.stderr
 
 
 def test_mistakes_are_one_line(branches, capsys):

@@ -16,6 +16,7 @@ import numpy as np
 
 from razy.errors import Parser, ResultError, one_line
 from razy.read import FollowResult, RunResult, open_result
+from razy.read.check import digest
 from razy.read.file import making_sense_of
 from razy.target import check_output
 from razy.version import __version__
@@ -166,6 +167,8 @@ def _write(
     try:
         with h5py.File(partial, "w") as data:
             data.attrs["program"], data.attrs["razy_version"], data.attrs["checked"] = PROGRAM, __version__, str(file)
+            with open_result(file) as result:
+                data.attrs["states"] = digest(result.states)
             _write_columns(data, found, kinds, "the state")
             special = data.create_group("special")
             special["special"] = np.array(list(specials), np.int32)
