@@ -3,15 +3,18 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from flint import acb_mat, arb, arb_mat
+from flint import acb_mat, arb, arb_mat, ctx
 
 from razy.check.dual import Dual
 from razy.check.machine import NotCovered
 from razy.check.motion import ORDER, Guard, System
 
-RADIUS = arb(10) ** -40
-"""Half the side of the box of the proof, over the scales of the unknowns."""
 MOST_EVENTS = 400
+
+
+def part(bits: float) -> arb:
+    """Return 2 to the power of minus this part of the bits that are computed with."""
+    return arb(2) ** (-int(bits * ctx.prec))
 
 
 class Undecided(Exception):  # noqa: N818 - it is a verdict
@@ -63,8 +66,8 @@ class Pieces:
     def __init__(self, system: System, scales: list[float]):
         """Take the scales of the displacements and velocities y."""
         self.system, self.scales = system, scales
-        self.weights = np.array(scales + [1.0] * (system.size - 2 * system.m))
-        self.norms: dict[tuple[str, ...], float] = {}
+        self.sizes = np.array(scales + [1.0] * (system.size - 2 * system.m))
+        self.norms: dict[tuple[str, ...], tuple[float, np.ndarray]] = {}
 
     def after(self, piece: Piece, x: arb_mat) -> arb_mat:
         """Return the state after the event that ends a piece; at the end of a period the tones begin anew."""
@@ -76,15 +79,17 @@ class Pieces:
 
     def step(self, mode: tuple[str, ...]) -> float:
         """Return the length of a step over which Taylor polynomials are short."""
-        return 1.0 / self._norm(mode)
+        return 1.0 / self._norm(mode)[0]
 
-    def _norm(self, mode: tuple[str, ...]) -> float:
+    def _norm(self, mode: tuple[str, ...]) -> tuple[float, np.ndarray]:
+        """Return a norm of G, the largest over weights, and these: Perron's vector makes it least."""
         if mode not in self.norms:
             g = self.system.generator(mode)
             n = g.nrows()
-            w = self.weights
-            sizes = [[float(abs(g[i, j]).upper()) * w[j] / w[i] for j in range(n)] for i in range(n)]
-            self.norms[mode] = max(map(sum, sizes)) * (1 + 1e-9)
+            size = np.array([[float(abs(g[i, j]).upper()) for j in range(n)] for i in range(n)])
+            values, vectors = np.linalg.eig(size * self.sizes / self.sizes[:, None] + 1e-3)
+            w = self.sizes * abs(vectors[:, np.argmax(values.real)].real)
+            self.norms[mode] = float(np.max(size @ w / w)) * (1 + 1e-9), w
         return self.norms[mode]
 
     def follow(self, mode, x, left, started):
@@ -119,9 +124,10 @@ class Pieces:
         for step in range(steps):
             terms = self.system.taylor(piece.mode, x)
             rest = self._remainder(piece.mode, terms[-1], h)
+            weights = self._norm(piece.mode)[1]
             for guard in guards:
                 a = [(guard.row * term)[0, 0] for term in terms[:-1]]
-                last = sum((abs(guard.row[0, i]) * w for i, w in enumerate(self.weights)), arb(0)) * rest
+                last = sum((abs(guard.row[0, i]) * float(w) for i, w in enumerate(weights)), arb(0)) * rest
                 begins = step == 0 and piece.started == (guard.contact, guard.bound)
                 ends = step == steps - 1 and piece.guard is not None and _same(piece.guard, guard)
                 touches = (begins and piece.touched, ends and piece.guard.target == "touch")
@@ -131,8 +137,9 @@ class Pieces:
 
     def _remainder(self, mode, term: arb_mat, h: arb) -> arb:
         """Return a bound, over the weights, of the sum of all terms from the last one on, at times up to h."""
-        size = max((abs(term[i, 0]) / float(w)).upper() for i, w in enumerate(self.weights))
-        ratio = arb(self._norm(mode)) * h / (ORDER + 1)
+        norm, weights = self._norm(mode)
+        size = max((abs(term[i, 0]) / float(w)).upper() for i, w in enumerate(weights))
+        ratio = arb(norm) * h / (ORDER + 1)
         return (size * abs(h) ** ORDER / (1 - ratio)).upper()
 
 
@@ -221,7 +228,7 @@ class Course(Pieces):
         """Prove that one motion with this sequence exists near y, and what follows."""
         scales = self.scales + [1.0] * self.events
         u = newton(self._zero, self.unknowns(y), scales)
-        box = arb_mat(u.nrows(), 1, [arb(u[i, 0], RADIUS * s) for i, s in enumerate(scales)])
+        box = arb_mat(u.nrows(), 1, [arb(u[i, 0], part(0.63) * s) for i, s in enumerate(scales)])
         look = self.equations(box)
         image = krawczyk(self.equations(u).f, look.df, u, box)
         self.admit(look, box)
@@ -308,14 +315,14 @@ def _positive(guard: _Watched, low, high, zero, touch, depth=0) -> None:
 
 def newton(equations, u: arb_mat, scales: list[float]) -> arb_mat:
     """Return a zero of equations(u) = (f, df), near u, to far beyond double precision."""
-    for _ in range(12):
+    for _ in range(12 + ctx.prec // 200):
         f, df = equations(u)
         try:
             change = df.mid().solve(f.mid())
         except ZeroDivisionError:
             raise Undecided("the derivative is singular") from None
         u = (u - change).mid()
-        if all(abs(change[i, 0]) < 1e-45 * s for i, s in enumerate(scales)):
+        if all(abs(change[i, 0]) < part(0.71) * s for i, s in enumerate(scales)):
             return u
     raise Undecided("Newton's method does not converge: a fold or a grazing is near")
 
@@ -344,7 +351,8 @@ def krawczyk(f: arb_mat, df: arb_mat, u: arb_mat, box: arb_mat, curve: tuple[arb
 def _advance(g, tau: arb, x: arb_mat, d: arb_mat) -> tuple[arb_mat, arb_mat, arb_mat]:
     """Return x and its derivatives d (the last by the parameter, if g is a dual) after tau, and the speed there."""
     if not isinstance(g, Dual):
-        phi = (g * tau).exp()
+        # The exponential of the middle has no width that could grow with the norm of G.
+        phi = (g * tau.mid()).exp() * (g * (tau - tau.mid())).exp()
         return phi * x, phi * d, g * (phi * x)
     n = g.value.nrows()
     # exp of (G, G'; 0, G) holds exp(G) and its derivative along G'.

@@ -18,14 +18,13 @@ from razy.check.proof import (
     krawczyk,
     monodromy,
     newton,
+    part,
     proof_of,
 )
 from razy.check.touch import without_touch
 
-HALF = arb(10) ** -34
-"""Half the length of the curve, over the scale of the unknown that it is taken over."""
-THIN = arb(10) ** -40
-"""Half the side of boxes at its ends."""
+HALF, THIN = 0.54, 0.63
+"""Half the length of the curve over the scale of its unknown, half the side of boxes at its ends: parts of the bits."""
 LABELS = ("LP", "PD", "TR", "GR")
 NEAR = 1e-3
 """A multiplier farther from that of a special point than this is none of it."""
@@ -97,7 +96,7 @@ class Curve:
         """Enclose all motions of the curve for s within `half` of v's, and only those; v is on the curve."""
         _, df = self.square(v)
         rates = self.rates(df)
-        reach = [abs(rates[i, 0].mid()) * half * 2 + THIN * scale for i, scale in enumerate(self.scales)]
+        reach = [abs(rates[i, 0].mid()) * half * 2 + part(THIN) * scale for i, scale in enumerate(self.scales)]
         box = arb_mat(self.last + 1, 1, [arb(v[i, 0], r) for i, r in enumerate(reach)])
         box[self.direction, 0] = arb(v[self.direction, 0], half)
         rows = [i for i in range(self.last + 1) if i != self.direction]
@@ -171,7 +170,7 @@ def near_fold(course: Course, y: list[arb], machines: list[Machine], phase: floa
 def _between(label: str, curve: Curve, v: arb_mat) -> tuple[arb_mat, Look]:
     """Return the box of a short curve that holds the point, and what belongs to it."""
     v = _locate(label, curve, v)
-    half = HALF * curve.scales[curve.direction]
+    half = part(HALF) * curve.scales[curve.direction]
     s = v[curve.direction, 0]
     box, look = curve.enclose(v, half)
     ends = [curve.enclose(curve.at(v, end), arb(0))[1] for end in (s - half, s + half)]
@@ -206,7 +205,7 @@ def _locate(label: str, curve: Curve, v: arb_mat) -> arb_mat:
         before, value, s = s, now, (s + step).mid()
         if abs(s - v[curve.direction, 0]) > 0.1 * scale:
             break
-        if abs(step) < 1e-38 * scale:
+        if abs(step) < part(0.6) * scale:
             return curve.at(v, s)
     raise Undecided(f"{label} is not found near it")
 

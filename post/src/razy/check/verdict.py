@@ -18,6 +18,8 @@ from razy.check.special import LABELS, near_fold, prove
 from razy.read.file import check_storage
 
 KINDS = ("proved", "undecided", "refused", "not covered")
+PRECISIONS = (212, 424, 848)
+"""Bits, one after the other until there is a verdict."""
 CLOSE = 1e-11
 """How far a state may be off over its size, and the parameter of a special point over its own."""
 FAR = 1e-7
@@ -42,7 +44,6 @@ class Verdict:
 
 def verdicts(file: str | Path, points: Sequence[int]) -> list[Verdict]:
     """Return the verdicts on the motions with these numbers, counted from 0."""
-    ctx.prec = 212
     with h5py.File(file) as data:
         groups = read_groups(data.attrs["input"])
         follow = groups["follow"][0]
@@ -72,6 +73,16 @@ def _read(data: h5py.File, name: str) -> np.ndarray:
 
 
 def _judged(judge: Any, *arguments: Any) -> Verdict:
+    """Return the verdict of a judge, with more bits where it cannot decide: balls grow with the norm of the machine."""
+    for bits in PRECISIONS:
+        ctx.prec = bits
+        verdict = _judged_once(judge, *arguments)
+        if verdict.kind != "undecided":
+            break
+    return verdict
+
+
+def _judged_once(judge: Any, *arguments: Any) -> Verdict:
     """Return the verdict of a judge that returns the radius of its proof, or says why there is none."""
     try:
         return Verdict("proved", radius=judge(*arguments))
