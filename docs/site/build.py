@@ -81,6 +81,13 @@ def tutorials(folder: Path, made: Path) -> None:
             shutil.copyfile(picture, notebook.parent / picture.name)
 
 
+def formulas(text: str) -> str:
+    """Return a page with its formulas, fences of the kind math, as MathML, which browsers draw by themselves."""
+    from latex2mathml.converter import convert
+
+    return re.sub(r"(?ms)^```math\n(.*?)\n```$", lambda found: f"\n{convert(found[1], display='block')}\n", text)
+
+
 def from_notebook(path: Path, given: list[str]) -> str:
     """Return the cells of a notebook as a page, below each cell of code what it gave."""
     parts = [f"*A notebook: [{path.name}]({path.name}). The tests execute it.*"]
@@ -281,6 +288,8 @@ def main() -> int:
     (pages / "gallery.md").write_text(gallery(pictures), encoding="utf-8")
     validation = pages / "docs/validation.md"
     validation.write_text(validation.read_text(encoding="utf-8").replace(ITEMS, items()), encoding="utf-8")
+    for page in pages.rglob("*.md"):
+        page.write_text(formulas(page.read_text(encoding="utf-8")), encoding="utf-8")
     ford = subprocess.run(
         ["ford", "docs/api.md", "--output_dir", str((pages / "api").resolve())],
         cwd=ROOT,

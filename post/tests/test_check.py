@@ -6,9 +6,11 @@ import pytest
 
 flint = pytest.importorskip("flint")
 
-from razy.check.machine import NotCovered, build, read_groups  # noqa: E402
+from razy.check.dual import Numbers, family  # noqa: E402
+from razy.check.machine import NotCovered, build, put, read_groups  # noqa: E402
 from razy.check.motion import System  # noqa: E402
 from razy.check.proof import Course, Disproved  # noqa: E402
+from razy.check.special import Point, prove  # noqa: E402
 
 CASE = """
 &scene kind='lumped' /
@@ -21,7 +23,7 @@ CASE = """
 
 def course(clearance: float, y: tuple[float, float], periods: int = 1) -> Course:
     flint.ctx.prec = 212
-    system = System(build(read_groups(CASE.format(clearance=clearance))))
+    system = System(Numbers([build(read_groups(CASE.format(clearance=clearance)))]))
     return Course(system, [flint.arb(value) for value in y], periods)
 
 
@@ -38,7 +40,7 @@ def test_linear_motion_is_the_closed_form():
 def test_motion_that_begins_at_another_phase():
     response = 1 / (-3 + 0.4j) * (0.8 + 0.6j)
     flint.ctx.prec = 212
-    system = System(build(read_groups(CASE.format(clearance=1.0))), math.acos(0.8) / (2 * math.pi))
+    system = System(Numbers([build(read_groups(CASE.format(clearance=1.0)))]), math.acos(0.8) / (2 * math.pi))
     y = [flint.arb(response.real), flint.arb(-response.imag)]
     proof = Course(system, y, 1).prove(y)
     assert abs(float(proof.state[0].mid()) - response.real) < 1e-15
@@ -48,7 +50,7 @@ def test_motion_through_a_stop_is_not_proved():
     response = 1 / (-3 + 0.4j)
     y = [flint.arb(response.real), flint.arb(-response.imag)]
     free = course(1.0, (response.real, -response.imag))
-    free.system = System(build(read_groups(CASE.format(clearance=0.2))))
+    free.system = System(Numbers([build(read_groups(CASE.format(clearance=0.2)))]))
     with pytest.raises(Disproved, match="passes through wall"):
         free.prove(y)
 
@@ -72,3 +74,65 @@ def test_period_that_is_not_the_least_is_refused():
 def test_what_is_not_covered_says_so(old, new, says):
     with pytest.raises(NotCovered, match=says):
         build(read_groups(CASE.format(clearance=1.0).replace(old, new)))
+
+
+TABLE = """
+&scene kind='lumped' /
+&mass name='ball', value=1.0 /
+&load on='ball', value=-1.0 /
+&stop name='table', between='ball','frame', side='lower', clearance=0.0, law='rigid', restitution=0.5,
+      motion_amplitude=1.0, motion_angular_frequency=1.0 /
+"""
+FOLD = math.pi / 3
+"""A w^2 / g = pi (1 - e)/(1 + e) of a ball that hits a table A sin wt once a period, in closed form."""
+DOUBLING = math.hypot(FOLD, 2 * 1.25 / 1.5**2)
+"""The same where its period doubles: also + 4 (1 + e^2)^2/(1 + e)^4 under the root."""
+
+
+def point(label: str, text: str, parameter: str, value: float, state: tuple[float, float], phase: float) -> Point:
+    flint.ctx.prec = 212
+    groups = read_groups(text)
+    put(groups, parameter, value)
+    y = [flint.arb(number) for number in state]
+    course = Course(System(Numbers([build(groups)]), phase), y, 1)
+    return prove(label, course, y, family(groups, parameter, value), phase, value, "")
+
+
+def ball(amplitude: float) -> tuple[float, float]:
+    """Return the state at 0.3 of the period of the motion that hits where the table rises less and less."""
+    hit = math.acos(min(FOLD / amplitude, 1.0))
+    time = 0.6 * math.pi - hit
+    return amplitude * math.sin(hit) + math.pi * time - time**2 / 2, math.pi - time
+
+
+def test_fold_of_the_bouncing_ball_is_the_closed_form():
+    value = FOLD * (1 + 1e-14)
+    found = point("LP", TABLE, "stop%motion_amplitude", value, ball(FOLD * (1 + 1e-9)), 0.3)
+    assert abs(found.beyond + flint.arb(value) - flint.arb.pi() / 3) < 1e-30
+
+
+def test_doubling_of_the_bouncing_ball_is_the_closed_form():
+    value = DOUBLING * (1 + 1e-12)
+    found = point("PD", TABLE, "stop%motion_amplitude", value, ball(value), 0.3)
+    exact = ((flint.arb.pi() / 3) ** 2 + (flint.arb("2.5") / flint.arb("2.25")) ** 2).sqrt()
+    assert abs(found.beyond + flint.arb(value) - exact) < 1e-30
+
+
+@pytest.mark.parametrize("side", [1 - 1e-13, 1 + 1e-13])
+def test_grazing_is_the_closed_form(side):
+    # |x| = A / |1 - 4 + 0.4i| reaches the clearance 1 at A = sqrt(9.16) if damping is 0.2 as a double.
+    damping = flint.arb(0.2)
+    exact = (9 + (2 * damping) ** 2).sqrt()
+    value = float(exact.mid()) * side
+    response = value / (-3 + 0.4j)
+    text = CASE.format(clearance=1.0)
+    found = point("GR", text, "load%amplitude", value, (response.real, -response.imag), 0.0)
+    assert abs(found.beyond + flint.arb(value) - exact) < 1e-30
+
+
+def test_what_no_point_is_near_is_refused():
+    value = 1.5
+    state = (1.5 / (-3 + 0.4j)).real, -(1.5 / (-3 + 0.4j)).imag
+    for label, reason in (("LP", "near 1"), ("PD", "near -1"), ("TR", "complex"), ("GR", "no contact grazes")):
+        with pytest.raises(Disproved, match=f"no {label}: .*{reason}"):
+            point(label, CASE.format(clearance=1.0), "load%amplitude", value, state, 0.0)

@@ -2,10 +2,12 @@
 
 import shutil
 import sys
+from pathlib import Path
 
 import h5py
+import numpy as np
 import pytest
-from programs import SOURCE, sets, start, succeed
+from programs import BUILD, SOURCE, plot, sets, start, succeed
 
 sys.path.insert(0, str(SOURCE / "post" / "src"))
 pytest.importorskip("flint")
@@ -18,7 +20,7 @@ CASE = SOURCE / "inputs" / "impact_oscillator.nml"
 @pytest.fixture(scope="module")
 def branches(tmp_path_factory):
     file = tmp_path_factory.mktemp("check") / "branches.h5"
-    start("razy-follow", CASE, "--output", file, *sets(follow__max_points=12))
+    start("razy-follow", CASE, "--output", file, *sets(follow__first=2.6517, follow__last=3.0, follow__max_points=12))
     return file
 
 
@@ -28,14 +30,15 @@ def check(capsys, *words):
     return code, said.out, said.err
 
 
-def test_motions_are_proved(branches, capsys):
+def test_motions_and_special_points_are_proved(branches, capsys):
     code, out, _ = check(capsys, branches, "--jobs", 2, "--output", "verdicts.h5")
     with h5py.File(branches) as data, h5py.File("verdicts.h5") as verdicts:
-        proved = verdicts["verdict"][:] == 0
-        special = data["special/point"][:]
-        assert proved.size == data["point/state"].shape[0]
-        assert proved.sum() >= proved.size - special.size and verdicts["radius"][:][proved].max() < 1e-30
-    assert code == int(not proved.all()) and f"{proved.sum()} of {proved.size} motions proved" in out
+        count, special = data["point/state"].shape[0], verdicts["special/special"][:]
+        assert (verdicts["verdict"][:] == 0).all() and verdicts["radius"][:].max() < 1e-30
+        assert (verdicts["special/verdict"][:] == 0).all() and verdicts["special/radius"][:].max() < 1e-30
+        assert set(data["special/label"].asstr()[:][special]) == {"PD"}
+    assert code == 0 and f"{count} of {count} motions proved" in out
+    assert f"{special.size} of {special.size} special points (LP, PD, TR, GR) proved" in out
 
 
 @pytest.mark.parametrize(
@@ -57,11 +60,101 @@ def test_what_was_altered_is_refused(branches, capsys, name, change, reason):
     assert code == 1 and len(refused) > 5 and reason in out
 
 
-def test_mistakes_are_one_line(branches, capsys):
+@pytest.mark.parametrize(
+    ("name", "change", "reason"),
+    [
+        ("label", lambda x: np.full(x.size, b"LP", object), "no LP"),
+        ("parameter", lambda x: x + 1e-6, "parameter of PD"),
+    ],
+)
+def test_special_points_that_were_altered_are_refused(branches, capsys, name, change, reason):
+    shutil.copy(branches, "altered.h5")
+    with h5py.File("altered.h5", "r+") as data:
+        data[f"special/{name}"][...] = change(data[f"special/{name}"][...])
+    code, out, _ = check(capsys, "altered.h5")
+    assert code == 1 and any("special point" in line and reason in line for line in out.splitlines())
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("clearance = 0.0", "clearance = 0.001", "its state is farther"),
+        ("restitution = 1.0", "restitution = 0.999", "its state is farther"),
+        ("clearance = 0.0", "clearance = 1000.0", "it has 0 events, not"),
+    ],
+)
+def test_motions_of_another_machine_are_refused(branches, capsys, old, new, reason):
+    shutil.copy(branches, "moved.h5")
+    with h5py.File("moved.h5", "r+") as data:
+        assert data.attrs["input"].count(old) == 1
+        data.attrs["input"] = data.attrs["input"].replace(old, new)
+    code, out, _ = check(capsys, "moved.h5")
+    count = sum(line.startswith("motion ") and f"refused: {reason}" in line for line in out.splitlines())
+    assert code == 1 and count > 5, out
+    assert "\n0 of " in f"\n{out}"
+
+
+def test_motion_from_a_start_is_enclosed(capsys):
     succeed("razy-run", SOURCE / "inputs" / "two_sided_stop.nml", "--output", "run.h5")
+    code, out, _ = check(capsys, "run.h5")
+    assert code == 0 and "enclosed until 0.1 of 0.1 s, 16 events" in out
+    assert float(out.split("are within ")[1].split()[0]) < 1e-12
+    with h5py.File("run.h5", "r+") as data:
+        data["state/displacement"][500:] *= 1 + 1e-6
+    code, out, _ = check(capsys, "run.h5")
+    assert code == 1 and "refused: the file has another motion from 0.05" in out
+
+
+def test_enclosure_says_until_when(capsys):
+    # The ball comes to rest on the table after infinitely many bounces.
+    succeed("razy-run", SOURCE / "inputs" / "bouncing_ball_table.nml", "--output", "run.h5")
+    code, out, _ = check(capsys, "run.h5")
+    assert code == 1 and out.startswith("enclosed until 0.13229") and "a grazing of table" in out
+    assert "refused" not in out
+
+
+def test_picture_and_report_say_what_is_proved(branches, capsys):
+    check(capsys, branches, "--output", "verdicts.h5")
+    shutil.copy(branches, "branches.h5")
+    assert plot("branches.h5", "--check", "verdicts.h5", "--save", "proved.svg").returncode == 0
+    assert plot("branches.h5", "--save", "plain.svg").returncode == 0
+    assert [Path(name).read_text().count("#bfe3bf") > 0 for name in ("proved.svg", "plain.svg")] == [True, False]
+    with h5py.File("branches.h5", "r+") as data:
+        data["point/state"][3] *= 1.5
+    done = plot("branches.h5", "--check", "verdicts.h5", "--save", "other.svg")
+    assert done.returncode == 2 and "verdicts on other motions" in done.stderr
+    report = f'''title = "Proofs"
+[[item]]
+name = "Branch"
+caption = "An impact oscillator"
+[[item.case]]
+input = "{CASE}"
+program = "follow"
+set = ["follow%first=2.6517", "follow%last=3.0", "follow%max_points=12"]
+[[item.number]]
+text = "motions that are not proved"
+dataset = "check:motion"
+where = [["check:motion", ">", 0]]
+reduce = "count"
+should_be = 0
+tolerance = 0
+[[item.number]]
+text = "special points that are proved"
+dataset = "check:special"
+reduce = "count"
+at_least = 1
+'''
+    Path("report.toml").write_text(report)
+    done = plot(".", "--output", "out", "--programs", BUILD / "bin", module="razy.report.cli")
+    assert done.returncode == 0 and "held by razy" in done.stdout, done.stdout + done.stderr
+
+
+def test_mistakes_are_one_line(branches, capsys):
+    case = SOURCE / "inputs" / "two_sided_stop.nml"
+    succeed("razy-run", case, "--output", "run.h5", *sets(motion__integrator="dop853"))
     for words, line in (
         (["none.h5"], "none.h5: no such file"),
-        (["run.h5"], "run.h5: a file of razy-run; razy-check proves motions of razy-follow"),
+        (["run.h5"], "run.h5: a motion by 'dop853'; enclosures are for those by 'exact'"),
         ([branches, "--jobs", "0"], "--jobs 0: a whole number from 1 to 1024"),
         ([branches, "--output", branches, "--force"], f"{branches}: is the file that is read"),
     ):

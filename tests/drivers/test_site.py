@@ -41,6 +41,20 @@ def test_a_tutorial_shows_what_its_cells_give(folder, monkeypatch):
     assert "```text" not in notebook.with_suffix(".md").read_text(), "results of another text"
 
 
+def test_formulas_are_drawn_by_the_browser(folder):
+    pytest.importorskip("latex2mathml")
+    site.stage(folder / "pages")
+    count = 0
+    for page in (folder / "pages").rglob("*.md"):
+        text = page.read_text()
+        made = site.formulas(text)
+        assert "```math" not in made and made.count("<math") == text.count("```math"), page.name
+        # What it does not know it writes as it is, with its backslash.
+        assert not re.search(r">[^<]*\\\\", "".join(re.findall(r"(?s)<math.*?</math>", made))), page.name
+        count += made.count("<math")
+    assert count > 10
+
+
 def test_links_of_a_site(folder):
     page = "<h1 id='top'>x</h1><a href='{}'>x</a><{} src='{}'></{}>"
     (folder / "sub").mkdir()

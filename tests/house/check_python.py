@@ -16,7 +16,7 @@ LAYERS = {
     "plot": {"read"},
     "check": {"read"},
     "tools": {"read", "programs", "plot"},
-    "report": {"read", "programs", "plot"},
+    "report": {"read", "programs", "plot", "check"},
     "view": {"read", "programs", "plot"},
     "results": {"read", "plot", "tools"},
     "calls": {"programs", "results"},

@@ -1,5 +1,6 @@
-"""The command ``razy-check``: an independent proof of the motions of a file of razy-follow."""
+"""The command ``razy-check``: an independent proof of motions of razy-follow and razy-run."""
 
+import math
 import os
 import sys
 import time
@@ -14,7 +15,8 @@ import h5py
 import numpy as np
 
 from razy.errors import Parser, ResultError, one_line
-from razy.read import FollowResult, open_result
+from razy.read import FollowResult, RunResult, open_result
+from razy.read.check import digest
 from razy.read.file import making_sense_of
 from razy.target import check_output
 from razy.version import __version__
@@ -33,11 +35,11 @@ def parser() -> Parser:
     """Return the parser of the command line."""
     result = Parser(
         prog=PROGRAM,
-        description="Prove the periodic motions of a file of razy-follow in ball arithmetic, from its input alone.",
+        description="Prove periodic motions of razy-follow, or enclose a motion of razy-run, from the input alone.",
         epilog="Exit code: 0 all proved, 1 some not, 2 bad input or usage.",
         allow_abbrev=False,
     )
-    result.add_argument("file", metavar="FILE.h5", type=Path, help="file of razy-follow")
+    result.add_argument("file", metavar="FILE.h5", type=Path, help="file of razy-follow or razy-run")
     result.add_argument(
         "--output", metavar="FILE.h5", type=Path, help="write the verdicts (/verdict, /reason, /radius)"
     )
@@ -61,17 +63,19 @@ def _check(given: Namespace) -> int:
     if not 1 <= given.jobs <= 1024:
         raise ResultError(f"--jobs {given.jobs}: a whole number from 1 to 1024")
     with open_result(given.file) as result:
-        if not isinstance(result, FollowResult):
-            raise ResultError(f"{given.file}: a file of {result.program}; {PROGRAM} proves motions of razy-follow")
+        run, name = isinstance(result, RunResult), result.program
+        if not run and not isinstance(result, FollowResult):
+            raise ResultError(f"{given.file}: a file of {name}; {PROGRAM} takes those of razy-follow and razy-run")
+    if run:
+        return _check_start(given)
     with making_sense_of(given.file), h5py.File(given.file) as data:
         count = data["point/state"].shape[0]
     if given.output is not None:
         check_output(given.output, [given.file], given.force)
-    try:
-        from razy.check.machine import NotCovered
-        from razy.check.verdict import KINDS
-    except ImportError as cause:
-        raise ResultError(f"{PROGRAM} needs the package python-flint (pip install python-flint): {cause}") from cause
+    _need_flint()
+    from razy.check.machine import NotCovered
+    from razy.check.verdict import KINDS
+
     found: list[Verdict] = []
     said = time.monotonic()
     with making_sense_of(given.file):
@@ -90,10 +94,57 @@ def _check(given: Namespace) -> int:
     radius = max((verdict.radius for verdict in found if verdict.kind == "proved"), default=0.0)
     others = "".join(f", {kinds[kind]} {kind}" for kind in KINDS[1:] if kinds[kind])
     print(f"{kinds['proved']} of {count} motions proved, largest radius {radius:.1e}{others}")
+    specials = dict(sorted((k, special) for verdict in found for k, special in verdict.specials.items()))
+    for k, special in specials.items():
+        if special.kind != "proved":
+            print(f"special point {k + 1}: {special.kind}: {special.reason}")
+    sound = sum(special.kind == "proved" for special in specials.values())
+    print(f"{sound} of {len(specials)} special points (LP, PD, TR, GR) proved")
     if given.output is not None:
-        _write(given.output, given.file, found, KINDS)
+        _write(given.output, given.file, found, specials, KINDS)
         print(f"wrote {given.output}", file=sys.stderr)
-    return int(kinds["proved"] != count)
+    return int(kinds["proved"] != count or sound != len(specials))
+
+
+def _need_flint() -> None:
+    try:
+        import flint  # noqa: F401
+    except ImportError as cause:
+        raise ResultError(f"{PROGRAM} needs the package python-flint (pip install python-flint): {cause}") from cause
+
+
+def _check_start(given: Namespace) -> int:
+    """Enclose the motion of a file of razy-run from its start."""
+    if given.output is not None:
+        raise ResultError("--output: the verdict on a motion from a start is one line, there is no file of it")
+    with making_sense_of(given.file), h5py.File(given.file) as data:
+        integrator = str(data.attrs["integrator"])
+    if integrator != "exact":
+        raise ResultError(f"{given.file}: a motion by '{integrator}'; enclosures are for those by 'exact'")
+    _need_flint()
+    from razy.check.machine import NotCovered
+    from razy.check.start import enclose_file
+
+    said = time.monotonic()
+
+    def progress(now: float, end: float, events: int) -> None:
+        nonlocal said
+        if time.monotonic() - said > PATIENCE:
+            said = time.monotonic()
+            print(f"{now:.6g} of {end:.6g} s, {events} events", file=sys.stderr, flush=True)
+
+    with making_sense_of(given.file):
+        try:
+            found = enclose_file(given.file, progress)
+        except NotCovered as reason:
+            raise ResultError(f"{given.file}: {reason}: not covered") from reason
+    until = f"{found.until:.10g} of {found.end:.10g} s, {found.events} events, {found.bits} bits"
+    print(f"enclosed until {until}" + f": {found.reason}" * bool(found.reason))
+    if found.states:
+        print(f"{found.states} stored states are within {found.farthest:.1e} of it, over the largest")
+    if found.parted < math.inf:
+        print(f"refused: the file has another motion from {found.parted:.10g} s on")
+    return int(found.parted < math.inf or bool(found.reason))
 
 
 def _parts(file: Path, count: int, jobs: int) -> Iterator[list["Verdict"]]:
@@ -108,18 +159,30 @@ def _parts(file: Path, count: int, jobs: int) -> Iterator[list["Verdict"]]:
         yield from pool.map(verdicts, [file] * len(chunks), chunks)
 
 
-def _write(target: Path, file: Path, found: list["Verdict"], kinds: tuple[str, ...]) -> None:
-    """Write the verdicts beside the motions' numbers in `file`; the file appears complete or not at all."""
+def _write(
+    target: Path, file: Path, found: list["Verdict"], specials: dict[int, "Verdict"], kinds: tuple[str, ...]
+) -> None:
+    """Write the verdicts beside the numbers of motions and special points; the file appears complete or not at all."""
     partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
     try:
         with h5py.File(partial, "w") as data:
             data.attrs["program"], data.attrs["razy_version"], data.attrs["checked"] = PROGRAM, __version__, str(file)
-            column = data.create_dataset("verdict", data=np.array([kinds.index(one.kind) for one in found], np.int32))
-            column.attrs["flag_values"] = np.arange(len(kinds), dtype=np.int32)
-            column.attrs["flag_meanings"] = " ".join(kind.replace(" ", "_") for kind in kinds)
-            data.create_dataset("reason", data=[one.reason for one in found], dtype=h5py.string_dtype())
-            radius = data.create_dataset("radius", data=[one.radius for one in found])
-            radius.attrs["long_name"] = "radius of the ball that holds one motion, over the scales of the state"
+            with open_result(file) as result:
+                data.attrs["states"] = digest(result.states)
+            _write_columns(data, found, kinds, "the state")
+            special = data.create_group("special")
+            special["special"] = np.array(list(specials), np.int32)
+            special["special"].attrs["long_name"] = "row of /special, from 0"
+            _write_columns(special, list(specials.values()), kinds, "the parameter")
         partial.replace(target)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def _write_columns(group: h5py.Group, found: list["Verdict"], kinds: tuple[str, ...], what: str) -> None:
+    column = group.create_dataset("verdict", data=np.array([kinds.index(one.kind) for one in found], np.int32))
+    column.attrs["flag_values"] = np.arange(len(kinds), dtype=np.int32)
+    column.attrs["flag_meanings"] = " ".join(kind.replace(" ", "_") for kind in kinds)
+    group.create_dataset("reason", data=[one.reason for one in found], dtype=h5py.string_dtype())
+    radius = group.create_dataset("radius", data=np.array([one.radius for one in found], float))
+    radius.attrs["long_name"] = f"radius of the ball that holds one of them, over the scales of {what}"

@@ -61,6 +61,11 @@ class Machine:
     contacts: list[Contact]
     observed: list[list[Fraction]]
 
+    def frequencies(self) -> list[tuple[Fraction, int]]:
+        """Return the frequencies of all tones."""
+        tones = [tone for _, tone in self.loads] + [tone for c in self.contacts for tone in c.tones]
+        return [tone.frequency for tone in tones]
+
 
 def read_groups(text: str) -> dict[str, list[dict[str, Any]]]:
     """Return the groups of a namelist by name."""
@@ -139,9 +144,9 @@ def value_of(frequency: tuple[Fraction, int]) -> arb:
 
 
 def common(frequencies: list[tuple[Fraction, int]]) -> tuple[Fraction, int]:
-    """Return the largest frequency of which all are multiples."""
+    """Return the largest frequency of which all are multiples; without excitation 1 rad/s, a scale of the time."""
     if not frequencies:
-        raise NotCovered("a machine without excitation")
+        return Fraction(1), 0
     if len({power for _, power in frequencies}) > 1:
         raise NotCovered("frequencies without a common period")
     numerator, denominator = 0, 1
@@ -163,15 +168,19 @@ def balls(rows: fmpq_mat) -> arb_mat:
     return arb_mat(rows.nrows(), rows.ncols(), [arb(x) for x in rows.entries()])
 
 
-def felt(machine: Machine) -> fmpq_mat:
+def felt(machines: list[Machine]) -> fmpq_mat:
     """Return rows spanning the smallest space that holds what contacts and observables feel, closed under K/M and B/M.
 
+    machines differ in one number that K, B or 1/M is linear in, so a space closed for all of them is so in between.
     Common motions that nothing resists are left out: of an observable only what springs and dampers feel is kept then.
     """
+    machine, maps = machines[0], []
     n = len(machine.mass)
-    k, b = matrix(machine.stiffness), matrix(machine.damping)
-    inverse = matrix([[1 / m if i == j else Fraction(0) for j in range(n)] for i, m in enumerate(machine.mass)])
-    maps = [inverse * k, inverse * b]
+    for each in machines[:2]:
+        inverse = matrix([[1 / m if i == j else Fraction(0) for j in range(n)] for i, m in enumerate(each.mass)])
+        for part in (inverse * matrix(each.stiffness), inverse * matrix(each.damping)):
+            if part not in maps:
+                maps.append(part)
     seeds = [matrix([c.w]) for c in machine.contacts]
     stretched = machine.stiffness + machine.damping + [c.w for c in machine.contacts]
     whole = matrix(stretched).rank()

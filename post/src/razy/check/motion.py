@@ -5,10 +5,12 @@ y are the coordinates that are felt, ' the derivative by the phase t = Omega*tim
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
-from flint import arb, arb_mat, fmpq, fmpq_mat
+from flint import arb, arb_mat, fmpq
 
-from razy.check.machine import Contact, Machine, NotCovered, Tone, balls, common, felt, matrix, value_of
+from razy.check.dual import Dual, Numbers, inverse
+from razy.check.machine import Contact, NotCovered, Tone, balls, common, felt, matrix, value_of
 
 ORDER = 24
 """Terms of a Taylor polynomial."""
@@ -19,71 +21,78 @@ class Guard:
     """A linear form on X that is positive as long as a branch lasts, and the branch after it."""
 
     contact: int
-    row: arb_mat
+    row: Any
     target: str
     bound: str
     """What it is the bound of: a guard of the same bound is zero after the event."""
+
+    def mode_after(self, mode: tuple[str, ...]) -> tuple[str, ...]:
+        """Return the mode after the event."""
+        if self.target == "impact":
+            return mode
+        return (*mode[: self.contact], self.target, *mode[self.contact + 1 :])
 
 
 class System:
     """The pieces of a machine."""
 
-    def __init__(self, machine: Machine, phase: float = 0.0):
+    def __init__(self, numbers: Numbers, phase: float = 0.0):
         """Reduce the machine to what is felt, exactly, and lay out X; motions begin at this part of the period."""
-        self.machine, self.begin = machine, 2 * arb.pi() * phase
-        rows = felt(machine)
+        self.numbers, self.machine, self.begin = numbers, numbers.machines[0], 2 * arb.pi() * phase
+        machine = self.machine
+        rows = felt(numbers.machines)
         self.m, n = rows.nrows(), rows.ncols()
-        tones = [tone for _, tone in machine.loads] + [tone for c in machine.contacts for tone in c.tones]
-        self.base = common([tone.frequency for tone in tones])
-        self.omega = value_of(self.base)
-        self.harmonics = sorted({int(tone.frequency[0] / self.base[0]) for tone in tones})
+        self.base = common(machine.frequencies())
+        self.omega = numbers(lambda m: value_of(common(m.frequencies())))
+        self.harmonics = sorted({int(frequency / self.base[0]) for frequency, _ in machine.frequencies()})
         self.size = 2 * self.m + 1 + 2 * len(self.harmonics)
-        right = rows.transpose() * (rows * rows.transpose()).inv()
-        inverse = fmpq_mat(n, n, [fmpq(0)] * n * n)
-        for i, mass in enumerate(machine.mass):
-            inverse[i, i] = fmpq(mass.denominator, mass.numerator)
-        self.rows, self.right = rows, right
-        stiffness = balls(rows * inverse * matrix(machine.stiffness) * right)
-        damping = balls(rows * inverse * matrix(machine.damping) * right)
-        force = balls(rows * inverse)
-        constant = balls(rows * inverse * matrix([[x] for x in machine.constant]))
-        m, w2 = self.m, self.omega**2
-        g = arb_mat(self.size, self.size)
+        self.rows = rows
+        right = numbers.constant(balls(rows.transpose() * (rows * rows.transpose()).inv()))
+        force = numbers.zeros(n, n)
+        for i in range(n):
+            force[i, i] = inverse(numbers(lambda m, i=i: m.mass[i]))
+        force = numbers.constant(balls(rows)) * force
+        stiffness = force * numbers.matrix(lambda m: m.stiffness) * right
+        damping = force * numbers.matrix(lambda m: m.damping) * right
+        constant = force * numbers.matrix(lambda m: [[x] for x in m.constant])
+        m, per = self.m, inverse(self.omega)
+        self.per_square = per * per
+        g = numbers.zeros(self.size, self.size)
         for i in range(m):
-            g[i, m + i] = arb(1)
+            g[i, m + i] = numbers.constant(arb(1))
             for j in range(m):
-                g[m + i, j] = -stiffness[i, j] / w2
-                g[m + i, m + j] = -damping[i, j] / self.omega
-            g[m + i, 2 * m] = constant[i, 0] / w2
-            for body, tone in machine.loads:
-                c = self.column(tone)
-                g[m + i, c] += force[i, body] * tone.cosine / w2
-                g[m + i, c + 1] += force[i, body] * tone.sine / w2
+                g[m + i, j] = -(stiffness[i, j] * self.per_square)
+                g[m + i, m + j] = -(damping[i, j] * per)
+            g[m + i, 2 * m] = constant[i, 0] * self.per_square
+            for number, (body, tone) in enumerate(machine.loads):
+                c, by_body = self.column(tone), force[i, body] * self.per_square
+                g[m + i, c] = g[m + i, c] + by_body * numbers(lambda m, j=number: m.loads[j][1].cosine)
+                g[m + i, c + 1] = g[m + i, c + 1] + by_body * numbers(lambda m, j=number: m.loads[j][1].sine)
         for i, k in enumerate(self.harmonics):
             c = 2 * m + 1 + 2 * i
-            g[c, c + 1], g[c + 1, c] = arb(-k), arb(k)
+            g[c, c + 1], g[c + 1, c] = numbers.constant(arb(-k)), numbers.constant(arb(k))
         self.free = g
         self.gap, self.rate, self.push = [], [], []
-        for contact in machine.contacts:
-            w = matrix([contact.w])
-            gap = arb_mat(1, self.size)
-            on_y = balls(w * right)
+        for number, contact in enumerate(machine.contacts):
+            w = numbers.constant(balls(matrix([contact.w])))
+            gap, on_y = numbers.zeros(1, self.size), w * right
             for j in range(m):
                 gap[0, j] = on_y[0, j]
-            for tone in contact.tones:
+            for k, tone in enumerate(contact.tones):
                 c = self.column(tone)
-                gap[0, c] += tone.cosine
-                gap[0, c + 1] += tone.sine
-            push = arb_mat(self.size, 1)
-            on_rows = balls(rows * inverse * w.transpose())
+                gap[0, c] = gap[0, c] + numbers(lambda m, i=number, k=k: m.contacts[i].tones[k].cosine)
+                gap[0, c + 1] = gap[0, c + 1] + numbers(lambda m, i=number, k=k: m.contacts[i].tones[k].sine)
+            push = numbers.zeros(self.size, 1)
+            on_rows = force * numbers.constant(balls(matrix([contact.w]).transpose()))
             for i in range(m):
                 push[m + i, 0] = on_rows[i, 0]
             self.gap.append(gap)
             self.rate.append(gap * g)
             self.push.append(push)
-        self.unit = arb_mat(1, self.size)
-        self.unit[0, 2 * m] = arb(1)
-        self.generators: dict[tuple[str, ...], arb_mat] = {}
+        self.unit = numbers.zeros(1, self.size)
+        self.unit[0, 2 * m] = numbers.constant(arb(1))
+        self.generators: dict[tuple[str, ...], Any] = {}
+        self.known_guards: dict[tuple[str, ...], list[Guard]] = {}
 
     def column(self, tone: Tone) -> int:
         """Return where the cosine of a tone stands in X."""
@@ -105,45 +114,57 @@ class System:
         """Return the matrix from displacements to y."""
         return balls(self.rows)
 
-    def force(self, contact: int, branch: str) -> arb_mat:
+    def force(self, contact: int, branch: str) -> Any:
         """Return the form of the force k (s - edge) + b s' of a closed contact, positive upwards in s."""
-        c = self.machine.contacts[contact]
-        edge, jump = (c.upper, c.offset) if branch.startswith("upper") else (c.lower, -c.offset)
-        number = jump - c.stiffness * edge
-        stiffness, damping, constant = (arb(fmpq(x.numerator, x.denominator)) for x in (c.stiffness, c.damping, number))
-        return self.gap[contact] * stiffness + self.rate[contact] * (damping * self.omega) + self.unit * constant
+        upper, take = branch.startswith("upper"), self._of(contact)
+        stiffness, damping = take(lambda c: c.stiffness), take(lambda c: c.damping)
+        offset = take(lambda c: c.offset) if upper else -take(lambda c: c.offset)
+        number = offset - stiffness * take(lambda c: c.upper if upper else c.lower)
+        return self.gap[contact] * stiffness + self.rate[contact] * (damping * self.omega) + self.unit * number
 
-    def generator(self, mode: tuple[str, ...]) -> arb_mat:
+    def generator(self, mode: tuple[str, ...]) -> Any:
         """Return G of a mode."""
         if mode not in self.generators:
             g = self.free
             for i, branch in enumerate(mode):
                 if branch in ("upper", "lower"):
-                    g = g - self.push[i] * self.force(i, branch) * (1 / self.omega**2)
+                    g = g - self.push[i] * self.force(i, branch) * self.per_square
             self.generators[mode] = g
         return self.generators[mode]
 
-    def over(self, contact: int, side: str) -> arb_mat:
+    def over(self, contact: int, side: str) -> Any:
         """Return the form of the deformation of a side, positive when it is pressed."""
-        c: Contact = self.machine.contacts[contact]
-        edge = c.upper if side == "upper" else c.lower
-        form = self.gap[contact] - self.unit * arb(fmpq(edge.numerator, edge.denominator))
-        return form if side == "upper" else -1 * form
+        edge = self._of(contact)(lambda c: c.upper if side == "upper" else c.lower)
+        form = self.gap[contact] - self.unit * edge
+        return form if side == "upper" else minus(form)
+
+    def _of(self, contact: int) -> Any:
+        return lambda get: self.numbers(lambda machine: get(machine.contacts[contact]))
 
     def guards(self, mode: tuple[str, ...]) -> list[Guard]:
         """Return the guards of a mode."""
+        if mode not in self.known_guards:
+            self.known_guards[mode] = self._guards(mode)
+        return self.known_guards[mode]
+
+    def form(self, mode: tuple[str, ...], guard: Guard) -> Any:
+        """Return what is zero at the event of a guard, of this or another system: at a touch, the guard's rate."""
+        row = next(one.row for one in self.guards(mode) if (one.contact, one.bound) == (guard.contact, guard.bound))
+        return row * self.generator(mode) if guard.target == "touch" else row
+
+    def _guards(self, mode: tuple[str, ...]) -> list[Guard]:
         result = []
         for i, branch in enumerate(mode):
             c = self.machine.contacts[i]
             if branch == "open":
                 target = "impact" if c.restitution is not None else ""
                 sides = [side for side, edge in (("upper", c.upper), ("lower", c.lower)) if edge is not None]
-                result += [Guard(i, -1 * self.over(i, side), target or side, side) for side in sides]
+                result += [Guard(i, minus(self.over(i, side)), target or side, side) for side in sides]
                 continue
             side = branch.split()[0]
-            outward = self.force(i, side) if side == "upper" else -1 * self.force(i, side)
+            outward = self.force(i, side) if side == "upper" else minus(self.force(i, side))
             if branch.endswith("parting"):
-                result += [Guard(i, -1 * outward, side, "force"), Guard(i, self.over(i, side), "open", side)]
+                result += [Guard(i, minus(outward), side, "force"), Guard(i, self.over(i, side), "open", side)]
             elif c.zero_force:
                 result.append(Guard(i, outward, f"{side} parting", "force"))
             else:
@@ -178,21 +199,20 @@ class System:
             mode.append(branch)
         return tuple(mode)
 
-    def impact(self, contact: int) -> arb_mat:
+    def impact(self, contact: int) -> Any:
         """Return X+ = J X-: the velocity over the gap is reversed by the restitution."""
-        c = self.machine.contacts[contact]
-        e = c.restitution
-        share = (self.gap[contact] * self._on_displacements(self.push[contact]))[0, 0]
-        jump = self.push[contact] * self.rate[contact] * (-(1 + arb(fmpq(e.numerator, e.denominator))) / share)
-        for i in range(self.size):
-            jump[i, i] += 1
-        return jump
-
-    def _on_displacements(self, push: arb_mat) -> arb_mat:
-        moved = arb_mat(self.size, 1)
+        e = self.machine.contacts[contact].restitution
+        if e == 0:
+            raise NotCovered("an impact without restitution, after which the contact may rest")
+        moved = self.numbers.zeros(self.size, 1)
         for i in range(self.m):
-            moved[i, 0] = push[self.m + i, 0]
-        return moved
+            moved[i, 0] = self.push[contact][self.m + i, 0]
+        share = (self.gap[contact] * moved)[0, 0]
+        back = self.numbers.constant(-1 - arb(fmpq(e.numerator, e.denominator)))
+        jump = self.push[contact] * self.rate[contact] * (back * inverse(share))
+        for i in range(self.size):
+            jump[i, i] = jump[i, i] + self.numbers.constant(arb(1))
+        return jump
 
     def taylor(self, mode: tuple[str, ...], x: arb_mat, order: int = ORDER) -> list[arb_mat]:
         """Return G^k X/k! for k = 0 to order."""
@@ -201,3 +221,8 @@ class System:
         for k in range(1, order + 1):
             terms.append(g * terms[-1] * (arb(1) / k))
         return terms
+
+
+def minus(form: Any) -> Any:
+    """Return a form or its dual with its sign turned."""
+    return -form if isinstance(form, Dual) else -1 * form

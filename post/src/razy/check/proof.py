@@ -3,14 +3,18 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from flint import acb_mat, arb, arb_mat
+from flint import acb_mat, arb, arb_mat, ctx
 
+from razy.check.dual import Dual
 from razy.check.machine import NotCovered
 from razy.check.motion import ORDER, Guard, System
 
-RADIUS = arb(10) ** -40
-"""Half the side of the box of the proof, over the scales of the unknowns."""
 MOST_EVENTS = 400
+
+
+def part(bits: float) -> arb:
+    """Return 2 to the power of minus this part of the bits that are computed with."""
+    return arb(2) ** (-int(bits * ctx.prec))
 
 
 class Undecided(Exception):  # noqa: N818 - it is a verdict
@@ -30,6 +34,8 @@ class Piece:
     duration: float
     started: tuple[int, str] | None
     """Contact and bound whose event it begins with."""
+    touched: bool = False
+    """That event was a touch."""
 
 
 @dataclass
@@ -43,56 +49,50 @@ class Proof:
     radius: float = 0.0
 
 
-class Course:
-    """A sequence of pieces over `periods` periods of the excitation, found from a state and then proved."""
+@dataclass
+class Look:
+    """F and its derivative, the states at the beginnings of pieces, durations, the states each period later."""
 
-    def __init__(self, system: System, y: list[arb], periods: int):
-        """Compute the motion from y by Taylor polynomials, to find the sequence: a candidate, no proof."""
-        self.system, self.periods = system, periods
-        m = system.m
-        self.scales = [max(abs(float(v.mid())) for v in y[:m]) or 1.0] * m
-        self.scales += [max(max(abs(float(v.mid())) for v in y[m:]), self.scales[0])] * m
-        weights = np.array(self.scales + [1.0] * (system.size - 2 * m))
-        self.weights = weights
-        self.norms: dict[tuple[str, ...], float] = {}
-        self.pieces: list[Piece] = []
-        x, started = system.state(y), None
-        mode = system.mode_at(x)
-        period = 2 * arb.pi()
-        for _ in range(periods):
-            left = period
-            while True:
-                guard, duration, x = self._follow(mode, x.mid(), left, started)
-                self.pieces.append(Piece(mode, guard, float(duration.mid()), started))
-                if guard is None:
-                    started = None
-                    break
-                if len(self.pieces) > MOST_EVENTS:
-                    raise NotCovered(f"more than {MOST_EVENTS} events")
-                left = left - duration
-                started = (guard.contact, guard.bound)
-                if guard.target == "impact":
-                    x = system.impact(guard.contact) * x
-                    if system.machine.contacts[guard.contact].restitution == 0:
-                        raise NotCovered("an impact without restitution, after which the contact may rest")
-                else:
-                    mode = (*mode[: guard.contact], guard.target, *mode[guard.contact + 1 :])
-        self.events = sum(piece.guard is not None for piece in self.pieces)
+    f: arb_mat
+    df: arb_mat
+    starts: list[arb_mat]
+    durations: list[arb]
+    strobes: list[list[arb]]
+
+
+class Pieces:
+    """Motions piece by piece: candidates by Taylor polynomials, and what keeps off its bounds for certain."""
+
+    def __init__(self, system: System, scales: list[float]):
+        """Take the scales of the displacements and velocities y."""
+        self.system, self.scales = system, scales
+        self.sizes = np.array(scales + [1.0] * (system.size - 2 * system.m))
+        self.norms: dict[tuple[str, ...], tuple[float, np.ndarray]] = {}
+
+    def after(self, piece: Piece, x: arb_mat) -> arb_mat:
+        """Return the state after the event that ends a piece; at the end of a period the tones begin anew."""
+        if piece.guard is None:
+            return self.system.state([x[i, 0] for i in range(2 * self.system.m)])
+        if piece.guard.target != "impact":
+            return x
+        return self.system.impact(piece.guard.contact) * x
 
     def step(self, mode: tuple[str, ...]) -> float:
         """Return the length of a step over which Taylor polynomials are short."""
-        return 1.0 / self._norm(mode)
+        return 1.0 / self._norm(mode)[0]
 
-    def _norm(self, mode: tuple[str, ...]) -> float:
+    def _norm(self, mode: tuple[str, ...]) -> tuple[float, np.ndarray]:
+        """Return a norm of G, the largest over weights, and these: Perron's vector makes it least."""
         if mode not in self.norms:
             g = self.system.generator(mode)
             n = g.nrows()
-            w = self.weights
-            sizes = [[float(abs(g[i, j]).upper()) * w[j] / w[i] for j in range(n)] for i in range(n)]
-            self.norms[mode] = max(map(sum, sizes)) * (1 + 1e-9)
+            size = np.array([[float(abs(g[i, j]).upper()) for j in range(n)] for i in range(n)])
+            values, vectors = np.linalg.eig(size * self.sizes / self.sizes[:, None] + 1e-3)
+            w = self.sizes * abs(vectors[:, np.argmax(values.real)].real)
+            self.norms[mode] = float(np.max(size @ w / w)) * (1 + 1e-9), w
         return self.norms[mode]
 
-    def _follow(self, mode, x, left, started):
+    def follow(self, mode, x, left, started):
         """Return the guard that ends the piece from x, if within `left`, its time and the state there."""
         guards, gone = self.system.guards(mode), arb(0)
         while True:
@@ -113,6 +113,63 @@ class Course:
                 return None, left, _value(terms, rest)
             x, gone = _value(terms, arb(h)).mid(), gone + h
 
+    def keep_off(self, piece: Piece, x: arb_mat, duration: arb) -> None:
+        """Show that every guard of a piece is positive inside it, zero only where its events are."""
+        if not duration > 0:
+            raise Undecided("two events are not told apart")
+        guards = self.system.guards(piece.mode)
+        steps = max(1, int(np.ceil(float(duration.upper()) / self.step(piece.mode))))
+        h = duration / steps
+        flow = (self.system.generator(piece.mode) * h).exp() if steps > 1 else None
+        for step in range(steps):
+            terms = self.system.taylor(piece.mode, x)
+            rest = self._remainder(piece.mode, terms[-1], h)
+            weights = self._norm(piece.mode)[1]
+            for guard in guards:
+                a = [(guard.row * term)[0, 0] for term in terms[:-1]]
+                last = sum((abs(guard.row[0, i]) * float(w) for i, w in enumerate(weights)), arb(0)) * rest
+                begins = step == 0 and piece.started == (guard.contact, guard.bound)
+                ends = step == steps - 1 and piece.guard is not None and _same(piece.guard, guard)
+                touches = (begins and piece.touched, ends and piece.guard.target == "touch")
+                name = self.system.machine.contacts[guard.contact].name
+                _positive(_Watched(a, last, h, name), arb(0), h, (begins, ends), touches)
+            x = flow * x if step < steps - 1 else x
+
+    def _remainder(self, mode, term: arb_mat, h: arb) -> arb:
+        """Return a bound, over the weights, of the sum of all terms from the last one on, at times up to h."""
+        norm, weights = self._norm(mode)
+        size = max((abs(term[i, 0]) / float(w)).upper() for i, w in enumerate(weights))
+        ratio = arb(norm) * h / (ORDER + 1)
+        return (size * abs(h) ** ORDER / (1 - ratio)).upper()
+
+
+class Course(Pieces):
+    """A sequence of pieces over `periods` periods of the excitation, found from a state and then proved."""
+
+    def __init__(self, system: System, y: list[arb], periods: int):
+        """Compute the motion from y by Taylor polynomials, to find the sequence: a candidate, no proof."""
+        m, self.periods = system.m, periods
+        scale = max(abs(float(v.mid())) for v in y[:m]) or 1.0
+        super().__init__(system, [scale] * m + [max(*(abs(float(v.mid())) for v in y[m:]), scale)] * m)
+        self.pieces: list[Piece] = []
+        self.start = x = system.state(y)
+        started = None
+        mode = system.mode_at(x)
+        for _ in range(periods):
+            left = 2 * arb.pi()
+            while True:
+                guard, duration, x = self.follow(mode, x.mid(), left, started)
+                self.pieces.append(Piece(mode, guard, float(duration.mid()), started))
+                if guard is None:
+                    started = None
+                    break
+                if len(self.pieces) > MOST_EVENTS:
+                    raise NotCovered(f"more than {MOST_EVENTS} events")
+                left = left - duration
+                started = (guard.contact, guard.bound)
+                x, mode = self.after(self.pieces[-1], x), guard.mode_after(mode)
+        self.events = sum(piece.guard is not None for piece in self.pieces)
+
     def unknowns(self, y: list[arb]) -> arb_mat:
         """Return (y, times of events), each counted from the last period of the excitation."""
         times, time = [], 0.0
@@ -124,26 +181,23 @@ class Course:
                 times.append(arb(time))
         return arb_mat(len(y) + len(times), 1, [*y, *times])
 
-    def equations(self, u: arb_mat):
-        """Return F(u), dF/du, the states at the beginnings of pieces, durations and the states each period later."""
-        system, n = self.system, 2 * self.system.m
-        total = u.nrows()
+    def equations(self, u: arb_mat, system: System | None = None) -> Look:
+        """Return F(u) and what belongs to it; dF has a last column by the parameter if the system is one of duals."""
+        system, n = system or self.system, 2 * self.system.m
+        total, dual = u.nrows(), isinstance(system.free, Dual)
         x = system.state([u[i, 0] for i in range(n)])
-        d = arb_mat(system.size, total)
+        d = arb_mat(system.size, total + dual)
         for i in range(n):
             d[i, i] = arb(1)
-        f, df = arb_mat(total, 1), arb_mat(total, total)
+        f, df = arb_mat(total, 1), arb_mat(total, total + dual)
         event, begun, before = n, arb(0), None
         starts, durations, strobes = [], [], []
         for piece in self.pieces:
-            g = system.generator(piece.mode)
             end = 2 * arb.pi() if piece.guard is None else u[event, 0]
             tau = end - begun
             starts.append(x)
             durations.append(tau)
-            phi = (g * tau).exp()
-            speed = g * (phi * x)
-            x, d = phi * x, phi * d
+            x, d, speed = _advance(system.generator(piece.mode), tau, x, d)
             for i in range(system.size):
                 if before is not None:
                     d[i, before] -= speed[i, 0]
@@ -154,89 +208,43 @@ class Course:
                 strobes.append([x[i, 0] for i in range(n)])
                 x = system.state(strobes[-1])
                 for i in range(n, system.size):
-                    for j in range(total):
+                    for j in range(total + dual):
                         d[i, j] = arb(0)
                 continue
-            f[event, 0] = (piece.guard.row * x)[0, 0]
-            gradient = piece.guard.row * d
-            for j in range(total):
+            value, gradient = _apply(system.form(piece.mode, piece.guard), x, d)
+            f[event, 0] = value[0, 0]
+            for j in range(total + dual):
                 df[event, j] = gradient[0, j]
             if piece.guard.target == "impact":
-                jump = system.impact(piece.guard.contact)
-                x, d = jump * x, jump * d
+                x, d = _apply(system.impact(piece.guard.contact), x, d)
             begun, before, event = end, event, event + 1
         for i in range(n):
             f[i, 0] = x[i, 0] - u[i, 0]
-            for j in range(total):
+            for j in range(total + dual):
                 df[i, j] = d[i, j] - (1 if i == j else 0)
-        return f, df, starts, durations, strobes
+        return Look(f, df, starts, durations, strobes)
 
     def prove(self, y: list[arb]) -> Proof:
         """Prove that one motion with this sequence exists near y, and what follows."""
-        n = 2 * self.system.m
-        u = self.unknowns(y)
         scales = self.scales + [1.0] * self.events
-        for _ in range(12):
-            f, df, *_ = self.equations(u)
-            try:
-                change = df.mid().solve(f.mid())
-            except ZeroDivisionError:
-                raise Undecided("the derivative is singular") from None
-            u = (u - change).mid()
-            if all(abs(change[i, 0]) < 1e-45 * s for i, s in enumerate(scales)):
-                break
-        else:
-            raise Undecided("Newton's method does not converge: a fold or a grazing is near")
-        box = arb_mat(u.nrows(), 1, [arb(u[i, 0], RADIUS * s) for i, s in enumerate(scales)])
-        f, *_ = self.equations(u)
-        _, df, starts, durations, strobes = self.equations(box)
-        inverse = df.mid().inv().mid()
-        identity = arb_mat(u.nrows(), u.nrows())
-        for i in range(u.nrows()):
-            identity[i, i] = arb(1)
-        image = u - inverse * f + (identity - inverse * df) * (box - u)
-        if not all(box[i, 0].contains_interior(image[i, 0]) for i in range(u.nrows())):
-            raise Undecided("Krawczyk's operator does not map the box into itself: a fold or a grazing is near")
-        proof = Proof([image[i, 0] for i in range(n)], events=self.events)
-        proof.radius = max(float(image[i, 0].rad()) / s for i, s in enumerate(self.scales))
-        for piece, start, duration in zip(self.pieces, starts, durations, strict=True):
-            self._admit(piece, start, duration)
+        u = newton(self._zero, self.unknowns(y), scales)
+        box = arb_mat(u.nrows(), 1, [arb(u[i, 0], part(0.63) * s) for i, s in enumerate(scales)])
+        look = self.equations(box)
+        image = krawczyk(self.equations(u).f, look.df, u, box)
+        self.admit(look, box)
+        return proof_of(look, image, self)
+
+    def _zero(self, u: arb_mat) -> tuple[arb_mat, arb_mat]:
+        look = self.equations(u)
+        return look.f, look.df
+
+    def admit(self, look: Look, box: arb_mat) -> None:
+        """Show that every guard is positive over each piece and that the period is the least."""
+        for piece, start, duration in zip(self.pieces, look.starts, look.durations, strict=True):
+            self.keep_off(piece, start, duration)
         for j in range(1, self.periods):
-            if self.periods % j == 0 and all(strobes[j - 1][i].overlaps(box[i, 0]) for i in range(n)):
+            if self.periods % j == 0 and all(x.overlaps(box[i, 0]) for i, x in enumerate(look.strobes[j - 1])):
                 raise Disproved(f"its period is not the least: it repeats after {j} of {self.periods} periods")
-        proof.multipliers, proof.stable = _multipliers(df, n)
-        return proof
-
-    def _admit(self, piece: Piece, x: arb_mat, duration: arb) -> None:
-        """Show that every guard of a piece is positive inside it, zero only where its events are."""
-        if not duration > 0:
-            raise Undecided("two events are not told apart")
-        guards = self.system.guards(piece.mode)
-        steps = max(1, int(np.ceil(float(duration.upper()) / self.step(piece.mode))))
-        h = duration / steps
-        for step in range(steps):
-            terms = self.system.taylor(piece.mode, x)
-            rest = self._remainder(piece.mode, terms[-1], h)
-            for guard in guards:
-                a = [(guard.row * term)[0, 0] for term in terms[:-1]]
-                last = sum((abs(guard.row[0, i]) * w for i, w in enumerate(self.weights)), arb(0)) * rest
-                begins = step == 0 and piece.started == (guard.contact, guard.bound)
-                ends = step == steps - 1 and piece.guard is not None and _same(piece.guard, guard)
-                name = self.system.machine.contacts[guard.contact].name
-                _positive(a, arb(0, last), arb(0), h, begins, ends, name, self._slope(last, piece.mode))
-            x = _value(terms[:-1], h)
-            for i in range(self.system.size):
-                x[i, 0] += arb(0, arb(float(self.weights[i])) * rest)
-
-    def _remainder(self, mode, term: arb_mat, h: arb) -> arb:
-        """Return a bound, over the weights, of the sum of all terms from the last one on, at times up to h."""
-        size = max((abs(term[i, 0]) / float(w)).upper() for i, w in enumerate(self.weights))
-        ratio = arb(self._norm(mode)) * h / (ORDER + 1)
-        return (size * abs(h) ** ORDER / (1 - ratio)).upper()
-
-    def _slope(self, last: arb, mode) -> arb:
-        """Return a bound of the derivative of the remainder by the time."""
-        return arb(0, last * self._norm(mode) * (ORDER + 1) * 2)
 
 
 def _same(one: Guard, two: Guard) -> bool:
@@ -272,25 +280,108 @@ def _horner(a: list[arb], s: arb) -> arb:
     return value
 
 
-def _positive(a, rest, low, high, begins, ends, name, slope, depth=0) -> None:
-    """Show that a polynomial plus its rest is positive over (low, high); zero at an end where an event is."""
-    middle = ((low + high) / 2).mid()
-    over = low.union(high)
-    rate = _horner([k * c for k, c in enumerate(a)][1:], over) + slope
-    value = _horner(a, middle) + rest + rate * (over - middle)
-    if value > 0 or (begins and rate > 0) or (ends and rate < 0):
+class _Watched:
+    """A guard over a step of length h: a polynomial, its derivatives and bounds of what is left of each."""
+
+    def __init__(self, a: list[arb], rest: arb, h: arb, name: str):
+        self.name, self.forms, self.rests = name, [a], []
+        for _ in range(2):
+            self.forms.append([k * c for k, c in enumerate(self.forms[-1])][1:])
+        for k in range(3):
+            # Terms of order ORDER and beyond, each at most 1/25 of the one before.
+            self.rests.append(arb(0, (rest * 2 * (ORDER + 2) ** k / h**k).upper()))
+
+    def __call__(self, order: int, s: arb) -> arb:
+        return _horner(self.forms[order], s) + self.rests[order]
+
+
+def _positive(guard: _Watched, low, high, zero, touch, depth=0) -> None:
+    """Show that a guard is positive over (low, high); zero at an end where an event or touch is (`zero`, `touch`)."""
+    middle, over = ((low + high) / 2).mid(), low.union(high)
+    rate, there = guard(1, over), guard(0, middle)
+    value = there + rate * (over - middle)
+    if value > 0 or (zero[0] and not touch[0] and rate > 0) or (zero[1] and not touch[1] and rate < 0):
         return
-    if value < 0 or (not begins and not ends and _horner(a, middle) + rest < 0):
-        raise Disproved(f"the motion passes through {name}")
+    if any(touch) and guard(2, over) > 0:
+        return
+    if value < 0 or (not any(zero) and there < 0):
+        raise Disproved(f"the motion passes through {guard.name}")
     if depth > 45:
-        raise Undecided(f"within rounding of a grazing of {name}")
+        raise Undecided(f"within rounding of a grazing of {guard.name}")
     split = arb(middle)
-    _positive(a, rest, low, split, begins, False, name, slope, depth + 1)
-    _positive(a, rest, split, high, False, ends, name, slope, depth + 1)
+    _positive(guard, low, split, (zero[0], False), (touch[0], False), depth + 1)
+    _positive(guard, split, high, (False, zero[1]), (False, touch[1]), depth + 1)
 
 
-def _multipliers(df: arb_mat, n: int):
-    """Return the enclosed Floquet multipliers and whether all are within the unit circle (None: undecided)."""
+def newton(equations, u: arb_mat, scales: list[float]) -> arb_mat:
+    """Return a zero of equations(u) = (f, df), near u, to far beyond double precision."""
+    for _ in range(12 + ctx.prec // 200):
+        f, df = equations(u)
+        try:
+            change = df.mid().solve(f.mid())
+        except ZeroDivisionError:
+            raise Undecided("the derivative is singular") from None
+        u = (u - change).mid()
+        if all(abs(change[i, 0]) < part(0.71) * s for i, s in enumerate(scales)):
+            return u
+    raise Undecided("Newton's method does not converge: a fold or a grazing is near")
+
+
+def krawczyk(f: arb_mat, df: arb_mat, u: arb_mat, box: arb_mat, curve: tuple[arb_mat, arb] | None = None) -> arb_mat:
+    """Return the image of a box by Krawczyk's operator, which is in its interior: it holds one zero, and only one.
+
+    f: at u, the middle of the box; df: over the box; along a curve: the derivative by its unknown, and by how much that
+    changes.
+    """
+    try:
+        inverse = df.mid().inv().mid()
+    except ZeroDivisionError:
+        raise Undecided("the derivative is singular") from None
+    identity = arb_mat(u.nrows(), u.nrows())
+    for i in range(u.nrows()):
+        identity[i, i] = arb(1)
+    image = u - inverse * f + (identity - inverse * df) * (box - u)
+    if curve is not None:
+        image -= (inverse * curve[0]) * curve[1]
+    if not all(box[i, 0].contains_interior(image[i, 0]) for i in range(u.nrows())):
+        raise Undecided("Krawczyk's operator does not map the box into itself: a fold or a grazing is near")
+    return image
+
+
+def _advance(g, tau: arb, x: arb_mat, d: arb_mat) -> tuple[arb_mat, arb_mat, arb_mat]:
+    """Return x and its derivatives d (the last by the parameter, if g is a dual) after tau, and the speed there."""
+    if not isinstance(g, Dual):
+        # The exponential of the middle has no width that could grow with the norm of G.
+        phi = (g * tau.mid()).exp() * (g * (tau - tau.mid())).exp()
+        return phi * x, phi * d, g * (phi * x)
+    n = g.value.nrows()
+    # exp of (G, G'; 0, G) holds exp(G) and its derivative along G'.
+    double = arb_mat(2 * n, 2 * n)
+    for i in range(n):
+        for j in range(n):
+            double[i, j] = double[n + i, n + j] = g.value[i, j] * tau
+            double[i, n + j] = g.slope[i, j] * tau
+    both = double.exp()
+    flow = Dual(
+        arb_mat(n, n, [both[i, j] for i in range(n) for j in range(n)]),
+        arb_mat(n, n, [both[i, n + j] for i in range(n) for j in range(n)]),
+    )
+    x, d = _apply(flow, x, d)
+    return x, d, g.value * x
+
+
+def _apply(form, x: arb_mat, d: arb_mat) -> tuple[arb_mat, arb_mat]:
+    """Return a linear map of x and the derivatives of that."""
+    if not isinstance(form, Dual):
+        return form * x, form * d
+    moved, by = form.value * d, form.slope * x
+    for i in range(by.nrows()):
+        moved[i, d.ncols() - 1] += by[i, 0]
+    return form.value * x, moved
+
+
+def monodromy(df: arb_mat, n: int) -> arb_mat:
+    """Return the derivative of the state after a period by the state before it."""
     total = df.nrows()
     p = arb_mat(n, n, [df[i, j] + (1 if i == j else 0) for i in range(n) for j in range(n)])
     if total > n:
@@ -298,7 +389,14 @@ def _multipliers(df: arb_mat, n: int):
         events = arb_mat(total - n, total - n, [df[i, j] for i in range(n, total) for j in range(n, total)])
         by_state = arb_mat(total - n, n, [df[i, j] for i in range(n, total) for j in range(n)])
         p = p - by_time * events.solve(by_state)
-    values = acb_mat(p).eig(multiple=True)
+    return p
+
+
+def proof_of(look: Look, image: arb_mat, course: Course) -> Proof:
+    """Return what follows from an enclosed motion: its multipliers, and whether all are within the unit circle."""
+    n = len(course.scales)
+    values = acb_mat(monodromy(look.df, n)).eig(multiple=True)
     sizes = [abs(value) for value in values]
     stable = True if all(s < 1 for s in sizes) else False if any(s > 1 for s in sizes) else None
-    return values, stable
+    radius = max(float(image[i, 0].rad()) / s for i, s in enumerate(course.scales))
+    return Proof([image[i, 0] for i in range(n)], values, stable, course.events, radius)

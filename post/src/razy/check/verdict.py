@@ -1,22 +1,31 @@
-"""What is proved of the motions of a file of razy-follow."""
+"""What is proved of the motions and special points of a file of razy-follow."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 from flint import arb, arb_mat, ctx
 
+from razy.check.dual import Numbers, family
 from razy.check.machine import NotCovered, build, put, read_groups
 from razy.check.motion import System
-from razy.check.proof import Course, Disproved, Undecided
+from razy.check.proof import Course, Disproved, Proof, Undecided
+from razy.check.special import LABELS, near_fold, prove
 from razy.read.file import check_storage
 
 KINDS = ("proved", "undecided", "refused", "not covered")
+PRECISIONS = (212, 424, 848)
+"""Bits, one after the other until there is a verdict."""
+CLOSE = 1e-11
+"""How far a state may be off over its size, and the parameter of a special point over its own."""
 FAR = 1e-7
-"""A state farther off than this, over its size, is refused also near a fold, where corrections say little."""
+"""A state farther off than this is refused also near a fold, where corrections say little."""
+BACK = 1e-12
+"""By how much the parameter may be changed to have the stored motion near a fold, where rounding moves it most."""
 
 
 COLUMNS = ("state", "multiplicity", "events", "stable", "multiplier", "period", "correction")
@@ -24,16 +33,17 @@ COLUMNS = ("state", "multiplicity", "events", "stable", "multiplier", "period", 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Of a motion: one of `KINDS`, why it is not proved, the radius of the proof over the scales of the state."""
+    """One of `KINDS`, why it is not proved, and the radius of the proof over the scales of state or parameter."""
 
     kind: str
     reason: str = ""
     radius: float = math.nan
+    specials: dict[int, "Verdict"] = field(default_factory=dict)
+    """Of a motion: the verdicts on the special points that are at it, by their row in /special."""
 
 
 def verdicts(file: str | Path, points: Sequence[int]) -> list[Verdict]:
     """Return the verdicts on the motions with these numbers, counted from 0."""
-    ctx.prec = 212
     with h5py.File(file) as data:
         groups = read_groups(data.attrs["input"])
         follow = groups["follow"][0]
@@ -42,22 +52,17 @@ def verdicts(file: str | Path, points: Sequence[int]) -> list[Verdict]:
         parameter = _read(data, "point/" + follow["parameter"].replace("%", "."))
         point = {name: _read(data, f"point/{name}") for name in COLUMNS}
         # Files of versions before have all states at phase 0.
-        phase = _read(data, "point/phase") if "phase" in data["point"] else np.zeros(parameter.size)
-        special = set(_read(data, "special/point").tolist())
+        point["phase"] = _read(data, "point/phase") if "phase" in data["point"] else np.zeros(parameter.size)
+        special = {name: _read(data, f"special/{name}").tolist() for name in ("point", "label", "contact", "parameter")}
     result = []
     for i in points:
-        put(groups, follow["parameter"], float(parameter[i]))
         row = {name: column[i] for name, column in point.items()}
-        try:
-            result.append(Verdict("proved", radius=_check(System(build(groups), float(phase[i])), row)))
-        except Disproved as reason:
-            result.append(
-                Verdict(*(("undecided", f"special point: {reason}") if i in special else ("refused", str(reason))))
-            )
-        except (Undecided, ZeroDivisionError, ValueError) as reason:
-            result.append(Verdict("undecided", str(reason)))
-        except NotCovered as reason:
-            result.append(Verdict("not covered", str(reason)))
+        labels = {
+            k: (special["label"][k].decode(), special["contact"][k].decode(), special["parameter"][k])
+            for k, at in enumerate(special["point"])
+            if at == i
+        }
+        result.append(_Row(groups, follow["parameter"], float(parameter[i]), row).verdict(labels))
     return result
 
 
@@ -67,32 +72,114 @@ def _read(data: h5py.File, name: str) -> np.ndarray:
     return data[name][:]
 
 
-def _check(system: System, row: dict) -> float:
-    n, m = len(row["state"]) // 2, system.m
-    q = arb_mat(n, 2, [arb(float(row["state"][i + j * n])) for i in range(n) for j in (0, 1)])
-    felt = system.to_felt * q
-    y = [felt[i, 0] for i in range(m)] + [felt[i, 1] / system.omega for i in range(m)]
-    periods = int(row["multiplicity"])
-    if abs(2 * arb.pi() * periods / system.omega / float(row["period"]) - 1) > 1e-12:
-        raise Disproved("its period is not that of the excitation times its multiplicity")
-    course = Course(system, y, periods)
-    if course.events != row["events"]:
-        raise Disproved(f"it has {course.events} events, not {row['events']}")
-    proof = course.prove(y)
-    allowed = max(1e-11, 10 * float(row["correction"]))
-    for stored, proved, scale in zip(y, proof.state, course.scales, strict=True):
-        if abs(stored - proved) > max(allowed, FAR) * scale:
+def _judged(judge: Any, *arguments: Any) -> Verdict:
+    """Return the verdict of a judge, with more bits where it cannot decide: balls grow with the norm of the machine."""
+    for bits in PRECISIONS:
+        ctx.prec = bits
+        verdict = _judged_once(judge, *arguments)
+        if verdict.kind != "undecided":
+            break
+    return verdict
+
+
+def _judged_once(judge: Any, *arguments: Any) -> Verdict:
+    """Return the verdict of a judge that returns the radius of its proof, or says why there is none."""
+    try:
+        return Verdict("proved", radius=judge(*arguments))
+    except Disproved as reason:
+        return Verdict("refused", str(reason))
+    except (Undecided, ZeroDivisionError, ValueError) as reason:
+        return Verdict("undecided", str(reason))
+    except NotCovered as reason:
+        return Verdict("not covered", str(reason))
+
+
+class _Row:
+    """A motion of the file."""
+
+    def __init__(self, groups: dict, parameter: str, value: float, row: dict):
+        self.groups, self.parameter, self.value, self.row = groups, parameter, value, row
+        self.phase, self.periods = float(row["phase"]), int(row["multiplicity"])
+        self.size = abs(value) or 1.0
+
+    def verdict(self, labels: dict[int, tuple[str, str, float]]) -> Verdict:
+        """Return what is proved of the motion, and of the special points at it (label, contact, parameter)."""
+        specials = {k: _judged(self._special, *label) for k, label in labels.items() if label[0] in LABELS}
+        result = _judged(self._motion)
+        if result.kind != "proved" and self.periods % 2 == 0 and "EP" in (label for label, *_ in labels.values()):
+            # A doubled branch ends in the doubling of the motion of half its period.
+            doubling = _judged(self._special, "PD", "", self.value, self.periods // 2)
+            result = doubling if doubling.kind == "proved" else result
+        for verdict in specials.values():
+            if result.kind != "proved" and verdict.kind != "undecided":
+                # On the point itself a motion has no sequence, or no neighbourhood, of its own.
+                result = verdict
+        return Verdict(result.kind, result.reason, result.radius, specials)
+
+    def _start(self) -> tuple[System, list[arb]]:
+        put(self.groups, self.parameter, self.value)
+        machine = build(self.groups)
+        if not machine.frequencies():
+            raise NotCovered("a machine without excitation")
+        system = System(Numbers([machine]), self.phase)
+        state = self.row["state"]
+        n, m = len(state) // 2, system.m
+        q = arb_mat(n, 2, [arb(float(state[i + j * n])) for i in range(n) for j in (0, 1)])
+        felt = system.to_felt * q
+        return system, [felt[i, 0] for i in range(m)] + [felt[i, 1] / system.omega for i in range(m)]
+
+    def _special(self, label: str, contact: str, parameter: float, periods: int = 0) -> float:
+        if parameter != self.value:
+            raise Disproved(f"the parameter of {label} is not that of its motion")
+        system, y = self._start()
+        course = Course(system, y, periods or self.periods)
+        point = prove(label, course, y, self._family(), self.phase, self.size, contact)
+        away = abs(point.beyond) / self.size
+        if away > FAR:
+            raise Disproved(f"the parameter of {label} is farther from the proved one than 1e-7 of it")
+        if not away < CLOSE:
+            raise Undecided(f"the parameter of {label} is farther from the proved one than 1e-11 of it")
+        if self._farther(y, point.state, course.scales, FAR):
+            raise Disproved(f"its state is farther from that of {label} than 1e-7 of it")
+        return point.radius
+
+    def _family(self) -> list:
+        return family(self.groups, self.parameter, self.value)
+
+    @staticmethod
+    def _farther(y: list[arb], proved: list[arb], scales: list[float], allowed: float) -> bool:
+        return any(abs(a - b) > allowed * scale for a, b, scale in zip(y, proved, scales, strict=True))
+
+    def _motion(self) -> float:
+        row = self.row
+        system, y = self._start()
+        if abs(2 * arb.pi() * self.periods / system.omega / float(row["period"]) - 1) > 1e-12:
+            raise Disproved("its period is not that of the excitation times its multiplicity")
+        course = Course(system, y, self.periods)
+        if course.events != row["events"]:
+            raise Disproved(f"it has {course.events} events, not {row['events']}")
+        allowed = max(CLOSE, 10 * float(row["correction"]))
+        try:
+            proof = course.prove(y)
+            near = self._farther(y, proof.state, course.scales, allowed)
+        except Undecided:
+            proof, near = None, True
+        if proof is not None and self._farther(y, proof.state, course.scales, max(allowed, FAR)):
             raise Disproved("its state is farther from the proved one than its correction allows")
-        if not abs(stored - proved) < allowed * scale:
-            raise Undecided("a proved motion is near, but farther than the correction allows: a fold may be near")
-    if proof.stable is not None and row["stable"] >= 0 and proof.stable != bool(row["stable"]):
-        raise Disproved("its stability is not the proved one")
-    left = list(proof.multipliers)
-    for real, imaginary in row["multiplier"].T:
-        nearest = min(left, key=lambda z: abs(complex(z.mid()) - complex(real, imaginary)), default=None)
-        if nearest is None or abs(complex(nearest.mid()) - complex(real, imaginary)) > 1e-6 * max(
-            1.0, *(abs(complex(z.mid())) for z in proof.multipliers)
-        ):
-            raise Disproved("its multipliers are not the proved ones")
-        left.remove(nearest)
-    return proof.radius
+        if near:
+            proof, moved = near_fold(course, y, self._family(), self.phase, self.size)
+            if self._farther(y, proof.state, course.scales, allowed) or not abs(moved) < BACK * self.size:
+                raise Undecided("a proved motion is near, but farther than the correction allows: a fold may be near")
+        self._compare(proof)
+        return proof.radius
+
+    def _compare(self, proof: Proof) -> None:
+        row, left = self.row, list(proof.multipliers)
+        if proof.stable is not None and row["stable"] >= 0 and proof.stable != bool(row["stable"]):
+            raise Disproved("its stability is not the proved one")
+        largest = max(1.0, *(abs(complex(z.mid())) for z in left))
+        for real, imaginary in row["multiplier"].T:
+            nearest = min(left, key=lambda z: abs(complex(z.mid()) - complex(real, imaginary)), default=None)
+            if nearest is None or abs(complex(nearest.mid()) - complex(real, imaginary)) > 1e-6 * largest:
+                raise Disproved("its multipliers are not the proved ones")
+            left.remove(nearest)

@@ -125,6 +125,8 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | N
             raise ResultError(
                 f"{result.path}: no {kind} picture of a file of {result.program} (has: {', '.join(fitting)})"
             )
+        if kind != "branches" and options.proved is not None:
+            raise ResultError(f"{result.path}: --check goes with branches of razy-follow alone")
         if kind not in ("branches", "curves") and (options.quantity is not None or options.sweep is not None):
             raise ResultError(f"{result.path}: --quantity goes with branches of razy-follow alone")
         if kind not in WITH_TOP and options.top is not None:

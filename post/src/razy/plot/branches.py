@@ -25,6 +25,7 @@ from razy.read import Extrema, ExtremaFile, FollowResult, Quantity, SweepResult
 COLOURS = {1: style.BLACK, 2: "#1f5fa8", 3: "#2a8a4a", 4: style.RED}
 MORE_COLOURS = ("#b8860b", "#7a4fa3", "#008b8b")
 PALE = "#b4b4b4"
+PROVED = {"color": "#bfe3bf", "linewidth": 3.2, "solid_capstyle": "butt", "zorder": 1.5}
 DASHED = (0, (3.4, 1.8))
 # As in the file: whether a motion is stable, and undecided where the error of a multiplier covers the unit circle.
 STABLE, UNSTABLE, UNDECIDED = 1, 0, -1
@@ -107,8 +108,11 @@ def draw(result: FollowResult, figure: Figure, options: PlotOptions) -> None:
     stable = _stable_pieces(result)
     for axes, panel in zip(column, panels, strict=True):
         _draw_panel(axes, result, panel, x, x_scale.factor, selected, stable)
+        if options.proved is not None:
+            _underline(axes, panel, x, selected & options.proved)
     special = _Specials(result, selected)
-    handles = _handles(result, panels, selected, stable, special)
+    handles = [Line2D([], [], label="proved", **PROVED)] if options.proved is not None else []
+    handles += _handles(result, panels, selected, stable, special)
     for axes, panel in zip(column, panels, strict=True):
         special.mark(axes, x, panel.top)
     style.set_heading(figure, (column[0], column[0]), style.title_of(result, options), handles)
@@ -311,6 +315,12 @@ def _draw_panel(
     axes.set_ylabel(panel.label)
     style.set_axis(axes.yaxis, *y_limits)
     axes.set_ylim(y_limits)
+
+
+def _underline(axes: Axes, panel: Panel, x: NDArray[np.float64], proved: NDArray[np.bool_]) -> None:
+    """Draw a pale line beneath all motions that are proved."""
+    for rows, values in panel.curves:
+        axes.plot(x[rows], np.where(proved[rows], values, np.nan), label="proved", **PROVED)
 
 
 def _colour(period: int) -> str:

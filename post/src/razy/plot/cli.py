@@ -4,6 +4,7 @@ import argparse
 import sys
 import warnings
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -12,7 +13,8 @@ from razy.errors import Parser, ResultError, one_line
 from razy.plot import ARRANGEMENTS, KINDS, QUANTITIES, PlotNote, PlotOptions, draw_files, output
 from razy.plot.options import RESOLUTIONS, SIZES
 from razy.plot.style import provenance
-from razy.read import open_result
+from razy.read import FollowResult, open_result
+from razy.read.check import proved
 from razy.read.file import making_sense_of
 from razy.version import __version__
 
@@ -63,6 +65,12 @@ def parser() -> Parser:
         "--quantity",
         choices=QUANTITIES,
         help="of branches: all extrema of the observable, the largest, the smallest, or the largest multiplier",
+    )
+    result.add_argument(
+        "--check",
+        metavar="FILE.h5",
+        type=Path,
+        help="file of razy-check: branches are marked where it proves them",
     )
     result.add_argument("--from", dest="start", metavar="X", type=_number, help="least parameter, or time in s")
     result.add_argument("--to", dest="stop", metavar="X", type=_number, help="largest parameter, or time in s")
@@ -126,6 +134,11 @@ def _plot(given: argparse.Namespace) -> None:
         results = [stack.enter_context(open_result(file)) for file in given.files]
         show = given.save is None
         figure = output.new_window(f"{PROGRAM} {given.files[0]}") if show else Figure(dpi=given.dpi)
+        if given.check is not None:
+            branches = next((result for result in results if isinstance(result, FollowResult)), None)
+            if branches is None:
+                raise ResultError(f"{given.files[0]}: --check goes with branches of razy-follow alone")
+            options = replace(options, proved=proved(given.check, branches))
         with making_sense_of(results[0].path):
             source = provenance(results[0])
         draw_files(results, figure, options, given.kind, given.label, given.arrange)

@@ -4,6 +4,9 @@ import math
 from dataclasses import dataclass, fields
 from typing import get_type_hints
 
+import numpy as np
+from numpy.typing import NDArray
+
 from razy.arguments import check
 from razy.errors import ResultError
 from razy.read import SweepResult
@@ -33,6 +36,8 @@ class PlotOptions:
         What of branches stands on the vertical axis, one of `QUANTITIES`; extrema where None.
     sweep
         A sweep whose points are drawn below branches.
+    proved
+        Whether each motion of branches is proved, shape (motions,); what is proved has a pale line beneath.
     top
         Highest frequency of a Campbell diagram, of eigenvalues (rad/s) or of spectra; the picture chooses where None.
     period
@@ -53,6 +58,7 @@ class PlotOptions:
     footer: bool = False
     quantity: str | None = None
     sweep: SweepResult | None = None
+    proved: NDArray[np.bool_] | None = None
     top: float | None = None
     period: float | None = None
     swap: bool = False

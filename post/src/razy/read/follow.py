@@ -139,6 +139,11 @@ class FollowResult(ExtremaFile):
         """Return the parameter's value at each motion, shape (points,), in the user's units."""
         return np.asarray(self._vector(f"point/{self._name(name)}", self.n_points)[()], dtype=np.float64)
 
+    @property
+    def states(self) -> NDArray[np.float64]:
+        """State of each motion, displacements and then velocities, shape (points, 2 coordinates)."""
+        return np.asarray(self._dataset("point/state")[()], dtype=np.float64)
+
     def column(self, name: str) -> NDArray:
         """Read one of `columns`, shape (points,)."""
         return self._vector(f"point/{name}", self.n_points)[()]

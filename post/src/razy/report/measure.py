@@ -4,6 +4,7 @@ import operator
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import f90nml
 import h5py
@@ -29,6 +30,7 @@ COMPARE = {
     "==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge,
 }  # fmt: skip
 INPUT = "input:"
+CHECK = "check:"
 
 
 class NothingThereError(ResultError):
@@ -188,9 +190,26 @@ def _of_input(file: h5py.File, name: str) -> NDArray[np.float64]:
     return np.atleast_1d(np.asarray(groups[number - 1][found[3]], dtype=np.float64))
 
 
+@cache
+def _of_check(file: str, name: str) -> NDArray[np.float64]:
+    """Return what razy-check says of each motion of a file of razy-follow, or of each special point: 0 is proved."""
+    from razy.check.verdict import KINDS, verdicts
+
+    with open_hdf5(file) as data:
+        if "point/state" not in data or name not in ("motion", "special"):
+            raise ResultError(f"no '{CHECK}{name}' (of razy-follow: {CHECK}motion, {CHECK}special)")
+        count = data["point/state"].shape[0]
+    found = verdicts(file, range(count))
+    if name == "special":
+        found = [special for motion in found for special in motion.specials.values()]
+    return np.array([KINDS.index(one.kind) for one in found], dtype=np.float64)
+
+
 def _values(file: h5py.File, name: str) -> NDArray[np.float64]:
     if name.startswith(INPUT):
         return _of_input(file, name.removeprefix(INPUT))
+    if name.startswith(CHECK):
+        return _of_check(file.filename, name.removeprefix(CHECK))
     with making_sense_of(file.filename):
         item = file.get(name)
         if not isinstance(item, h5py.Dataset):

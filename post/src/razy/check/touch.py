@@ -1,0 +1,98 @@
+"""The sequence of a grazing motion: that of its neighbours without the contact, and a touch in its place."""
+
+from collections.abc import Callable
+from copy import copy
+from dataclasses import replace
+
+import numpy as np
+from flint import arb, arb_mat
+
+from razy.check.motion import Guard
+from razy.check.proof import Course, Piece
+
+SHORT = 1e-3
+"""Duration, in phase, of contacts that a motion beside a grazing has and the grazing motion has not."""
+ALSO = 1e-9
+"""Other contacts nearer to their bounds than this, over the displacements, touch in the same grazing."""
+
+
+def without_touch(course: Course, contact: str) -> Course | None:
+    """Return the course without the short contacts or openings of a grazing, and touches in their place."""
+    result, names = copy(course), [c.name for c in course.system.machine.contacts]
+
+    def meant(guard: Guard | None) -> bool:
+        return guard is not None and guard.target != "touch" and contact in ("", names[guard.contact])
+
+    i = 1
+    while i < len(result.pieces) - 1:
+        before, short, after = result.pieces[i - 1 : i + 2]
+        if short.duration < SHORT and before.mode == after.mode and meant(before.guard) and meant(short.guard):
+            half = short.duration / 2
+            touched = _touched(replace(before, duration=before.duration + half), after, before.guard)
+            touched[1].duration += half
+            result.pieces = [*result.pieces[: i - 1], *touched, *result.pieces[i + 2 :]]
+        i += 1
+    limit = ALSO if any(piece.touched for piece in result.pieces) else 1e-4
+    while (found := _nearest(result, meant, limit)) is not None:
+        i, guard, time = found
+        piece, limit = result.pieces[i], ALSO
+        after = replace(piece, duration=piece.duration - time)
+        result.pieces = [
+            *result.pieces[:i],
+            *_touched(replace(piece, duration=time), after, guard),
+            *result.pieces[i + 1 :],
+        ]
+    result.events = sum(piece.guard is not None for piece in result.pieces)
+    return result if any(piece.touched for piece in result.pieces) else None
+
+
+def _touched(before: Piece, after: Piece, guard: Guard) -> list[Piece]:
+    """Return two pieces between which a bound is touched."""
+    return [
+        replace(before, guard=replace(guard, target="touch")),
+        replace(after, started=(guard.contact, guard.bound), touched=True),
+    ]
+
+
+def _nearest(course: Course, meant: Callable, limit: float) -> tuple[int, Guard, float] | None:
+    """Return the piece, guard and time at which a guard has its lowest minimum inside a piece, if below the limit."""
+    best, lowest = None, limit
+    x = course.start
+    for number, piece in enumerate(course.pieces):
+        steps = max(1, int(np.ceil(piece.duration / course.step(piece.mode))))
+        h = piece.duration / steps
+        for step in range(steps):
+            terms = course.system.taylor(piece.mode, x)
+            for guard in filter(meant, course.system.guards(piece.mode)):
+                gap = np.polynomial.Polynomial([float((guard.row * term)[0, 0].mid()) for term in terms])
+                for time in _minima(gap, h):
+                    known = (guard.contact, guard.bound) == piece.started and step * h + time < SHORT
+                    if piece.guard is not None and (guard.contact, guard.bound) == (
+                        piece.guard.contact,
+                        piece.guard.bound,
+                    ):
+                        known |= (steps - step) * h - time < SHORT
+                    if not known and abs(gap(time)) / max(course.scales) < lowest:
+                        best, lowest = (number, guard, step * h + time), abs(gap(time)) / max(course.scales)
+            x = sum_of(terms, h)
+        x = course.after(piece, x)
+    return best
+
+
+def bound_of(guard: Guard | None) -> tuple[int, str] | None:
+    """Return contact and bound."""
+    return None if guard is None else (guard.contact, guard.bound)
+
+
+def _minima(form: np.polynomial.Polynomial, h: float) -> list[float]:
+    rate = form.deriv()
+    roots = rate.roots() if np.any(rate.coef) else np.zeros(0)
+    return [z.real for z in roots if abs(z.imag) < 1e-6 and 0 < z.real <= h and rate.deriv()(z.real) > 0]
+
+
+def sum_of(terms: list[arb_mat], s: float) -> arb_mat:
+    """Return a Taylor polynomial at s, as midpoints."""
+    x = terms[-1]
+    for term in reversed(terms[:-1]):
+        x = x * arb(s) + term
+    return x.mid()
