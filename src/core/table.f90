@@ -58,11 +58,11 @@ module razy_core_table
       procedure :: rewind => rewind_table
       procedure :: place_of
       procedure :: stack
-      procedure, private :: begin, add_real, add_reals, add_real_table, add_real_cube, add_integer, add_integers, add_long, &
-         add_longs, add_bytes, add_text, add_texts, note_text, note_texts, note_numbers
+      procedure, private :: begin, add_real, add_reals, add_real_table, add_real_cube, add_integer, add_integers, &
+         add_integer_table, add_long, add_longs, add_bytes, add_text, add_texts, note_text, note_texts, note_numbers
       !> add(name, values, unit, long_name, along): `along` names the dimensions of an array.
-      generic :: add => add_real, add_reals, add_real_table, add_real_cube, add_integer, add_integers, add_long, add_longs, &
-         add_bytes, add_text, add_texts
+      generic :: add => add_real, add_reals, add_real_table, add_real_cube, add_integer, add_integers, add_integer_table, &
+         add_long, add_longs, add_bytes, add_text, add_texts
       !> note(attribute, value): say more of the column that was added last.
       generic :: note => note_text, note_texts, note_numbers
       procedure :: note_meanings
@@ -253,6 +253,15 @@ contains
       call self%add_longs(name, longs, unit, long_name, along)
       self%column(self%at)%bits = 32
    end subroutine add_integers
+
+   pure subroutine add_integer_table(self, name, values, unit, long_name, along)
+      class(table_t), intent(inout) :: self
+      character(*), intent(in) :: name, unit, long_name, along(2)
+      integer, intent(in) :: values(:, :)
+
+      call self%add_integers(name, reshape(values, [size(values)]), unit, long_name, along(1))
+      call set_extent(self%column(self%at), along, shape(values, i8))
+   end subroutine add_integer_table
 
    pure subroutine add_long(self, name, value, unit, long_name)
       class(table_t), intent(inout) :: self

@@ -13,6 +13,7 @@
 module razy_orbits_orbit
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
+   use razy_core_verdict, only: is_stable, is_undecided, is_unstable
    use razy_hybrid_flow, only: flow_t
    use razy_linalg_eigen, only: right_eigen
    use razy_linalg_lapack, only: dgetrf, dgetrs
@@ -22,7 +23,7 @@ module razy_orbits_orbit
    implicit none(type, external)
    private
 
-   public :: bordered, determinant, is_stable, is_undecided, is_unstable, orbit_t, problem_t, report_work, solve_square
+   public :: bordered, determinant, orbit_t, problem_t, report_work, solve_square
 
    !> What is looked for: motions of `periods` periods of the excitation, with parameter number `active` of `parameter` free.
    type :: problem_t
@@ -91,8 +92,6 @@ module razy_orbits_orbit
       end subroutine report_work
    end interface
 
-   !> What the multipliers say: all within the unit circle; one beyond it; one so near to it that its error covers the circle.
-   integer, parameter :: is_stable = 1, is_unstable = 0, is_undecided = -1
    !> Rounding that an event adds to the derivative of the map, relative to its size.
    real(wp), parameter :: rounding_of_event = 64*epsilon(1.0_wp)
 

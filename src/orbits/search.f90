@@ -6,9 +6,10 @@ module razy_orbits_search
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_core_uniform, only: uniform
+   use razy_core_verdict, only: is_unstable
    use razy_orbits_branch, only: branch_t
    use razy_orbits_lyapunov, only: lyapunov_t
-   use razy_orbits_orbit, only: is_unstable, orbit_t, problem_t
+   use razy_orbits_orbit, only: orbit_t, problem_t
    use razy_orbits_period_map, only: return_t
    use razy_orbits_section, only: carry
    use razy_orbits_start, only: distance, march, minimal, refine

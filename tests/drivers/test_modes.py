@@ -451,3 +451,50 @@ def test_a_shaft_on_one_bearing_is_free_to_tilt_only():
     said, data = modes("one.nml")
     assert "free to turn, to move along the axis and to tilt" in said.splitlines()
     np.testing.assert_array_equal(data["rigid"], [1, 1, 1, 1, 0, 0])
+
+
+def test_stable_neutral_and_undecided_motions():
+    """Torsion beside bearings that damp across is neutral; a bearing that drives as much as it damps is undecided."""
+    lines = [
+        "&scene kind='rotor' /",
+        "&shaft name='s', young_modulus=2.1e11, shear_modulus=8.0e10, density=7800.0 /",
+        "&section shaft='s', length=1.0, outer_diameter=0.05, elements=4 /",
+        "&bearing shaft='s', node=1, kind='matrix', stiffness=1e6,0.0,0.0,1e6, damping_matrix=1e3,0.0,0.0,1e3 /",
+        "&bearing shaft='s', node=5, kind='matrix', stiffness=1e6,{0},-{0},1e6, damping_matrix=1e3,0.0,0.0,1e3 /",
+        "&rotation speed_rpm=1000.0 /",
+        "&campbell last_rpm=3000.0, points=3, damped=.true. /",
+        "&modes count=20 /",
+    ]
+    with open("rotor.nml", "w") as file:
+        file.write("\n".join(lines).format("1e4"))
+    said, data = modes("rotor.nml")
+    assert "stability limit: none up to the last speed" in said
+    with h5py.File("modes.h5") as file:
+        assert file["stable"].attrs["flag_meanings"] == "stable unstable undecided neutral absent"
+        assert list(file["stable"].attrs["flag_values"]) == [1, 0, -1, 2, -2]
+    torsion = np.isclose(data["frequency"], data["natural_frequency"][data["energy_share"][:, 1] > 0.99][1], rtol=1e-9)
+    assert torsion.sum() == 3 and (data["stable"][torsion] == 2).all() and (data["eigenvalue"][torsion, 0] == 0.0).all()
+    assert (data["stable"][:, :2] == 2).all() and (data["stable"][data["eigenvalue"][..., 0] < 0.0] == 1).all()
+    assert f"neutral, nothing damps or drives them: {data['frequency'][torsion][0]:.3f}" in said
+    # Round bearings at rest: whirl at ω is driven by the cross coupling c ω as much as it is damped.
+    omega = 2 * np.pi * data["natural_frequency"][2]
+    lines[3] = lines[3].replace("1e6,0.0,0.0,1e6", "1e6,{0},-{0},1e6")
+    with open("rotor.nml", "w") as file:
+        file.write("\n".join(lines).format(repr(float(1e3 * omega))))
+    said, data = modes("rotor.nml")
+    assert (data["stable"][0] == -1).sum() == 1 and data["undecided_from"] == 0.0
+    assert "undecided from 0.000 rad/s = 0.00 rpm on: the error of an eigenvalue covers the bound" in said
+
+
+def test_equal_motions_of_a_lumped_machine():
+    """The middle of three equal bodies in a row has the one damper: the motion in which it rests is neutral."""
+    for order in ("abc", "cba", "bca"):
+        lines = ["&scene kind='lumped' /", *(f"&mass name='{name}', value=0.3 /" for name in order)]
+        lines += [f"&spring between='{one}','{other}', stiffness=0.7e4 /" for one, other in ("ab", "bc")]
+        lines += [f"&spring between='{name}','frame', stiffness=1.1e4 /" for name in "abc"]
+        lines += ["&damper between='b','frame', damping=7.0 /", "&modes contacts='open' /"]
+        with open("row.nml", "w") as file:
+            file.write("\n".join(lines) + "\n")
+        said, data = modes("row.nml")
+        np.testing.assert_array_equal(data["stable"][0], [1, 2, 1])
+        assert f"neutral, nothing damps or drives them: {np.sqrt(1.8e4 / 0.3) / (2 * np.pi):.3f} Hz" in said

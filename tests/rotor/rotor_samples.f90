@@ -4,14 +4,17 @@ module rotor_samples
    use razy_core_kinds, only: wp
    use razy_rotor_bearing, only: bearing_t, rolling_bearing, rolling_row_t
    use razy_rotor_disk, only: disk_t
+   use razy_rotor_free_motions, only: in_coordinates, rigid_motions
    use razy_rotor_gear_mesh, only: gear_mesh_t
    use razy_rotor_model, only: new_rotor_model, rotor_model_t
+   use razy_rotor_reduction_reduced, only: reduced_t
    use razy_rotor_rotor, only: damping_nodal, node_load_t, rotor_t, shaft_t, support_t, unbalance_t
    use razy_rotor_section, only: material_t, section_t, shear_none
+   use razy_rotor_whirl_whirl, only: new_whirl, whirl_problem_t
    implicit none(type, external)
    private
 
-   public :: assembled, gearbox, gearbox_with, pinned_shaft, steel, uniform_shaft
+   public :: assembled, free_whirl, gearbox, gearbox_with, pinned_shaft, steel, uniform_shaft
 
 contains
 
@@ -107,5 +110,20 @@ contains
       rotor%mesh(1)%damping = 2000.0_wp
       rotor%damping = damping_nodal
    end function gearbox_with
+
+   !> The problem over the speed with meshes closed, without the rigid motions that nothing feels.
+   function free_whirl(model, reduced) result(problem)
+      type(rotor_model_t), intent(in) :: model
+      type(reduced_t), intent(in) :: reduced
+      type(whirl_problem_t) :: problem
+
+      real(wp), allocatable :: free(:, :), motion(:, :), still(:, :), untouched(:, :)
+
+      call rigid_motions(model, .true., .true., .true., .true., motion, still)
+      call in_coordinates(model, reduced, motion, free)
+      call in_coordinates(model, reduced, still, untouched)
+      problem = new_whirl(reduced, .true., free, untouched)
+      problem%resting = size(free, 2) - size(untouched, 2)
+   end function free_whirl
 
 end module rotor_samples

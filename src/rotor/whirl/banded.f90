@@ -2,6 +2,7 @@
 module razy_rotor_whirl_banded
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
+   use razy_eigen_decay, only: forms_t
    use razy_eigen_disc, only: disc_found, disc_t
    use razy_eigen_spectrum, only: new_spectrum, spectrum_t
    use razy_linalg_band_matrix, only: band_t, complex_band_lu_t, new_band
@@ -54,6 +55,7 @@ module razy_rotor_whirl_banded
       procedure :: vector_of
       procedure :: shape_from
       procedure :: newton
+      procedure :: forms_of
       procedure, private :: damping_at
       procedure, private :: stiffness_at
    end type banded_whirl_t
@@ -372,6 +374,31 @@ contains
       call factor%factor(self%stiffness_at(speed, rate=.false.), damping, self%disc%mass, lambda, info)
       if (info == 0) call factor%solve(right)
    end subroutine newton
+
+   !> See `whirl_family_t`.
+   function forms_of(self, speed, u) result(forms)
+      class(banded_whirl_t), intent(in) :: self
+      real(wp), intent(in) :: speed
+      complex(wp), intent(in) :: u(:)
+      type(forms_t) :: forms
+
+      type(band_t) :: cross, damping
+
+      damping = self%damping
+      call add_tables(damping, self%tabled, speed, .true., .false., .true.)
+      cross = self%stiffness_at(speed, rate=.false.)
+      cross%entry = cross%entry - self%stiffness%entry
+      forms%mass = real(dot_product(u, product_of(self%disc%mass, u)), wp)
+      forms%stiffness = real(dot_product(u, product_of(self%stiffness, u) + product_of(cross, u)), wp)
+      forms%damping = real(dot_product(u, product_of(damping, u)), wp)
+      forms%cross = aimag(dot_product(u, product_of(cross, u)))
+      damping%entry = abs(damping%entry)
+      cross%entry = abs(cross%entry)
+      associate (moved => cmplx(abs(u), 0.0_wp, wp))
+         forms%damping_terms = real(dot_product(moved, product_of(damping, moved)), wp)
+         forms%cross_terms = real(dot_product(moved, product_of(cross, moved)), wp)
+      end associate
+   end function forms_of
 
    !> A u for a complex u (n).
    function product_of(band, u) result(image)

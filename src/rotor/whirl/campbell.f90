@@ -5,12 +5,14 @@
 module razy_rotor_whirl_campbell
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
+   use razy_core_verdict, only: is_absent, is_neutral
    use razy_eigen_branches, only: family_t, follow, walk_t
    use razy_eigen_spectrum, only: spectrum_t
    use razy_linalg_dense, only: rising_order
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_whirl_critical, only: critical_t, find_critical, in_order, likely
    use razy_rotor_whirl_family, only: whirl_family_t
+   use razy_rotor_whirl_stability, only: worst_of
    use razy_rotor_whirl_whirl, only: whirl_direction
    implicit none(type, external)
    private
@@ -28,8 +30,9 @@ module razy_rotor_whirl_campbell
       complex(wp), allocatable :: value(:, :)
       integer, allocatable :: branch(:, :)
       real(wp), allocatable :: direction(:, :)
-      !> The largest real part of all eigenvalues, 1/s (speeds).
-      real(wp), allocatable :: growth(:)
+      !> With damping, what the modes (modes, speeds) and all eigenvalues together (speeds) say of stability; verdicts of
+      !> razy_core_verdict.
+      integer, allocatable :: verdict(:, :), worst(:)
       type(critical_t), allocatable :: critical(:)
       !> Crossings that were seen but not located, because shapes changed too much.
       integer :: lost = 0
@@ -64,6 +67,7 @@ contains
       type(spectrum_t) :: front
       type(search_t) :: search
       class(whirl_family_t), allocatable :: family
+      integer, allocatable :: verdict(:)
       integer :: i, k, rigid
 
       family = problem
@@ -75,7 +79,9 @@ contains
       diagram%speed = speed
       allocate (diagram%value(modes, size(speed)), source=(0.0_wp, 0.0_wp))
       allocate (diagram%branch(modes, size(speed)), source=0)
-      allocate (diagram%direction(modes, size(speed)), diagram%growth(size(speed)), source=0.0_wp)
+      allocate (diagram%direction(modes, size(speed)), source=0.0_wp)
+      allocate (diagram%worst(size(speed)), source=is_neutral)
+      allocate (diagram%verdict(modes, size(speed)), source=is_absent)
       call family%solve(speed(1), front, error)
       if (allocated(error)) return
       search%branches = size(front%value)
@@ -86,14 +92,18 @@ contains
             if (allocated(error)) return
          end if
          diagram%branch(:rigid, k) = [(i, i=1, rigid)]
+         diagram%verdict(:rigid, k) = is_neutral
+         verdict = spread(is_neutral, 1, size(front%value))
+         if (problem%damped) call problem%judge(front, verdict)
+         diagram%worst(k) = worst_of(verdict)
          associate (chosen => lowest(front%value, modes - rigid))
             do i = 1, size(chosen)
                diagram%value(rigid + i, k) = front%value(chosen(i))
+               diagram%verdict(rigid + i, k) = verdict(chosen(i))
                diagram%branch(rigid + i, k) = problem%untouched + front%branch(chosen(i))
                diagram%direction(rigid + i, k) = whirl_direction(model, problem%shape_of(front%shape(:, chosen(i))))
             end do
          end associate
-         diagram%growth(k) = maxval([-huge(1.0_wp), front%value%re])
       end do
       associate (found => search%critical)
          diagram%critical = in_order(pack(found, resonates(cmplx(found%growth, found%frequency, wp))))

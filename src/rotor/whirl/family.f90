@@ -4,6 +4,8 @@
 module razy_rotor_whirl_family
    use razy_core_kinds, only: wp
    use razy_eigen_branches, only: family_t
+   use razy_eigen_decay, only: forms_t, in_doubt, judge
+   use razy_eigen_spectrum, only: spectrum_t
    implicit none(type, external)
    private
 
@@ -14,6 +16,8 @@ module razy_rotor_whirl_family
       logical :: circulatory = .false., damped = .true.
       !> Rigid motions that nothing feels, eigenvalues 0 in pairs: they are left out.
       integer :: untouched = 0
+      !> Rigid motions that stay where they are put, eigenvalues 0, one each: they have damping or gyroscopic moments only.
+      integer :: resting = 0
       !> The largest undamped frequency, rad/s, or more.
       real(wp) :: largest = 0.0_wp
       !> Spectra have all eigenvalues with moduli up to this, rad/s.
@@ -23,6 +27,8 @@ module razy_rotor_whirl_family
       procedure(to_vector), deferred :: vector_of
       procedure(to_vector), deferred :: shape_from
       procedure(newton), deferred :: newton
+      procedure(forms_of), deferred :: forms_of
+      procedure :: judge => judge_spectrum
    end type whirl_family_t
 
    abstract interface
@@ -55,6 +61,34 @@ module razy_rotor_whirl_family
          complex(wp), intent(out) :: right(:, :)
          integer, intent(out) :: info
       end subroutine newton
+
+      !> The forms of a vector u (p) of Q at the angular speed `speed`, rad/s.
+      function forms_of(self, speed, u) result(forms)
+         import :: forms_t, whirl_family_t, wp
+         implicit none(type, external)
+         class(whirl_family_t), intent(in) :: self
+         real(wp), intent(in) :: speed
+         complex(wp), intent(in) :: u(:)
+         type(forms_t) :: forms
+      end function forms_of
    end interface
+
+contains
+
+   !> Verdicts of razy_core_verdict on the motions of a spectrum (values), with damping; see `judge` of razy_eigen_decay.
+   subroutine judge_spectrum(self, spectrum, verdict)
+      class(whirl_family_t), intent(in) :: self
+      type(spectrum_t), intent(inout) :: spectrum
+      integer, allocatable, intent(out) :: verdict(:)
+
+      type(forms_t) :: forms(size(spectrum%value))
+      integer :: i
+
+      do i = 1, size(forms)
+         if (.not. in_doubt(spectrum%value(i), self%largest)) cycle
+         forms(i) = self%forms_of(spectrum%parameter, self%vector_of(spectrum%shape(:, i)))
+      end do
+      call judge(spectrum%value, self%largest, forms, self%resting, verdict)
+   end subroutine judge_spectrum
 
 end module razy_rotor_whirl_family

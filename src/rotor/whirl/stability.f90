@@ -2,78 +2,97 @@
 module razy_rotor_whirl_stability
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
+   use razy_core_verdict, only: is_neutral, is_undecided, is_unstable
    use razy_eigen_branches, only: find_crossing, line_t
    use razy_eigen_spectrum, only: continue_branches, spectrum_t
    use razy_rotor_whirl_family, only: whirl_family_t
    implicit none(type, external)
    private
 
-   public :: limit_t, stability_limit
-   public :: limit_found, limit_meanings, limit_none, limit_below, limit_failed
+   public :: limit_t, stability_limit, worst_of
+   public :: limit_found, limit_meanings, limit_none, limit_below, limit_failed, limit_undecided
 
-   !> Found; no instability in the range; unstable already at its lower end; an eigenproblem failed or the eigenvalue was lost.
-   integer, parameter :: limit_found = 0, limit_none = 1, limit_below = 2, limit_failed = 3
-   character(*), parameter :: limit_meanings(0:3) = [character(35) :: "found", "none up to the last speed", &
-                                                            "unstable at the first speed already", "an eigenproblem was not solved"]
-   !> Real parts below this share of the largest frequency are rounding: undamped modes have such.
-   real(wp), parameter :: rounding = 1.0e-12_wp
+   !> Found; no instability in the range; unstable already at its lower end; an eigenproblem failed or the eigenvalue was lost;
+   !> nothing is unstable for sure.
+   integer, parameter :: limit_found = 0, limit_none = 1, limit_below = 2, limit_failed = 3, limit_undecided = 4
+   character(*), parameter :: limit_meanings(0:4) = [character(35) :: "found", "none up to the last speed", &
+                                               "unstable at the first speed already", "an eigenproblem was not solved", "undecided"]
 
-   !> A stability limit: the speed, rad/s, and the frequency of the motion that grows above it, rad/s.
+   !> A stability limit: the speed, rad/s, and the frequency of the motion that grows above it, rad/s; the first of the speeds
+   !> below it, or of all, at which an eigenvalue is undecided, `huge` if there is none.
    type :: limit_t
       integer :: status = limit_none
-      real(wp) :: speed = 0.0_wp, frequency = 0.0_wp
+      real(wp) :: speed = 0.0_wp, frequency = 0.0_wp, undecided = huge(1.0_wp)
    end type limit_t
 
 contains
 
-   !> The lowest limit that the rising speeds `speed`, rad/s, can tell, to a relative error `tolerance`. `growth` is the largest
-   !> real part at each, 1/s, if it is known.
-   function stability_limit(problem, speed, tolerance, growth) result(limit)
+   !> The lowest limit that the rising speeds `speed`, rad/s, can tell, to a relative error `tolerance`. `worst` is what `worst_of`
+   !> says of each, if it is known.
+   function stability_limit(problem, speed, tolerance, worst) result(limit)
       class(whirl_family_t), intent(in) :: problem
       real(wp), intent(in) :: speed(:), tolerance
-      real(wp), intent(in), optional :: growth(:)
+      integer, intent(in), optional :: worst(:)
       type(limit_t) :: limit
 
       class(whirl_family_t), allocatable :: family
       type(spectrum_t) :: at, high, low
       type(error_t), allocatable :: error
-      type(line_t) :: stable
-      real(wp) :: largest
-      integer :: i, place
+      integer, allocatable :: verdict(:)
+      integer :: i, k, place, said
 
-      stable%constant = -rounding*problem%largest
       limit%status = limit_failed
       family = problem
       do i = 1, size(speed)
-         if (present(growth)) then
-            largest = growth(i)
+         if (present(worst)) then
+            said = worst(i)
          else
             call family%solve(speed(i), high, error)
             if (allocated(error)) return
-            largest = maxval([-huge(1.0_wp), high%value%re])
+            call family%judge(high, verdict)
+            said = worst_of(verdict)
          end if
-         if (largest + stable%constant > 0.0_wp) exit
+         if (said == is_unstable) exit
+         if (said == is_undecided) limit%undecided = min(limit%undecided, speed(i))
       end do
       if (i > size(speed)) then
-         limit%status = limit_none
+         limit%status = merge(limit_undecided, limit_none, limit%undecided < huge(1.0_wp))
          return
       end if
       call family%solve(speed(i), high, error)
       if (allocated(error)) return
-      place = maxloc(high%value%re, dim=1)
-      limit = limit_t(limit_below, speed(i), high%value(place)%im)
+      call family%judge(high, verdict)
+      limit%frequency = high%value(maxloc(high%value%re, dim=1))%im
+      limit%speed = speed(i)
+      limit%status = limit_below
       if (i == 1) return
       limit%status = limit_failed
       call family%solve(speed(i - 1), low, error)
       if (allocated(error)) return
       call continue_branches(low, high)
-      associate (branch => high%branch(place))
-         if (branch == 0) return
-         if (stable%height(low, branch) >= 0.0_wp) return
-         call find_crossing(family, low, high, branch, stable, at, place, error, tolerance)
-      end associate
-      if (allocated(error) .or. place == 0) return
-      limit = limit_t(limit_found, at%parameter, at%value(place)%im)
+      do k = 1, size(verdict)
+         if (verdict(k) /= is_unstable) cycle
+         place = findloc(low%branch, high%branch(k), dim=1)
+         if (place == 0) return
+         ! What is undecided may be on the bound already.
+         at = low
+         if (low%value(place)%re < 0.0_wp) call find_crossing(family, low, high, high%branch(k), line_t(), at, place, error, &
+                                                              tolerance)
+         if (allocated(error) .or. place == 0) return
+         if (at%parameter > limit%speed) cycle
+         limit%speed = at%parameter
+         limit%frequency = at%value(place)%im
+      end do
+      limit%status = limit_found
    end function stability_limit
+
+   !> The verdict on a machine with motions of these.
+   pure integer function worst_of(verdict)
+      integer, intent(in) :: verdict(:)
+
+      worst_of = is_neutral
+      if (any(verdict == is_undecided)) worst_of = is_undecided
+      if (any(verdict == is_unstable)) worst_of = is_unstable
+   end function worst_of
 
 end module razy_rotor_whirl_stability

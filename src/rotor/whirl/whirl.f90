@@ -3,6 +3,7 @@
 module razy_rotor_whirl_whirl
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
+   use razy_eigen_decay, only: forms_t
    use razy_eigen_damped, only: damped_eigen, modal_scaling
    use razy_eigen_free_modes, only: modes_beside
    use razy_eigen_path, only: eigen_path_t
@@ -41,6 +42,7 @@ module razy_rotor_whirl_whirl
       procedure :: vector_of
       procedure :: shape_from
       procedure :: newton
+      procedure :: forms_of
       procedure :: damping_at
       procedure :: cross_at
    end type whirl_problem_t
@@ -172,6 +174,30 @@ contains
       end do
       call zgesv(p, 2, matrix, p, pivot, right, p, info)
    end subroutine newton
+
+   !> See `whirl_family_t`.
+   function forms_of(self, speed, u) result(forms)
+      class(whirl_problem_t), intent(in) :: self
+      real(wp), intent(in) :: speed
+      complex(wp), intent(in) :: u(:)
+      type(forms_t) :: forms
+
+      real(wp), allocatable :: cross(:, :), damping(:, :)
+      real(wp) :: moved(size(u))
+
+      moved = abs(u)
+      ! Without gyroscopic moments, of which rounding would be left.
+      damping = self%damping + self%modal%bearing_change(speed, .true., .false., .true.)
+      damping = 0.5_wp*(damping + transpose(damping))
+      cross = self%cross_at(speed, rate=.false.)
+      forms%mass = sum(moved**2)
+      forms%stiffness = sum(self%squared*moved**2) + real(dot_product(u, matmul(cross, u)), wp)
+      cross = 0.5_wp*(cross - transpose(cross))
+      forms%damping = real(dot_product(u, matmul(damping, u)), wp)
+      forms%cross = aimag(dot_product(u, matmul(cross, u)))
+      forms%damping_terms = dot_product(moved, matmul(abs(damping), moved))
+      forms%cross_terms = dot_product(moved, matmul(abs(cross), moved))
+   end function forms_of
 
    !> How nodes turn on their orbits in a shape (n) with Im(lambda) > 0, over all shafts or on shaft `only`: +1 forward (with the
    !> rotation of their shaft), -1 backward, 0 on straight lines or without lateral motion; between, orbits are ellipses or nodes

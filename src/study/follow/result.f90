@@ -7,6 +7,7 @@ module razy_study_follow_result
    use razy_core_number, only: decimal, to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
+   use razy_core_verdict, only: is_undecided, verdict_words, verdicts
    use razy_hybrid_flow, only: flow_t
    use razy_io_result_file, only: new_header
    use razy_io_rows_file, only: rows_file_t
@@ -16,7 +17,6 @@ module razy_study_follow_result
    use razy_observe_extrema, only: extrema_t
    use razy_orbits_branch, only: point_t
    use razy_orbits_curve, only: junction_t
-   use razy_orbits_orbit, only: is_stable, is_undecided, is_unstable
    use razy_orbits_period_map, only: return_t
    use razy_orbits_volume, only: volume_t
    use razy_study_follow_family, only: case_family_t
@@ -180,7 +180,7 @@ contains
       call row%add(group//"period", duration, "s", "period of the motion")
       call row%add(group//"multiplicity", periods, "1", "periods of the excitation in one of the motion")
       call row%add(group//"stable", stability, "1", "whether all multipliers are within the unit circle")
-      call row%note_meanings([is_stable, is_unstable, is_undecided], [character(9) :: "stable", "unstable", "undecided"])
+      call row%note_meanings(verdicts(:3), verdict_words(:3))
       call row%add(group//"multiplier", reshape([real(point%orbit%multiplier, wp), point%orbit%multiplier%im], &
                                                 [size(point%orbit%multiplier), 2]), "1", "Floquet multipliers", &
                    [character(16) :: group//"order", group//"part"])

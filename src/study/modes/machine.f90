@@ -2,7 +2,9 @@
 module razy_study_modes_machine
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
-   use razy_eigen_damped, only: damped_eigen
+   use razy_core_verdict, only: is_neutral
+   use razy_eigen_damped, only: damped_eigen, modal_scaling
+   use razy_eigen_decay, only: forms_t, judge
    use razy_eigen_free_modes, only: modes_beside
    use razy_eigen_mode_branches, only: energy_shares, hertz
    use razy_input_input, only: input_t
@@ -46,7 +48,10 @@ contains
       if (allocated(error)) return
       call linear_free_motions(machine, slope, of_stiffness, untouched)
       call modes_beside(stiffness, machine%mass, of_stiffness, untouched, squared, basis, status)
-      if (status == 0) call damped_eigen(squared, congruence_of(damping, basis), values, status)
+      if (status == 0) then
+         call find_damped(values, content%verdict, squared, congruence_of(damping, basis), &
+                          size(of_stiffness, 2) - size(untouched, 2), status)
+      end if
       if (status == 0) call modes_beside(stiffness, machine%mass, of_stiffness, untouched(:, :0), squared, basis, status)
       if (status /= 0) then
          call raise(error, "the eigenproblem could not be solved")
@@ -67,6 +72,38 @@ contains
       content%frequency = reshape(content%natural, [kept, 1])
       values = [spread((0.0_wp, 0.0_wp), 1, size(untouched, 2)), values]
       content%eigenvalue = reshape(values, [size(values), 1])
+      content%verdict = reshape([spread(is_neutral, 1, size(untouched, 2)), content%verdict], shape(content%eigenvalue))
    end subroutine find_machine_modes
+
+   !> Damped eigenvalues with Im >= 0, and what they say of stability, in modes with `squared` omega² (p) and `damping` (p, p);
+   !> `resting` of them are motions that dampers alone resist.
+   subroutine find_damped(value, verdict, squared, damping, resting, status)
+      complex(wp), allocatable, intent(out) :: value(:)
+      integer, allocatable, intent(out) :: verdict(:, :)
+      real(wp), intent(in) :: squared(:), damping(:, :)
+      integer, intent(in) :: resting
+      integer, intent(out) :: status
+
+      type(forms_t), allocatable :: forms(:)
+      complex(wp), allocatable :: shape(:, :)
+      integer, allocatable :: said(:)
+      real(wp), allocatable :: scaling(:)
+      integer :: i
+
+      call damped_eigen(squared, damping, value, status, shape=shape)
+      if (status /= 0) return
+      scaling = modal_scaling(squared)
+      allocate (forms(size(value)))
+      do i = 1, size(value)
+         associate (u => shape(:, i)/scaling)
+            associate (moved => abs(u))
+               forms(i) = forms_t(sum(moved**2), sum(squared*moved**2), real(dot_product(u, matmul(damping, u)), wp), 0.0_wp, &
+                                  dot_product(moved, matmul(abs(damping), moved)), 0.0_wp)
+            end associate
+         end associate
+      end do
+      call judge(value, maxval(scaling), forms, resting, said)
+      verdict = reshape(said, [size(said), 1])
+   end subroutine find_damped
 
 end module razy_study_modes_machine

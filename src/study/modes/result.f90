@@ -6,6 +6,7 @@ module razy_study_modes_result
    use razy_core_number, only: decimal, to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
+   use razy_core_verdict, only: is_neutral, is_undecided, verdict_words, verdicts
    use razy_rotor_whirl_critical, only: critical_t
    use razy_study_modes_response, only: parts_of, response_t
    implicit none(type, external)
@@ -54,14 +55,17 @@ module razy_study_modes_result
       real(wp), allocatable :: speed(:), frequency(:, :)
       !> Eigenvalues (eigenvalues, speeds), 1/s. As many as modes with `branch`.
       complex(wp), allocatable :: eigenvalue(:, :)
+      !> What each says of stability, verdicts of razy_core_verdict.
+      integer, allocatable :: verdict(:, :)
       !> Number of the branch, direction of whirl (modes, speeds).
       real(wp), allocatable :: branch(:, :), direction(:, :)
       !> Critical speeds (criticals).
       type(critical_t), allocatable :: critical(:)
       !> Crossings that were seen but not located.
       integer :: lost = 0
-      !> The stability limit, rad/s, NaN if there is none; what it is and what it is a statement about, in words.
-      real(wp), allocatable :: limit
+      !> The stability limit and the first speed below it that is undecided, rad/s, NaN if there is none; what it is and what it is
+      !> a statement about, in words.
+      real(wp), allocatable :: limit, undecided
       character(:), allocatable :: limit_check, limit_words
       !> The response to harmonic loads.
       type(response_t), allocatable :: response
@@ -134,6 +138,10 @@ contains
       call dampings(self%eigenvalue, ratio, decrement)
       call table%add("/damping_ratio", ratio, "1", "damping ratio of an eigenvalue", roots)
       call table%add("/logarithmic_decrement", decrement, "1", "logarithmic decrement of an eigenvalue", roots)
+      if (allocated(self%verdict)) then
+         call table%add("/stable", self%verdict, "1", "whether the motion of an eigenvalue decays", roots)
+         call table%note_meanings(verdicts, verdict_words)
+      end if
       if (.not. allocated(self%branch)) return
       call table%add("/branch", self%branch, "1", "number of the branch of an eigenvalue", along)
       call table%add("/direction", self%direction, "1", "direction of whirl: +1 forward, -1 backward", along)
@@ -144,25 +152,16 @@ contains
       complex(wp), intent(in) :: eigenvalue(:, :)
       real(wp), allocatable, intent(out) :: ratio(:, :), decrement(:, :)
 
-      real(wp), parameter :: rounding = 1.0e-7_wp
-      real(wp), allocatable :: modulus(:, :)
-      real(wp) :: least
-      integer :: i, k
+      real(wp), allocatable :: modulus(:, :), omega(:, :)
 
-      modulus = abs(eigenvalue)
-      least = rounding*maxval(modulus, mask=.not. ieee_is_nan(modulus))
+      ! Comparisons with NaN would be invalid operations.
+      modulus = merge(0.0_wp, abs(eigenvalue), ieee_is_nan(eigenvalue%re))
+      omega = merge(0.0_wp, eigenvalue%im, ieee_is_nan(eigenvalue%re))
       allocate (ratio, decrement, mold=modulus)
-      ratio = ieee_value(least, ieee_quiet_nan)
+      ratio = ieee_value(ratio, ieee_quiet_nan)
       decrement = ratio
-      do k = 1, size(modulus, 2)
-         do i = 1, size(modulus, 1)
-            if (ieee_is_nan(modulus(i, k))) cycle
-            associate (re => eigenvalue(i, k)%re, im => eigenvalue(i, k)%im)
-               if (modulus(i, k) > least) ratio(i, k) = -re/modulus(i, k)
-               if (im > least) decrement(i, k) = -2*pi*re/im
-            end associate
-         end do
-      end do
+      where (modulus > 0.0_wp) ratio = -eigenvalue%re/modulus
+      where (omega > 0.0_wp) decrement = -2*pi*eigenvalue%re/omega
    end subroutine dampings
 
    subroutine critical_columns(self, table)
@@ -180,6 +179,7 @@ contains
       call table%add("/stability_limit", self%limit, "rad/s", "speed above which motion grows")
       call table%note("meaning", self%limit_words)
       call table%note("check", self%limit_check)
+      call table%add("/undecided_from", self%undecided, "rad/s", "speed from which on stability is undecided")
    end subroutine critical_columns
 
    !> Meshes follow each other along one dimension of their own, the frequencies inside.
@@ -232,7 +232,10 @@ contains
       if (allocated(content%free)) then
          if (len(content%free) > 0) call append_text(lines, content%free)
       end if
-      if (allocated(content%eigenvalue) .and. .not. allocated(content%branch)) call append_dampings(lines, content%eigenvalue)
+      if (allocated(content%verdict)) then
+         if (.not. allocated(content%branch)) call append_dampings(lines, content)
+         call append_neutral(lines, aimag(content%eigenvalue(:, 1)), content%verdict(:, 1))
+      end if
       if (allocated(content%reduction)) call append_reduction(lines, content%reduction)
       if (allocated(content%critical)) call append_criticals(lines, content)
       if (allocated(content%response)) lines = [lines, content%response%words()]
@@ -262,29 +265,54 @@ contains
       else
          call append_text(lines, "stability limit: "//content%limit_words)
       end if
+      if (.not. ieee_is_nan(content%undecided)) then
+         call append_text(lines, "undecided from "//decimal(content%undecided, 3)//" rad/s = "// &
+                          decimal(content%undecided*30/pi, 2)//" rpm on: the error of an eigenvalue covers the bound")
+      end if
    end subroutine append_criticals
 
    !> Frequencies and damping of a machine at rest, where anything damps it.
-   subroutine append_dampings(lines, eigenvalue)
+   subroutine append_dampings(lines, content)
       type(string_t), allocatable, intent(inout) :: lines(:)
-      complex(wp), intent(in) :: eigenvalue(:, :)
+      class(modes_result_t), intent(in) :: content
 
-      real(wp), parameter :: rounding = 1.0e-9_wp
       real(wp), allocatable :: decrement(:, :), ratio(:, :)
       integer :: i, found
 
-      if (.not. maxval(abs(eigenvalue%re)) > rounding*maxval(abs(eigenvalue%im))) return
-      call dampings(eigenvalue, ratio, decrement)
+      call dampings(content%eigenvalue, ratio, decrement)
       found = 0
-      do i = 1, size(eigenvalue, 1)
-         if (ieee_is_nan(decrement(i, 1))) cycle
+      do i = 1, size(decrement, 1)
+         if (ieee_is_nan(decrement(i, 1)) .or. content%verdict(i, 1) == is_neutral) cycle
          found = found + 1
          if (found > most_lines) cycle
-         call append_text(lines, "damped: "//decimal(eigenvalue(i, 1)%im/(2*pi), 3)//" Hz, damping ratio "// &
-                          decimal(ratio(i, 1), 6)//", logarithmic decrement "//decimal(decrement(i, 1), 6))
+         call append_text(lines, "damped: "//decimal(content%eigenvalue(i, 1)%im/(2*pi), 3)//" Hz, damping ratio "// &
+                          decimal(ratio(i, 1), 6)//", logarithmic decrement "//decimal(decrement(i, 1), 6)// &
+                          trim(merge(", undecided", "           ", content%verdict(i, 1) == is_undecided)))
       end do
       if (found > most_lines) call append_text(lines, "and "//to_text(found - most_lines)//" more damped frequencies")
    end subroutine append_dampings
+
+   !> Frequencies of motions that nothing damps and nothing drives, at the first speed, without rigid ones; `omega`, rad/s, and
+   !> `verdict` are of all motions.
+   subroutine append_neutral(lines, omega, verdict)
+      type(string_t), allocatable, intent(inout) :: lines(:)
+      real(wp), intent(in) :: omega(:)
+      integer, intent(in) :: verdict(:)
+
+      character(:), allocatable :: line
+      integer :: i, found
+
+      line = "neutral, nothing damps or drives them:"
+      found = 0
+      do i = 1, size(omega)
+         if (verdict(i) /= is_neutral) cycle
+         if (.not. omega(i) > 0.0_wp) cycle
+         found = found + 1
+         if (found <= most_lines) line = line//" "//decimal(omega(i)/(2*pi), 3)
+      end do
+      if (found > most_lines) line = line//" and "//to_text(found - most_lines)//" more, in"
+      if (found > 0) call append_text(lines, line//" Hz")
+   end subroutine append_neutral
 
    !> The parts with a share in a mode, largest first, and the mesh.
    function nature(content, mode) result(text)

@@ -129,6 +129,7 @@ contains
          banded%least = max(0, least - banded%untouched)
          banded%reach = radius
          problem = banded
+         problem%resting = size(motion, 2) - size(still, 2)
       else
          call in_coordinates(rotor%model, rotor%reduced, motion, of_stiffness)
          call in_coordinates(rotor%model, rotor%reduced, still, untouched)
@@ -137,6 +138,7 @@ contains
          dense%damped = damped
          dense%circulatory = circulatory .and. damped
          problem = dense
+         problem%resting = size(of_stiffness, 2) - size(untouched, 2)
       end if
    end subroutine new_problem
 
@@ -186,6 +188,7 @@ contains
       content%eigenvalue = diagram%value
       content%branch = real(diagram%branch, wp)
       content%direction = diagram%direction
+      if (with_damping) content%verdict = diagram%verdict
       ! Modes that a speed does not have.
       nan = ieee_value(nan, ieee_quiet_nan)
       where (diagram%branch == 0) content%frequency = nan
@@ -197,7 +200,7 @@ contains
       content%limit_check = "nothing can drive whirl: no cross coupling, no circulation"
       if (unstable > 0.0_wp) then
          if (with_damping .and. problem%reach >= unstable) then
-            limit = stability_limit(problem, content%speed, limit_tolerance, diagram%growth)
+            limit = stability_limit(problem, content%speed, limit_tolerance, diagram%worst)
          else
             do
                call new_problem(problem, rotor, input, gyroscopic, circulatory, .true., closed, 0, unstable, error)
@@ -214,6 +217,7 @@ contains
          end if
       end if
       content%limit = merge(limit%speed, nan, limit%status == limit_found)
+      content%undecided = merge(limit%undecided, nan, limit%undecided < huge(nan))
       content%limit_words = trim(limit_meanings(limit%status))
    end subroutine find_campbell
 

@@ -15,6 +15,8 @@ RPM = 30.0 / np.pi
 BLUE = "#1f5fa8"
 # A whirl with more of one direction than this has its colour.
 CLEAR = 0.5
+# Unstable and undecided modes, as those of periodic motions.
+LINES = {0: "--", -1: ":"}
 
 
 def draw(result: ModesResult, figure: Figure, options: PlotOptions) -> None:
@@ -76,19 +78,21 @@ def _bars(axes: Axes, result: ModesResult) -> None:
 
 
 def _branches(axes: Axes, result: ModesResult, rpm: np.ndarray) -> None:
-    """Draw each branch in pieces of one direction, which share their ends."""
+    """Draw each branch in pieces of one direction and one verdict, which share their ends."""
     for number in np.unique(result.branch[np.isfinite(result.branch)]):
         rows, places = np.nonzero(result.branch == number)
         direction = result.direction[rows, places]
         kind = np.where(direction > CLEAR, 1, np.where(direction < -CLEAR, -1, 0))
-        breaks = np.flatnonzero((np.diff(kind) != 0) | (np.diff(rows) > 1)) + 1
+        verdict = result.stable[rows, places]
+        breaks = np.flatnonzero((np.diff(kind) != 0) | (np.diff(verdict) != 0) | (np.diff(rows) > 1)) + 1
         for piece in np.split(np.arange(rows.size), breaks):
             last = piece[-1] + 1
             joined = last < rows.size and rows[last] == rows[last - 1] + 1
             shown = np.append(piece, last) if joined else piece
             colour = {1: style.RED, -1: BLUE, 0: style.BLACK}[int(kind[piece[0]])]
             y = result.frequency[rows[shown], places[shown]]
-            axes.plot(rpm[rows[shown]], y, color=colour, label=f"branch {number:.0f}")
+            line = LINES.get(int(verdict[piece[0]]), "-")
+            axes.plot(rpm[rows[shown]], y, color=colour, linestyle=line, label=f"branch {number:.0f}")
 
 
 def _excitation(axes: Axes, result: ModesResult, rpm: np.ndarray) -> None:
@@ -106,6 +110,9 @@ def _legend(result: ModesResult) -> list[Line2D]:
         Line2D([], [], color=style.BLACK, label="neither"),
         Line2D([], [], color=style.BLACK, marker="o", markersize=2.5, linestyle="", label="critical"),
     ]
+    for verdict, word in ((0, "unstable"), (-1, "undecided")):
+        if (result.stable == verdict).any():
+            handles.append(Line2D([], [], color=style.BLACK, linestyle=LINES[verdict], label=word))
     if np.isfinite(result.stability_limit):
         limit = f"stable up to {result.stability_limit * RPM:.0f} rpm"
         handles.append(Line2D([], [], color=style.RED, linewidth=0.8, linestyle="-.", label=limit))

@@ -65,6 +65,11 @@ class ModesResult(ResultFile):
         return self._table("direction")
 
     @property
+    def stable(self) -> NDArray[np.float64]:
+        """1 stable, 0 unstable, -1 undecided, 2 neutral (everywhere without damping), shape (speeds, modes)."""
+        return self._table("stable") if "stable" in self.file else np.full(self.frequency.shape, 2.0)
+
+    @property
     def critical(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Critical speeds, rad/s, their excitation orders, and frequencies, Hz."""
         return self._read("critical_speed"), self._read("critical_order"), self._read("critical_frequency")

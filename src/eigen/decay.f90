@@ -1,0 +1,78 @@
+!! Whether motions q = x e^(λt) of M q'' + (B + G) q' + (K + C) q = 0 decay, by energy: K and B symmetric, G and C skew.
+!!
+!! With λ = μ + i w and the forms m, b, g, k, c of M, B, G, K, C in the shape x the real part of λ m + b + i g + (k + i c)/λ = 0 is
+!!
+!!     μ (|λ|² m + k) = -(|λ|² b + w c).
+!!
+!! The right-hand side has no large terms that cancel: an error of x counts as a share of what dampers do, not of the highest
+!! frequency, which it would in μ itself.
+module razy_eigen_decay
+   use razy_core_kinds, only: wp
+   use razy_core_verdict, only: is_neutral, is_stable, is_undecided, is_unstable
+   use razy_linalg_dense, only: rising_order
+   implicit none(type, external)
+   private
+
+   public :: forms_t, in_doubt, judge
+
+   !> m, k, b and c of a shape, and the sums of the moduli of the terms of b and c.
+   type :: forms_t
+      real(wp) :: mass = 0.0_wp, stiffness = 0.0_wp, damping = 0.0_wp, cross = 0.0_wp
+      real(wp) :: damping_terms = 0.0_wp, cross_terms = 0.0_wp
+   end type forms_t
+
+contains
+
+   !> Whether the error of an eigenvalue, which of a double one is the root of rounding of the `largest`, can cover its real part.
+   elemental logical function in_doubt(value, largest)
+      complex(wp), intent(in) :: value
+      real(wp), intent(in) :: largest
+
+      in_doubt = abs(value%re) <= sqrt(epsilon(1.0_wp))*largest
+   end function in_doubt
+
+   !> What eigenvalues (values) of a problem whose `largest` frequency is known, 1/s, say. `forms` (values) are those of what is in
+   !> doubt; there are `resting` motions that dampers and gyroscopic moments alone resist, which stay where they are put. Their
+   !> eigenvalues become 0, and real parts of other neutral motions.
+   subroutine judge(value, largest, forms, resting, verdict)
+      complex(wp), intent(inout) :: value(:)
+      real(wp), intent(in) :: largest
+      type(forms_t), intent(in) :: forms(:)
+      integer, intent(in) :: resting
+      integer, allocatable, intent(out) :: verdict(:)
+
+      integer, allocatable :: smallest(:)
+
+      verdict = merge(is_stable, is_unstable, value%re < 0.0_wp)
+      where (in_doubt(value, largest)) verdict = by_energy(value, largest, forms)
+      smallest = rising_order(abs(value))
+      smallest = smallest(:min(resting, size(value)))
+      verdict(smallest) = is_neutral
+      value(smallest) = 0.0_wp
+      where (verdict == is_neutral) value%re = 0.0_wp
+   end subroutine judge
+
+   elemental integer function by_energy(value, largest, forms) result(verdict)
+      complex(wp), intent(in) :: value
+      real(wp), intent(in) :: largest
+      type(forms_t), intent(in) :: forms
+
+      real(wp) :: resistance, rounding, share
+
+      associate (modulus => abs(value))
+         ! Shapes err by the square of the ratio of frequencies.
+         share = epsilon(1.0_wp)*(largest/max(modulus, epsilon(1.0_wp)*largest))**2
+         share = min(share, 1.0_wp)
+         associate (decay => modulus**2*forms%damping + value%im*forms%cross, &
+                    inertia => modulus**2*forms%mass + forms%stiffness, terms => modulus**2*forms%mass + abs(forms%stiffness))
+            resistance = modulus**2*forms%damping_terms + abs(value%im)*forms%cross_terms
+            rounding = epsilon(1.0_wp)*modulus*terms
+            verdict = merge(is_stable, is_unstable, decay > 0.0_wp .eqv. inertia > 0.0_wp)
+            if (abs(decay) <= share*resistance + rounding .or. abs(inertia) <= share*terms) verdict = is_undecided
+            ! No damper and nothing that drives touches it: what errs by rounding in a shape has the square of that for energy.
+            if (resistance <= rounding .and. inertia > 0.5_wp*terms) verdict = is_neutral
+         end associate
+      end associate
+   end function by_energy
+
+end module razy_eigen_decay

@@ -1,0 +1,100 @@
+"""Rotors with free motions: verdicts of razy-modes beside an assembly of its own, and beside twins of the rotor."""
+
+import os
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import turning
+
+FIRST, LAST = (int(number) for number in os.environ.get("RAZY_FUZZ_SEEDS", "0:20").split(":"))
+MODES = Path(os.environ["RAZY_BUILD"]) / "bin" / "razy-modes"
+POINTS = 7
+STABLE, UNSTABLE, UNDECIDED, NEUTRAL, ABSENT = 1, 0, -1, 2, -2
+# Rigid motion of the assembly errs by the root of rounding, rad/s; the least share of damping that it can tell.
+RIGID, LEAST = 3.0, 1e-8
+
+
+def modes(folder, lines):
+    (folder / "rotor.nml").write_text("\n".join(lines) + "\n")
+    command = [MODES, folder / "rotor.nml", "--force", "--output", folder / "rotor.h5"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    with h5py.File(folder / "rotor.h5") as file:
+        found = {name: item[()] for name, item in file.items() if isinstance(item, h5py.Dataset)}
+        found["meaning"] = file["stability_limit"].attrs["meaning"]
+    return found
+
+
+def wrong_verdicts(rotor, found):
+    """What razy-modes says of modes and of the limit that the other assembly does not."""
+    parts, wrong, unstable = turning.matrices(rotor), [], []
+    for speed, values, verdicts in zip(found["speed"], found["eigenvalue"], found["stable"], strict=True):
+        other = turning.eigenvalues(parts, speed)
+        free = other[np.abs(other) > RIGID]
+        unstable.append(bool((free.real > LEAST * np.abs(free)).any()))
+        for (real, imaginary), verdict in zip(values, verdicts, strict=True):
+            if verdict in (ABSENT, NEUTRAL) and not real:
+                continue
+            value = complex(real, imaginary)
+            nearest = other[np.argmin(np.abs(other - value))]
+            if abs(nearest - value) > 1e-5 * abs(value):
+                # Motion along the axis, which is never driven.
+                wrong += [] if verdict in (STABLE, NEUTRAL) else [("axial", speed, value, verdict)]
+                continue
+            said = STABLE if nearest.real < 0 else UNSTABLE
+            if abs(nearest.real) <= LEAST * abs(nearest):
+                said = NEUTRAL
+            wrong += [] if verdict == said else [("mode", speed, value, nearest, int(verdict))]
+    at = unstable.index(True) if True in unstable else POINTS
+    meaning = "none up to the last speed" if at == POINTS else "found" if at else "unstable at the first speed already"
+    # High modes of a shaft without dampers, which a mesh joins to damped ones, may be damped by less than rounding.
+    if found["meaning"] == "undecided" and at == POINTS and rotor.meshes:
+        return wrong
+    if found["meaning"] != meaning:
+        wrong.append(("limit", found["meaning"], meaning, unstable))
+    elif meaning == "found":
+        if not found["speed"][at - 1] <= found["stability_limit"] <= found["speed"][at]:
+            wrong.append(("limit", found["stability_limit"]))
+        for k, sign in ((1 - 1e-6, -1), (1 + 1e-6, 1)):
+            other = turning.eigenvalues(parts, k * found["stability_limit"])
+            if sign * other[np.abs(other) > RIGID].real.max() < -LEAST:
+                wrong.append(("limit", found["stability_limit"], k))
+    if (found["critical_speed"] < RIGID).any():
+        wrong.append(("critical", found["critical_speed"]))
+    return wrong
+
+
+def twin_of(rotor, kind):
+    """The same rotor with a second one beside it, its groups in another order, or its shafts in the other order."""
+    if kind == "equal":
+        names = {s.name: s.name + "2" for s in rotor.shafts}
+        more = tuple(replace(s, name=names[s.name]) for s in rotor.shafts)
+        meshes = tuple((names[a], m, r, names[b], *rest) for a, m, r, b, *rest in rotor.meshes)
+        return replace(rotor, shafts=rotor.shafts + more, meshes=rotor.meshes + meshes)
+    if kind == "apart":
+        other = turning.Shaft("o", 0.3, 0.02, 3, ratio=0.0, bearings=((1, 1e6, 1e6, 0.0, 0.0), (4, 1e6, 1e6, 0.0, 0.0)))
+        return replace(rotor, shafts=(other, *rotor.shafts))
+    return replace(rotor, shafts=tuple(reversed(rotor.shafts)))
+
+
+@pytest.mark.parametrize("seed", range(FIRST, LAST))
+def test_verdicts(seed, tmp_path):
+    rotor = turning.rotor_of(seed)
+    lines = turning.groups(rotor, POINTS)
+    found = modes(tmp_path, lines)
+    assert not wrong_verdicts(rotor, found)
+    kind = ("equal", "apart", "order")[seed % 3 if len(rotor.shafts) == 1 else seed // 3 % 3]
+    lines = turning.groups(twin_of(rotor, kind), POINTS)
+    if kind == "order":
+        body = [line for line in lines if not line.startswith("&scene")]
+        lines = [lines[0], *np.random.default_rng(seed).permutation(body)]
+    twin = modes(tmp_path, lines)
+    assert twin["meaning"] == found["meaning"]
+    np.testing.assert_allclose(twin["stability_limit"], found["stability_limit"], rtol=1e-6)
+    for speed in found["critical_speed"]:
+        assert np.abs(twin["critical_speed"] / speed - 1).min() < 1e-6
+    assert np.isnan(twin["undecided_from"]) == np.isnan(found["undecided_from"])
