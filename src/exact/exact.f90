@@ -195,6 +195,7 @@ contains
          end if
       end if
       if (self%now == 0) return
+      self%complete = self%solutions%of(self%now)%form%complete
       outcome%residual = max(outcome%residual, self%solutions%of(self%now)%form%residual)
       if (.not. outcome%residual <= worst_residual) outcome%status = status_inaccurate
       self%settled = self%settled .or. .not. self%solutions%of(self%now)%form%free
