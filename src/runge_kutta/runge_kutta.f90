@@ -21,7 +21,6 @@ module razy_runge_kutta_runge_kutta
    use razy_runge_kutta_methods_stepper, only: stepper_t
    use razy_runge_kutta_observed_step, only: observed_step_t
    use razy_runge_kutta_right_hand_side, only: treat_by_events, treat_by_smoothing, treat_by_switching
-   use razy_runge_kutta_sticking, only: sticking_t
    implicit none(type, external)
    private
 
@@ -41,7 +40,6 @@ module razy_runge_kutta_runge_kutta
       type(method_t), private :: method
       type(stepper_t), private :: stepper
       type(event_finder_t), private :: finder
-      type(sticking_t), private :: sticking
       type(observed_step_t), private :: seen
       !> Modes entered last, the one to be replaced next, the present one, and how many steps were made in it.
       type(known_t), private :: known(16)
@@ -109,7 +107,6 @@ contains
          call self%finder%make_room(size(self%hit))
          call self%seen%make_room(self%system)
          call self%stepper%prepare(self%method, size(self%z))
-         call self%sticking%make_ready(rhs, self%system, self%stepper%adaptive)
       end associate
    end subroutine prepare
 
@@ -137,7 +134,6 @@ contains
          if (.not. stepper%adaptive .or. .not. h > 0.0_wp) call stepper%first_step(self%system, self%z, rest, h)
          stepper%h_next = h
          call stepper%begin(self%system, self%z)
-         if (self%sticking%watching) call self%sticking%begin(rhs, self%system, min(h, rest), self%z)
          if (.not. self%finds_events) return
          guards%delta = 1.0e-5_wp*min(h, rest)
          call guards%list(self%system, rhs%dynamics%mode)
@@ -276,7 +272,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
 
       real(wp) :: h, rest, way
-      logical :: accepted, again, failed
+      logical :: accepted, failed
 
       associate (stepper => self%stepper, known => self%known(self%now))
          rest = self%remaining(t_end)
@@ -284,7 +280,6 @@ contains
          if (stepper%adaptive .and. self%steps > 0 .and. self%steps < size(known%opening)) then
             if (known%opening(self%steps + 1) > 0.0_wp) h = known%opening(self%steps + 1)
          end if
-         if (self%sticking%watching) h = min(h, self%sticking%longest)
          way = long
          if (self%finds_events .and. stepper%adaptive) way = self%finder%expected(self%transition%guards, ahead*h)
          do
@@ -304,17 +299,9 @@ contains
             if (outcome%status /= status_ok) return
             stepper%plain = stepper%rough .and. (self%steps == 0 .or. h > way)
             call stepper%attempt(self%system, self%z, h, accepted, failed)
-            again = .false.
             if (stepper%rough .and. h > way) call learn_closing(known, accepted, stepper%h_next)
-            if (accepted .and. self%sticking%watching) then
-               call self%sticking%passes_over(stepper%rhs, self%system, stepper%z_end, h, again)
-            end if
-            if (again) then
-               call stepper%restart()
-            else
-               if (accepted) return
-               h = stepper%h_next
-            end if
+            if (accepted) return
+            h = stepper%h_next
             if (h <= least_step*t_end) outcome%status = merge(status_blow_up, status_step_underflow, failed)
             if (outcome%status /= status_ok) return
          end do
@@ -386,21 +373,16 @@ contains
       type(runge_kutta_t), intent(inout) :: self
       integer, intent(inout) :: ending
 
-      real(wp) :: a(self%system%m)
       integer :: branch, j
 
       associate (rhs => self%stepper%rhs, dynamics => self%stepper%rhs%dynamics, transition => self%transition, &
                  tau => self%seen%duration)
-         if (rhs%treatment == treat_by_switching .and. self%sticking%sticks) then
-            call rhs%accelerate(self%system, tau, self%z, a)
-            rhs%evaluations = rhs%evaluations + 1
-         end if
          call dynamics%look_at_contacts(self%system, tau, self%z)
          transition%changes = 0
          do j = 1, size(self%branch)
             associate (law => self%system%machine%contact(j)%law)
                branch = law%initial_branch(dynamics%s(j), dynamics%rate(j))
-               ! Sticking within the band, unless with more than friction can hold.
+               ! Sticking within the band, unless with more than friction can hold: as at the end of the step.
                if (law%of_normal .and. rhs%treatment == treat_by_switching) branch = dynamics%mode%branch(j)
             end associate
             if (branch /= transition%dynamics%mode%branch(j)) call transition%note(j, branch)
