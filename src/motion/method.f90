@@ -70,11 +70,6 @@ contains
          allowed = "a Runge-Kutta method such as 'dop853' where &rotation has an acceleration_rpm_per_s"
          return
       end if
-      if (any([(allocated(machine%tone(j)%waveform), j=1, size(machine%tone))]) .and. method%integrator == "moreau_jean") then
-         key = "integrator"
-         allowed = "'exact' or a Runge-Kutta method where excitation has a shape or a file"
-         return
-      end if
       linear = linear .and. .not. abs(machine%acceleration) > 0.0_wp
       if (method%integrator == "automatic") then
          method%integrator = "dop853"
