@@ -1,4 +1,4 @@
-!! A motion through its modes: the one loop of all methods that know events, and what such a method has to offer.
+!! A motion through its modes: the one loop of all methods, and what a method has to offer.
 !!
 !! A flow moves the state within a mode, in closed form or step by step, and finds what ends it; the transition says what
 !! follows (razy_hybrid_transition). A change of branch ends a piece; others at the same time are shown as pieces of no

@@ -15,7 +15,7 @@ module razy_hybrid_impact
    implicit none(type, external)
    private
 
-   public :: impact_derivative_t, push_apart, strike
+   public :: coefficient, impact_derivative_t, push_apart, strike
 
    !> How the change of y' depends on the speeds u before the impact of gaps and of the friction that takes part.
    type :: impact_derivative_t

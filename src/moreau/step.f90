@@ -1,13 +1,19 @@
-!! One step of the Moreau–Jean scheme with theta-method.
+!! One step of the Moreau–Jean scheme with theta-method, in the coordinates of the system, where M = 1.
 !!
 !! With v_θ = v + θ Δv and q_θ = q + θ h v_θ, a step of length h from (q, v) is
 !!
-!!     M Δv + h B v_θ + h K q_θ = h f(t + θh) - h Σ w_j F_j(s_j⁺, s_j'⁺) + Σ w λ,    q⁺ = q + h v_θ,  v⁺ = v + Δv,
+!!     Δv + h B v_θ + h K q_θ = h f(t + θh) - h Σ w_j F_j(s_j⁺, s_j'⁺) + Σ w λ,    q⁺ = q + h v_θ,  v⁺ = v + Δv,
 !!
 !! where F_j are the compliant laws and λ the impulses of rigid contacts and friction elements. A rigid side takes part if its gap
-!! is closed in the middle of the step, g + h u/2 <= 0, or was so in the last one. It then obeys 0 <= u⁺ + ε u ⟂ λ >= 0 (with
-!! ε = 1 if u > 0: razy_moreau_impulses); friction obeys Coulomb's law in s'⁺. Source: Jean, Comput. Methods Appl. Mech.
-!! Engrg. 177 (1999) 235–257; Acary and Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, Springer (2008), 10.
+!! is closed in the middle of the step, g + h u/2 <= 0, or was so in the last one, so that rounding does not open contacts at rest;
+!! it obeys 0 <= u⁺ + ε u ⟂ λ >= 0. Friction obeys Coulomb's law in s'⁺, with the coefficient of the speed and branch at the start.
+!! Source: Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235–257; Acary and Brogliato, Numerical Methods for Nonsmooth
+!! Dynamical Systems, Springer (2008), 10.
+!!
+!! A side that is parting when the step begins, u > 0, but pressed, comes back within the step and does no work: u⁺ + u >= 0 then
+!! takes the place of u⁺ + ε u >= 0. So u⁺ + u <= 0 wherever λ > 0, and impulses never add energy (theta = 1/2, no friction, stops
+!! that do not move). Without friction there always are impulses, as Σ ε u λ >= Σ u λ = 0 for all that are without effect
+!! (razy_linalg_complementarity_friction); a body squeezed between moving stops, or jammed with friction, may have none.
 !!
 !! Compliant laws take s and s' at the end of the step: an elastic force that grows with s then takes at least the energy that
 !! it stores, U(s⁺) - U(s) <= F(s⁺) (s⁺ - s), however stiff it is, and a stiff damper stops the motion; their order is 1. The
@@ -16,167 +22,232 @@
 module razy_moreau_step
    use razy_contact_friction_law, only: branch_backward, branch_forward, branch_sticking
    use razy_contact_gap_law, only: branch_open
-   use razy_core_kinds, only: wp
+   use razy_core_kinds, only: i8, wp
+   use razy_hybrid_active_sides, only: find_sides, set_up, side_t
+   use razy_hybrid_dynamics, only: dynamics_t
+   use razy_hybrid_impact, only: coefficient
+   use razy_hybrid_system, only: system_t
+   use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept, solve_impact
+   use razy_linalg_complementarity_gauss_seidel, only: sweep_impact
+   use razy_linalg_complementarity_impact, only: impact_problem_t, impulse_bound
+   use razy_linalg_dense, only: identity
    use razy_linalg_lapack, only: dgetrf, dgetrs
-   use razy_moreau_impulses, only: add_impulses
-   use razy_moreau_state, only: excitation_t, excite, moreau_step_t, new_contact_kinds, new_impulse_work
    implicit none(type, external)
    private
 
-   public :: begin_steps, guess_first_forces, take_step
+   public :: moreau_step_t
+
+   !> The scheme: the last step with both its ends, and the matrices of its equations.
+   type :: moreau_step_t
+      real(wp) :: theta = 0.5_wp, h = 0.0_wp
+      !> Excitation from the start of the step, and s, s' and branches of the contacts as they were looked at last; no contact acts.
+      type(dynamics_t) :: dynamics
+      !> Δv of the step and the size of its terms (m).
+      real(wp), allocatable :: dv(:), terms(:)
+      !> Of each contact: force F at start and end.
+      real(wp), allocatable :: force0(:), force1(:)
+      integer(i8) :: rounds = 0, factorisations = 0, impacts = 0
+      !> State at the start of the step (2m).
+      real(wp), allocatable, private :: z0(:)
+      !> Of each contact: s, s' and branch at the start; impulse along w in the step, and the largest one that friction can give.
+      real(wp), allocatable, private :: s0(:), rate0(:), impulse(:), bound(:)
+      integer, allocatable, private :: branch0(:)
+      !> Sides that take part (the first `sides`), friction elements, and contacts of all other laws.
+      type(side_t), allocatable, private :: side(:)
+      integer, private :: sides = 0
+      integer, allocatable, private :: friction(:), compliant(:)
+      !> Slopes of the compliant laws and step of which `factor` (m, m) is; factor⁻¹ w (m, contacts).
+      real(wp), allocatable, private :: stiffness(:), damping(:), factor(:, :), response(:, :)
+      integer, allocatable, private :: pivot(:)
+      real(wp), private :: h_of_factor = -1.0_wp
+   contains
+      procedure :: begin
+      procedure :: take
+   end type moreau_step_t
 
    !> Rounds of Newton's method before branches are kept, and at all; change of Δv, by kinetic energy, that ends it.
    integer, parameter :: free_rounds = 8, most_rounds = 60
    real(wp), parameter :: converged = 1.0e-12_wp
    !> A sliding velocity below this part of its terms is none, and an impulse of friction within it is at its bound.
    real(wp), parameter :: standing = 1.0e-12_wp
+   !> Sweeps from the impulses of the last step that are tried before pivots.
+   integer, parameter :: few_sweeps = 16
 
 contains
 
-   !> Take over a machine's start: state, branches, forces of the compliant laws.
-   subroutine begin_steps(self)
-      type(moreau_step_t), intent(inout) :: self
+   !> The motion begins at z (2m), with the contacts in these branches.
+   subroutine begin(self, system, z, branch)
+      class(moreau_step_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: z(:)
+      integer, intent(in) :: branch(:)
 
-      real(wp) :: rate, s
-      integer :: j, n, contacts
+      real(wp) :: none(size(branch))
+      integer :: i
+      logical :: compliant(size(branch)), of_normal(size(branch))
 
-      n = size(self%machine%load)
-      contacts = size(self%machine%contact)
-      call new_contact_kinds(self%kinds, self%machine)
-      call new_impulse_work(self%work, self%kinds)
-      self%q1 = self%machine%displacement
-      self%v1 = self%machine%velocity
-      self%q0 = self%q1
-      self%v0 = self%v1
-      if (allocated(self%w)) deallocate (self%w, self%response, self%delassus, self%factor, self%pivot, self%branch1)
-      if (allocated(self%force1)) deallocate (self%force1, self%impulse, self%bound, self%stiffness, self%damping)
-      allocate (self%w(n, contacts), self%response(n, contacts), self%delassus(contacts, contacts))
-      allocate (self%factor(n, n), self%pivot(n), self%branch1(contacts))
-      allocate (self%force1(contacts), self%impulse(contacts), self%bound(contacts), source=0.0_wp)
-      allocate (self%stiffness(contacts), self%damping(contacts), source=0.0_wp)
-      self%h_of_factor = -1.0_wp
-      if (.not. allocated(self%start)) allocate (self%start, self%inner, self%finish)
-      call excite(self%machine, 0.0_wp, 0.0_wp, 0.0_wp, self%finish)
-      do j = 1, contacts
-         self%w(:, j) = self%machine%contact(j)%w
-         call contact_at(self, j, self%q1, self%v1, s, rate)
-         self%branch1(j) = self%machine%contact(j)%law%initial_branch(s, rate)
+      do i = 1, size(branch)
+         associate (law => system%machine%contact(i)%law)
+            of_normal(i) = law%of_normal
+            compliant(i) = .not. (law%impacts .or. law%of_normal)
+         end associate
       end do
-      self%branch0 = self%branch1
+      self%friction = pack([(i, i=1, size(branch))], of_normal)
+      self%compliant = pack([(i, i=1, size(branch))], compliant)
+      call self%dynamics%make_room(system, 0.0_wp)
+      self%dynamics%mode%branch = branch
+      call self%dynamics%excitation%begin(system%machine%tone, 0.0_wp, 0.0_wp)
+      if (allocated(self%side)) deallocate (self%side)
+      allocate (self%side(2*size(branch)))
+      none = 0.0_wp
+      self%impulse = none
+      self%bound = none
+      self%stiffness = none
+      self%damping = none
       self%h = 0.0_wp
-      call end_forces(self)
-      self%force0 = self%force1
+      self%h_of_factor = -1.0_wp
+      self%force1 = none
+      call self%dynamics%look_at_contacts(system, 0.0_wp, z)
+      call end_forces(self, system)
       self%rounds = 0
       self%factorisations = 0
       self%impacts = 0
-   end subroutine begin_steps
+   end subroutine begin
 
-   !> s and s' of contact j at the end of the step, where the motion has q and v (n each).
-   pure subroutine contact_at(self, j, q, v, s, rate)
-      type(moreau_step_t), intent(in) :: self
-      integer, intent(in) :: j
-      real(wp), intent(in) :: q(:), v(:)
-      real(wp), intent(out) :: s, rate
-
-      s = dot_product(self%w(:, j), q) + self%finish%s(j)
-      rate = dot_product(self%w(:, j), v) + self%finish%rate(j)
-   end subroutine contact_at
-
-   !> One step of length h, s, from the time `time + time_low`; it starts where the last one ended. Not `found`: no
+   !> One step of length h, s, from z (2m), which becomes its end, and from where `dynamics%excitation` has begun. Not `found`: no
    !> impulses obey the laws, or Newton's method does not converge.
-   subroutine take_step(self, time, time_low, h, found)
-      type(moreau_step_t), intent(inout) :: self
-      real(wp), intent(in) :: time, time_low, h
+   subroutine take(self, system, h, z, found)
+      class(moreau_step_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: h
+      real(wp), intent(inout) :: z(:)
       logical, intent(out) :: found
 
-      type(excitation_t), allocatable :: spare
-      real(wp) :: dv(size(self%q1)), next(size(self%q1)), rest(size(self%q1)), change
-      integer :: branch(size(self%branch1)), before(size(self%branch1)), round
+      real(wp), dimension(system%m) :: next, rest
+      real(wp) :: none(size(self%bound)), change
+      integer :: before(size(self%bound)), j, round
+      logical :: first, nowhere(2, size(self%bound)), piecewise_linear
 
+      first = .not. self%h > 0.0_wp
       self%h = h
-      self%q0 = self%q1
-      self%v0 = self%v1
-      self%branch0 = self%branch1
+      self%z0 = z
+      self%dv = 0.0_wp*z(:system%m)
       self%force0 = self%force1
-      call move_alloc(self%start, spare)
-      call move_alloc(self%finish, self%start)
-      call move_alloc(spare, self%finish)
-      call excite(self%machine, time, time_low, self%theta*h, self%inner)
-      call excite(self%machine, time, time_low, h, self%finish)
-
-      rest = h*(self%inner%load - matmul(self%machine%damping, self%v0) &
-                - matmul(self%machine%stiffness, self%q0 + self%theta*h*self%v0))
-      dv = 0.0_wp
-      branch = self%branch0
-      call implicit_branches(self, dv, branch)
-      do round = 1, most_rounds
-         self%rounds = self%rounds + 1
-         call newton_round(self, rest, dv, branch, next, found)
+      associate (dynamics => self%dynamics)
+         call dynamics%look_at_contacts(system, 0.0_wp, z)
+         self%s0 = dynamics%s
+         self%rate0 = dynamics%rate
+         self%branch0 = dynamics%mode%branch
+         none = 0.0_wp
+         nowhere = .false.
+         call find_sides(system%machine%contact, self%s0 + 0.5_wp*h*self%rate0, self%rate0, none, none, self%branch0, nowhere, &
+                         nowhere(1, :), self%side, self%sides)
+         do j = 1, size(none)
+            if (system%machine%contact(j)%law%impacts) dynamics%mode%branch(j) = branch_open
+         end do
+         do j = 1, self%sides
+            dynamics%mode%branch(self%side(j)%contact) = self%side(j)%closed
+         end do
+         call dynamics%accelerate(system, self%theta*h, middle(self), rest)
+         rest = h*rest
+         call look_at_end(self, system, .true.)
+         piecewise_linear = all([(system%machine%contact(j)%law%piecewise_linear .or. .not. any(self%compliant == j), &
+                                  j=1, size(none))])
+         do round = 1, most_rounds
+            self%rounds = self%rounds + 1
+            call newton_round(self, system, rest, next, found)
+            if (.not. found) return
+            change = norm2(next - self%dv)
+            self%dv = next
+            before = dynamics%mode%branch
+            call look_at_end(self, system, round < free_rounds)
+            if (change <= converged*(norm2(z(system%m + 1:)) + norm2(self%dv))) exit
+            if (piecewise_linear .and. all(dynamics%mode%branch(self%compliant) == before(self%compliant))) exit
+            if (round == most_rounds) found = .false.
+         end do
          if (.not. found) return
-         change = energy_norm(self, next - dv)
-         dv = next
-         before = branch
-         if (round < free_rounds) call implicit_branches(self, dv, branch)
-         if (change <= converged*(energy_norm(self, self%v0) + energy_norm(self, dv))) exit
-         if (self%kinds%piecewise_linear .and. all(branch == before)) exit
-         if (round == most_rounds) found = .false.
-      end do
-      if (.not. found) return
-      self%q1 = self%q0 + h*(self%v0 + self%theta*dv)
-      self%v1 = self%v0 + dv
-      call implicit_branches(self, dv, branch)
-      self%branch1 = branch
-      call end_branches(self)
-      call end_forces(self)
-   end subroutine take_step
+         call look_at_end(self, system, .true.)
+      end associate
+      z = state_after(self)
+      call end_branches(self, system)
+      call end_forces(self, system)
+      if (first) call guess_first_forces(self, system)
+   end subroutine take
 
-   !> Branches of the compliant laws in the step.
-   pure subroutine implicit_branches(self, dv, branch)
+   !> The state (2m) at θh without forces.
+   pure function middle(self) result(z)
       type(moreau_step_t), intent(in) :: self
-      real(wp), intent(in) :: dv(:)
-      integer, intent(inout) :: branch(:)
+      real(wp) :: z(size(self%z0))
 
-      real(wp) :: s, rate
-      integer :: i
+      associate (m => size(self%dv))
+         z = self%z0
+         z(:m) = z(:m) + self%theta*self%h*z(m + 1:)
+      end associate
+   end function middle
 
-      do i = 1, size(self%kinds%compliant)
-         associate (j => self%kinds%compliant(i))
-            call contact_at(self, j, self%q0 + self%h*(self%v0 + self%theta*dv), self%v0 + dv, s, rate)
-            branch(j) = self%machine%contact(j)%law%initial_branch(s, rate)
-         end associate
-      end do
-   end subroutine implicit_branches
+   !> The state (2m) at the end of the step with Δv as it is.
+   pure function state_after(self) result(z)
+      type(moreau_step_t), intent(in) :: self
+      real(wp) :: z(size(self%z0))
 
-   !> Δv with the compliant laws linearised about `dv`, and the impulses that belong to it. Not `found`: the
-   !> matrix is singular, or no impulses obey the laws.
-   subroutine newton_round(self, rest, dv, branch, next, found)
+      associate (m => size(self%dv))
+         z(:m) = self%z0(:m) + self%h*(self%z0(m + 1:) + self%theta*self%dv)
+         z(m + 1:) = self%z0(m + 1:) + self%dv
+      end associate
+   end function state_after
+
+   !> Look at s and s' at the end of the step, and if it is `free` choose the branches of the compliant laws by them.
+   subroutine look_at_end(self, system, free)
       type(moreau_step_t), intent(inout) :: self
-      real(wp), intent(in) :: rest(:), dv(:)
-      integer, intent(in) :: branch(:)
+      type(system_t), intent(in) :: system
+      logical, intent(in) :: free
+
+      integer :: i, j
+
+      associate (dynamics => self%dynamics)
+         call dynamics%look_at_contacts(system, self%h, state_after(self))
+         if (.not. free) return
+         do i = 1, size(self%compliant)
+            j = self%compliant(i)
+            dynamics%mode%branch(j) = system%machine%contact(j)%law%initial_branch(dynamics%s(j), dynamics%rate(j))
+         end do
+      end associate
+   end subroutine look_at_end
+
+   !> Δv with the compliant laws linearised about the one before, and the impulses that belong to it. Not `found`: the matrix is
+   !> singular, or no impulses obey the laws.
+   subroutine newton_round(self, system, rest, next, found)
+      type(moreau_step_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: rest(:)
       real(wp), intent(out) :: next(:)
       logical, intent(out) :: found
 
-      real(wp) :: k(size(branch)), b(size(branch)), force(size(branch)), s, rate
+      real(wp), dimension(size(self%bound)) :: k, b
       integer :: i, info
 
       k = 0.0_wp
       b = 0.0_wp
-      force = 0.0_wp
       next = rest
-      do i = 1, size(self%kinds%compliant)
-         associate (j => self%kinds%compliant(i))
-            call contact_at(self, j, self%q0 + self%h*(self%v0 + self%theta*dv), self%v0 + dv, s, rate)
-            force(j) = self%machine%contact(j)%law%force(branch(j), s, rate, self%machine%contact(j)%normal)
-            call self%machine%contact(j)%law%slopes(branch(j), s, rate, self%machine%contact(j)%normal, k(j), b(j))
-            next = next - self%h*self%w(:, j)*(force(j) - slope(self, k(j), b(j))*dot_product(self%w(:, j), dv))
-         end associate
-      end do
+      associate (dynamics => self%dynamics)
+         dynamics%force = 0.0_wp
+         do i = 1, size(self%compliant)
+            associate (j => self%compliant(i))
+               associate (contact => system%machine%contact(j), branch => dynamics%mode%branch(j), w => system%w(:, j))
+                  dynamics%force(j) = contact%law%force(branch, dynamics%s(j), dynamics%rate(j), contact%normal)
+                  call contact%law%slopes(branch, dynamics%s(j), dynamics%rate(j), contact%normal, k(j), b(j))
+                  next = next - self%h*w*(dynamics%force(j) - slope(self, k(j), b(j))*dot_product(w, self%dv))
+               end associate
+            end associate
+         end do
+      end associate
       found = .true.
       if (abs(self%h - self%h_of_factor) > 0.0_wp .or. any(abs(k - self%stiffness) > 0.0_wp) &
-          .or. any(abs(b - self%damping) > 0.0_wp)) call factorise(self, k, b, found)
+          .or. any(abs(b - self%damping) > 0.0_wp)) call factorise(self, system, k, b, found)
       if (.not. found) return
       call dgetrs("N", size(next), 1, self%factor, size(next), self%pivot, next, size(next), info)
-      call add_impulses(self, force, branch, next, found)
+      self%terms = abs(next)
+      call add_impulses(self, system, next, found)
    end subroutine newton_round
 
    !> dF/d(wᵀΔv) of a compliant law.
@@ -188,99 +259,179 @@ contains
       slope = self%theta*self%h*stiffness + damping
    end function slope
 
-   !> Factors of M + θh B + θ²h² K + Σ h (dF/dΔv) w wᵀ, and what impulses do.
-   subroutine factorise(self, k, b, found)
+   !> Factors of 1 + θh B + θ²h² K + Σ h (dF/dΔv) w wᵀ, and what impulses do.
+   subroutine factorise(self, system, k, b, found)
       type(moreau_step_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
       real(wp), intent(in) :: k(:), b(:)
       logical, intent(out) :: found
 
       real(wp) :: part
-      integer :: i, j, n, info
+      integer :: i, info, j
 
-      n = size(self%q1)
       self%h_of_factor = self%h
       self%stiffness = k
       self%damping = b
       self%factorisations = self%factorisations + 1
       part = self%theta*self%h
-      self%factor = self%machine%mass + part*self%machine%damping + part**2*self%machine%stiffness
-      do j = 1, size(k)
-         if (.not. (abs(k(j)) > 0.0_wp .or. abs(b(j)) > 0.0_wp)) cycle
-         do i = 1, n
-            self%factor(:, i) = self%factor(:, i) + self%h*slope(self, k(j), b(j))*self%w(i, j)*self%w(:, j)
+      associate (m => system%m, w => system%w)
+         self%factor = identity(m) + part*system%coupled%damping + part**2*system%coupled%stiffness
+         do j = 1, size(k)
+            if (.not. (abs(k(j)) > 0.0_wp .or. abs(b(j)) > 0.0_wp)) cycle
+            do i = 1, m
+               self%factor(:, i) = self%factor(:, i) + self%h*slope(self, k(j), b(j))*w(i, j)*w(:, j)
+            end do
          end do
-      end do
-      call dgetrf(n, n, self%factor, n, self%pivot, info)
-      found = info == 0
-      if (.not. found) then
-         self%h_of_factor = -1.0_wp
-         return
-      end if
-      self%response = self%w
-      call dgetrs("N", n, size(k), self%factor, n, self%pivot, self%response, n, info)
-      self%delassus = matmul(transpose(self%w), self%response)
+         self%pivot = [(0, i=1, m)]
+         call dgetrf(m, m, self%factor, m, self%pivot, info)
+         found = info == 0
+         if (.not. found) then
+            self%h_of_factor = -1.0_wp
+            return
+         end if
+         self%response = w
+         call dgetrs("N", m, size(k), self%factor, m, self%pivot, self%response, m, info)
+      end associate
    end subroutine factorise
 
-   pure function energy_norm(self, v) result(norm)
-      type(moreau_step_t), intent(in) :: self
-      real(wp), intent(in) :: v(:)
-      real(wp) :: norm
+   !> Add the effect of the impulses of rigid sides and friction to Δv. They are looked for from those of the last step. Not
+   !> `found`: none obey the laws.
+   subroutine add_impulses(self, system, dv, found)
+      type(moreau_step_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(inout) :: dv(:)
+      logical, intent(out) :: found
 
-      norm = sqrt(abs(dot_product(v, matmul(self%machine%mass, v))))
-   end function energy_norm
+      type(impact_problem_t) :: problem
+      type(impact_effort_t) :: effort
+      real(wp), allocatable :: d(:, :), impulse(:), response(:, :)
+      integer :: i, n, outcome
+
+      found = .true.
+      n = self%sides
+      if (n + size(self%friction) == 0) then
+         self%impulse = 0.0_wp
+         return
+      end if
+      associate (side => self%side(:n), friction => self%friction)
+         call set_up(system%w, side, friction, d, problem)
+         response = self%response(:, [side%contact, friction])
+         do i = 1, n
+            response(:, i) = side(i)%direction*response(:, i)
+            problem%restitution(i) = merge(1.0_wp, system%machine%contact(side(i)%contact)%law%restitution, side(i)%before > 0.0_wp)
+         end do
+         problem%delassus = matmul(transpose(d), response)
+         problem%before = side%before
+         impulse = [max(0.0_wp, side%direction*self%impulse(side%contact)), self%impulse(friction)]
+         self%impulse = 0.0_wp
+         self%bound = 0.0_wp
+         call press_friction(self, system, problem)
+         if (n == 0 .and. .not. any(problem%limit > 0.0_wp)) return
+         ! What moves without the contact's coordinates goes with s'.
+         problem%drift = matmul(dv - self%dv, d) + [side%direction*self%dynamics%rate(side%contact), self%dynamics%rate(friction)]
+         call sweep_impact(problem, max(4, size(impulse))*epsilon(1.0_wp), few_sweeps, impulse, effort%residual, effort%sweeps)
+         if (effort%residual > max(4, size(impulse))*epsilon(1.0_wp)) then
+            call solve_impact(problem, impulse, outcome, effort)
+            found = outcome == impact_solved .or. outcome == impact_swept
+            if (.not. found) return
+         end if
+         do i = 1, n
+            associate (j => side(i)%contact)
+               self%impulse(j) = self%impulse(j) + side(i)%direction*impulse(i)
+            end associate
+         end do
+         self%impulse(friction) = impulse(n + 1:)
+         self%bound(friction) = [(impulse_bound(problem, i, impulse), i=1, size(friction))]
+         dv = dv + matmul(response, impulse)
+         self%terms = self%terms + matmul(abs(response), abs(impulse))
+      end associate
+   end subroutine add_impulses
+
+   !> Coefficients and given bounds of friction under the sides that take part and compliant forces.
+   subroutine press_friction(self, system, problem)
+      type(moreau_step_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(impact_problem_t), intent(inout) :: problem
+
+      real(wp) :: mu, normal
+      integer :: j, k
+
+      associate (mode => self%dynamics%mode, side => self%side(:self%sides))
+         do k = 1, size(self%friction)
+            j = self%friction(k)
+            if (.not. mode%in_play(system, j)) cycle
+            associate (contact => system%machine%contact(j))
+               mu = coefficient(contact, self%rate0(j), merge(huge(1.0_wp), -1.0_wp, self%branch0(j) == branch_sticking))
+               normal = contact%normal
+               if (contact%normal_of > 0) normal = normal + abs(self%dynamics%force(contact%normal_of))
+               problem%limit(k) = self%h*mu*max(0.0_wp, normal)
+               problem%coefficient(k, :) = merge(mu, 0.0_wp, side%contact == contact%normal_of)
+            end associate
+         end do
+      end associate
+   end subroutine press_friction
 
    !> Branches of rigid contacts and friction at the end of the step.
-   subroutine end_branches(self)
+   subroutine end_branches(self, system)
       type(moreau_step_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
 
-      real(wp) :: rate, s, terms
+      real(wp) :: terms
       integer :: i, j
 
-      self%branch1(self%kinds%side%contact) = branch_open
-      do i = 1, size(self%kinds%side)
-         associate (side => self%kinds%side(i))
-            if (side%direction*self%impulse(side%contact) > 0.0_wp) self%branch1(side%contact) = side%closed
-            if (self%branch1(side%contact) == side%closed .and. self%branch0(side%contact) /= side%closed) then
-               self%impacts = self%impacts + 1
+      associate (branch => self%dynamics%mode%branch, rate => self%dynamics%rate, m => system%m)
+         do i = 1, self%sides
+            associate (side => self%side(i))
+               branch(side%contact) = branch_open
+            end associate
+         end do
+         do i = 1, self%sides
+            associate (side => self%side(i))
+               if (.not. side%direction*self%impulse(side%contact) > 0.0_wp) cycle
+               branch(side%contact) = side%closed
+               if (self%branch0(side%contact) /= side%closed) self%impacts = self%impacts + 1
+            end associate
+         end do
+         do i = 1, size(self%friction)
+            j = self%friction(i)
+            terms = dot_product(abs(system%w(:, j)), abs(self%z0(m + 1:)) + abs(self%z0(m + 1:) + self%dv)) &
+                    + abs(rate(j) - dot_product(system%w(:, j), self%z0(m + 1:) + self%dv))
+            branch(j) = merge(branch_forward, branch_backward, rate(j) > 0.0_wp)
+            if (abs(rate(j)) <= standing*terms .or. abs(self%impulse(j)) < (1.0_wp - standing)*self%bound(j)) then
+               branch(j) = branch_sticking
             end if
-         end associate
-      end do
-      do i = 1, size(self%kinds%friction)
-         j = self%kinds%friction(i)
-         call contact_at(self, j, self%q1, self%v1, s, rate)
-         terms = dot_product(abs(self%w(:, j)), abs(self%v0) + abs(self%v1)) + abs(self%finish%rate(j))
-         self%branch1(j) = merge(branch_forward, branch_backward, rate > 0.0_wp)
-         if (abs(rate) <= standing*terms .or. abs(self%impulse(j)) < (1.0_wp - standing)*self%bound(j)) then
-            self%branch1(j) = branch_sticking
-         end if
-      end do
+         end do
+      end associate
    end subroutine end_branches
 
    !> Forces at the end of the step: of compliant laws in their state, of others the mean over the step.
-   subroutine end_forces(self)
+   subroutine end_forces(self, system)
       type(moreau_step_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
 
-      real(wp) :: rate, s
-      integer :: i
+      integer :: i, j
 
       if (self%h > 0.0_wp) self%force1 = -self%impulse/self%h
-      do i = 1, size(self%kinds%compliant)
-         associate (j => self%kinds%compliant(i))
-            call contact_at(self, j, self%q1, self%v1, s, rate)
-            self%force1(j) = self%machine%contact(j)%law%force(self%branch1(j), s, rate, self%machine%contact(j)%normal)
-         end associate
-      end do
+      associate (dynamics => self%dynamics)
+         do i = 1, size(self%compliant)
+            j = self%compliant(i)
+            associate (contact => system%machine%contact(j))
+               self%force1(j) = contact%law%force(dynamics%mode%branch(j), dynamics%s(j), dynamics%rate(j), contact%normal)
+            end associate
+         end do
+      end associate
    end subroutine end_forces
 
    !> After the first step: forces of contacts that were closed at its start, where no scheme knows them, are as at its end.
-   pure subroutine guess_first_forces(self)
+   pure subroutine guess_first_forces(self, system)
       type(moreau_step_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
 
       integer :: j
 
       do j = 1, size(self%force0)
-         if (any(self%kinds%compliant == j)) cycle
-         if (self%machine%contact(j)%law%branch(self%branch0(j))%closed) self%force0(j) = self%force1(j)
+         if (any(self%compliant == j)) cycle
+         if (system%machine%contact(j)%law%branch(self%branch0(j))%closed) self%force0(j) = self%force1(j)
       end do
    end subroutine guess_first_forces
 

@@ -83,11 +83,6 @@ contains
          allowed = "a Runge-Kutta method such as 'dop853' where &rotation has an acceleration_rpm_per_s"
          return
       end if
-      if (any([(allocated(machine%tone(j)%waveform), j=1, size(machine%tone))]) .and. method%integrator == "moreau_jean") then
-         key = "integrator"
-         allowed = "'exact' or a Runge-Kutta method where excitation has a shape or a file"
-         return
-      end if
       if (round .and. any(method%integrator == ["exact      ", "moreau_jean"])) then
          key = "integrator"
          allowed = "a Runge-Kutta method such as 'dop853' where there is a &ring: what happens in it is not linear"

@@ -21,7 +21,6 @@ module razy_runge_kutta_runge_kutta
    use razy_runge_kutta_methods_stepper, only: stepper_t
    use razy_runge_kutta_observed_step, only: observed_step_t
    use razy_runge_kutta_right_hand_side, only: treat_by_events, treat_by_smoothing, treat_by_switching
-   use razy_runge_kutta_sticking, only: sticking_t
    implicit none(type, external)
    private
 
@@ -30,22 +29,22 @@ module razy_runge_kutta_runge_kutta
    !> A step, s, longer than any.
    real(wp), parameter :: long = 1.0e200_wp
 
-   !> What is known of a mode from visits before: steps that served first, s (0: none), and the longest that may go
+   !> What is known of a mode from visits before: the step that served first, s (0: none), and the longest that may go
    !> beyond its end, where a curved law is not smooth (razy_contact_power_law).
    type :: known_t
       integer, allocatable :: branch(:)
-      real(wp) :: opening(4) = 0.0_wp, closing = long
+      real(wp) :: opening = 0.0_wp, closing = long
    end type known_t
 
    type, extends(flow_t) :: runge_kutta_t
       type(method_t), private :: method
       type(stepper_t), private :: stepper
       type(event_finder_t), private :: finder
-      type(sticking_t), private :: sticking
       type(observed_step_t), private :: seen
-      !> Modes entered last, the one to be replaced next, the present one, and how many steps were made in it.
+      !> Modes entered last, the one to be replaced next, the present one, and whether no step has been made in it.
       type(known_t), private :: known(16)
-      integer, private :: oldest = 1, now = 1, steps = 0
+      integer, private :: oldest = 1, now = 1
+      logical, private :: opening = .true.
    contains
       procedure :: prepare
       procedure :: enter
@@ -109,7 +108,6 @@ contains
          call self%finder%make_room(size(self%hit))
          call self%seen%make_room(self%system)
          call self%stepper%prepare(self%method, size(self%z))
-         call self%sticking%make_ready(rhs, self%system, self%stepper%adaptive)
       end associate
    end subroutine prepare
 
@@ -133,11 +131,10 @@ contains
          stepper%rough = self%finds_events .and. acts_curved(self)
          call stepper%restart()
          call recall(self)
-         h = self%known(self%now)%opening(1)
+         h = self%known(self%now)%opening
          if (.not. stepper%adaptive .or. .not. h > 0.0_wp) call stepper%first_step(self%system, self%z, rest, h)
          stepper%h_next = h
          call stepper%begin(self%system, self%z)
-         if (self%sticking%watching) call self%sticking%begin(rhs, self%system, min(h, rest), self%z)
          if (.not. self%finds_events) return
          guards%delta = 1.0e-5_wp*min(h, rest)
          call guards%list(self%system, rhs%dynamics%mode)
@@ -165,7 +162,7 @@ contains
 
       integer :: i
 
-      self%steps = 0
+      self%opening = .true.
       associate (branch => self%stepper%rhs%dynamics%mode%branch)
          do i = 1, size(self%known)
             if (size(self%known(i)%branch) /= size(branch)) cycle
@@ -197,14 +194,14 @@ contains
       end associate
    end function acts_curved
 
-   !> Remember the first steps of the mode, or what follows each if that is shorter or so much longer that it is worth a refusal.
+   !> Remember the first step of the mode, or what follows it if that is shorter or so much longer that it is worth a refusal.
    pure subroutine keep(self)
       type(runge_kutta_t), intent(inout) :: self
 
-      self%steps = self%steps + 1
-      associate (known => self%known(self%now), h => self%stepper%h, h_next => self%stepper%h_next)
-         if (self%steps > size(known%opening)) return
-         known%opening(self%steps) = merge(h, h_next, h_next > h .and. h_next < worth_a_refusal*h)
+      if (.not. self%opening) return
+      self%opening = .false.
+      associate (h => self%stepper%h, h_next => self%stepper%h_next)
+         self%known(self%now)%opening = merge(h, h_next, h_next > h .and. h_next < worth_a_refusal*h)
       end associate
    end subroutine keep
 
@@ -216,7 +213,7 @@ contains
 
       if (.not. accepted) then
          known%closing = h_next
-         if (known%opening(1) > 0.0_wp) known%closing = min(h_next, known%opening(1))
+         if (known%opening > 0.0_wp) known%closing = min(h_next, known%opening)
       else if (known%closing < long) then
          known%closing = max(known%closing, h_next)
       end if
@@ -277,15 +274,11 @@ contains
       type(outcome_t), intent(inout) :: outcome
 
       real(wp) :: h, rest, way
-      logical :: accepted, again, failed
+      logical :: accepted, failed
 
       associate (stepper => self%stepper, known => self%known(self%now))
          rest = self%remaining(t_end)
          h = stepper%h_next
-         if (stepper%adaptive .and. self%steps > 0 .and. self%steps < size(known%opening)) then
-            if (known%opening(self%steps + 1) > 0.0_wp) h = known%opening(self%steps + 1)
-         end if
-         if (self%sticking%watching) h = min(h, self%sticking%longest)
          way = long
          if (self%finds_events .and. stepper%adaptive) way = self%finder%expected(self%transition%guards, ahead*h)
          do
@@ -303,19 +296,11 @@ contains
             call self%budget%spend(rest)
             outcome%status = self%budget%status
             if (outcome%status /= status_ok) return
-            stepper%plain = stepper%rough .and. (self%steps == 0 .or. h > way)
+            stepper%plain = stepper%rough .and. (self%opening .or. h > way)
             call stepper%attempt(self%system, self%z, h, accepted, failed)
-            again = .false.
             if (stepper%rough .and. h > way) call learn_closing(known, accepted, stepper%h_next)
-            if (accepted .and. self%sticking%watching) then
-               call self%sticking%passes_over(stepper%rhs, self%system, stepper%z_end, h, again)
-            end if
-            if (again) then
-               call stepper%restart()
-            else
-               if (accepted) return
-               h = stepper%h_next
-            end if
+            if (accepted) return
+            h = stepper%h_next
             if (h <= least_step*t_end) outcome%status = merge(status_blow_up, status_step_underflow, failed)
             if (outcome%status /= status_ok) return
          end do
@@ -387,21 +372,16 @@ contains
       type(runge_kutta_t), intent(inout) :: self
       integer, intent(inout) :: ending
 
-      real(wp) :: a(self%system%m)
       integer :: branch, j
 
       associate (rhs => self%stepper%rhs, dynamics => self%stepper%rhs%dynamics, transition => self%transition, &
                  tau => self%seen%duration)
-         if (rhs%treatment == treat_by_switching .and. self%sticking%sticks) then
-            call rhs%accelerate(self%system, tau, self%z, a)
-            rhs%evaluations = rhs%evaluations + 1
-         end if
          call dynamics%look_at_contacts(self%system, tau, self%z)
          transition%changes = 0
          do j = 1, size(self%branch)
             associate (law => self%system%machine%contact(j)%law)
                branch = law%initial_branch(dynamics%s(j), dynamics%rate(j))
-               ! Sticking within the band, unless with more than friction can hold.
+               ! Sticking within the band, unless with more than friction can hold: as at the end of the step.
                if (law%of_normal .and. rhs%treatment == treat_by_switching) branch = dynamics%mode%branch(j)
             end associate
             if (branch /= transition%dynamics%mode%branch(j)) call transition%note(j, branch)

@@ -81,6 +81,20 @@ def test_runge_kutta_does_not_step_over_a_break(tmp_path, load):
     np.testing.assert_allclose(seen["observable/displacement"], y, rtol=0, atol=1e-10 * abs(y).max())
 
 
+@pytest.mark.parametrize("load", SHAPES)
+def test_time_stepping_ends_a_step_at_a_break(tmp_path, load):
+    """Its order is then 2, as where nothing breaks; over a break it would be 1."""
+    error = []
+    period, pieces = SHAPES[load]
+    for step in (0.013, 0.00325):
+        text = OSCILLATOR.format(k=4.0, c=0.2, load=load, t_end=20.0, method="moreau_jean")
+        seen = run(tmp_path, text, "--set", f"motion%step={step}")
+        y = response(4.0, 0.2, repeated(period, pieces, 20.0), seen["observable/time"], 1.5)
+        error.append(abs(seen["observable/displacement"] - y).max())
+    assert error[1] < 3e-4
+    assert error[0] / error[1] == pytest.approx(16.0, rel=0.25)
+
+
 def shock(beta):
     """Return the largest static factor under a half sine whose frequency is beta < 1 times that of the oscillator."""
     return np.sin(2 * np.pi * beta / (1 + beta)) / (1 - beta)

@@ -69,7 +69,7 @@ contains
       if (allocated(error)) return
       select type (by)
       class is (flow_t)
-         if (by%finds_events .or. size(self%machine%contact) == 0) then
+         if (by%finds_events) then
             period = period_of_loads(self%machine)
             if (period > 0.0_wp) return
             if (any(acting_tones(self%machine))) then
