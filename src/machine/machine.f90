@@ -18,7 +18,7 @@ module razy_machine_machine
    private
 
    public :: add_contact, add_observable, contact_rows, contact_t, find_free_motions, machine_t, mass_complaint, observable_t, &
-             plain_machine, same_structure, stretch_of
+             plain_machine, push_of, same_structure, stretch_of
    public :: observe_linear, observe_contact_force, observe_in_plane
 
    !> One contact: direction `w` (n), constant `offset` and excitation `error` (tones) of its variable s, and its law.
@@ -207,6 +207,18 @@ contains
       if (present(slope)) slope = n(1)*contact%w + n(2)*contact%frame%across
       if (present(turned)) turned = n(2)*contact%w - n(1)*contact%frame%across
    end subroutine stretch_of
+
+   !> The direction in which a contact acts at the displacements q (n each).
+   pure function push_of(contact, q) result(w)
+      type(contact_t), intent(in) :: contact
+      real(wp), intent(in) :: q(:)
+      real(wp) :: w(size(q))
+
+      real(wp) :: s, turned(size(q))
+
+      call stretch_of(contact, q, s, w, turned)
+      if (allocated(contact%frame) .and. contact%law%of_normal) w = turned + contact%frame%spin
+   end function push_of
 
    !> Whether two machines differ in excitation, clearances and start only, so that the same modes serve both; those whose matrices
    !> change with time count as different.

@@ -15,7 +15,7 @@
 module razy_observe_balance
    use razy_core_kinds, only: i8, wp
    use razy_machine_free_motions, only: linear_free_motions
-   use razy_machine_machine, only: machine_t
+   use razy_machine_machine, only: machine_t, push_of
    use razy_motion_integrator, only: observer_t, piece_t
    use razy_observe_gauss, only: abscissa, points, weight
    use razy_observe_rigid_impacts, only: rigid_impacts_t
@@ -144,8 +144,8 @@ contains
          outer_terms = matmul(abs(self%load), abs([1.0_wp, e%re, e%im]))
          do j = 1, size(machine%contact)
             call part%by%contact(j, tau, s, rate, force)
-            outer = outer - machine%contact(j)%force_sign*force*machine%contact(j)%w
-            outer_terms = outer_terms + abs(force)*abs(machine%contact(j)%w)
+            outer = outer - machine%contact(j)%force_sign*force*push_of(machine%contact(j), q)
+            outer_terms = outer_terms + abs(force)*abs(push_of(machine%contact(j), q))
          end do
          all = outer - matmul(machine%stiffness, q) - matmul(machine%damping, v)
          terms = outer_terms + matmul(abs(machine%stiffness), abs(q)) + matmul(abs(machine%damping), abs(v))

@@ -40,7 +40,8 @@ contains
       integer :: info, j, m, n
 
       self%number = pack([(j, j=1, size(machine%contact))], [(machine%contact(j)%law%impacts .or. &
-                                                              machine%contact(j)%law%of_normal, &
+                                                              (machine%contact(j)%law%of_normal .and. &
+                                                               .not. allocated(machine%contact(j)%frame)), &
                                                               j=1, size(machine%contact))])
       self%begun = .false.
       m = size(self%number)
