@@ -97,7 +97,7 @@ contains
       do j = 1, size(self%s, 1)
          self%s(j, n) = dot_product(dynamics%w(:, j), self%y(:, n)) &
                         + dynamics%excitation%rate(system%machine%tone, system%gap(j)%error, n)
-         if (n == 2) self%s(j, n) = self%s(j, n) + dynamics%bend(j)
+         if (n == 2) self%s(j, n) = self%s(j, n) + dynamics%bend(j) + system%machine%contact(j)%drive_rate
       end do
    end subroutine derive_s
 

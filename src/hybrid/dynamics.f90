@@ -76,7 +76,7 @@ contains
       associate (gap => system%gap(j))
          self%s(j) = gap%value(z, self%excitation%phasor)
          self%rate(j) = gap%rate(z(system%m + 1:)) + self%excitation%rate(system%machine%tone, gap%error, 1) &
-                        + system%machine%contact(j)%drive
+                        + system%machine%contact(j)%drive + system%machine%contact(j)%drive_rate*self%excitation%now()
       end associate
       if (system%curved) call self%look_in_plane(system, j, z)
    end subroutine look_at_contact
@@ -100,7 +100,8 @@ contains
          if (.not. norm2(d) > 0.0_wp) self%around(:, j) = 0.0_wp
          if (system%machine%contact(j)%law%of_normal) then
             self%s(j) = 0.0_wp
-            self%rate(j) = n(2)*rate(1) - n(1)*rate(2) + dot_product(frame%spin, speed) + system%machine%contact(j)%drive
+            self%rate(j) = n(2)*rate(1) - n(1)*rate(2) + dot_product(frame%spin, speed) + system%machine%contact(j)%drive &
+                           + system%machine%contact(j)%drive_rate*self%excitation%now()
             self%w(:, j) = n(2)*u - n(1)*v + frame%spin
             self%turned(:, j) = -(n(1)*u + n(2)*v)
          else
@@ -212,6 +213,7 @@ contains
          rate = rate + self%w(i, j)*a(i)
       end do
       if (system%curved) rate = rate + self%bend(j)
+      rate = rate + system%machine%contact(j)%drive_rate
       rate = rate + self%excitation%rate(system%machine%tone, system%gap(j)%error, 2)
    end function second_rate
 

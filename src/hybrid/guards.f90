@@ -211,11 +211,12 @@ contains
       self%fastest = merge(system%fastest, self%fastest_error, self%forced)
    end subroutine list
 
-   !> Take up the size of the terms at z, and the rounding of the time `tau` there; `anew` forgets those seen before.
-   pure subroutine measure(self, system, tau, z, anew)
+   !> Take up the size of the terms at z, and the rounding of the time `tau` there, `now` from the start of the
+   !> motion; `anew` forgets those seen before.
+   pure subroutine measure(self, system, tau, z, anew, now)
       class(guards_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: tau, z(:)
+      real(wp), intent(in) :: tau, z(:), now
       logical, intent(in) :: anew
 
       real(wp) :: length, rate, s, speed
@@ -227,7 +228,8 @@ contains
       do j = 1, size(self%reach)
          associate (gap => system%gap(j))
             s = abs(gap%constant) + self%reach(j)*length + sum(abs(gap%error)) + sum(abs(system%frame(j)%centre))
-            rate = abs(system%machine%contact(j)%drive) + self%reach(j)*speed + sum(system%omega*abs(gap%error))
+            rate = abs(system%machine%contact(j)%drive) + abs(system%machine%contact(j)%drive_rate*now) + self%reach(j)*speed &
+                   + sum(system%omega*abs(gap%error))
          end associate
          if (.not. anew) s = max(s, self%size_s(j))
          if (.not. anew) rate = max(rate, self%size_rate(j))

@@ -110,7 +110,7 @@ contains
          call dynamics%mode%enter(system)
          self%guards%delta = delta
          self%guards%count = 0
-         call self%guards%measure(system, 0.0_wp, z, .true.)
+         call self%guards%measure(system, 0.0_wp, z, .true., self%dynamics%excitation%now())
          call push_out(self, system, z)
          if (.not. self%found) return
          call resolve(self, system, 0.0_wp, z)
@@ -130,7 +130,7 @@ contains
       self%guards%delta = delta
       call self%dynamics%keep_constraints(system, 0.0_wp, z)
       call self%guards%list(system, self%dynamics%mode)
-      call self%guards%measure(system, 0.0_wp, z, .false.)
+      call self%guards%measure(system, 0.0_wp, z, .false., self%dynamics%excitation%now())
    end subroutine start_piece
 
    !> Forces and given motions may have jumped at `time + time_low`, s: impacts, and the mode that follows. Rates of forces are
@@ -253,7 +253,7 @@ contains
          self%let_go = .false.
          self%impacts = 0
          self%sides = 0
-         call guards%measure(system, tau, z, .false.)
+         call guards%measure(system, tau, z, .false., dynamics%excitation%now())
          self%left = .false.
          if (present(touching)) self%left = touching
          lets_go = present(hit)
@@ -280,7 +280,7 @@ contains
             call dynamics%mode%enter(system)
             call dynamics%keep_constraints(system, tau, z)
             call guards%list(system, dynamics%mode)
-            call guards%measure(system, tau, z, .false.)
+            call guards%measure(system, tau, z, .false., dynamics%excitation%now())
          end if
          associate (side => self%side(:self%sides))
             do j = 1, size(self%next)

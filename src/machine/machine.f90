@@ -32,6 +32,8 @@ module razy_machine_machine
       type(frame_t), allocatable :: frame
       !> Constant part of s' beside that of `w` and `error`: speed of a belt, m/s (rad/s).
       real(wp) :: drive = 0.0_wp
+      !> Its rate in a run-up, m/s² (rad/s²).
+      real(wp) :: drive_rate = 0.0_wp
       !> Normal force of a friction element, N (N m): `normal`, plus the force of contact `normal_of` if that is not 0.
       real(wp) :: normal = 0.0_wp
       integer :: normal_of = 0
@@ -48,7 +50,7 @@ module razy_machine_machine
       character(:), allocatable :: unit, force_unit
    end type contact_t
 
-   !> Kinds of observable: linear in the state; the force of a contact; of a contact in a plane s, or with friction s'.
+   !> Kinds of observable: linear in the state; the force of a contact; of a contact in a plane s, or of friction s'.
    integer, parameter :: observe_linear = 1, observe_contact_force = 2, observe_in_plane = 3
 
    !> A quantity that is recorded: aᵀq + bᵀq' + constant + Re(Σ error_t e^{iω_t t}), or a contact's force.
@@ -239,7 +241,8 @@ contains
          same = same_slopes(a%contact(j)%law, b%contact(j)%law) &
                 .and. equal(contact_rows(a%contact(j:j)), contact_rows(b%contact(j:j)))
          same = same .and. a%contact(j)%normal_of == b%contact(j)%normal_of .and. a%contact(j)%only_with == b%contact(j)%only_with &
-                .and. .not. abs(a%contact(j)%drive - b%contact(j)%drive) > 0.0_wp
+                .and. .not. abs(a%contact(j)%drive - b%contact(j)%drive) > 0.0_wp &
+                .and. .not. abs(a%contact(j)%drive_rate - b%contact(j)%drive_rate) > 0.0_wp
       end do
       do j = 1, size(a%observable)
          if (.not. same) return

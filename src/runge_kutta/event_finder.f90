@@ -76,7 +76,7 @@ contains
       type(guards_t), intent(inout) :: guards
       real(wp), intent(in) :: z(:), dz(:)
 
-      call guards%measure(system, 0.0_wp, z, .false.)
+      call guards%measure(system, 0.0_wp, z, .false., dynamics%excitation%now())
       call look_at_end(self, system, dynamics, guards, 0.0_wp, z, dz)
    end subroutine begin
 
@@ -230,7 +230,7 @@ contains
       integer :: i, k, probes
 
       associate (n => guards%count, suspect => self%suspect(:guards%count))
-         call guards%measure(system, stepper%h, stepper%z_end, .false.)
+         call guards%measure(system, stepper%h, stepper%z_end, .false., stepper%rhs%dynamics%excitation%now())
          call stepper%prepare_dense(system)
          call inside%begin(system, guards, stepper, suspect)
          probes = 1

@@ -87,6 +87,7 @@ contains
                if (contact%only_with > 0) contact%only_with = contact%only_with + meshes
                call scene%find_site(site, input, "friction", i - stops, stop, error)
                if (.not. allocated(error)) contact%drive = contact%drive + site%drive
+               contact%drive_rate = site%drive_rate
                if (.not. allocated(error)) call input%get("friction", i - stops, "name", contact%name)
             end if
             if (allocated(error)) return

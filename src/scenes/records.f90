@@ -237,7 +237,8 @@ contains
       if (allocated(error)) return
       observable%contact = first - 1 + contact
       associate (chosen => machine%contact(observable%contact))
-         observable%kind = merge(observe_in_plane, observe_linear, allocated(chosen%frame))
+         observable%kind = merge(observe_in_plane, observe_linear, allocated(chosen%frame) &
+                                 .or. (chosen%law%of_normal .and. abs(chosen%drive_rate) > 0.0_wp))
          if (observable%name == "contact_force") observable%kind = observe_contact_force
          observable%on_displacement = chosen%w
          observable%constant = chosen%offset

@@ -34,6 +34,8 @@ module razy_scenes_scene
       logical :: sides(2) = [.true., .false.]
       !> Constant part of s' beside that of a belt, m/s (rad/s).
       real(wp) :: drive = 0.0_wp
+      !> Its rate in a run-up, m/s² (rad/s²).
+      real(wp) :: drive_rate = 0.0_wp
       !> Of a ring and of friction on it.
       type(frame_t), allocatable :: frame
    end type site_t

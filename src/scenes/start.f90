@@ -7,7 +7,7 @@ module razy_scenes_start
    use razy_input_schema, only: add_real, add_string, group_spec_t
    use razy_linalg_dense, only: symmetric_part
    use razy_machine_equilibrium, only: find_equilibrium
-   use razy_machine_machine, only: machine_t
+   use razy_machine_machine, only: machine_t, stretch_of
    use razy_scenes_scene, only: coordinate_t, scene_t
    implicit none(type, external)
    private
@@ -40,9 +40,8 @@ contains
       select case (start)
       case ("static")
          do j = 1, size(machine%contact)
-            if (.not. any(machine%contact(j)%law%branch%constraint)) cycle
-            call input%complain(error, "motion", 1, "start", "'zero', or 'given' with &initial: '"//machine%contact(j)%name// &
-                                "' is a rigid stop or dry friction, with which an equilibrium is not one position")
+            if (.not. any(machine%contact(j)%law%branch%constraint) .or. pressed_by(machine, j) > 0) cycle
+            call complain_of(j)
             return
          end do
          ! Circulatory forces, the skew part of K, have no potential.
@@ -55,12 +54,40 @@ contains
          if (.not. found) call input%complain(error, "motion", 1, "start", "the constant loads are in no equilibrium, "// &
                                               trim(adjustl(number))//" N or N m are left at '"//trim(machine%coordinate(at))// &
                                               "': balance them, or start from 'zero' or 'given'")
+         do j = 1, size(machine%contact)
+            if (allocated(error) .or. pressed_by(machine, j) == 0) cycle
+            associate (by => machine%contact(pressed_by(machine, j)))
+               call stretch_of(by, machine%displacement, rest)
+               if (by%law%branch(by%law%initial_branch(rest, 0.0_wp))%closed) call complain_of(j)
+            end associate
+         end do
       case ("zero")
       case default
          call read_initial(machine, scene, input, error)
       end select
       if (.not. allocated(error)) call check_start(machine, input, error)
+
+   contains
+
+      subroutine complain_of(j)
+         integer, intent(in) :: j
+
+         call input%complain(error, "motion", 1, "start", "'zero', or 'given' with &initial: '"//machine%contact(j)%name// &
+                             "' is a rigid stop or dry friction, with which an equilibrium is not one position")
+      end subroutine complain_of
+
    end subroutine set_start
+
+   !> The contact that alone presses friction element j, which is none while that is open; 0: contact j is no such element.
+   pure integer function pressed_by(machine, j) result(by)
+      type(machine_t), intent(in) :: machine
+      integer, intent(in) :: j
+
+      by = 0
+      if (machine%contact(j)%normal_of == 0 .or. machine%contact(j)%normal > 0.0_wp) return
+      if (any(machine%contact(machine%contact(j)%normal_of)%law%branch%constraint)) return
+      by = machine%contact(j)%normal_of
+   end function pressed_by
 
    !> Add the keys of &initial.
    subroutine add_initial_keys(schema, on, displacement)

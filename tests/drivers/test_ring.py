@@ -167,6 +167,31 @@ def test_friction_opposes_sliding_at_every_angle_and_spin(tmp_path):
             assert np.abs(ours - first).max() < 1e-11
 
 
+def test_friction_in_a_run_up(tmp_path):
+    # The surface at 0.9 turns with 0.4 (t - 2): it slides backward, may stick, and slides forward.
+    def field(t, z):
+        d, v = z[:2], z[2:]
+        r = np.hypot(*d)
+        force = -d - 0.1 * v
+        if r > 1:
+            n = d / r
+            around = np.array([-n[1], n[0]])
+            slide = around @ v + 0.9 * 0.4 * (t - 2)
+            force = force - 4 * (r - 1) * (n + 0.3 * np.tanh(slide / 1e-6) * around)
+        return np.concatenate([v, force])
+
+    theirs = solve_ivp(field, (0, 6), [1.3, 0, 0, 0], "Radau", t_eval=np.arange(0, 6.25, 0.5), rtol=1e-9, atol=1e-12)
+    text = rotor_in_stator(0.0, -0.8).replace("&rotation ", f"&rotation acceleration_rpm_per_s={0.4 * RPM!r}, ")
+    text += "&record observable='sliding_velocity', of='rub', what='trajectory', interval=0.5 /\n"
+    with run(tmp_path / "up.nml", text) as file:
+        ours = path_of(file)
+        slide = file["observable/sliding_velocity.rub"][:]
+    assert np.abs(ours - (theirs.y[0] + 1j * theirs.y[1])).max() < 1e-5
+    around = (theirs.y[0] * theirs.y[3] - theirs.y[1] * theirs.y[2]) / np.hypot(*theirs.y[:2])
+    expected = -(around + 0.9 * 0.4 * (theirs.t - 2))
+    assert np.abs(slide - expected).max() < 1e-4
+
+
 def test_energy_goes_where_friction_says(tmp_path):
     text = DISK + (
         "&ring name='ring', between='disk','frame', clearance=1.0, stiffness=40.0 /\n"

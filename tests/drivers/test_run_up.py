@@ -101,7 +101,6 @@ RAMP = ("rotation__acceleration_rpm_per_s", "10.0")
         ("razy-run", "torsional_gear_pair", {"motion__lyapunov": 1}, "&motion%lyapunov = 1: 0 where &rotation has an"),
         ("razy-run", "mesh_stiffness", {"motion__integrator": "'dop853'"}, "contact_ratio = 1.6: left out where"),
         ("razy-sweep", "torsional_gear_pair", {"sweep__direction": "'up'"}, "'independent' where &rotation has an"),
-        ("razy-run", "rotor_rub", {}, "&friction radius = 0.05: 0 on a shaft that turns where"),
     ],
 )  # fmt: skip
 def test_refused_in_one_line(folder, program, case, more, message):

@@ -134,11 +134,10 @@ contains
          if (.not. model%rotor%shaft(between%shaft(end))%turns) cycle
          if (.not. abs(ratio(between%shaft(end))) > 0.0_qp) then
             call input%complain(error, group, i, "radius", "0 on a shaft whose speed is not known from teeth or speed_ratio")
-         else if (abs(acceleration) > 0.0_wp) then
-            call input%complain(error, group, i, "radius", "0 on a shaft that turns where &rotation has an acceleration_rpm_per_s")
          end if
          if (allocated(error)) return
          site%drive = site%drive - radius(end)*real(ratio(between%shaft(end)), wp)*speed*pi/30
+         site%drive_rate = site%drive_rate - radius(end)*real(ratio(between%shaft(end)), wp)*acceleration*pi/30
       end do
    end subroutine find_rotor_site
 
