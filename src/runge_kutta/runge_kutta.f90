@@ -29,11 +29,11 @@ module razy_runge_kutta_runge_kutta
    !> A step, s, longer than any.
    real(wp), parameter :: long = 1.0e200_wp
 
-   !> What is known of a mode from visits before: steps that served first, s (0: none), and the longest that may go
+   !> What is known of a mode from visits before: the step that served first, s (0: none), and the longest that may go
    !> beyond its end, where a curved law is not smooth (razy_contact_power_law).
    type :: known_t
       integer, allocatable :: branch(:)
-      real(wp) :: opening(4) = 0.0_wp, closing = long
+      real(wp) :: opening = 0.0_wp, closing = long
    end type known_t
 
    type, extends(flow_t) :: runge_kutta_t
@@ -41,9 +41,10 @@ module razy_runge_kutta_runge_kutta
       type(stepper_t), private :: stepper
       type(event_finder_t), private :: finder
       type(observed_step_t), private :: seen
-      !> Modes entered last, the one to be replaced next, the present one, and how many steps were made in it.
+      !> Modes entered last, the one to be replaced next, the present one, and whether no step has been made in it.
       type(known_t), private :: known(16)
-      integer, private :: oldest = 1, now = 1, steps = 0
+      integer, private :: oldest = 1, now = 1
+      logical, private :: opening = .true.
    contains
       procedure :: prepare
       procedure :: enter
@@ -130,7 +131,7 @@ contains
          stepper%rough = self%finds_events .and. acts_curved(self)
          call stepper%restart()
          call recall(self)
-         h = self%known(self%now)%opening(1)
+         h = self%known(self%now)%opening
          if (.not. stepper%adaptive .or. .not. h > 0.0_wp) call stepper%first_step(self%system, self%z, rest, h)
          stepper%h_next = h
          call stepper%begin(self%system, self%z)
@@ -161,7 +162,7 @@ contains
 
       integer :: i
 
-      self%steps = 0
+      self%opening = .true.
       associate (branch => self%stepper%rhs%dynamics%mode%branch)
          do i = 1, size(self%known)
             if (size(self%known(i)%branch) /= size(branch)) cycle
@@ -192,14 +193,14 @@ contains
       end associate
    end function acts_curved
 
-   !> Remember the first steps of the mode, or what follows each if that is shorter or so much longer that it is worth a refusal.
+   !> Remember the first step of the mode, or what follows it if that is shorter or so much longer that it is worth a refusal.
    pure subroutine keep(self)
       type(runge_kutta_t), intent(inout) :: self
 
-      self%steps = self%steps + 1
-      associate (known => self%known(self%now), h => self%stepper%h, h_next => self%stepper%h_next)
-         if (self%steps > size(known%opening)) return
-         known%opening(self%steps) = merge(h, h_next, h_next > h .and. h_next < worth_a_refusal*h)
+      if (.not. self%opening) return
+      self%opening = .false.
+      associate (h => self%stepper%h, h_next => self%stepper%h_next)
+         self%known(self%now)%opening = merge(h, h_next, h_next > h .and. h_next < worth_a_refusal*h)
       end associate
    end subroutine keep
 
@@ -211,7 +212,7 @@ contains
 
       if (.not. accepted) then
          known%closing = h_next
-         if (known%opening(1) > 0.0_wp) known%closing = min(h_next, known%opening(1))
+         if (known%opening > 0.0_wp) known%closing = min(h_next, known%opening)
       else if (known%closing < long) then
          known%closing = max(known%closing, h_next)
       end if
@@ -277,9 +278,6 @@ contains
       associate (stepper => self%stepper, known => self%known(self%now))
          rest = self%remaining(t_end)
          h = stepper%h_next
-         if (stepper%adaptive .and. self%steps > 0 .and. self%steps < size(known%opening)) then
-            if (known%opening(self%steps + 1) > 0.0_wp) h = known%opening(self%steps + 1)
-         end if
          way = long
          if (self%finds_events .and. stepper%adaptive) way = self%finder%expected(self%transition%guards, ahead*h)
          do
@@ -297,7 +295,7 @@ contains
             call self%budget%spend(rest)
             outcome%status = self%budget%status
             if (outcome%status /= status_ok) return
-            stepper%plain = stepper%rough .and. (self%steps == 0 .or. h > way)
+            stepper%plain = stepper%rough .and. (self%opening .or. h > way)
             call stepper%attempt(self%system, self%z, h, accepted, failed)
             if (stepper%rough .and. h > way) call learn_closing(known, accepted, stepper%h_next)
             if (accepted) return
