@@ -14,7 +14,7 @@ module razy_study_follow_result
    use razy_motion_integrator, only: observer_slot_t
    use razy_observe_event_log, only: event_log_t
    use razy_observe_extrema, only: extrema_t
-   use razy_orbits_branch, only: point_t
+   use razy_orbits_point, only: point_t
    use razy_orbits_curve, only: junction_t
    use razy_orbits_orbit, only: is_stable, is_undecided, is_unstable
    use razy_orbits_period_map, only: return_t
