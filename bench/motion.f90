@@ -7,9 +7,10 @@ program motion
    use razy_core_kinds, only: wp
    use razy_core_text, only: string_t
    use razy_core_text_file, only: read_text_file
+   use razy_hybrid_flow, only: flow_t
    use razy_input_input, only: input_t
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: integrator_t, observer_slot_t, outcome_t, status_ok
+   use razy_motion_integrator, only: observer_slot_t, outcome_t, status_ok
    use razy_observe_event_log, only: event_log_t
    use razy_observe_trajectory, only: trajectory_t
    use razy_scenes_case, only: motion_t, new_machine, read_study
@@ -17,7 +18,7 @@ program motion
    use razy_study_motion, only: run_motion
    implicit none(type, external)
 
-   class(integrator_t), allocatable, target :: integrator
+   class(flow_t), allocatable, target :: integrator
    type(event_log_t), target :: events
    type(trajectory_t), target :: trajectory
    type(error_t), allocatable :: error

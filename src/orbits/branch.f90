@@ -6,27 +6,17 @@
 !! are roots of det ∂(P - x)/∂x, PD of det(∂P/∂x + I), TR of |μ| - 1 along the branch, where every value is that of a motion found
 !! to rounding. A change of the sequence is where the propagator, which decides every contact to rounding, begins to find another.
 module razy_orbits_branch
-   use razy_contact_contact_law, only: contact_law_t
-   use razy_contact_friction_law, only: branch_sticking
    use razy_core_kinds, only: wp
-   use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_orbits_identity, only: is_same_motion, least_part, part_way, parts
-   use razy_orbits_orbit, only: bordered, determinant, orbit_t, problem_t, solve_square
+   use razy_orbits_orbit, only: orbit_t, problem_t
+   use razy_orbits_point, only: between, complete_point, complete_point_at, find_tangent, kink, length, point_t, reach, step
    use razy_orbits_section, only: carry, find_quiet, is_quiet
+   use razy_orbits_special, only: find_change, find_root, value_of
    use razy_orbits_touch, only: find_touch, find_touch_beside, touch_round
    implicit none(type, external)
    private
 
-   public :: branch_t, find_tangent, point_t
-
-   !> A motion of a branch; `label` is empty where nothing happens. `tangent` of the branch, in scaled unknowns.
-   type :: point_t
-      type(orbit_t) :: orbit
-      real(wp), allocatable :: tangent(:)
-      character(2) :: label = ""
-      !> The contact that a change of the sequence is one of, 0: none or several.
-      integer :: contact = 0
-   end type point_t
+   public :: branch_t
 
    type :: branch_t
       !> Points 1 to `count` along the branch; periods of the excitation in one of the motion.
@@ -45,16 +35,10 @@ module razy_orbits_branch
       procedure, private :: search_smooth
    end type branch_t
 
-   !> Steps in scaled unknowns, the largest for motions with and without events; the largest angle between tangents, as its cosine;
-   !> changes of the sequence looked for in one step.
-   real(wp), parameter :: first_step = 2.0e-3_wp, largest_step = 5.0e-3_wp, largest_smooth = 0.05_wp, least_step = 1.0e-9_wp, &
-                          least_cosine = 0.95_wp
-   !> Shorter steps may turn by any angle: the branch has a kink where contacts change. Steps may err by this part of them.
-   real(wp), parameter :: kink = 1.0e-6_wp, straight = 0.1_wp
-   !> So many steps of that kind in a row do not get past a jump.
+   !> Steps in scaled unknowns, the largest for motions with and without events.
+   real(wp), parameter :: first_step = 2.0e-3_wp, largest_step = 5.0e-3_wp, largest_smooth = 0.05_wp, least_step = 1.0e-9_wp
+   !> So many steps in a row that may turn by any angle do not get past a jump; changes of the sequence looked for in one step.
    integer, parameter :: most_creeping = 20, most_changes = 40
-   !> Contacts and flights shorter than this part of the period end in a grazing.
-   real(wp), parameter :: short = 1.0e-4_wp
    !> Secants by which a doubling is found.
    integer, parameter :: most_secants = 20
    !> Up to where on its last step to a doubling a branch is searched.
@@ -65,7 +49,6 @@ module razy_orbits_branch
    real(wp), parameter :: coincident = 1.0e-8_wp
    !> Motions on both sides of a change of contacts that are farther apart than this, relative to the state, are no neighbours.
    real(wp), parameter :: jump = 1.0e-5_wp
-   real(wp), parameter :: eps = epsilon(1.0_wp)
 
 contains
 
@@ -308,16 +291,6 @@ contains
       found = found .and. abs(change) <= 1.0e-10_wp .and. norm2(at%orbit%u - guess) <= longest
    end subroutine find_doubling
 
-   subroutine complete_point_at(problem, point, guide, ok)
-      type(problem_t), intent(inout) :: problem
-      type(point_t), intent(inout) :: point
-      real(wp), intent(in) :: guide(:)
-      logical, intent(out) :: ok
-
-      call problem%complete(point%orbit, ok)
-      if (ok) call find_tangent(problem, point, guide, ok)
-   end subroutine complete_point_at
-
    !> Where, between two points, the branch comes to its first motion again.
    subroutine find_first(problem, first, here, next, at, found)
       type(problem_t), intent(inout) :: problem
@@ -383,93 +356,6 @@ contains
       self%point(self%count) = point
    end subroutine add
 
-   !> A step of length h along the tangent.
-   subroutine step(problem, here, h, next, ok)
-      type(problem_t), intent(inout) :: problem
-      type(point_t), intent(in) :: here
-      real(wp), intent(in) :: h
-      type(point_t), intent(out) :: next
-      logical, intent(out) :: ok
-
-      real(wp) :: away
-
-      next%orbit%column = here%orbit%column
-      call problem%correct(here%orbit%u + h*here%tangent, here%tangent, next%orbit, ok)
-      if (ok) call problem%complete(next%orbit, ok)
-      if (ok) call find_tangent(problem, next, here%tangent, ok)
-      if (.not. ok) return
-      ok = dot_product(next%tangent, here%tangent) > least_cosine .or. h < kink
-      if (.not. ok) problem%reason = "the branch turns too sharply"
-      if (.not. ok .or. h < kink) return
-      ! A curve, even with a kink, is no farther from its tangent than it turns; what is lies on another piece.
-      away = norm2(next%orbit%u - here%orbit%u - h*here%tangent)
-      ok = away <= max(h*norm2(next%tangent - here%tangent), straight*h)
-      if (.not. ok) problem%reason = "the motion jumps to another piece of the branch"
-   end subroutine step
-
-   !> The unit tangent on the side of `guide`.
-   subroutine find_tangent(problem, point, guide, ok)
-      type(problem_t), intent(inout) :: problem
-      type(point_t), intent(inout) :: point
-      real(wp), intent(in) :: guide(:)
-      logical, intent(out) :: ok
-
-      real(wp), allocatable :: matrix(:, :)
-
-      if (allocated(point%tangent)) deallocate (point%tangent)
-      matrix = bordered(problem%jacobian(point%orbit), guide)
-      allocate (point%tangent(size(guide)), source=0.0_wp)
-      point%tangent(size(guide)) = 1.0_wp
-      call solve_square(matrix, point%tangent, ok)
-      point%tangent = point%tangent/norm2(point%tangent)
-      ok = ok .and. all(abs(point%tangent) <= 1.0_wp)
-      if (.not. ok) problem%reason = "the branch has no tangent"
-   end subroutine find_tangent
-
-   !> The motion at the parameter `p` between two points of a branch, in place of the second.
-   subroutine reach(problem, here, next, p, ok)
-      type(problem_t), intent(inout) :: problem
-      type(point_t), intent(in) :: here
-      type(point_t), intent(inout) :: next
-      real(wp), intent(in) :: p
-      logical, intent(out) :: ok
-
-      real(wp) :: row(size(next%orbit%u)), share
-      real(wp), allocatable :: guess(:)
-
-      associate (a => here%orbit%u, b => next%orbit%u, last => size(next%orbit%u))
-         share = (p - a(last))/(b(last) - a(last))
-         guess = a + share*(b - a)
-         guess(last) = p
-         row = 0.0_wp
-         row(last) = 1.0_wp
-      end associate
-      call problem%correct(guess, row, next%orbit, ok)
-      if (ok) call problem%complete(next%orbit, ok)
-      if (ok) call find_tangent(problem, next, here%tangent, ok)
-   end subroutine reach
-
-   !> The motion at the length s of the tangent at `a`, between the points `a` and `b`; not at the ends.
-   subroutine between(problem, a, b, s, point, ok)
-      type(problem_t), intent(inout) :: problem
-      type(point_t), intent(in) :: a, b
-      real(wp), intent(in) :: s
-      type(point_t), intent(out) :: point
-      logical, intent(out) :: ok
-
-      point%orbit%column = a%orbit%column
-      call problem%correct(a%orbit%u + (s/length(a, b))*(b%orbit%u - a%orbit%u), a%tangent, point%orbit, ok)
-      if (ok) call point%orbit%find_multipliers(problem)
-      if (ok .and. .not. allocated(point%orbit%column)) call problem%differentiate(point%orbit, ok)
-   end subroutine between
-
-   !> Length of the step from a to b along the tangent at a.
-   pure real(wp) function length(a, b)
-      type(point_t), intent(in) :: a, b
-
-      length = dot_product(a%tangent, b%orbit%u - a%orbit%u)
-   end function length
-
    !> Only the special points between two motions, with tangents and all that is asked of them.
    subroutine search_between(self, problem, a, b)
       class(branch_t), intent(inout) :: self
@@ -515,109 +401,6 @@ contains
       explained = explained .and. all_there
    end subroutine search
 
-   !> The last motion with the sequence of `a`, and the next one, `at`, by bisection. Of motions that err `left` and `right`
-   !> are farther off, as derivatives next to a grazing mean nothing.
-   subroutine find_change(problem, a, b, left, at, right, found)
-      type(problem_t), intent(inout) :: problem
-      type(point_t), intent(in) :: a, b
-      type(point_t), intent(out) :: left, at, right
-      logical, intent(out) :: found
-
-      type(point_t) :: middle
-      real(wp) :: low, high, s
-
-      left = a
-      right = b
-      low = 0.0_wp
-      high = length(a, b)
-      found = .true.
-      do
-         s = 0.5_wp*(low + high)
-         if (high - low <= 4*eps*max(1.0_wp, abs(a%orbit%u(size(a%orbit%u)))) .or. s <= low .or. s >= high) exit
-         call between(problem, a, b, s, middle, found)
-         if (.not. found) return
-         if (middle%orbit%sequence%is_like(a%orbit%sequence)) then
-            left = middle
-            low = s
-         else
-            right = middle
-            high = s
-         end if
-      end do
-      at = right
-      call complete_point(problem, a, at, found)
-      call name_change(problem, left%orbit, at)
-      s = problem%resolution*norm2(a%orbit%u)
-      if (s > 0.0_wp) then
-         if (found .and. low > s) call between(problem, a, b, low - s, left, found)
-         if (found .and. high + s < length(a, b)) call between(problem, a, b, high + s, right, found)
-      end if
-      if (found) call complete_point(problem, a, left, found)
-      if (found) call complete_point(problem, a, right, found)
-      if (.not. found) return
-      at%orbit%multiplier = right%orbit%multiplier
-      at%orbit%doubt = right%orbit%doubt
-   end subroutine find_change
-
-   subroutine complete_point(problem, a, point, ok)
-      type(problem_t), intent(inout) :: problem
-      type(point_t), intent(in) :: a
-      type(point_t), intent(inout) :: point
-      logical, intent(out) :: ok
-
-      ok = .true.
-      if (.not. allocated(point%orbit%multiplier)) call problem%complete(point%orbit, ok)
-      if (ok) call find_tangent(problem, point, a%tangent, ok)
-   end subroutine complete_point
-
-   !> The label of a change of the sequence, from that of the motion on the other side.
-   subroutine name_change(problem, before, after)
-      class(problem_t), intent(in) :: problem
-      type(orbit_t), intent(in) :: before
-      type(point_t), intent(inout) :: after
-
-      class(contact_law_t), allocatable :: law
-      integer :: j
-
-      j = before%sequence%difference(after%orbit%sequence)
-      after%contact = j
-      after%label = "CH"
-      if (j == 0) return
-      law = problem%map%law_of(j)
-      associate (old => before%sequence, new => after%orbit%sequence)
-         if (law%of_normal) then
-            after%label = merge("ST", "SL", old%changes_to(j, branch_sticking) /= new%changes_to(j, branch_sticking))
-         else if (min(shortest(before), shortest(after%orbit)) < short .or. old%count + new%count == 0) then
-            after%label = "GR"
-         end if
-      end associate
-
-   contains
-
-      !> The shortest time between changes of the contact, in parts of the whole.
-      pure real(wp) function shortest(orbit)
-         type(orbit_t), intent(in) :: orbit
-
-         real(wp) :: last
-         integer :: i
-
-         shortest = 1.0_wp
-         associate (changes => orbit%sequence)
-            do i = changes%count, 1, -1
-               if (changes%contact(i) /= j) cycle
-               last = changes%time(i) - orbit%duration
-               exit
-            end do
-            do i = 1, changes%count
-               if (changes%contact(i) /= j) cycle
-               shortest = min(shortest, (changes%time(i) - last)/orbit%duration)
-               last = changes%time(i)
-            end do
-         end associate
-      end function shortest
-
-   end subroutine name_change
-
    !> Folds, branch points, doublings and tori between two points with the same sequence. They are `explained` if the number of
    !> multipliers outside the unit circle changes as they say: by one at each, at a torus by two.
    subroutine search_smooth(self, problem, a, b, explained)
@@ -657,54 +440,5 @@ contains
       explained = explained .or. a%orbit%outside() < a%orbit%outside(most=.true.) &
                   .or. b%orbit%outside() < b%orbit%outside(most=.true.)
    end subroutine search_smooth
-
-   !> The function whose root is a special point of this kind.
-   real(wp) function value_of(problem, orbit, kind) result(value)
-      type(problem_t), intent(in) :: problem
-      type(orbit_t), intent(in) :: orbit
-      integer, intent(in) :: kind
-
-      real(wp), allocatable :: matrix(:, :)
-
-      select case (kind)
-      case (1)
-         matrix = problem%jacobian(orbit)
-         value = determinant(matrix(:, :problem%order()))
-      case (2)
-         value = real(product(1.0_wp + orbit%multiplier), wp)
-      case default
-         associate (pairs => pack(abs(orbit%multiplier), orbit%multiplier%im > 0.0_wp))
-            value = -1.0_wp
-            if (size(pairs) > 0) value = pairs(minloc(abs(pairs - 1.0_wp), dim=1)) - 1.0_wp
-         end associate
-      end select
-   end function value_of
-
-   subroutine find_root(problem, a, b, kind, point, found)
-      type(problem_t), intent(inout) :: problem
-      type(point_t), intent(in) :: a, b
-      integer, intent(in) :: kind
-      type(point_t), intent(out) :: point
-      logical, intent(out) :: found
-
-      type(bracketed_root_t) :: root
-      type(point_t) :: trial
-      real(wp) :: ends(2), value
-
-      ends = [value_of(problem, a%orbit, kind), value_of(problem, b%orbit, kind)]
-      found = ends(1)*ends(2) < 0.0_wp
-      if (.not. found) return
-      call root%start(0.0_wp, ends(1), length(a, b), ends(2), 1.0e-15_wp)
-      do while (.not. root%done())
-         call between(problem, a, b, root%trial, trial, found)
-         if (.not. found) return
-         value = value_of(problem, trial%orbit, kind)
-         point = trial
-         call root%take(value)
-      end do
-      call problem%complete(point%orbit, found)
-      if (found) call find_tangent(problem, point, a%tangent, found)
-      found = found .or. allocated(point%tangent)
-   end subroutine find_root
 
 end module razy_orbits_branch

@@ -12,9 +12,9 @@ module razy_orbits_curve
    use razy_core_kinds, only: wp
    use razy_core_text, only: string_t
    use razy_linalg_bracketed_root, only: bracketed_root_t
-   use razy_orbits_branch, only: find_tangent, point_t
    use razy_orbits_locate, only: locate_near
    use razy_orbits_orbit, only: problem_t
+   use razy_orbits_point, only: find_tangent, point_t
    implicit none(type, external)
    private
 

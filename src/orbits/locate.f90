@@ -1,8 +1,9 @@
 !! A special point again, near where it is expected: on a short branch of motions that grows until the point is on it.
 module razy_orbits_locate
    use razy_core_kinds, only: wp
-   use razy_orbits_branch, only: branch_t, find_tangent, point_t
+   use razy_orbits_branch, only: branch_t
    use razy_orbits_orbit, only: problem_t
+   use razy_orbits_point, only: find_tangent, point_t
    implicit none(type, external)
    private
 

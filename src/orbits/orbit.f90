@@ -14,7 +14,6 @@ module razy_orbits_orbit
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_core_verdict, only: is_stable, is_undecided, is_unstable
-   use razy_hybrid_flow, only: flow_t
    use razy_linalg_eigen, only: right_eigen
    use razy_linalg_lapack, only: dgetrf, dgetrs
    use razy_motion_integrator, only: status_ok
@@ -206,11 +205,7 @@ contains
    logical function has_rings(self)
       class(problem_t), intent(in) :: self
 
-      has_rings = .false.
-      select type (by => self%map%by)
-      class is (flow_t)
-         has_rings = by%system%curved
-      end select
+      has_rings = self%map%by%system%curved
    end function has_rings
 
    !> Run the motion of u; `ok` is false if there is none, for the `reason`.

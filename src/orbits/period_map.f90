@@ -7,11 +7,11 @@
 !! caller's.
 module razy_orbits_period_map
    use razy_contact_contact_law, only: contact_law_t, guard_t
-   use razy_core_error, only: error_t, raise
+   use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_flow, only: flow_t
    use razy_hybrid_system, only: system_t
-   use razy_motion_integrator, only: ask_stop, integrator_t, observer_slot_t, outcome_t, status_ok
+   use razy_motion_integrator, only: ask_stop, observer_slot_t, outcome_t, status_ok
    use razy_observe_event_log, only: event_log_t
    implicit none(type, external)
    private
@@ -25,14 +25,14 @@ module razy_orbits_period_map
    end type family_t
 
    abstract interface
-      !> Prepare `by`, a flow_t, with the machine at these values; the period of its excitation in s, 0 if there is none.
+      !> Prepare `by` with the machine at these values; the period of its excitation in s, 0 if there is none.
       !> Errors: no such machine, a method without derivatives, an excitation without a period.
       subroutine make_motion(self, parameter, by, period, error)
-         import :: error_t, family_t, integrator_t, wp
+         import :: error_t, family_t, flow_t, wp
          implicit none(type, external)
          class(family_t), intent(inout) :: self
          real(wp), intent(in) :: parameter(:)
-         class(integrator_t), allocatable, intent(inout), target :: by
+         class(flow_t), allocatable, intent(inout), target :: by
          real(wp), intent(out) :: period
          type(error_t), allocatable, intent(out) :: error
       end subroutine make_motion
@@ -52,7 +52,7 @@ module razy_orbits_period_map
       real(wp) :: period = 0.0_wp
       !> Phase at which motions begin, 0 to 1.
       real(wp) :: phase = 0.0_wp
-      class(integrator_t), allocatable :: by
+      class(flow_t), allocatable :: by
       !> Asked now and then during a motion, if it is associated: whether the motion is to end at once.
       procedure(ask_stop), pointer, nopass :: stop_is_asked => null()
       real(wp), allocatable, private :: parameter(:), basis(:, :)
@@ -87,23 +87,19 @@ contains
       end if
       call self%family%make(parameter, self%by, self%period, error)
       if (allocated(error)) return
-      select type (by => self%by)
-      class is (flow_t)
-         if (by%system%structure /= self%structure .or. .not. allocated(self%basis)) then
-            call find_basis(self%basis, self%positions, by%system)
-            self%structure = by%system%structure
+      associate (system => self%by%system)
+         if (system%structure /= self%structure .or. .not. allocated(self%basis)) then
+            call find_basis(self%basis, self%positions, system)
+            self%structure = system%structure
          end if
          self%n = size(self%basis, 2)
          if (self%kept > 0) then
-            associate (law => by%system%machine%contact(self%kept)%law)
+            associate (law => system%machine%contact(self%kept)%law)
                law%home = self%branch
                law%branch(self%branch)%guard = guard_t()
             end associate
          end if
-      class default
-         call raise(error, "the method has no derivatives")
-         return
-      end select
+      end associate
       self%parameter = parameter
    end subroutine go_to
 
@@ -176,8 +172,7 @@ contains
       allocate (slots(1))
       slots(1)%observer => back%sequence
       if (present(observers)) slots = [slots, observers]
-      select type (by => self%by)
-      class is (flow_t)
+      associate (by => self%by)
          call back%sequence%reset(by%system%machine%contact)
          by%budget%stop_is_asked => self%stop_is_asked
          by%first = matmul(self%basis, x)
@@ -187,7 +182,7 @@ contains
          call by%run(by%from + duration, most_events, slots, back%outcome)
          back%x = matmul(by%z, self%basis)
          if (derivative .and. back%outcome%status == status_ok) back%derivative = matmul(transpose(self%basis), by%tangent)
-      end select
+      end associate
    end subroutine go
 
    !> x of the machine's own start.
@@ -195,11 +190,7 @@ contains
       class(period_map_t), intent(in) :: self
       real(wp), allocatable :: x(:)
 
-      allocate (x(self%n), source=0.0_wp)
-      select type (by => self%by)
-      class is (flow_t)
-         x = matmul(by%system%first_state(), self%basis)
-      end select
+      x = matmul(self%by%system%first_state(), self%basis)
    end function first_state
 
    !> x of the machine's displacements, then its velocities.
@@ -208,13 +199,9 @@ contains
       real(wp), intent(in) :: state(:)
       real(wp), allocatable :: x(:)
 
-      allocate (x(self%n), source=0.0_wp)
-      select type (by => self%by)
-      class is (flow_t)
-         associate (n => size(by%system%machine%displacement))
-            x = matmul(by%system%from_coordinates(state(:n), state(n + 1:)), self%basis)
-         end associate
-      end select
+      associate (n => size(self%by%system%machine%displacement))
+         x = matmul(self%by%system%from_coordinates(state(:n), state(n + 1:)), self%basis)
+      end associate
    end function from_coordinates
 
    !> Displacements and velocities of the machine (2, coordinates) with this x; where contacts and observables do not feel the
@@ -226,13 +213,9 @@ contains
 
       integer :: n
 
-      allocate (state(0))
-      select type (by => self%by)
-      class is (flow_t)
-         n = size(by%system%machine%displacement)
-         state = spread(0.0_wp, 1, 2*n)
-         call by%system%to_coordinates(matmul(self%basis, x), state(:n), state(n + 1:))
-      end select
+      n = size(self%by%system%machine%displacement)
+      state = spread(0.0_wp, 1, 2*n)
+      call self%by%system%to_coordinates(matmul(self%basis, x), state(:n), state(n + 1:))
    end function to_coordinates
 
    !> The law of a contact of the machine.
@@ -241,10 +224,7 @@ contains
       integer, intent(in) :: contact
       class(contact_law_t), allocatable :: law
 
-      select type (by => self%by)
-      class is (flow_t)
-         allocate (law, source=by%system%machine%contact(contact)%law)
-      end select
+      allocate (law, source=self%by%system%machine%contact(contact)%law)
    end function law_of
 
 end module razy_orbits_period_map

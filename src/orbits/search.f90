@@ -13,7 +13,6 @@ module razy_orbits_search
    use razy_orbits_period_map, only: return_t
    use razy_orbits_section, only: carry
    use razy_orbits_start, only: distance, march, minimal, refine
-   use razy_hybrid_flow, only: flow_t
    implicit none(type, external)
    private
 
@@ -134,10 +133,7 @@ contains
       lyapunov%asked = 1
       lyapunov%intervals = self%settle
       call problem%map%go(x, problem%map%period, .false., back)
-      select type (by => problem%map%by)
-      class is (flow_t)
-         call lyapunov%follow(by, by%z, problem%map%period)
-      end select
+      call lyapunov%follow(problem%map%by, (problem%map%by%z), problem%map%period)
       self%exponent = lyapunov%exponent(1)
       self%error = lyapunov%error(1)
    end subroutine find_exponent

@@ -5,9 +5,9 @@
 module razy_orbits_sensitivity
    use razy_contact_contact_law, only: contact_law_t
    use razy_core_kinds, only: wp
-   use razy_orbits_branch, only: point_t
    use razy_orbits_locate, only: locate_near
    use razy_orbits_orbit, only: bordered, orbit_t, problem_t, solve_square
+   use razy_orbits_point, only: point_t
    use razy_orbits_touch, only: find_touch_again
    implicit none(type, external)
    private

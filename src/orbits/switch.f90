@@ -2,9 +2,9 @@
 module razy_orbits_switch
    use razy_core_kinds, only: wp
    use razy_linalg_eigen, only: right_eigen
-   use razy_orbits_branch, only: point_t
    use razy_orbits_identity, only: part_way
    use razy_orbits_orbit, only: orbit_t, problem_t
+   use razy_orbits_point, only: point_t
    implicit none(type, external)
    private
 

@@ -290,11 +290,7 @@ contains
       problem%map%phase = orbit%phase
       call problem%go_to(orbit%u, ok)
       s = problem%scales()
-      allocate (seen%smallest(0))
-      select type (by => problem%map%by)
-      class is (flow_t)
-         seen%smallest = spread(huge(1.0_wp), 1, size(by%branch))
-      end select
+      seen%smallest = spread(huge(1.0_wp), 1, size(problem%map%by%branch))
       slots(1)%observer => seen
       duration = problem%periods*problem%map%period
       if (ok) call problem%map%go(orbit%u(:problem%map%n)*s(:problem%map%n), duration, .false., back, slots)

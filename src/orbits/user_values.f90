@@ -5,8 +5,9 @@
 module razy_orbits_user_values
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
-   use razy_orbits_branch, only: branch_t, find_tangent, point_t
+   use razy_orbits_branch, only: branch_t
    use razy_orbits_orbit, only: problem_t
+   use razy_orbits_point, only: find_tangent, point_t
    use razy_orbits_section, only: carry
    implicit none(type, external)
    private

@@ -10,9 +10,10 @@ module razy_study_duel
    use razy_core_kinds, only: i8, wp
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
+   use razy_hybrid_flow, only: flow_t
    use razy_input_input, only: input_t
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: integrator_t, observer_slot_t, outcome_t, status_meanings, status_ok
+   use razy_motion_integrator, only: observer_slot_t, outcome_t, status_meanings, status_ok
    use razy_motion_method, only: check_method, method_t
    use razy_observe_event_log, only: event_log_t
    use razy_observe_trajectory, only: trajectory_t
@@ -231,7 +232,7 @@ contains
       type(answer_t), intent(out), target :: answer
       type(error_t), allocatable, intent(out) :: error
 
-      class(integrator_t), allocatable, target :: integrator
+      class(flow_t), allocatable, target :: integrator
       type(outcome_t) :: outcome
       type(observer_slot_t) :: slots(2)
       real(wp) :: begin, end, total

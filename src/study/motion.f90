@@ -3,8 +3,9 @@ module razy_study_motion
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_exact_exact, only: exact_t
+   use razy_hybrid_flow, only: flow_t
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: ask_stop, integrator_t, observer_slot_t, outcome_t
+   use razy_motion_integrator, only: ask_stop, observer_slot_t, outcome_t
    use razy_moreau_moreau, only: moreau_t
    use razy_observe_balance, only: balance_t
    use razy_runge_kutta_runge_kutta, only: new_runge_kutta, runge_kutta_t
@@ -35,10 +36,10 @@ contains
       type(error_t), allocatable, intent(out) :: error
       integer(i8), intent(in), optional :: most_events
       logical, intent(in), optional :: keep_all
-      class(integrator_t), allocatable, intent(inout), target, optional :: integrator
+      class(flow_t), allocatable, intent(inout), target, optional :: integrator
       procedure(ask_stop), pointer, intent(in), optional :: stop_is_asked
 
-      class(integrator_t), allocatable, target :: own
+      class(flow_t), allocatable, target :: own
       type(method_t) :: checked
       type(balance_t), target :: balance
       type(observer_slot_t) :: slots(size(observers) + 1)
@@ -86,11 +87,11 @@ contains
 
    !> Make the integrator of a method that razy_motion_method has checked; one of the same kind is kept with what it knows.
    subroutine new_integrator(integrator, method, error)
-      class(integrator_t), allocatable, intent(inout) :: integrator
+      class(flow_t), allocatable, intent(inout) :: integrator
       type(method_t), intent(in) :: method
       type(error_t), allocatable, intent(out) :: error
 
-      class(integrator_t), allocatable :: fresh
+      class(flow_t), allocatable :: fresh
       logical :: known
 
       select case (method%integrator)

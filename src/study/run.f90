@@ -6,10 +6,11 @@ module razy_study_run
    use razy_core_number, only: to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
+   use razy_hybrid_flow, only: flow_t
    use razy_input_input, only: input_t
    use razy_machine_excitation, only: period_of_loads
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: integrator_t, outcome_t, status_meanings, status_ok
+   use razy_motion_integrator, only: outcome_t, status_meanings, status_ok
    use razy_scenes_case, only: motion_t, new_machine
    use razy_scenes_factory, only: draw_scene
    use razy_scenes_records, only: record_t
@@ -83,7 +84,7 @@ contains
       class(run_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
 
-      class(integrator_t), allocatable :: integrator
+      class(flow_t), allocatable :: integrator
 
       call self%watch%run(self%machine, self%motion, self%outcome, error, integrator)
    end subroutine compute

@@ -9,7 +9,7 @@ module razy_study_watch
    use razy_machine_drift, only: drift_basis
    use razy_machine_excitation, only: period_of_loads, turn_tones
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: ask_stop, integrator_t, observer_slot_t, observer_t, outcome_t, status_costly, &
+   use razy_motion_integrator, only: ask_stop, observer_slot_t, observer_t, outcome_t, status_costly, &
                                      status_inaccurate, status_ok
    use razy_observe_contact_statistics, only: contact_statistics_t
    use razy_observe_cycle, only: cycle_time
@@ -189,7 +189,7 @@ contains
       type(motion_t), intent(in) :: motion
       type(outcome_t), intent(out) :: outcome
       type(error_t), allocatable, intent(out) :: error
-      class(integrator_t), allocatable, intent(inout), target :: integrator
+      class(flow_t), allocatable, intent(inout), target :: integrator
 
       type(motion_t) :: tried
       real(wp) :: recorded
@@ -221,7 +221,7 @@ contains
       real(wp), intent(in) :: earlier
       type(outcome_t), intent(out) :: outcome
       type(error_t), allocatable, intent(out) :: error
-      class(integrator_t), allocatable, intent(inout), target :: integrator
+      class(flow_t), allocatable, intent(inout), target :: integrator
       type(observer_slot_t) :: slots(size(self%extrema) + 6)
       real(wp) :: from(size(self%extrema)), from_statistics, from_kind
       integer :: i, n
@@ -273,7 +273,7 @@ contains
       class(watch_t), intent(inout) :: self
       type(machine_t), intent(in) :: machine
       type(motion_t), intent(in) :: motion
-      class(integrator_t), allocatable, intent(inout), target :: by
+      class(flow_t), allocatable, intent(inout), target :: by
       type(error_t), allocatable, intent(out) :: error
 
       type(machine_t) :: later
@@ -290,16 +290,13 @@ contains
          if (allocated(machine%tone(t)%waveform)) omega(t) = 2*acos(-1.0_wp)*machine%tone(t)%hertz
       end do
       call turn_tones(later, exp(cmplx(0.0_wp, modulo(omega*motion%t_end, 2*acos(-1.0_wp)), wp)))
-      select type (by)
-      class is (flow_t)
-         z = by%z
-         whole = by%system%keep_all
-         if (whole) call by%final_state(later%displacement, later%velocity)
-         call by%prepare(later, .false., error)
-         if (allocated(error)) return
-         if (whole) z = by%system%first_state()
-         call self%lyapunov%follow(by, z, interval)
-      end select
+      z = by%z
+      whole = by%system%keep_all
+      if (whole) call by%final_state(later%displacement, later%velocity)
+      call by%prepare(later, .false., error)
+      if (allocated(error)) return
+      if (whole) z = by%system%first_state()
+      call self%lyapunov%follow(by, z, interval)
    end subroutine find_exponents
 
    !> Hand over what was seen of a motion of a machine.

@@ -2,8 +2,9 @@
 module movers
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
+   use razy_hybrid_flow, only: flow_t
    use razy_study_motion, only: run_motion
-   use razy_motion_integrator, only: integrator_t, observer_slot_t, observer_t, outcome_t
+   use razy_motion_integrator, only: observer_slot_t, observer_t, outcome_t
    use razy_machine_machine, only: machine_t
    use razy_motion_method, only: method_t
    use watchers, only: event_log_t, sampler_t
@@ -37,7 +38,7 @@ contains
       class(observer_t), intent(inout), target, optional :: first, second
       integer(i8), intent(in), optional :: most_events
 
-      class(integrator_t), allocatable :: integrator
+      class(flow_t), allocatable :: integrator
       type(error_t), allocatable :: error
       type(observer_slot_t) :: slot(2)
       real(wp) :: displacement(size(machine%load)), velocity(size(machine%load))

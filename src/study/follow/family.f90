@@ -7,7 +7,6 @@ module razy_study_follow_family
    use razy_input_input, only: input_t
    use razy_machine_excitation, only: acting_tones, period_of_loads
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: integrator_t
    use razy_orbits_period_map, only: family_t
    use razy_scenes_case, only: motion_t, new_machine
    use razy_scenes_records, only: record_t
@@ -47,7 +46,7 @@ contains
    subroutine make(self, parameter, by, period, error)
       class(case_family_t), intent(inout) :: self
       real(wp), intent(in) :: parameter(:)
-      class(integrator_t), allocatable, intent(inout), target :: by
+      class(flow_t), allocatable, intent(inout), target :: by
       real(wp), intent(out) :: period
       type(error_t), allocatable, intent(out) :: error
 
@@ -67,21 +66,18 @@ contains
       call new_integrator(by, self%motion%method, error)
       if (.not. allocated(error)) call by%prepare(self%machine, .false., error)
       if (allocated(error)) return
-      select type (by)
-      class is (flow_t)
-         if (by%finds_events) then
-            period = period_of_loads(self%machine)
-            if (period > 0.0_wp) return
-            if (any(acting_tones(self%machine))) then
-               if (any(acting_tones(self%machine) .and. .not. self%machine%tone%hertz > 0.0_wp)) then
-                  call raise(error, "what acts once has no period: give its shape a frequency, or its file beyond='periodic'")
-                  return
-               end if
-               call raise(error, "the tones "//tones()//" have no common period: periodic motions need frequencies in whole ratios")
+      if (by%finds_events) then
+         period = period_of_loads(self%machine)
+         if (period > 0.0_wp) return
+         if (any(acting_tones(self%machine))) then
+            if (any(acting_tones(self%machine) .and. .not. self%machine%tone%hertz > 0.0_wp)) then
+               call raise(error, "what acts once has no period: give its shape a frequency, or its file beyond='periodic'")
+               return
             end if
-            return
+            call raise(error, "the tones "//tones()//" have no common period: periodic motions need frequencies in whole ratios")
          end if
-      end select
+         return
+      end if
       call raise(error, "the method has no derivatives: &motion integrator='exact', or a Runge-Kutta method with treatment='event'")
 
    contains

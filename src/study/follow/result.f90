@@ -8,16 +8,15 @@ module razy_study_follow_result
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
    use razy_core_verdict, only: is_undecided, verdict_words, verdicts
-   use razy_hybrid_flow, only: flow_t
    use razy_io_result_file, only: new_header
    use razy_io_rows_file, only: rows_file_t
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: observer_slot_t
    use razy_observe_event_log, only: event_log_t
    use razy_observe_extrema, only: extrema_t
-   use razy_orbits_branch, only: point_t
    use razy_orbits_curve, only: junction_t
    use razy_orbits_period_map, only: return_t
+   use razy_orbits_point, only: point_t
    use razy_orbits_volume, only: volume_t
    use razy_study_follow_family, only: case_family_t
    use razy_study_follow_follow, only: follow_t
@@ -107,10 +106,7 @@ contains
          call ask_of_period(self, extrema)
          allocate (slots(size(extrema) + 1))
          slots(size(slots))%observer => volume
-         select type (by => map%by)
-         class is (flow_t)
-            call volume%begin(by)
-         end select
+         call volume%begin(map%by)
          do i = 1, size(extrema)
             slots(i)%observer => extrema(i)
          end do

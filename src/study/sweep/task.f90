@@ -11,10 +11,11 @@ module razy_study_sweep_task
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_core_table, only: table_t
+   use razy_hybrid_flow, only: flow_t
    use razy_input_input, only: input_t
    use razy_io_result_file, only: check_name, new_header, result_header_t
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: integrator_t, outcome_t, status_interrupted, status_no_machine, &
+   use razy_motion_integrator, only: outcome_t, status_interrupted, status_no_machine, &
                                      status_not_computed, status_ok
    use razy_scenes_case, only: motion_t, new_machine
    use razy_scenes_factory, only: draw_scene
@@ -54,7 +55,7 @@ module razy_study_sweep_task
       character(:), allocatable, private :: tuned_unit
       logical, private :: asks_time = .false.
       class(scene_t), allocatable, private :: scene
-      class(integrator_t), allocatable, private :: integrator
+      class(flow_t), allocatable, private :: integrator
    contains
       procedure :: describe
       procedure :: run => run_point

@@ -1,0 +1,136 @@
+!! Points of a branch of periodic motions, and steps from one to others near it.
+module razy_orbits_point
+   use razy_core_kinds, only: wp
+   use razy_orbits_orbit, only: bordered, orbit_t, problem_t, solve_square
+   implicit none(type, external)
+   private
+
+   public :: between, complete_point, complete_point_at, find_tangent, kink, length, point_t, reach, step
+
+   !> A motion of a branch; `label` is empty where nothing happens. `tangent` of the branch, in scaled unknowns.
+   type :: point_t
+      type(orbit_t) :: orbit
+      real(wp), allocatable :: tangent(:)
+      character(2) :: label = ""
+      !> The contact that a change of the sequence is one of, 0: none or several.
+      integer :: contact = 0
+   end type point_t
+
+   !> The largest angle between tangents of neighbours, as its cosine.
+   real(wp), parameter :: least_cosine = 0.95_wp
+   !> Shorter steps may turn by any angle: the branch has a kink where contacts change. Steps may err by this part of them.
+   real(wp), parameter :: kink = 1.0e-6_wp, straight = 0.1_wp
+
+contains
+
+   !> A step of length h along the tangent.
+   subroutine step(problem, here, h, next, ok)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here
+      real(wp), intent(in) :: h
+      type(point_t), intent(out) :: next
+      logical, intent(out) :: ok
+
+      real(wp) :: away
+
+      next%orbit%column = here%orbit%column
+      call problem%correct(here%orbit%u + h*here%tangent, here%tangent, next%orbit, ok)
+      if (ok) call problem%complete(next%orbit, ok)
+      if (ok) call find_tangent(problem, next, here%tangent, ok)
+      if (.not. ok) return
+      ok = dot_product(next%tangent, here%tangent) > least_cosine .or. h < kink
+      if (.not. ok) problem%reason = "the branch turns too sharply"
+      if (.not. ok .or. h < kink) return
+      ! A curve, even with a kink, is no farther from its tangent than it turns; what is lies on another piece.
+      away = norm2(next%orbit%u - here%orbit%u - h*here%tangent)
+      ok = away <= max(h*norm2(next%tangent - here%tangent), straight*h)
+      if (.not. ok) problem%reason = "the motion jumps to another piece of the branch"
+   end subroutine step
+
+   !> The unit tangent on the side of `guide`.
+   subroutine find_tangent(problem, point, guide, ok)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(inout) :: point
+      real(wp), intent(in) :: guide(:)
+      logical, intent(out) :: ok
+
+      real(wp), allocatable :: matrix(:, :)
+
+      if (allocated(point%tangent)) deallocate (point%tangent)
+      matrix = bordered(problem%jacobian(point%orbit), guide)
+      allocate (point%tangent(size(guide)), source=0.0_wp)
+      point%tangent(size(guide)) = 1.0_wp
+      call solve_square(matrix, point%tangent, ok)
+      point%tangent = point%tangent/norm2(point%tangent)
+      ok = ok .and. all(abs(point%tangent) <= 1.0_wp)
+      if (.not. ok) problem%reason = "the branch has no tangent"
+   end subroutine find_tangent
+
+   !> The motion at the parameter `p` between two points of a branch, in place of the second.
+   subroutine reach(problem, here, next, p, ok)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here
+      type(point_t), intent(inout) :: next
+      real(wp), intent(in) :: p
+      logical, intent(out) :: ok
+
+      real(wp) :: row(size(next%orbit%u)), share
+      real(wp), allocatable :: guess(:)
+
+      associate (a => here%orbit%u, b => next%orbit%u, last => size(next%orbit%u))
+         share = (p - a(last))/(b(last) - a(last))
+         guess = a + share*(b - a)
+         guess(last) = p
+         row = 0.0_wp
+         row(last) = 1.0_wp
+      end associate
+      call problem%correct(guess, row, next%orbit, ok)
+      if (ok) call problem%complete(next%orbit, ok)
+      if (ok) call find_tangent(problem, next, here%tangent, ok)
+   end subroutine reach
+
+   !> The motion at the length s of the tangent at `a`, between the points `a` and `b`; not at the ends.
+   subroutine between(problem, a, b, s, point, ok)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: a, b
+      real(wp), intent(in) :: s
+      type(point_t), intent(out) :: point
+      logical, intent(out) :: ok
+
+      point%orbit%column = a%orbit%column
+      call problem%correct(a%orbit%u + (s/length(a, b))*(b%orbit%u - a%orbit%u), a%tangent, point%orbit, ok)
+      if (ok) call point%orbit%find_multipliers(problem)
+      if (ok .and. .not. allocated(point%orbit%column)) call problem%differentiate(point%orbit, ok)
+   end subroutine between
+
+   !> Length of the step from a to b along the tangent at a.
+   pure real(wp) function length(a, b)
+      type(point_t), intent(in) :: a, b
+
+      length = dot_product(a%tangent, b%orbit%u - a%orbit%u)
+   end function length
+
+   !> All that is asked of a motion, unless it is there, with the tangent on the side of that at `a`.
+   subroutine complete_point(problem, a, point, ok)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: a
+      type(point_t), intent(inout) :: point
+      logical, intent(out) :: ok
+
+      ok = .true.
+      if (.not. allocated(point%orbit%multiplier)) call problem%complete(point%orbit, ok)
+      if (ok) call find_tangent(problem, point, a%tangent, ok)
+   end subroutine complete_point
+
+   !> All that is asked of a motion, with the tangent on the side of `guide`.
+   subroutine complete_point_at(problem, point, guide, ok)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(inout) :: point
+      real(wp), intent(in) :: guide(:)
+      logical, intent(out) :: ok
+
+      call problem%complete(point%orbit, ok)
+      if (ok) call find_tangent(problem, point, guide, ok)
+   end subroutine complete_point_at
+
+end module razy_orbits_point

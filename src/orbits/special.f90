@@ -1,0 +1,162 @@
+!! What happens between two points of a branch: changes of the sequence of contacts, by bisection, and motions at which
+!! determinants are 0 (razy_orbits_branch says which labels they have).
+module razy_orbits_special
+   use razy_contact_contact_law, only: contact_law_t
+   use razy_contact_friction_law, only: branch_sticking
+   use razy_core_kinds, only: wp
+   use razy_linalg_bracketed_root, only: bracketed_root_t
+   use razy_orbits_orbit, only: determinant, orbit_t, problem_t
+   use razy_orbits_point, only: between, complete_point, find_tangent, length, point_t
+   implicit none(type, external)
+   private
+
+   public :: find_change, find_root, value_of
+
+   !> Contacts and flights shorter than this part of the period end in a grazing.
+   real(wp), parameter :: short = 1.0e-4_wp
+   real(wp), parameter :: eps = epsilon(1.0_wp)
+
+contains
+
+   !> The last motion with the sequence of `a`, and the next one, `at`, by bisection. Of motions that err `left` and `right`
+   !> are farther off, as derivatives next to a grazing mean nothing.
+   subroutine find_change(problem, a, b, left, at, right, found)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: a, b
+      type(point_t), intent(out) :: left, at, right
+      logical, intent(out) :: found
+
+      type(point_t) :: middle
+      real(wp) :: low, high, s
+
+      left = a
+      right = b
+      low = 0.0_wp
+      high = length(a, b)
+      found = .true.
+      do
+         s = 0.5_wp*(low + high)
+         if (high - low <= 4*eps*max(1.0_wp, abs(a%orbit%u(size(a%orbit%u)))) .or. s <= low .or. s >= high) exit
+         call between(problem, a, b, s, middle, found)
+         if (.not. found) return
+         if (middle%orbit%sequence%is_like(a%orbit%sequence)) then
+            left = middle
+            low = s
+         else
+            right = middle
+            high = s
+         end if
+      end do
+      at = right
+      call complete_point(problem, a, at, found)
+      call name_change(problem, left%orbit, at)
+      s = problem%resolution*norm2(a%orbit%u)
+      if (s > 0.0_wp) then
+         if (found .and. low > s) call between(problem, a, b, low - s, left, found)
+         if (found .and. high + s < length(a, b)) call between(problem, a, b, high + s, right, found)
+      end if
+      if (found) call complete_point(problem, a, left, found)
+      if (found) call complete_point(problem, a, right, found)
+      if (.not. found) return
+      at%orbit%multiplier = right%orbit%multiplier
+      at%orbit%doubt = right%orbit%doubt
+   end subroutine find_change
+
+   !> The label of a change of the sequence, from that of the motion on the other side.
+   subroutine name_change(problem, before, after)
+      class(problem_t), intent(in) :: problem
+      type(orbit_t), intent(in) :: before
+      type(point_t), intent(inout) :: after
+
+      class(contact_law_t), allocatable :: law
+      integer :: j
+
+      j = before%sequence%difference(after%orbit%sequence)
+      after%contact = j
+      after%label = "CH"
+      if (j == 0) return
+      law = problem%map%law_of(j)
+      associate (old => before%sequence, new => after%orbit%sequence)
+         if (law%of_normal) then
+            after%label = merge("ST", "SL", old%changes_to(j, branch_sticking) /= new%changes_to(j, branch_sticking))
+         else if (min(shortest(before), shortest(after%orbit)) < short .or. old%count + new%count == 0) then
+            after%label = "GR"
+         end if
+      end associate
+
+   contains
+
+      !> The shortest time between changes of the contact, in parts of the whole.
+      pure real(wp) function shortest(orbit)
+         type(orbit_t), intent(in) :: orbit
+
+         real(wp) :: last
+         integer :: i
+
+         shortest = 1.0_wp
+         associate (changes => orbit%sequence)
+            do i = changes%count, 1, -1
+               if (changes%contact(i) /= j) cycle
+               last = changes%time(i) - orbit%duration
+               exit
+            end do
+            do i = 1, changes%count
+               if (changes%contact(i) /= j) cycle
+               shortest = min(shortest, (changes%time(i) - last)/orbit%duration)
+               last = changes%time(i)
+            end do
+         end associate
+      end function shortest
+
+   end subroutine name_change
+
+   !> The function whose root is a special point of this kind.
+   real(wp) function value_of(problem, orbit, kind) result(value)
+      type(problem_t), intent(in) :: problem
+      type(orbit_t), intent(in) :: orbit
+      integer, intent(in) :: kind
+
+      real(wp), allocatable :: matrix(:, :)
+
+      select case (kind)
+      case (1)
+         matrix = problem%jacobian(orbit)
+         value = determinant(matrix(:, :problem%order()))
+      case (2)
+         value = real(product(1.0_wp + orbit%multiplier), wp)
+      case default
+         associate (pairs => pack(abs(orbit%multiplier), orbit%multiplier%im > 0.0_wp))
+            value = -1.0_wp
+            if (size(pairs) > 0) value = pairs(minloc(abs(pairs - 1.0_wp), dim=1)) - 1.0_wp
+         end associate
+      end select
+   end function value_of
+
+   subroutine find_root(problem, a, b, kind, point, found)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: a, b
+      integer, intent(in) :: kind
+      type(point_t), intent(out) :: point
+      logical, intent(out) :: found
+
+      type(bracketed_root_t) :: root
+      type(point_t) :: trial
+      real(wp) :: ends(2), value
+
+      ends = [value_of(problem, a%orbit, kind), value_of(problem, b%orbit, kind)]
+      found = ends(1)*ends(2) < 0.0_wp
+      if (.not. found) return
+      call root%start(0.0_wp, ends(1), length(a, b), ends(2), 1.0e-15_wp)
+      do while (.not. root%done())
+         call between(problem, a, b, root%trial, trial, found)
+         if (.not. found) return
+         value = value_of(problem, trial%orbit, kind)
+         point = trial
+         call root%take(value)
+      end do
+      call problem%complete(point%orbit, found)
+      if (found) call find_tangent(problem, point, a%tangent, found)
+      found = found .or. allocated(point%tangent)
+   end subroutine find_root
+
+end module razy_orbits_special
