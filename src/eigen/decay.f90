@@ -21,6 +21,9 @@ module razy_eigen_decay
       real(wp) :: damping_terms = 0.0_wp, cross_terms = 0.0_wp
    end type forms_t
 
+   !> Errors of LAPACK's eigenvalues as a part of the largest frequency, some roundings: closer ones are equal.
+   real(wp), parameter :: some = 64*epsilon(1.0_wp)
+
 contains
 
    !> Whether the error of an eigenvalue, which of a double one is the root of rounding of the `largest`, can cover its real part.
@@ -42,9 +45,15 @@ contains
       integer, allocatable, intent(out) :: verdict(:)
 
       integer, allocatable :: smallest(:)
+      real(wp) :: gap(size(value))
+      integer :: i
 
       verdict = merge(is_stable, is_unstable, value%re < 0.0_wp)
-      where (in_doubt(value, largest)) verdict = by_energy(value, largest, forms)
+      do i = 1, size(value)
+         ! Eigenvalues that are equal to rounding share their shapes, and what becomes of these.
+         gap(i) = minval([huge(largest), pack(abs(value - value(i)), abs(value - value(i)) > some*largest)])
+      end do
+      where (in_doubt(value, largest)) verdict = by_energy(value, largest, gap, forms)
       smallest = rising_order(abs(value))
       smallest = smallest(:min(resting, size(value)))
       verdict(smallest) = is_neutral
@@ -52,23 +61,27 @@ contains
       where (verdict == is_neutral) value%re = 0.0_wp
    end subroutine judge
 
-   elemental integer function by_energy(value, largest, forms) result(verdict)
+   elemental integer function by_energy(value, largest, gap, forms) result(verdict)
       complex(wp), intent(in) :: value
-      real(wp), intent(in) :: largest
+      real(wp), intent(in) :: largest, gap
       type(forms_t), intent(in) :: forms
 
-      real(wp) :: resistance, rounding, share
+      real(wp) :: resistance, rounding, share, turned
 
       associate (modulus => abs(value))
-         ! Shapes err by the square of the ratio of frequencies.
-         share = epsilon(1.0_wp)*(largest/max(modulus, epsilon(1.0_wp)*largest))**2
-         share = min(share, 1.0_wp)
+         ! Shapes err by the square of the ratio of frequencies; that they turn to neighbours makes no damping negative.
+         share = some*(largest/max(modulus, some*largest))**2
+         turned = min(share*max(1.0_wp, modulus/gap), 1.0_wp)
+         share = min(share, 0.5_wp)
          associate (decay => modulus**2*forms%damping + value%im*forms%cross, &
                     inertia => modulus**2*forms%mass + forms%stiffness, terms => modulus**2*forms%mass + abs(forms%stiffness))
             resistance = modulus**2*forms%damping_terms + abs(value%im)*forms%cross_terms
             rounding = epsilon(1.0_wp)*modulus*terms
             verdict = merge(is_stable, is_unstable, decay > 0.0_wp .eqv. inertia > 0.0_wp)
-            if (abs(decay) <= share*resistance + rounding .or. abs(inertia) <= share*terms) verdict = is_undecided
+            associate (error => share*modulus**2*abs(forms%damping) + turned*abs(value%im)*forms%cross_terms &
+                       + epsilon(1.0_wp)*resistance + rounding)
+               if (abs(decay) <= error .or. abs(inertia) <= share*terms) verdict = is_undecided
+            end associate
             ! No damper and nothing that drives touches it: what errs by rounding in a shape has the square of that for energy.
             if (resistance <= rounding .and. inertia > 0.5_wp*terms) verdict = is_neutral
          end associate

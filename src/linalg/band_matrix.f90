@@ -120,14 +120,15 @@ contains
       real(wp), intent(in) :: s
       integer, intent(out) :: info
 
-      integer :: i, n, w
+      integer :: n, w
 
       w = stiffness%width
       n = size(stiffness%entry, 2)
       self%width = w
-      self%band = reshape([real(wp) ::], [3*w + 1, n], pad=[0.0_wp])
+      if (allocated(self%band)) deallocate (self%band, self%pivot)
+      allocate (self%band(3*w + 1, n), self%pivot(n))
+      self%band(:w, :) = 0.0_wp
       self%band(w + 1:, :) = stiffness%entry + s*(damping%entry + s*mass%entry)
-      self%pivot = [(0, i=1, n)]
       call dgbtrf(n, n, w, w, self%band, 3*w + 1, self%pivot, info)
    end subroutine factor_real
 
@@ -151,14 +152,15 @@ contains
       complex(wp), intent(in) :: s
       integer, intent(out) :: info
 
-      integer :: i, n, w
+      integer :: n, w
 
       w = stiffness%width
       n = size(stiffness%entry, 2)
       self%width = w
-      self%band = reshape([complex(wp) ::], [3*w + 1, n], pad=[(0.0_wp, 0.0_wp)])
+      if (allocated(self%band)) deallocate (self%band, self%pivot)
+      allocate (self%band(3*w + 1, n), self%pivot(n))
+      self%band(:w, :) = 0.0_wp
       self%band(w + 1:, :) = stiffness%entry + s*(damping%entry + s*mass%entry)
-      self%pivot = [(0, i=1, n)]
       call zgbtrf(n, n, w, w, self%band, 3*w + 1, self%pivot, info)
    end subroutine factor_complex
 

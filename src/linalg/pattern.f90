@@ -7,7 +7,7 @@ module razy_linalg_pattern
    implicit none(type, external)
    private
 
-   public :: connected_sets, find_profile, linked
+   public :: connected_sets, find_profile, linked, without_rounding
 
    !> Entries are rounding if below this, relative to the diagonal: they change the energy of a motion by as little.
    real(wp), parameter :: rounding = 16*epsilon(1.0_wp)
@@ -78,6 +78,21 @@ contains
          end do
       end do
    end subroutine find_profile
+
+   !> A square matrix with zeros for the entries that do not matter.
+   pure function without_rounding(a) result(clean)
+      real(wp), intent(in) :: a(:, :)
+      real(wp), allocatable :: clean(:, :)
+
+      integer :: i, j
+
+      clean = a
+      do j = 1, size(a, 2)
+         do i = 1, size(a, 1)
+            if (.not. matters(a, i, j)) clean(i, j) = 0.0_wp
+         end do
+      end do
+   end function without_rounding
 
    !> Whether an entry is more than rounding of the diagonal entries of its row and column.
    pure function matters(a, i, j)

@@ -20,7 +20,7 @@ module razy_rotor_damping
    use razy_linalg_sparse, only: csr_t, entries_t, new_csr
    use razy_rotor_numbering, only: numbering_t
    use razy_rotor_rotor, only: damping_modal, damping_nodal, damping_proportional, rotor_t
-   use razy_rotor_shaft_motions, only: append, list_bearings, list_held, list_motions
+   use razy_rotor_shaft_motions, only: list_bearings, list_held, list_motions
    implicit none(type, external)
    private
 
@@ -110,13 +110,12 @@ contains
 
       integer, parameter :: across(4) = [2, 3, 5, 6]
       real(wp) :: moved(6*size(rotor%shaft), size(numbering%at))
-      real(wp), allocatable :: basis(:, :), held(:, :), stretched(:, :)
+      real(wp), allocatable :: basis(:, :), held(:, :)
       integer :: info
 
       call list_motions(rotor, moved)
       call list_held(numbering, moved, held)
-      call list_bearings(rotor, moved, .true., stretched)
-      call append(held, stretched)
+      call list_bearings(rotor, moved, .true., held)
       call null_space(held(6*(s - 1) + across, :), basis, info)
       free = merge(size(basis, 2), 0, info == 0)
    end function free_in_bending

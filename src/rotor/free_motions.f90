@@ -27,14 +27,15 @@ contains
       real(wp), allocatable, intent(out) :: of_stiffness(:, :), of_damping(:, :)
 
       real(wp) :: moved(6*size(model%rotor%shaft), size(model%numbering%at))
-      real(wp), allocatable :: felt(:, :), held(:, :), stretched(:, :)
+      real(wp), allocatable :: felt(:, :), stretched(:, :)
 
       call list_motions(model%rotor, moved)
-      call list_held(model%numbering, moved, held)
+      call list_held(model%numbering, moved, stretched)
+      felt = stretched
       call list_felt(model, moved, .true., circulatory, stretched)
       call list_felt(model, moved, .false., gyroscopic, felt)
-      call free_of(model, reduced, reshape([held, stretched], [size(moved, 1), size(held, 2) + size(stretched, 2)]), of_stiffness)
-      call free_of(model, reduced, reshape([held, felt], [size(moved, 1), size(held, 2) + size(felt, 2)]), of_damping)
+      call in_coordinates(model, reduced, unfelt(stretched), of_stiffness)
+      call in_coordinates(model, reduced, unfelt(felt), of_damping)
    end subroutine find_rotor_motions
 
    !> Bases (6 shafts, r each) of the rigid motions that no stiffness holds, meshes closed if `meshed`, and of those among them that
@@ -46,24 +47,19 @@ contains
       real(wp), allocatable, intent(out) :: of_stiffness(:, :), untouched(:, :)
 
       real(wp) :: moved(6*size(model%rotor%shaft), size(model%numbering%at))
-      real(wp), allocatable :: felt(:, :), held(:, :), turned(:, :)
-      integer :: info
+      real(wp), allocatable :: felt(:, :)
 
       call list_motions(model%rotor, moved)
-      call list_held(model%numbering, moved, held)
+      call list_held(model%numbering, moved, felt)
       call list_felt(model, moved, .true., circulatory, felt)
-      call append(held, felt)
-      if (meshed) call append(held, matmul(moved(:, places(model)), model%mesh_direction))
-      call null_space(held, of_stiffness, info)
-      if (info /= 0) of_stiffness = of_stiffness(:, :0)
+      if (meshed) call append(felt, matmul(moved(:, places(model)), model%mesh_direction))
+      of_stiffness = unfelt(felt)
       if (damped) then
-         call list_felt(model, moved, .false., gyroscopic, turned)
-         call append(held, turned)
+         call list_felt(model, moved, .false., gyroscopic, felt)
       else if (gyroscopic) then
-         call append_tilts(model, moved, held)
+         call append_tilts(model, moved, felt)
       end if
-      call null_space(held, untouched, info)
-      if (info /= 0) untouched = untouched(:, :0)
+      untouched = unfelt(felt)
    end subroutine rigid_motions
 
    !> What motions with a basis of `rigid_motions` are, in words; empty for none. A shaft that tilts about a bearing moves across
@@ -112,13 +108,13 @@ contains
       end associate
    end function places
 
-   !> What bearings feel by stiffness, or else by damping, and what internal damping, if its circulatory matrix `acts`, or else
-   !> itself, and gyroscopic moments, if they act, feel.
+   !> Append what bearings feel by stiffness, or else by damping, and what internal damping, if its circulatory matrix `acts`, or
+   !> else itself, and gyroscopic moments, if they act, feel.
    subroutine list_felt(model, moved, by_stiffness, acts, felt)
       type(rotor_model_t), intent(in) :: model
       real(wp), intent(in) :: moved(:, :)
       logical, intent(in) :: by_stiffness, acts
-      real(wp), allocatable, intent(out) :: felt(:, :)
+      real(wp), allocatable, intent(inout) :: felt(:, :)
 
       integer :: i, s
 
@@ -154,20 +150,16 @@ contains
       end do
    end subroutine append_tilts
 
-   !> The motions that none of the `rows` feels, as far as the reduction has them, in its coordinates.
-   subroutine free_of(model, reduced, rows, free)
-      type(rotor_model_t), intent(in) :: model
-      type(reduced_t), intent(in) :: reduced
+   !> The motions that none of the `rows` feels.
+   function unfelt(rows) result(motion)
       real(wp), intent(in) :: rows(:, :)
-      real(wp), allocatable, intent(out) :: free(:, :)
-
       real(wp), allocatable :: motion(:, :)
+
       integer :: info
 
       call null_space(rows, motion, info)
       if (info /= 0) motion = motion(:, :0)
-      call in_coordinates(model, reduced, motion, free)
-   end subroutine free_of
+   end function unfelt
 
    !> Motions (6 shafts, r) in the coordinates of the model (n, r).
    function moves_of(model, motion) result(moves)

@@ -47,18 +47,17 @@ contains
       end associate
    end subroutine list_held
 
-   !> What bearings feel by stiffness, or else by damping (6 shafts, k).
+   !> Append what bearings feel by stiffness, or else by damping (6 shafts, k).
    pure subroutine list_bearings(rotor, moved, by_stiffness, felt)
       type(rotor_t), intent(in) :: rotor
       real(wp), intent(in) :: moved(:, :)
       logical, intent(in) :: by_stiffness
-      real(wp), allocatable, intent(out) :: felt(:, :)
+      real(wp), allocatable, intent(inout) :: felt(:, :)
 
       real(wp) :: at_node(6, 6)
       real(wp) :: between(size(moved, 1), 6)
       integer :: first, i
 
-      allocate (felt(size(moved, 1), 0))
       do i = 1, size(rotor%bearing)
          associate (bearing => rotor%bearing(i))
             first = first_column(rotor, bearing%shaft) + 6*(bearing%node - 1)

@@ -188,11 +188,9 @@ contains
       moved = abs(u)
       ! Without gyroscopic moments, of which rounding would be left.
       damping = self%damping + self%modal%bearing_change(speed, .true., .false., .true.)
-      damping = 0.5_wp*(damping + transpose(damping))
       cross = self%cross_at(speed, rate=.false.)
       forms%mass = sum(moved**2)
       forms%stiffness = sum(self%squared*moved**2) + real(dot_product(u, matmul(cross, u)), wp)
-      cross = 0.5_wp*(cross - transpose(cross))
       forms%damping = real(dot_product(u, matmul(damping, u)), wp)
       forms%cross = aimag(dot_product(u, matmul(cross, u)))
       forms%damping_terms = dot_product(moved, matmul(abs(damping), moved))

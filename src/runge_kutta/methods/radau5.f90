@@ -10,12 +10,15 @@
 !! one real and one complex factorisation.
 !!
 !! With z = (y, y') the matrix λ - J is reduced by hand: (K + λ(B + λ)) y = q + (B + λ) p, v = λ y - p for the right-hand
-!! side (p, q), where K and B are the tangents of the forces. That is an eighth of the work on the whole matrix.
+!! side (p, q), where K and B are the tangents of the forces. That is an eighth of the work on the whole matrix, and less where K
+!! and B, in a suitable order, are narrow bands, as in a chain.
 module razy_runge_kutta_methods_radau5
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_system, only: system_t
-   use razy_linalg_lapack, only: dgetrf, dgetrs, zgetrf, zgetrs
+   use razy_linalg_band_matrix, only: band_lu_t, band_t, complex_band_lu_t, dense_band, find_band
+   use razy_linalg_dense, only: identity
+   use razy_linalg_pattern, only: without_rounding
    use razy_runge_kutta_right_hand_side, only: right_hand_side_t, treat_by_events
    implicit none(type, external)
    private
@@ -52,14 +55,16 @@ module razy_runge_kutta_methods_radau5
       logical :: has_jacobian = .false.
       logical, private :: is_fresh = .false.
       real(wp), private :: h_factored = 0.0_wp
-      !> df/dz (n, n); factors (m, m).
-      real(wp), allocatable, private :: jacobian(:, :), factor(:, :)
-      complex(wp), allocatable, private :: complex_factor(:, :)
-      integer, allocatable, private :: pivot(:), complex_pivot(:)
+      !> df/dz (n, n); of it K and B, and the unit matrix, with rows and columns in this order (m); factors.
+      real(wp), allocatable, private :: jacobian(:, :)
+      integer, allocatable, private :: order(:)
+      type(band_t), private :: stiffness, damping, mass
+      type(band_lu_t), private :: factor
+      type(complex_band_lu_t), private :: complex_factor
       !> Transformed increments of the stages; slopes, then corrections (n, 3).
       real(wp), allocatable, private :: w(:, :), f(:, :)
-      real(wp), allocatable, private :: real_side(:)
-      complex(wp), allocatable, private :: complex_side(:)
+      real(wp), allocatable, private :: part(:), real_side(:)
+      complex(wp), allocatable, private :: complex_side(:, :)
       !> Tolerances of the estimate, which is of lower order than the result.
       real(wp), private :: relative = 0.0_wp, absolute = 0.0_wp
       !> Newton iterations of the last attempt, and their rate of convergence; memory of the iteration's contraction.
@@ -105,9 +110,9 @@ contains
       type(radau5_t), intent(inout) :: self
       real(wp), intent(in) :: h
 
-      complex(wp) :: eigenvalue, p, q, v
+      complex(wp) :: eigenvalue, q
       real(wp) :: g(3), real_eigenvalue
-      integer :: i, info, j, m
+      integer :: i, k, m
 
       m = self%m
       real_eigenvalue = lambda/h
@@ -120,23 +125,26 @@ contains
          self%f(i, 3) = aimag(q)
       end do
       call solve_real(self, real_eigenvalue, self%f(:, 1))
-      do i = 1, m
-         self%complex_side(i) = cmplx(self%f(m + i, 2), self%f(m + i, 3), wp) &
-                                + eigenvalue*cmplx(self%f(i, 2), self%f(i, 3), wp)
-      end do
-      do j = 1, m
-         p = cmplx(self%f(j, 2), self%f(j, 3), wp)
+      do k = 1, 2
          do i = 1, m
-            self%complex_side(i) = self%complex_side(i) - self%jacobian(m + i, m + j)*p
+            self%part(i) = self%f(self%order(i), k + 1)
+            self%real_side(i) = self%f(m + self%order(i), k + 1)
          end do
+         call self%damping%add_times(self%part, self%real_side)
+         if (k == 1) self%complex_side(:, 1) = self%real_side
       end do
-      call zgetrs("N", m, 1, self%complex_factor, m, self%complex_pivot, self%complex_side, m, info)
       do i = 1, m
-         v = eigenvalue*self%complex_side(i) - cmplx(self%f(i, 2), self%f(i, 3), wp)
-         self%f(i, 2) = real(self%complex_side(i), wp)
-         self%f(i, 3) = aimag(self%complex_side(i))
-         self%f(m + i, 2) = real(v, wp)
-         self%f(m + i, 3) = aimag(v)
+         q = cmplx(real(self%complex_side(i, 1), wp), self%real_side(i), wp)
+         self%complex_side(i, 1) = q + eigenvalue*cmplx(self%f(self%order(i), 2), self%part(i), wp)
+      end do
+      call self%complex_factor%solve(self%complex_side)
+      do i = 1, m
+         k = self%order(i)
+         q = eigenvalue*self%complex_side(i, 1) - cmplx(self%f(k, 2), self%f(k, 3), wp)
+         self%f(m + k, 2) = real(q, wp)
+         self%f(m + k, 3) = aimag(q)
+         self%f(k, 2) = real(self%complex_side(i, 1), wp)
+         self%f(k, 3) = aimag(self%complex_side(i, 1))
       end do
    end subroutine newton_correction
 
@@ -146,21 +154,18 @@ contains
       real(wp), intent(in) :: eigenvalue
       real(wp), intent(inout) :: x(:)
 
-      integer :: i, info, j, m
+      integer :: i, m
 
       m = self%m
       do i = 1, m
-         self%real_side(i) = x(m + i) + eigenvalue*x(i)
+         self%part(i) = x(self%order(i))
+         self%real_side(i) = x(m + self%order(i)) + eigenvalue*self%part(i)
       end do
-      do j = 1, m
-         do i = 1, m
-            self%real_side(i) = self%real_side(i) - self%jacobian(m + i, m + j)*x(j)
-         end do
-      end do
-      call dgetrs("N", m, 1, self%factor, m, self%pivot, self%real_side, m, info)
+      call self%damping%add_times(self%part, self%real_side)
+      call self%factor%solve(self%real_side)
       do i = 1, m
-         x(m + i) = eigenvalue*self%real_side(i) - x(i)
-         x(i) = self%real_side(i)
+         x(m + self%order(i)) = eigenvalue*self%real_side(i) - self%part(i)
+         x(self%order(i)) = self%real_side(i)
       end do
    end subroutine solve_real
 
@@ -172,34 +177,32 @@ contains
       real(wp), intent(in) :: z(:), h
       logical, intent(out) :: failed
 
-      complex(wp) :: eigenvalue
-      integer :: i, info, j, m
+      real(wp), allocatable :: damping(:, :), stiffness(:, :)
+      integer :: info, width
 
       failed = .false.
-      if (.not. self%has_jacobian) then
-         call rhs%jacobian(system, 0.0_wp, z, self%jacobian)
-         self%has_jacobian = .true.
-         self%is_fresh = .true.
-         self%h_factored = 0.0_wp
-         failed = .not. all(ieee_is_finite(self%jacobian))
-         if (failed) return
-      end if
+      associate (m => self%m, jacobian => self%jacobian)
+         if (.not. self%has_jacobian) then
+            call rhs%jacobian(system, 0.0_wp, z, jacobian)
+            self%has_jacobian = .true.
+            self%is_fresh = .true.
+            self%h_factored = 0.0_wp
+            failed = .not. all(ieee_is_finite(jacobian))
+            if (failed) return
+            stiffness = without_rounding(-jacobian(m + 1:, :m))
+            damping = without_rounding(-jacobian(m + 1:, m + 1:))
+            call find_band(stiffness, damping, identity(m), self%order, width)
+            self%stiffness = dense_band(stiffness, self%order, width)
+            self%damping = dense_band(damping, self%order, width)
+            self%mass = dense_band(identity(m), self%order, width)
+         end if
+      end associate
       if (.not. abs(h - self%h_factored) > 0.0_wp) return
-      m = self%m
-      eigenvalue = cmplx(lambda_re, lambda_im, wp)/h
-      do j = 1, m
-         do i = 1, m
-            self%factor(i, j) = -self%jacobian(m + i, j) - (lambda/h)*self%jacobian(m + i, m + j)
-            self%complex_factor(i, j) = -self%jacobian(m + i, j) - eigenvalue*self%jacobian(m + i, m + j)
-         end do
-         self%factor(j, j) = self%factor(j, j) + (lambda/h)**2
-         self%complex_factor(j, j) = self%complex_factor(j, j) + eigenvalue**2
-      end do
       self%factorisations = self%factorisations + 1
       self%h_factored = h
-      call dgetrf(m, m, self%factor, m, self%pivot, info)
+      call self%factor%factor(self%stiffness, self%damping, self%mass, lambda/h, info)
       failed = info /= 0
-      call zgetrf(m, m, self%complex_factor, m, self%complex_pivot, info)
+      call self%complex_factor%factor(self%stiffness, self%damping, self%mass, cmplx(lambda_re, lambda_im, wp)/h, info)
       failed = failed .or. info /= 0
       if (failed) self%h_factored = 0.0_wp
    end subroutine factorise
@@ -235,11 +238,9 @@ contains
       self%factorisations = 0
       self%m = m
       if (allocated(self%z)) deallocate (self%z, self%difference, self%w, self%f, self%error, self%raw, self%stage, self%jacobian, &
-                                         self%factor, self%complex_factor, self%pivot, self%complex_pivot, self%real_side, &
-                                         self%complex_side)
+                                         self%part, self%real_side, self%complex_side)
       allocate (self%z(n, 3), self%difference(n, 3), self%w(n, 3), self%f(n, 3), self%error(n), self%raw(n), self%stage(n))
-      allocate (self%jacobian(n, n), self%factor(m, m), self%complex_factor(m, m), self%pivot(m), self%complex_pivot(m))
-      allocate (self%real_side(m), self%complex_side(m))
+      allocate (self%jacobian(n, n), self%part(m), self%real_side(m), self%complex_side(m, 1))
       call self%restart()
    end subroutine prepare
 

@@ -31,7 +31,7 @@ contains
 
       real(wp), allocatable :: basis(:, :), damping(:, :), of_stiffness(:, :), slope(:, :), squared(:), &
                                stiffness(:, :), untouched(:, :)
-      integer, allocatable :: order(:)
+      integer, allocatable :: order(:), verdict(:)
       complex(wp), allocatable :: values(:)
       integer :: culprit, kept, status
 
@@ -49,7 +49,7 @@ contains
       call linear_free_motions(machine, slope, of_stiffness, untouched)
       call modes_beside(stiffness, machine%mass, of_stiffness, untouched, squared, basis, status)
       if (status == 0) then
-         call find_damped(values, content%verdict, squared, congruence_of(damping, basis), &
+         call find_damped(values, verdict, squared, congruence_of(damping, basis), &
                           size(of_stiffness, 2) - size(untouched, 2), status)
       end if
       if (status == 0) call modes_beside(stiffness, machine%mass, of_stiffness, untouched(:, :0), squared, basis, status)
@@ -72,21 +72,20 @@ contains
       content%frequency = reshape(content%natural, [kept, 1])
       values = [spread((0.0_wp, 0.0_wp), 1, size(untouched, 2)), values]
       content%eigenvalue = reshape(values, [size(values), 1])
-      content%verdict = reshape([spread(is_neutral, 1, size(untouched, 2)), content%verdict], shape(content%eigenvalue))
+      content%verdict = reshape([spread(is_neutral, 1, size(untouched, 2)), verdict], shape(content%eigenvalue))
    end subroutine find_machine_modes
 
    !> Damped eigenvalues with Im >= 0, and what they say of stability, in modes with `squared` omega² (p) and `damping` (p, p);
    !> `resting` of them are motions that dampers alone resist.
    subroutine find_damped(value, verdict, squared, damping, resting, status)
       complex(wp), allocatable, intent(out) :: value(:)
-      integer, allocatable, intent(out) :: verdict(:, :)
+      integer, allocatable, intent(out) :: verdict(:)
       real(wp), intent(in) :: squared(:), damping(:, :)
       integer, intent(in) :: resting
       integer, intent(out) :: status
 
       type(forms_t), allocatable :: forms(:)
       complex(wp), allocatable :: shape(:, :)
-      integer, allocatable :: said(:)
       real(wp), allocatable :: scaling(:)
       integer :: i
 
@@ -102,8 +101,7 @@ contains
             end associate
          end associate
       end do
-      call judge(value, maxval(scaling), forms, resting, said)
-      verdict = reshape(said, [size(said), 1])
+      call judge(value, maxval(scaling), forms, resting, verdict)
    end subroutine find_damped
 
 end module razy_study_modes_machine

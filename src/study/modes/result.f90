@@ -300,18 +300,18 @@ contains
       integer, intent(in) :: verdict(:)
 
       character(:), allocatable :: line
-      integer :: i, found
+      integer :: i
 
       line = "neutral, nothing damps or drives them:"
-      found = 0
-      do i = 1, size(omega)
-         if (verdict(i) /= is_neutral) cycle
-         if (.not. omega(i) > 0.0_wp) cycle
-         found = found + 1
-         if (found <= most_lines) line = line//" "//decimal(omega(i)/(2*pi), 3)
-      end do
-      if (found > most_lines) line = line//" and "//to_text(found - most_lines)//" more, in"
-      if (found > 0) call append_text(lines, line//" Hz")
+      associate (all => pack(omega, verdict == is_neutral))
+         associate (shown => pack(all, all > 0.0_wp))
+            do i = 1, min(most_lines, size(shown))
+               line = line//" "//decimal(shown(i)/(2*pi), 3)
+            end do
+            if (size(shown) > most_lines) line = line//" and "//to_text(size(shown) - most_lines)//" more, in"
+            if (size(shown) > 0) call append_text(lines, line//" Hz")
+         end associate
+      end associate
    end subroutine append_neutral
 
    !> The parts with a share in a mode, largest first, and the mesh.
