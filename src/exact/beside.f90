@@ -17,7 +17,7 @@ module razy_exact_beside
 
    type :: beside_t
       type(modal_basis_t) :: basis
-      type(response_t), private :: response
+      type(response_t) :: response
       type(excitation_t), private :: excitation
       !> Amplitudes where it was begun, at `time`, s, and where it was looked at last; how long a stretch may be, and is, s.
       type(amplitudes_t), private :: mark, now

@@ -112,6 +112,7 @@ contains
       if (allocated(error)) return
       call self%solutions%attach(self%system, self%memory_mb*(2_i8**23/storage_size(1.0_wp)))
       call self%crossings%attach(size(machine%contact))
+      self%aside = 0.0_wp
    end subroutine prepare
 
    !> The solution in the mode, from time and state as they are.
@@ -174,6 +175,7 @@ contains
 
       if (self%starting .and. self%system%beside%m > 0) then
          call self%beside%begin(self%system, self%time, info)
+         self%aside = self%beside%response%fastest
          if (info /= 0) then
             outcome%status = status_no_modes
             self%now = 0
@@ -195,6 +197,7 @@ contains
          end if
       end if
       if (self%now == 0) return
+      self%complete = self%solutions%of(self%now)%form%complete
       outcome%residual = max(outcome%residual, self%solutions%of(self%now)%form%residual)
       if (.not. outcome%residual <= worst_residual) outcome%status = status_inaccurate
       self%settled = self%settled .or. .not. self%solutions%of(self%now)%form%free

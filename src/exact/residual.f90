@@ -20,7 +20,7 @@ module razy_exact_residual
    implicit none(type, external)
    private
 
-   public :: new_probe, probe_t, worst_residual
+   public :: is_whole, new_probe, probe_t, worst_residual
 
    !> Above, a closed form is not called a solution.
    real(wp), parameter :: worst_residual = 1.0e-10_wp

@@ -53,6 +53,8 @@ module razy_exact_solution
       integer :: level = 10, first_level = 10
       !> By how much it misses the machine's equations (razy_exact_residual).
       real(wp) :: residual = 0.0_wp
+      !> Whether no mode was left out that nothing feels.
+      logical :: complete = .true.
       !> Machine for which the response was made, and the rows of contacts.
       integer :: version = 0
       integer, private :: touching_version = 0

@@ -9,7 +9,7 @@ module razy_exact_solutions
    use razy_exact_closed_form_amplitudes, only: amplitudes_t
    use razy_exact_closed_form_passage, only: passage_t, pays
    use razy_exact_modal_eigenmodes, only: new_open_modes, open_modes_t
-   use razy_exact_residual, only: new_probe, probe_t
+   use razy_exact_residual, only: is_whole, new_probe, probe_t
    use razy_exact_solution, only: solution_t
    use razy_exact_tally, only: key_type, mixed, tally_t
    use razy_hybrid_mode, only: mode_t
@@ -129,7 +129,10 @@ contains
             i = 0
             return
          end if
-         if (self%fresh) form%residual = self%probe%residual(system, mode, form%response, form%constrained, form%acting, t_end)
+         if (self%fresh) then
+            form%complete = is_whole(form%response)
+            form%residual = self%probe%residual(system, mode, form%response, form%constrained, form%acting, t_end)
+         end if
          call self%levels%find(key, form%first_level, self%last_level, new)
          if (new) self%met = self%met + 1
          form%level = self%levels%value(self%last_level)

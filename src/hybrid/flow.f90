@@ -54,6 +54,7 @@ module razy_hybrid_flow
       procedure :: run
       procedure, non_overridable :: remaining
       procedure :: final_state
+      procedure :: followed
       procedure(enter_mode), deferred :: enter
       procedure(go_on), deferred :: advance
       !> The piece under way is this moment, with the state and the mode as they are now.
@@ -441,5 +442,18 @@ contains
 
       call self%system%to_coordinates(self%z, displacement, velocity)
    end subroutine final_state
+
+   !> Of loads (n, loads) what moves the coordinates that are followed.
+   pure function followed(self, load)
+      class(flow_t), intent(in) :: self
+      real(wp), intent(in) :: load(:, :)
+      real(wp), allocatable :: followed(:, :)
+
+      associate (mass => self%system%machine%mass, project => self%system%coupled%project, beside => self%system%beside)
+         followed = matmul(transpose(project), matmul(project, load))
+         if (beside%m > 0) followed = followed + matmul(transpose(beside%project), matmul(beside%project, load))
+         followed = matmul(mass, followed)
+      end associate
+   end function followed
 
 end module razy_hybrid_flow

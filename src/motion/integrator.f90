@@ -46,8 +46,10 @@ module razy_motion_integrator
       integer(i8) :: near_misses = 0
       !> Modes that the motion came to (exact).
       integer :: states = 0
-      !> By how much the closed forms that the motion came through miss the machine's equations, over the size of the terms (exact).
+      !> By how much the closed forms that the motion came through (exact), and its balances where they were looked at, miss the
+      !> machine's equations, over the size of the terms; 1 if that is more than the method allows.
       real(wp) :: residual = 0.0_wp
+      integer :: unbalanced = 0
    contains
       procedure :: columns
    end type outcome_t
@@ -115,6 +117,10 @@ module razy_motion_integrator
       type(budget_t) :: budget
       !> Branches in the piece being shown (contacts).
       integer, allocatable :: branch(:)
+      !> Whether the state there is that of all that is followed: no mode that nothing feels was left out.
+      logical :: complete = .true.
+      !> The fastest exponent of what is followed and no contact feels, 1/s.
+      real(wp) :: aside = 0.0_wp
    contains
       !> Take a machine; `keep_all` follows every coordinate, not only those that contacts and observables feel.
       procedure(take_machine), deferred :: prepare
@@ -127,7 +133,7 @@ module razy_motion_integrator
       !> The next extremum of observable `form` after `tau`, up to `tau_end`, while it moves in `direction` (+1, -1). `turned`:
       !> the piece has an extremum at `tau` itself, which was found before.
       procedure(find_turn), deferred :: next_turn
-      !> Displacements and velocities of all coordinates (n each); needs `keep_all`.
+      !> Displacements and velocities of all coordinates (n each); of what is followed without `keep_all`.
       procedure(state_at), deferred :: state
       !> Variable s, rate s' and reported force of contact j.
       procedure(contact_at), deferred :: contact
@@ -137,6 +143,8 @@ module razy_motion_integrator
       procedure(end_state), deferred :: final_state
       !> Integrals over the rest of the piece of what a contact does, where the integrator has a closed form of them.
       procedure :: contact_sums
+      !> The part of loads that moves what is followed.
+      procedure :: followed
    end type integrator_t
 
    !> Steps from one look at the clock to the next.
@@ -323,6 +331,17 @@ contains
       end associate
    end subroutine contact_sums
 
+   !> Of loads (n, loads) what moves the coordinates that are followed: all of it here.
+   pure function followed(self, load)
+      class(integrator_t), intent(in) :: self
+      real(wp), intent(in) :: load(:, :)
+      real(wp), allocatable :: followed(:, :)
+
+      associate (unused => self)
+         followed = load
+      end associate
+   end function followed
+
    !> Hand over status and counters as single values of `group`, such as `/outcome/`; `brief`: only those that a sweep stores of
    !> each point.
    subroutine columns(self, table, group, brief)
@@ -341,7 +360,8 @@ contains
       call table%add(group//"near_misses", self%near_misses, "1", &
                      "switching functions that turned nearer to a bound than resolved")
       call table%add(group//"residual", self%residual, "1", &
-                     "what closed forms miss in the machine's equations, over the size of their terms; 0 by other methods")
+                     "what the motion misses in the machine's equations and balances, over the size of their terms")
+      call table%add(group//"unbalanced", self%unbalanced, "1", "1 = that is more than the method allows")
       call table%add(group//"integrator", self%integrator, "1", "method that followed the motion")
       call table%note_meanings([(i, i=1, size(integrators))], integrators)
       if (brief) return

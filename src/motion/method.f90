@@ -31,9 +31,20 @@ module razy_motion_method
       real(wp) :: most_seconds = 3600.0_wp
       !> Memory for closed forms (exact), 2^20 bytes.
       integer :: memory_mb = 256
+   contains
+      procedure :: worst_balance
    end type method_t
 
 contains
+
+   !> How much of the size of their terms balances of a motion by this method may miss: more than rounding of the closed form, or a
+   !> thousand times the tolerance of steps with events; anything without step control or events.
+   pure real(wp) function worst_balance(self)
+      class(method_t), intent(in) :: self
+
+      worst_balance = merge(1.0e-8_wp, 1.0e3_wp*max(self%relative_tolerance, self%absolute_tolerance), self%integrator == "exact")
+      if (self%treatment /= "event" .or. self%integrator == "rk4") worst_balance = huge(1.0_wp)
+   end function worst_balance
 
    !> Settle what was left `automatic`, and refuse what a machine's laws do not allow: `key` of &motion that is wrong (blank if
    !> none is), and what is `allowed` there.

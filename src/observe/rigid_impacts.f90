@@ -44,15 +44,13 @@ contains
                                                               j=1, size(machine%contact))])
       self%begun = .false.
       m = size(self%number)
-      if (allocated(self%jumped)) deallocate (self%jumped, self%before, self%after, self%impulse)
-      allocate (self%jumped(m), source=.false.)
-      allocate (self%before(m), self%after(m), self%impulse(m), source=0.0_wp)
+      self%jumped = [(.false., j=1, m)]
+      self%before = [(0.0_wp, j=1, m)]
+      self%after = self%before
+      self%impulse = self%before
       n = size(machine%mass, 1)
-      allocate (w(n, m))
-      do j = 1, m
-         w(:, j) = machine%contact(self%number(j))%w
-      end do
       if (m == 0) return
+      w = reshape([(machine%contact(self%number(j))%w, j=1, m)], [n, m])
       factor = machine%mass
       solved = w
       call dpotrf("L", n, factor, n, info)
@@ -91,9 +89,7 @@ contains
       factor = self%mobility(who, who)
       p = reshape(self%after(who) - self%before(who), [k, 1])
       call dpotrf("L", k, factor, k, info)
-      do j = 1, merge(k, 0, info == 0)
-         if (factor(j, j)**2 <= 64*epsilon(1.0_wp)*self%mobility(who(j), who(j))) info = j
-      end do
+      if (info == 0) info = count([(factor(j, j)**2 <= 64*epsilon(1.0_wp)*self%mobility(who(j), who(j)), j=1, k)])
       if (info == 0) call dpotrs("L", k, 1, factor, k, p, k, info)
       if (info /= 0) p = ieee_value(1.0_wp, ieee_quiet_nan)
       self%impulse(who) = p(:, 1)

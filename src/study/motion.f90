@@ -6,6 +6,7 @@ module razy_study_motion
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: ask_stop, integrator_t, observer_slot_t, outcome_t
    use razy_moreau_moreau, only: moreau_t
+   use razy_observe_balance, only: balance_t
    use razy_runge_kutta_runge_kutta, only: new_runge_kutta, runge_kutta_t
    use razy_motion_method, only: check_method, integrators, method_t
    implicit none(type, external)
@@ -39,6 +40,8 @@ contains
 
       class(integrator_t), allocatable, target :: own
       type(method_t) :: checked
+      type(balance_t), target :: balance
+      type(observer_slot_t) :: slots(size(observers) + 1)
       character(:), allocatable :: allowed, key
       integer(i8) :: limit
       logical :: all
@@ -68,7 +71,12 @@ contains
       if (present(stop_is_asked)) integrator%budget%stop_is_asked => stop_is_asked
       call integrator%prepare(machine, all, error)
       if (allocated(error)) return
-      call integrator%run(t_end, limit, observers, outcome)
+      call balance%attach(machine)
+      slots(:size(observers)) = observers
+      slots(size(slots))%observer => balance
+      call integrator%run(t_end, limit, slots, outcome)
+      outcome%residual = max(outcome%residual, balance%residual())
+      if (outcome%residual > checked%worst_balance()) outcome%unbalanced = 1
       select type (integrator)
       type is (exact_t)
          integrator%may_give_up = .false.

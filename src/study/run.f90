@@ -135,6 +135,8 @@ contains
       class(run_t), intent(in) :: self
       type(string_t), allocatable :: lines(:)
 
+      character(7) :: missing
+
       allocate (lines(0))
       if (allocated(self%machine%caution)) lines = self%machine%caution
       call self%watch%reach%words(lines)
@@ -144,6 +146,11 @@ contains
                                                                              outcome%near_misses > 1))// &
                              ": contacts that closed or opened nearly or barely, by less than the method resolves "// &
                              "(docs/hard_cases.md)")
+         end if
+         if (outcome%unbalanced > 0) then
+            write (missing, "(es7.1)") outcome%residual
+            call append_text(lines, "the motion misses the machine's equations and balances by "//missing// &
+                             " of the size of their terms, more than rounding or the tolerance (docs/methods.md)")
          end if
          if (outcome%status /= status_ok) call append_text(lines, "the motion ended at "//to_text(outcome%time)//" s: "// &
                                                            trim(status_meanings(outcome%status)))

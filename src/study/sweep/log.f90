@@ -211,6 +211,8 @@ contains
              " failed, "//decimal(outcome%elapsed, 3)//" s, ranks busy "//decimal(100*outcome%efficiency(), 1)//" %"
       missing = checkpoint%tally_of("/point/near_misses")
       if (missing > 0) line = line//", near misses at "//to_text(missing)//trim(merge(" points", " point ", missing > 1))
+      missing = checkpoint%tally_of("/point/unbalanced")
+      if (missing > 0) line = line//", balances missed at "//to_text(missing)//trim(merge(" points", " point ", missing > 1))
    end function what_was_written
 
 end module razy_study_sweep_log

@@ -1,0 +1,229 @@
+!! Whether a motion obeys the machine's own equations: balances of momentum and energy along pieces of it as observers see them.
+!!
+!! Over a stretch [a, b] of a piece, by Gauss's rule of eight points, with the machine's matrices and the state that is followed,
+!!
+!!     q(b) - q(a) = ∫ q' dt,   M (q'(b) - q'(a)) = ∫ p dt,   ½ q'ᵀM q' at b less that at a = ∫ q'ᵀ p dt,
+!!     rᵀM (q'(b) - q'(a)) = ∫ rᵀ (f - Σ_j w_j F_j) dt,   p = f - B q' - K q - Σ_j w_j F_j,
+!!
+!! for every rigid motion r, free of stiffness and damping; f is what of the loads moves what is followed, and q'ᵀp is the power of
+!! loads, springs, dampers, circulatory terms and all that contacts do. From there to the piece that follows displacements do not
+!! jump, and M q' jumps by impulses along contacts that are rigid or have friction alone. Some early pieces are looked at, and after
+!! them one of a thousand. From the first piece to the last the momentum along motions that nothing but loads acts on grows by their
+!! integral; that is not looked at where a tone is swept, a waveform or does not turn.
+!!
+!! What is missing counts over the size of the terms in the motion, that of forces over a natural interval of the integrator at
+!! least.
+module razy_observe_balance
+   use razy_core_kinds, only: i8, wp
+   use razy_linalg_null_space, only: null_space
+   use razy_machine_free_motions, only: linear_free_motions
+   use razy_machine_machine, only: machine_t
+   use razy_motion_integrator, only: observer_t, piece_t
+   use razy_observe_gauss, only: abscissa, points, weight
+   implicit none(type, external)
+   private
+
+   public :: balance_t
+
+   type, extends(observer_t) :: balance_t
+      !> The largest of what was missing in displacements, momentum, energy, momentum along rigid motions and in that of the whole
+      !> motion, and the largest sizes of their terms.
+      real(wp), private :: missing(5) = 0.0_wp, terms(5) = 0.0_wp
+      type(machine_t), private :: machine
+      !> Rigid motions with all contacts open, those that no contact feels, and motions along which no contact gives an impulse
+      !> (n, motions each); 1/sqrt(M_ii) (n).
+      real(wp), allocatable, private :: rigid(:, :), untouched(:, :), unpushed(:, :), root(:)
+      !> Constant loads, real and imaginary parts of those of tones (n, 1 + 2 tones), as far as they move what is followed.
+      real(wp), allocatable, private :: load(:, :)
+      !> Momentum less the integrals of loads, at the start of the motion (n).
+      real(wp), allocatable, private :: conserved(:)
+      !> State at the end of the piece before, if it was looked at, and sizes of displacements and of momentum in it (n each).
+      real(wp), allocatable, private :: q(:), v(:), reach(:), speed(:)
+      logical, private :: ended = .false.
+      integer(i8), private :: pieces = 0
+   contains
+      procedure :: attach
+      procedure :: piece
+      procedure :: residual
+   end type balance_t
+
+   !> Pieces that are looked at: early ones, by number, and one of so many. A method with steps may begin with tiny ones.
+   integer(i8), parameter :: early(3) = [1_i8, 4_i8, 32_i8], seldom = 1000
+   !> Most natural intervals in a stretch.
+   integer, parameter :: intervals = 8
+   !> Most angle of what no contact feels in a stretch.
+   real(wp), parameter :: angle = 2.0_wp
+
+contains
+
+   !> Begin with a motion of a machine.
+   subroutine attach(self, machine)
+      class(balance_t), intent(inout) :: self
+      type(machine_t), intent(in) :: machine
+
+      real(wp) :: slope(2, size(machine%contact))
+      real(wp), allocatable :: unused(:, :)
+      integer :: i, info
+
+      self%machine = machine
+      self%root = [(1/sqrt(machine%mass(i, i)), i=1, size(machine%load))]
+      slope = 0.0_wp
+      call linear_free_motions(machine, slope, unused, self%rigid)
+      call linear_free_motions(machine, slope + 1.0_wp, unused, self%untouched)
+      call null_space(reshape([(merge(machine%contact(i)%w, 0.0_wp, machine%contact(i)%law%impacts .or. &
+                                      machine%contact(i)%law%of_normal), i=1, size(slope, 2))], &
+                              [size(self%root), size(slope, 2)]), self%unpushed, info)
+      if (info /= 0) self%unpushed = self%unpushed(:, :0)
+   end subroutine attach
+
+   !> Look at a piece if it is its turn, and at what led to it if the one before was looked at.
+   subroutine piece(self, part)
+      class(balance_t), intent(inout) :: self
+      type(piece_t), intent(in) :: part
+
+      if (.not. part%duration > 0.0_wp) return
+      self%pieces = self%pieces + 1
+      if (self%ended .and. part%by%complete) call look_at_jump(self, part)
+      self%ended = .false.
+      if (.not. part%by%complete) return
+      associate (machine => self%machine)
+         if (.not. allocated(self%load)) then
+            self%load = part%by%followed(reshape([machine%load, machine%harmonic_load%re, machine%harmonic_load%im], &
+                                                 [size(machine%load), 1 + 2*size(machine%tone)]))
+         end if
+      end associate
+      if (self%pieces == 1) call look_at_momentum(self, part, 0.0_wp)
+      if (any(self%pieces == early) .or. modulo(self%pieces, seldom) == 0 .or. part%last) call look_at_stretch(self, part)
+      if (part%last) call look_at_momentum(self, part, part%duration)
+   end subroutine piece
+
+   !> The balances over the end of a piece.
+   subroutine look_at_stretch(self, part)
+      type(balance_t), intent(inout) :: self
+      type(piece_t), intent(in) :: part
+
+      real(wp), dimension(size(self%root)) :: q, v, q_end, v_end, change
+      real(wp) :: sums(size(self%root), 7), length, wide
+      integer :: i
+
+      length = min(part%duration, intervals*part%by%interval(), angle/max(part%by%aside, tiny(angle)))
+      wide = max(1.0_wp, part%by%interval()/length)
+      sums = 0.0_wp
+      do i = 2, points - 1
+         sums = sums + weight(i)*length*moment(self, part, part%duration - (1 - abscissa(i))*length)
+      end do
+      call part%by%state(part%duration - length, q, v)
+      call part%by%state(part%duration, q_end, v_end)
+      change = matmul(self%machine%mass, v_end - v)
+      sums(:, 2:6:2) = wide*sums(:, 2:6:2)
+      self%q = q_end
+      self%v = v_end
+      self%speed = matmul(abs(self%machine%mass), abs(v_end) + abs(v)) + sums(:, 4)
+      self%reach = abs(q_end) + abs(q) + sums(:, 2) + wide*length*self%root**2*sums(:, 4)
+      self%ended = .true.
+      call keep(self, 1, (q_end - q - sums(:, 1))/self%root, self%reach/self%root)
+      call keep(self, 2, self%root*(change - sums(:, 3)), self%root*self%speed)
+      call keep(self, 3, [dot_product(0.5_wp*(v_end + v), change) - sum(sums(:, 7))], [sum((self%root*self%speed)**2)])
+      call keep_along(self, 4, self%rigid, change - sums(:, 5), self%speed - sums(:, 4) + sums(:, 6))
+   end subroutine look_at_stretch
+
+   !> At `tau`, s after the start of the piece: q', p, what of it rigid motions feel, each followed by the size of its terms, and
+   !> powers (n, 7).
+   function moment(self, part, tau)
+      type(balance_t), intent(in) :: self
+      type(piece_t), intent(in) :: part
+      real(wp), intent(in) :: tau
+      real(wp) :: moment(size(self%root), 7)
+
+      complex(wp) :: e(size(self%machine%tone))
+      real(wp), dimension(size(self%root)) :: q, v, outer, outer_terms, all, terms
+      real(wp) :: force, rate, s
+      integer :: j
+
+      call part%by%state(tau, q, v)
+      associate (machine => self%machine)
+         do j = 1, size(e)
+            e(j) = machine%tone(j)%excitation(part%time, part%time_low + tau)
+            if (machine%tone(j)%is_swept()) e(j) = sum(machine%tone(j)%swept(part%time + tau, e(j))*[1, 0, 0])
+         end do
+         outer = matmul(self%load, [1.0_wp, e%re, -e%im])
+         outer_terms = matmul(abs(self%load), abs([1.0_wp, e%re, e%im]))
+         do j = 1, size(machine%contact)
+            call part%by%contact(j, tau, s, rate, force)
+            outer = outer - machine%contact(j)%force_sign*force*machine%contact(j)%w
+            outer_terms = outer_terms + abs(force)*abs(machine%contact(j)%w)
+         end do
+         all = outer - matmul(machine%stiffness, q) - matmul(machine%damping, v)
+         terms = outer_terms + matmul(abs(machine%stiffness), abs(q)) + matmul(abs(machine%damping), abs(v))
+         if (allocated(machine%gyroscopic)) then
+            all = all - machine%acceleration*(part%time + tau)*(matmul(machine%circulatory, q) + matmul(machine%gyroscopic, v))
+         end if
+      end associate
+      moment = reshape([v, abs(v), all, terms, outer, outer_terms, v*all], shape(moment))
+   end function moment
+
+   !> From the piece before displacements do not jump, and momentum by impulses alone.
+   subroutine look_at_jump(self, part)
+      type(balance_t), intent(inout) :: self
+      type(piece_t), intent(in) :: part
+
+      real(wp), dimension(size(self%root)) :: q, v
+
+      call part%by%state(0.0_wp, q, v)
+      call keep(self, 1, (q - self%q)/self%root, self%reach/self%root)
+      call keep_along(self, 2, self%unpushed, matmul(self%machine%mass, v - self%v), self%speed)
+   end subroutine look_at_jump
+
+   !> What is conserved of the momentum along motions that nothing but loads acts on, at `tau` s after the start of the piece: the
+   !> same at the end of a motion as at its start.
+   subroutine look_at_momentum(self, part, tau)
+      type(balance_t), intent(inout) :: self
+      type(piece_t), intent(in) :: part
+      real(wp), intent(in) :: tau
+
+      complex(wp) :: e
+      real(wp), dimension(size(self%root)) :: q, v, momentum, terms
+      integer :: t
+
+      call part%by%state(tau, q, v)
+      momentum = matmul(self%machine%mass, v) - (part%time + tau)*self%load(:, 1)
+      terms = matmul(abs(self%machine%mass), abs(v)) + (part%time + tau)*abs(self%load(:, 1))
+      do t = 1, size(self%machine%tone)
+         associate (tone => self%machine%tone(t), re => self%load(:, 1 + t), im => self%load(:, 1 + size(self%machine%tone) + t))
+            if (tone%is_swept() .or. allocated(tone%waveform) .or. .not. tone%omega > 0.0_wp) return
+            e = tone%excitation(part%time, part%time_low + tau)/tone%omega
+            momentum = momentum - (re*e%im + im*e%re)
+            terms = terms + (abs(re) + abs(im))/tone%omega
+         end associate
+      end do
+      if (.not. allocated(self%conserved)) self%conserved = momentum
+      call keep_along(self, 5, self%untouched, momentum - self%conserved, terms)
+   end subroutine look_at_momentum
+
+   !> Keep what is missing in momentum along motions (n, motions), and the size of its terms along all coordinates.
+   pure subroutine keep_along(self, which, motion, missing, terms)
+      type(balance_t), intent(inout) :: self
+      integer, intent(in) :: which
+      real(wp), intent(in) :: motion(:, :), missing(:), terms(:)
+
+      call keep(self, which, matmul(missing, motion)/norm2(motion/spread(self%root, 2, size(motion, 2)), 1), self%root*terms)
+   end subroutine keep_along
+
+   !> Keep what is missing, and the size of its terms, if they are the largest so far.
+   pure subroutine keep(self, which, missing, terms)
+      type(balance_t), intent(inout) :: self
+      integer, intent(in) :: which
+      real(wp), intent(in) :: missing(:), terms(:)
+
+      self%missing(which) = max(self%missing(which), maxval(abs(missing)))
+      self%terms(which) = max(self%terms(which), maxval(terms))
+   end subroutine keep
+
+   !> The largest of what was missing, over the size of its terms in the motion.
+   pure real(wp) function residual(self)
+      class(balance_t), intent(in) :: self
+
+      residual = max(0.0_wp, maxval(self%missing/self%terms, mask=self%terms > 0.0_wp))
+   end function residual
+
+end module razy_observe_balance
