@@ -212,8 +212,7 @@ contains
       real(wp), intent(in) :: rest
       real(wp) :: delta
 
-      delta = min(rest, 1.0_wp/max(self%solutions%of(self%now)%form%basis%fastest, tiny(1.0_wp)))
-      delta = 1.0e-5_wp*min(delta, 1.0_wp/max(self%system%fastest, tiny(1.0_wp)))
+      delta = 1.0e-5_wp*min(rest, 1.0_wp/max(self%solutions%of(self%now)%form%basis%fastest, self%system%fastest, tiny(1.0_wp)))
    end function delta_of
 
    !> A piece starts now.

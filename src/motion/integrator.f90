@@ -50,6 +50,8 @@ module razy_motion_integrator
       !> machine's equations, over the size of the terms; 1 if that is more than the method allows.
       real(wp) :: residual = 0.0_wp
       integer :: unbalanced = 0
+      !> Branches of the contacts when it ended; of methods that know events.
+      integer, allocatable :: branch(:)
    contains
       procedure :: columns
    end type outcome_t

@@ -7,9 +7,9 @@
 !!
 !! for every rigid motion r, free of stiffness and damping; f is what of the loads moves what is followed, and q'ᵀp is the power of
 !! loads, springs, dampers, circulatory terms and all that contacts do. From there to the piece that follows displacements do not
-!! jump, and M q' jumps by impulses along contacts that are rigid or have friction alone. Some early pieces are looked at, and after
-!! them one of a thousand. From the first piece to the last the momentum along motions that nothing but loads acts on grows by their
-!! integral; that is not looked at where a tone is swept, a waveform or does not turn.
+!! jump, and M q' jumps along contacts that are rigid or have friction alone. Two early pieces are looked at, the last and one of a
+!! thousand. From the first piece to the last the momentum along motions that nothing but loads acts on grows by their integral;
+!! that is not looked at where a tone is swept, a waveform or does not turn.
 !!
 !! What is missing counts over the size of the terms in the motion, that of forces over a natural interval of the integrator at
 !! least.
@@ -47,8 +47,8 @@ module razy_observe_balance
       procedure :: residual
    end type balance_t
 
-   !> Pieces that are looked at: early ones, by number, and one of so many. A method with steps may begin with tiny ones.
-   integer(i8), parameter :: early(3) = [1_i8, 4_i8, 32_i8], seldom = 1000
+   !> Pieces that are looked at: early ones, by number, the last, and one of so many. A method with steps may begin with tiny ones.
+   integer(i8), parameter :: early(2) = [1_i8, 32_i8], seldom = 1000
    !> Most natural intervals in a stretch.
    integer, parameter :: intervals = 8
    !> Most angle of what no contact feels in a stretch.
