@@ -17,7 +17,7 @@ module razy_exact_beside
 
    type :: beside_t
       type(modal_basis_t) :: basis
-      type(response_t), private :: response
+      type(response_t) :: response
       type(excitation_t), private :: excitation
       !> Amplitudes where it was begun, at `time`, s, and where it was looked at last; how long a stretch may be, and is, s.
       type(amplitudes_t), private :: mark, now
@@ -30,6 +30,8 @@ module razy_exact_beside
 
    !> A stretch is no longer than this angle of the fastest exponent, and no term grows by more than the exponential of this in it.
    real(wp), parameter :: longest_angle = 1.0e3_wp, longest_growth = 50.0_wp
+   !> What is slower stands, 1/s.
+   real(wp), parameter :: slowest = 1.0e-200_wp
 
 contains
 
@@ -58,10 +60,7 @@ contains
                            system%slope)
          call reserve(self%mark, self%response)
          call reserve(self%now, self%response)
-         self%stretch = huge(1.0_wp)
-         associate (fastest => max(self%response%turning, self%response%fastest, system%fastest))
-            if (fastest > 0.0_wp) self%stretch = longest_angle/fastest
-         end associate
+         self%stretch = longest_angle/max(self%response%turning, self%response%fastest, system%fastest, slowest)
          if (self%response%growing) then
             self%stretch = min(self%stretch, longest_growth/maxval(real(self%response%exponent)))
          end if

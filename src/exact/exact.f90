@@ -112,6 +112,7 @@ contains
       if (allocated(error)) return
       call self%solutions%attach(self%system, self%memory_mb*(2_i8**23/storage_size(1.0_wp)))
       call self%crossings%attach(size(machine%contact))
+      self%aside = 0.0_wp
    end subroutine prepare
 
    !> The solution in the mode, from time and state as they are.
@@ -174,6 +175,7 @@ contains
 
       if (self%starting .and. self%system%beside%m > 0) then
          call self%beside%begin(self%system, self%time, info)
+         self%aside = self%beside%response%fastest
          if (info /= 0) then
             outcome%status = status_no_modes
             self%now = 0
@@ -210,8 +212,7 @@ contains
       real(wp), intent(in) :: rest
       real(wp) :: delta
 
-      delta = min(rest, 1.0_wp/max(self%solutions%of(self%now)%form%basis%fastest, tiny(1.0_wp)))
-      delta = 1.0e-5_wp*min(delta, 1.0_wp/max(self%system%fastest, tiny(1.0_wp)))
+      delta = 1.0e-5_wp*min(rest, 1.0_wp/max(self%solutions%of(self%now)%form%basis%fastest, self%system%fastest, tiny(1.0_wp)))
    end function delta_of
 
    !> A piece starts now.

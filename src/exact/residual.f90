@@ -75,14 +75,12 @@ contains
       real(wp) :: residual
 
       type(balance_t) :: found
-      real(wp) :: fastest, load, moves, tau
+      real(wp) :: load, moves, tau
       integer :: i
 
       call reserve(self%start, response)
       call reserve(self%now, response)
-      tau = t_end
-      fastest = maxval([response%fastest, response%slope])
-      if (fastest > 0.0_wp) tau = min(tau, angle/fastest)
+      tau = min(t_end, angle/maxval([response%fastest, response%slope, tiny(1.0_wp)]))
       load = norm2(system%load) + sum(norm2(abs(system%harmonic), dim=1))
       moves = min(sum(response%from_length(1, [0, (i, i=response%terms + 1, response%terms + response%tones)])), &
                   0.5_wp*t_end**2*load)

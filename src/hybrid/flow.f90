@@ -202,6 +202,7 @@ contains
       end do
       outcome%time = self%time + self%time_low
       if (outcome%status == status_ok) outcome%time = t_end
+      outcome%branch = self%transition%dynamics%mode%branch
       call self%finish(outcome)
       ! Some flows form the state now.
       if (outcome%status == status_ok .and. .not. all(abs(self%z) <= largest)) outcome%status = status_blow_up

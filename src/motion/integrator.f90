@@ -50,6 +50,8 @@ module razy_motion_integrator
       !> machine's equations, over the size of the terms; 1 if that is more than the method allows.
       real(wp) :: residual = 0.0_wp
       integer :: unbalanced = 0
+      !> Branches of the contacts when it ended; of methods that know events.
+      integer, allocatable :: branch(:)
    contains
       procedure :: columns
    end type outcome_t
@@ -119,6 +121,8 @@ module razy_motion_integrator
       integer, allocatable :: branch(:)
       !> Whether the state there is that of all that is followed: no mode that nothing feels was left out.
       logical :: complete = .true.
+      !> The fastest exponent of what is followed and no contact feels, 1/s.
+      real(wp) :: aside = 0.0_wp
    contains
       !> Take a machine; `keep_all` follows every coordinate, not only those that contacts and observables feel.
       procedure(take_machine), deferred :: prepare

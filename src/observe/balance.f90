@@ -7,29 +7,32 @@
 !!
 !! for every rigid motion r, free of stiffness and damping; f is what of the loads moves what is followed, and q'ᵀp is the power of
 !! loads, springs, dampers, circulatory terms and all that contacts do. From there to the piece that follows displacements do not
-!! jump, and M q' jumps by impulses along contacts that are rigid or have friction alone. Some early pieces are looked at, and after
-!! them one of a thousand. From the first piece to the last the momentum along motions that nothing but loads acts on grows by their
-!! integral; that is not looked at where a tone is swept, a waveform or does not turn.
+!! jump, and M q' jumps along contacts that are rigid or have friction alone. Two early pieces are looked at, the last and one of a
+!! thousand. From the first piece to the last the momentum along motions that nothing but loads acts on grows by their integral;
+!! that is not looked at where a tone is swept, a waveform or does not turn.
 !!
-!! What is missing counts over the size of the terms, that of forces over a natural interval of the integrator at least.
+!! What is missing counts over the size of the terms in the motion, that of forces over a natural interval of the integrator at
+!! least.
 module razy_observe_balance
    use razy_core_kinds, only: i8, wp
+   use razy_linalg_null_space, only: null_space
    use razy_machine_free_motions, only: linear_free_motions
    use razy_machine_machine, only: machine_t, push_of
    use razy_motion_integrator, only: observer_t, piece_t
    use razy_observe_gauss, only: abscissa, points, weight
-   use razy_observe_rigid_impacts, only: rigid_impacts_t
    implicit none(type, external)
    private
 
    public :: balance_t
 
    type, extends(observer_t) :: balance_t
-      !> The largest of what was missing, over the size of its terms.
-      real(wp) :: residual = 0.0_wp
+      !> The largest of what was missing in displacements, momentum, energy, momentum along rigid motions and in that of the whole
+      !> motion, and the largest sizes of their terms.
+      real(wp), private :: missing(5) = 0.0_wp, terms(5) = 0.0_wp
       type(machine_t), private :: machine
-      !> Rigid motions with all contacts open, and those that no contact feels (n, motions each); 1/sqrt(M_ii) (n).
-      real(wp), allocatable, private :: rigid(:, :), untouched(:, :), root(:)
+      !> Rigid motions with all contacts open, those that no contact feels, and motions along which no contact gives an impulse
+      !> (n, motions each); 1/sqrt(M_ii) (n).
+      real(wp), allocatable, private :: rigid(:, :), untouched(:, :), unpushed(:, :), root(:)
       !> Constant loads, real and imaginary parts of those of tones (n, 1 + 2 tones), as far as they move what is followed.
       real(wp), allocatable, private :: load(:, :)
       !> Momentum less the integrals of loads, at the start of the motion (n).
@@ -37,17 +40,19 @@ module razy_observe_balance
       !> State at the end of the piece before, if it was looked at, and sizes of displacements and of momentum in it (n each).
       real(wp), allocatable, private :: q(:), v(:), reach(:), speed(:)
       logical, private :: ended = .false.
-      type(rigid_impacts_t), private :: impacts
       integer(i8), private :: pieces = 0
    contains
       procedure :: attach
       procedure :: piece
+      procedure :: residual
    end type balance_t
 
-   !> Pieces that are looked at: early ones, by number, and one of so many. A method with steps may begin with tiny ones.
-   integer(i8), parameter :: early(3) = [1_i8, 4_i8, 32_i8], seldom = 1000
+   !> Pieces that are looked at: early ones, by number, the last, and one of so many. A method with steps may begin with tiny ones.
+   integer(i8), parameter :: early(2) = [1_i8, 32_i8], seldom = 1000
    !> Most natural intervals in a stretch.
    integer, parameter :: intervals = 8
+   !> Most angle of what no contact feels in a stretch.
+   real(wp), parameter :: angle = 2.0_wp
 
 contains
 
@@ -58,14 +63,17 @@ contains
 
       real(wp) :: slope(2, size(machine%contact))
       real(wp), allocatable :: unused(:, :)
-      integer :: i
+      integer :: i, info
 
       self%machine = machine
       self%root = [(1/sqrt(machine%mass(i, i)), i=1, size(machine%load))]
       slope = 0.0_wp
       call linear_free_motions(machine, slope, unused, self%rigid)
       call linear_free_motions(machine, slope + 1.0_wp, unused, self%untouched)
-      call self%impacts%attach(machine)
+      call null_space(reshape([(merge(machine%contact(i)%w, 0.0_wp, machine%contact(i)%law%impacts .or. &
+                                      machine%contact(i)%law%of_normal), i=1, size(slope, 2))], &
+                              [size(self%root), size(slope, 2)]), self%unpushed, info)
+      if (info /= 0) self%unpushed = self%unpushed(:, :0)
    end subroutine attach
 
    !> Look at a piece if it is its turn, and at what led to it if the one before was looked at.
@@ -85,7 +93,7 @@ contains
          end if
       end associate
       if (self%pieces == 1) call look_at_momentum(self, part, 0.0_wp)
-      if (any(self%pieces == early) .or. modulo(self%pieces, seldom) == 0) call look_at_stretch(self, part)
+      if (any(self%pieces == early) .or. modulo(self%pieces, seldom) == 0 .or. part%last) call look_at_stretch(self, part)
       if (part%last) call look_at_momentum(self, part, part%duration)
    end subroutine piece
 
@@ -95,10 +103,10 @@ contains
       type(piece_t), intent(in) :: part
 
       real(wp), dimension(size(self%root)) :: q, v, q_end, v_end, change
-      real(wp) :: sums(size(self%root), 8), length, wide
+      real(wp) :: sums(size(self%root), 7), length, wide
       integer :: i
 
-      length = min(part%duration, intervals*part%by%interval())
+      length = min(part%duration, intervals*part%by%interval(), angle/max(part%by%aside, tiny(angle)))
       wide = max(1.0_wp, part%by%interval()/length)
       sums = 0.0_wp
       do i = 2, points - 1
@@ -107,27 +115,25 @@ contains
       call part%by%state(part%duration - length, q, v)
       call part%by%state(part%duration, q_end, v_end)
       change = matmul(self%machine%mass, v_end - v)
-      sums(:, 2:8:2) = wide*sums(:, 2:8:2)
+      sums(:, 2:6:2) = wide*sums(:, 2:6:2)
       self%q = q_end
       self%v = v_end
       self%speed = matmul(abs(self%machine%mass), abs(v_end) + abs(v)) + sums(:, 4)
-      self%reach = abs(q_end) + abs(q) + sums(:, 2)
+      self%reach = abs(q_end) + abs(q) + sums(:, 2) + wide*length*self%root**2*sums(:, 4)
       self%ended = .true.
-      call self%impacts%look_before(part%by, part%duration)
-      call keep(self, (q_end - q - sums(:, 1))/self%root, self%reach/self%root)
-      call keep(self, self%root*(change - sums(:, 3)), self%root*self%speed)
-      call keep(self, [dot_product(0.5_wp*(v_end + v), change) - sum(sums(:, 7))], &
-                [dot_product(0.5_wp*(abs(v_end) + abs(v)), self%speed) + sum(sums(:, 8))])
-      call keep_along(self, self%rigid, change - sums(:, 5), self%speed - sums(:, 4) + sums(:, 6))
+      call keep(self, 1, (q_end - q - sums(:, 1))/self%root, self%reach/self%root)
+      call keep(self, 2, self%root*(change - sums(:, 3)), self%root*self%speed)
+      call keep(self, 3, [dot_product(0.5_wp*(v_end + v), change) - sum(sums(:, 7))], [sum((self%root*self%speed)**2)])
+      call keep_along(self, 4, self%rigid, change - sums(:, 5), self%speed - sums(:, 4) + sums(:, 6))
    end subroutine look_at_stretch
 
-   !> At `tau`, s after the start of the piece: q', p, what of it rigid motions feel, and powers, each followed by the size of its
-   !> terms (n, 8).
+   !> At `tau`, s after the start of the piece: q', p, what of it rigid motions feel, each followed by the size of its terms, and
+   !> powers (n, 7).
    function moment(self, part, tau)
       type(balance_t), intent(in) :: self
       type(piece_t), intent(in) :: part
       real(wp), intent(in) :: tau
-      real(wp) :: moment(size(self%root), 8)
+      real(wp) :: moment(size(self%root), 7)
 
       complex(wp) :: e(size(self%machine%tone))
       real(wp), dimension(size(self%root)) :: q, v, outer, outer_terms, all, terms
@@ -153,28 +159,19 @@ contains
             all = all - machine%acceleration*(part%time + tau)*(matmul(machine%circulatory, q) + matmul(machine%gyroscopic, v))
          end if
       end associate
-      moment = reshape([v, abs(v), all, terms, outer, outer_terms, v*all, abs(v)*terms], shape(moment))
+      moment = reshape([v, abs(v), all, terms, outer, outer_terms, v*all], shape(moment))
    end function moment
 
-   !> From the piece before displacements do not jump, and momentum by impulses alone; where these are not unique nothing is known
-   !> of them.
+   !> From the piece before displacements do not jump, and momentum by impulses alone.
    subroutine look_at_jump(self, part)
       type(balance_t), intent(inout) :: self
       type(piece_t), intent(in) :: part
 
-      real(wp), dimension(size(self%root)) :: q, v, push
-      integer :: i
+      real(wp), dimension(size(self%root)) :: q, v
 
       call part%by%state(0.0_wp, q, v)
-      call keep(self, (q - self%q)/self%root, self%reach/self%root)
-      associate (impacts => self%impacts)
-         call impacts%look_after(part%by, 0.0_wp)
-         if (any(impacts%jumped .and. .not. abs(impacts%impulse) >= 0.0_wp)) return
-         push = matmul(self%machine%mass, v - self%v) &
-                - matmul(reshape([(self%machine%contact(impacts%number(i))%w, i=1, size(impacts%number))], &
-                                 [size(v), size(impacts%number)]), merge(impacts%impulse, 0.0_wp, impacts%jumped))
-      end associate
-      call keep(self, self%root*push, self%root*self%speed)
+      call keep(self, 1, (q - self%q)/self%root, self%reach/self%root)
+      call keep_along(self, 2, self%unpushed, matmul(self%machine%mass, v - self%v), self%speed)
    end subroutine look_at_jump
 
    !> What is conserved of the momentum along motions that nothing but loads acts on, at `tau` s after the start of the piece: the
@@ -200,23 +197,33 @@ contains
          end associate
       end do
       if (.not. allocated(self%conserved)) self%conserved = momentum
-      call keep_along(self, self%untouched, momentum - self%conserved, terms)
+      call keep_along(self, 5, self%untouched, momentum - self%conserved, terms)
    end subroutine look_at_momentum
 
-   !> Keep what is missing in momentum along motions (n, motions), over the size of its terms along all coordinates.
-   pure subroutine keep_along(self, motion, missing, terms)
+   !> Keep what is missing in momentum along motions (n, motions), and the size of its terms along all coordinates.
+   pure subroutine keep_along(self, which, motion, missing, terms)
       type(balance_t), intent(inout) :: self
+      integer, intent(in) :: which
       real(wp), intent(in) :: motion(:, :), missing(:), terms(:)
 
-      call keep(self, matmul(missing, motion)/norm2(motion/spread(self%root, 2, size(motion, 2)), 1), self%root*terms)
+      call keep(self, which, matmul(missing, motion)/norm2(motion/spread(self%root, 2, size(motion, 2)), 1), self%root*terms)
    end subroutine keep_along
 
-   !> Keep what is missing, over the size of its terms, if it is the largest so far; where nothing moves there is no size.
-   pure subroutine keep(self, missing, terms)
+   !> Keep what is missing, and the size of its terms, if they are the largest so far.
+   pure subroutine keep(self, which, missing, terms)
       type(balance_t), intent(inout) :: self
+      integer, intent(in) :: which
       real(wp), intent(in) :: missing(:), terms(:)
 
-      if (maxval(terms) > 0.0_wp) self%residual = max(self%residual, maxval(abs(missing))/maxval(terms))
+      self%missing(which) = max(self%missing(which), maxval(abs(missing)))
+      self%terms(which) = max(self%terms(which), maxval(terms))
    end subroutine keep
+
+   !> The largest of what was missing, over the size of its terms in the motion.
+   pure real(wp) function residual(self)
+      class(balance_t), intent(in) :: self
+
+      residual = max(0.0_wp, maxval(self%missing/self%terms, mask=self%terms > 0.0_wp))
+   end function residual
 
 end module razy_observe_balance

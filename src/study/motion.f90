@@ -76,7 +76,7 @@ contains
       slots(:size(observers)) = observers
       slots(size(slots))%observer => balance
       call integrator%run(t_end, limit, slots, outcome)
-      outcome%residual = max(outcome%residual, balance%residual)
+      outcome%residual = max(outcome%residual, balance%residual())
       if (outcome%residual > checked%worst_balance()) outcome%unbalanced = 1
       select type (integrator)
       type is (exact_t)

@@ -10,7 +10,7 @@ module razy_study_run
    use razy_input_input, only: input_t
    use razy_machine_excitation, only: period_of_loads
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: outcome_t, status_meanings, status_ok
+   use razy_motion_integrator, only: outcome_t, status_inaccurate, status_meanings, status_ok
    use razy_scenes_case, only: motion_t, new_machine
    use razy_scenes_factory, only: draw_scene
    use razy_scenes_records, only: record_t
@@ -136,7 +136,9 @@ contains
       class(run_t), intent(in) :: self
       type(string_t), allocatable :: lines(:)
 
+      character(:), allocatable :: mode
       character(7) :: missing
+      integer :: j
 
       allocate (lines(0))
       if (allocated(self%machine%caution)) lines = self%machine%caution
@@ -153,8 +155,13 @@ contains
             call append_text(lines, "the motion misses the machine's equations and balances by "//missing// &
                              " of the size of their terms, more than rounding or the tolerance (docs/methods.md)")
          end if
+         mode = ""
+         do j = 1, merge(size(self%machine%contact), 0, outcome%status == status_inaccurate)
+            mode = mode//", '"//self%machine%contact(j)%name//"' "// &
+                   trim(self%machine%contact(j)%law%branch(outcome%branch(j))%name)
+         end do
          if (outcome%status /= status_ok) call append_text(lines, "the motion ended at "//to_text(outcome%time)//" s: "// &
-                                                           trim(status_meanings(outcome%status)))
+                                                           trim(status_meanings(outcome%status))//mode)
       end associate
    end function words
 
