@@ -102,7 +102,8 @@ contains
          end if
          if (.not. manager%stopping .and. present(interrupted)) manager%stopping = interrupted()
          if (manager%stopping .or. allocated(manager%failure)) call stop_all(manager)
-         if (works .and. (manager%own > 0 .or. manager%next <= manager%n_units)) then
+         ! Before its own first row it has answered every rank once, which would wait as long as that row takes.
+         if (works .and. all(manager%replies%messages > 0) .and. (manager%own > 0 .or. manager%next <= manager%n_units)) then
             call compute_row(manager, task, units, collector)
             call patience%reset()
          else if (manager%next > manager%n_units .and. .not. expects_messages(manager)) then

@@ -119,6 +119,8 @@ def test_recipes_ask_for_what_setup_and_python_ask_for():
     for name in ("Dockerfile", "razy.def"):
         assert wanted <= set((recipes / name).read_text().split()), wanted - set((recipes / name).read_text().split())
     project = tomllib.loads((SOURCE / "post" / "pyproject.toml").read_text())["project"]
+    wheel = tomllib.loads((SOURCE / "pyproject.toml").read_text())["project"]
+    assert wheel == project | {"readme": "post/README.md"}
     python = {re.split("[<>=]", name)[0] for name in project["dependencies"]}
     spack, conda = (recipes / "spack" / "package.py").read_text(), (recipes / "conda" / "meta.yaml").read_text()
     assert {"mpi", "hdf5", "lapack", "blas", "arpack-ng"} <= spack_needs(spack)

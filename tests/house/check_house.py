@@ -61,8 +61,26 @@ MAX_FILES = 20
 
 # what may stand at the top level: folders, files of the project, files of tools
 TOP = {"bench", "cmake", "docs", "drivers", "inputs", "post", "src", "tests"}
-TOP |= {"CHANGELOG.md", "CITATION.cff", "CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "setup.sh"}
-TOP |= {".ci", ".editorconfig", ".fortitude.toml", ".fprettify.rc", ".github", ".gitignore", ".ruff.toml"}
+TOP |= {
+    "CHANGELOG.md",
+    "CITATION.cff",
+    "CMakeLists.txt",
+    "CMakePresets.json",
+    "LICENSE",
+    "README.md",
+    "pyproject.toml",
+    "setup.sh",
+}
+TOP |= {
+    ".ci",
+    ".dockerignore",
+    ".editorconfig",
+    ".fortitude.toml",
+    ".fprettify.rc",
+    ".github",
+    ".gitignore",
+    ".ruff.toml",
+}
 MAX_BYTES = 1_000_000
 
 USE = re.compile(r"use\b(?:\s*,\s*(?:non_)?intrinsic\s*)?(?:\s*::)?\s*(\w+)\s*(,\s*only\s*:)?")
