@@ -1,7 +1,7 @@
 !! The few file operations of POSIX that Fortran lacks: what a path is, whether a result can be written there (asked before
 !! anything is computed), and publishing a finished file atomically.
 module razy_io_posix
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_int16_t, c_int32_t, c_int64_t, c_null_char, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_int64_t, c_null_char, c_ptr
    use razy_core_error, only: error_t, raise
    use razy_core_text, only: excerpt, string_t
    implicit none(type, external)
@@ -12,22 +12,10 @@ module razy_io_posix
 
    integer(c_int), parameter :: mode_exists = 0_c_int
    integer(c_int), parameter :: mode_write_and_search = 3_c_int
-   !> AT_FDCWD, AT_SYMLINK_NOFOLLOW, STATX_TYPE | STATX_INO of Linux; what of a mode is the kind of file, and that of a regular one.
-   integer(c_int), parameter :: from_here = -100_c_int, the_link_itself = 256_c_int, kind_and_number = 257_c_int
-   integer, parameter :: kind_mask = int(z"F000"), regular = int(z"8000")
+   !> What `c_look_up` finds, and whether links are followed.
+   integer(c_int), parameter :: nothing = 0_c_int, no_file = 2_c_int, the_link_itself = 0_c_int, what_it_leads_to = 1_c_int
    !> Names may have 255 characters; those of checkpoints and unfinished files are up to 11 longer than that of the result.
    integer, parameter :: longest_name = 244
-
-   !> C's struct statx.
-   type, bind(c) :: statx_t
-      integer(c_int32_t) :: mask, block_size
-      integer(c_int64_t) :: attributes
-      integer(c_int32_t) :: links, user, group
-      integer(c_int16_t) :: mode, spare
-      integer(c_int64_t) :: number, sizes(3), times(8)
-      integer(c_int32_t) :: special(2), device(2)
-      integer(c_int64_t) :: rest(14)
-   end type statx_t
 
    ! allow(assumed-size)
    interface
@@ -60,14 +48,15 @@ module razy_io_posix
          integer(c_int) :: status
       end function c_access
 
-      function c_statx(folder, path, flags, mask, found) result(status) bind(C, name="statx")
-         import :: c_char, c_int, statx_t
+      !> Of look_up.c.
+      function c_look_up(path, followed, identity) result(kind) bind(C, name="razy_look_up")
+         import :: c_char, c_int, c_int64_t
          implicit none(type, external)
-         integer(c_int), value, intent(in) :: folder, flags, mask
          character(kind=c_char), intent(in) :: path(*)
-         type(statx_t), intent(out) :: found
-         integer(c_int) :: status
-      end function c_statx
+         integer(c_int), value, intent(in) :: followed
+         integer(c_int64_t), intent(inout) :: identity(2)
+         integer(c_int) :: kind
+      end function c_look_up
 
       function c_link(from, to) result(status) bind(C, name="link")
          import :: c_char, c_int
@@ -106,14 +95,11 @@ contains
       character(*), intent(in) :: path
       type(error_t), allocatable, intent(out) :: error
 
-      type(statx_t) :: found
-      logical :: taken
+      integer(c_int64_t) :: identity(2)
 
       call check_directory(path, error)
       if (allocated(error)) return
-      call look_up(trim(path), the_link_itself, found, taken)
-      if (.not. taken) return
-      if (iand(int(found%mode), kind_mask) /= regular) then
+      if (c_look_up(trim(path)//c_null_char, the_link_itself, identity) == no_file) then
          call raise(error, trim(path)//": is a link or a device, not a file that can be replaced")
       end if
    end subroutine check_path
@@ -139,29 +125,28 @@ contains
       character(*), intent(in) :: first, second
       logical :: same
 
-      type(statx_t) :: a, b
+      integer(c_int64_t) :: a(2), b(2)
       logical :: found(2)
 
-      call look_up(first, 0_c_int, a, found(1))
-      call look_up(second, 0_c_int, b, found(2))
+      found = [exists(first, a), exists(second, b)]
       same = found(1) .eqv. found(2)
       if (.not. any(found)) then
          same = first(index(first, "/", back=.true.) + 1:) == second(index(second, "/", back=.true.) + 1:)
-         call look_up(parent_directory(first), 0_c_int, a, found(1))
-         call look_up(parent_directory(second), 0_c_int, b, found(2))
+         found = [exists(parent_directory(first), a), exists(parent_directory(second), b)]
       end if
       same = same .and. all(found)
-      if (same) same = a%number == b%number .and. all(a%device == b%device)
+      if (same) same = all(a == b)
+
+   contains
+
+      logical function exists(path, identity)
+         character(*), intent(in) :: path
+         integer(c_int64_t), intent(inout) :: identity(2)
+
+         exists = c_look_up(path//c_null_char, what_it_leads_to, identity) /= nothing
+      end function exists
+
    end function same_file
-
-   subroutine look_up(path, flags, found, exists)
-      character(*), intent(in) :: path
-      integer(c_int), intent(in) :: flags
-      type(statx_t), intent(out) :: found
-      logical, intent(out) :: exists
-
-      exists = c_statx(from_here, path//c_null_char, flags, kind_and_number, found) == 0_c_int
-   end subroutine look_up
 
    !> Refuse a path that is no file name in a directory that can be written to.
    subroutine check_directory(path, error)
