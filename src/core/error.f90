@@ -6,7 +6,7 @@ module razy_core_error
    implicit none(type, external)
    private
 
-   public :: error_t, raise, complaint, from_option
+   public :: error_t, raise, refuse, complaint, from_option
 
    !> Origin of a value that came from the command line and not from a file.
    character(*), parameter :: from_option = "--set"
@@ -26,6 +26,14 @@ contains
       allocate (error)
       error%message = message
    end subroutine raise
+
+   !> Refuse a file with one line.
+   pure subroutine refuse(error, file, what)
+      type(error_t), allocatable, intent(out) :: error
+      character(*), intent(in) :: file, what
+
+      call raise(error, complaint(file, "", "", "", what))
+   end subroutine refuse
 
    !> The line `origin: &group key = value: allowed`, or `--set: &group%key = value: allowed`.
    !> Empty `group`, `key` or `value` are left out with what leads to them, long ones are cut; control characters become question

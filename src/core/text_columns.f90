@@ -3,7 +3,7 @@
 !! The first line has names; each further line has as many real numbers, separated by commas. Blank lines and lines that
 !! begin with `#` are passed over; names may be in double quotes, and a unit in brackets behind a name does not belong to it.
 module razy_core_text_columns
-   use razy_core_error, only: complaint, error_t, raise
+   use razy_core_error, only: error_t, refuse
    use razy_core_kinds, only: wp
    use razy_core_number, only: number_ok, parse_real, to_text
    use razy_core_text, only: did_you_mean, excerpt, lower, newline, string_t
@@ -150,13 +150,5 @@ contains
          return
       end do
    end subroutine read_row
-
-   !> Refuse a file with one line.
-   pure subroutine refuse(error, file, what)
-      type(error_t), allocatable, intent(out) :: error
-      character(*), intent(in) :: file, what
-
-      call raise(error, complaint(file, "", "", "", what))
-   end subroutine refuse
 
 end module razy_core_text_columns

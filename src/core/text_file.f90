@@ -1,7 +1,7 @@
 !! A whole text file as one string, with clean errors for what is not a readable text file.
 module razy_core_text_file
    use, intrinsic :: iso_fortran_env, only: iostat_end
-   use razy_core_error, only: complaint, error_t, raise
+   use razy_core_error, only: error_t, refuse
    use razy_core_number, only: to_text
    use razy_core_text, only: excerpt, newline
    implicit none(type, external)
@@ -41,7 +41,7 @@ contains
          close (unit)
       end if
       if (allocated(problem)) then
-         call raise(error, complaint(excerpt(file), "", "", "", problem))
+         call refuse(error, excerpt(file), problem)
       else
          call clean_text(bytes, file, text, error)
       end if
@@ -84,8 +84,8 @@ contains
       line = 1
       do i = merge(4, 1, index(bytes, byte_order_mark) == 1), len(bytes)
          if (bytes(i:i) < " " .and. scan(bytes(i:i), tab//newline//return) == 0) then
-            call raise(error, complaint(file//":"//to_text(line), "", "", "", &
-                                        "this is not a text file (character with code "//to_text(ichar(bytes(i:i)))//")"))
+            call refuse(error, file//":"//to_text(line), &
+                        "this is not a text file (character with code "//to_text(ichar(bytes(i:i)))//")")
             return
          end if
          ! a line that ends with a carriage return and a line feed ends once
@@ -95,7 +95,7 @@ contains
          if (text(count:count) == newline) line = line + 1
       end do
       text = text(:count)
-      if (len_trim(text) == 0) call raise(error, complaint(file, "", "", "", "the file is empty"))
+      if (len_trim(text) == 0) call refuse(error, file, "the file is empty")
    end subroutine clean_text
 
 end module razy_core_text_file

@@ -13,8 +13,9 @@
 !! negative.
 module razy_eigen_mode_branches
    use razy_core_error, only: error_t, raise
-   use razy_core_kinds, only: pi, wp
+   use razy_core_kinds, only: i8, pi, wp
    use razy_core_number, only: to_text
+   use razy_core_resize, only: resize
    use razy_eigen_branches, only: family_t, find_crossing, follow, line_t, walk_t
    use razy_eigen_spectrum, only: new_spectrum, spectrum_t
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found, modes_not_definite
@@ -281,15 +282,10 @@ contains
       type(branches_t), intent(inout) :: self
       type(front_t), intent(in) :: front
 
-      real(wp), allocatable :: wider(:, :)
       integer :: n
 
       n = size(self%point)
-      if (size(self%value, 2) <= n) then
-         allocate (wider(size(front%value), 64 + 2*n))
-         if (n > 0) wider(:, :n) = self%value(:, :n)
-         call move_alloc(wider, self%value)
-      end if
+      if (size(self%value, 2) <= n) call resize(self%value, size(front%value), 64_i8 + 2*n)
       self%value(:, n + 1) = front%value
       associate (b => front%branch)
          self%point = [self%point, point_t(front%parameter, b, front%place(b), front%coordinate, front%share(b))]

@@ -10,8 +10,9 @@
 module razy_input_input
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_core_error, only: complaint, error_t, from_option, raise
-   use razy_core_kinds, only: wp
+   use razy_core_kinds, only: i8, wp
    use razy_core_number, only: to_text
+   use razy_core_resize, only: resize
    use razy_core_text, only: alphabetical, append_text, did_you_mean, lower, newline, string_t
    use razy_input_reader, only: entries_t, entry_t, indexed, path_t, read_path, words_text
    use razy_input_schema, only: group_at, group_spec_t, key_at, key_spec_t, type_integer, type_logical, type_real, type_string
@@ -230,18 +231,13 @@ contains
    pure subroutine add_group(self, s, line)
       type(input_t), intent(inout) :: self
       integer, intent(in) :: s, line
-      integer, allocatable :: longer(:)
 
       self%filled = self%filled + 1
       associate (group => self%groups(self%filled), members => self%members(s))
          group = self%defaults(s)
          group%line = line
          if (.not. allocated(members%at)) allocate (members%at(1))
-         if (members%count == size(members%at)) then
-            allocate (longer(2*members%count))
-            longer(:members%count) = members%at
-            call move_alloc(longer, members%at)
-         end if
+         if (members%count == size(members%at)) call resize(members%at, 2_i8*members%count)
          members%count = members%count + 1
          members%at(members%count) = self%filled
          group%number = members%count

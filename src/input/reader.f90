@@ -5,7 +5,7 @@
 !! `key(2)` and `key(2:3)`. Stricter than Fortran's own reading, on purpose: text between groups, strings over several lines,
 !! null values and complex numbers are errors.
 module razy_input_reader
-   use razy_core_error, only: complaint, error_t, from_option, raise
+   use razy_core_error, only: complaint, error_t, from_option, raise, refuse
    use razy_core_kinds, only: wp
    use razy_core_number, only: number_ok, parse_integer, to_text
    use razy_core_text, only: alphabetical, excerpt, letters, lower, name_characters, newline, quoted, string_t
@@ -106,7 +106,7 @@ contains
          return
       end do
       call number_groups(self%list(:n))
-      if (n == 0) call raise(error, complaint(file, "", "", "", "there is no namelist group (&name ... /)"))
+      if (n == 0) call refuse(error, file, "there is no namelist group (&name ... /)")
       do i = 1, size(options)
          if (allocated(error)) return
          n = n + 1
@@ -116,8 +116,7 @@ contains
             item%last = item%path%element
             item%option = trim(adjustl(option(equals + 1:)))
             if (ok .and. equals <= len(option)) cycle
-            call raise(error, complaint(from_option, "", "", "", "'"//excerpt(option)// &
-                                        "' must be GROUP%KEY=VALUE or GROUP(n)%KEY=VALUE"))
+            call refuse(error, from_option, "'"//excerpt(option)//"' must be GROUP%KEY=VALUE or GROUP(n)%KEY=VALUE")
          end associate
       end do
       if (n == size(self%list)) return

@@ -4,7 +4,7 @@
 !! root.
 module razy_io_columns
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use razy_core_error, only: complaint, error_t, raise
+   use razy_core_error, only: error_t, refuse
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: to_text
    use razy_core_text, only: excerpt, lower, string_t
@@ -93,13 +93,5 @@ contains
          return
       end do
    end subroutine read_column
-
-   !> Refuse a file with one line.
-   pure subroutine refuse(error, file, what)
-      type(error_t), allocatable, intent(out) :: error
-      character(*), intent(in) :: file, what
-
-      call raise(error, complaint(file, "", "", "", what))
-   end subroutine refuse
 
 end module razy_io_columns

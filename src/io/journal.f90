@@ -9,6 +9,7 @@
 module razy_io_journal
    use, intrinsic :: iso_fortran_env, only: int64
    use razy_core_error, only: error_t, raise
+   use razy_core_resize, only: resize
    use razy_io_locked_file, only: locked_file_t
    use razy_io_posix, only: synchronise
    implicit none(type, external)
@@ -182,16 +183,11 @@ contains
       integer(int64), intent(in) :: words(:)
       integer(int64), intent(out) :: at
 
-      integer(int64), allocatable :: longer(:)
       integer(int64) :: n
 
       at = self%file%length + self%n_waiting
       n = size(words, kind=int64)
-      if (self%n_waiting + n + 2 > size(self%waiting, kind=int64)) then
-         allocate (longer(2*(self%n_waiting + n + 2)))
-         longer(:self%n_waiting) = self%waiting(:self%n_waiting)
-         call move_alloc(longer, self%waiting)
-      end if
+      if (self%n_waiting + n + 2 > size(self%waiting, kind=int64)) call resize(self%waiting, 2*(self%n_waiting + n + 2))
       self%waiting(self%n_waiting + 1) = n
       self%waiting(self%n_waiting + 2:self%n_waiting + n + 1) = words
       self%waiting(self%n_waiting + n + 2) = checksum(self%waiting(self%n_waiting + 1:self%n_waiting + n + 1))

@@ -5,7 +5,7 @@ module razy_io_stored_file
                    h5dget_type_f, h5dopen_f, h5dread_f, h5dvlen_reclaim_f, h5f_acc_rdonly_f, h5fclose_f, h5fopen_f, &
                    h5lexists_f, h5p_default_f, h5sclose_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, &
                    h5t_native_double, h5tclose_f, h5tis_variable_str_f, hid_t, hsize_t
-   use razy_core_error, only: complaint, error_t, raise
+   use razy_core_error, only: error_t, refuse
    use razy_core_kinds, only: i8, wp
    use razy_core_text, only: excerpt, string_t
    use razy_io_hdf5_library, only: check_hdf5, start_hdf5
@@ -244,13 +244,5 @@ contains
          text(i:i) = characters(i)
       end do
    end function text_at
-
-   !> Refuse a file with one line.
-   pure subroutine refuse(error, file, what)
-      type(error_t), allocatable, intent(out) :: error
-      character(*), intent(in) :: file, what
-
-      call raise(error, complaint(file, "", "", "", what))
-   end subroutine refuse
 
 end module razy_io_stored_file

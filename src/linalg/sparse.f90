@@ -53,14 +53,8 @@ contains
       type(entries_t), intent(inout) :: self
       type(entry_t), intent(in) :: entry
 
-      type(entry_t), allocatable :: longer(:)
-
       if (.not. allocated(self%list)) allocate (self%list(256))
-      if (self%count == size(self%list)) then
-         allocate (longer(2*self%count))
-         longer(:self%count) = self%list
-         call move_alloc(longer, self%list)
-      end if
+      if (self%count == size(self%list)) self%list = [self%list, self%list]
       self%count = self%count + 1
       self%list(self%count) = entry
    end subroutine append
