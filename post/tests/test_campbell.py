@@ -29,6 +29,18 @@ def test_excitation_and_limits(tmp_path):
     assert "stability limit" not in [handle.get_label() for handle in axes.lines]
 
 
+def test_verdicts_are_drawn_apart(tmp_path):
+    path = write_modes(tmp_path / "modes.h5")
+    with h5py.File(path, "r+") as file:
+        stable = np.where(file["branch"][:] == 3, -1, 1)
+        stable[6:][file["branch"][6:] == 1] = 0
+        file["stable"] = stable
+    lines = [(handle.get_label(), handle.get_linestyle()) for handle in drawn(path).axes[0].lines]
+    assert [style for label, style in lines if label == "branch 1"] == ["-", "--"]
+    assert [style for label, style in lines if label == "branch 2"] == ["-"]
+    assert [style for label, style in lines if label == "branch 3"] == [":"]
+
+
 def test_modes_without_speeds(tmp_path):
     with root(tmp_path / "modes.h5", "razy-modes", "Press") as file:
         dataset(file, "speed", np.array([0.0]), "rad/s")
