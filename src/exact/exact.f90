@@ -112,7 +112,6 @@ contains
       if (allocated(error)) return
       call self%solutions%attach(self%system, self%memory_mb*(2_i8**23/storage_size(1.0_wp)))
       call self%crossings%attach(size(machine%contact))
-      self%aside = 0.0_wp
    end subroutine prepare
 
    !> The solution in the mode, from time and state as they are.
@@ -175,13 +174,13 @@ contains
 
       if (self%starting .and. self%system%beside%m > 0) then
          call self%beside%begin(self%system, self%time, info)
-         self%aside = self%beside%response%fastest
          if (info /= 0) then
             outcome%status = status_no_modes
             self%now = 0
             return
          end if
       end if
+      if (self%starting) self%aside = merge(self%beside%response%fastest, 0.0_wp, self%system%beside%m > 0)
       self%before = self%now
       self%settled = self%settled .or. self%transition%accumulation%landing
       call self%solutions%find(self%system, self%transition%dynamics%mode, self%settled, self%beside, self%t_end, &

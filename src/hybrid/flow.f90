@@ -451,9 +451,8 @@ contains
       real(wp), allocatable :: followed(:, :)
 
       associate (mass => self%system%machine%mass, project => self%system%coupled%project, beside => self%system%beside)
-         followed = matmul(transpose(project), matmul(project, load))
-         if (beside%m > 0) followed = followed + matmul(transpose(beside%project), matmul(beside%project, load))
-         followed = matmul(mass, followed)
+         followed = matmul(mass, matmul(transpose(project), matmul(project, load)))
+         if (beside%m > 0) followed = followed + matmul(mass, matmul(transpose(beside%project), matmul(beside%project, load)))
       end associate
    end function followed
 

@@ -7,12 +7,11 @@
 !!
 !! for every rigid motion r, free of stiffness and damping; f is what of the loads moves what is followed, and q'ᵀp is the power of
 !! loads, springs, dampers, circulatory terms and all that contacts do. From there to the piece that follows displacements do not
-!! jump, and M q' jumps along contacts that are rigid or have friction alone. Two early pieces are looked at, the last and one of a
+!! jump, and M q' jumps along contacts that are rigid or have friction alone. An early piece is looked at, the last and one of a
 !! thousand. From the first piece to the last the momentum along motions that nothing but loads acts on grows by their integral;
 !! that is not looked at where a tone is swept, a waveform or does not turn.
 !!
-!! What is missing counts over the size of the terms in the motion, that of forces over a natural interval of the integrator at
-!! least.
+!! What is missing counts over the size of the terms in the motion.
 module razy_observe_balance
    use razy_core_kinds, only: i8, wp
    use razy_linalg_null_space, only: null_space
@@ -33,12 +32,13 @@ module razy_observe_balance
       !> Rigid motions with all contacts open, those that no contact feels, and motions along which no contact gives an impulse
       !> (n, motions each); 1/sqrt(M_ii) (n).
       real(wp), allocatable, private :: rigid(:, :), untouched(:, :), unpushed(:, :), root(:)
-      !> Constant loads, real and imaginary parts of those of tones (n, 1 + 2 tones), as far as they move what is followed.
-      real(wp), allocatable, private :: load(:, :)
+      !> Constant loads and phasors of those of tones (n, 1 + tones), as far as they move what is followed.
+      complex(wp), allocatable, private :: load(:, :)
       !> Momentum less the integrals of loads, at the start of the motion (n).
       real(wp), allocatable, private :: conserved(:)
-      !> State at the end of the piece before, if it was looked at, and sizes of displacements and of momentum in it (n each).
-      real(wp), allocatable, private :: q(:), v(:), reach(:), speed(:)
+      !> Displacements and velocities at the end of the piece before (n, 2), if it was looked at, and sizes of displacements and of
+      !> momentum in it (n each).
+      real(wp), allocatable, private :: z(:, :), reach(:), speed(:)
       logical, private :: ended = .false.
       integer(i8), private :: pieces = 0
    contains
@@ -47,8 +47,9 @@ module razy_observe_balance
       procedure :: residual
    end type balance_t
 
-   !> Pieces that are looked at: early ones, by number, the last, and one of so many. A method with steps may begin with tiny ones.
-   integer(i8), parameter :: early(2) = [1_i8, 32_i8], seldom = 1000
+   !> Pieces that are looked at beside the last: an early one, by number, and one of so many. Methods with steps begin with tiny
+   !> ones.
+   integer(i8), parameter :: early = 32, seldom = 1000
    !> Most natural intervals in a stretch.
    integer, parameter :: intervals = 8
    !> Most angle of what no contact feels in a stretch.
@@ -66,6 +67,7 @@ contains
       integer :: i, info
 
       self%machine = machine
+      allocate (self%z(size(machine%load), 2))
       self%root = [(1/sqrt(machine%mass(i, i)), i=1, size(machine%load))]
       slope = 0.0_wp
       call linear_free_motions(machine, slope, unused, self%rigid)
@@ -86,14 +88,14 @@ contains
       if (self%ended .and. part%by%complete) call look_at_jump(self, part)
       self%ended = .false.
       if (.not. part%by%complete) return
-      associate (machine => self%machine)
+      associate (constant => self%machine%load, harmonic => self%machine%harmonic_load)
          if (.not. allocated(self%load)) then
-            self%load = part%by%followed(reshape([machine%load, machine%harmonic_load%re, machine%harmonic_load%im], &
-                                                 [size(machine%load), 1 + 2*size(machine%tone)]))
+            self%load = cmplx(part%by%followed(reshape([constant, harmonic%re], shape(harmonic) + [0, 1])), &
+                              part%by%followed(reshape([0*constant, harmonic%im], shape(harmonic) + [0, 1])), wp)
          end if
       end associate
       if (self%pieces == 1) call look_at_momentum(self, part, 0.0_wp)
-      if (any(self%pieces == early) .or. modulo(self%pieces, seldom) == 0 .or. part%last) call look_at_stretch(self, part)
+      if (self%pieces == early .or. modulo(self%pieces, seldom) == 0 .or. part%last) call look_at_stretch(self, part)
       if (part%last) call look_at_momentum(self, part, part%duration)
    end subroutine piece
 
@@ -102,52 +104,49 @@ contains
       type(balance_t), intent(inout) :: self
       type(piece_t), intent(in) :: part
 
-      real(wp), dimension(size(self%root)) :: q, v, q_end, v_end, change
-      real(wp) :: sums(size(self%root), 7), length, wide
+      real(wp), dimension(size(self%root)) :: q, v, change
+      real(wp) :: sums(size(self%root), 6), length
       integer :: i
 
       length = min(part%duration, intervals*part%by%interval(), angle/max(part%by%aside, tiny(angle)))
-      wide = max(1.0_wp, part%by%interval()/length)
       sums = 0.0_wp
       do i = 2, points - 1
-         sums = sums + weight(i)*length*moment(self, part, part%duration - (1 - abscissa(i))*length)
+         call add_moment(self, part, part%duration - (1 - abscissa(i))*length, weight(i)*length, sums)
       end do
       call part%by%state(part%duration - length, q, v)
-      call part%by%state(part%duration, q_end, v_end)
-      change = matmul(self%machine%mass, v_end - v)
-      sums(:, 2:6:2) = wide*sums(:, 2:6:2)
-      self%q = q_end
-      self%v = v_end
-      self%speed = matmul(abs(self%machine%mass), abs(v_end) + abs(v)) + sums(:, 4)
-      self%reach = abs(q_end) + abs(q) + sums(:, 2) + wide*length*self%root**2*sums(:, 4)
+      call part%by%state(part%duration, self%z(:, 1), self%z(:, 2))
+      change = matmul(self%machine%mass, self%z(:, 2) - v)
+      self%speed = matmul(abs(self%machine%mass), abs(self%z(:, 2)) + abs(v)) + sums(:, 3)
+      self%reach = abs(self%z(:, 1)) + abs(q) + length*(abs(self%z(:, 2)) + abs(v) + self%root**2*sums(:, 3))
       self%ended = .true.
-      call keep(self, 1, (q_end - q - sums(:, 1))/self%root, self%reach/self%root)
-      call keep(self, 2, self%root*(change - sums(:, 3)), self%root*self%speed)
-      call keep(self, 3, [dot_product(0.5_wp*(v_end + v), change) - sum(sums(:, 7))], [sum((self%root*self%speed)**2)])
-      call keep_along(self, 4, self%rigid, change - sums(:, 5), self%speed - sums(:, 4) + sums(:, 6))
+      call keep(self, 1, (self%z(:, 1) - q - sums(:, 1))/self%root, self%reach/self%root)
+      call keep(self, 2, self%root*(change - sums(:, 2)), self%root*self%speed)
+      call keep(self, 3, [dot_product(0.5_wp*(self%z(:, 2) + v), change) - sum(sums(:, 6))], [sum((self%root*self%speed)**2)])
+      call keep_along(self, 4, self%rigid, change - sums(:, 4), self%speed - sums(:, 3) + sums(:, 5))
    end subroutine look_at_stretch
 
-   !> At `tau`, s after the start of the piece: q', p, what of it rigid motions feel, each followed by the size of its terms, and
-   !> powers (n, 7).
-   function moment(self, part, tau)
+   !> Add what is there at `tau`, s after the start of the piece, times `dt`: q', p, what of it rigid motions feel, the last two
+   !> followed by the size of their terms, and powers (n, 6).
+   subroutine add_moment(self, part, tau, dt, sums)
       type(balance_t), intent(in) :: self
       type(piece_t), intent(in) :: part
-      real(wp), intent(in) :: tau
-      real(wp) :: moment(size(self%root), 7)
+      real(wp), intent(in) :: tau, dt
+      real(wp), intent(inout) :: sums(:, :)
 
-      complex(wp) :: e(size(self%machine%tone))
+      complex(wp) :: e(0:size(self%machine%tone))
       real(wp), dimension(size(self%root)) :: q, v, outer, outer_terms, all, terms
       real(wp) :: force, rate, s
       integer :: j
 
       call part%by%state(tau, q, v)
       associate (machine => self%machine)
-         do j = 1, size(e)
+         e(0) = 1.0_wp
+         do j = 1, size(machine%tone)
             e(j) = machine%tone(j)%excitation(part%time, part%time_low + tau)
             if (machine%tone(j)%is_swept()) e(j) = sum(machine%tone(j)%swept(part%time + tau, e(j))*[1, 0, 0])
          end do
-         outer = matmul(self%load, [1.0_wp, e%re, -e%im])
-         outer_terms = matmul(abs(self%load), abs([1.0_wp, e%re, e%im]))
+         outer = real(matmul(self%load, e))
+         outer_terms = matmul(abs(self%load), abs(e))
          do j = 1, size(machine%contact)
             call part%by%contact(j, tau, s, rate, force)
             outer = outer - machine%contact(j)%force_sign*force*push_of(machine%contact(j), q)
@@ -159,8 +158,13 @@ contains
             all = all - machine%acceleration*(part%time + tau)*(matmul(machine%circulatory, q) + matmul(machine%gyroscopic, v))
          end if
       end associate
-      moment = reshape([v, abs(v), all, terms, outer, outer_terms, v*all], shape(moment))
-   end function moment
+      sums(:, 1) = sums(:, 1) + dt*v
+      sums(:, 2) = sums(:, 2) + dt*all
+      sums(:, 3) = sums(:, 3) + dt*terms
+      sums(:, 4) = sums(:, 4) + dt*outer
+      sums(:, 5) = sums(:, 5) + dt*outer_terms
+      sums(:, 6) = sums(:, 6) + dt*v*all
+   end subroutine add_moment
 
    !> From the piece before displacements do not jump, and momentum by impulses alone.
    subroutine look_at_jump(self, part)
@@ -170,8 +174,8 @@ contains
       real(wp), dimension(size(self%root)) :: q, v
 
       call part%by%state(0.0_wp, q, v)
-      call keep(self, 1, (q - self%q)/self%root, self%reach/self%root)
-      call keep_along(self, 2, self%unpushed, matmul(self%machine%mass, v - self%v), self%speed)
+      call keep(self, 1, (q - self%z(:, 1))/self%root, self%reach/self%root)
+      call keep_along(self, 2, self%unpushed, matmul(self%machine%mass, v - self%z(:, 2)), self%speed)
    end subroutine look_at_jump
 
    !> What is conserved of the momentum along motions that nothing but loads acts on, at `tau` s after the start of the piece: the
@@ -186,14 +190,14 @@ contains
       integer :: t
 
       call part%by%state(tau, q, v)
-      momentum = matmul(self%machine%mass, v) - (part%time + tau)*self%load(:, 1)
+      momentum = matmul(self%machine%mass, v) - (part%time + tau)*self%load(:, 1)%re
       terms = matmul(abs(self%machine%mass), abs(v)) + (part%time + tau)*abs(self%load(:, 1))
       do t = 1, size(self%machine%tone)
-         associate (tone => self%machine%tone(t), re => self%load(:, 1 + t), im => self%load(:, 1 + size(self%machine%tone) + t))
+         associate (tone => self%machine%tone(t))
             if (tone%is_swept() .or. allocated(tone%waveform) .or. .not. tone%omega > 0.0_wp) return
             e = tone%excitation(part%time, part%time_low + tau)/tone%omega
-            momentum = momentum - (re*e%im + im*e%re)
-            terms = terms + (abs(re) + abs(im))/tone%omega
+            momentum = momentum - aimag(self%load(:, 1 + t)*e)
+            terms = terms + abs(self%load(:, 1 + t)*e)
          end associate
       end do
       if (.not. allocated(self%conserved)) self%conserved = momentum

@@ -77,7 +77,7 @@ contains
       slots(size(slots))%observer => balance
       call integrator%run(t_end, limit, slots, outcome)
       outcome%residual = max(outcome%residual, balance%residual())
-      if (outcome%residual > checked%worst_balance()) outcome%unbalanced = 1
+      outcome%unbalanced = merge(1, 0, outcome%residual > checked%worst_balance())
       select type (integrator)
       type is (exact_t)
          integrator%may_give_up = .false.
