@@ -24,6 +24,8 @@ CLOSE = 1e-11
 """How far a state may be off over its size, and the parameter of a special point over its own."""
 FAR = 1e-7
 """A state farther off than this is refused also near a fold, where corrections say little."""
+STEEP = 1e3
+"""Beside a grazing the largest multiplier grows without bound, and what rounding does to the state changes it."""
 BACK = 1e-12
 """By how much the parameter may be changed to have the stored motion near a fold, where rounding moves it most."""
 
@@ -188,5 +190,7 @@ class _Row:
         for real, imaginary in row["multiplier"].T:
             nearest = min(left, key=lambda z: abs(complex(z.mid()) - complex(real, imaginary)), default=None)
             if nearest is None or abs(complex(nearest.mid()) - complex(real, imaginary)) > 1e-6 * largest:
+                if largest > STEEP:
+                    raise Undecided("its multipliers are not the proved ones; beside a grazing they hang on rounding")
                 raise Disproved("its multipliers are not the proved ones")
             left.remove(nearest)
