@@ -88,7 +88,7 @@ def inverse(number: Any) -> Any:
 def family(groups: dict[str, list[dict[str, Any]]], parameter: str, value: float) -> list[Machine]:
     """Return the machines at a value of the parameter and one and two units beyond it."""
     key = parameter.lower().split("%")[-1]
-    if "phase" in key or key.startswith(("radius", "teeth", "restitution")):
+    if "phase" in key or key.startswith(("radius", "teeth", "restitution", "displacement")):
         raise NotCovered(f"special points over {key}")
     machines = []
     for step in range(3):
@@ -107,7 +107,8 @@ def _ball(x: Fraction | arb) -> arb:
 def _shape(machine: Machine) -> tuple:
     """Return what the parameter must leave as it is."""
     contacts = tuple(
-        (tuple(c.w), c.upper is None, c.lower is None, c.zero_force, len(c.tones)) for c in machine.contacts
+        (tuple(c.w), c.upper is None, c.lower is None, c.zero_force, len(c.tones), len(c.lines))
+        for c in machine.contacts
     )
     frequencies = machine.frequencies()
     return contacts, len(machine.loads), tuple((value / frequencies[0][0], power) for value, power in frequencies)

@@ -33,8 +33,19 @@ class Tone:
 
 
 @dataclass
+class Line:
+    """A line of a table: force k s + b s' + constant between two edges, of which the outer ones are none."""
+
+    low: Fraction | None
+    high: Fraction | None
+    stiffness: Fraction = Fraction(0)
+    damping: Fraction = Fraction(0)
+    constant: Fraction = Fraction(0)
+
+
+@dataclass
 class Contact:
-    """A contact on s = w q + Re(tones): bounds, force k (s - edge) + b s' beyond each, or restitution."""
+    """A contact on s = w q + Re(tones): bounds, force k (s - edge) + b s' beyond each, or restitution; or lines."""
 
     name: str
     w: list[Fraction]
@@ -47,6 +58,8 @@ class Contact:
     zero_force: bool = False
     restitution: Fraction | None = None
     tones: list[Tone] = field(default_factory=list)
+    lines: list[Line] = field(default_factory=list)
+    """Of a table, which has neither bounds nor stiffness."""
 
 
 @dataclass
@@ -107,10 +120,12 @@ def build(groups: dict[str, list[dict[str, Any]]]) -> Machine:
                 w[index[name.lower()]] += factor
         return w
 
-    for spring in groups.get("spring", []):
-        if spring.get("law", "linear") != "linear":
+    springs = groups.get("spring", [])
+    for spring in springs:
+        if spring.get("law", "linear") not in ("linear", "table"):
             raise NotCovered(f"the law '{spring['law']}' of a spring")
-    for spring in groups.get("spring", []) + groups.get("damper", []):
+    tables = [spring for spring in springs if spring.get("law") == "table"]
+    for spring in [each for each in springs if each not in tables] + groups.get("damper", []):
         w, k = row(spring["between"]), Fraction(spring.get("stiffness", 0.0))
         b = Fraction(spring.get("damping", 0.0)) + Fraction(spring.get("damping_factor", 0.0)) * k
         for i in range(n):
@@ -129,7 +144,11 @@ def build(groups: dict[str, list[dict[str, Any]]]) -> Machine:
                 _exact(load.get("amplitude", 0.0)) + _exact(load.get("unbalance", 0.0)) * value_of(frequency) ** 2
             )
             machine.loads.append((i, _sine(frequency, amplitude, load.get("phase", 0.0))))
-    machine.contacts = [_stop(stop, row, speeds) for stop in groups.get("stop", [])]
+    machine.contacts = [
+        Contact(table.get("name", "a spring"), row(table["between"]), None, None, lines=_outer(_lines(table)))
+        for table in tables
+    ]
+    machine.contacts += [_stop(stop, row, speeds) for stop in groups.get("stop", [])]
     machine.contacts += [_mesh(mesh, row, speeds) for mesh in groups.get("gear_mesh", [])]
     for record in groups.get("record", []):
         names = [record["of"]] if record.get("of", "").lower() in index else [b["name"] for b in bodies if n == 1]
@@ -168,10 +187,12 @@ def balls(rows: fmpq_mat) -> arb_mat:
     return arb_mat(rows.nrows(), rows.ncols(), [arb(x) for x in rows.entries()])
 
 
-def felt(machines: list[Machine]) -> fmpq_mat:
+def felt(machines: list[Machine]) -> tuple[fmpq_mat, fmpq_mat]:
     """Return rows spanning the smallest space that holds what contacts and observables feel, closed under K/M and B/M.
 
     machines differ in one number that K, B or 1/M is linear in, so a space closed for all of them is so in between.
+    The second are those of contacts and observables and what follows from them, one after the other: what is felt by
+    rounding alone hardly changes them.
     Common motions that nothing resists are left out: of an observable only what springs and dampers feel is kept then.
     """
     machine, maps = machines[0], []
@@ -199,7 +220,9 @@ def felt(machines: list[Machine]) -> fmpq_mat:
             seeds += [fmpq_mat(1, n, row) * each for each in maps]
     if not rows:
         raise NotCovered("a machine whose contacts feel nothing")
-    return fmpq_mat(len(rows), n, [x for line in rows for x in line])
+    # In echelon form rows are far from dependent; if all is felt they are the bodies themselves.
+    found = fmpq_mat(len(rows), n, [x for line in rows for x in line])
+    return found.rref()[0], found
 
 
 def _zeros(n: int) -> list[list[Fraction]]:
@@ -253,12 +276,15 @@ def _frequency(group: dict[str, Any], prefix: str, speeds: dict[str, Fraction]) 
 
 def _stop(stop: dict[str, Any], row: Any, speeds: dict[str, Fraction]) -> Contact:
     law, side, clearance = stop["law"], stop["side"], Fraction(stop["clearance"])
-    if law not in ("kelvin_voigt", "switched_spring", "rigid"):
+    if law not in ("kelvin_voigt", "switched_spring", "rigid", "table"):
         raise NotCovered(f"the law '{law}' of {stop['name']}")
     upper = clearance if side in ("upper", "both") else None
     lower = -clearance if side in ("lower", "both") else None
     contact = Contact(stop["name"], row(stop["between"]), upper, lower)
-    if law == "rigid":
+    if law == "table":
+        contact.upper = contact.lower = None
+        contact.lines = _beside_gap(_lines(stop), side, clearance)
+    elif law == "rigid":
         contact.restitution = Fraction(stop["restitution"])
     else:
         contact.stiffness, contact.damping = Fraction(stop["stiffness"]), Fraction(stop.get("damping", 0.0))
@@ -271,6 +297,36 @@ def _stop(stop: dict[str, Any], row: Any, speeds: dict[str, Fraction]) -> Contac
         frequency = _frequency(stop, "motion_", speeds)
         contact.tones.append(_sine(frequency, -_exact(stop["motion_amplitude"]), stop.get("motion_phase", 0.0)))
     return contact
+
+
+def _lines(group: dict[str, Any]) -> list[Line]:
+    """Return the lines between the points of a table."""
+    if group.get("beyond", "continue") != "continue":
+        raise NotCovered("a table that is not to be left")
+    places, forces = ([Fraction(x) for x in group[key]] for key in ("displacement", "force"))
+    given = group.get("line_damping", 0.0)
+    damping = given if isinstance(given, list) else [given] * (len(places) - 1)
+    damping = damping * (len(places) - 1) if len(damping) == 1 else damping
+    lines = []
+    for i, b in enumerate(damping):
+        k = (forces[i + 1] - forces[i]) / (places[i + 1] - places[i])
+        lines.append(Line(places[i], places[i + 1], k, Fraction(b), forces[i] - k * places[i]))
+    return lines
+
+
+def _outer(lines: list[Line]) -> list[Line]:
+    """Let the first and the last line go on."""
+    lines[0].low = lines[-1].high = None
+    return lines
+
+
+def _beside_gap(lines: list[Line], side: str, clearance: Fraction) -> list[Line]:
+    """Return the lines of a stop over s from those over its deformation, and one without force between them."""
+    c, low = clearance, side in ("lower", "both")
+    gap = Line(-c if low else None, c if side in ("upper", "both") else None)
+    above = [Line(p.low + c, p.high + c, p.stiffness, p.damping, p.constant - p.stiffness * c) for p in lines]
+    below = [Line(-p.high, -p.low, p.stiffness, p.damping, -p.constant) for p in above[::-1]]
+    return _outer([*(below if low else []), gap, *(above if gap.high is not None else [])])
 
 
 def _mesh(mesh: dict[str, Any], row: Any, speeds: dict[str, Fraction]) -> Contact:

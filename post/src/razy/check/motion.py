@@ -40,13 +40,13 @@ class System:
         """Reduce the machine to what is felt, exactly, and lay out X; motions begin at this part of the period."""
         self.numbers, self.machine, self.begin = numbers, numbers.machines[0], 2 * arb.pi() * phase
         machine = self.machine
-        rows = felt(numbers.machines)
+        rows, seen = felt(numbers.machines)
         self.m, n = rows.nrows(), rows.ncols()
         self.base = common(machine.frequencies())
         self.omega = numbers(lambda m: value_of(common(m.frequencies())))
         self.harmonics = sorted({int(frequency / self.base[0]) for frequency, _ in machine.frequencies()})
         self.size = 2 * self.m + 1 + 2 * len(self.harmonics)
-        self.rows = rows
+        self.rows, self.seen = rows, balls(seen * rows.transpose() * (rows * rows.transpose()).inv())
         right = numbers.constant(balls(rows.transpose() * (rows * rows.transpose()).inv()))
         force = numbers.zeros(n, n)
         for i in range(n):
@@ -117,6 +117,11 @@ class System:
     def force(self, contact: int, branch: str) -> Any:
         """Return the form of the force k (s - edge) + b s' of a closed contact, positive upwards in s."""
         upper, take = branch.startswith("upper"), self._of(contact)
+        if branch.startswith("line"):
+            i = int(branch.split()[1])
+            stiffness, number = take(lambda c: c.lines[i].stiffness), take(lambda c: c.lines[i].constant)
+            damping = take(lambda c: c.lines[i].damping) * self.omega
+            return self.gap[contact] * stiffness + self.rate[contact] * damping + self.unit * number
         stiffness, damping = take(lambda c: c.stiffness), take(lambda c: c.damping)
         offset = take(lambda c: c.offset) if upper else -take(lambda c: c.offset)
         number = offset - stiffness * take(lambda c: c.upper if upper else c.lower)
@@ -127,7 +132,7 @@ class System:
         if mode not in self.generators:
             g = self.free
             for i, branch in enumerate(mode):
-                if branch in ("upper", "lower"):
+                if branch in ("upper", "lower") or branch.startswith("line"):
                     g = g - self.push[i] * self.force(i, branch) * self.per_square
             self.generators[mode] = g
         return self.generators[mode]
@@ -156,6 +161,18 @@ class System:
         result = []
         for i, branch in enumerate(mode):
             c = self.machine.contacts[i]
+            if branch.startswith("line"):
+                number = int(branch.split()[1])
+                low, high = c.lines[number].low, c.lines[number].high
+                if low is not None:
+                    edge = self._of(i)(lambda c, k=number: c.lines[k].low)
+                    form = self.gap[i] - self.unit * edge
+                    result.append(Guard(i, form, f"line {number - 1}", f"edge {number}"))
+                if high is not None:
+                    edge = self._of(i)(lambda c, k=number: c.lines[k].high)
+                    form = self.unit * edge - self.gap[i]
+                    result.append(Guard(i, form, f"line {number + 1}", f"edge {number + 1}"))
+                continue
             if branch == "open":
                 target = "impact" if c.restitution is not None else ""
                 sides = [side for side, edge in (("upper", c.upper), ("lower", c.lower)) if edge is not None]
@@ -183,6 +200,12 @@ class System:
         mode = []
         for i, c in enumerate(self.machine.contacts):
             branch = "open"
+            if c.lines:
+                s = (self.gap[i] * x)[0, 0]
+                edges = [arb(fmpq(line.low.numerator, line.low.denominator)) for line in c.lines[1:]]
+                if not all(s < edge or s > edge for edge in edges):
+                    raise NotCovered(f"the bound of {c.name} is touched where the motion begins")
+                branch = f"line {sum(bool(s > edge) for edge in edges)}"
             for side, edge in (("upper", c.upper), ("lower", c.lower)):
                 if edge is None:
                     continue

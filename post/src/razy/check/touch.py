@@ -25,12 +25,18 @@ def without_touch(course: Course, contact: str) -> Course | None:
 
     i = 1
     while i < len(result.pieces) - 1:
-        before, short, after = result.pieces[i - 1 : i + 2]
-        if short.duration < SHORT and before.mode == after.mode and meant(before.guard) and meant(short.guard):
-            half = short.duration / 2
-            touched = _touched(replace(before, duration=before.duration + half), after, before.guard)
-            touched[1].duration += half
-            result.pieces = [*result.pieces[: i - 1], *touched, *result.pieces[i + 2 :]]
+        before = result.pieces[i - 1]
+        # Of a contact that parts at zero force it takes two pieces.
+        for j in (i + 1, i + 2):
+            inner, after = result.pieces[i:j], result.pieces[j : j + 1]
+            short = sum(piece.duration for piece in inner)
+            contacts = {piece.guard.contact for piece in (before, *inner) if meant(piece.guard)}
+            whole = all(meant(piece.guard) for piece in (before, *inner))
+            if short < SHORT and after and before.mode == after[0].mode and whole and len(contacts) == 1:
+                touched = _touched(replace(before, duration=before.duration + short / 2), after[0], before.guard)
+                touched[1].duration += short / 2
+                result.pieces = [*result.pieces[: i - 1], *touched, *result.pieces[j + 1 :]]
+                break
         i += 1
     limit = ALSO if any(piece.touched for piece in result.pieces) else 1e-4
     while (found := _nearest(result, meant, limit)) is not None:
