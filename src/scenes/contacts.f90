@@ -116,8 +116,10 @@ contains
       call input%get(group, i, "clearance", clearance)
       if (all(site%sides) .and. clearance < 0.0_wp) then
          call input%complain(error, group, i, "clearance", "at least 0 for a stop with side = 'both'")
-      else if (allocated(site%frame) .and. input%choice(group, i, "law") == "rigid") then
-         call input%complain(error, group, i, "law", "one that gives way, such as 'kelvin_voigt', in a ring")
+      else if (allocated(site%frame)) then
+         if (input%choice(group, i, "law") == "rigid") then
+            call input%complain(error, group, i, "law", "one that gives way, such as 'kelvin_voigt', in a ring")
+         end if
       end if
       if (allocated(error)) return
       if (.not. site%sides(2)) contact%force_sign = -1.0_wp
