@@ -6,7 +6,7 @@ module razy_scenes_contacts
    use razy_core_kinds, only: qp, wp
    use razy_core_text, only: did_you_mean, position_of, string_t
    use razy_input_input, only: input_t
-   use razy_input_schema, only: add_real, add_string, group_spec_t, nonnegative
+   use razy_input_schema, only: add_real, add_string, group_spec_t, nonnegative, positive
    use razy_machine_machine, only: contact_t, machine_t
    use razy_scenes_gap_laws, only: add_gap_law_keys, read_gap_law
    use razy_scenes_harmonics, only: add_harmonic, frequency_t, harmonics_t, read_frequency
@@ -39,7 +39,7 @@ contains
    subroutine add_ring_keys(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      call add_real(schema, "clearance", "radial gap all round where both are concentric", unit="m", rule=nonnegative, &
+      call add_real(schema, "clearance", "radial gap all round where both are concentric", unit="m", rule=positive, &
                     required=.true.)
       call add_real(schema, "offset", "where the centre of the hole is in the reference position, from the first end, across "// &
                     "its axis", unit="m", count=2, default="0.0, 0.0")
