@@ -139,18 +139,24 @@ def path_of(file):
     return file["observable/displacement.rotor.2.v"][:] + 1j * file["observable/displacement.rotor.2.w"][:]
 
 
-def test_friction_opposes_sliding_at_every_angle_and_spin(tmp_path):
-    def field(_, z):
+def rubbing(surface, sign):
+    """Return the motion's equations for a surface of this speed over time, with this sign of the speed of sliding."""
+
+    def field(t, z):
         d, v = z[:2], z[2:]
         r = np.hypot(*d)
         force = -d - 0.1 * v
         if r > 1:
             n = d / r
             around = np.array([-n[1], n[0]])
-            slide = around @ v + 0.9 * 2.0
-            force = force - 4 * (r - 1) * (n + 0.3 * np.sign(slide) * around)
+            force = force - 4 * (r - 1) * (n + 0.3 * sign(around @ v + surface(t)) * around)
         return np.concatenate([v, force])
 
+    return field
+
+
+def test_friction_opposes_sliding_at_every_angle_and_spin(tmp_path):
+    field = rubbing(lambda t: 0.9 * 2.0, np.sign)
     theirs = solve_ivp(field, (0, 6), [1.3, 0, 0, 0], "DOP853", t_eval=np.arange(0, 6.25, 0.5), rtol=1e-12, atol=1e-13,
                        max_step=0.002)  # fmt: skip
     theirs = theirs.y[0] + 1j * theirs.y[1]
@@ -169,17 +175,7 @@ def test_friction_opposes_sliding_at_every_angle_and_spin(tmp_path):
 
 def test_friction_in_a_run_up(tmp_path):
     # The surface at 0.9 turns with 0.4 (t - 2): it slides backward, may stick, and slides forward.
-    def field(t, z):
-        d, v = z[:2], z[2:]
-        r = np.hypot(*d)
-        force = -d - 0.1 * v
-        if r > 1:
-            n = d / r
-            around = np.array([-n[1], n[0]])
-            slide = around @ v + 0.9 * 0.4 * (t - 2)
-            force = force - 4 * (r - 1) * (n + 0.3 * np.tanh(slide / 1e-6) * around)
-        return np.concatenate([v, force])
-
+    field = rubbing(lambda t: 0.9 * 0.4 * (t - 2), lambda slide: np.tanh(slide / 1e-6))
     theirs = solve_ivp(field, (0, 6), [1.3, 0, 0, 0], "Radau", t_eval=np.arange(0, 6.25, 0.5), rtol=1e-9, atol=1e-12)
     text = rotor_in_stator(0.0, -0.8).replace("&rotation ", f"&rotation acceleration_rpm_per_s={0.4 * RPM!r}, ")
     text += "&record observable='sliding_velocity', of='rub', what='trajectory', interval=0.5 /\n"

@@ -43,7 +43,7 @@ contains
                              " is rigid")
       else if (status == linear_curved) then
          call input%complain(error, "modes", 1, "contacts", "'open': the contact "//machine%contact(culprit)%name// &
-                             " is curved, or a ring")
+                             " has a curved law, or is a ring")
       end if
       if (allocated(error)) return
       call linear_free_motions(machine, slope, of_stiffness, untouched)
