@@ -53,8 +53,8 @@ program motion
    observers(2)%observer => trajectory
    least = huge(least)
    do i = 1, repeats
-      call events%reset()
-      call trajectory%reset()
+      call events%forget()
+      call trajectory%forget()
       call cpu_time(start)
       call run_motion(machine, case%method, case%t_end, observers, outcome, error, integrator=integrator)
       call cpu_time(finish)

@@ -40,7 +40,7 @@ program smooth
    end if
    trajectory%form = [1]
    trajectory%interval = t_end/(points - 1)
-   call trajectory%reset()
+   call trajectory%forget()
    observers(1)%observer => trajectory
    call cpu_time(begun)
    call run_motion(machine, method, t_end, observers, outcome, error)

@@ -210,15 +210,13 @@ contains
       key_at = 0
    end function key_at
 
-   !> Whether two names are equal. Most differ in the first letter, which costs no call.
-   pure logical function same(first, second)
-      character(*), intent(in) :: first, second
+   !> Whether the name of a specification is another. Most differ in length or in the first letter, which costs no call.
+   pure logical function same(name, other)
+      character(*), intent(in) :: name, other
 
       same = .false.
-      if (min(len(first), len(second)) > 0) then
-         if (first(1:1) /= second(1:1)) return
-      end if
-      same = first == second
+      if (len(name) /= len_trim(other) .or. len(name) == 0) return
+      if (name(1:1) == other(1:1)) same = name == other
    end function same
 
 end module razy_input_schema

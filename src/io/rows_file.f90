@@ -152,21 +152,23 @@ contains
       self%written = self%written + 1
    end subroutine append_row
 
-   !> Write what waits, and give the complete file its name; a file that is not complete is discarded.
+   !> Write what waits, and give the complete file its name; after an `error`, or where it is not complete, it is discarded.
    subroutine commit_rows(self, overwrite, error)
       class(rows_file_t), intent(inout) :: self
       logical, intent(in) :: overwrite
-      type(error_t), allocatable, intent(out) :: error
+      type(error_t), allocatable, intent(inout) :: error
 
       integer :: i
 
-      if (self%written /= self%rows .or. any(self%length /= self%promised)) then
-         call raise(error, self%file%path//": has not got as many rows or values as it was made for")
+      if (.not. allocated(error)) then
+         if (self%written /= self%rows .or. any(self%length /= self%promised)) then
+            call raise(error, self%file%path//": has not got as many rows or values as it was made for")
+         end if
+         do i = 1, size(self%pile)
+            if (.not. allocated(error)) call self%pile(i)%flush(self%file, error)
+            if (.not. allocated(error)) call self%offset(i)%flush(self%file, error)
+         end do
       end if
-      do i = 1, size(self%pile)
-         if (.not. allocated(error)) call self%pile(i)%flush(self%file, error)
-         if (.not. allocated(error)) call self%offset(i)%flush(self%file, error)
-      end do
       if (allocated(error)) then
          call self%discard()
       else

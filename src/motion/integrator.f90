@@ -12,8 +12,8 @@ module razy_motion_integrator
    implicit none(type, external)
    private
 
-   public :: ask_stop, budget_t, glimpse_t, integrator_t, observer_slot_t, observer_t, outcome_t, piece_t, show_piece, &
-      & status_meanings
+   public :: add_observer, ask_stop, budget_t, glimpse_t, integrator_t, observer_slot_t, observer_t, outcome_t, piece_t, &
+      & show_piece, status_meanings
    public :: status_ok, status_event_limit, status_chatter, status_blow_up, status_no_modes, status_no_machine
    public :: status_step_underflow, status_step_limit, status_no_contact_forces, status_time_limit, status_interrupted
    public :: status_beyond_law, status_costly, status_inaccurate, status_not_computed
@@ -103,10 +103,15 @@ module razy_motion_integrator
       class(integrator_t), pointer :: by => null()
    end type piece_t
 
-   !> What watches a motion.
+   !> What watches a motion: `attach`, then each piece, then what was seen as columns of a result.
    type, abstract :: observer_t
+      !> Start of recording, s.
+      real(wp) :: from = 0.0_wp
    contains
+      procedure :: attach
       procedure(on_piece), deferred :: piece
+      procedure :: forget
+      procedure :: columns => no_columns
    end type observer_t
 
    !> An observer of any type, for lists of them.
@@ -250,6 +255,46 @@ module razy_motion_integrator
    end interface
 
 contains
+
+   !> One observer more, which has to be a target.
+   subroutine add_observer(slots, observer)
+      type(observer_slot_t), allocatable, intent(inout) :: slots(:)
+      class(observer_t), intent(in), target :: observer
+
+      type(observer_slot_t) :: slot
+
+      slot%observer => observer
+      slots = [slots, slot]
+   end subroutine add_observer
+
+   !> Begin anew with a motion of a machine until `t_end`, s.
+   subroutine attach(self, machine, t_end)
+      class(observer_t), intent(inout) :: self
+      type(machine_t), intent(in) :: machine
+      real(wp), intent(in) :: t_end
+
+      associate (unused_machine => machine, unused_end => t_end)
+         call self%forget()
+      end associate
+   end subroutine attach
+
+   !> Nothing was seen.
+   subroutine forget(self)
+      class(observer_t), intent(inout) :: self
+
+      associate (unused => self)
+      end associate
+   end subroutine forget
+
+   !> Hand over what was seen of a motion of a machine; here nothing.
+   subroutine no_columns(self, table, machine)
+      class(observer_t), intent(in) :: self
+      type(table_t), intent(inout) :: table
+      type(machine_t), intent(in) :: machine
+
+      associate (unused => self, unused_table => table, unused_machine => machine)
+      end associate
+   end subroutine no_columns
 
    !> A motion begins, or its next part.
    subroutine begin(self)

@@ -57,16 +57,18 @@ module razy_observe_balance
 
 contains
 
-   !> Begin with a motion of a machine.
-   subroutine attach(self, machine)
+   subroutine attach(self, machine, t_end)
       class(balance_t), intent(inout) :: self
       type(machine_t), intent(in) :: machine
+      real(wp), intent(in) :: t_end
 
       real(wp) :: slope(2, size(machine%contact))
       real(wp), allocatable :: unused(:, :)
       integer :: i, info
 
-      self%machine = machine
+      associate (unused_end => t_end)
+         self%machine = machine
+      end associate
       allocate (self%z(size(machine%load), 2))
       self%root = [(1/sqrt(machine%mass(i, i)), i=1, size(machine%load))]
       slope = 0.0_wp

@@ -20,8 +20,10 @@ module razy_observe_contact_statistics
    public :: contact_statistics_t
 
    type, extends(observer_t) :: contact_statistics_t
-      !> Start of recording, and what has been recorded, s.
-      real(wp) :: from = 0.0_wp, time = 0.0_wp
+      !> Contacts that are recorded, by number.
+      integer, allocatable :: numbers(:)
+      !> What has been recorded, s.
+      real(wp), private :: time = 0.0_wp
       !> Period of the excitation, s.
       real(wp), private :: period = 0.0_wp
       type(contact_tally_t), allocatable :: tally(:)
@@ -42,28 +44,28 @@ module razy_observe_contact_statistics
 
 contains
 
-   !> Begin anew with a machine; `numbers` are its contacts that are recorded.
-   subroutine attach(self, machine, numbers)
+   subroutine attach(self, machine, t_end)
       class(contact_statistics_t), intent(inout) :: self
       type(machine_t), intent(in) :: machine
-      integer, intent(in) :: numbers(:)
+      real(wp), intent(in) :: t_end
 
       integer :: i
 
       if (allocated(self%tally)) deallocate (self%tally)
-      allocate (self%tally(size(numbers)))
-      do i = 1, size(numbers)
-         self%tally(i)%number = numbers(i)
-         self%tally(i)%contact = machine%contact(numbers(i))
+      allocate (self%tally(size(self%numbers)))
+      do i = 1, size(self%numbers)
+         self%tally(i)%number = self%numbers(i)
+         self%tally(i)%contact = machine%contact(self%numbers(i))
       end do
       call self%rigid%attach(machine)
-      self%period = period_of_loads(machine)
+      associate (unused => t_end)
+         self%period = period_of_loads(machine)
+      end associate
       self%time = 0.0_wp
       self%begun = .false.
       self%attached = .true.
    end subroutine attach
 
-   !> Nothing is seen of the contacts, until `attach`.
    subroutine forget(self)
       class(contact_statistics_t), intent(inout) :: self
 
@@ -71,15 +73,18 @@ contains
    end subroutine forget
 
    !> Hand over the statistics; NaN where there was no machine.
-   subroutine columns(self, table)
+   subroutine columns(self, table, machine)
       class(contact_statistics_t), intent(in) :: self
       type(table_t), intent(inout) :: table
+      type(machine_t), intent(in) :: machine
 
       integer :: i
 
-      do i = 1, size(self%tally)
-         call self%tally(i)%columns(table, self%time, self%period, self%attached)
-      end do
+      associate (unused => machine)
+         do i = 1, size(self%tally)
+            call self%tally(i)%columns(table, self%time, self%period, self%attached)
+         end do
+      end associate
    end subroutine columns
 
    !> Add a piece, as far as it lies in the time of recording.

@@ -3,7 +3,7 @@ module razy_observe_event_log
    use razy_core_kinds, only: i8, wp
    use razy_core_resize, only: resize
    use razy_core_table, only: table_t
-   use razy_machine_machine, only: contact_t
+   use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: observer_t, piece_t
    implicit none(type, external)
    private
@@ -18,7 +18,8 @@ module razy_observe_event_log
       !> Contacts that motions without events are told apart by, and the branches they begin with; 0: not yet seen.
       integer, allocatable, private :: watched(:), first(:)
    contains
-      procedure :: reset
+      procedure :: attach
+      procedure :: forget
       procedure :: piece
       procedure :: columns
       procedure :: is_like
@@ -29,19 +30,29 @@ module razy_observe_event_log
 
 contains
 
-   !> Forget everything of an earlier run; the contacts of a machine: those with a gap tell motions without events apart.
-   subroutine reset(self, contact)
+   !> Begin anew with a machine: contacts with a gap tell its motions without events apart.
+   subroutine attach(self, machine, t_end)
       class(event_log_t), intent(inout) :: self
-      type(contact_t), intent(in), optional :: contact(:)
+      type(machine_t), intent(in) :: machine
+      real(wp), intent(in) :: t_end
 
       integer :: j
 
+      call self%forget()
+      associate (contact => machine%contact, unused => t_end)
+         self%watched = pack([(j, j=1, size(contact))], [(.not. contact(j)%law%of_normal, j=1, size(contact))])
+      end associate
+      self%first = 0*self%watched
+   end subroutine attach
+
+   subroutine forget(self)
+      class(event_log_t), intent(inout) :: self
+
       self%count = 0
       self%watched = [integer ::]
-      if (present(contact)) self%watched = pack([(j, j=1, size(contact))], [(.not. contact(j)%law%of_normal, j=1, size(contact))])
-      self%first = 0*self%watched
+      self%first = [integer ::]
       if (.not. allocated(self%time)) allocate (self%time(16), self%contact(16), self%branch(16))
-   end subroutine reset
+   end subroutine forget
 
    !> Note the event that ends a piece.
    subroutine piece(self, part)
@@ -50,7 +61,7 @@ contains
 
       integer :: i
 
-      if (.not. allocated(self%time)) call self%reset()
+      if (.not. allocated(self%time)) call self%forget()
       if (any(self%first == 0)) self%first = [(part%by%branch(self%watched(i)), i=1, size(self%watched))]
       if (part%contact == 0) return
       if (self%count == size(self%time)) then
@@ -66,20 +77,21 @@ contains
       self%branch(self%count) = part%branch
    end subroutine piece
 
-   !> Hand over the events of a motion with these contacts, as lists of `/event`.
-   subroutine columns(self, table, contact)
+   !> Hand over the events of a machine with contacts, as lists of `/event`.
+   subroutine columns(self, table, machine)
       class(event_log_t), intent(in) :: self
       type(table_t), intent(inout) :: table
-      type(contact_t), intent(in) :: contact(:)
+      type(machine_t), intent(in) :: machine
 
       character(*), parameter :: along = "/event/event"
-      character(64) :: name(size(contact))
-      character(1000) :: meanings(size(contact))
+      character(64) :: name(size(machine%contact))
+      character(1000) :: meanings(size(name))
       integer :: j
 
-      do j = 1, size(contact)
-         name(j) = contact(j)%name
-         meanings(j) = contact(j)%law%meanings()
+      if (size(name) == 0) return
+      do j = 1, size(name)
+         name(j) = machine%contact(j)%name
+         meanings(j) = machine%contact(j)%law%meanings()
       end do
       associate (n => self%count)
          call table%add("/event/time", self%time(:n), "s", "time of the event", along)

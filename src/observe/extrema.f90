@@ -9,7 +9,9 @@ module razy_observe_extrema
    use razy_core_kinds, only: i8, wp
    use razy_core_resize, only: resize
    use razy_core_table, only: table_t
+   use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: glimpse_t, observer_t, piece_t
+   use razy_observe_cycle, only: cycle_time
    implicit none(type, external)
    private
 
@@ -18,10 +20,10 @@ module razy_observe_extrema
    !> Records the extrema of observable number `form`.
    type, extends(observer_t) :: extrema_t
       integer :: form = 1
-      !> Start of recording, s.
-      real(wp) :: from = 0.0_wp
       !> What the observable is called in results.
       character(:), allocatable :: name, unit, long_name
+      !> How nearly maxima are to repeat themselves, if the time of that is asked for.
+      real(wp), allocatable :: cycle_tolerance
       !> Extrema found (count): value, time in s, +1 for a maximum and -1 for a minimum.
       integer :: count = 0
       real(wp), allocatable :: value(:), time(:)
@@ -33,7 +35,7 @@ module razy_observe_extrema
       !> Size of the terms that the observable is the sum of, at the start of the last piece.
       real(wp), private :: size = 0.0_wp
    contains
-      procedure :: reset
+      procedure :: forget
       procedure :: piece
       procedure :: columns
    end type extrema_t
@@ -43,8 +45,7 @@ module razy_observe_extrema
 
 contains
 
-   !> Forget everything of an earlier run.
-   subroutine reset(self)
+   subroutine forget(self)
       class(extrema_t), intent(inout) :: self
 
       self%count = 0
@@ -52,7 +53,7 @@ contains
       self%begun = .false.
       self%after_event = .false.
       if (.not. allocated(self%value)) allocate (self%value(64), self%time(64), self%kind(64))
-   end subroutine reset
+   end subroutine forget
 
    !> Take up the extrema of a piece, as far as it lies in the time of recording.
    subroutine piece(self, part)
@@ -140,17 +141,18 @@ contains
       self%kind(self%count) = kind
    end subroutine record
 
-   !> Hand over the extrema, as lists of `/extrema/<name>`.
-   subroutine columns(self, table)
+   !> Hand over the extrema, as lists of `/extrema/<name>`, and the time in which they repeat themselves.
+   subroutine columns(self, table, machine)
       class(extrema_t), intent(in) :: self
       type(table_t), intent(inout) :: table
+      type(machine_t), intent(in) :: machine
 
       character(:), allocatable :: along, group
       integer(int8), allocatable :: kind(:)
 
       group = "/extrema/"//self%name//"/"
       along = group//"extremum"
-      associate (n => self%count)
+      associate (n => self%count, unused => machine)
          call table%add(group//"value", self%value(:n), self%unit, "extrema of "//self%long_name, along)
          call table%add(group//"time", self%time(:n), "s", "time of the extremum", along)
          ! Not as an expression, whose value would stand on the stack.
@@ -159,6 +161,11 @@ contains
          call table%add(group//"kind", kind, "1", "kind of extremum", along)
       end associate
       call table%note_meanings([1, -1], ["maximum", "minimum"])
+      if (.not. allocated(self%cycle_tolerance)) return
+      associate (n => self%count)
+         call table%add("/point/cycle_time", cycle_time(self%value(:n), self%time(:n), self%kind(:n), self%cycle_tolerance), "s", &
+                        "time in which "//self%long_name//" repeats itself")
+      end associate
    end subroutine columns
 
 end module razy_observe_extrema

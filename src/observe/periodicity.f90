@@ -38,9 +38,10 @@ module razy_observe_periodicity
    integer, parameter :: last_bit = 62
 
    type, extends(observer_t) :: periodicity_t
-      !> Tolerance; start of recording, from which on touched contacts count, s.
-      real(wp) :: tolerance = 1.0e-6_wp, from = 0.0_wp
-      !> A bit for each contact that was closed, the first is bit 0.
+      real(wp) :: tolerance = 1.0e-6_wp
+      !> The group of its columns.
+      character(9) :: in_group = "/point/"
+      !> From the start of recording on a bit for each contact that was closed, the first is bit 0.
       integer(int64) :: touched = 0_int64
       !> Names of the contacts, for the bits.
       character(64), allocatable, private :: name(:)
@@ -326,7 +327,6 @@ contains
 
    end function shrinks
 
-   !> Nothing is seen, until `attach`.
    subroutine forget(self)
       class(periodicity_t), intent(inout) :: self
 
@@ -334,16 +334,18 @@ contains
       self%touched = 0_int64
    end subroutine forget
 
-   !> Hand over period, drift and contacts touched, as single values of `group`, such as `/point/`.
-   subroutine columns(self, table, group)
+   !> Hand over period, drift and contacts touched, as single values.
+   subroutine columns(self, table, machine)
       class(periodicity_t), intent(in) :: self
       type(table_t), intent(inout) :: table
-      character(*), intent(in) :: group
+      type(machine_t), intent(in) :: machine
 
-      call table%add(group//"period", self%found(), "1", "period of the motion in periods of the excitation")
+      associate (unused => machine)
+      end associate
+      call table%add(trim(self%in_group)//"period", self%found(), "1", "period of the motion in periods of the excitation")
       call table%note("meanings", "0 = not periodic within 32, -1 = not determined, -2 = not settled")
-      call table%add(group//"drift", self%drift(), self%drift_unit, "how far the motion goes on in its period")
-      call table%add(group//"touched", self%touched, "1", "contacts touched, bit by bit")
+      call table%add(trim(self%in_group)//"drift", self%drift(), self%drift_unit, "how far the motion goes on in its period")
+      call table%add(trim(self%in_group)//"touched", self%touched, "1", "contacts touched, bit by bit")
       call table%note("names", self%name)
    end subroutine columns
 

@@ -16,8 +16,6 @@ module razy_observe_reach
    integer, parameter :: looks = 4000
 
    type, extends(observer_t) :: reach_t
-      !> The machine has such bounds.
-      logical :: asked = .false.
       !> Names and units of the coordinates, bounds, largest displacements, now, velocities (n each).
       character(64), allocatable, private :: name(:)
       character(16), allocatable, private :: unit(:)
@@ -38,11 +36,10 @@ contains
       type(machine_t), intent(in) :: machine
       real(wp), intent(in) :: t_end
 
-      self%asked = allocated(machine%holds_to)
-      if (.not. self%asked) return
+      self%bound = [real(wp) ::]
+      if (allocated(machine%holds_to)) self%bound = machine%holds_to
       self%name = machine%coordinate
       self%unit = machine%unit
-      self%bound = machine%holds_to
       self%largest = 0*machine%displacement
       self%q = machine%displacement
       self%v = machine%velocity
@@ -57,6 +54,7 @@ contains
 
       real(wp) :: end
 
+      if (size(self%bound) == 0) return
       end = part%time + part%duration
       do while (self%next < end)
          call look(max(self%next - part%time, 0.0_wp))
@@ -83,7 +81,6 @@ contains
       character(10) :: bound, reached
       integer :: i
 
-      if (.not. self%asked) return
       do i = 1, size(self%bound)
          if (self%largest(i) <= self%bound(i)) cycle
          write (bound, "(es10.2)") self%bound(i)

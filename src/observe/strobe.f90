@@ -2,6 +2,7 @@
 module razy_observe_strobe
    use razy_core_kinds, only: wp
    use razy_core_table, only: table_t
+   use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: observer_t, piece_t
    implicit none(type, external)
    private
@@ -10,32 +11,42 @@ module razy_observe_strobe
 
    !> Needs an integrator that follows every coordinate.
    type, extends(observer_t) :: strobe_t
+      !> Periods before the end of the motion that are looked at, 0: it is not looked at; the period, s.
+      integer :: periods = 0
+      real(wp) :: period = 0.0_wp
       !> Times, s, ascending, none after the end of the motion (times).
       real(wp), allocatable :: time(:)
       !> States recorded: displacement above velocity (2 n, times); the first `count` are valid.
       integer :: count = 0
       real(wp), allocatable :: state(:, :)
    contains
-      procedure :: begin
+      procedure :: attach
       procedure :: piece
+      procedure :: forget
       procedure :: columns
    end type strobe_t
 
 contains
 
-   !> Look at times t_end - k period, k = `periods` … 0, at a machine of n coordinates.
-   pure subroutine begin(self, n, t_end, period, periods)
+   !> Look at times t_end - k period, k = `periods` … 0.
+   subroutine attach(self, machine, t_end)
       class(strobe_t), intent(inout) :: self
-      integer, intent(in) :: n, periods
-      real(wp), intent(in) :: t_end, period
+      type(machine_t), intent(in) :: machine
+      real(wp), intent(in) :: t_end
 
       integer :: k
 
       self%count = 0
-      self%time = [(t_end - k*period, k=periods, 0, -1)]
+      self%time = [(t_end - k*self%period, k=self%periods, 0, -1)]
       if (allocated(self%state)) deallocate (self%state)
-      allocate (self%state(2*n, periods + 1))
-   end subroutine begin
+      allocate (self%state(2*size(machine%mass, 1), self%periods + 1))
+   end subroutine attach
+
+   subroutine forget(self)
+      class(strobe_t), intent(inout) :: self
+
+      self%count = 0
+   end subroutine forget
 
    !> Take the states at times within a piece; its end belongs to the next piece, but for the last.
    subroutine piece(self, part)
@@ -57,16 +68,18 @@ contains
    end subroutine piece
 
    !> Hand over the states, one after the other, for the checkpoint of a sweep.
-   subroutine columns(self, table)
+   subroutine columns(self, table, machine)
       class(strobe_t), intent(in) :: self
       type(table_t), intent(inout) :: table
+      type(machine_t), intent(in) :: machine
 
-      if (self%count > 0) then
-         call table%add("strobe/states", reshape(self%state(:, :self%count), [size(self%state, 1)*self%count]), "1", "states", &
-                        "strobe/value")
-      else
-         call table%add("strobe/states", [real(wp) ::], "1", "states", "strobe/value")
-      end if
+      real(wp), allocatable :: states(:)
+
+      associate (unused => machine)
+         states = [real(wp) ::]
+      end associate
+      if (self%count > 0) states = reshape(self%state(:, :self%count), [size(self%state, 1)*self%count])
+      call table%add("strobe/states", states, "1", "states", "strobe/value")
    end subroutine columns
 
 end module razy_observe_strobe

@@ -16,8 +16,8 @@ module razy_observe_trajectory
    type, extends(observer_t) :: trajectory_t
       !> Observables by number in the machine.
       integer, allocatable :: form(:)
-      !> Start and interval of recording, s; interval 0 takes natural times.
-      real(wp) :: from = 0.0_wp, interval = 0.0_wp
+      !> Interval of recording, s; 0 takes natural times.
+      real(wp) :: interval = 0.0_wp
       !> Number of coordinates n of the machine if the state is recorded, which needs all of them followed; else 0.
       integer :: coordinates = 0
       !> Number of points; times in s (count), values (form, count), displacements and velocities (n, count): the first `count`
@@ -27,21 +27,20 @@ module razy_observe_trajectory
       integer(i8), private :: next = 0
       real(wp), allocatable :: time(:), value(:, :), displacement(:, :), velocity(:, :)
    contains
-      procedure :: reset
+      procedure :: forget
       procedure :: piece
       procedure :: columns
    end type trajectory_t
 
 contains
 
-   !> Forget everything of an earlier run.
-   subroutine reset(self)
+   subroutine forget(self)
       class(trajectory_t), intent(inout) :: self
 
       self%count = 0
       self%next = 0
       call make_room(self, 1024_i8)
-   end subroutine reset
+   end subroutine forget
 
    !> Record the points of a piece; its end belongs to the next piece, but for the last.
    subroutine piece(self, part)

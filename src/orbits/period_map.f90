@@ -22,6 +22,7 @@ module razy_orbits_period_map
    type, abstract :: family_t
    contains
       procedure(make_motion), deferred :: make
+      procedure(find_start), deferred :: start
    end type family_t
 
    abstract interface
@@ -36,6 +37,15 @@ module razy_orbits_period_map
          real(wp), intent(out) :: period
          type(error_t), allocatable, intent(out) :: error
       end subroutine make_motion
+
+      !> The displacements and velocities (n each) that the machine made last starts with.
+      subroutine find_start(self, displacement, velocity, error)
+         import :: error_t, family_t, wp
+         implicit none(type, external)
+         class(family_t), intent(inout) :: self
+         real(wp), allocatable, intent(out) :: displacement(:), velocity(:)
+         type(error_t), allocatable, intent(out) :: error
+      end subroutine find_start
    end interface
 
    !> Where a motion comes to: x (n), its derivative by the x at the start (n, n), the contacts on its way.
@@ -173,7 +183,7 @@ contains
       slots(1)%observer => back%sequence
       if (present(observers)) slots = [slots, observers]
       associate (by => self%by)
-         call back%sequence%reset(by%system%machine%contact)
+         call back%sequence%attach(by%system%machine, duration)
          by%budget%stop_is_asked => self%stop_is_asked
          by%first = matmul(self%basis, x)
          by%from = self%phase*self%period
@@ -186,12 +196,16 @@ contains
    end subroutine go
 
    !> x of the machine's own start.
-   function first_state(self) result(x)
-      class(period_map_t), intent(in) :: self
-      real(wp), allocatable :: x(:)
+   subroutine first_state(self, x, error)
+      class(period_map_t), intent(inout) :: self
+      real(wp), allocatable, intent(out) :: x(:)
+      type(error_t), allocatable, intent(out) :: error
 
-      x = matmul(self%by%system%first_state(), self%basis)
-   end function first_state
+      real(wp), allocatable :: displacement(:), velocity(:)
+
+      call self%family%start(displacement, velocity, error)
+      if (.not. allocated(error)) x = self%from_coordinates([displacement, velocity])
+   end subroutine first_state
 
    !> x of the machine's displacements, then its velocities.
    function from_coordinates(self, state) result(x)

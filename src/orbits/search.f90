@@ -71,7 +71,8 @@ contains
       problem%parameter = parameter
       call problem%map%go_to(parameter, error)
       if (allocated(error)) return
-      call march(problem, problem%map%first_state(), self%settle, problem%map%period, x, error)
+      call problem%map%first_state(first, error)
+      if (.not. allocated(error)) call march(problem, first, self%settle, problem%map%period, x, error)
       if (allocated(error)) return
       call problem%begin(x(:, self%settle), 0.0_wp, range)
       call find_exponent(self, problem, x(:, self%settle))

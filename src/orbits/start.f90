@@ -34,7 +34,7 @@ contains
       logical, intent(out) :: settled
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: guess(:), x(:, :)
+      real(wp), allocatable :: first(:), guess(:), x(:, :)
       logical :: ok
       integer :: k
 
@@ -47,7 +47,8 @@ contains
          call from_section(problem, time, range, orbit, settled, error)
          return
       end if
-      call march(problem, problem%map%first_state(), settle, problem%map%period, x, error)
+      call problem%map%first_state(first, error)
+      if (.not. allocated(error)) call march(problem, first, settle, problem%map%period, x, error)
       if (allocated(error)) return
       call problem%begin(x(:, settle), 0.0_wp, range)
       do k = merge(period, 1, period > 0), merge(period, longest, period > 0)
@@ -77,14 +78,15 @@ contains
       logical, intent(out) :: settled
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: apart(:), x(:, :)
+      real(wp), allocatable :: apart(:), first(:), x(:, :)
       real(wp) :: amplitude, dt
       integer :: i, n
       logical :: ok
 
       settled = .false.
       dt = time/samples
-      call march(problem, problem%map%first_state(), 2*samples, dt, x, error)
+      call problem%map%first_state(first, error)
+      if (.not. allocated(error)) call march(problem, first, 2*samples, dt, x, error)
       if (allocated(error)) return
       n = samples
       problem%periods = 1

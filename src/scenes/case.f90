@@ -17,7 +17,7 @@ module razy_scenes_case
    implicit none(type, external)
    private
 
-   public :: motion_t, new_machine, new_observed, new_structure, read_study, study_schema
+   public :: motion_t, new_machine, new_observed, new_structure, new_unstarted, read_study, study_schema
 
    !> What &motion says.
    type :: motion_t
@@ -81,8 +81,8 @@ contains
       class(scene_t), allocatable :: scene
 
       if (present(kept)) call move_alloc(kept, scene)
-      if (.not. allocated(scene)) call scene_of(scene, input)
-      call from_scene(machine, motion, records, scene, input, error)
+      call new_unstarted(machine, motion, records, input, error, scene)
+      if (.not. allocated(error)) call set_start(machine, scene, input, error)
       if (present(kept)) call move_alloc(scene, kept)
    end subroutine new_machine
 
@@ -94,16 +94,18 @@ contains
       call new_scene(scene, input%choice("scene", 1, "kind"))
    end subroutine scene_of
 
-   subroutine from_scene(machine, motion, records, scene, input, error)
+   !> The same but for the start, which is rest in the reference position.
+   subroutine new_unstarted(machine, motion, records, input, error, scene)
       type(machine_t), intent(out) :: machine
       type(motion_t), intent(out) :: motion
       type(record_t), allocatable, intent(out) :: records(:)
-      class(scene_t), intent(inout) :: scene
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
+      class(scene_t), allocatable, intent(inout) :: scene
 
       integer :: i, most_events
 
+      if (.not. allocated(scene)) call scene_of(scene, input)
       call scene%build(machine, input, error)
       if (allocated(error)) return
       call note_rings(machine, input)
@@ -141,8 +143,9 @@ contains
          call input%complain(error, "record", i, "interval", "longer: the trajectory would have more than 1e8 points")
          return
       end do
-      call set_start(machine, scene, input, error)
-   end subroutine from_scene
+      machine%displacement = 0*machine%load
+      machine%velocity = machine%displacement
+   end subroutine new_unstarted
 
    !> The machine that an input describes with observables but without start; `kept` as of `new_machine`.
    subroutine new_observed(machine, input, error, kept)

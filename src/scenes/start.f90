@@ -16,7 +16,7 @@ module razy_scenes_start
 
 contains
 
-   !> Displacement and velocity at the time 0.
+   !> Displacement and velocity at the time 0; both are 0 before.
    subroutine set_start(machine, scene, input, error)
       type(machine_t), intent(inout) :: machine
       class(scene_t), intent(in) :: scene
@@ -28,10 +28,8 @@ contains
       character(16) :: number
       real(wp) :: rest
       logical :: found
-      integer :: at, j, n
+      integer :: at, j
 
-      n = size(machine%load)
-      allocate (machine%displacement(n), machine%velocity(n), source=0.0_wp)
       start = input%choice("motion", 1, "start")
       if (input%count("initial") > 0 .and. start /= "given") then
          call input%complain(error, "motion", 1, "start", "'given' where the file has &initial")
@@ -50,10 +48,12 @@ contains
             at_rest%stiffness = symmetric_part(machine%stiffness)
          end if
          call find_equilibrium(at_rest, machine%displacement, found, at, rest)
-         write (number, "(es10.3)") rest
-         if (.not. found) call input%complain(error, "motion", 1, "start", "the constant loads are in no equilibrium, "// &
-                                              trim(adjustl(number))//" N or N m are left at '"//trim(machine%coordinate(at))// &
-                                              "': balance them, or start from 'zero' or 'given'")
+         if (.not. found) then
+            write (number, "(es10.3)") rest
+            call input%complain(error, "motion", 1, "start", "the constant loads are in no equilibrium, "// &
+                                trim(adjustl(number))//" N or N m are left at '"//trim(machine%coordinate(at))// &
+                                "': balance them, or start from 'zero' or 'given'")
+         end if
          do j = 1, size(machine%contact)
             if (allocated(error) .or. pressed_by(machine, j) == 0) cycle
             associate (by => machine%contact(pressed_by(machine, j)))

@@ -243,7 +243,6 @@ contains
       allocate (answer%trajectory%form(0))
       answer%trajectory%coordinates = size(machine%mass, 1)
       answer%trajectory%interval = motion%t_end/samples
-      call answer%trajectory%reset()
       call run_motion(machine, method, motion%t_end, slots, answer%outcome, error, motion%most_events, .true., integrator)
       if (allocated(error)) return
       if (.not. timed) return

@@ -5,7 +5,7 @@ module razy_study_motion
    use razy_exact_exact, only: exact_t
    use razy_hybrid_flow, only: flow_t
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: ask_stop, observer_slot_t, outcome_t
+   use razy_motion_integrator, only: add_observer, ask_stop, observer_slot_t, outcome_t
    use razy_moreau_moreau, only: moreau_t
    use razy_observe_balance, only: balance_t
    use razy_runge_kutta_runge_kutta, only: new_runge_kutta, runge_kutta_t
@@ -42,9 +42,10 @@ contains
       class(flow_t), allocatable, target :: own
       type(method_t) :: checked
       type(balance_t), target :: balance
-      type(observer_slot_t) :: slots(size(observers) + 1)
+      type(observer_slot_t), allocatable :: slots(:)
       character(:), allocatable :: allowed, key
       integer(i8) :: limit
+      integer :: i
       logical :: all
 
       if (.not. present(integrator)) then
@@ -72,9 +73,11 @@ contains
       if (present(stop_is_asked)) integrator%budget%stop_is_asked => stop_is_asked
       call integrator%prepare(machine, all, error)
       if (allocated(error)) return
-      call balance%attach(machine)
-      slots(:size(observers)) = observers
-      slots(size(slots))%observer => balance
+      slots = observers
+      call add_observer(slots, balance)
+      do i = 1, size(slots)
+         call slots(i)%observer%attach(machine, t_end)
+      end do
       call integrator%run(t_end, limit, slots, outcome)
       outcome%residual = max(outcome%residual, balance%residual())
       outcome%unbalanced = merge(1, 0, outcome%residual > checked%worst_balance())
@@ -92,22 +95,22 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       class(flow_t), allocatable :: fresh
-      logical :: known
+      type(exact_t), allocatable :: exact
+      type(runge_kutta_t), allocatable :: runge_kutta
+      type(moreau_t), allocatable :: moreau
 
       select case (method%integrator)
       case ("exact")
-         allocate (exact_t :: fresh)
+         if (.not. same_type_as(integrator, exact)) allocate (exact_t :: fresh)
       case ("rk4", "bogacki_shampine", "dormand_prince", "dop853", "radau5")
-         allocate (runge_kutta_t :: fresh)
+         if (.not. same_type_as(integrator, runge_kutta)) allocate (runge_kutta_t :: fresh)
       case ("moreau_jean")
-         allocate (moreau_t :: fresh)
+         if (.not. same_type_as(integrator, moreau)) allocate (moreau_t :: fresh)
       case default
          call raise(error, "there is no integrator '"//trim(method%integrator)//"'")
          return
       end select
-      known = .false.
-      if (allocated(integrator)) known = same_type_as(integrator, fresh)
-      if (.not. known) call move_alloc(fresh, integrator)
+      if (allocated(fresh)) call move_alloc(fresh, integrator)
       select type (integrator)
       type is (exact_t)
          integrator%memory_mb = method%memory_mb

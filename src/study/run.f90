@@ -60,6 +60,7 @@ contains
       if (allocated(error)) return
       self%watch%in_full = .true.
       self%watch%asks_kind = .true.
+      self%watch%periodicity%in_group = "/outcome/"
       call self%watch%ask(records, self%machine, self%motion, error)
    end subroutine new_run
 
@@ -100,7 +101,7 @@ contains
       call outcome%add("/outcome/excitation_period", period_of_loads(self%machine), "s", "period of the excitation; 0 = none")
       call outcome%add("/outcome/fastest_excitation", maxval([0.0_wp, abs(self%machine%tone%omega)])/(2*pi), "Hz", &
                        "largest frequency of the excitation in the motion")
-      call self%watch%periodicity%columns(outcome, "/outcome/")
+      call self%watch%periodicity%columns(outcome, self%machine)
       call table%stack(outcome, "/outcome/single")
       if (abs(self%machine%acceleration) > 0.0_wp) then
          call table%add("/rotation/time", [0.0_wp, self%outcome%time], "s", "time", "/rotation/time")

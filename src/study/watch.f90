@@ -9,10 +9,9 @@ module razy_study_watch
    use razy_machine_drift, only: drift_basis
    use razy_machine_excitation, only: period_of_loads, turn_tones
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: ask_stop, observer_slot_t, observer_t, outcome_t, status_costly, &
-                                     status_inaccurate, status_ok
+   use razy_motion_integrator, only: add_observer, ask_stop, observer_slot_t, outcome_t, status_costly, status_inaccurate, &
+      & status_ok
    use razy_observe_contact_statistics, only: contact_statistics_t
-   use razy_observe_cycle, only: cycle_time
    use razy_observe_event_log, only: event_log_t
    use razy_observe_extrema, only: extrema_t
    use razy_observe_periodicity, only: periodicity_t
@@ -31,40 +30,31 @@ module razy_study_watch
 
    !> The observers of a motion; `ask`, then `run` and `columns` for each motion.
    type :: watch_t
-      !> Extrema of observables are recorded, statistics of contacts, by number.
+      !> Extrema of observables are recorded, statistics of contacts.
       type(extrema_t), allocatable :: extrema(:)
-      integer, allocatable :: contacts(:)
+      type(contact_statistics_t), private :: statistics
       !> The list of events and trajectories are recorded, too.
       logical :: in_full = .false.
-      !> The kind of the motion is asked for, and to this tolerance.
-      logical :: asks_kind = .false.
-      real(wp) :: period_tolerance = 1.0e-6_wp
-      !> Nothing excites the machine, so that its motions have periods of their own.
-      logical, private :: free = .false.
-      !> The motion is followed only until it is periodic.
-      logical :: until_periodic = .false.
+      !> The kind of the motion is asked for; it is followed only until it is periodic.
+      logical :: asks_kind = .false., until_periodic = .false.
+      type(periodicity_t) :: periodicity
       !> How long the motion was followed, s.
       real(wp) :: followed = 0.0_wp
       !> Every coordinate is followed, whoever sees it.
       logical :: keep_all = .false.
       !> Asked now and then during a motion, if it is associated: whether the motion is to end at once.
       procedure(ask_stop), pointer, nopass :: stop_is_asked => null()
-      !> Periods of the excitation before the end of the motion at which its state is stored, 0: no state is; the period, s.
-      integer :: strobe_periods = 0
-      real(wp) :: strobe_period = 0.0_wp
-      type(contact_statistics_t), private :: statistics
-      type(periodicity_t) :: periodicity
+      !> States at the end of the motion, where periods are asked for.
+      type(strobe_t) :: strobe
+      type(reach_t) :: reach
       type(trajectory_t), allocatable, private :: trajectory
       type(event_log_t), private :: log
-      type(strobe_t), private :: strobe
-      type(reach_t) :: reach
       type(lyapunov_t), private :: lyapunov
       !> Largest norm of the start and the states that were stored; basis of the drifts of the machine, which it leaves out.
       real(wp), private :: norm = 0.0_wp
       real(wp), allocatable, private :: drifts(:, :)
    contains
       procedure :: ask
-      procedure :: attach
       procedure :: forget
       procedure :: run
       procedure :: columns
@@ -83,6 +73,7 @@ contains
       type(motion_t), intent(in) :: motion
       type(error_t), allocatable, intent(out) :: error
 
+      logical :: first
       integer :: i
 
       self%lyapunov%asked = motion%lyapunov
@@ -97,10 +88,14 @@ contains
       end do
 
       ! All points of a sweep have the same columns.
-      if (.not. allocated(self%extrema)) self%free = .not. any(machine%tone%omega > 0.0_wp)
+      first = .not. allocated(self%extrema)
       call ask_extrema(self%extrema, records, machine)
-      self%contacts = contacts_asked(records, size(machine%contact))
-      if (size(self%contacts) > 0) self%statistics%from = records(findloc(records%statistics, .true., dim=1))%from
+      ! Nothing excites the machine, so that its motions have periods of their own.
+      if (first .and. self%asks_kind .and. .not. self%in_full .and. .not. any(machine%tone%omega > 0.0_wp)) then
+         if (size(self%extrema) > 0) self%extrema(1)%cycle_tolerance = self%periodicity%tolerance
+      end if
+      self%statistics%numbers = contacts_asked(records, size(machine%contact))
+      if (size(self%statistics%numbers) > 0) self%statistics%from = records(findloc(records%statistics, .true., dim=1))%from
       self%periodicity%from = minval(records%from, mask=records%extrema .or. records%statistics)
       if (self%in_full .and. any(records%trajectory)) call self%ask_trajectory(records, size(machine%mass, 1))
    end subroutine ask
@@ -144,37 +139,38 @@ contains
       self%keep_all = self%keep_all .or. self%trajectory%coordinates > 0
    end subroutine ask_trajectory
 
-   !> Be ready for a motion of a machine until `t_end`, s.
-   subroutine attach(self, machine, t_end)
-      class(watch_t), intent(inout) :: self
-      type(machine_t), intent(in) :: machine
-      real(wp), intent(in) :: t_end
-
-      call self%forget()
-      call self%statistics%attach(machine, self%contacts)
-      if (self%in_full) call self%reach%attach(machine, t_end)
-      self%periodicity%tolerance = self%period_tolerance
-      if (self%asks_kind) call self%periodicity%attach(machine, t_end)
-      if (self%strobe_periods == 0) return
-      call self%strobe%begin(size(machine%mass, 1), t_end, self%strobe_period, self%strobe_periods)
-      self%drifts = drift_basis(machine)
-      self%norm = norm_of(self, machine, [machine%displacement, machine%velocity])
-   end subroutine attach
-
-   !> Nothing was seen.
-   subroutine forget(self)
-      class(watch_t), intent(inout) :: self
+   !> The observers whose columns a result has, in their order.
+   subroutine list(self, slots)
+      class(watch_t), intent(in), target :: self
+      type(observer_slot_t), allocatable, intent(out) :: slots(:)
 
       integer :: i
 
+      allocate (slots(0))
+      if (allocated(self%trajectory)) call add_observer(slots, self%trajectory)
+      if (self%in_full) call add_observer(slots, self%log)
       do i = 1, size(self%extrema)
-         call self%extrema(i)%reset()
+         call add_observer(slots, self%extrema(i))
       end do
-      call self%statistics%forget()
+      if (size(self%statistics%numbers) > 0) call add_observer(slots, self%statistics)
+      if (self%strobe%periods > 0) call add_observer(slots, self%strobe)
+   end subroutine list
+
+   !> Nothing was seen of a machine.
+   subroutine forget(self, machine)
+      class(watch_t), intent(inout) :: self
+      type(machine_t), intent(in), optional :: machine
+
+      type(observer_slot_t), allocatable :: slots(:)
+      integer :: i
+
+      call list(self, slots)
+      do i = 1, size(slots)
+         if (present(machine)) call slots(i)%observer%attach(machine, 0.0_wp)
+         call slots(i)%observer%forget()
+      end do
+      if (present(machine)) call self%periodicity%attach(machine, 0.0_wp)
       call self%periodicity%forget()
-      call self%log%reset()
-      if (allocated(self%trajectory)) call self%trajectory%reset()
-      self%strobe%count = 0
       call self%lyapunov%forget()
    end subroutine forget
 
@@ -222,50 +218,35 @@ contains
       type(outcome_t), intent(out) :: outcome
       type(error_t), allocatable, intent(out) :: error
       class(flow_t), allocatable, intent(inout), target :: integrator
-      type(observer_slot_t) :: slots(size(self%extrema) + 6)
-      real(wp) :: from(size(self%extrema)), from_statistics, from_kind
-      integer :: i, n
 
-      from = self%extrema%from
-      from_statistics = self%statistics%from
-      from_kind = self%periodicity%from
-      self%extrema%from = max(from - earlier, 0.0_wp)
-      self%statistics%from = max(from_statistics - earlier, 0.0_wp)
-      self%periodicity%from = max(from_kind - earlier, 0.0_wp)
-      call self%attach(machine, motion%t_end)
-      n = 0
-      do i = 1, size(self%extrema)
-         call show(self%extrema(i))
+      type(observer_slot_t), allocatable :: slots(:)
+      real(wp), allocatable :: from(:)
+      integer :: i
+
+      call list(self, slots)
+      if (self%asks_kind) call add_observer(slots, self%periodicity)
+      if (self%in_full) call add_observer(slots, self%reach)
+      from = [(slots(i)%observer%from, i=1, size(slots))]
+      do i = 1, size(slots)
+         slots(i)%observer%from = max(from(i) - earlier, 0.0_wp)
       end do
-      if (self%in_full) call show(self%log)
-      if (self%in_full .and. self%reach%asked) call show(self%reach)
-      if (size(self%contacts) > 0) call show(self%statistics)
-      if (self%asks_kind) call show(self%periodicity)
-      if (allocated(self%trajectory)) call show(self%trajectory)
-      if (self%strobe_periods > 0) call show(self%strobe)
-      call run_motion(machine, motion%method, motion%t_end, slots(:n), outcome, error, motion%most_events, &
-                      self%keep_all .or. self%strobe_periods > 0, integrator, self%stop_is_asked)
+      call self%forget()
+      call run_motion(machine, motion%method, motion%t_end, slots, outcome, error, motion%most_events, &
+                      self%keep_all .or. self%strobe%periods > 0, integrator, self%stop_is_asked)
       if (.not. allocated(error) .and. outcome%status == status_ok .and. motion%lyapunov > 0) then
          call find_exponents(self, machine, motion, integrator, error)
       end if
-      self%extrema%from = from
-      self%statistics%from = from_statistics
-      self%periodicity%from = from_kind
+      do i = 1, size(slots)
+         slots(i)%observer%from = from(i)
+      end do
       if (allocated(error)) call self%forget()
-      if (outcome%status /= status_ok) self%strobe%count = 0
+      if (self%strobe%periods == 0) return
+      if (outcome%status /= status_ok) call self%strobe%forget()
+      self%drifts = drift_basis(machine)
+      self%norm = norm_of(self, machine, [machine%displacement, machine%velocity])
       do i = 1, self%strobe%count
          self%norm = max(self%norm, norm_of(self, machine, self%strobe%state(:, i)))
       end do
-
-   contains
-
-      subroutine show(observer)
-         class(observer_t), intent(inout), target :: observer
-
-         n = n + 1
-         slots(n)%observer => observer
-      end subroutine show
-
    end subroutine follow
 
    !> Lyapunov exponents from the end of a motion on.
@@ -305,27 +286,17 @@ contains
       type(table_t), intent(inout) :: table
       type(machine_t), intent(in) :: machine
 
+      type(observer_slot_t), allocatable :: slots(:)
       integer :: i
 
-      if (allocated(self%trajectory)) call self%trajectory%columns(table, machine)
-      if (self%in_full .and. size(machine%contact) > 0) call self%log%columns(table, machine%contact)
-      do i = 1, size(self%extrema)
-         call self%extrema(i)%columns(table)
+      call list(self, slots)
+      do i = 1, size(slots)
+         call slots(i)%observer%columns(table, machine)
       end do
-      if (self%asks_kind .and. .not. self%in_full) call self%periodicity%columns(table, "/point/")
-      if (self%asks_kind .and. .not. self%in_full .and. self%free .and. size(self%extrema) > 0) then
-         associate (first => self%extrema(1))
-            call table%add("/point/cycle_time", cycle_time(first%value(:first%count), first%time(:first%count), &
-                                                           first%kind(:first%count), self%period_tolerance), "s", &
-                           "time in which "//first%long_name//" repeats itself")
-         end associate
-      end if
+      if (self%asks_kind .and. .not. self%in_full) call self%periodicity%columns(table, machine)
       if (self%until_periodic) call table%add("/point/duration", self%followed, "s", "time that the motion was followed")
-      if (size(self%contacts) > 0) call self%statistics%columns(table)
       if (self%lyapunov%asked > 0) call self%lyapunov%columns(table)
-      if (self%strobe_periods == 0) return
-      call table%add("strobe/norm", self%norm, "1", "largest norm of the states")
-      call self%strobe%columns(table)
+      if (self%strobe%periods > 0) call table%add("strobe/norm", self%norm, "1", "largest norm of the states")
    end subroutine columns
 
    pure real(wp) function norm_of(self, machine, state)
@@ -333,7 +304,7 @@ contains
       type(machine_t), intent(in) :: machine
       real(wp), intent(in) :: state(:)
 
-      norm_of = state_norm(machine%mass, 2*acos(-1.0_wp)/self%strobe_period, self%drifts, state)
+      norm_of = state_norm(machine%mass, 2*acos(-1.0_wp)/self%strobe%period, self%drifts, state)
    end function norm_of
 
 end module razy_study_watch

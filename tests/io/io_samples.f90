@@ -129,11 +129,7 @@ contains
       if (.not. allocated(error)) call file%append(row, error)
       call sample_point(row, 3, [2.5e-4_wp])
       if (.not. allocated(error)) call file%append(row, error)
-      if (allocated(error)) then
-         call file%discard()
-      else
-         call file%commit(overwrite, error)
-      end if
+      call file%commit(overwrite, error)
    end subroutine write_sample_sweep
 
    !> The first `times` of four times, two coordinates of different units, as many of two events and three extrema.

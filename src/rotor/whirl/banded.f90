@@ -328,21 +328,22 @@ contains
       complex(wp), intent(in) :: from(:)
       complex(wp) :: to(size(from))
 
-      real(wp) :: part(size(from), 2)
-      integer :: k
-
-      part = reshape([from%re, from%im], shape(part))
-      associate (n => size(from), height => size(self%metric, 1))
-         do k = 1, 2
-            call dtbsv("L", "T", "N", n, height - 1, self%metric, height, part(:, k), 1)
-         end do
-      end associate
-      to = cmplx(part(:, 1), part(:, 2), wp)
+      to = through_metric(self, from, .true.)
    end function vector_of
 
    function shape_from(self, from) result(to)
       class(banded_whirl_t), intent(in) :: self
       complex(wp), intent(in) :: from(:)
+      complex(wp) :: to(size(from))
+
+      to = through_metric(self, from, .false.)
+   end function shape_from
+
+   !> L⁻ᵀ x or Lᵀ x (n), L being the factor of the metric.
+   function through_metric(self, from, inverse) result(to)
+      class(banded_whirl_t), intent(in) :: self
+      complex(wp), intent(in) :: from(:)
+      logical, intent(in) :: inverse
       complex(wp) :: to(size(from))
 
       real(wp) :: part(size(from), 2)
@@ -351,11 +352,15 @@ contains
       part = reshape([from%re, from%im], shape(part))
       associate (n => size(from), height => size(self%metric, 1))
          do k = 1, 2
-            call dtbmv("L", "T", "N", n, height - 1, self%metric, height, part(:, k), 1)
+            if (inverse) then
+               call dtbsv("L", "T", "N", n, height - 1, self%metric, height, part(:, k), 1)
+            else
+               call dtbmv("L", "T", "N", n, height - 1, self%metric, height, part(:, k), 1)
+            end if
          end do
       end associate
       to = cmplx(part(:, 1), part(:, 2), wp)
-   end function shape_from
+   end function through_metric
 
    !> See `whirl_family_t`.
    subroutine newton(self, lambda, speed, u, right, info)

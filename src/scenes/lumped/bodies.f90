@@ -133,7 +133,7 @@ contains
       character(:), allocatable :: group
       integer, allocatable :: teeth(:)
       real(qp) :: change
-      integer :: body, ends(2), i, k, pass
+      integer :: body, ends(2), i, k, known
       logical :: agree
 
       allocate (ratio(self%count), source=0.0_qp)
@@ -145,7 +145,8 @@ contains
          return
       end if
       ratio(body) = 1.0_qp
-      do pass = 1, self%count
+      do
+         known = count(abs(ratio) > 0.0_qp)
          do k = 1, size(joining)
             group = trim(joining(k))
             do i = 1, input%count(group)
@@ -163,6 +164,7 @@ contains
                return
             end do
          end do
+         if (count(abs(ratio) > 0.0_qp) == known) return
       end do
    end subroutine find_speeds
 

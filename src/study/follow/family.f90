@@ -8,9 +8,10 @@ module razy_study_follow_family
    use razy_machine_excitation, only: acting_tones, period_of_loads
    use razy_machine_machine, only: machine_t
    use razy_orbits_period_map, only: family_t
-   use razy_scenes_case, only: motion_t, new_machine
+   use razy_scenes_case, only: motion_t, new_unstarted
    use razy_scenes_records, only: record_t
    use razy_scenes_scene, only: scene_t
+   use razy_scenes_start, only: set_start
    use razy_study_motion, only: new_integrator
    use razy_study_sweep_axes, only: put_value, varied_t
    implicit none(type, external)
@@ -28,6 +29,7 @@ module razy_study_follow_family
       class(scene_t), allocatable, private :: scene
    contains
       procedure :: make
+      procedure :: start
    end type case_family_t
 
    !> Groups whose values are not the machine's.
@@ -57,7 +59,7 @@ contains
          call put_value(self%varied(i), self%input, parameter(i), error)
          if (allocated(error)) return
       end do
-      call new_machine(self%machine, self%motion, self%records, self%input, error, self%scene)
+      call new_unstarted(self%machine, self%motion, self%records, self%input, error, self%scene)
       if (allocated(error)) return
       if (abs(self%machine%acceleration) > 0.0_wp) then
          call self%input%complain(error, "rotation", 1, "acceleration_rpm_per_s", "0 for periodic motions")
@@ -94,5 +96,15 @@ contains
       end function tones
 
    end subroutine make
+
+   subroutine start(self, displacement, velocity, error)
+      class(case_family_t), intent(inout) :: self
+      real(wp), allocatable, intent(out) :: displacement(:), velocity(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      call set_start(self%machine, self%scene, self%input, error)
+      displacement = self%machine%displacement
+      velocity = self%machine%velocity
+   end subroutine start
 
 end module razy_study_follow_family

@@ -72,11 +72,7 @@ contains
       do k = 1, n
          if (.not. allocated(error)) call file%append(row(k), error)
       end do
-      if (allocated(error)) then
-         call file%discard()
-      else
-         call file%commit(overwrite, error)
-      end if
+      call file%commit(overwrite, error)
    end subroutine write_follow
 
    !> A motion: what it is, its multipliers and its extrema over one period.
@@ -128,7 +124,7 @@ contains
       rest%orbit%multiplier = spread((0.0_wp, 0.0_wp), 1, self%problem%map%n)
       rest%orbit%doubt = spread(0.0_wp, 1, self%problem%map%n)
       call ask_of_period(self, extrema)
-      call rest%orbit%sequence%reset()
+      call rest%orbit%sequence%forget()
       call motion_columns(self, 0, 0, 0.0_wp, volume, rest, rest%orbit%sequence, extrema, row)
    end subroutine describe_row
 
@@ -145,7 +141,7 @@ contains
       end select
       do i = 1, size(extrema)
          extrema(i)%from = 0.0_wp
-         call extrema(i)%reset()
+         call extrema(i)%forget()
       end do
    end subroutine ask_of_period
 
@@ -187,12 +183,12 @@ contains
       call row%add(group//"phase", point%orbit%phase, "1", "part of the period of the excitation at which the state stands")
       call row%add(group//"events", point%orbit%sequence%count, "1", "changes of branch of contacts in a period")
       call row%add(group//"correction", point%orbit%correction, "1", "last correction by Newton's method, relative to the state")
-      do i = 1, size(extrema)
-         call extrema(i)%columns(row)
-      end do
       select type (family => self%problem%map%family)
       type is (case_family_t)
-         call sequence%columns(row, family%machine%contact)
+         do i = 1, size(extrema)
+            call extrema(i)%columns(row, family%machine)
+         end do
+         call sequence%columns(row, family%machine)
       end select
    end subroutine motion_columns
 

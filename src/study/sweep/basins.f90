@@ -136,7 +136,7 @@ contains
       if (allocated(error) .or. attractors%scale < 0.0_wp) return
       call task%machine_at(first, error)
       if (allocated(error)) return
-      call attractors%begin(task%machine%mass, drift_basis(task%machine), task%watch%strobe_period, task%starts%tolerance, &
+      call attractors%begin(task%machine%mass, drift_basis(task%machine), task%watch%strobe%period, task%starts%tolerance, &
                             attractors%scale)
       before = n
       do point = first, first + grid*(task%plan%starts - 1), grid
@@ -158,7 +158,7 @@ contains
          call append(rows, n)
          rows(n) = wandering
       end if
-      rows(before + 1:n)%strobe_period = task%watch%strobe_period
+      rows(before + 1:n)%strobe_period = task%watch%strobe%period
       rows(before + 1:n)%fraction = real(rows(before + 1:n)%starts, wp)/real(sum(rows(before + 1:n)%starts), wp)
 
    contains

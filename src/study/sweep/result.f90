@@ -47,11 +47,7 @@ contains
             call file%append(missing, error)
          end if
       end do
-      if (allocated(error)) then
-         call file%discard()
-      else
-         call file%commit(overwrite, error)
-      end if
+      call file%commit(overwrite, error)
    end subroutine write_sweep
 
    !> The axes, and the values of their parameters and the direction of the chain at each point.

@@ -82,7 +82,7 @@ contains
       call new_machine(self%machine, self%motion, records, self%input, error, self%scene)
       if (.not. allocated(error)) call new_starts(self%starts, self%machine, input, error, starts)
       if (allocated(error)) return
-      if (self%starts%wanted) self%watch%strobe_periods = 2*self%starts%longest_period
+      if (self%starts%wanted) self%watch%strobe%periods = 2*self%starts%longest_period
       call self%plan_points()
       call self%check_ends(records, error)
       if (allocated(error)) return
@@ -91,7 +91,7 @@ contains
          return
       end if
       call input%get("sweep", 1, "kind_of_motion", self%watch%asks_kind)
-      call input%get("sweep", 1, "period_tolerance", self%watch%period_tolerance)
+      call input%get("sweep", 1, "period_tolerance", self%watch%periodicity%tolerance)
       call input%get("sweep", 1, "until_periodic", self%watch%until_periodic)
       call input%get("sweep", 1, "processor_time", self%asks_time)
       if (self%watch%until_periodic .and. .not. self%watch%asks_kind) then
@@ -159,7 +159,7 @@ contains
          end do
          call make_machine(self, records, error)
          if (self%starts%wanted .and. .not. allocated(error)) then
-            call self%starts%strobe_period(self%machine, self%motion%t_end, self%input, self%watch%strobe_period, error)
+            call self%starts%strobe_period(self%machine, self%motion%t_end, self%input, self%watch%strobe%period, error)
          end if
          if (allocated(error)) return
       end do
@@ -181,7 +181,7 @@ contains
       call self%starts%apply(self%machine, self%plan%grid_point(point), self%plan%start_of(point))
       call check_start(self%machine, self%input, error)
       if (allocated(error)) return
-      call self%starts%strobe_period(self%machine, self%motion%t_end, self%input, self%watch%strobe_period, error)
+      call self%starts%strobe_period(self%machine, self%motion%t_end, self%input, self%watch%strobe%period, error)
    end subroutine machine_at
 
    !> The machine of the input as it is now, tuned if it says so.
@@ -216,8 +216,7 @@ contains
 
       type(continuation_state_t) :: continuation
 
-      call self%watch%attach(self%machine, self%motion%t_end)
-      call self%watch%forget()
+      call self%watch%forget(self%machine)
       call continuation%take_from()
       call fill(self, row, outcome_t(status=status_not_computed), 0.0_wp, 0.0_wp, continuation)
    end subroutine describe
