@@ -255,6 +255,42 @@ def test_shaft_rests_in_the_ring(tmp_path, offset):
     assert np.abs(q[-1] - q[0]).max() < 1e-10
 
 
+def test_response_in_the_ring(tmp_path):
+    """Orders of peaks, what API 617 asks of order 1 alone, and the largest orbit beside the gap, by the closed form."""
+    path = tmp_path / "response.nml"
+    kept = [
+        line
+        for line in RUB.read_text().splitlines()
+        if not line.startswith(("&friction", "&follow", "&motion", "&record"))
+    ]
+    path.write_text(
+        "\n".join(kept).replace("clearance=1.0,", "clearance=10.0, offset=0.0,4.0,")
+        + """
+&load on='rotor.2.v', amplitude=0.01, order=2.0 /
+&modes count=2, contacts='open' /
+&record observable='displacement', of='rotor.2.v', what='extrema' /
+&response parameter='rotation%speed_rpm', first=1.0, last=30.0, points=301, operating=20.0,25.0 /
+"""
+    )
+    said = succeed("razy-modes", path, "--force").stdout
+    with h5py.File("response.h5") as file:
+        group = {name: file[f"response/{name}"][()] for name in file["response"] if name != "phasor"}
+    assert sorted(group["peak_order"]) == pytest.approx([1.0, 2.0])
+    first = np.argmin(group["peak_order"])
+    for name in ("amplification_factor", "required_margin", "margin_left"):
+        assert list(np.isnan(group[name])) == list(group["peak_order"] > 1.5)
+    assert group["margin_left"][first] == group["separation_margin"][first] - group["required_margin"][first]
+    speed = group["parameter"] / RPM
+    once = 0.3 * speed**2 / abs(1 - speed**2 + 0.1j * speed)
+    twice = 0.01 / abs(1 - 4 * speed**2 + 0.2j * speed)
+    assert group["ring_orbit"] == pytest.approx([max(once + twice)], rel=1e-9)
+    assert group["ring_parameter"] == group["parameter"][np.argmax(once + twice)]
+    assert group["ring_gap"] == pytest.approx([6.0])
+    assert group["ring_share"] == pytest.approx(group["ring_orbit"] / 6.0)
+    assert "order 2.0\n" in said
+    assert "largest orbit in stator" in said
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [

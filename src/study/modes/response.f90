@@ -1,16 +1,18 @@
 !! The linear response of a machine to its harmonic loads over one of its parameters, such as the speed: amplitude and phase of what
-!! &record names, peaks with their amplification factors, and the separation margins of API 617 (7th edition, 2.6.2).
+!! &record names, peaks with their orders, and of API 617 (7th edition, 2.6.2) amplification factors and separation margins of those
+!! of order 1, and the largest orbit in each ring beside its clearance.
 module razy_study_modes_response
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
+   use razy_contact_gap_law, only: branch_open
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: wp
+   use razy_core_kinds, only: pi, wp
    use razy_core_number, only: decimal, to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
    use razy_input_input, only: input_t
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_machine_linearised, only: linear_ok, linear_rigid
-   use razy_machine_machine, only: machine_t, observable_t
+   use razy_machine_machine, only: add_observable, machine_t, observable_t
    use razy_machine_response, only: find_response
    use razy_scenes_case, only: new_observed
    use razy_scenes_scene, only: scene_t
@@ -24,11 +26,19 @@ module razy_study_modes_response
    type :: peak_t
       integer :: observable = 0, tone = 0
       real(wp) :: at = 0.0_wp, amplitude = 0.0_wp
-      !> N_c/(N_2 - N_1), N_1 and N_2 where the amplitude is that of the peak over sqrt(2); not a number where one is out of range.
+      !> N_c/(N_2 - N_1), N_1 and N_2 where the amplitude is that of the peak over sqrt(2); not a number where one is out of range,
+      !> and of orders other than 1.
       real(wp) :: factor = 0.0_wp
       !> Distance from the operating range over its nearer end, and the least that is asked for; not a number without a range.
       real(wp) :: margin = 0.0_wp, required = 0.0_wp
    end type peak_t
+
+   !> The largest orbit in a ring, m, that of all tones together, and the value of the parameter where it is; the gap that is left
+   !> all round in the reference position, m.
+   type :: orbit_t
+      character(:), allocatable :: ring
+      real(wp) :: radius = 0.0_wp, at = 0.0_wp, gap = 0.0_wp
+   end type orbit_t
 
    !> What &response asks for, and the answer.
    type :: response_t
@@ -42,7 +52,10 @@ module razy_study_modes_response
       !> Values of the parameter (points), frequencies, Hz (tones, points), phasors (observables, tones, points).
       real(wp), allocatable, private :: grid(:), hertz(:, :)
       complex(wp), allocatable, private :: value(:, :, :)
+      !> Orders of the tones (tones), not a number where nothing rotates.
+      real(wp), allocatable, private :: order(:)
       type(peak_t), allocatable, private :: peak(:)
+      type(orbit_t), allocatable, private :: orbit(:)
    contains
       procedure :: columns
       procedure :: words
@@ -97,7 +110,10 @@ contains
       self%grid = [(first + (last - first)*(real(i, wp)/(points - 1)), i=0, points - 1)]
       call machine_at(self, last, machine, error)
       if (allocated(error)) return
-      self%observable = machine%observable
+      call find_rings(self%orbit, machine)
+      self%observable = machine%observable(:size(machine%observable) - 2*size(self%orbit))
+      self%order = [(ieee_value(first, ieee_quiet_nan), i=1, size(machine%tone))]
+      if (abs(machine%speed) > 0.0_wp) self%order = 2*pi*machine%tone%hertz/machine%speed
       if (size(self%observable) == 0) then
          call input%complain(error, "record", 1, "observable", "required: a quantity whose response &response finds")
       else if (abs(machine%acceleration) > 0.0_wp) then
@@ -109,15 +125,49 @@ contains
       end if
    end subroutine new_response
 
-   !> The machine with a value of the parameter.
+   !> The rings of a machine.
+   subroutine find_rings(orbit, machine)
+      type(orbit_t), allocatable, intent(out) :: orbit(:)
+      type(machine_t), intent(in) :: machine
+
+      integer :: i, j
+
+      allocate (orbit(count([(is_ring(machine, j), j=1, size(machine%contact))])))
+      i = 0
+      do j = 1, size(machine%contact)
+         if (.not. is_ring(machine, j)) cycle
+         i = i + 1
+         orbit(i)%ring = machine%contact(j)%name
+         orbit(i)%gap = machine%contact(j)%law%branch(branch_open)%guard(1)%upper - norm2(machine%contact(j)%frame%centre)
+      end do
+   end subroutine find_rings
+
+   pure logical function is_ring(machine, j)
+      type(machine_t), intent(in) :: machine
+      integer, intent(in) :: j
+
+      is_ring = allocated(machine%contact(j)%frame) .and. .not. machine%contact(j)%law%of_normal
+   end function is_ring
+
+   !> The machine with a value of the parameter; its last observables are both displacements in each ring.
    subroutine machine_at(self, value, machine, error)
       type(response_t), intent(inout) :: self
       real(wp), intent(in) :: value
       type(machine_t), intent(out) :: machine
       type(error_t), allocatable, intent(out) :: error
 
+      integer :: j
+
       call put_value(self%varied, self%input, value, error)
       if (.not. allocated(error)) call new_observed(machine, self%input, error, self%scene)
+      if (allocated(error)) return
+      do j = 1, size(machine%contact)
+         if (.not. is_ring(machine, j)) cycle
+         associate (contact => machine%contact(j), still => 0*machine%load)
+            call add_observable(machine, "", "m", contact%w, still)
+            call add_observable(machine, "", "m", contact%frame%across, still)
+         end associate
+      end do
    end subroutine machine_at
 
    !> Phasors (observables, tones) and frequencies, Hz (tones), with a value of the parameter.
@@ -159,7 +209,7 @@ contains
          if (.not. allocated(self%value)) then
             tones = size(hertz)
             allocate (self%hertz(tones, size(self%grid)), source=nan)
-            allocate (self%value(size(self%observable), tones, size(self%grid)), source=cmplx(nan, nan, wp))
+            allocate (self%value(size(value, 1), tones, size(self%grid)), source=cmplx(nan, nan, wp))
          end if
          ! At a speed of 0 there is no tone, and where frequencies meet there are fewer.
          if (size(hertz) /= tones) cycle
@@ -167,7 +217,30 @@ contains
          self%value(:, :, k) = value
       end do
       call find_peaks(self, error)
+      call find_orbits(self)
    end subroutine solve_response
+
+   !> The largest orbits in rings: the longer half axis of each tone's ellipse, of all tones together.
+   pure subroutine find_orbits(self)
+      type(response_t), intent(inout) :: self
+
+      real(wp) :: radius(size(self%grid))
+      complex(wp) :: turning(size(self%value, 2), 2)
+      integer :: i, k
+
+      do i = 1, size(self%orbit)
+         do k = 1, size(self%grid)
+            associate (x => self%value(size(self%observable) + 2*i - 1, :, k), y => self%value(size(self%observable) + 2*i, :, k))
+               turning = reshape([x + (0.0_wp, 1.0_wp)*y, x - (0.0_wp, 1.0_wp)*y], shape(turning))
+               radius(k) = 0.5_wp*sum(abs(turning))
+            end associate
+         end do
+         where (ieee_is_nan(radius)) radius = missing
+         k = maxloc(radius, dim=1)
+         self%orbit(i)%radius = radius(k)
+         self%orbit(i)%at = self%grid(k)
+      end do
+   end subroutine find_orbits
 
    !> The maxima of all amplitudes within the range.
    subroutine find_peaks(self, error)
@@ -179,7 +252,7 @@ contains
       integer :: i, k, t
 
       allocate (self%peak(0))
-      do i = 1, size(self%value, 1)
+      do i = 1, size(self%observable)
          largest = maxval(abs(self%value(i, :, :)), mask=.not. ieee_is_nan(self%value(i, :, :)%re))
          do t = 1, size(self%value, 2)
             amplitude = abs(self%value(i, t, :))
@@ -192,6 +265,7 @@ contains
                call climb(self, peak, self%grid(k - 1), self%grid(k + 1), error)
                if (.not. allocated(error)) call widen(self, peak, amplitude, k, error)
                if (allocated(error)) return
+               if (is_other(self%order(t))) peak%factor = ieee_value(largest, ieee_quiet_nan)
                call set_margins(self, peak)
                self%peak = [self%peak, peak]
             end do
@@ -280,6 +354,14 @@ contains
       peak%factor = peak%at/(side(2) - side(1))
    end subroutine widen
 
+   !> Whether an order is there and not 1, but for rounding.
+   pure logical function is_other(order)
+      real(wp), intent(in) :: order
+
+      is_other = .not. ieee_is_nan(order)
+      if (is_other) is_other = abs(order - 1) > 8*epsilon(order)
+   end function is_other
+
    !> Separation margins; below an amplification factor of 2.5 none is asked for.
    pure subroutine set_margins(self, peak)
       type(response_t), intent(in) :: self
@@ -289,7 +371,7 @@ contains
 
       peak%margin = ieee_value(part, ieee_quiet_nan)
       peak%required = peak%margin
-      if (.not. allocated(self%operating)) return
+      if (.not. allocated(self%operating) .or. is_other(self%order(peak%tone))) return
       associate (low => self%operating(1), high => self%operating(2))
          peak%margin = max((low - peak%at)/low, (peak%at - high)/high, 0.0_wp)
          if (ieee_is_nan(peak%factor)) return
@@ -305,9 +387,14 @@ contains
       class(response_t), intent(in) :: self
       type(table_t), intent(inout) :: table
 
-      character(*), parameter :: parameter = group//"parameter", tone = group//"tone", peak = group//"peak"
-      character(64) :: names(size(self%peak))
+      character(*), parameter :: parameter = group//"parameter", tone = group//"tone", peak = group//"peak", &
+                                 ring = group//"ring"
+      character(64) :: names(size(self%peak)), rings(size(self%orbit))
       integer :: i
+
+      do i = 1, size(rings)
+         rings(i) = self%orbit(i)%ring
+      end do
 
       call table%add(parameter, self%grid, self%varied%unit, self%varied%parameter, parameter)
       call table%add(tone, [(i, i=1, size(self%hertz, 1))], "1", "number of the tone of the excitation", tone)
@@ -322,11 +409,21 @@ contains
       end do
       call table%add(group//"peak_observable", names, "1", "what has a peak", peak)
       call table%add(group//"peak_tone", self%peak%tone, "1", "number of its tone", peak)
+      call table%add(group//"peak_order", [(self%order(self%peak(i)%tone), i=1, size(names))], "1", &
+                     "order of the tone; NaN where nothing rotates", peak)
       call table%add(group//"peak_parameter", self%peak%at, self%varied%unit, self%varied%parameter//" at the peak", peak)
       call table%add(group//"peak_amplitude", self%peak%amplitude, "1", "amplitude, in the unit of the observable", peak)
       call table%add(group//"amplification_factor", self%peak%factor, "1", "place of the peak over its width at 1/sqrt(2)", peak)
       call table%add(group//"separation_margin", self%peak%margin, "1", "distance from the operating range over its end", peak)
       call table%add(group//"required_margin", self%peak%required, "1", "separation margin that API 617 asks for", peak)
+      call table%add(group//"margin_left", self%peak%margin - self%peak%required, "1", "separation margin less the required one", &
+                     peak)
+      if (size(self%orbit) == 0) return
+      call table%add(group//"ring", rings, "1", "name of a ring", ring)
+      call table%add(group//"ring_orbit", self%orbit%radius, "m", "largest distance from the middle of the orbit in it", ring)
+      call table%add(group//"ring_gap", self%orbit%gap, "m", "least gap in the reference position", ring)
+      call table%add(group//"ring_share", self%orbit%radius/self%orbit%gap, "1", "orbit over gap", ring)
+      call table%add(group//"ring_parameter", self%orbit%at, self%varied%unit, self%varied%parameter//" at the largest orbit", ring)
    end subroutine columns
 
    !> Real and imaginary parts (2, rows, columns) of complex numbers (rows, columns).
@@ -353,6 +450,7 @@ contains
             write (amplitude, "(es10.3)") peak%amplitude
             line = "peak of "//self%observable(peak%observable)%name//" at "//decimal(peak%at, 3)//" "//self%varied%unit//": "// &
                    trim(adjustl(amplitude))//" "//self%observable(peak%observable)%unit
+            if (.not. ieee_is_nan(self%order(peak%tone))) line = line//", order "//to_text(self%order(peak%tone))
             if (.not. ieee_is_nan(peak%factor)) then
                if (peak%factor*place_error > 1.0_wp) then
                   line = line//", where nothing damps it: the amplitude grows without bound there"
@@ -367,6 +465,13 @@ contains
       end do
       if (size(self%peak) > most_lines) call append_text(lines, "and "//to_text(size(self%peak) - most_lines)//" more peaks")
       if (size(self%peak) == 0) call append_text(lines, "no peak of the response within the range")
+      do i = 1, size(self%orbit)
+         associate (orbit => self%orbit(i))
+            write (amplitude, "(es10.3)") orbit%radius
+            call append_text(lines, "largest orbit in "//orbit%ring//" at "//decimal(orbit%at, 3)//" "//self%varied%unit//": "// &
+                             trim(adjustl(amplitude))//" m, "//decimal(100*orbit%radius/orbit%gap, 1)//" % of the gap")
+         end associate
+      end do
    end function words
 
 end module razy_study_modes_response
