@@ -99,7 +99,7 @@ contains
          if (.not. linear) then
             key = "integrator"
             allowed = "'exact' needs laws that are linear in every branch, and that of '"//curved//"' is not (a power of the "// &
-                      "deformation, or friction that falls with the speed, or a stiffness with harmonics); 'dop853' "// &
+                      "deformation, or friction that changes with the speed, or a stiffness with harmonics); 'dop853' "// &
                       "with treatment = 'event' will do"
          else if (method%treatment /= "automatic" .and. method%treatment /= "event") then
             key = "treatment"

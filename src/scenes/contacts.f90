@@ -28,6 +28,11 @@ contains
                     rule=nonnegative)
       call add_real(schema, "decay", "how fast the coefficient falls with the speed v of sliding: kinetic + (static - "// &
                     "kinetic)/(1 + decay*v); 0: kinetic while sliding", unit="s/m or s/rad", rule=nonnegative, default="0.0")
+      call add_string(schema, "decay_law", "whether it falls so, or after Stribeck by exp(-decay*v) in the place of 1/(1 + "// &
+                      "decay*v)", choices=["hyperbolic ", "exponential"], default="hyperbolic")
+      call add_real(schema, "viscous_coefficient", "what viscous_coefficient*v adds to the coefficient while sliding; with a "// &
+                    "constant normal force a &damper beside does the same, by 'exact' too", unit="s/m or s/rad", &
+                    rule=nonnegative, default="0.0")
       call add_real(schema, "normal_load", "constant normal force", unit="N or N m", rule=nonnegative)
       call add_string(schema, "normal_contact", "name of a stop or ring whose force is the normal force, beside normal_load")
       call add_string(schema, "only_with", "name of a stop; there is friction only while it is closed")
@@ -149,13 +154,14 @@ contains
       integer, intent(out) :: stop
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: decay, kinetic, speed, static
+      real(wp) :: decay, kinetic, speed, static, viscous
 
       stop = 0
       call input%get("friction", i, "static_coefficient", static)
       kinetic = static
       call input%get("friction", i, "kinetic_coefficient", kinetic)
       call input%get("friction", i, "decay", decay)
+      call input%get("friction", i, "viscous_coefficient", viscous)
       call input%get("friction", i, "belt_speed", speed)
       contact%drive = -speed
       if (kinetic > static) then
@@ -171,7 +177,7 @@ contains
       call find_stop("normal_contact", contact%normal_of)
       if (.not. allocated(error)) call find_stop("only_with", contact%only_with)
       if (allocated(error)) return
-      contact%law = new_friction_law(static, kinetic, decay)
+      contact%law = new_friction_law(static, kinetic, decay, input%choice("friction", i, "decay_law") == "exponential", viscous)
       stop = merge(contact%normal_of, contact%only_with, contact%normal_of > 0)
 
    contains
