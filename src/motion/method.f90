@@ -125,7 +125,7 @@ contains
             allowed = "required by 'rk4': the step in s"
          else if (method%treatment == "smoothing" .and. .not. smoothable) then
             key = "treatment"
-            allowed = "a rigid stop cannot be smoothed; 'event', or integrator = 'moreau_jean'"
+            allowed = "neither a rigid stop nor damping_acts = 'limited' can be smoothed; 'event', or integrator = 'moreau_jean'"
          else if (method%treatment /= "event" .and. switched) then
             key = "treatment"
             allowed = "'event': a mesh stiffness switches"
