@@ -53,6 +53,25 @@ def test_row_of_a_mesh(folder, kind, drive, radius):
     assert np.dot(n, line) == pytest.approx(sign * np.sin(pressure), rel=1e-9)
 
 
+def test_axis_beside_the_centre_of_mass(folder):
+    """The row of a point of the body: an arm more, by which its turning moves the axis."""
+    text = SCENE.format(
+        place=[0.09, 0.03], kind="external", drive="positive", radius=(0.03, 0.05), teeth=(30, 50), more=""
+    )
+    beside = text.replace(
+        "centre=0.01,-0.02 /", "centre=0.0,0.0 /\n&point name='axis', body='a', position=0.01,-0.02 /"
+    )
+    rows = []
+    for case in (text, beside.replace("between='a'", "between='axis'")):
+        rows.append([])
+        for on in ("a.x", "a.y", "a.phi", "b.x", "b.y", "b.phi"):
+            (folder / "pair.nml").write_text(case + MOTION.format(on=on))
+            rows[-1].append(np.ravel(run("pair.nml")["observable/mesh_deformation"])[0] / 1e-3)
+    row = np.array(rows[0])
+    row[2] += 0.01 * row[1] + 0.02 * row[0]
+    np.testing.assert_allclose(rows[1], row, atol=1e-14)
+
+
 # Lin and Parker, J. Vib. Acoust. 121 (1999): kg, kg m² over the squared radius, N/m, and the pressure angle.
 MASS = {"carrier": 5.43, "ring": 2.35, "sun": 0.4, "planet": 0.66}
 ROTARY = {"carrier": 6.29, "ring": 3.0, "sun": 0.39, "planet": 0.61}
