@@ -14,15 +14,27 @@
 !! contact (chapter 2): at zero deformation, where the force may have turned adhesive, or at zero force (3.28), after which
 !! the surfaces relax without force until the deformation is gone. A side with a jump j > 0 of the force at touch, such as a
 !! spring that is switched on when it is already stretched (source thesis, (3.44)-(3.47)), is left at zero deformation too.
+!!
+!! Damping may act in the clearance as well, with one constant b (Kahraman and Singh, J. Sound Vib. 142 (1990)):
+!!
+!!     F = k g(s) + b s',
+!!
+!! or it may be limited by the force of the spring, so that F is neither adhesive nor jumps at touch: with the deformation p
+!!
+!!     F = k p + min(max(b p', -k p), k p).
 module razy_contact_clearance_law
    use razy_contact_contact_law, only: branch_t
-   use razy_contact_gap_law, only: add_side, branch_open, gap_law_t
+   use razy_contact_gap_law, only: add_side, branch_lower, branch_open, branch_upper, closed_and_parting, gap_law_t
    use razy_core_kinds, only: pi, wp
    use razy_core_number, only: to_text
    implicit none(type, external)
    private
 
    public :: clearance_law_t, clearance_side_t, new_clearance_law, vary_stiffness
+   public :: damp_always, limit_damping
+
+   !> From a closed branch to that in which its damping is at the limit.
+   integer, parameter :: to_limit = 4
 
    !> One side of a law; a side that is not present never touches.
    type :: clearance_side_t
@@ -35,7 +47,7 @@ module razy_contact_clearance_law
       real(wp) :: jump = 0.0_wp
    end type clearance_side_t
 
-   !> Switching functions: 1 is s, 2 and 3 the force of a side that parts at zero force.
+   !> Switching functions: 1 is s, the others the force of a side that parts at zero force, and what it is short of the limit.
    type, extends(gap_law_t) :: clearance_law_t
    contains
       procedure :: energy
@@ -62,6 +74,46 @@ contains
       where (law%branch%closed) law%branch%offset = law%branch%offset + inner*[(law%edge(i), i=1, size(law%branch))]
    end function new_clearance_law
 
+   !> Let damping b, N s/m (N m s/rad), act in all branches of a law that has none.
+   pure subroutine damp_always(law, damping)
+      type(clearance_law_t), intent(inout) :: law
+      real(wp), intent(in) :: damping
+
+      law%steady_damping = damping
+      law%branch%damping = damping
+   end subroutine damp_always
+
+   !> Limit the damping of sides that part at zero force by the force of the spring: F = k p + b p' as long as b p' <= k p, and
+   !> 2 k p in a branch of its own, in which a contact begins.
+   pure subroutine limit_damping(law)
+      type(clearance_law_t), intent(inout) :: law
+
+      integer :: closed, f, i
+
+      law%smoothable = .false.
+      law%branch = [law%branch, (branch_t(), i=1, 2)]
+      law%plain = size(law%branch)
+      do closed = branch_upper, branch_lower
+         associate (limited => law%branch(closed + to_limit), piece => law%branch(closed))
+            if (.not. law%parts(closed)) cycle
+            law%functions = law%functions + 1
+            f = law%functions
+            law%slope(:, f) = [piece%stiffness, -piece%damping]
+            law%constant(f) = piece%offset
+            limited%name = "limited"//trim(piece%name(len("closed") + 1:))
+            limited%closed = .true.
+            limited%side = piece%side
+            limited%stiffness = 2*piece%stiffness
+            limited%offset = 2*piece%offset
+            associate (out => -real(piece%side, wp))
+               call piece%guard(f)%bound(out, 0.0_wp, closed + to_limit)
+               call limited%guard(f)%bound(-out, 0.0_wp, closed)
+               call law%branch(branch_open)%guard(1)%bound(-out, law%edge(closed), closed + to_limit)
+            end associate
+         end associate
+      end do
+   end subroutine limit_damping
+
    !> Add levels, at which the stiffness and all forces are those of the law times `factor` (levels): a level for each number of
    !> pairs of teeth in mesh, the first one with `pairs` of them.
    pure subroutine vary_stiffness(law, factor, pairs)
@@ -78,7 +130,7 @@ contains
             if (varied%name /= "") varied%name = trim(varied%name)//", "//to_text(pairs + level - 1)// &
                                                  trim(merge(" pair ", " pairs", pairs + level == 2))//" in mesh"
             varied%stiffness = factor(level)*varied%stiffness
-            varied%damping = factor(level)*varied%damping
+            varied%damping = law%steady_damping + factor(level)*(varied%damping - law%steady_damping)
             varied%offset = factor(level)*varied%offset
             where (varied%guard%below /= 0) varied%guard%below = varied%guard%below + level*law%plain
             where (varied%guard%above /= 0) varied%guard%above = varied%guard%above + level*law%plain
@@ -116,7 +168,8 @@ contains
       real(wp) :: energy
 
       energy = 0.0_wp
-      associate (piece => self%branch(branch), edge => self%edge(branch))
+      associate (piece => self%branch(branch - merge(to_limit, 0, modulo(branch - 1, self%plain) >= closed_and_parting)), &
+                 edge => self%edge(branch))
          if (piece%closed) energy = (s - edge)*(0.5_wp*piece%stiffness*(s + edge) + piece%offset)
       end associate
    end function energy
@@ -129,8 +182,8 @@ contains
 
       associate (unused => normal, open => self%branch(branch_open)%guard(1))
          stiffness = self%branch(branch_open)%stiffness
-         force = stiffness*s
-         damping = 0.0_wp
+         force = stiffness*s + self%steady_damping*rate
+         damping = self%steady_damping
          if (open%above /= 0) call add_smoothed(beyond(open%above), self%parts(open%above), s, rate, s - open%upper, sharpness, &
                                                 force, stiffness, damping)
          if (open%below /= 0) call add_smoothed(beyond(open%below), self%parts(open%below), s, rate, s - open%lower, -sharpness, &
@@ -146,6 +199,7 @@ contains
 
          more = self%branch(branch)
          more%stiffness = more%stiffness - self%branch(branch_open)%stiffness
+         more%damping = more%damping - self%steady_damping
       end function beyond
 
    end subroutine smoothed

@@ -40,7 +40,7 @@ module razy_contact_contact_law
       !> F = stiffness*s + damping*s' + offset.
       real(wp) :: stiffness = 0.0_wp, damping = 0.0_wp, offset = 0.0_wp
       !> Guards on the switching functions, and on a constraint force (per normal force with `of_normal`).
-      type(guard_t) :: guard(3), force_guard
+      type(guard_t) :: guard(5), force_guard
    end type branch_t
 
    !> A law. What is data here describes the branches; where the force in them is not affine it is the extension's.
@@ -56,9 +56,11 @@ module razy_contact_contact_law
       integer :: home = 1, shut = 1
       !> Switching functions in use; `slope` holds alpha and beta of each, `constant` its gamma. The first is s in laws with a gap.
       integer :: functions = 1
-      real(wp) :: slope(2, 3) = 0.0_wp, constant(3) = 0.0_wp
+      real(wp) :: slope(2, 5) = 0.0_wp, constant(5) = 0.0_wp
       !> Whether F is in proportion to a normal force: friction.
       logical :: of_normal = .false.
+      !> Part of the damping in every branch that stays where the stiffness of teeth varies, N s/m.
+      real(wp) :: steady_damping = 0.0_wp
       !> Whether s' jumps when the motion arrives at a constraint, and Newton's coefficient of restitution, in [0, 1].
       logical :: impacts = .false.
       real(wp) :: restitution = 0.0_wp

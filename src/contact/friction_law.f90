@@ -4,6 +4,10 @@
 !!
 !!     F = μ(|s'|) N sign s',   μ(v) = μ_k + (μ_s - μ_k)/(1 + δ v)    (3.23), (3.32).
 !!
+!! or, after Stribeck, with an exponential and a viscous part,
+!!
+!!     μ(v) = μ_k + (μ_s - μ_k) e^(-δ v) + η v.
+!!
 !! With δ = 0 it is Coulomb's: kinetic μ_k while sliding, static μ_s while sticking. The thesis's belt has μ_k = 0, δ = 3 s/m.
 !! Sticking is a constraint: s' stays 0 and F is what keeps it so, as long as |F| <= μ_s N.
 module razy_contact_friction_law
@@ -18,8 +22,9 @@ module razy_contact_friction_law
 
    !> Switching function: s'.
    type, extends(contact_law_t) :: friction_law_t
-      !> μ_s, μ_k, and δ, s/m (s/rad).
-      real(wp) :: static = 0.0_wp, kinetic = 0.0_wp, decay = 0.0_wp
+      !> μ_s, μ_k, and δ and η, s/m (s/rad).
+      real(wp) :: static = 0.0_wp, kinetic = 0.0_wp, decay = 0.0_wp, viscous = 0.0_wp
+      logical, private :: exponential = .false.
    contains
       procedure :: initial_branch
       procedure :: force
@@ -29,16 +34,20 @@ module razy_contact_friction_law
 
 contains
 
-   !> A law from its coefficients, 0 <= kinetic <= static, and decay >= 0, s/m (s/rad).
-   pure function new_friction_law(static, kinetic, decay) result(law)
+   !> A law from its coefficients, 0 <= kinetic <= static, and decay >= 0 and viscous >= 0, s/m (s/rad).
+   pure function new_friction_law(static, kinetic, decay, exponential, viscous) result(law)
       real(wp), intent(in) :: static, kinetic, decay
+      logical, intent(in), optional :: exponential
+      real(wp), intent(in), optional :: viscous
       type(friction_law_t) :: law
 
       law%static = static
       law%kinetic = kinetic
       law%decay = decay
+      if (present(exponential)) law%exponential = exponential
+      if (present(viscous)) law%viscous = viscous
       ! With one kinetic coefficient the force is linear in the normal force.
-      law%piecewise_linear = .not. (decay > 0.0_wp .and. static > kinetic)
+      law%piecewise_linear = .not. (decay > 0.0_wp .and. static > kinetic .or. law%viscous > 0.0_wp)
       law%slope(2, 1) = 1.0_wp
       law%of_normal = .true.
       law%plain = 3
@@ -112,16 +121,17 @@ contains
       real(wp), intent(in) :: v
       real(wp), intent(out) :: coefficient, slope
 
-      real(wp) :: falling
+      real(wp) :: at, falling, falls
 
-      falling = (self%static - self%kinetic)/max(1.0_wp + self%decay*v, 0.5_wp)
-      slope = 0.0_wp
-      if (self%decay > 0.0_wp) then
-         coefficient = self%kinetic + falling
-         if (1.0_wp + self%decay*v > 0.5_wp) slope = -self%decay*falling/(1.0_wp + self%decay*v)
-      else
-         coefficient = self%kinetic
-      end if
+      coefficient = self%kinetic + self%viscous*v
+      slope = self%viscous
+      if (.not. self%decay > 0.0_wp) return
+      at = max(v, -merge(log(2.0_wp), 0.5_wp, self%exponential)/self%decay)
+      falls = merge(1.0_wp, 1.0_wp + self%decay*at, self%exponential)
+      falling = (self%static - self%kinetic)/falls
+      if (self%exponential) falling = falling*exp(-self%decay*at)
+      coefficient = coefficient + falling
+      if (.not. at > v) slope = slope - self%decay*falling/falls
    end subroutine evaluate
 
    !> F = μ(|s'|) N (2/π) atan(sharpness s') and its slopes.

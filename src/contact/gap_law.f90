@@ -9,10 +9,13 @@ module razy_contact_gap_law
    implicit none(type, external)
    private
 
-   public :: add_side, branch_lower, branch_lower_parting, branch_open, branch_upper, branch_upper_parting, gap_law_t
+   public :: add_side, branch_lower, branch_lower_parting, branch_open, branch_upper, branch_upper_parting, closed_and_parting, &
+             gap_law_t
 
    integer, parameter :: branch_open = 1, branch_upper = 2, branch_lower = 3, branch_upper_parting = 4, branch_lower_parting = 5
-   character(*), parameter :: of_branch(5) = [character(20) :: "open", "closed (upper side)", "closed (lower side)", &
+   !> How many these are.
+   integer, parameter :: closed_and_parting = 5
+   character(*), parameter :: of_branch(*) = [character(20) :: "open", "closed (upper side)", "closed (lower side)", &
                                                                                      "parting (upper side)", "parting (lower side)"]
 
    type, abstract, extends(contact_law_t) :: gap_law_t
@@ -35,8 +38,8 @@ contains
       integer :: f, parting
 
       if (.not. allocated(law%branch)) then
-         allocate (law%branch(5))
-         law%plain = 5
+         allocate (law%branch(closed_and_parting))
+         law%plain = closed_and_parting
          law%branch(branch_open)%name = of_branch(branch_open)
          law%slope(1, 1) = 1.0_wp
       end if

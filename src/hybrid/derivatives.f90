@@ -135,8 +135,9 @@ contains
                   self%force(j, n) = self%force(j, n) + stiffness*self%s(j, n) + damping*self%s(j, n + 1)
                end if
                if (allocated(contact%modulation)) then
-                  self%force(j, n) = self%force(j, n) + self%force(j, 0)/dynamics%stiffening(system, j) &
-                                     *dynamics%excitation%rate(system%machine%tone, contact%modulation, n)
+                  self%force(j, n) = self%force(j, n) + dynamics%excitation%rate(system%machine%tone, contact%modulation, n) &
+                                     *(contact%law%force(branch, dynamics%s(j), dynamics%rate(j), 1.0_wp) &
+                                       - contact%law%steady_damping*dynamics%rate(j))
                end if
             end if
          end associate

@@ -43,7 +43,7 @@ module razy_hybrid_dynamics
       procedure :: is_in_play
       procedure :: slopes_of
       procedure :: keep_constraints
-      procedure :: stiffening
+      procedure :: stiffened
    end type dynamics_t
 
 contains
@@ -257,7 +257,7 @@ contains
                else
                   self%force(j) = law%force(branch, self%s(j), self%rate(j), self%normal(j))
                end if
-               self%force(j) = self%stiffening(system, j)*self%force(j)
+               self%force(j) = self%stiffened(system, j, self%force(j), self%rate(j))
             end if
          end associate
          do i = 1, system%m
@@ -364,24 +364,27 @@ contains
          else
             call law%slopes(self%mode%branch(j), self%s(j), self%rate(j), self%normal(j), stiffness, damping)
          end if
-         stiffness = self%stiffening(system, j)*stiffness
-         damping = self%stiffening(system, j)*damping
+         stiffness = self%stiffened(system, j, stiffness, 0.0_wp)
+         damping = self%stiffened(system, j, damping, 1.0_wp)
       end associate
    end subroutine slopes_of
 
-   !> The factor of the force of contact j at the time looked at last, where it varies by harmonics; else 1.
-   pure function stiffening(self, system, j) result(factor)
+   !> The force of contact j, or a slope of it, at the time looked at last, of that with the mean stiffness, where this varies by
+   !> harmonics; s', or its slope, is `rate`.
+   pure function stiffened(self, system, j, force, rate) result(varied)
       class(dynamics_t), intent(in) :: self
       type(system_t), intent(in) :: system
       integer, intent(in) :: j
-      real(wp) :: factor
+      real(wp), intent(in) :: force, rate
+      real(wp) :: varied
 
-      factor = 1.0_wp
+      varied = force
       if (.not. allocated(system%machine%contact(j)%modulation)) return
-      associate (c => system%machine%contact(j)%modulation, e => self%excitation%phasor)
-         factor = 1 + sum(c%re*e%re - c%im*e%im)
+      associate (c => system%machine%contact(j)%modulation, e => self%excitation%phasor, &
+                 steady => system%machine%contact(j)%law%steady_damping*rate)
+         varied = (1 + sum(c%re*e%re - c%im*e%im))*(force - steady) + steady
       end associate
-   end function stiffening
+   end function stiffened
 
    !> Bring z at `tau` back to the constraints of the mode, which rounding has left: s of rigid contacts at its edge, s' = 0.
    subroutine keep_constraints(self, system, tau, z)

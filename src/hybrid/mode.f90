@@ -111,7 +111,8 @@ contains
       associate (law => system%machine%contact(j)%law, branch => self%branch(j))
          if (law%branch(branch)%constraint) then
             does = constrained
-         else if (law%impacts .or. .not. (law%branch(branch)%closed .or. abs(law%branch(branch)%stiffness) > 0.0_wp)) then
+         else if (law%impacts .or. .not. (law%branch(branch)%closed .or. abs(law%branch(branch)%stiffness) > 0.0_wp &
+                                          .or. law%branch(branch)%damping > 0.0_wp)) then
             does = idle
          else if (law%piecewise_linear .and. .not. (law%of_normal .or. allocated(system%machine%contact(j)%modulation) &
                                                     .or. allocated(system%machine%contact(j)%frame))) then

@@ -68,7 +68,6 @@ module razy_input_input
       !> A group of each specification to which nobody gave a value
       type(group_t), allocatable :: defaults(:)
    contains
-      procedure :: knows
       procedure :: count => group_count
       procedure :: given
       procedure, private :: get_real, get_reals, get_integer, get_integers, get_logical, get_text, get_texts
@@ -371,14 +370,6 @@ contains
       if (.not. allocated(self%members)) return
       if (index >= 1 .and. index <= self%members(s)%count) g = self%members(s)%at(index)
    end subroutine find
-
-   !> Whether the schema has a group of this name.
-   pure logical function knows(self, group)
-      class(input_t), intent(in) :: self
-      character(*), intent(in) :: group
-
-      knows = group_at(self%schema, group) > 0
-   end function knows
 
    !> Number of groups of a name in the input; 0 also for a name that the schema does not have.
    pure integer function group_count(self, group)

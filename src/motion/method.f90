@@ -99,7 +99,7 @@ contains
          if (.not. linear) then
             key = "integrator"
             allowed = "'exact' needs laws that are linear in every branch, and that of '"//curved//"' is not (a power of the "// &
-                      "deformation, or friction that falls with the speed, or a stiffness with harmonics); 'dop853' "// &
+                      "deformation, or friction that changes with the speed, or a stiffness with harmonics); 'dop853' "// &
                       "with treatment = 'event' will do"
          else if (method%treatment /= "automatic" .and. method%treatment /= "event") then
             key = "treatment"
@@ -125,7 +125,7 @@ contains
             allowed = "required by 'rk4': the step in s"
          else if (method%treatment == "smoothing" .and. .not. smoothable) then
             key = "treatment"
-            allowed = "a rigid stop cannot be smoothed; 'event', or integrator = 'moreau_jean'"
+            allowed = "neither a rigid stop nor damping_acts = 'limited' can be smoothed; 'event', or integrator = 'moreau_jean'"
          else if (method%treatment /= "event" .and. switched) then
             key = "treatment"
             allowed = "'event': a mesh stiffness switches"

@@ -166,6 +166,9 @@ contains
       do i = 1, size(self%tally)
          associate (tally => self%tally(i))
             if (tally%closed) tally%time_closed = tally%time_closed + (part%duration - tau)
+            if (tally%closed .and. tally%contact%law%branch(part%by%branch(tally%number))%side < 0) then
+               tally%time_lower = tally%time_lower + (part%duration - tau)
+            end if
             call part%by%contact_sums(tally%number, tau, tally%largest, tally%impulse, tally%work, known)
             active(i) = tally%closed .and. .not. known
             if (active(i) .or. known) cycle

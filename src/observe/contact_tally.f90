@@ -25,7 +25,7 @@ module razy_observe_contact_tally
       type(contact_t) :: contact
       !> Largest |F|, ∫F dt with the sign of the reported force, W, energy lost in impacts, U at the start and now; s' of impacts.
       real(wp) :: largest = 0.0_wp, impulse = 0.0_wp, work = 0.0_wp, lost = 0.0_wp, stored_first = 0.0_wp, stored = 0.0_wp
-      real(wp) :: speed = 0.0_wp, speeds = 0.0_wp, time_closed = 0.0_wp
+      real(wp) :: speed = 0.0_wp, speeds = 0.0_wp, time_closed = 0.0_wp, time_lower = 0.0_wp
       integer :: impacts = 0
       logical :: closed = .false.
    contains
@@ -53,14 +53,22 @@ contains
       real(wp), intent(in) :: time, period
       logical, intent(in) :: seen
 
-      real(wp) :: closed, dissipated, mean_speed, nan, share
+      real(wp) :: closed, dissipated, factor, lower, mean, mean_speed, nan, share
 
       nan = ieee_value(nan, ieee_quiet_nan)
       dissipated = self%work - (self%stored - self%stored_first) + self%lost
       mean_speed = 0.0_wp
       if (self%impacts > 0) mean_speed = self%speeds/self%impacts
       closed = 0.0_wp
-      if (time > 0.0_wp) closed = self%time_closed/time
+      lower = 0.0_wp
+      mean = nan
+      factor = nan
+      if (time > 0.0_wp) then
+         closed = self%time_closed/time
+         lower = self%time_lower/time
+         mean = self%impulse/time
+         if (abs(mean) > 0.0_wp) factor = self%largest/abs(mean)
+      end if
       share = nan
       if (period > 0.0_wp .and. time > 0.0_wp) share = period/time
       associate (contact => self%contact)
@@ -75,6 +83,9 @@ contains
                   "integral of the force per period of excitation")
          call put("impacts_per_period", share*self%impacts, "1", "times that the contact closed per period of excitation")
          call put("dissipated_energy_per_period", share*dissipated, "J", "energy dissipated per period of excitation")
+         call put("lower_share", lower, "1", "share of time closed on the lower side")
+         call put("mean_force", mean, contact%force_unit, "mean force")
+         call put("dynamic_factor", factor, "1", "largest magnitude of the force over that of its mean")
       end associate
 
    contains

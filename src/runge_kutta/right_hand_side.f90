@@ -153,7 +153,7 @@ contains
             j = mode%lawful(i)
             associate (contact => system%machine%contact(j))
                force = contact%law%force(self%dynamics%mode%branch(j), self%y(m + 2*i - 1), self%y(m + 2*i), 0.0_wp)
-               if (allocated(contact%modulation)) force = self%dynamics%stiffening(system, j)*force
+               if (allocated(contact%modulation)) force = self%dynamics%stiffened(system, j, force, self%y(m + 2*i))
             end associate
             call subtract(m, force, system%w(:, j), dz(m + 1:))
          end do

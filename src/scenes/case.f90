@@ -11,9 +11,9 @@ module razy_scenes_case
    use razy_scenes_common_schema, only: scene_kinds
    use razy_scenes_factory, only: new_scene
    use razy_scenes_records, only: read_records, record_t
-   use razy_scenes_rings, only: note_rings
    use razy_scenes_scene, only: scene_t
    use razy_scenes_start, only: set_start
+   use razy_scenes_surrounding, only: note_surrounding
    implicit none(type, external)
    private
 
@@ -108,7 +108,7 @@ contains
       if (.not. allocated(scene)) call scene_of(scene, input)
       call scene%build(machine, input, error)
       if (allocated(error)) return
-      call note_rings(machine, input)
+      call note_surrounding(machine, input)
       call read_records(machine, records, scene, input, error)
       if (allocated(error)) return
       if (input%count("motion") == 0) then

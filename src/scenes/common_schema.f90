@@ -9,13 +9,16 @@ module razy_scenes_common_schema
 
    !> What `&scene kind` may be.
    character(*), parameter :: scene_kinds(*) = [character(8) :: "lumped", "planar", "rotor"]
+   !> What `&record` accepts.
+   character(*), parameter :: observables(*) = [character(24) :: "mesh_deformation", "contact_force", "relative_displacement", &
+                                                                            "sliding_velocity", "displacement", "velocity", "state"]
 
 contains
 
-   !> Add the common groups; `observables` are the names that `&record` accepts in this kind of scene.
-   subroutine add_common_groups(schema, observables)
+   !> Add the common groups.
+   subroutine add_common_groups(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
-      character(*), intent(in) :: observables(:)
+
       call add_group(schema, "scene", "What the file describes", required=.true.)
       call add_string(schema, "kind", "kind of machine", choices=scene_kinds, required=.true.)
       call add_string(schema, "title", "title of results and pictures", default="''")

@@ -3,7 +3,8 @@ module razy_scenes_contacts
    use razy_contact_friction_law, only: new_friction_law
    use razy_core_angle, only: turn
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: qp, wp
+   use razy_core_kinds, only: wp
+   use razy_core_number, only: to_text
    use razy_core_text, only: did_you_mean, position_of, string_t
    use razy_input_input, only: input_t
    use razy_input_schema, only: add_real, add_string, group_spec_t, nonnegative, positive
@@ -11,7 +12,7 @@ module razy_scenes_contacts
    use razy_scenes_gap_laws, only: add_gap_law_keys, read_gap_law
    use razy_scenes_harmonics, only: add_harmonic, frequency_t, harmonics_t, read_frequency
    use razy_scenes_scene, only: scene_t, site_t
-   use razy_scenes_tables, only: laws_of_springs, read_springs
+   use razy_scenes_tables, only: check_spring, curved_springs, new_spring_law
    implicit none(type, external)
    private
 
@@ -28,6 +29,11 @@ contains
                     rule=nonnegative)
       call add_real(schema, "decay", "how fast the coefficient falls with the speed v of sliding: kinetic + (static - "// &
                     "kinetic)/(1 + decay*v); 0: kinetic while sliding", unit="s/m or s/rad", rule=nonnegative, default="0.0")
+      call add_string(schema, "decay_law", "whether it falls so, or after Stribeck by exp(-decay*v) in the place of 1/(1 + "// &
+                      "decay*v)", choices=["hyperbolic ", "exponential"], default="hyperbolic")
+      call add_real(schema, "viscous_coefficient", "what viscous_coefficient*v adds to the coefficient while sliding; with a "// &
+                    "constant normal force a &damper beside does the same, by 'exact' too", unit="s/m or s/rad", &
+                    rule=nonnegative, default="0.0")
       call add_real(schema, "normal_load", "constant normal force", unit="N or N m", rule=nonnegative)
       call add_string(schema, "normal_contact", "name of a stop or ring whose force is the normal force, beside normal_load")
       call add_string(schema, "only_with", "name of a stop; there is friction only while it is closed")
@@ -50,10 +56,11 @@ contains
    integer function contacts_of(input)
       type(input_t), intent(in) :: input
 
-      contacts_of = input%count("stop") + input%count("ring") + laws_of_springs(input) + input%count("friction")
+      contacts_of = input%count("stop") + input%count("ring") + size(curved_springs(input)) + input%count("friction")
    end function contacts_of
 
-   !> Stops, rings, springs that are not linear, then friction elements, which follow the `meshes` gear meshes of the machine.
+   !> Stops, rings, springs that are not linear, then friction elements, which follow the `meshes` gear meshes of the machine. Of
+   !> linear springs it is checked that they have what they need.
    subroutine read_contacts(machine, scene, meshes, input, harmonics, error)
       type(machine_t), intent(inout) :: machine
       class(scene_t), intent(in) :: scene
@@ -62,41 +69,61 @@ contains
       type(harmonics_t), intent(inout) :: harmonics
       type(error_t), allocatable, intent(out) :: error
 
-      type(site_t) :: site
-      character(4) :: group
-      integer :: i, k, plane, springs, stop, stops
+      integer, allocatable :: curved(:)
+      integer :: i, rings, stops
 
-      plane = input%count("stop")
-      stops = plane + input%count("ring")
-      springs = laws_of_springs(input)
-      call read_springs(machine%contact(meshes + stops + 1:meshes + stops + springs), scene, input, error)
-      if (allocated(error)) return
-      do i = 1, stops + input%count("friction")
-         associate (contact => machine%contact(meshes + merge(0, springs, i <= stops) + i))
-            if (i <= stops) then
-               group = merge("stop", "ring", i <= plane)
-               k = merge(i, i - plane, i <= plane)
-               call scene%find_site(site, input, group, k, 0, error)
-               if (allocated(error)) return
-               call read_stop(contact, site, input, group, k, harmonics, size(machine%load) + meshes + i, error)
-               if (.not. allocated(error)) call input%get(group, k, "name", contact%name)
-            else
-               call read_friction(contact, machine%contact(meshes + 1:meshes + stops), input, i - stops, stop, error)
-               if (allocated(error)) return
-               if (contact%normal_of > 0) contact%normal_of = contact%normal_of + meshes
-               if (contact%only_with > 0) contact%only_with = contact%only_with + meshes
-               call scene%find_site(site, input, "friction", i - stops, stop, error)
-               if (.not. allocated(error)) contact%drive = contact%drive + site%drive
-               contact%drive_rate = site%drive_rate
-               if (.not. allocated(error)) call input%get("friction", i - stops, "name", contact%name)
-            end if
-            if (allocated(error)) return
-            contact%w = site%w
-            if (allocated(site%frame)) contact%frame = site%frame
-            contact%unit = trim(merge("rad", "m  ", site%turns))
-            contact%force_unit = trim(merge("N m", "N  ", site%turns))
-         end associate
+      do i = 1, input%count("spring")
+         call check_spring(input, i, error)
+         if (allocated(error)) return
       end do
+      curved = curved_springs(input)
+      stops = input%count("stop")
+      rings = input%count("ring")
+      call read_all("stop", [(i, i=1, stops)], meshes)
+      call read_all("ring", [(i, i=1, rings)], meshes + stops)
+      call read_all("spring", curved, meshes + stops + rings)
+      call read_all("friction", [(i, i=1, input%count("friction"))], meshes + stops + rings + size(curved))
+
+   contains
+
+      !> These `numbers` of a group, as the contacts after number `first`.
+      subroutine read_all(group, numbers, first)
+         character(*), intent(in) :: group
+         integer, intent(in) :: numbers(:), first
+
+         type(site_t) :: site
+         integer :: k, stop
+
+         stop = 0
+         do k = 1, size(numbers)
+            if (allocated(error)) return
+            associate (contact => machine%contact(first + k), number => numbers(k))
+               if (group == "friction") call read_friction(contact, machine%contact(meshes + 1:meshes + stops + rings), input, &
+                                                           number, stop, error)
+               if (.not. allocated(error)) call scene%find_site(site, input, group, number, stop, error)
+               if (allocated(error)) return
+               select case (group)
+               case ("friction")
+                  if (contact%normal_of > 0) contact%normal_of = contact%normal_of + meshes
+                  if (contact%only_with > 0) contact%only_with = contact%only_with + meshes
+                  contact%drive = contact%drive + site%drive
+                  contact%drive_rate = site%drive_rate
+               case ("spring")
+                  contact%name = "spring "//to_text(number)
+                  call new_spring_law(contact%law, input, number, error)
+               case default
+                  call read_stop(contact, site, input, group, number, harmonics, size(machine%load) + first + k, error)
+               end select
+               if (allocated(error)) return
+               if (input%given(group, number, "name")) call input%get(group, number, "name", contact%name)
+               contact%w = site%w
+               if (allocated(site%frame)) contact%frame = site%frame
+               contact%unit = trim(merge("rad", "m  ", site%turns))
+               contact%force_unit = trim(merge("N m", "N  ", site%turns))
+            end associate
+         end do
+      end subroutine read_all
+
    end subroutine read_contacts
 
    !> `&stop` or `&ring` number i; the motion of a stop's second end goes to row `row` of the harmonics.
@@ -149,13 +176,14 @@ contains
       integer, intent(out) :: stop
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: decay, kinetic, speed, static
+      real(wp) :: decay, kinetic, speed, static, viscous
 
       stop = 0
       call input%get("friction", i, "static_coefficient", static)
       kinetic = static
       call input%get("friction", i, "kinetic_coefficient", kinetic)
       call input%get("friction", i, "decay", decay)
+      call input%get("friction", i, "viscous_coefficient", viscous)
       call input%get("friction", i, "belt_speed", speed)
       contact%drive = -speed
       if (kinetic > static) then
@@ -171,7 +199,7 @@ contains
       call find_stop("normal_contact", contact%normal_of)
       if (.not. allocated(error)) call find_stop("only_with", contact%only_with)
       if (allocated(error)) return
-      contact%law = new_friction_law(static, kinetic, decay)
+      contact%law = new_friction_law(static, kinetic, decay, input%choice("friction", i, "decay_law") == "exponential", viscous)
       stop = merge(contact%normal_of, contact%only_with, contact%normal_of > 0)
 
    contains

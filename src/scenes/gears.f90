@@ -5,7 +5,8 @@
 !! Δ has the harmonics of the tooth frequency, and so may its stiffness; or this is that of one or two pairs of teeth in turn.
 !! The errors of each gear over a turn may come from a measured table, whose discrete Fourier sum has the orders of that gear.
 module razy_scenes_gears
-   use razy_contact_clearance_law, only: clearance_law_t, clearance_side_t, new_clearance_law, vary_stiffness
+   use razy_contact_clearance_law, only: clearance_law_t, clearance_side_t, damp_always, limit_damping, new_clearance_law, &
+                                         vary_stiffness
    use razy_core_angle, only: turn
    use razy_core_error, only: error_t
    use razy_core_kinds, only: qp, wp
@@ -19,7 +20,7 @@ module razy_scenes_gears
    implicit none(type, external)
    private
 
-   public :: add_gear_keys, join_speeds, read_gear_mesh
+   public :: add_gear_keys, join_meshes, join_speeds, read_gear_mesh
 
    integer, parameter :: most_harmonics = 32, most_rows = 10000
    !> Radii may be rounded by this share.
@@ -27,13 +28,20 @@ module razy_scenes_gears
 
 contains
 
-   !> Add the last keys of the group; `separation` is what that key says.
-   subroutine add_gear_keys(schema, separation)
+   !> Add the last keys of the group.
+   subroutine add_gear_keys(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
-      character(*), intent(in) :: separation
+
+      call add_integer(schema, "teeth", "numbers of teeth", rule=positive, count=2, required=.true.)
+      call add_real(schema, "stiffness", "mesh stiffness", unit="N/m", rule=positive, required=.true.)
+      call add_real(schema, "damping", "mesh damping", unit="N s/m", rule=nonnegative, default="0.0")
+      call add_string(schema, "damping_acts", "where the mesh damping acts: in contact; in contact and in the backlash; in "// &
+                      "contact, and no more than the force of the mesh stiffness", &
+                      choices=["in_contact", "always    ", "limited   "], default="in_contact")
       call add_real(schema, "backlash", "backlash along the line of action", unit="m", rule=nonnegative, default="0.0")
-      call add_string(schema, "separation", separation, choices=["zero_deformation", "zero_force      "], &
-                      default="zero_deformation")
+      call add_string(schema, "separation", "where a contact with damping_acts='in_contact' is lost; 'zero_force', so "// &
+                      "that teeth do not pull, if not given (with slope_in_backlash 'zero_deformation')", &
+                      choices=["zero_deformation", "zero_force      "])
       call add_real(schema, "error_sine", "static transmission error: sine amplitudes of the harmonics of the tooth frequency", &
                     unit="m", least=1, most=most_harmonics)
       call add_real(schema, "error_cosine", "static transmission error: cosine amplitudes likewise", unit="m", least=1, &
@@ -72,7 +80,8 @@ contains
       type(clearance_side_t) :: back, front
       real(wp), allocatable :: cosine(:), radius(:), sine(:)
       integer, allocatable :: teeth(:)
-      real(wp) :: backlash, share
+      character(:), allocatable :: acts
+      real(wp) :: backlash, constant, share
       logical :: by_force
       integer :: k
 
@@ -91,6 +100,9 @@ contains
       front%present = .true.
       call input%get("gear_mesh", i, "stiffness", front%stiffness)
       call input%get("gear_mesh", i, "damping", front%damping)
+      acts = input%choice("gear_mesh", i, "damping_acts")
+      constant = front%damping
+      if (acts == "always") front%damping = 0.0_wp
       back = front
       back%edge = -backlash
       share = 0.0_wp
@@ -98,13 +110,23 @@ contains
       if (input%given("gear_mesh", i, "back_damping")) call input%get("gear_mesh", i, "back_damping", back%damping)
       if (input%given("gear_mesh", i, "slope_in_backlash")) call input%get("gear_mesh", i, "slope_in_backlash", share)
       by_force = input%choice("gear_mesh", i, "separation") == "zero_force"
-      if (share > 0.0_wp .and. by_force) then
+      ! Dry teeth do not pull.
+      if (.not. input%given("gear_mesh", i, "separation")) by_force = .not. share > 0.0_wp
+      if (acts /= "in_contact" .and. input%given("gear_mesh", i, "separation")) then
+         call input%complain(error, "gear_mesh", i, "separation", "left out with damping_acts = '"//acts//"'")
+      else if (acts == "always" .and. input%given("gear_mesh", i, "back_damping")) then
+         call input%complain(error, "gear_mesh", i, "back_damping", "left out with damping_acts = 'always'")
+      else if (acts == "limited" .and. share > 0.0_wp) then
+         call input%complain(error, "gear_mesh", i, "damping_acts", "'in_contact' or 'always' with a slope in the backlash")
+      else if (share > 0.0_wp .and. by_force) then
          call input%complain(error, "gear_mesh", i, "separation", "'zero_deformation' with a slope in the backlash")
       else if (share > 0.0_wp .and. .not. share*front%stiffness < back%stiffness) then
          call input%complain(error, "gear_mesh", i, "slope_in_backlash", "a slope less than that of the back flanks")
       end if
       if (allocated(error)) return
       law = new_clearance_law(back, front, by_force, share*front%stiffness)
+      if (acts == "always") call damp_always(law, constant)
+      if (acts == "limited") call limit_damping(law)
       call vary(contact, law, input, i, teeth(1)*ratio, joined, harmonics, row(2), error)
       if (allocated(error)) return
       allocate (contact%law, source=law)
@@ -251,6 +273,30 @@ contains
          call add_harmonic(harmonics, row, of_k, at%re, -at%im)
       end do
    end subroutine vary
+
+   !> Speeds `ratio` of all parts over that of `&rotation`, 0 where nothing says what they are, from those that are known: mesh i is
+   !> between the parts `ends`(:, i), which turn one `way`(i) (1) or against each other (-1).
+   subroutine join_meshes(ratio, ends, way, tolerance, input, error)
+      real(qp), intent(inout) :: ratio(:)
+      integer, intent(in) :: ends(:, :), way(:)
+      real(qp), intent(in) :: tolerance
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      integer, allocatable :: teeth(:)
+      integer :: i, pass
+      logical :: agree
+
+      do pass = 1, size(ratio)
+         do i = 1, size(way)
+            call input%get("gear_mesh", i, "teeth", teeth)
+            call join_speeds(ratio(ends(1, i)), ratio(ends(2, i)), way(i)*real(teeth(1), qp)/teeth(2), tolerance, agree)
+            if (agree) cycle
+            call input%complain(error, "gear_mesh", i, "teeth", "numbers with which the speeds of both agree")
+            return
+         end do
+      end do
+   end subroutine join_meshes
 
    !> Speeds over that of `&rotation` of two parts, 0 where not known yet, of which the second turns `change` times as fast as
    !> the first. They do not `agree` if they differ from that by more than the share `tolerance`.

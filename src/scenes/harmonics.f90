@@ -48,7 +48,6 @@ contains
 
       allocate (self%frequency(0), self%tone(0), self%phasor(rows, 0))
       allocate (self%constant(rows), source=0.0_wp)
-      if (.not. input%knows("rotation")) return
       if (input%count("rotation") == 0) return
       call input%get("rotation", 1, "speed_rpm", speed)
       call input%get("rotation", 1, "acceleration_rpm_per_s", acceleration)
@@ -193,16 +192,14 @@ contains
       end do
    end subroutine take_harmonics
 
-   !> Add the keys that give a frequency, of `what`; `orders`: the scene has a mean speed.
-   subroutine add_frequency_keys(schema, prefix, what, orders)
+   !> Add the keys that give a frequency, of `what`.
+   subroutine add_frequency_keys(schema, prefix, what)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: prefix, what
-      logical, intent(in) :: orders
 
       call add_real(schema, prefix//"frequency", "frequency of "//what, unit="Hz", rule=positive)
       call add_real(schema, prefix//"angular_frequency", "frequency of "//what//", instead of "//prefix//"frequency", &
                     unit="rad/s", rule=positive)
-      if (.not. orders) return
       call add_real(schema, prefix//"order", "frequency in multiples of the speed of &rotation, instead of "//prefix//"frequency", &
                     rule=positive)
    end subroutine add_frequency_keys
@@ -234,7 +231,8 @@ contains
          given(k) = input%given(group, i, prefix//trim(keys(k)))
       end do
       if (needed .and. count(given) /= 1) then
-         call input%complain(error, group, i, prefix//"amplitude", "one of "//frequencies(input, prefix)//" goes with an amplitude")
+         call input%complain(error, group, i, prefix//"amplitude", "one of "//prefix//"frequency, "//prefix// &
+                             "angular_frequency and "//prefix//"order goes with an amplitude")
          return
       end if
       k = findloc(given, .true., dim=1)
@@ -253,15 +251,5 @@ contains
          frequency = harmonics%of_order(real(value, qp))
       end select
    end subroutine read_frequency
-
-   !> The keys that may give the frequency; only a scene with a mean speed has orders.
-   pure function frequencies(input, prefix) result(text)
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: prefix
-      character(:), allocatable :: text
-
-      text = prefix//"frequency and "//prefix//"angular_frequency"
-      if (input%knows("rotation")) text = prefix//"frequency, "//prefix//"angular_frequency and "//prefix//"order"
-   end function frequencies
 
 end module razy_scenes_harmonics

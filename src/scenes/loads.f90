@@ -17,18 +17,17 @@ module razy_scenes_loads
 
 contains
 
-   !> Add the keys of the group; `on` says what a load acts on, `orders` whether the scene has a mean speed.
-   subroutine add_load_keys(schema, on, orders)
+   !> Add the keys of the group; `on` says what a load acts on.
+   subroutine add_load_keys(schema, on)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: on
-      logical, intent(in) :: orders
       call add_string(schema, "on", on, required=.true.)
       call add_real(schema, "value", "constant part", unit="N or N m", default="0.0")
       call add_real(schema, "amplitude", "amplitude of the harmonic part", unit="N or N m", default="0.0")
       call add_real(schema, "unbalance", "amplitude over the square of the angular frequency, added to amplitude", &
                     unit="kg m or kg m^2", default="0.0")
       call add_real(schema, "phase", "phase of the harmonic part", unit="deg", default="0.0")
-      call add_frequency_keys(schema, "", "the harmonic part", orders)
+      call add_frequency_keys(schema, "", "the harmonic part")
       call add_shape_keys(schema, "", "the harmonic part", "N")
    end subroutine add_load_keys
 

@@ -8,12 +8,11 @@ module razy_scenes_tables
    use razy_core_number, only: to_text
    use razy_input_input, only: input_t
    use razy_input_schema, only: add_real, add_string, group_spec_t, nonnegative
-   use razy_machine_machine, only: contact_t
-   use razy_scenes_scene, only: scene_t, site_t
    implicit none(type, external)
    private
 
-   public :: add_spring_keys, add_table_keys, holds_always, is_linear, laws_of_springs, read_springs, read_stop_table
+   public :: add_spring_keys, add_table_keys, check_spring, curved_springs, holds_always, is_linear, new_spring_law, &
+             read_stop_table
 
    integer, parameter :: most_points = 200, most_powers = 9
    character(*), parameter :: of_tables(*) = [character(12) :: "displacement", "force", "line_damping", "beyond"]
@@ -64,43 +63,16 @@ contains
       holds_always = input%choice("spring", i, "law") == "polynomial"
    end function holds_always
 
-   !> How many springs are not linear.
-   integer function laws_of_springs(input)
+   !> The numbers of the springs that are not linear, and so are contacts without a gap.
+   function curved_springs(input) result(number)
       type(input_t), intent(in) :: input
+      integer, allocatable :: number(:)
 
       integer :: i
 
-      laws_of_springs = count([(.not. is_linear(input, i), i=1, input%count("spring"))])
-   end function laws_of_springs
-
-   !> The springs that are not linear, as contacts without a gap; of linear ones it is checked that they have what they need.
-   subroutine read_springs(contact, scene, input, error)
-      type(contact_t), intent(inout) :: contact(:)
-      class(scene_t), intent(in) :: scene
-      type(input_t), intent(in) :: input
-      type(error_t), allocatable, intent(out) :: error
-
-      type(site_t) :: site
-      integer :: i, n
-
-      n = 0
-      do i = 1, input%count("spring")
-         call check_spring(input, i, error)
-         if (allocated(error)) return
-         if (is_linear(input, i)) cycle
-         n = n + 1
-         associate (spring => contact(n))
-            call scene%find_site(site, input, "spring", i, 0, error)
-            if (.not. allocated(error)) call new_spring_law(spring%law, input, i, error)
-            if (allocated(error)) return
-            spring%name = "spring "//to_text(i)
-            if (input%given("spring", i, "name")) call input%get("spring", i, "name", spring%name)
-            spring%w = site%w
-            spring%unit = trim(merge("rad", "m  ", site%turns))
-            spring%force_unit = trim(merge("N m", "N  ", site%turns))
-         end associate
-      end do
-   end subroutine read_springs
+      number = [(i, i=1, input%count("spring"))]
+      number = pack(number, [(.not. is_linear(input, i), i=1, size(number))])
+   end function curved_springs
 
    !> Refuse keys of another law, and a spring without what its own needs.
    subroutine check_spring(input, i, error)

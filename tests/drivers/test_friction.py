@@ -144,3 +144,30 @@ def test_mistakes_of_rubbing_rotors(tmp_path, old, new, message):
     assert done.returncode == 2
     assert message in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("viscous", [0.0, 0.4])
+def test_sliding_to_rest_under_stribecks_friction(tmp_path, viscous):
+    """With e^(δv) the equation v' = -g μ(v) is linear where nothing is viscous; without Stribeck's part it is in v."""
+    gravity, static, kinetic, decay, start_at = 9.81, 0.5, 0.3, 2.0, 1.5
+    text = f"""&scene kind='lumped' /
+&mass name='m', value=2.0 /
+&friction name='f', between='m','frame', normal_load={2 * gravity!r}, static_coefficient={static}, decay={decay},
+          decay_law='exponential', kinetic_coefficient={static if viscous else kinetic}, viscous_coefficient={viscous} /
+&initial on='m', velocity={start_at} /
+&motion t_end=0.6, start='given', integrator='dop853', relative_tolerance=1e-13, absolute_tolerance=1e-16 /
+&record observable='velocity', of='m', what='trajectory', interval=0.05 /
+"""
+    with run(tmp_path / "slide.nml", text) as file:
+        v = np.ravel(file["observable/velocity.m"][()])
+    t = 0.05 * np.arange(len(v))
+    if viscous:
+        expected = (start_at + static / viscous) * np.exp(-gravity * viscous * t) - static / viscous
+    else:
+        c = (static - kinetic) / kinetic
+        expected = (
+            np.log(np.maximum((np.exp(decay * start_at) + c) * np.exp(-kinetic * gravity * decay * t) - c, 1.0)) / decay
+        )
+    expected = np.maximum(expected, 0.0)
+    assert expected[-1] == 0.0 < expected[3]
+    np.testing.assert_allclose(v, expected, atol=1e-9)

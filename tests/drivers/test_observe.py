@@ -40,7 +40,7 @@ def test_a_run_has_what_a_point_of_the_grid_has(grid):
     assert values("grid.h5", "point/rotation.speed_rpm")[point] == 2200
     assert values("grid.h5", "point/load(1).value")[point] == 150
     with h5py.File("run.h5") as run, h5py.File("grid.h5") as file:
-        assert len(run["contact/mesh"]) == 10
+        assert len(run["contact/mesh"]) == 13
         for name, item in run["contact/mesh"].items():
             assert item[()] == file["contact/mesh"][name][point]
             assert item.attrs["units"] == file["contact/mesh"][name].attrs["units"]

@@ -287,7 +287,15 @@ def test_planar_springs_have_laws_too(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     "name",
-    ["duffing", "snap_through", "two_rate_coupling", "shock_on_stop", "square_wave_walls", "torsional_gear_pair"],
+    [
+        "duffing",
+        "snap_through",
+        "two_rate_coupling",
+        "shock_on_stop",
+        "square_wave_walls",
+        "torsional_gear_pair",
+        "planetary",
+    ],
 )
 def test_effective_input_is_the_input(tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)

@@ -14,18 +14,13 @@ module razy_scenes_lumped_schema
 
    public :: lumped_schema
 
-   !> What `&record` accepts in a lumped scene.
-   character(*), parameter :: lumped_observables(*) = [character(24) :: "mesh_deformation", "contact_force", &
-                                                                                      "relative_displacement", "sliding_velocity", &
-                                                                                                "displacement", "velocity", "state"]
-
 contains
 
    !> All groups of a lumped scene.
    function lumped_schema() result(schema)
       type(group_spec_t), allocatable :: schema(:)
 
-      call add_common_groups(schema, lumped_observables)
+      call add_common_groups(schema)
       call add_group(schema, "inertia", "A body that turns", repeatable=.true.)
       call add_name(schema)
       call add_real(schema, "value", "moment of inertia", unit="kg m^2", rule=positive, required=.true.)
@@ -55,15 +50,12 @@ contains
       call add_real(schema, "motion_amplitude", "amplitude of a given motion of the second end, beside its own", unit="m or rad", &
                     default="0.0")
       call add_real(schema, "motion_phase", "phase of that motion", unit="deg", default="0.0")
-      call add_frequency_keys(schema, "motion_", "that motion", orders=.true.)
+      call add_frequency_keys(schema, "motion_", "that motion")
       call add_group(schema, "gear_mesh", "A pair of gears: d = r1 q1 - r2 q2 + error", repeatable=.true.)
       call add_name(schema)
       call add_string(schema, "between", "names of the two wheels (inertias)", count=2, required=.true.)
       call add_real(schema, "radius", "base radii", unit="m", rule=positive, count=2, required=.true.)
-      call add_integer(schema, "teeth", "numbers of teeth", rule=positive, count=2, required=.true.)
-      call add_real(schema, "stiffness", "mesh stiffness", unit="N/m", rule=positive, required=.true.)
-      call add_real(schema, "damping", "mesh damping, acting in contact", unit="N s/m", rule=nonnegative, default="0.0")
-      call add_gear_keys(schema, "where a damped contact is lost")
+      call add_gear_keys(schema)
       call add_group(schema, "friction", "Dry friction between two bodies or a body and the frame, with the velocity of "// &
                      "sliding v = q1' - q2' - belt_speed", repeatable=.true.)
       call add_name(schema)
@@ -71,7 +63,7 @@ contains
       call add_friction_keys(schema)
       call add_group(schema, "load", "A force (torque) on a body: value + amplitude*sin(2 pi f t + phase), or another shape", &
                      repeatable=.true.)
-      call add_load_keys(schema, "name of the body", orders=.true.)
+      call add_load_keys(schema, "name of the body")
       call add_group(schema, "rotation", "The mean speed of the machine")
       call add_real(schema, "speed_rpm", "mean speed", unit="rpm", required=.true.)
       call add_acceleration_key(schema)

@@ -9,7 +9,7 @@ module razy_scenes_planar_links
    implicit none(type, external)
    private
 
-   public :: find_ring_rows, link_t, new_sliding_link, read_links
+   public :: find_points, find_ring_rows, find_row, link_t, new_sliding_link, read_links
 
    !> One of the `pairs` pairs of `group` number `number`: both ends, direction of length 1, row (coordinates).
    type :: link_t

@@ -21,6 +21,7 @@ module razy_scenes_planar_scene
    use razy_scenes_planar_drawing, only: draw_exciters, draw_links
    use razy_scenes_planar_excitation, only: add_exciters, add_gravity
    use razy_scenes_planar_links, only: find_ring_rows, link_t, new_sliding_link, read_links
+   use razy_scenes_planar_meshes, only: read_meshes
    use razy_scenes_planar_schema, only: matrix_all, matrix_untuned, planar_schema
    use razy_scenes_planar_turning, only: bound_turning
    use razy_scenes_scene, only: coordinate_t, scene_t, site_t
@@ -53,15 +54,19 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(harmonics_t) :: harmonics
+      integer :: meshes
+
       call new_bodies(self%bodies, input, error)
       if (allocated(error)) return
       call begin_machine(machine, self%bodies, input)
       call read_links(self%link, self%bodies, input, ["spring", "damper"], error)
       if (.not. allocated(error)) call read_links(self%stop, self%bodies, input, ["stop"], error)
       if (allocated(error)) return
-      allocate (machine%contact(contacts_of(input)))
+      meshes = input%count("gear_mesh")
+      allocate (machine%contact(meshes + contacts_of(input)))
       call new_harmonics(harmonics, size(machine%load) + 2*size(machine%contact), input)
-      call read_contacts(machine, self, 0, input, harmonics, error)
+      call read_meshes(machine%contact, self%bodies, input, harmonics, error)
+      if (.not. allocated(error)) call read_contacts(machine, self, meshes, input, harmonics, error)
       if (.not. allocated(error)) call add_connections(machine, self%link, self%stop, input, error)
       if (.not. allocated(error)) call bound_turning(machine, self%bodies, self%link, self%stop, input, error)
       if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)

@@ -1,9 +1,11 @@
 !! The groups of a planar scene: rigid bodies in a plane, and what acts between their points.
 module razy_scenes_planar_schema
-   use razy_input_schema, only: add_group, add_name, add_real, add_string, group_spec_t, nonnegative, positive
+   use razy_input_schema, only: add_group, add_integer, add_name, add_real, add_string, group_spec_t, nonnegative, positive
    use razy_scenes_common_schema, only: add_common_groups
    use razy_scenes_contacts, only: add_friction_keys, add_ring_keys
    use razy_scenes_gap_laws, only: add_gap_law_keys
+   use razy_scenes_gears, only: add_gear_keys
+   use razy_scenes_harmonics, only: add_acceleration_key
    use razy_scenes_loads, only: add_load_keys
    use razy_scenes_start, only: add_initial_keys
    use razy_scenes_tables, only: add_spring_keys
@@ -12,9 +14,6 @@ module razy_scenes_planar_schema
 
    public :: planar_schema, matrix_all, matrix_untuned
 
-   !> What `&record` accepts in a planar scene.
-   character(*), parameter :: planar_observables(*) = [character(24) :: "contact_force", "relative_displacement", &
-                                                                            "sliding_velocity", "displacement", "velocity", "state"]
    !> What `&damping matrix` may be.
    character(*), parameter :: matrix_springs = "springs", matrix_all = "all", matrix_untuned = "untuned"
    integer, parameter :: most_ends = 64
@@ -25,7 +24,7 @@ contains
    function planar_schema() result(schema)
       type(group_spec_t), allocatable :: schema(:)
 
-      call add_common_groups(schema, planar_observables)
+      call add_common_groups(schema)
       call add_group(schema, "body", "A rigid body with the coordinates x, y and phi (counter-clockwise)", repeatable=.true.)
       call add_name(schema)
       call add_real(schema, "mass", "mass", unit="kg", rule=positive, required=.true.)
@@ -79,6 +78,23 @@ contains
       call add_name(schema)
       call add_contact_ends(schema)
       call add_ring_keys(schema)
+      call add_group(schema, "gear_mesh", "Two wheels in mesh, angles counted anticlockwise: d = n*(u1 - u2) + r1 phi1 + "// &
+                     "r2 phi2 + error, - r2 phi2 where kind='internal'", repeatable=.true.)
+      call add_name(schema)
+      call add_string(schema, "between", "names of the two wheels: bodies, with the axis in the centre, or points in the axis", &
+                      count=2, required=.true.)
+      call add_string(schema, "kind", "internal: the wheel with the larger radius is a ring around the other", &
+                      choices=["external", "internal"], default="external")
+      call add_real(schema, "radius", "base radii; their sum (internal: difference) over the distance of the centres is the "// &
+                    "cosine of the pressure angle", unit="m", rule=positive, count=2, required=.true.)
+      call add_string(schema, "drive", "sign of the torque on the first wheel that loads the working flanks", &
+                      choices=["positive", "negative"], default="positive")
+      call add_gear_keys(schema)
+      call add_group(schema, "rotation", "The mean speed of the wheels, against the line of their centres")
+      call add_real(schema, "speed_rpm", "mean speed; of wheels whose centres a carrier moves, against the carrier", unit="rpm", &
+                    required=.true.)
+      call add_acceleration_key(schema)
+      call add_string(schema, "of", "name of the body that has this speed", required=.true.)
       call add_group(schema, "friction", "Dry friction between two points, with the velocity of sliding v = direction*(u1' - "// &
                      "u2') - belt_speed", repeatable=.true.)
       call add_name(schema)
@@ -105,7 +121,7 @@ contains
       call add_real(schema, "phase_error", "phase by which the second rotor is ahead", unit="deg", default="0.0")
       call add_group(schema, "load", "A force or moment: value + amplitude*sin(2 pi f t + phase), or another shape", &
                      repeatable=.true.)
-      call add_load_keys(schema, "name of a coordinate, such as 'table.y', or of a point with .x or .y", orders=.false.)
+      call add_load_keys(schema, "name of a coordinate, such as 'table.y', or of a point with .x or .y")
       call add_group(schema, "gravity", "Weight of all bodies; none without this group")
       call add_real(schema, "acceleration", "acceleration of free fall", unit="m/s^2", rule=nonnegative, default="9.81")
       call add_real(schema, "direction", "direction, of any length", count=2, default="0.0, -1.0")

@@ -8,7 +8,7 @@ module razy_scenes_rotor_parts
    use razy_input_input, only: input_t
    use razy_rotor_rotor, only: check_layers, damping_nodal, damping_none, longest_name, rotor_t
    use razy_rotor_section, only: material_t, section_t, shear_cowper, shear_none
-   use razy_scenes_gears, only: join_speeds
+   use razy_scenes_gears, only: join_meshes
    use razy_scenes_rotor_bearings, only: read_bearing
    use razy_scenes_rotor_places, only: find_node, find_shaft
    use razy_scenes_rotor_schema, only: coordinate_choices, damping_choices
@@ -282,9 +282,7 @@ contains
       real(qp), parameter :: rounding = 1.0e-12_qp
       real(wp) :: given
       character(:), allocatable :: name
-      integer, allocatable :: teeth(:)
-      integer :: i, pass, reference, s
-      logical :: agree
+      integer :: i, reference, s
 
       allocate (ratio(size(rotor%shaft)), source=0.0_qp)
       reference = 1
@@ -303,18 +301,8 @@ contains
          end if
          ratio(s) = given
       end do
-      do pass = 1, size(ratio)
-         do i = 1, size(rotor%mesh)
-            ! External gears turn against each other, with the ratio of their teeth.
-            call input%get("gear_mesh", i, "teeth", teeth)
-            associate (shaft => rotor%mesh(i)%shaft)
-               call join_speeds(ratio(shaft(1)), ratio(shaft(2)), -real(teeth(1), qp)/teeth(2), rounding, agree)
-            end associate
-            if (agree) cycle
-            call input%complain(error, "gear_mesh", i, "teeth", "numbers with which the speeds of both shafts agree")
-            return
-         end do
-      end do
+      call join_meshes(ratio, reshape([(rotor%mesh(i)%shaft, i=1, size(rotor%mesh))], [2, size(rotor%mesh)]), &
+                       [(-1, i=1, size(rotor%mesh))], rounding, input, error)
       rotor%shaft%speed_ratio = real(ratio, wp)
    end subroutine find_ratios
 

@@ -16,9 +16,6 @@ module razy_scenes_rotor_schema
    public :: bearing_kinds, bearing_ball, bearing_matrix, bearing_roller, bearing_rolling, bearing_table
    public :: coordinate_choices, damping_choices, methods, method_none, method_craig_bampton, sortings
 
-   !> What `&record` accepts in a rotor scene.
-   character(*), parameter :: rotor_observables(*) = [character(24) :: "mesh_deformation", "relative_displacement", &
-                                                           "sliding_velocity", "contact_force", "displacement", "velocity", "state"]
    !> Kinds of bearings, in the order of `bearing_kinds`.
    integer, parameter :: bearing_rolling = 1, bearing_matrix = 2, bearing_ball = 3, bearing_roller = 4, bearing_table = 5
    character(*), parameter :: bearing_kinds(5) = [character(7) :: "rolling", "matrix", "ball", "roller", "table"]
@@ -37,7 +34,7 @@ contains
    function rotor_schema() result(schema)
       type(group_spec_t), allocatable :: schema(:)
 
-      call add_common_groups(schema, rotor_observables)
+      call add_common_groups(schema)
       call add_parts(schema)
       call add_meshes_and_more(schema)
    end function rotor_schema
@@ -141,7 +138,6 @@ contains
       call add_string(schema, "between", "names of two shafts", count=2, required=.true.)
       call add_integer(schema, "node", "nodes of the gears", rule=positive, count=2, required=.true.)
       call add_real(schema, "radius", "pitch radii", unit="m", rule=positive, count=2, required=.true.)
-      call add_integer(schema, "teeth", "numbers of teeth", rule=positive, count=2, required=.true.)
       call add_real(schema, "pressure_angle", "normal pressure angle", unit="deg", low=0.0_wp, high=89.0_wp, default="20.0")
       call add_real(schema, "helix_angle", "helix angle", unit="deg", low=0.0_wp, high=89.0_wp, default="0.0")
       call add_string(schema, "hand", "hand of the first gear; that of the second is the other", choices=["right", "left "], &
@@ -152,19 +148,17 @@ contains
                     default="0.0, 0.0")
       call add_string(schema, "drive", "sign of the torque on the first gear that loads the working flanks", &
                       choices=["positive", "negative"], default="positive")
-      call add_real(schema, "stiffness", "mesh stiffness", unit="N/m", rule=positive, required=.true.)
       call add_real(schema, "back_stiffness", "stiffness on the back flanks; that of the working ones if not given", unit="N/m", &
                     rule=positive)
       call add_real(schema, "slope_in_backlash", "alpha of (4.58): stiffness within the backlash over that of the working flanks", &
                     low=0.0_wp, high=0.999_wp, default="0.0")
-      call add_real(schema, "damping", "mesh damping, acting in contact", unit="N s/m", rule=nonnegative, default="0.0")
       call add_real(schema, "back_damping", "damping on the back flanks; that of the working ones if not given", unit="N s/m", &
                     rule=nonnegative)
-      call add_gear_keys(schema, "where a damped contact is lost; at zero force tension is clipped")
+      call add_gear_keys(schema)
       call add_rotor_stop_groups(schema)
       call add_group(schema, "load", "A force or moment: value + amplitude*sin(2 pi f t + phase), or another shape", &
                      repeatable=.true.)
-      call add_load_keys(schema, "a coordinate: shaft, node and u, v, w, phi, theta or psi, such as 'input.8.phi'", orders=.true.)
+      call add_load_keys(schema, "a coordinate: shaft, node and u, v, w, phi, theta or psi, such as 'input.8.phi'")
       call add_group(schema, "unbalance", "An unbalance, which turns with its shaft", repeatable=.true.)
       call add_shaft(schema)
       call add_node(schema)

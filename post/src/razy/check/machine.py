@@ -333,10 +333,12 @@ def _mesh(mesh: dict[str, Any], row: Any, speeds: dict[str, Fraction]) -> Contac
     for key in ("error_file", "stiffness_sine", "stiffness_cosine", "contact_ratio"):
         if key in mesh:
             raise NotCovered(f"{key} of {mesh['name']}")
+    if mesh.get("damping_acts", "in_contact") != "in_contact":
+        raise NotCovered(f"damping_acts of {mesh['name']}")
     w = row(mesh["between"], (Fraction(mesh["radius"][0]), Fraction(mesh["radius"][1])))
     contact = Contact(mesh["name"], w, Fraction(0), -Fraction(mesh["backlash"]), Fraction(mesh["stiffness"]))
     contact.damping = Fraction(mesh.get("damping", 0.0))
-    contact.zero_force = mesh["separation"] == "zero_force" and contact.damping > 0
+    contact.zero_force = mesh.get("separation", "zero_force") == "zero_force" and contact.damping > 0
     for key in ("error_sine", "error_cosine"):
         values = mesh.get(key, [])
         for k, amplitude in enumerate(values if isinstance(values, list) else [values], start=1):

@@ -2,7 +2,7 @@
 !!
 !! A closed face pushes along its own direction. Between two faces the gap is larger than that of a ring, and where two of them
 !! touch they push together; with ever more faces the motion does not come to that in a ring.
-module razy_scenes_rings
+module razy_scenes_surrounding
    use razy_core_kinds, only: pi, wp
    use razy_core_number, only: to_text
    use razy_core_text, only: append_text, join, lower, string_t
@@ -11,12 +11,12 @@ module razy_scenes_rings
    implicit none(type, external)
    private
 
-   public :: note_rings
+   public :: note_surrounding
 
 contains
 
    !> Add a caution for each place that stops of the input surround: three or more directions, none of which a half plane holds.
-   subroutine note_rings(machine, input)
+   subroutine note_surrounding(machine, input)
       type(machine_t), intent(inout) :: machine
       type(input_t), intent(in) :: input
 
@@ -43,7 +43,7 @@ contains
          end if
          deallocate (angle)
       end do
-   end subroutine note_rings
+   end subroutine note_surrounding
 
    !> What stop i is between.
    function place_of(input, i) result(place)
@@ -84,4 +84,4 @@ contains
       end do
    end function surround
 
-end module razy_scenes_rings
+end module razy_scenes_surrounding
