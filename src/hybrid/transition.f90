@@ -403,9 +403,8 @@ contains
       do j = 1, size(self%next)
          if (.not. system%machine%contact(j)%law%of_normal) cycle
          if (self%let_go(j) .and. self%impacts == 0) cycle
-         if (lets_go .and. self%impacts == 0 .and. self%before(j) /= branch_sticking) then
-            if (weakens(system%machine%contact(j), self%before(j))) cycle
-         end if
+         if (lets_go .and. self%impacts == 0 .and. self%before(j) /= branch_sticking &
+             .and. weakens(system%machine%contact(j), self%before(j))) cycle
          if (abs(self%dynamics%rate(j)) <= self%guards%on_rate(j)) then
             self%resting(j) = .not. self%let_go(j)
          else
