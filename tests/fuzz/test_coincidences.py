@@ -30,6 +30,8 @@ RIGHT = {
     "symmetric_press": (6, 0.2938191405203905),
     # Frictions far below their limits, under a load of the size of rounding: all bodies move together.
     "frictions_in_series": (0, 1e-16 * 2 / 3),
+    # From t = 0.385 s on all move as one, 1/6 m at the end, with what the springs were then.
+    "frictions_at_rest_together": (2, 1 / 6 + 0.0075),
     # As one body with their mass: sin t - t, two stops for two at each sign of the force.
     "edges_on_both_sides": (12, -10.54402111088937),
     # As one body, 9 x'' + 20 x' + 2 x = sin t.
