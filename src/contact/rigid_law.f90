@@ -3,9 +3,9 @@
 !! Open, there is no force; a closed side is a constraint: s stays at its edge, and F is what keeps it there, positive on the
 !! upper side and negative on the lower. It ends where F would pull. Where the motion arrives at an edge with a rate s', that
 !! becomes -restitution s' at once. Where both edges are one, s cannot move: impacts follow each other in no time until s' = 0,
-!! and a side whose force would pull gives over to the other.
+!! whatever the restitution, and of the sides that one acts whose force pushes.
 module razy_contact_rigid_law
-   use razy_contact_gap_law, only: add_side, branch_lower, branch_open, branch_upper, gap_law_t
+   use razy_contact_gap_law, only: add_side, branch_open, gap_law_t
    use razy_core_kinds, only: wp
    implicit none(type, external)
    private
@@ -39,11 +39,7 @@ contains
       law%smoothable = .false.
       call add_rigid_side(law, upper, 1.0_wp)
       call add_rigid_side(law, lower, -1.0_wp)
-      if (.not. (lower%present .and. upper%present)) return
-      if (upper%edge > lower%edge) return
-      law%restitution = 0.0_wp
-      call law%branch(branch_upper)%force_guard%bound(-1.0_wp, 0.0_wp, branch_lower)
-      call law%branch(branch_lower)%force_guard%bound(1.0_wp, 0.0_wp, branch_upper)
+      if (lower%present .and. upper%present .and. .not. upper%edge > lower%edge) law%restitution = 0.0_wp
    end function new_rigid_law
 
    pure subroutine add_rigid_side(law, side, direction)

@@ -285,8 +285,18 @@ contains
       real(wp) :: in_x(self%m)
 
       in_x = 0.0_wp
-      in_x(:self%m - self%rank) = matmul(self%left, load)
+      in_x(:self%m - self%rank) = felt(self, load)
    end function load_of
+
+   !> Qᵀ P f of a load f (m), without what is rounding of its terms, or of Q beside what of f is held.
+   pure function felt(self, load)
+      class(constrained_motion_t), intent(in) :: self
+      real(wp), intent(in) :: load(:)
+      real(wp) :: felt(size(self%left, 1))
+
+      felt = matmul(self%left, load)
+      where (abs(felt) <= 16*self%m*epsilon(1.0_wp)*(matmul(abs(self%left), abs(load)) + norm2(matmul(load, self%r)))) felt = 0.0_wp
+   end function felt
 
    !> Phasors of f_x (m, tones) under the loads `harmonic` (m, tones) and the errors (n, tones) of the constraints.
    pure function harmonic_of(self, harmonic, error, omega) result(in_x)
@@ -301,7 +311,7 @@ contains
       associate (free => self%m - self%rank)
          do t = 1, size(omega)
             along = matmul(self%settle, error(:, t))
-            in_x(:free, t) = matmul(self%left, harmonic(:, t)) &
+            in_x(:free, t) = cmplx(felt(self, harmonic(:, t)%re), felt(self, harmonic(:, t)%im), wp) &
                              + omega(t)**2*(matmul(matmul(self%push, error(:, t)), self%q) - matmul(self%follow, along))
             if (self%apart) in_x(:free, t) = in_x(:free, t) + cmplx(0.0_wp, omega(t), wp)*matmul(self%drag, along)
             in_x(free + 1:, t) = omega(t)**2*along

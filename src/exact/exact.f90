@@ -451,7 +451,7 @@ contains
    end subroutine prepare_settled
 
    !> Take up the size of the terms that the functions are sums of, and with it what is rounding in s and s'.
-   !> Flights are followed that are higher than 16 roundings (razy_hybrid_accumulation), so those of forms may be 16 times as large.
+   !> Flights are followed that are higher than 16 roundings (razy_hybrid_accumulation), so those of s may be 16 times as large.
    subroutine take_sizes(self)
       type(exact_t), intent(inout) :: self
 
@@ -464,7 +464,7 @@ contains
                if (.not. abs(guard%beta) > 0.0_wp) then
                   guards%size_s(j) = max(guards%size_s(j), scale/(16*abs(guard%alpha)))
                else if (.not. abs(guard%alpha) > 0.0_wp) then
-                  guards%size_rate(j) = max(guards%size_rate(j), scale/(16*abs(guard%beta)))
+                  guards%size_rate(j) = max(guards%size_rate(j), scale/abs(guard%beta))
                end if
             end associate
          end do

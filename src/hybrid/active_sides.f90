@@ -144,9 +144,7 @@ contains
       do i = n, 1, -1
          associate (this => side(sides(i)))
             if (u(i) > least(i)) then
-               if (branch(this%contact) == this%closed .and. opens(contact(this%contact), this%closed)) then
-                  branch(this%contact) = branch_open
-               end if
+               if (branch(this%contact) == this%closed) branch(this%contact) = branch_open
             else
                this%tied = .not. forces(i)*problem%delassus(i, i) > least(i)
             end if
@@ -169,17 +167,6 @@ contains
          loose = tangent(k)
       end do
    end subroutine choose
-
-   !> Whether a side that is let go of leaves the contact open: not where the other one has the same edge.
-   pure function opens(contact, closed)
-      type(contact_t), intent(in) :: contact
-      integer, intent(in) :: closed
-      logical :: opens
-
-      associate (guard => contact%law%branch(closed)%force_guard)
-         opens = guard%below == branch_open .or. guard%above == branch_open
-      end associate
-   end function opens
 
    !> Whether friction that begins to slide into `branch` acts with less than it can stick with.
    pure function weakens(friction, branch)

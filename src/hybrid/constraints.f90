@@ -30,10 +30,13 @@ module razy_hybrid_constraints
    contains
       procedure :: solve
       procedure :: displace
+      procedure :: free_part
    end type constraints_t
 
    !> Eigenvalues of WᵀW below this part of the largest belong to redundant constraints.
    real(wp), parameter :: negligible = 1.0e-11_wp
+   !> Of a direction, what is held leaves at least this part, or it is held itself.
+   real(wp), parameter :: shortest_reach = 1.0e-11_wp
 
 contains
 
@@ -107,5 +110,18 @@ contains
 
       x = x + matmul(w(:, self%contact), matmul(self%inverse, change))
    end subroutine displace
+
+   !> What the constraints leave of the direction of contact j in `w` (m, contacts): 0 if they hold it.
+   pure function free_part(self, w, j) result(part)
+      class(constraints_t), intent(in) :: self
+      real(wp), intent(in) :: w(:, :)
+      integer, intent(in) :: j
+      real(wp) :: part(size(w, 1))
+
+      part = w(:, j)
+      if (self%count == 0) return
+      call self%displace(w, -matmul(w(:, j), w(:, self%contact)), part)
+      if (dot_product(w(:, j), part) <= shortest_reach*dot_product(w(:, j), w(:, j))) part = 0.0_wp
+   end function free_part
 
 end module razy_hybrid_constraints

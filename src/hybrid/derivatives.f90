@@ -28,12 +28,13 @@ module razy_hybrid_derivatives
 
 contains
 
-   !> The derivatives up to number `highest` of the motion at (tau, z) in the mode of `dynamics`.
-   subroutine differentiate(self, system, dynamics, tau, z, highest)
+   !> The derivatives up to number `highest` of the motion at (tau, z) in the mode of `dynamics`; `seen` are lengths of y and y', to
+   !> whose rounding z is known.
+   subroutine differentiate(self, system, dynamics, tau, z, seen, highest)
       type(derivatives_t), intent(out) :: self
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
-      real(wp), intent(in) :: tau, z(:)
+      real(wp), intent(in) :: tau, z(:), seen(2)
       integer, intent(in) :: highest
 
       integer :: contacts, j, n
@@ -54,8 +55,7 @@ contains
             self%error(j, n) = sum(system%omega**n*abs(system%gap(j)%error))
          end do
       end do
-      self%size(0) = norm2(self%y(:, 0))
-      self%size(1) = norm2(self%y(:, 1))
+      self%size(:1) = max(seen, [norm2(self%y(:, 0)), norm2(self%y(:, 1))])
       self%size(2) = size_of(self, system, dynamics, 0)
       call derive_s(self, system, dynamics, 2)
       do n = 1, highest - 2

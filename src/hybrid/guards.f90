@@ -43,6 +43,9 @@ module razy_hybrid_guards
       real(wp) :: fastest = 0.0_wp
       !> Size of the terms of s and s' seen in this motion, their rounding, lengths of the contact directions (contacts each).
       real(wp), allocatable :: size_s(:), size_rate(:), on_s(:), on_rate(:), reach(:)
+      !> Largest lengths of y and y' seen in this motion, to whose rounding a state is known, and what accelerations change by with
+      !> these, 1/s² and 1/s.
+      real(wp) :: seen(2) = 0.0_wp, slope(2) = 0.0_wp
       real(wp), private :: fastest_error = 0.0_wp
       real(wp), allocatable, private :: a(:), moved(:)
    contains
@@ -57,7 +60,8 @@ module razy_hybrid_guards
 
 contains
 
-   !> All guards of a mode, those of friction in play only: the first `count` of `entry`, whose size has to be 8 a contact.
+   !> All guards of a mode, of friction in play and of contacts that can move only: the first `count` of `entry`, whose size has to
+   !> be 8 a contact.
    subroutine list_guards(system, mode, entry, count)
       type(system_t), intent(in) :: system
       type(mode_t), intent(in) :: mode
@@ -74,6 +78,7 @@ contains
                call add(guard_entry_t(contact=j, function=of_force, of_normal=law%of_normal), law%branch(branch)%force_guard)
                cycle
             end if
+            if (mode%still(j)) cycle
             do f = 1, law%functions
                call add(guard_entry_t(contact=j, function=f, alpha=law%slope(1, f), beta=law%slope(2, f), gamma=law%constant(f)), &
                         law%branch(branch)%guard(f))
@@ -190,6 +195,7 @@ contains
       allocate (self%size_s(contacts), self%size_rate(contacts), self%on_s(contacts), self%on_rate(contacts), source=0.0_wp)
       allocate (self%a(system%m), self%moved(2*system%m), source=0.0_wp)
       self%reach = system%reach
+      self%slope = [norm2(system%coupled%stiffness), norm2(system%coupled%damping)]
       self%fastest_error = 0.0_wp
       do j = 1, contacts
          self%fastest_error = max(self%fastest_error, maxval([0.0_wp, system%omega], [.true., abs(system%gap(j)%error) > 0.0_wp]))
@@ -225,6 +231,7 @@ contains
       ! What is rounding in one coordinate reaches all others through the matrices.
       length = norm2(z(:system%m))
       speed = norm2(z(system%m + 1:))
+      self%seen = max([length, speed], merge(0.0_wp, self%seen, anew))
       do j = 1, size(self%reach)
          associate (gap => system%gap(j))
             s = abs(gap%constant) + self%reach(j)*length + sum(abs(gap%error)) + sum(abs(system%frame(j)%centre))
@@ -269,8 +276,8 @@ contains
          end if
          if (self%accelerated) call dynamics%accelerate(system, tau, z, self%a)
          call dynamics%look_at_contacts(system, tau, z)
-         ! Forces of constraints come out of one system of equations: none is less uncertain than the largest.
-         held = 0.0_wp
+         ! Forces of constraints come out of one system of equations: none is less uncertain than the largest, nor than the state.
+         held = dot_product(self%slope, self%seen)
          if (self%forced) then
             associate (constraints => dynamics%mode%constraints)
                do i = 1, constraints%count

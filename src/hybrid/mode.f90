@@ -28,6 +28,8 @@ module razy_hybrid_mode
       integer, allocatable :: does(:), acting(:)
       integer :: acts = 0
       type(constraints_t) :: constraints
+      !> Contacts that hold nothing and cannot move, as what is held leaves them no motion (contacts).
+      logical, allocatable :: still(:)
       !> Whether laws have their smoothed forms, which know no branches.
       logical :: smoothed = .false.
       !> The branches entered last (contacts).
@@ -52,10 +54,11 @@ contains
       integer, intent(in) :: contacts
       logical, intent(in) :: smoothed
 
-      if (allocated(self%branch)) deallocate (self%branch, self%press, self%does, self%acting, self%entered)
+      if (allocated(self%branch)) deallocate (self%branch, self%press, self%does, self%acting, self%entered, self%still)
       allocate (self%branch(contacts), source=1)
       allocate (self%press(contacts), self%entered(contacts), source=0)
       allocate (self%does(contacts), self%acting(contacts), source=idle)
+      allocate (self%still(contacts), source=.false.)
       self%smoothed = smoothed
    end subroutine make_room
 
@@ -97,6 +100,24 @@ contains
          sign(couplings) = merge(1.0_wp, -1.0_wp, system%machine%contact(by)%law%branch(self%branch(by))%force_guard%below /= 0)
       end do
       call new_constraints(self%constraints, system%w, closed(:n), sliding(:couplings), row(:couplings), sign(:couplings))
+      self%still = .false.
+      if (n == 0 .or. system%curved .or. any([(is_given(closed(j)), j=1, n)])) return
+      do j = 1, size(self%branch)
+         if (self%does(j) == constrained .or. is_given(j)) cycle
+         self%still(j) = .not. norm2(self%constraints%free_part(system%w, j)) > 0.0_wp
+      end do
+
+   contains
+
+      !> Whether contact i moves, or is moved, whatever the bodies do.
+      pure logical function is_given(i)
+         integer, intent(in) :: i
+
+         associate (contact => system%machine%contact(i))
+            is_given = any(abs(system%gap(i)%error) > 0.0_wp) .or. abs(contact%drive) > 0.0_wp .or. abs(contact%drive_rate) > 0.0_wp
+         end associate
+      end function is_given
+
    end subroutine enter
 
    !> What contact j does in its branch.

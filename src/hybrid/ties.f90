@@ -5,8 +5,12 @@
 !!
 !!     0 <= x ⟂ dᵀ y⁽ⁿ⁾ + e⁽ⁿ⁾ + G x >= 0
 !!
-!! for the first n at which one is not 0. Who leaves there has left, who needs a force there is held; those for whom both are
+!! for the first n >= 2 at which one is not 0. Who leaves there has left, who needs a force there is held; those for whom both are
 !! 0 are decided by the next derivative, and so on. What is 0 in all derivatives that are known stays as it was.
+!!
+!! Where more is held than there are directions, as between bodies that two stops or two clutches join, forces are not unique.
+!! Those of least norm are taken as long as none of them is beyond its bound; if one is or comes to be, what the others hold
+!! anyway keeps the force of its bound, and stays at rest without being held.
 !!
 !! Friction that weakens as it begins to slide has no such problem, as its force jumps: it lets go, alone, where its force leaves
 !! its limit, and everything is decided again without it.
@@ -48,12 +52,12 @@ contains
       noise = rounding*(system%reach(j)*derivatives%size(n) + derivatives%error(j, n))
    end function noise_of
 
-   !> Put the branches of `tie`, which are held, in the mode of `dynamics` at (tau, z). `loose`: friction that begins to slide
-   !> with less than it stuck with, in the branch that it slides in; 0: none.
-   subroutine break_ties(system, dynamics, tau, z, tie, loose)
+   !> Put the branches of `tie`, which are held, in the mode of `dynamics` at (tau, z), where z is known to the rounding of the
+   !> lengths `seen`. `loose`: friction that begins to slide with less than it stuck with, in the branch that it slides in; 0: none.
+   subroutine break_ties(system, dynamics, tau, z, seen, tie, loose)
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
-      real(wp), intent(in) :: tau, z(:)
+      real(wp), intent(in) :: tau, z(:), seen(2)
       type(tie_t), intent(in) :: tie(:)
       integer, intent(out) :: loose
 
@@ -67,19 +71,57 @@ contains
          if (.not. jumps(i)) dynamics%mode%branch(tie(i)%contact) = tie(i)%free
       end do
       tied = .not. jumps
-      n = 3
+      n = 2
       do while (any(tied))
          call dynamics%mode%enter(system)
-         call differentiate(derivatives, system, dynamics, tau, z, highest)
+         call differentiate(derivatives, system, dynamics, tau, z, seen, highest)
          if (n > derivatives%highest) exit
          call part(system, dynamics, derivatives, n, tie, tied)
          n = n + 1
       end do
-      do i = 1, size(tie)
-         if (tied(i) .and. .not. tie(i)%left) dynamics%mode%branch(tie(i)%contact) = tie(i)%held
-      end do
-      call find_loose(system, dynamics, tau, z, tie, jumps, loose)
+      tied = tied .and. .not. tie%left
+      call hold(system, dynamics, tau, z, seen, tie, tied)
+      call find_loose(system, dynamics, tau, z, seen, tie, jumps, loose)
    end subroutine break_ties
+
+   !> Hold those of `tie` that nothing decides: all, or, where forces would be beyond their bounds, those that no others hold.
+   subroutine hold(system, dynamics, tau, z, seen, tie, undecided)
+      type(system_t), intent(in) :: system
+      type(dynamics_t), intent(inout) :: dynamics
+      real(wp), intent(in) :: tau, z(:), seen(2)
+      type(tie_t), intent(in) :: tie(:)
+      logical, intent(inout) :: undecided(:)
+
+      type(derivatives_t) :: derivatives
+      real(wp) :: room
+      integer :: branch(size(dynamics%mode%branch)), i
+
+      branch = dynamics%mode%branch
+      do i = 1, size(tie)
+         ! The other side of a contact without clearance may be what holds it.
+         undecided(i) = undecided(i) .and. branch(tie(i)%contact) == tie(i)%free
+         if (undecided(i)) dynamics%mode%branch(tie(i)%contact) = tie(i)%held
+      end do
+      call dynamics%mode%enter(system)
+      associate (held => dynamics%mode%constraints)
+         if (held%rank == held%count) return
+         call differentiate(derivatives, system, dynamics, tau, z, seen, highest)
+         room = 0.0_wp
+         do i = 1, held%count
+            associate (j => held%contact(i))
+               room = min(room, room_of(system, derivatives, j, dynamics%mode%branch(j), 1.0_wp, 0), &
+                          room_of(system, derivatives, j, dynamics%mode%branch(j), -1.0_wp, 0))
+            end associate
+         end do
+         if (.not. room < 0.0_wp) return
+         dynamics%mode%branch = branch
+         do i = 1, size(tie)
+            if (.not. undecided(i)) cycle
+            call dynamics%mode%enter(system)
+            if (norm2(held%free_part(dynamics%w, tie(i)%contact)) > 0.0_wp) dynamics%mode%branch(tie(i)%contact) = tie(i)%held
+         end do
+      end associate
+   end subroutine hold
 
    !> Decide of those that are `tied` whom derivative n decides, and put their branches in the mode.
    subroutine part(system, dynamics, derivatives, n, tie, tied)
@@ -147,38 +189,51 @@ contains
    end subroutine part
 
    !> The first of the friction elements that weaken, `jumps`, whose force leaves its limit as they all stick.
-   subroutine find_loose(system, dynamics, tau, z, tie, jumps, loose)
+   subroutine find_loose(system, dynamics, tau, z, seen, tie, jumps, loose)
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
-      real(wp), intent(in) :: tau, z(:)
+      real(wp), intent(in) :: tau, z(:), seen(2)
       type(tie_t), intent(in) :: tie(:)
       logical, intent(in) :: jumps(:)
       integer, intent(out) :: loose
 
       type(derivatives_t) :: derivatives
-      real(wp) :: noise, room
-      integer :: i, n
+      integer :: i
 
       loose = 0
       if (.not. any(jumps)) return
       call dynamics%mode%enter(system)
-      call differentiate(derivatives, system, dynamics, tau, z, highest)
+      call differentiate(derivatives, system, dynamics, tau, z, seen, highest)
       do i = 1, size(tie)
          if (.not. jumps(i)) cycle
-         room = 0.0_wp
-         associate (j => tie(i)%contact, sticks => system%machine%contact(tie(i)%contact)%law%branch(branch_sticking))
-            do n = 1, derivatives%highest - 2
-               noise = noise_of(derivatives, system, j, n + 2)/system%reach(j)**2
-               room = sticks%force_guard%upper*derivatives%normal(j, n) - tie(i)%direction*derivatives%force(j, n)
-               if (abs(room) > noise) exit
-               room = 0.0_wp
-            end do
-         end associate
-         if (.not. room < 0.0_wp) cycle
+         if (.not. room_of(system, derivatives, tie(i)%contact, branch_sticking, tie(i)%direction, 0) < 0.0_wp) cycle
          loose = tie(i)%contact
          dynamics%mode%branch(loose) = tie(i)%free
          return
       end do
    end subroutine find_loose
+
+   !> How far the force of contact j, or from the derivative `first` on the first that is not 0, is from its bound in a `direction`
+   !> while it is held in `branch`; 0 if it is there in all that are known.
+   pure function room_of(system, derivatives, j, branch, direction, first) result(room)
+      type(system_t), intent(in) :: system
+      type(derivatives_t), intent(in) :: derivatives
+      integer, intent(in) :: j, branch, first
+      real(wp), intent(in) :: direction
+      real(wp) :: room
+
+      integer :: n
+
+      room = 0.0_wp
+      associate (guard => system%machine%contact(j)%law%branch(branch)%force_guard)
+         if (merge(guard%above, guard%below, direction > 0.0_wp) == 0) return
+         do n = first, derivatives%highest - 2
+            room = merge(guard%upper, guard%lower, direction > 0.0_wp)*derivatives%normal(j, n)
+            room = direction*(room - derivatives%force(j, n))
+            if (abs(room) > noise_of(derivatives, system, j, n + 2)/system%reach(j)**2) return
+            room = 0.0_wp
+         end do
+      end associate
+   end function room_of
 
 end module razy_hybrid_ties

@@ -63,8 +63,6 @@ module razy_hybrid_transition
    integer, parameter :: most_rounds = 4
    !> Branches that one contact may pass in no time, with the one that holds.
    integer, parameter :: most_passed = 9
-   !> Of a direction, what is held leaves at least this part, or it is held itself.
-   real(wp), parameter :: shortest_reach = 1.0e-11_wp
 
 contains
 
@@ -340,18 +338,14 @@ contains
       call self%dynamics%look_at_contacts(system, tau, z)
       associate (guard => self%guards%entry(i), m => system%m, j => self%guards%entry(i)%contact)
          miss = guard%alpha*self%dynamics%s(j) + guard%beta*self%dynamics%rate(j) + guard%gamma - guard%bound
-         associate (w => self%dynamics%w(:, j), constraints => self%dynamics%mode%constraints)
-            along = w
-            if (constraints%count > 0) call constraints%displace(self%dynamics%w, &
-                                                                 -matmul(w, self%dynamics%w(:, constraints%contact)), along)
-            reach = dot_product(w, along)
-            if (reach <= shortest_reach*dot_product(w, w)) return
-            if (abs(guard%alpha) > 0.0_wp) then
-               z(:m) = z(:m) - along*(miss/(guard%alpha*reach))
-            else
-               z(m + 1:) = z(m + 1:) - along*(miss/(guard%beta*reach))
-            end if
-         end associate
+         along = self%dynamics%mode%constraints%free_part(self%dynamics%w, j)
+         reach = dot_product(self%dynamics%w(:, j), along)
+         if (.not. reach > 0.0_wp) return
+         if (abs(guard%alpha) > 0.0_wp) then
+            z(:m) = z(:m) - along*(miss/(guard%alpha*reach))
+         else
+            z(m + 1:) = z(m + 1:) - along*(miss/(guard%beta*reach))
+         end if
       end associate
    end subroutine put_on_bound
 
@@ -397,8 +391,8 @@ contains
                                           i=1, size(derivative%contact))])
    end subroutine take_impact
 
-   !> Which friction elements slide and which rest. Where contacts only let go, speeds stay as they are: what slides at speed 0,
-   !> beside others in its direction that stick, does not stick again.
+   !> Which friction elements slide and which rest. Where contacts only let go, speeds stay as they are: what slides at speed 0 with
+   !> less than the force of sticking, beside others in its direction that stick, does not stick again.
    subroutine sort_friction(self, system, lets_go)
       type(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -409,7 +403,8 @@ contains
       do j = 1, size(self%next)
          if (.not. system%machine%contact(j)%law%of_normal) cycle
          if (self%let_go(j) .and. self%impacts == 0) cycle
-         if (lets_go .and. self%impacts == 0 .and. self%before(j) /= branch_sticking) cycle
+         if (lets_go .and. self%impacts == 0 .and. self%before(j) /= branch_sticking &
+             .and. weakens(system%machine%contact(j), self%before(j))) cycle
          if (abs(self%dynamics%rate(j)) <= self%guards%on_rate(j)) then
             self%resting(j) = .not. self%let_go(j)
          else
@@ -463,7 +458,7 @@ contains
             self%dynamics%mode%branch = self%next
             tied = 0
             if (candidates > 0) then
-               call accelerations(self%dynamics, system, tau, z, second_rate, noise, normal, per_normal)
+               call accelerations(self%dynamics, system, tau, z, self%guards%seen, second_rate, noise, normal, per_normal)
                call choose(contact, self%dynamics%w, side, self%resting, second_rate, noise, normal, per_normal, self%next, &
                            loose, tied, self%found)
                if (.not. self%found) return
@@ -476,7 +471,7 @@ contains
             call find_ties(self, system, tau, z, tied, tie, returned)
             if (returned) cycle
             if (size(tie) == 0) return
-            call break_ties(system, self%dynamics, tau, z, tie, loose)
+            call break_ties(system, self%dynamics, tau, z, self%guards%seen, tie, loose)
             self%next = self%dynamics%mode%branch
             if (loose == 0) return
             self%resting(loose) = .false.
@@ -513,7 +508,7 @@ contains
          end do
          if (.not. any(self%let_go)) return
          call self%dynamics%mode%enter(system)
-         call differentiate(derivatives, system, self%dynamics, tau, z, 2)
+         call differentiate(derivatives, system, self%dynamics, tau, z, self%guards%seen, 2)
          back = 0
          most = 0.0_wp
          do j = 1, size(tied)
@@ -574,10 +569,10 @@ contains
 
    !> s'' of all contacts without the constraint forces of the mode, and its rounding; normal forces of friction without those, and
    !> the forces of sliding friction per normal force (contacts each).
-   subroutine accelerations(dynamics, system, tau, z, second_rate, noise, normal, per_normal)
+   subroutine accelerations(dynamics, system, tau, z, seen, second_rate, noise, normal, per_normal)
       type(dynamics_t), intent(inout) :: dynamics
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: tau, z(:)
+      real(wp), intent(in) :: tau, z(:), seen(2)
       real(wp), intent(out) :: second_rate(:), noise(:), normal(:), per_normal(:)
 
       type(derivatives_t) :: derivatives
@@ -585,7 +580,7 @@ contains
       integer :: j
 
       call dynamics%mode%enter(system)
-      call differentiate(derivatives, system, dynamics, tau, z, 2)
+      call differentiate(derivatives, system, dynamics, tau, z, seen, 2)
       call accelerate_unconstrained(dynamics, system, tau, z, a)
       per_normal = 0.0_wp
       do j = 1, size(second_rate)

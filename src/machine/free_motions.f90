@@ -14,7 +14,7 @@ module razy_machine_free_motions
    implicit none(type, external)
    private
 
-   public :: free_motions_t, linear_free_motions, new_free_motions, part_of
+   public :: free_motions_t, keep_unstretched, linear_free_motions, new_free_motions, open_motions, part_of
 
    !> Orthonormal motions (m, r) with all contacts open, and how they stretch the contacts (r, rows), which each row belongs to; a
    !> stretch that is rounding of its terms is 0.

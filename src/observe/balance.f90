@@ -15,7 +15,7 @@
 module razy_observe_balance
    use razy_core_kinds, only: i8, wp
    use razy_linalg_null_space, only: null_space
-   use razy_machine_free_motions, only: linear_free_motions
+   use razy_machine_free_motions, only: keep_unstretched, open_motions
    use razy_machine_machine, only: machine_t, push_of
    use razy_motion_integrator, only: observer_t, piece_t
    use razy_observe_gauss, only: abscissa, points, weight
@@ -40,7 +40,8 @@ module razy_observe_balance
       !> momentum in it (n each).
       real(wp), allocatable, private :: z(:, :), reach(:), speed(:)
       logical, private :: ended = .false.
-      integer(i8), private :: pieces = 0
+      !> Pieces so far, and the number of the next whose turn it is.
+      integer(i8), private :: pieces = 0, due = 1
    contains
       procedure :: attach
       procedure :: piece
@@ -62,7 +63,6 @@ contains
       type(machine_t), intent(in) :: machine
       real(wp), intent(in) :: t_end
 
-      real(wp) :: slope(2, size(machine%contact))
       real(wp), allocatable :: unused(:, :)
       integer :: i, info
 
@@ -71,12 +71,12 @@ contains
       end associate
       allocate (self%z(size(machine%load), 2))
       self%root = [(1/sqrt(machine%mass(i, i)), i=1, size(machine%load))]
-      slope = 0.0_wp
-      call linear_free_motions(machine, slope, unused, self%rigid)
-      call linear_free_motions(machine, slope + 1.0_wp, unused, self%untouched)
+      call open_motions(machine, unused, self%rigid)
+      self%untouched = self%rigid
+      call keep_unstretched(self%untouched, machine, [(.true., i=1, size(machine%contact))])
       call null_space(reshape([(merge(machine%contact(i)%w, 0.0_wp, machine%contact(i)%law%impacts .or. &
-                                      machine%contact(i)%law%of_normal), i=1, size(slope, 2))], &
-                              [size(self%root), size(slope, 2)]), self%unpushed, info)
+                                      machine%contact(i)%law%of_normal), i=1, size(machine%contact))], &
+                              [size(self%root), size(machine%contact)]), self%unpushed, info)
       if (info /= 0) self%unpushed = self%unpushed(:, :0)
    end subroutine attach
 
@@ -87,6 +87,13 @@ contains
 
       if (.not. part%duration > 0.0_wp) return
       self%pieces = self%pieces + 1
+      if (self%pieces >= self%due .or. self%ended .or. part%last) call look(self, part)
+   end subroutine piece
+
+   subroutine look(self, part)
+      type(balance_t), intent(inout) :: self
+      type(piece_t), intent(in) :: part
+
       if (self%ended .and. part%by%complete) call look_at_jump(self, part)
       self%ended = .false.
       if (.not. part%by%complete) return
@@ -97,9 +104,10 @@ contains
          end if
       end associate
       if (self%pieces == 1) call look_at_momentum(self, part, 0.0_wp)
-      if (self%pieces == early .or. modulo(self%pieces, seldom) == 0 .or. part%last) call look_at_stretch(self, part)
+      if (self%pieces > 1 .and. self%pieces >= self%due .or. part%last) call look_at_stretch(self, part)
+      self%due = merge(early, seldom*(self%pieces/seldom + 1), self%pieces < early)
       if (part%last) call look_at_momentum(self, part, part%duration)
-   end subroutine piece
+   end subroutine look
 
    !> The balances over the end of a piece.
    subroutine look_at_stretch(self, part)
@@ -107,14 +115,10 @@ contains
       type(piece_t), intent(in) :: part
 
       real(wp), dimension(size(self%root)) :: q, v, change
-      real(wp) :: sums(size(self%root), 6), length
-      integer :: i
+      real(wp) :: sums(size(self%root), 8), length
 
       length = min(part%duration, intervals*part%by%interval(), angle/max(part%by%aside, tiny(angle)))
-      sums = 0.0_wp
-      do i = 2, points - 1
-         call add_moment(self, part, part%duration - (1 - abscissa(i))*length, weight(i)*length, sums)
-      end do
+      call integrate(self, part, length, sums)
       call part%by%state(part%duration - length, q, v)
       call part%by%state(part%duration, self%z(:, 1), self%z(:, 2))
       change = matmul(self%machine%mass, self%z(:, 2) - v)
@@ -127,46 +131,53 @@ contains
       call keep_along(self, 4, self%rigid, change - sums(:, 4), self%speed - sums(:, 3) + sums(:, 5))
    end subroutine look_at_stretch
 
-   !> Add what is there at `tau`, s after the start of the piece, times `dt`: q', p, what of it rigid motions feel, the last two
-   !> followed by the size of their terms, and powers (n, 6).
-   subroutine add_moment(self, part, tau, dt, sums)
+   !> Integrals over the last `length` s of the piece of q', p, the size of its terms, what of p rigid motions feel, the size of the
+   !> terms of that, powers, |q| and |q'| (n, 8).
+   subroutine integrate(self, part, length, sums)
       type(balance_t), intent(in) :: self
       type(piece_t), intent(in) :: part
-      real(wp), intent(in) :: tau, dt
-      real(wp), intent(inout) :: sums(:, :)
+      real(wp), intent(in) :: length
+      real(wp), intent(out) :: sums(:, :)
 
-      complex(wp) :: e(0:size(self%machine%tone))
-      real(wp), dimension(size(self%root)) :: q, v, outer, outer_terms, all, terms
-      real(wp) :: force, rate, s
-      integer :: j
+      complex(wp) :: e
+      real(wp), dimension(size(self%root)) :: q, v, outer, push, all
+      real(wp) :: dt, force, rate, s, tau
+      integer :: i, j
 
-      call part%by%state(tau, q, v)
+      sums = 0.0_wp
       associate (machine => self%machine)
-         e(0) = 1.0_wp
-         do j = 1, size(machine%tone)
-            e(j) = machine%tone(j)%excitation(part%time, part%time_low + tau)
-            if (machine%tone(j)%is_swept()) e(j) = sum(machine%tone(j)%swept(part%time + tau, e(j))*[1, 0, 0])
+         do i = 2, points - 1
+            tau = part%duration - (1 - abscissa(i))*length
+            dt = weight(i)*length
+            call part%by%state(tau, q, v)
+            outer = self%load(:, 1)%re
+            sums(:, 5) = sums(:, 5) + dt*abs(outer)
+            do j = 1, size(machine%tone)
+               e = machine%tone(j)%excitation(part%time, part%time_low + tau)
+               if (machine%tone(j)%is_swept()) e = sum(machine%tone(j)%swept(part%time + tau, e)*[1, 0, 0])
+               outer = outer + (self%load(:, 1 + j)%re*e%re - self%load(:, 1 + j)%im*e%im)
+               sums(:, 5) = sums(:, 5) + dt*abs(self%load(:, 1 + j))*abs(e)
+            end do
+            do j = 1, size(machine%contact)
+               call part%by%contact(j, tau, s, rate, force)
+               push = force*push_of(machine%contact(j), q)
+               outer = outer - machine%contact(j)%force_sign*push
+               sums(:, 5) = sums(:, 5) + dt*abs(push)
+            end do
+            all = outer - matmul(machine%stiffness, q) - matmul(machine%damping, v)
+            if (allocated(machine%gyroscopic)) then
+               all = all - machine%acceleration*(part%time + tau)*(matmul(machine%circulatory, q) + matmul(machine%gyroscopic, v))
+            end if
+            sums(:, 1) = sums(:, 1) + dt*v
+            sums(:, 2) = sums(:, 2) + dt*all
+            sums(:, 4) = sums(:, 4) + dt*outer
+            sums(:, 6) = sums(:, 6) + dt*v*all
+            sums(:, 7) = sums(:, 7) + dt*abs(q)
+            sums(:, 8) = sums(:, 8) + dt*abs(v)
          end do
-         outer = real(matmul(self%load, e))
-         outer_terms = matmul(abs(self%load), abs(e))
-         do j = 1, size(machine%contact)
-            call part%by%contact(j, tau, s, rate, force)
-            outer = outer - machine%contact(j)%force_sign*force*push_of(machine%contact(j), q)
-            outer_terms = outer_terms + abs(force)*abs(push_of(machine%contact(j), q))
-         end do
-         all = outer - matmul(machine%stiffness, q) - matmul(machine%damping, v)
-         terms = outer_terms + matmul(abs(machine%stiffness), abs(q)) + matmul(abs(machine%damping), abs(v))
-         if (allocated(machine%gyroscopic)) then
-            all = all - machine%acceleration*(part%time + tau)*(matmul(machine%circulatory, q) + matmul(machine%gyroscopic, v))
-         end if
+         sums(:, 3) = sums(:, 5) + matmul(abs(machine%stiffness), sums(:, 7)) + matmul(abs(machine%damping), sums(:, 8))
       end associate
-      sums(:, 1) = sums(:, 1) + dt*v
-      sums(:, 2) = sums(:, 2) + dt*all
-      sums(:, 3) = sums(:, 3) + dt*terms
-      sums(:, 4) = sums(:, 4) + dt*outer
-      sums(:, 5) = sums(:, 5) + dt*outer_terms
-      sums(:, 6) = sums(:, 6) + dt*v*all
-   end subroutine add_moment
+   end subroutine integrate
 
    !> From the piece before displacements do not jump, and momentum by impulses alone.
    subroutine look_at_jump(self, part)

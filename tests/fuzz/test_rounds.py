@@ -56,8 +56,8 @@ def differ(a, b, explained):
     if len(a) == 0 or len(b) == 0:
         return ""
     away, size = apart(a, b)
-    n = min(len(away), len(explained))
-    bad = (away[:n] > size * FLOOR + FACTOR * explained[:n]) & (explained[:n] < size * PARTED)
+    explained = explained[: len(away)]
+    bad = (away > size * FLOOR + FACTOR * explained) & (explained < size * PARTED)
     return f"parts by {away[np.argmax(bad)] / size:.1e} of its size at row {np.argmax(bad)}" if bad.any() else ""
 
 
@@ -75,7 +75,9 @@ def compare_scene(groups, folder, twins, asks_own=True):
     wrong = [f"exact: {end}"] if end else []
     if len(exact) == 0:
         return wrong, False
-    explained = apart(exact, run(folder, rounds.shaken(text))[0])[0]
+    shaken = run(folder, rounds.shaken(text))[0]
+    explained = np.full(len(exact), np.inf)
+    explained[: len(shaken)] = apart(exact, shaken)[0]
     other, fell, missed = run(folder, text, FAST)
     if missed == 0:
         wrong += [f"dop853: {said}" for said in [differ(exact, other, explained) or fell] if said]
