@@ -10,6 +10,7 @@ import numpy as np
 
 from razy.arguments import check, checked
 from razy.errors import ResultError
+from razy.target import write_text
 
 Case = str | Path | Mapping[str, Any]
 
@@ -37,7 +38,7 @@ def write_case(case: Case, file: str | Path, force: bool = False) -> Path:
     text = text_of(case)
     if not file.parent.is_dir():
         raise ResultError(f"{file}: no folder '{file.parent}'")
-    file.write_text(text, encoding="utf-8")
+    write_text(file, text)
     return file
 
 
