@@ -11,7 +11,7 @@ module program_frame
    use razy_io_result_file, only: check_output, result_header_t, write_result
    use razy_linalg_threads, only: use_one_thread
    use razy_scenes_case, only: read_study
-   use signals, only: let_writes_fail
+   use signals, only: hold_signals, let_writes_fail
    implicit none(type, external)
    private
 
@@ -126,6 +126,8 @@ contains
       type(error_t), allocatable :: error
       integer :: i
 
+      ! The work is done; a signal would leave half a file.
+      call hold_signals()
       call write_result(command%output, header, table, command%force, error)
       if (allocated(error)) call fail(error%message, exit_failure)
       if (present(answer)) write (output_unit, "(a)") (answer(i)%text, i=1, size(answer))

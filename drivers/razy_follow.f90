@@ -203,7 +203,7 @@ contains
       do i = 1, size(lines)
          call say(lines(i)%text)
       end do
-      call write_follow(cells%follow, command%output, command%force, error)
+      call write_follow(cells%follow, effective, command%output, command%force, error)
       if (allocated(error)) return
       call say("wrote "//command%output)
       if (.not. cells%follow%all_motions) return

@@ -12,7 +12,6 @@ program razy_sweep
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
    use razy_input_input, only: input_t
-   use razy_io_hdf5_file, only: delete_partial_files
    use razy_io_posix, only: path_exists
    use razy_scenes_case, only: read_study
    use razy_study_sweep_forecast, only: forecast, most_timed
@@ -153,10 +152,7 @@ contains
       if (.not. allocated(error)) call checkpoint%open(command%output, effective//identity_of(starts), row, units, error)
       if (allocated(error)) return
       if (checkpoint%dropped()) call say(checkpoint_path(command%output)//": its last record was not complete, and is dropped")
-      if (checkpoint%n_done > 0) then
-         call say("going on: "//points_done(task, checkpoint, command%output))
-         call delete_partial_files(command%output)
-      end if
+      if (checkpoint%n_done > 0) call say("going on: "//points_done(task, checkpoint, command%output))
       if (.not. allocated(command%log)) return
       call open_log(command%log, error_unit, unit, error)
       if (allocated(error)) return

@@ -177,6 +177,14 @@ def test_quantities(follow, quantity, wanted):
     assert axes.get_ylabel() == label
 
 
+def test_without_extrema_multipliers_are_drawn(follow):
+    with h5py.File(follow, "r+") as file:
+        del file["extrema"]
+    assert drawn(follow).axes[0].get_ylabel() == "largest |multiplier|"
+    with pytest.raises(ResultError, match="holds no extrema: &record what='extrema' asks for them"):
+        drawn(follow, quantity="largest")
+
+
 def test_range(follow):
     (axes,) = drawn(follow, start=7.9, stop=9.0).axes
     assert axes.get_xlim() == pytest.approx((7.99, 9.01))

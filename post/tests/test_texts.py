@@ -1,5 +1,7 @@
 """Every kind of picture: no text leaves it, none lies over another, none is a formula that was not set."""
 
+import warnings
+
 import numpy as np
 import pytest
 import samples
@@ -7,7 +9,7 @@ from matplotlib.figure import Figure
 from pictures import drawn
 from texts import boxes, misplaced
 
-from razy.plot import KINDS, OVER_MOTIONS, PlotOptions, draw_files
+from razy.plot import KINDS, OVER_MOTIONS, PlotOptions, draw_files, style, units
 from razy.read import open_result
 
 LONG = "displacement of a place with a long name"
@@ -105,6 +107,17 @@ def test_texts_of_a_picture(kind, tmp_path):
         figure = drawn(KINDS_OF.get(kind, motion)(tmp_path / "case.h5"), kind, **options)
     assert misplaced(figure) == []
     assert not [text for text, _ in boxes(figure) if "\\math" in text]
+
+
+def test_every_power_and_prefix_of_a_label_is_in_the_fonts(tmp_path):
+    powers = "".join(chr(sign) for sign in units.SUPERSCRIPT.values() if isinstance(sign, int))
+    labels = [units.scale_for("N/m or N m/rad", 3e6).unit, units.scale_for("", 1e-7).unit, *units.PREFIXES.values()]
+    with style.look(), warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for suffix in ("png", "pdf", "svg"):
+            figure = Figure()
+            figure.text(0.1, 0.5, powers + " ".join(labels))
+            figure.savefig(tmp_path / f"new.{suffix}")
 
 
 def test_what_is_misplaced_is_found():

@@ -61,8 +61,7 @@ contains
       character(*), intent(in) :: path
       type(result_header_t), intent(in) :: header
 
-      has_header = path_exists(path)
-      if (has_header) has_header = text_of_root(path, "program") == header%program
+      has_header = text_of_root(path, "program") == header%program
       if (has_header) has_header = text_of_root(path, "razy_version") == razy_version
       if (has_header) has_header = text_of_root(path, "git_commit") == razy_git_commit
       if (has_header) has_header = text_of_root(path, "input") == header%input

@@ -10,6 +10,7 @@ module razy_sweep_checkpoint
    use razy_core_text, only: newline
    use razy_core_version, only: razy_git_commit, razy_version
    use razy_input_difference, only: first_difference
+   use razy_io_hdf5_file, only: delete_partial_files
    use razy_io_journal, only: journal_t
    use razy_io_posix, only: path_exists
    use razy_sweep_clock, only: seconds
@@ -94,6 +95,8 @@ contains
       end if
       if (.not. allocated(error)) call self%recall_chains(units, error)
       if (allocated(error)) call self%journal%file%close()
+      ! Nobody else is at work on this file, and what was killed while it wrote is done again.
+      if (self%n_done > 0 .and. .not. allocated(error)) call delete_partial_files(output)
    end subroutine open_checkpoint
 
    !> Delete the checkpoint of a result file, if there is one that no run is at work on.

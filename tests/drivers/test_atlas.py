@@ -173,6 +173,23 @@ def test_not_one_motion(ranks):
     assert done.returncode == 2 and "no motion of load.frequency in the file" in done.stderr
 
 
+def test_what_was_killed_with_its_file_there_ends_when_it_is_called_again():
+    """Between the naming of the file and the end of the checkpoint a kill leaves both."""
+    words = (HYSTERESIS, *ALL, "--output", "out.h5")
+    succeed("razy-follow", *words)
+    whole = Path("out.h5").read_bytes()
+    Path("out.h5").rename("whole.h5")
+    process = subprocess.Popen(command("razy-follow", *words, "--checkpoint-points", "1"), stderr=subprocess.DEVNULL)
+    checkpoint = Path("out.h5.checkpoint")
+    wait_for(lambda: checkpoint.exists() and checkpoint.stat().st_size > 20000, "nothing is recorded")
+    process.kill()
+    process.wait()
+    Path("whole.h5").rename("out.h5")
+    Path("out.h5.partial").write_text("unfinished")
+    succeed("razy-follow", *words)
+    assert Path("out.h5").read_bytes() == whole and left() == ["out.h5"]
+
+
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGUSR1])
 @pytest.mark.parametrize("options", [(), ("--dry-run",), ALL, (*ALL, "--dry-run")])
 def test_a_signal_stops_every_run(number, options):

@@ -225,7 +225,8 @@ def test_file():
         assert file["extrema/displacement/offset"].size == count + 1
         assert file["branch/parent"][:].tolist() == [0]
         assert file["branch/ending"].asstr()[0] == "the end of the range"
-    assert "&follow" in attribute("gear_normal_form.h5", "input")
+    asked = sets(follow__first=1.3, follow__last=0.4)
+    assert attribute("gear_normal_form.h5", "input") == succeed("razy-follow", NORMAL_FORM, *asked, "--check").stdout
     assert left() == ["gear_normal_form.h5"]
 
 

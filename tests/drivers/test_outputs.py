@@ -1,6 +1,7 @@
 """No output destroys anything: not what the command reads, nor another of its files, nor what is no file."""
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -108,6 +109,17 @@ def expect_one_line(done, said):
     assert "Backtrace" not in said and "SIGXFSZ" not in said
 
 
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGUSR1])
+def test_a_signal_while_the_result_is_written_waits(number):
+    long = sets(**{"motion__t_end": 4, "record(1)__interval": 2e-6})
+    words = command("razy-run", SOURCE / "inputs" / "two_sided_stop.nml", *long, "--output", "case.h5")
+    with subprocess.Popen(words, stderr=subprocess.DEVNULL) as process:
+        wait_for(lambda: Path("case.h5.partial").exists(), "no file is written")
+        process.send_signal(number)
+        assert process.wait(timeout=PATIENCE) == 0
+    assert left() == ["case.h5"]
+
+
 @pytest.mark.parametrize("size", [0, 1000, 5000])
 @pytest.mark.parametrize("writer", WRITERS)
 def test_a_limit_of_file_size_is_one_line_and_leaves_nothing(writer, size):
@@ -152,6 +164,38 @@ def tool(name, *arguments):
         [sys.executable, "-c", code, *map(str, arguments)],
         stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE, env=environment,
     )  # fmt: skip
+
+
+TOOLS = {
+    "razy-csv": ("tools.cli", "csv_main", "branch.h5", ("--output", "new.csv")),
+    "razy-merge": ("tools.cli", "merge_main", "sweep.h5", ("--output", "new.h5")),
+    "razy-check": ("check.cli", "main", "branch.h5", ("--output", "new.h5")),
+    "razy-plot": ("plot.cli", "main", "sweep.h5", ("--save", "new.pdf")),
+    "razy-import-ross": ("tools.ross", "main", SOURCE / "tests/drivers/ross/cone.toml", ("--output", "new.nml")),
+}
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("results")
+    succeed("razy-sweep", GEAR_PAIR, *SHORT, "--output", folder / "sweep.h5")
+    few = sets(follow__max_points=12)
+    succeed("razy-follow", SOURCE / "inputs" / "hysteresis.nml", *few, "--output", folder / "branch.h5")
+    return folder
+
+
+@pytest.mark.parametrize("name", TOOLS)
+def test_a_limit_of_file_size_is_one_line_of_a_tool(name, results):
+    room, main, file, words = TOOLS[name]
+    code = f"import sys; from razy.{room} import {main} as main; sys.exit(main())"
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(results / file), *words],
+        stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE,
+        env=os.environ | {"PYTHONPATH": str(SOURCE / "post" / "src")},
+        preexec_fn=lambda: setrlimit(RLIMIT_FSIZE, (700, 700)),
+    )  # fmt: skip
+    refused(done, f"{name}: error: ", f"{words[1]}: File too large")
+    assert left() == []
 
 
 def test_tools_keep_what_they_read():

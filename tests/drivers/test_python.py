@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray
 from matplotlib.text import Text
 from programs import BUILD, GEAR_PAIR, SOURCE, TWO_SIDED_STOP
 
@@ -146,6 +147,11 @@ def test_motion_that_fails():
     assert "event" in str(caught.value)
 
 
+class Unspeakable:
+    def __repr__(self):
+        raise RuntimeError("no words")
+
+
 @pytest.mark.parametrize(
     ("call", "line"),
     [
@@ -160,6 +166,11 @@ def test_motion_that_fails():
         (lambda: razy.write_case(BLOCK, 5000 * "x"), "File name too long"),
         (lambda: razy.run("\n"), "no such file"),
         (lambda: razy.run(GEAR_PAIR, output="a\0b"), "cannot be run"),
+        (lambda: razy.run({"scene": {"kind": "lumped"}, 3: {}}), "case=.*key 3 is"),
+        (lambda: razy.run({"scene": {"kind": "lumped", Path("x"): 1}}), "group 'scene'.* key PosixPath"),
+        (lambda: razy.run(Unspeakable()), "case=<Unspeakable instance"),
+        (lambda: razy.run({"scene": {"kind": Unspeakable()}}), "<Unspeakable instance"),
+        (lambda: xarray.Dataset(attrs={"source": 1.5}).razy.plot(), "was not opened by razy.open"),
     ],
 )
 def test_odd_calls_are_one_line_that_names_the_argument(call, line):

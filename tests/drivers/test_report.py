@@ -111,6 +111,23 @@ def test_a_failed_case_is_shown_and_the_others_are_done(folder):
     assert sum(bool(note["problem"]) for note in notes) == 1
 
 
+def test_what_failed_is_computed_again(folder):
+    written(folder)
+    # A name that is taken by a folder is a disk that cannot be written, for a while.
+    assert report(folder, "--output", "out").returncode == 0
+    results = sorted((folder / "out/cases").glob("*.h5"))
+    for result in results:
+        result.unlink()
+        result.mkdir()
+    notes = [path.with_suffix(".json") for path in results]
+    for note in notes:
+        note.unlink()
+    assert report(folder, "--output", "out").returncode == 1
+    for result in results:
+        result.rmdir()
+    assert report(folder, "--output", "out").returncode == 0
+
+
 def test_a_verdict_that_turns_fails(folder):
     manifest = MANIFEST.replace("should_be = 1.0", "should_be = 3.0")
     done = report(written(folder, manifest), "--output", "out")

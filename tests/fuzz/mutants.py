@@ -106,7 +106,7 @@ def mutant(random):
     """(text, programs that take it)."""
     text = one_of(random, INPUTS).read_text()
     programs = ["razy-run", "razy-run", "razy-modes"]
-    programs += [f"razy-{name}" for name in ("sweep", "tune", "duel") if f"&{name}" in text]
+    programs += [f"razy-{name}" for name in ("sweep", "tune", "duel", "follow") if f"&{name}" in text]
     for _ in range(int(random.integers(1, 4))):
         text = one_of(random, EDITS)(text, random)
     if text.count("&duel") > 100:

@@ -25,6 +25,8 @@ def attack(seed):
     if program == "razy-sweep":
         for i in range(1, 1 + max(1, text.count("&sweep "))):
             words += ["--set", f"sweep({i})%points=3", "--set", f"sweep({i})%step=0"]
+    if program == "razy-follow":
+        words += ["--set", "follow%max_points=60"]
     command = [BIN / program, "mutant.nml", *words]
     try:
         done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, timeout=PATIENCE)

@@ -2,11 +2,12 @@
 
 import functools
 import inspect
+import reprlib
 from collections.abc import Callable, Mapping
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
-from typeguard import TypeCheckError, check_type
+from typeguard import CollectionCheckStrategy, TypeCheckError, check_type
 
 from razy.errors import ResultError, one_line
 
@@ -41,7 +42,8 @@ def check(values: Mapping[str, Any], kinds: Mapping[str, Any]) -> None:
     for name, value in values.items():
         if name not in kinds:
             continue
+        plain = value.item() if isinstance(value, np.generic) else value
         try:
-            check_type(value.item() if isinstance(value, np.generic) else value, kinds[name])
+            check_type(plain, kinds[name], collection_check_strategy=CollectionCheckStrategy.ALL_ITEMS)
         except TypeCheckError as error:
-            raise ResultError(one_line(f"{name}={value!r}: {' '.join(str(error).split())}")) from None
+            raise ResultError(one_line(f"{name}={reprlib.repr(value)}: {' '.join(str(error).split())}")) from None

@@ -146,7 +146,7 @@ class Accessor:
 
 def source_of(data: xarray.Dataset) -> str:
     """Return the file that a dataset comes from."""
-    if "source" not in data.attrs:
+    if not isinstance(data.attrs.get("source"), str):
         raise ResultError("this dataset was not opened by razy.open, or has lost its attribute 'source'")
     return data.attrs["source"]
 

@@ -1,9 +1,17 @@
-"""Where a command writes: never over what it reads, nor over what is no file."""
+"""Where a command writes: never over what it reads, nor over what is no file, and all or nothing."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import FileIO
 from pathlib import Path
 
+import h5py
+
 from razy.errors import ResultError
+
+# HDF5 leaves room for what stands before it in powers of two from here.
+HEAD = 512
 
 
 def check_output(path: Path, inputs: list[Path], overwrite: bool) -> None:
@@ -16,13 +24,76 @@ def check_output(path: Path, inputs: list[Path], overwrite: bool) -> None:
         raise ResultError(f"{path}: exists already; --force overwrites it")
 
 
-def write_text(path: Path, text: str) -> None:
-    """Write a text beside `path` and rename it when complete, so that a failure leaves nothing, or what was there."""
-    partial = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Yield a name that becomes `path` when all is written: a failure leaves nothing, or what was there."""
+    partial = path.with_name(f".{path.stem[:200]}.{os.getpid()}.partial{path.suffix}")
     try:
-        partial.write_text(text, encoding="utf-8")
+        yield partial
         partial.replace(path)
     except OSError as cause:
+        if cause.errno is None:
+            raise
         raise ResultError(f"{path}: {cause.strerror}") from cause
     finally:
         partial.unlink(missing_ok=True)
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write all of the content, or nothing."""
+    with replacing(path) as partial:
+        partial.write_bytes(content)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write all of a text, or nothing."""
+    write_bytes(path, text.encode())
+
+
+@contextmanager
+def replacing_hdf5(path: Path, head: bytes = b"") -> Iterator[h5py.File]:
+    """Yield an HDF5 file that becomes `path` when all is written; at most 512 bytes stand before it."""
+    with replacing(path) as partial, partial.open("w+b", buffering=0) as raw:
+        disk = _Disk(raw)
+        with h5py.File(disk, "w", userblock_size=HEAD if head else 0) as file:
+            yield file
+        disk.seek(0)
+        disk.write(head)
+        if disk.problem is not None:
+            raise disk.problem
+
+
+class _Disk:
+    """A file that HDF5 writes to and always closes: what cannot be written is kept as `problem`.
+
+    HDF5 that fails to write what it still holds crashes when Python ends.
+    """
+
+    def __init__(self, raw: FileIO) -> None:
+        self.problem: OSError | None = None
+        self._raw = raw
+        self.read, self.readinto, self.seek, self.tell, self.flush = (
+            raw.read,
+            raw.readinto,
+            raw.seek,
+            raw.tell,
+            raw.flush,
+        )
+
+    def write(self, data: bytes) -> int:
+        """Write all of the data, or nothing more once something failed."""
+        left = memoryview(data)
+        try:
+            while left and self.problem is None:
+                left = left[self._raw.write(left) :]
+        except OSError as problem:
+            self.problem = problem
+        return len(data)
+
+    def truncate(self, size: int) -> int:
+        """Give the file a size."""
+        try:
+            return self._raw.truncate(size)
+        except OSError as problem:
+            self.problem = self.problem or problem
+            return size

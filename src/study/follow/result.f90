@@ -28,10 +28,10 @@ module razy_study_follow_result
 
 contains
 
-   !> Write the file.
-   subroutine write_follow(self, path, overwrite, error)
+   !> Write the file; `input` is the effective input, in which the parameter has the value that the user gave it.
+   subroutine write_follow(self, input, path, overwrite, error)
       type(follow_t), intent(inout) :: self
-      character(*), intent(in) :: path
+      character(*), intent(in) :: input, path
       logical, intent(in) :: overwrite
       type(error_t), allocatable, intent(out) :: error
 
@@ -66,8 +66,7 @@ contains
       select type (family => self%problem%map%family)
       type is (case_family_t)
          call file%begin(path, new_header("razy-follow", family%machine%title, family%motion%method%integrator, &
-                                          family%motion%method%treatment, family%input%effective()), table, row(0), int(n, i8), &
-                         lengths, error)
+                                          family%motion%method%treatment, input), table, row(0), int(n, i8), lengths, error)
       end select
       do k = 1, n
          if (.not. allocated(error)) call file%append(row(k), error)

@@ -1,7 +1,6 @@
 """The command ``razy-check``: an independent proof of motions of razy-follow and razy-run."""
 
 import math
-import os
 import sys
 import time
 from argparse import Namespace
@@ -18,7 +17,7 @@ from razy.errors import Parser, ResultError, one_line
 from razy.read import FollowResult, RunResult, open_result
 from razy.read.check import digest
 from razy.read.file import making_sense_of
-from razy.target import check_output
+from razy.target import check_output, replacing_hdf5
 from razy.version import __version__
 
 if TYPE_CHECKING:
@@ -163,20 +162,15 @@ def _write(
     target: Path, file: Path, found: list["Verdict"], specials: dict[int, "Verdict"], kinds: tuple[str, ...]
 ) -> None:
     """Write the verdicts beside the numbers of motions and special points; the file appears complete or not at all."""
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        with h5py.File(partial, "w") as data:
-            data.attrs["program"], data.attrs["razy_version"], data.attrs["checked"] = PROGRAM, __version__, str(file)
-            with open_result(file) as result:
-                data.attrs["states"] = digest(result.states)
-            _write_columns(data, found, kinds, "the state")
-            special = data.create_group("special")
-            special["special"] = np.array(list(specials), np.int32)
-            special["special"].attrs["long_name"] = "row of /special, from 0"
-            _write_columns(special, list(specials.values()), kinds, "the parameter")
-        partial.replace(target)
-    finally:
-        partial.unlink(missing_ok=True)
+    with replacing_hdf5(target) as data:
+        data.attrs["program"], data.attrs["razy_version"], data.attrs["checked"] = PROGRAM, __version__, str(file)
+        with open_result(file) as result:
+            data.attrs["states"] = digest(result.states)
+        _write_columns(data, found, kinds, "the state")
+        special = data.create_group("special")
+        special["special"] = np.array(list(specials), np.int32)
+        special["special"].attrs["long_name"] = "row of /special, from 0"
+        _write_columns(special, list(specials.values()), kinds, "the parameter")
 
 
 def _write_columns(group: h5py.Group, found: list["Verdict"], kinds: tuple[str, ...], what: str) -> None:

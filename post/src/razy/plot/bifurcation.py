@@ -147,7 +147,7 @@ def observables_of(result: ExtremaFile, options: PlotOptions) -> tuple[str, ...]
     """Return the observables asked for, else those of the file, as many as go into one picture."""
     names = options.observables or result.observables
     if not names:
-        raise ResultError(f"{result.path}: missing dataset '/extrema/<observable>/value'")
+        raise ResultError(f"{result.path}: holds no extrema: &record what='extrema' asks for them")
     if not options.observables and len(names) > MOST_PANELS:
         warnings.warn(
             f"drawing {', '.join(names[:MOST_PANELS])}; choose others with --observable: "

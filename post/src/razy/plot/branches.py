@@ -78,7 +78,9 @@ def draw(result: FollowResult, figure: Figure, options: PlotOptions) -> None:
     """Draw the branches, for each observable asked for one panel above the other."""
     if options.coordinates:
         raise ResultError(f"{result.path}: branches hold extrema of observables, no coordinates")
-    chosen = options.quantity or "extrema"
+    # A case that records no extrema has multipliers all the same.
+    extrema = result.observables or options.observables or options.sweep is not None
+    chosen = options.quantity or ("extrema" if extrema else "multiplier")
     if chosen == "multiplier" and (options.observables or options.sweep is not None):
         raise ResultError(f"{result.path}: multipliers belong to no observable, and a sweep has none")
     names = (None,) if chosen == "multiplier" else observables_of(result, options)

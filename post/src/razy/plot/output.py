@@ -2,6 +2,7 @@
 
 import os
 import sys
+from io import BytesIO
 from pathlib import Path
 
 import matplotlib
@@ -10,7 +11,7 @@ from matplotlib.figure import Figure
 
 from razy.errors import ResultError
 from razy.plot.style import look
-from razy.target import check_output
+from razy.target import check_output, write_bytes
 from razy.version import __version__
 
 WINDOW_DPI = 140
@@ -30,9 +31,6 @@ def check_target(path: Path, sources: list[Path], overwrite: bool) -> None:
 def save(figure: Figure, path: Path, provenance: str) -> None:
     """Write a figure to `path`, replacing what is there, in the format of the suffix.
 
-    The picture is written beside `path` under another name and renamed when complete, so that a failure leaves
-    neither half a picture nor a damaged older one.
-
     Parameters
     ----------
     figure
@@ -50,13 +48,11 @@ def save(figure: Figure, path: Path, provenance: str) -> None:
         "pdf": {"Creator": software, "Subject": provenance},
         "svg": {"Creator": software, "Description": provenance},
     }.get(kind)
-    partial = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
-    try:
-        with look():
-            figure.savefig(partial, format=kind, dpi=figure.dpi, metadata=metadata)
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+    # A writer of matplotlib that fails half-way may end with another error than that of the disk.
+    content = BytesIO()
+    with look():
+        figure.savefig(content, format=kind, dpi=figure.dpi, metadata=metadata)
+    write_bytes(path, content.getvalue())
 
 
 def new_window(title: str) -> Figure:

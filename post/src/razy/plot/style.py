@@ -31,7 +31,8 @@ DIRECTIONS = {UP: ("upwards", RED), DOWN: ("downwards", BLUE)}
 EVENT_COLOURS = (RED, "#1f5fa8", "#2a8a4a", "#b8860b", "#7a4fa3", "#008b8b")
 
 STYLE: dict[str, Any] = {
-    "font.family": "STIXGeneral",
+    # The first has no superscript but ¹²³.
+    "font.family": ["STIXGeneral", "DejaVu Serif"],
     # Names and titles are a user's: "$" and backslashes in them are drawn as they are.
     "text.parse_math": False,
     "font.size": 9.0,

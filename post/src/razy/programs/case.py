@@ -1,5 +1,6 @@
 """Cases: a file, the text of a namelist, or groups and keys in a dict."""
 
+import reprlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -7,8 +8,9 @@ from typing import Any
 import f90nml
 import numpy as np
 
-from razy.arguments import checked
+from razy.arguments import check, checked
 from razy.errors import ResultError
+from razy.target import write_text
 
 Case = str | Path | Mapping[str, Any]
 
@@ -36,7 +38,7 @@ def write_case(case: Case, file: str | Path, force: bool = False) -> Path:
     text = text_of(case)
     if not file.parent.is_dir():
         raise ResultError(f"{file}: no folder '{file.parent}'")
-    file.write_text(text, encoding="utf-8")
+    write_text(file, text)
     return file
 
 
@@ -63,6 +65,7 @@ def text_of(case: Case) -> str:
         for group in members if isinstance(members, list | tuple) else [members]:
             if not isinstance(group, Mapping):
                 raise ResultError(f"group '{name}': a dict of its keys or a list of such, not {type(group).__name__}")
+            check({f"group '{name}'": group}, {f"group '{name}'": Mapping[str, Any]})
             lines.append(str(f90nml.Namelist({name: {key: plain(value) for key, value in group.items()}})))
     return "\n".join(lines) + "\n"
 
@@ -83,7 +86,7 @@ def plain(value: Any) -> Any:
     if isinstance(value, Path):
         return str(value)
     if not isinstance(value, bool | int | float | str):
-        raise ResultError(f"{value!r}: a value is a number, a text, true or false, or a list of such")
+        raise ResultError(f"{reprlib.repr(value)}: a value is a number, a text, true or false, or a list of such")
     return value
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from razy.programs.process import execute
 from razy.report.manifest import Case
+from razy.target import write_text
 
 # A report computes several cases at a time; each of them alone is to keep to one core.
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
@@ -65,15 +66,13 @@ class Workshop:
         """Compute a case, unless it is there."""
         key = self.key(case)
         file, notes = self.folder / f"{key}.h5", self.folder / f"{key}.json"
-        if notes.is_file():
-            known = json.loads(notes.read_text())
-            if file.is_file() or known["problem"]:
-                return Done(file, known["problem"], known["seconds"], kept=True)
+        # What failed is tried again: the disk was full, or it was killed.
+        if notes.is_file() and file.is_file():
+            return Done(file, "", json.loads(notes.read_text())["seconds"], kept=True)
         words = [self._program(case), self.inputs / case.input, "--output", file, "--force", *self.options(case)]
         ended = execute(words, environment=ONE_THREAD)
-        notes.write_text(
-            json.dumps({"problem": ended.problem, "seconds": ended.seconds, "case": [str(word) for word in words]})
-        )
+        words = [str(word) for word in words]
+        write_text(notes, json.dumps({"problem": ended.problem, "seconds": ended.seconds, "case": words}))
         return Done(file, ended.problem, ended.seconds)
 
     def compute_all(self, cases: Sequence[Case], jobs: int, show: Callable[[Case, Done], None]) -> dict[Case, Done]:

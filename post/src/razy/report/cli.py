@@ -67,7 +67,7 @@ def main(arguments: list[str] | None = None) -> int:
         entries = _make(items, workshop, max(given.jobs, 1))
         write_html(manifest, entries, given.output / "report.html")
         write_pdf(manifest, entries, given.output / "report.pdf")
-    except OSError as error:
+    except (ResultError, OSError) as error:
         print(f"{PROGRAM}: error: {one_line(str(error))}", file=sys.stderr)
         return 2
     print(f"{counts(entries)}: {given.output / 'report.html'}, {given.output / 'report.pdf'}")

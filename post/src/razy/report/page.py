@@ -28,6 +28,7 @@ from razy.report.manifest import (
     Manifest,
 )
 from razy.report.measure import Measured
+from razy.target import write_bytes, write_text
 
 COLOURS = {
     AGREES: "#2a7a3a", DEPENDS: "#8a6d00", CONTRADICTS: "#c1272d", HELD: "#2a4a7a", UNDECIDED: "#4a5a6a",
@@ -119,7 +120,7 @@ def write_html(manifest: Manifest, entries: Sequence[Entry], path: Path) -> None
         )
     parts.append("</table>")
     parts.extend(_section(entry) for entry in entries)
-    path.write_text("\n".join(parts) + "\n", encoding="utf-8")
+    write_text(path, "\n".join(parts) + "\n")
 
 
 def _key_to(entries: Sequence[Entry]) -> list[tuple[str, str]]:
@@ -165,7 +166,8 @@ def _section(entry: Entry) -> str:
 def write_pdf(manifest: Manifest, entries: Sequence[Entry], path: Path) -> None:
     """Write the report for printing on A4: a list of verdicts, then the items, one below the other."""
     # The look is that of the fonts, too, which are written when the file is closed.
-    with look(), PdfPages(path, metadata={"Title": manifest.title}) as pages:
+    content = BytesIO()
+    with look(), PdfPages(content, metadata={"Title": manifest.title}) as pages:
         document = _Document(pages)
         document.write(manifest.title, 14.0)
         document.write(f"{counts(entries)}. {manifest.introduction}", 9.0)
@@ -188,6 +190,7 @@ def write_pdf(manifest: Manifest, entries: Sequence[Entry], path: Path) -> None:
             document.write(_small_print(entry), 6.5, "0.4")
             document.pictures(entry.pictures)
         document.end()
+    write_bytes(path, content.getvalue())
 
 
 class _Document:

@@ -1,11 +1,11 @@
 """A result file for other programs, by the suffix of what is written."""
 
-import os
 from pathlib import Path
 
 from razy.arguments import checked
 from razy.errors import ResultError
 from razy.read import ResultFile
+from razy.target import replacing
 from razy.tools.mat import write_mat
 from razy.tools.shape import animate, write_shapes
 
@@ -34,19 +34,9 @@ def export(
         raise ResultError(f"{target}: unknown kind of file '{target.suffix}' (can: {', '.join(SUFFIXES)})")
     if not target.parent.is_dir():
         raise ResultError(f"{target}: no folder '{target.parent}'")
-    partial = target.with_name(f".{target.stem}.{os.getpid()}.partial{target.suffix}")
-    try:
-        if target.suffix == ".mat":
-            said = f"{write_mat(result, partial)} datasets"
-        elif target.suffix in SHAPES:
-            said = write_shapes(result, partial)
-        else:
-            said = animate(result, partial, mode, start, stop)
-        partial.replace(target)
-    except OSError as cause:
-        if cause.errno is None:
-            raise
-        raise ResultError(f"{target}: {cause.strerror}") from cause
-    finally:
-        partial.unlink(missing_ok=True)
-    return said
+    if target.suffix == ".mat":
+        return f"{write_mat(result, target)} datasets"
+    with replacing(target) as partial:
+        if target.suffix in SHAPES:
+            return write_shapes(result, partial)
+        return animate(result, partial, mode, start, stop)

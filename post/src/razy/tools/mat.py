@@ -5,7 +5,6 @@ has the units of what has some, ``about`` the attributes of the file.
 """
 
 import re
-from io import FileIO
 from pathlib import Path
 
 import h5py
@@ -13,62 +12,15 @@ import numpy as np
 
 from razy.read import ResultFile
 from razy.read.file import check_storage, dimension_only, text
+from razy.target import replacing_hdf5
 
-HEADER = 512
 LONGEST_NAME = 63
-
-
-class _Disk:
-    """A file that HDF5 writes to and always closes: what cannot be written is kept as `problem`.
-
-    HDF5 that fails to write what it still holds crashes when Python ends.
-    """
-
-    def __init__(self, raw: FileIO) -> None:
-        self.problem: OSError | None = None
-        self._raw = raw
-        self.read, self.readinto, self.seek, self.tell, self.flush = (
-            raw.read,
-            raw.readinto,
-            raw.seek,
-            raw.tell,
-            raw.flush,
-        )
-
-    def write(self, data: bytes) -> int:
-        """Write all of the data, or nothing more once something failed."""
-        left = memoryview(data)
-        try:
-            while left and self.problem is None:
-                left = left[self._raw.write(left) :]
-        except OSError as problem:
-            self.problem = problem
-        return len(data)
-
-    def truncate(self, size: int) -> int:
-        """Give the file a size."""
-        try:
-            return self._raw.truncate(size)
-        except OSError as problem:
-            self.problem = self.problem or problem
-            return size
 
 
 def write_mat(result: ResultFile, target: Path) -> int:
     """Write all datasets of a result; return their number."""
-    with target.open("w+b", buffering=0) as raw:
-        disk = _Disk(raw)
-        count = _write_file(result, disk)
-        disk.seek(0)
-        words = b"MATLAB 7.3 MAT-file, written by razy, HDF5 schema 1.00 ."
-        disk.write(words.ljust(116) + bytes(8) + b"\x00\x02IM")
-    if disk.problem is not None:
-        raise disk.problem
-    return count
-
-
-def _write_file(result: ResultFile, disk: "_Disk") -> int:
-    with h5py.File(disk, "w", userblock_size=HEADER) as file:
+    words = b"MATLAB 7.3 MAT-file, written by razy, HDF5 schema 1.00 ."
+    with replacing_hdf5(target, words.ljust(116) + bytes(8) + b"\x00\x02IM") as file:
         count = _copy(result.file, file, _structure(file, "units"))
         about = _structure(file, "about")
         for name, value in result.attributes().items():

@@ -24,7 +24,7 @@ from razy.errors import ResultError
 from razy.read import SweepResult, open_result
 from razy.read.extrema import CHUNK_VALUES
 from razy.read.file import making_sense_of
-from razy.target import check_output
+from razy.target import check_output, replacing_hdf5
 
 OFFSET = "offset"
 KNOWN = {"attractor", "axis", "contact", "extrema", "point", "scene"}
@@ -99,14 +99,8 @@ def merge(paths: list[Path], output: Path, overwrite: bool = False) -> int:
                 raise ResultError(f"{path}: not a file of razy-sweep")
         with making_sense_of(", ".join(map(str, paths))):
             plan = _arrange(results)
-            partial = output.with_name(output.name + ".partial")
-            try:
-                with h5py.File(partial, "w") as file:
-                    points = _write(file, plan)
-                partial.replace(output)
-            finally:
-                partial.unlink(missing_ok=True)
-        return points
+            with replacing_hdf5(output) as file:
+                return _write(file, plan)
     finally:
         for result in results:
             result.close()

@@ -18,7 +18,7 @@ from typing import Any
 from razy.arguments import checked
 from razy.errors import ResultError, excerpt
 from razy.programs.case import write_case
-from razy.target import check_output
+from razy.target import check_output, write_text
 from razy.tools.cli import new_parser, run_command
 
 STEPS = 10
@@ -91,7 +91,7 @@ def _write(file: Path, case: Path, elements: dict[str, list[dict[str, Any]]], fo
         check_output(target, [file], force)
     written = write_case({name: members for name, members in groups.items() if members}, case, force)
     for target, text in tables.items():
-        target.write_text(text, encoding="utf-8")
+        write_text(target, text)
     return written
 
 

@@ -1,7 +1,6 @@
 """Points or extrema of a sweep, or of branches, as a table of text: a line each, comma-separated, with all digits."""
 
 import csv
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +10,7 @@ import numpy as np
 
 from razy.errors import ResultError
 from razy.read import FollowResult, SweepResult
+from razy.target import replacing
 
 
 def write_extrema(result: SweepResult | FollowResult, observable: str, target: Path) -> int:
@@ -54,14 +54,5 @@ def write_points(result: SweepResult | FollowResult, target: Path) -> int:
 @contextmanager
 def _opened(target: Path) -> Iterator[TextIO]:
     """Write a file that appears when it is complete."""
-    partial = target.with_name(f".{target.name[:200]}.{os.getpid()}.partial")
-    try:
-        file = partial.open("w", newline="", encoding="utf-8")
-    except OSError as cause:
-        raise ResultError(f"{target}: cannot be written ({cause.strerror})") from cause
-    try:
-        with file:
-            yield file
-        partial.replace(target)
-    finally:
-        partial.unlink(missing_ok=True)
+    with replacing(target) as partial, partial.open("w", newline="", encoding="utf-8") as file:
+        yield file
