@@ -10,7 +10,7 @@
 !! from open to open D is ∮ F s' dt. For F = k(s - e) + b s' that is ∫ b s'² dt, and, where a side parts at zero force, the
 !! energy that is still stored then too: it is lost in the relaxation of the surface.
 module razy_observe_contact_tally
-   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use razy_core_kinds, only: wp
    use razy_core_table, only: table_t
    use razy_machine_machine, only: contact_t
@@ -59,15 +59,14 @@ contains
       dissipated = self%work - (self%stored - self%stored_first) + self%lost
       mean_speed = 0.0_wp
       if (self%impacts > 0) mean_speed = self%speeds/self%impacts
-      closed = 0.0_wp
-      lower = 0.0_wp
+      closed = self%time_closed/merge(time, 1.0_wp, time > 0.0_wp)
+      lower = self%time_lower/merge(time, 1.0_wp, time > 0.0_wp)
       mean = nan
+      if (time > 0.0_wp) mean = self%impulse/time
       factor = nan
-      if (time > 0.0_wp) then
-         closed = self%time_closed/time
-         lower = self%time_lower/time
-         mean = self%impulse/time
-         if (abs(mean) > 0.0_wp) factor = self%largest/abs(mean)
+      ! Of elements that share a force only the sum may be determined.
+      if (.not. ieee_is_nan(mean)) then
+         if (abs(mean) > epsilon(mean)*self%largest) factor = self%largest/abs(mean)
       end if
       share = nan
       if (period > 0.0_wp .and. time > 0.0_wp) share = period/time
