@@ -35,6 +35,8 @@ module razy_rotor_bearing
       real(wp) :: cross_stiffness(6, 6) = 0.0_wp, cross_damping(6, 6) = 0.0_wp
       !> The columns of `table_columns` on v (x) and w (y), over the speed of the shaft.
       type(speed_table_t), allocatable :: table
+   contains
+      procedure :: coefficients
    end type bearing_t
 
    !> A row of equal rolling elements.
@@ -51,6 +53,22 @@ module razy_rotor_bearing
    end type rolling_row_t
 
 contains
+
+   !> The whole matrices (6, 6) of stiffness and damping at a speed of the shaft, rad/s.
+   pure subroutine coefficients(self, speed, stiffness, damping)
+      class(bearing_t), intent(in) :: self
+      real(wp), intent(in) :: speed
+      real(wp), intent(out) :: stiffness(6, 6), damping(6, 6)
+
+      real(wp) :: values(size(table_columns))
+
+      stiffness = self%stiffness + self%cross_stiffness
+      damping = self%damping + self%cross_damping
+      if (.not. allocated(self%table)) return
+      values = self%table%at(abs(speed), .false.)
+      stiffness(2:3, 2:3) = reshape(values(of_stiffness), [2, 2], order=[2, 1])
+      damping(2:3, 2:3) = reshape(values(of_damping), [2, 2], order=[2, 1])
+   end subroutine coefficients
 
    !> A bearing with these matrices (6, 6), symmetric or not.
    pure function given_bearing(shaft, node, stiffness, damping) result(bearing)

@@ -10,8 +10,8 @@ module razy_scenes_common_schema
    !> What `&scene kind` may be.
    character(*), parameter :: scene_kinds(*) = [character(8) :: "lumped", "planar", "rotor"]
    !> What `&record` accepts.
-   character(*), parameter :: observables(*) = [character(24) :: "mesh_deformation", "contact_force", "relative_displacement", &
-                                                                            "sliding_velocity", "displacement", "velocity", "state"]
+   character(*), parameter :: observables(*) = [character(24) :: "mesh_deformation", "contact_force", "connection_force", &
+                                                   "relative_displacement", "sliding_velocity", "displacement", "velocity", "state"]
 
 contains
 

@@ -7,7 +7,7 @@ module razy_scenes_records
    use razy_core_tone, only: rate_of
    use razy_input_input, only: input_t
    use razy_machine_machine, only: machine_t, observable_t, observe_contact_force, observe_in_plane, observe_linear
-   use razy_scenes_scene, only: coordinate_t, scene_t
+   use razy_scenes_scene, only: coordinate_t, force_t, scene_t
    implicit none(type, external)
    private
 
@@ -185,6 +185,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(coordinate_t) :: of
+      type(force_t) :: force
       integer :: frictions, meshes
 
       call begin_observable(observable, machine, input, i)
@@ -201,6 +202,13 @@ contains
                               error)
       case ("contact_force")
          call observe_contact(observable, machine, input, i, 1, size(machine%contact), error)
+      case ("connection_force")
+         call scene%find_force(force, input, i, name_of(input, i), error)
+         if (allocated(error)) return
+         observable%on_displacement = force%on_displacement
+         observable%on_velocity = force%on_velocity
+         observable%unit = trim(merge("N m", "N  ", force%turns))
+         observable%long_name = "force of "//name_of(input, i)
       case default
          call scene%find_coordinate(of, input, "record", i, "of", error)
          if (allocated(error)) return

@@ -13,7 +13,7 @@ module razy_scenes_scene
    implicit none(type, external)
    private
 
-   public :: coordinate_t, scene_t, site_t
+   public :: coordinate_t, force_t, scene_t, site_t
 
    !> A coordinate, or the motion of a point, that an input names.
    type :: coordinate_t
@@ -24,6 +24,12 @@ module razy_scenes_scene
       !> Its number among the coordinates of the machine; 0 if it is none of them.
       integer :: number = 0
    end type coordinate_t
+
+   !> A force on_displacement·q + on_velocity·q' (n each), N; a moment, N m, if it `turns`.
+   type :: force_t
+      real(wp), allocatable :: on_displacement(:), on_velocity(:)
+      logical :: turns = .false.
+   end type force_t
 
    !> Where a contact acts.
    type :: site_t
@@ -46,6 +52,7 @@ module razy_scenes_scene
       procedure(build), deferred :: build
       procedure(find_coordinate), deferred :: find_coordinate
       procedure(find_site), deferred :: find_site
+      procedure(find_force), deferred :: find_force
    end type scene_t
 
    abstract interface
@@ -77,6 +84,18 @@ module razy_scenes_scene
          integer, intent(in) :: i
          type(error_t), allocatable, intent(out) :: error
       end subroutine find_coordinate
+
+      !> The force of the spring, damper or bearing that `name`, given by `&record` number i, is; linear ones only.
+      subroutine find_force(self, force, input, i, name, error)
+         import :: error_t, force_t, input_t, scene_t
+         implicit none(type, external)
+         class(scene_t), intent(in) :: self
+         type(force_t), intent(out) :: force
+         type(input_t), intent(in) :: input
+         integer, intent(in) :: i
+         character(*), intent(in) :: name
+         type(error_t), allocatable, intent(out) :: error
+      end subroutine find_force
 
       !> Where number i of `group`, which is `stop`, `ring`, `spring` or `friction`, acts; an element of friction rubs on number
       !> `stop` of all &stop and, after them, &ring; 0: none.

@@ -11,13 +11,14 @@ module razy_scenes_lumped_scene
    use razy_input_schema, only: group_spec_t
    use razy_linalg_dense, only: add_outer
    use razy_machine_machine, only: contact_t, find_free_motions, machine_t
+   use razy_scenes_connections, only: find_connection
    use razy_scenes_contacts, only: contacts_of, read_contacts
    use razy_scenes_gears, only: read_gear_mesh
    use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
    use razy_scenes_loads, only: add_loads
    use razy_scenes_lumped_bodies, only: bodies_t, find_body, find_ends, find_row, find_speeds, new_bodies
    use razy_scenes_lumped_schema, only: lumped_schema
-   use razy_scenes_scene, only: coordinate_t, scene_t, site_t
+   use razy_scenes_scene, only: coordinate_t, force_t, scene_t, site_t
    use razy_scenes_tables, only: holds_always, is_linear
    implicit none(type, external)
    private
@@ -32,6 +33,7 @@ module razy_scenes_lumped_scene
       procedure :: build
       procedure :: find_coordinate
       procedure :: find_site
+      procedure :: find_force
    end type lumped_t
 
 contains
@@ -111,7 +113,7 @@ contains
 
       real(wp), allocatable :: w(:)
       real(wp), dimension(bodies%count, input%count("spring") + input%count("damper")) :: springs, dampers
-      real(wp) :: damping, factor, stiffness
+      real(wp) :: damping, stiffness
       logical :: turns
       integer :: i, n
 
@@ -123,24 +125,59 @@ contains
          if (allocated(error)) return
          if (holds_always(input, i)) springs(:, i) = w
          if (.not. is_linear(input, i)) cycle
-         stiffness = 0.0_wp
-         call input%get("spring", i, "stiffness", stiffness)
-         call input%get("spring", i, "damping", damping)
-         call input%get("spring", i, "damping_factor", factor)
+         call coefficients(input, "spring", i, stiffness, damping)
          call add_outer(machine%stiffness, stiffness, w)
-         call add_outer(machine%damping, damping + factor*stiffness, w)
+         call add_outer(machine%damping, damping, w)
          if (abs(stiffness) > 0.0_wp) springs(:, i) = w
-         if (abs(damping + factor*stiffness) > 0.0_wp) dampers(:, i) = w
+         if (abs(damping) > 0.0_wp) dampers(:, i) = w
       end do
       do i = 1, input%count("damper")
          call find_row(bodies, input, "damper", i, w, turns, error)
          if (allocated(error)) return
-         call input%get("damper", i, "damping", damping)
+         call coefficients(input, "damper", i, stiffness, damping)
          call add_outer(machine%damping, damping, w)
          if (abs(damping) > 0.0_wp) dampers(:, n + i) = w
       end do
       call find_free_motions(machine, springs, dampers)
    end subroutine add_connections
+
+   !> Stiffness, N/m (N m/rad), and damping, N s/m (N m s/rad), of a linear spring or damper.
+   subroutine coefficients(input, group, i, stiffness, damping)
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i
+      real(wp), intent(out) :: stiffness, damping
+
+      real(wp) :: factor
+
+      stiffness = 0.0_wp
+      call input%get(group, i, "damping", damping)
+      if (group == "damper") return
+      call input%get(group, i, "stiffness", stiffness)
+      call input%get(group, i, "damping_factor", factor)
+      damping = damping + factor*stiffness
+   end subroutine coefficients
+
+   subroutine find_force(self, force, input, i, name, error)
+      class(lumped_t), intent(in) :: self
+      type(force_t), intent(out) :: force
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      character(*), intent(in) :: name
+      type(error_t), allocatable, intent(out) :: error
+
+      character(*), parameter :: groups(2) = ["spring", "damper"]
+      real(wp), allocatable :: w(:)
+      real(wp) :: damping, stiffness
+      integer :: group, number
+
+      call find_connection(input, i, groups, name, group, number, error)
+      if (.not. allocated(error)) call find_row(self%bodies, input, groups(group), number, w, force%turns, error)
+      if (allocated(error)) return
+      call coefficients(input, groups(group), number, stiffness, damping)
+      force%on_displacement = stiffness*w
+      force%on_velocity = damping*w
+   end subroutine find_force
 
    !> The coordinate of a body; without a name that of the only one.
    subroutine find_coordinate(self, coordinate, input, group, i, key, error)

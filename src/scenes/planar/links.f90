@@ -18,6 +18,8 @@ module razy_scenes_planar_links
       type(point_t) :: first, second
       real(wp) :: direction(2) = 0.0_wp
       real(wp), allocatable :: w(:)
+      !> Of a linear spring or damper, with what &damping adds: N/m, N s/m.
+      real(wp) :: stiffness = 0.0_wp, damping = 0.0_wp
    end type link_t
 
    !> Points are on a line if they miss it by less than this part of their distance from the origin.

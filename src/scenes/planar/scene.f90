@@ -14,6 +14,7 @@ module razy_scenes_planar_scene
    use razy_linalg_dense, only: add_outer
    use razy_machine_frame, only: frame_t
    use razy_machine_machine, only: find_free_motions, machine_t
+   use razy_scenes_connections, only: find_connection
    use razy_scenes_contacts, only: contacts_of, read_contacts
    use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
    use razy_scenes_loads, only: add_loads
@@ -24,7 +25,7 @@ module razy_scenes_planar_scene
    use razy_scenes_planar_meshes, only: read_meshes
    use razy_scenes_planar_schema, only: matrix_all, matrix_untuned, planar_schema
    use razy_scenes_planar_turning, only: bound_turning
-   use razy_scenes_scene, only: coordinate_t, scene_t, site_t
+   use razy_scenes_scene, only: coordinate_t, force_t, scene_t, site_t
    use razy_scenes_tables, only: holds_always, is_linear
    implicit none(type, external)
    private
@@ -42,6 +43,7 @@ module razy_scenes_planar_scene
       procedure :: build
       procedure :: find_coordinate
       procedure :: find_site
+      procedure :: find_force
       procedure, public :: draw
    end type planar_t
 
@@ -102,7 +104,8 @@ contains
    !> and damping.
    subroutine add_connections(machine, links, stops, input, error)
       type(machine_t), intent(inout) :: machine
-      type(link_t), intent(in) :: links(:), stops(:)
+      type(link_t), intent(inout) :: links(:)
+      type(link_t), intent(in) :: stops(:)
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
@@ -128,13 +131,16 @@ contains
             call input%get(group, i, "damping", damping)
             call add_outer(machine%damping, damping/pairs, w)
             if (abs(damping) > 0.0_wp) dampers(:, k) = w
+            links(k)%damping = damping/pairs
             if (group == "damper") cycle
             call input%get(group, i, "stiffness", stiffness)
             call add_outer(machine%stiffness, stiffness/pairs, w)
             if (abs(stiffness) > 0.0_wp) springs(:, k) = w
+            links(k)%stiffness = stiffness/pairs
             if (matrix == matrix_untuned) call input%get(group, i, "untuned_stiffness", stiffness)
             call add_outer(proportional, stiffness/pairs, w)
             if (abs(factor*stiffness) > 0.0_wp) dampers(:, k) = w
+            links(k)%damping = links(k)%damping + factor*stiffness/pairs
          end associate
       end do
       do k = 1, merge(size(stops), 0, input%count("damping") > 0 .and. matrix == matrix_all)
@@ -195,6 +201,30 @@ contains
          call input%complain(error, group, i, key, "a coordinate such as '"//known(1)%text//"', not a point")
       end if
    end subroutine find_coordinate
+
+   !> All pairs of a group together.
+   subroutine find_force(self, force, input, i, name, error)
+      class(planar_t), intent(in) :: self
+      type(force_t), intent(out) :: force
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      character(*), intent(in) :: name
+      type(error_t), allocatable, intent(out) :: error
+
+      character(*), parameter :: groups(2) = ["spring", "damper"]
+      integer :: group, k, number
+
+      call find_connection(input, i, groups, name, group, number, error)
+      if (allocated(error)) return
+      allocate (force%on_displacement(3*self%bodies%count), force%on_velocity(3*self%bodies%count), source=0.0_wp)
+      do k = 1, size(self%link)
+         associate (link => self%link(k))
+            if (link%group /= groups(group) .or. link%number /= number) cycle
+            force%on_displacement = force%on_displacement + link%stiffness*link%w
+            force%on_velocity = force%on_velocity + link%damping*link%w
+         end associate
+      end do
+   end subroutine find_force
 
    subroutine find_site(self, site, input, group, i, stop, error)
       class(planar_t), intent(in) :: self

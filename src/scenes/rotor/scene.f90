@@ -5,6 +5,7 @@
 module razy_scenes_rotor_scene
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, qp, wp
+   use razy_core_text, only: lower
    use razy_core_number, only: to_text
    use razy_input_input, only: input_t
    use razy_linalg_dense, only: symmetric_part
@@ -12,8 +13,10 @@ module razy_scenes_rotor_scene
    use razy_rotor_bearing, only: of_stiffness
    use razy_rotor_free_motions, only: find_rotor_motions
    use razy_rotor_model, only: new_rotor_model, rotor_model_t
+   use razy_rotor_numbering, only: coordinate_names
    use razy_rotor_reduction_reduced, only: reduced_t
    use razy_rotor_rotor, only: rotor_t
+   use razy_scenes_connections, only: find_connection
    use razy_scenes_contacts, only: contacts_of, read_contacts
    use razy_scenes_gears, only: read_gear_mesh
    use razy_scenes_harmonics, only: add_harmonics, harmonics_t, new_harmonics, take_harmonics
@@ -24,7 +27,7 @@ module razy_scenes_rotor_scene
    use razy_scenes_rotor_reduction, only: is_reduced, reduce
    use razy_scenes_rotor_schema, only: rotor_schema
    use razy_scenes_rotor_stops, only: find_rotor_site
-   use razy_scenes_scene, only: coordinate_t, scene_t, site_t
+   use razy_scenes_scene, only: coordinate_t, force_t, scene_t, site_t
    implicit none(type, external)
    private
 
@@ -47,6 +50,7 @@ module razy_scenes_rotor_scene
       procedure :: build
       procedure :: find_coordinate
       procedure :: find_site
+      procedure :: find_force
    end type rotor_scene_t
 
    !> Groups that say what is done with a machine, or load it.
@@ -277,6 +281,39 @@ contains
          end if
       end associate
    end subroutine find_coordinate
+
+   !> One of the six components of the force by which a node pushes its bearing.
+   subroutine find_force(self, force, input, i, name, error)
+      class(rotor_scene_t), intent(in) :: self
+      type(force_t), intent(out) :: force
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      character(*), intent(in) :: name
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: rows(6, size(self%reduced%load)), speed, stiffness(6, 6), damping(6, 6)
+      integer :: dot, group, k, number, which
+
+      dot = index(name, ".", back=.true.)
+      which = findloc(coordinate_names, lower(name(dot + 1:)), dim=1)
+      if (dot < 2 .or. which == 0) then
+         call input%complain(error, "record", i, "of", "a bearing and one of u, v, w, phi, theta, psi, such as 'front.v'")
+         return
+      end if
+      call find_connection(input, i, ["bearing"], name(:dot - 1), group, number, error)
+      if (allocated(error)) return
+      associate (bearing => self%model%rotor%bearing(number))
+         do k = 1, size(rows, 2)
+            rows(:, k) = self%model%numbering%stretch(bearing, self%reduced%basis(:, k))
+         end do
+         speed = 0.0_wp
+         if (input%count("rotation") > 0) call input%get("rotation", 1, "speed_rpm", speed)
+         call bearing%coefficients(real(self%ratio(bearing%shaft), wp)*speed*pi/30, stiffness, damping)
+      end associate
+      force%on_displacement = matmul(stiffness(which, :), rows)
+      force%on_velocity = matmul(damping(which, :), rows)
+      force%turns = which > 3
+   end subroutine find_force
 
    subroutine find_site(self, site, input, group, i, stop, error)
       class(rotor_scene_t), intent(in) :: self

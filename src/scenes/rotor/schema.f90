@@ -96,6 +96,7 @@ contains
       call add_logical(schema, "torsion", "twist", default=".true.")
       call add_group(schema, "bearing", "A bearing, seal, coupling or spring between a node and the frame or another node", &
                      repeatable=.true.)
+      call add_name(schema, required=.false.)
       call add_shaft(schema)
       call add_node(schema)
       call add_string(schema, "to", "the second end: shaft and node, such as 'outer.2', or a housing; the frame if left out")
