@@ -120,6 +120,8 @@ contains
          if (.not. allocated(error)) call new_cells(cells, input, error)
          cells%follow%problem%map%stop_is_asked => time_is_up
       else
+         began = seconds()
+         cells%follow%problem%report => show_following
          call open_checkpoint(error)
       end if
       call leave_if(ranks, error, exit_usage)
