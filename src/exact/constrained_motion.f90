@@ -343,8 +343,20 @@ contains
 
       integer :: t
 
-      form = new_form(-matmul(self%pull(i, :), k), -matmul(self%pull(i, :), b), dot_product(self%pull(i, :), load), &
-                      [(sum(self%pull(i, :)*harmonic(:, t)) - omega(t)**2*sum(self%lambda(i, :)*error(:, t)), t=1, size(omega))])
+      form = new_form(-matmul(self%pull(i, :), k), -matmul(self%pull(i, :), b), on(load), &
+                      [(cmplx(on(harmonic(:, t)%re), on(harmonic(:, t)%im), wp) &
+                        - omega(t)**2*sum(self%lambda(i, :)*error(:, t)), t=1, size(omega))])
+
+   contains
+
+      !> What of a load (m) the constraint feels, without what is rounding.
+      pure real(wp) function on(load)
+         real(wp), intent(in) :: load(:)
+
+         on = dot_product(self%pull(i, :), load)
+         if (abs(on) <= 16*self%m*epsilon(1.0_wp)*norm2(self%pull(i, :))*norm2(load)) on = 0.0_wp
+      end function on
+
    end function reaction
 
    !> Coordinates x and rates (2m) of the state z = (y, y').

@@ -29,6 +29,8 @@ module razy_hybrid_impact
 
    !> Friction whose impulse is closer to its bound slides.
    real(wp), parameter :: sticking = 1.0e-9_wp
+   !> Cosine, less rounding, of directions that are opposite.
+   real(wp), parameter :: opposed = 1.0_wp - 1.0e-12_wp
 
 contains
 
@@ -47,7 +49,7 @@ contains
       type(impact_effort_t) :: effort
       real(wp), allocatable :: d(:, :), impulse(:)
       integer, allocatable :: friction(:)
-      integer :: i, k, outcome
+      integer :: i, j, k, outcome
 
       friction = pack([(i, i=1, size(contact))], [(contact(i)%law%of_normal .and. &
                                                    any(side%contact == contact(i)%normal_of), i=1, size(contact))])
@@ -56,6 +58,10 @@ contains
       problem%drift = [side%before, rate(friction)]
       do i = 1, size(side)
          problem%restitution(i) = contact(side(i)%contact)%law%restitution
+         ! Between sides that face each other impacts follow each other in no time.
+         associate (g => problem%delassus)
+            if (any([(g(i, j) <= -opposed*sqrt(g(i, i)*g(j, j)), j=1, size(side))])) problem%restitution(i) = 0.0_wp
+         end associate
          do k = 1, size(friction)
             if (contact(friction(k))%normal_of /= side(i)%contact) cycle
             problem%coefficient(k, i) = coefficient(contact(friction(k)), rate(friction(k)), noise_rate(friction(k)))
