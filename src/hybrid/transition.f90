@@ -391,8 +391,8 @@ contains
                                           i=1, size(derivative%contact))])
    end subroutine take_impact
 
-   !> Which friction elements slide and which rest. Where contacts only let go, speeds stay as they are: what slides at speed 0 with
-   !> less than the force of sticking, beside others in its direction that stick, does not stick again.
+   !> Which friction elements slide and which rest. Where contacts only let go, speeds stay as they are: what slides at speed 0,
+   !> beside others in its direction that stick, sticks again only if it has a given limit, and slid with that.
    subroutine sort_friction(self, system, lets_go)
       type(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -403,8 +403,8 @@ contains
       do j = 1, size(self%next)
          if (.not. system%machine%contact(j)%law%of_normal) cycle
          if (self%let_go(j) .and. self%impacts == 0) cycle
-         if (lets_go .and. self%impacts == 0 .and. self%before(j) /= branch_sticking &
-             .and. weakens(system%machine%contact(j), self%before(j))) cycle
+         if (lets_go .and. self%impacts == 0 .and. self%before(j) /= branch_sticking .and. &
+             (weakens(system%machine%contact(j), self%before(j)) .or. system%machine%contact(j)%normal_of > 0)) cycle
          if (abs(self%dynamics%rate(j)) <= self%guards%on_rate(j)) then
             self%resting(j) = .not. self%let_go(j)
          else
