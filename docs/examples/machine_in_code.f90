@@ -24,7 +24,7 @@ program machine_in_code
    call add_contact(machine, "bumper", [1.0_wp], new_clearance_law(clearance_side_t(), &
                                              clearance_side_t(.true., edge=1.0e-3_wp, stiffness=1.0e6_wp, damping=50.0_wp), .true.))
    call add_observable(machine, "displacement", "m", [1.0_wp], [0.0_wp])
-   call extrema%reset()
+   call extrema%forget()
    observers(1)%observer => extrema
    call run_motion(machine, method_t(integrator="exact"), 0.2_wp, observers, outcome, error)
    if (allocated(error)) error stop error%message

@@ -86,15 +86,15 @@ def test_failure_leaves_the_old_picture_and_nothing_else(diagram, tmp_path, monk
     target.parent.mkdir()
     target.write_text("old")
 
-    def broken(_figure, name, **_):
-        Path(name).write_text("half")
+    def broken(name, _content):
+        name.write_text("half")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(matplotlib.figure.Figure, "savefig", broken)
-    assert code(diagram, "--save", target, "--force") == 1
+    monkeypatch.setattr(Path, "write_bytes", broken)
+    assert code(diagram, "--save", target, "--force") == 2
     assert target.read_text() == "old"
     assert list(target.parent.iterdir()) == [target]
-    assert capsys.readouterr().err == "razy-plot: error: OSError: [Errno 28] No space left on device\n"
+    assert capsys.readouterr().err == f"razy-plot: error: {target}: No space left on device\n"
 
 
 def bad_file(tmp_path):
