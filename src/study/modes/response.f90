@@ -25,6 +25,8 @@ module razy_study_modes_response
    !> A maximum of an amplitude; values of the parameter in its unit.
    type :: peak_t
       integer :: observable = 0, tone = 0
+      !> Of the orbit in this ring, not of an observable and a tone; 0: it is none.
+      integer :: ring = 0
       real(wp) :: at = 0.0_wp, amplitude = 0.0_wp
       !> N_c/(N_2 - N_1), N_1 and N_2 where the amplitude is that of the peak over sqrt(2); not a number where one is out of range,
       !> and of orders other than 1.
@@ -34,10 +36,10 @@ module razy_study_modes_response
    end type peak_t
 
    !> The largest orbit in a ring, m, that of all tones together, and the value of the parameter where it is; the gap that is left
-   !> all round in the reference position, m.
+   !> all round in the reference position, m, and the orbit over it, not a number where there is none.
    type :: orbit_t
       character(:), allocatable :: ring
-      real(wp) :: radius = 0.0_wp, at = 0.0_wp, gap = 0.0_wp
+      real(wp) :: radius = 0.0_wp, at = 0.0_wp, gap = 0.0_wp, share = 0.0_wp
    end type orbit_t
 
    !> What &response asks for, and the answer.
@@ -217,30 +219,48 @@ contains
          self%value(:, :, k) = value
       end do
       call find_peaks(self, error)
-      call find_orbits(self)
+      if (.not. allocated(error)) call find_orbits(self, error)
    end subroutine solve_response
 
-   !> The largest orbits in rings: the longer half axis of each tone's ellipse, of all tones together.
-   pure subroutine find_orbits(self)
+   !> The largest orbits in rings.
+   subroutine find_orbits(self, error)
       type(response_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
 
+      type(peak_t) :: peak
       real(wp) :: radius(size(self%grid))
-      complex(wp) :: turning(size(self%value, 2), 2)
       integer :: i, k
 
       do i = 1, size(self%orbit)
-         do k = 1, size(self%grid)
-            associate (x => self%value(size(self%observable) + 2*i - 1, :, k), y => self%value(size(self%observable) + 2*i, :, k))
-               turning = reshape([x + (0.0_wp, 1.0_wp)*y, x - (0.0_wp, 1.0_wp)*y], shape(turning))
-               radius(k) = 0.5_wp*sum(abs(turning))
-            end associate
-         end do
+         radius = [(orbit_in(self, i, self%value(:, :, k)), k=1, size(radius))]
          where (ieee_is_nan(radius)) radius = missing
          k = maxloc(radius, dim=1)
-         self%orbit(i)%radius = radius(k)
-         self%orbit(i)%at = self%grid(k)
+         peak%ring = i
+         call climb(self, peak, self%grid(max(1, k - 1)), self%grid(min(k + 1, size(radius))), error)
+         if (allocated(error)) return
+         if (.not. peak%amplitude > radius(k)) then
+            peak%at = self%grid(k)
+            peak%amplitude = radius(k)
+         end if
+         associate (orbit => self%orbit(i))
+            orbit%radius = peak%amplitude
+            orbit%at = peak%at
+            orbit%share = ieee_value(orbit%share, ieee_quiet_nan)
+            if (orbit%gap > 0.0_wp) orbit%share = orbit%radius/orbit%gap
+         end associate
       end do
    end subroutine find_orbits
+
+   !> The longer half axes of the ellipses of all tones in ring i, added, from the phasors (observables, tones).
+   pure real(wp) function orbit_in(self, i, value)
+      type(response_t), intent(in) :: self
+      integer, intent(in) :: i
+      complex(wp), intent(in) :: value(:, :)
+
+      associate (x => value(size(self%observable) + 2*i - 1, :), y => value(size(self%observable) + 2*i, :))
+         orbit_in = 0.5_wp*(sum(abs(x + (0.0_wp, 1.0_wp)*y)) + sum(abs(x - (0.0_wp, 1.0_wp)*y)))
+      end associate
+   end function orbit_in
 
    !> The maxima of all amplitudes within the range.
    subroutine find_peaks(self, error)
@@ -287,7 +307,11 @@ contains
       amplitude = 0.0_wp
       call respond(self, at, value, hertz, error)
       if (allocated(error)) return
-      if (peak%tone <= size(value, 2)) amplitude = abs(value(peak%observable, peak%tone))
+      if (peak%ring > 0) then
+         amplitude = orbit_in(self, peak%ring, value)
+      else if (peak%tone <= size(value, 2)) then
+         amplitude = abs(value(peak%observable, peak%tone))
+      end if
    end subroutine amplitude_at
 
    !> The maximum between two values of the parameter, by golden sections.
@@ -422,7 +446,7 @@ contains
       call table%add(group//"ring", rings, "1", "name of a ring", ring)
       call table%add(group//"ring_orbit", self%orbit%radius, "m", "largest distance from the middle of the orbit in it", ring)
       call table%add(group//"ring_gap", self%orbit%gap, "m", "least gap in the reference position", ring)
-      call table%add(group//"ring_share", self%orbit%radius/self%orbit%gap, "1", "orbit over gap", ring)
+      call table%add(group//"ring_share", self%orbit%share, "1", "orbit over gap", ring)
       call table%add(group//"ring_parameter", self%orbit%at, self%varied%unit, self%varied%parameter//" at the largest orbit", ring)
    end subroutine columns
 
@@ -468,8 +492,14 @@ contains
       do i = 1, size(self%orbit)
          associate (orbit => self%orbit(i))
             write (amplitude, "(es10.3)") orbit%radius
-            call append_text(lines, "largest orbit in "//orbit%ring//" at "//decimal(orbit%at, 3)//" "//self%varied%unit//": "// &
-                             trim(adjustl(amplitude))//" m, "//decimal(100*orbit%radius/orbit%gap, 1)//" % of the gap")
+            line = "largest orbit in "//orbit%ring//" at "//decimal(orbit%at, 3)//" "//self%varied%unit//": "// &
+                   trim(adjustl(amplitude))//" m"
+            if (ieee_is_nan(orbit%share)) then
+               line = line//", where the offset leaves no gap"
+            else
+               line = line//", "//decimal(100*orbit%share, 1)//" % of the gap"
+            end if
+            call append_text(lines, line)
          end associate
       end do
    end function words
