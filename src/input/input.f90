@@ -134,7 +134,7 @@ contains
    end subroutine check_input
 
    !> Only one text, before the schema is known: the value of the only key of `schema`, checked against that alone. It is empty
-   !> when the key is optional and not there.
+   !> when the key is not there.
    subroutine peek(said, schema, value, error)
       type(entries_t), intent(in) :: said
       !> One group that stands once, with one string key
@@ -145,11 +145,7 @@ contains
 
       call check_input(part, said, schema, error, lenient=.true.)
       if (allocated(error)) return
-      associate (spec => schema(1), key => schema(1)%keys(1))
-         call part%get(spec%name, 1, key%name, value)
-         if (.not. key%required .or. part%count(spec%name) > 0) return
-         call part%complain(error, spec%name, 1, key%name, "is required, "//allowed_text(key))
-      end associate
+      call part%get(schema(1)%name, 1, schema(1)%keys(1)%name, value)
    end subroutine peek
 
    !> A group of each specification with its default values; an error is a mistake in the schema.

@@ -1,14 +1,14 @@
 !! A study: an input file, checked, as the machine it describes and what is to be done with it.
 module razy_scenes_case
-   use razy_core_error, only: error_t
+   use razy_core_error, only: complaint, error_t, raise
    use razy_core_kinds, only: i8, wp
-   use razy_core_text, only: string_t
+   use razy_core_text, only: append_text, string_t
    use razy_input_input, only: check_input, input_t, peek
    use razy_input_reader, only: entries_t, read_entries
    use razy_input_schema, only: add_group, add_string, group_spec_t
    use razy_machine_machine, only: machine_t
    use razy_motion_method, only: check_method, method_t
-   use razy_scenes_common_schema, only: scene_kinds
+   use razy_scenes_common_schema, only: kind_of_parts, parts, scene_kinds
    use razy_scenes_factory, only: new_scene
    use razy_scenes_records, only: read_records, record_t
    use razy_scenes_scene, only: scene_t
@@ -57,16 +57,46 @@ contains
 
       type(entries_t) :: said
       type(group_spec_t), allocatable :: scene(:)
+      type(string_t), allocatable :: more(:)
       character(:), allocatable :: kind
+      integer :: i
 
       call read_entries(said, text, file, overrides, error)
       if (allocated(error)) return
       call add_group(scene, "scene", "")
-      call add_string(scene, "kind", "", choices=scene_kinds, required=.true.)
+      call add_string(scene, "kind", "", choices=scene_kinds)
       call peek(said, scene, kind, error)
-      if (allocated(error)) return
-      call check_input(input, said, study_schema(kind), error)
+      if (.not. allocated(error) .and. len(kind) == 0) then
+         call find_kind(said, kind, error)
+         allocate (more(0))
+         do i = 1, size(overrides)
+            call append_text(more, overrides(i)%text)
+         end do
+         call append_text(more, "scene%kind="//kind)
+         if (.not. allocated(error)) call read_entries(said, text, file, more, error)
+      end if
+      if (.not. allocated(error)) call check_input(input, said, study_schema(kind), error)
    end subroutine read_study
+
+   !> The kind of scene that the parts are of.
+   subroutine find_kind(said, kind, error)
+      type(entries_t), intent(in) :: said
+      character(:), allocatable, intent(out) :: kind
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: g, i
+
+      kind = ""
+      do i = 1, size(said%list)
+         g = findloc(parts == said%list(i)%path%group, .true., dim=1)
+         if (g == 0) cycle
+         if (len(kind) == 0) kind = trim(kind_of_parts(g))
+         if (kind /= kind_of_parts(g)) exit
+      end do
+      if (len(kind) > 0 .and. i > size(said%list)) return
+      call raise(error, complaint(said%file, "scene", "kind", "", "is required, one of 'lumped', 'planar', 'rotor', where it "// &
+                                  "does not follow from parts of one kind: &inertia or &mass; &body; &shaft"))
+   end subroutine find_kind
 
    !> The machine that an input describes, with observables and start, and what is to be done with it. `kept`: the scene of the
    !> machine before, with the same kind; what this machine has in common with that one is not made again.

@@ -5,10 +5,13 @@ module razy_scenes_common_schema
    implicit none(type, external)
    private
 
-   public :: add_common_groups, scene_kinds
+   public :: add_common_groups, kind_of_parts, parts, scene_kinds
 
    !> What `&scene kind` may be.
    character(*), parameter :: scene_kinds(*) = [character(8) :: "lumped", "planar", "rotor"]
+   !> Groups that make coordinates, and the kind of scene they belong to.
+   character(*), parameter :: parts(*) = [character(8) :: "inertia", "mass", "body", "shaft"], &
+                                          kind_of_parts(*) = [character(8) :: "lumped", "lumped", "planar", "rotor"]
    !> What `&record` accepts.
    character(*), parameter :: observables(*) = [character(24) :: "mesh_deformation", "contact_force", "connection_force", &
                                                    "relative_displacement", "sliding_velocity", "displacement", "velocity", "state"]
@@ -19,8 +22,8 @@ contains
    subroutine add_common_groups(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      call add_group(schema, "scene", "What the file describes", required=.true.)
-      call add_string(schema, "kind", "kind of machine", choices=scene_kinds, required=.true.)
+      call add_group(schema, "scene", "What the file describes")
+      call add_string(schema, "kind", "kind of machine; if left out, that of its parts", choices=scene_kinds)
       call add_string(schema, "title", "title of results and pictures", default="''")
       call add_group(schema, "motion", "The motion that is computed")
       call add_real(schema, "t_end", "end of the motion, which starts at 0", unit="s", rule=positive, required=.true.)

@@ -1,11 +1,13 @@
 """What razy-sweep computes and writes."""
 
+import re
+
 import f90nml
 import h5py
 import numpy as np
 import pytest
 import xarray
-from programs import GEAR_PAIR, attribute, changed, datasets, names, sets, succeed
+from programs import GEAR_PAIR, SOURCE, attribute, changed, datasets, names, sets, succeed
 
 COARSE = sets(sweep__step=100)
 
@@ -117,3 +119,18 @@ def test_xarray_reads_the_file_alone(engine):
         assert extrema["value"].attrs["units"] == "m"
         assert extrema["value"].dims == extrema["time"].dims == extrema["kind"].dims
         assert extrema["offset"].values[-1] == extrema["value"].size
+
+
+@pytest.mark.parametrize("name", ["torsional_gear_pair", "planar_incline", "rotor_rub"])
+def test_kind_left_out_is_that_of_the_parts(folder, name):
+    """With the group &scene as a comment, on every rank; the input that the file holds names the kind."""
+    text = (SOURCE / "inputs" / f"{name}.nml").read_text()
+    sweeps = "&sweep" in text
+    program, options = ("razy-sweep", {"ranks": 2}) if sweeps else ("razy-run", {})
+    found = []
+    for case in (text, re.sub("(?m)^&scene ", "!", text)):
+        (folder / "case.nml").write_text(case)
+        succeed(program, "case.nml", "--force", *(sets(sweep__step=400) if sweeps else ()), **options)
+        found.append(datasets("case.h5"))
+        assert "kind = 'lumped'" in attribute("case.h5", "input") or name != "torsional_gear_pair"
+    assert found[0] == found[1]

@@ -243,8 +243,6 @@ contains
 
       real(wp) :: acceleration
 
-      accelerates = .false.
-      if (input%count("rotation") == 0) return
       call input%get("rotation", 1, "acceleration_rpm_per_s", acceleration)
       accelerates = abs(acceleration) > 0.0_wp
    end function accelerates
