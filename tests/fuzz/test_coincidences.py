@@ -38,6 +38,8 @@ RIGHT = {
     "no_clearance": (2, 0.03462847730373899),
     # Stops on both sides without clearance take the speed of one to the other at once: 3 m/s of 1 kg are 1 m/s of 3 kg.
     "speed_between_edges": (2, 1.0),
+    # Bodies that move alike, their stop closed by a load: 5 x'' = 2.
+    "moving_alike": (0, 10.0),
     # Nothing moves; one friction after the other comes to its limit.
     "frictions_at_their_limits": (6, 0.0),
 }
