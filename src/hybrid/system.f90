@@ -208,14 +208,17 @@ contains
       z = self%from_coordinates(self%machine%displacement, self%machine%velocity)
    end function first_state
 
-   !> z (2m) of displacements and velocities (n each).
+   !> z (2m) of displacements and velocities (n each), without what is rounding: bodies that move alike do not move apart.
    pure function from_coordinates(self, displacement, velocity) result(z)
       class(system_t), intent(in) :: self
       real(wp), intent(in) :: displacement(:), velocity(:)
       real(wp) :: z(2*self%m)
 
-      z(:self%m) = matmul(self%coupled%to_coupled, displacement)
-      z(self%m + 1:) = matmul(self%coupled%to_coupled, velocity)
+      z = [matmul(self%coupled%to_coupled, displacement), matmul(self%coupled%to_coupled, velocity)]
+      associate (size_of => abs(self%coupled%to_coupled))
+         where (abs(z) <= 4*size(displacement)*epsilon(1.0_wp)*[matmul(size_of, abs(displacement)), &
+                                                                matmul(size_of, abs(velocity))]) z = 0.0_wp
+      end associate
    end function from_coordinates
 
    !> The state (2 m) of the motion beside at the time 0.

@@ -14,12 +14,16 @@
 !!
 !! Friction that weakens as it begins to slide has no such problem, as its force jumps: it lets go, alone, where its force leaves
 !! its limit, and everything is decided again without it.
+!!
+!! A compliant contact that rests on a bound goes the way of its first derivative that is not 0, too: the higher derivatives that
+!! decide others are those in the branch that it goes to.
 module razy_hybrid_ties
    use razy_contact_friction_law, only: branch_backward, branch_forward, branch_sticking
    use razy_core_kinds, only: wp
    use razy_hybrid_active_sides, only: weakens
    use razy_hybrid_derivatives, only: derivatives_t, differentiate, response_to
    use razy_hybrid_dynamics, only: dynamics_t
+   use razy_hybrid_guards, only: guards_t
    use razy_hybrid_system, only: system_t
    use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept, solve_impact
    use razy_linalg_complementarity_impact, only: impact_problem_t
@@ -52,19 +56,25 @@ contains
       noise = rounding*(system%reach(j)*derivatives%size(n) + derivatives%error(j, n))
    end function noise_of
 
-   !> Put the branches of `tie`, which are held, in the mode of `dynamics` at (tau, z), where z is known to the rounding of the
-   !> lengths `seen`. `loose`: friction that begins to slide with less than it stuck with, in the branch that it slides in; 0: none.
-   subroutine break_ties(system, dynamics, tau, z, seen, tie, loose)
+   !> Put the branches of `tie`, which are held, and of compliant contacts that rest on a bound, in the mode of `dynamics` at
+   !> (tau, z); `guards` know what is rounding. `loose`: friction that begins to slide with less than it stuck with, in the branch
+   !> that it slides in; 0: none.
+   subroutine break_ties(system, dynamics, tau, z, guards, tie, loose)
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
-      real(wp), intent(in) :: tau, z(:), seen(2)
+      real(wp), intent(in) :: tau, z(:)
+      type(guards_t), intent(in) :: guards
       type(tie_t), intent(in) :: tie(:)
       integer, intent(out) :: loose
 
       type(derivatives_t) :: derivatives
-      logical :: jumps(size(tie)), tied(size(tie))
-      integer :: i, n
+      logical :: jumps(size(tie)), rests(size(dynamics%s)), tied(size(tie))
+      integer :: branch(size(dynamics%s)), i, j, n
 
+      loose = 0
+      rests = [(beyond(system, dynamics, guards, j, 1.0_wp) /= beyond(system, dynamics, guards, j, -1.0_wp), &
+                j=1, size(rests))]
+      if (size(tie) == 0 .and. .not. any(rests)) return
       do i = 1, size(tie)
          jumps(i) = tie(i)%held == branch_sticking
          if (jumps(i)) jumps(i) = weakens(system%machine%contact(tie(i)%contact), tie(i)%free)
@@ -72,17 +82,50 @@ contains
       end do
       tied = .not. jumps
       n = 2
-      do while (any(tied))
+      do while (any(tied) .or. any(rests))
          call dynamics%mode%enter(system)
-         call differentiate(derivatives, system, dynamics, tau, z, seen, highest)
+         call differentiate(derivatives, system, dynamics, tau, z, guards%seen, highest)
          if (n > derivatives%highest) exit
+         branch = dynamics%mode%branch
          call part(system, dynamics, derivatives, n, tie, tied)
+         if (any(dynamics%mode%branch /= branch)) cycle
+         do j = 1, size(rests)
+            if (.not. rests(j) .or. abs(derivatives%s(j, n)) <= noise_of(derivatives, system, j, n)) cycle
+            dynamics%mode%branch(j) = beyond(system, dynamics, guards, j, sign(1.0_wp, derivatives%s(j, n)))
+            rests(j) = .false.
+         end do
          n = n + 1
       end do
       tied = tied .and. .not. tie%left
-      call hold(system, dynamics, tau, z, seen, tie, tied)
-      call find_loose(system, dynamics, tau, z, seen, tie, jumps, loose)
+      call hold(system, dynamics, tau, z, guards%seen, tie, tied)
+      call find_loose(system, dynamics, tau, z, guards%seen, tie, jumps, loose)
    end subroutine break_ties
+
+   !> The branch of a compliant contact j that is at rest as it begins to move in a `direction`; 0 for all others.
+   pure function beyond(system, dynamics, guards, j, direction) result(branch)
+      type(system_t), intent(in) :: system
+      type(dynamics_t), intent(in) :: dynamics
+      type(guards_t), intent(in) :: guards
+      integer, intent(in) :: j
+      real(wp), intent(in) :: direction
+      integer :: branch
+
+      real(wp) :: rate, s
+      integer :: next
+
+      branch = 0
+      associate (law => system%machine%contact(j)%law, on_s => guards%on_s(j), on_rate => guards%on_rate(j))
+         if (law%impacts .or. law%of_normal .or. abs(dynamics%rate(j)) > on_rate) return
+         ! Beyond what is rounding of a bound, and no farther than that.
+         s = dynamics%s(j) + direction*3*on_s
+         rate = direction*(3*on_rate + sqrt(tiny(1.0_wp)))
+         next = dynamics%mode%branch(j)
+         do while (next /= 0)
+            branch = next
+            next = law%branch_beyond(branch, s, rate, on_s, on_rate)
+         end do
+      end associate
+   end function beyond
 
    !> Hold those of `tie` that nothing decides: all, or, where forces would be beyond their bounds, those that no others hold.
    subroutine hold(system, dynamics, tau, z, seen, tie, undecided)
@@ -188,7 +231,8 @@ contains
 
    end subroutine part
 
-   !> The first of the friction elements that weaken, `jumps`, whose force leaves its limit as they all stick.
+   !> The first of the friction elements that weaken, `jumps`, whose force leaves its limit as they all stick, or whose guard was
+   !> left if nothing decides.
    subroutine find_loose(system, dynamics, tau, z, seen, tie, jumps, loose)
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
@@ -198,19 +242,19 @@ contains
       integer, intent(out) :: loose
 
       type(derivatives_t) :: derivatives
+      real(wp) :: room(size(tie))
       integer :: i
 
       loose = 0
       if (.not. any(jumps)) return
       call dynamics%mode%enter(system)
       call differentiate(derivatives, system, dynamics, tau, z, seen, highest)
-      do i = 1, size(tie)
-         if (.not. jumps(i)) cycle
-         if (.not. room_of(system, derivatives, tie(i)%contact, branch_sticking, tie(i)%direction, 0) < 0.0_wp) cycle
-         loose = tie(i)%contact
-         dynamics%mode%branch(loose) = tie(i)%free
-         return
-      end do
+      room = [(room_of(system, derivatives, tie(i)%contact, branch_sticking, tie(i)%direction, 0), i=1, size(tie))]
+      i = findloc(jumps .and. room < 0.0_wp, .true., dim=1)
+      if (i == 0) i = findloc(jumps .and. tie%left .and. .not. room > 0.0_wp, .true., dim=1)
+      if (i == 0) return
+      loose = tie(i)%contact
+      dynamics%mode%branch(loose) = tie(i)%free
    end subroutine find_loose
 
    !> How far the force of contact j, or from the derivative `first` on the first that is not 0, is from its bound in a `direction`

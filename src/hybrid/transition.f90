@@ -45,8 +45,9 @@ module razy_hybrid_transition
       !> Rigid sides that touch (the first `sides`).
       integer, private :: sides = 0
       type(side_t), allocatable, private :: side(:)
-      !> Branches that follow, and those before the event; friction elements that rest; constraints that have been let go of.
-      integer, allocatable, private :: next(:), before(:)
+      !> Branches that follow, and those before the event; friction elements that rest; constraints that have been let go of. Where
+      !> friction that weakens as it begins to slide has come to its limit, the branch that it would slide in, else 0.
+      integer, allocatable, private :: next(:), before(:), yielding(:)
       logical, allocatable, private :: resting(:), let_go(:)
       !> Edges that were left (lower and upper, contacts).
       logical, allocatable, private :: left(:, :)
@@ -78,9 +79,11 @@ contains
       call self%dynamics%make_room(system, sharpness)
       call self%guards%make_room(system)
       if (allocated(self%contact)) then
-         deallocate (self%contact, self%branch, self%next, self%before, self%resting, self%let_go, self%left, self%side)
+         deallocate (self%contact, self%branch, self%next, self%before, self%yielding, self%resting, self%let_go, self%left, &
+                     self%side)
       end if
-      allocate (self%contact(most_passed*n), self%branch(most_passed*n), self%next(n), self%before(n), source=0)
+      allocate (self%contact(most_passed*n), self%branch(most_passed*n), self%next(n), self%before(n), &
+                self%yielding(n), source=0)
       allocate (self%resting(n), self%let_go(n), self%left(2, n), source=.false.)
       allocate (self%side(2*n))
    end subroutine make_room
@@ -249,6 +252,7 @@ contains
          self%next = dynamics%mode%branch
          self%resting = .false.
          self%let_go = .false.
+         self%yielding = 0
          self%impacts = 0
          self%sides = 0
          call guards%measure(system, tau, z, .false., dynamics%excitation%now())
@@ -307,6 +311,11 @@ contains
             j = guards%entry(i)%contact
             associate (law => system%machine%contact(j)%law, next => guards%entry(i)%next)
                if (guards%entry(i)%function == of_force) then
+                  if (law%of_normal) then
+                     ! Of several that have come to their limits some may stick on as others slide.
+                     if (weakens(system%machine%contact(j), next)) self%yielding(j) = next
+                     if (self%yielding(j) /= 0) cycle
+                  end if
                   self%next(j) = next
                   self%let_go(j) = .true.
                   cycle
@@ -457,24 +466,23 @@ contains
             call assume(contact, side, self%resting, self%next, candidates)
             self%dynamics%mode%branch = self%next
             tied = 0
+            loose = 0
             if (candidates > 0) then
                call accelerations(self%dynamics, system, tau, z, self%guards%seen, second_rate, noise, normal, per_normal)
                call choose(contact, self%dynamics%w, side, self%resting, second_rate, noise, normal, per_normal, self%next, &
                            loose, tied, self%found)
                if (.not. self%found) return
                self%dynamics%mode%branch = self%next
-               if (loose > 0) then
-                  self%resting(loose) = .false.
-                  cycle
-               end if
             end if
-            call find_ties(self, system, tau, z, tied, tie, returned)
-            if (returned) cycle
-            if (size(tie) == 0) return
-            call break_ties(system, self%dynamics, tau, z, self%guards%seen, tie, loose)
-            self%next = self%dynamics%mode%branch
-            if (loose == 0) return
+            if (loose == 0) then
+               call find_ties(self, system, tau, z, tied, tie, returned)
+               if (returned) cycle
+               call break_ties(system, self%dynamics, tau, z, self%guards, tie, loose)
+               self%next = self%dynamics%mode%branch
+               if (loose == 0) return
+            end if
             self%resting(loose) = .false.
+            self%yielding = 0
          end do
       end associate
    end subroutine take_forces
@@ -503,8 +511,12 @@ contains
             tie = [tie, tie_t(j, side(i)%closed, branch_open, side(i)%direction)]
          end do
          do j = 1, size(tied)
-            if (tied(j) == 0) cycle
-            tie = [tie, tie_t(j, branch_sticking, merge(branch_forward, branch_backward, tied(j) > 0), real(tied(j), wp))]
+            associate (left => self%yielding(j) /= 0 .and. branch(j) == branch_sticking)
+               way = tied(j)
+               if (left) way = merge(1, -1, self%yielding(j) == branch_forward)
+               if (way == 0) cycle
+               tie = [tie, tie_t(j, branch_sticking, merge(branch_forward, branch_backward, way > 0), real(way, wp), left)]
+            end associate
          end do
          if (.not. any(self%let_go)) return
          call self%dynamics%mode%enter(system)
@@ -516,10 +528,6 @@ contains
             way = leaves(j)
             inwards = -way*derivatives%s(j, 2)/system%reach(j)
             if (abs(derivatives%s(j, 2)) <= noise_of(derivatives, system, j, 2)) then
-               ! What has lost force by leaving is not tied any more.
-               if (contact(j)%law%of_normal) then
-                  if (weakens(contact(j), branch(j))) cycle
-               end if
                tie = [tie, tie_t(j, self%before(j), branch(j), real(way, wp), left=.true.)]
             else if (inwards > most) then
                most = inwards

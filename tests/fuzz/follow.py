@@ -226,11 +226,14 @@ class Follower:
         """The mode after guards were hit; x gets the jumps."""
         contacts = self.machine.contacts
         branches = list(mode.branches)
-        let_go, touched, rest = set(), set(), set()
+        let_go, touched, rest, yielding = set(), set(), set(), []
         for i in hit:
             form, j, after = mode.guards[i]
             contact = contacts[j]
             if j in mode.held:
+                if self.weakens(j):
+                    yielding.append((j, after))
+                    continue
                 branches[j] = after
                 let_go.add(j)
             else:
@@ -275,6 +278,12 @@ class Follower:
                 branches[j] = STICK
             else:
                 branches[j] = int(np.sign(rate))
+        if yielding and not struck:
+            # Of frictions that weaken the first slides; what is below its limit then sticks on.
+            yielding += [other for other in self.leaving(mode, x, let_go) if self.weakens(other[0])]
+            j, after = min(yielding)
+            let_go.add(j)
+            branches[j] = after
         rest -= let_go if not struck else set()
         rest = {j for j in rest if contacts[j].with_stop is None or is_closed(branches[contacts[j].with_stop])}
         if self.machine.contacts and not any(c.rigid or c.friction for c in contacts):
@@ -286,12 +295,19 @@ class Follower:
             leaving = self.leaving(mode, x, let_go)
             if not leaving:
                 return mode
-            for j, after in leaving:
+            # What weakens as it begins to slide does so alone, the first of them; all else is decided again.
+            weak = [other for other in leaving if self.weakens(other[0])]
+            for j, after in weak[:1] or leaving:
                 let_go.add(j)
                 rest.discard(j)
                 closed = [side for side in closed if side[0] != j]
                 branches[j] = after
         raise GaveUpError("no mode")
+
+    def weakens(self, j):
+        """Whether a contact is friction that slides with less than it sticks with."""
+        contact = self.machine.contacts[j]
+        return contact.friction and contact.sliding < contact.most
 
     def put(self, x, form, within=0.0):
         """Put the state on a bound that its rounding has missed, or so far within."""

@@ -203,9 +203,10 @@ def planar(groups):
 
 
 def shaken(text):
-    """The text with the first load, or start, changed by 1e-12 of itself."""
-
-    def change(found):
-        return f"{found[1]}{float(found[2]) * (1 + 1e-12):.17g}"
-
-    return re.sub(r"(&load .*?(?:value|amplitude)=|velocity=)([-+.0-9e]+)", change, text, count=1)
+    """The text with the first number of a load or start that is not 0 changed by 1e-12 of itself."""
+    for group in re.finditer(r"^&(?:load|initial) .*", text, re.MULTILINE):
+        for found in re.finditer(r"(?:value|amplitude|velocity)=([-+.0-9e]+)", group[0]):
+            if float(found[1]) != 0:
+                first, last = (group.start() + found.start(1), group.start() + found.end(1))
+                return f"{text[:first]}{float(found[1]) * (1 + 1e-12):.17g}{text[last:]}"
+    return text

@@ -38,6 +38,13 @@ RIGHT = {
     "no_clearance": (2, 0.03462847730373899),
     # Stops on both sides without clearance take the speed of one to the other at once: 3 m/s of 1 kg are 1 m/s of 3 kg.
     "speed_between_edges": (2, 1.0),
+    # Two frictions that weaken come to their limits together, sin t = 0.75: the first slides, the other holds on.
+    "frictions_weaken_together": (1, 0.49124657760176416),
+    # Friction at its limit from the start, under a load that grows by less than a damper beside takes:
+    # 2 x'' + x' + x = 2 + sin(t)/2.
+    "damper_holds_friction": (0, 1.449571395425005),
+    # Bodies that move alike, their stop closed by a load: 5 x'' = 2.
+    "moving_alike": (0, 10.0),
     # Nothing moves; one friction after the other comes to its limit.
     "frictions_at_their_limits": (6, 0.0),
 }
