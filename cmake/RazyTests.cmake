@@ -63,6 +63,9 @@ else()
       message(FATAL_ERROR "add_pfunit_ctest(${name}): not understood: '${arg_UNPARSED_ARGUMENTS}', "
         "without value: '${arg_KEYWORDS_MISSING_VALUES}', TEST_SOURCES: '${arg_TEST_SOURCES}'")
     endif()
+    if(NOT arg_MAX_PES)
+      set(arg_MAX_PES 0)
+    endif()
     razy_add_pf_executable(${name} MAX_PES ${arg_MAX_PES} TEST_SOURCES ${arg_TEST_SOURCES}
       OTHER_SOURCES ${arg_OTHER_SOURCES} LINK_LIBRARIES ${arg_LINK_LIBRARIES})
     set(command $<TARGET_FILE:${name}>)
