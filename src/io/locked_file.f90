@@ -7,7 +7,7 @@ module razy_io_locked_file
                                                                              c_size_t
    use, intrinsic :: iso_fortran_env, only: int64, int8
    use razy_core_error, only: error_t, raise
-   use razy_io_posix, only: c_fclose, c_fileno, c_fopen, delete_file
+   use razy_io_posix, only: c_fclose, c_fileno, c_flock, c_fopen, delete_file, lock_at_once
    implicit none(type, external)
    private
 
@@ -32,17 +32,10 @@ module razy_io_locked_file
    end type locked_file_t
 
    integer, parameter :: bytes_per_word = 8
-   !> LOCK_EX | LOCK_NB of flock, SEEK_END of lseek.
-   integer(c_int), parameter :: lock_at_once = 6_c_int, from_end = 2_c_int
+   !> SEEK_END of lseek.
+   integer(c_int), parameter :: from_end = 2_c_int
 
    interface
-      function c_flock(descriptor, operation) result(status) bind(C, name="flock")
-         import :: c_int
-         implicit none(type, external)
-         integer(c_int), value, intent(in) :: descriptor, operation
-         integer(c_int) :: status
-      end function c_flock
-
       function c_ftruncate(descriptor, length) result(status) bind(C, name="ftruncate")
          import :: c_int, c_int64_t
          implicit none(type, external)
@@ -212,10 +205,8 @@ contains
       integer(c_int) :: code
 
       if (.not. c_associated(self%stream)) return
-      if (self%changed) then
-         if (c_lseek(c_fileno(self%stream), 0_c_int64_t, from_end) > bytes_per_word*self%length) then
-            code = c_ftruncate(c_fileno(self%stream), bytes_per_word*self%length)
-         end if
+      if (self%changed .and. c_lseek(c_fileno(self%stream), 0_c_int64_t, from_end) > bytes_per_word*self%length) then
+         code = c_ftruncate(c_fileno(self%stream), bytes_per_word*self%length)
       end if
       code = c_fclose(self%stream)
       self%stream = c_null_ptr
