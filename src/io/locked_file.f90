@@ -205,8 +205,10 @@ contains
       integer(c_int) :: code
 
       if (.not. c_associated(self%stream)) return
-      if (self%changed .and. c_lseek(c_fileno(self%stream), 0_c_int64_t, from_end) > bytes_per_word*self%length) then
-         code = c_ftruncate(c_fileno(self%stream), bytes_per_word*self%length)
+      if (self%changed) then
+         if (c_lseek(c_fileno(self%stream), 0_c_int64_t, from_end) > bytes_per_word*self%length) then
+            code = c_ftruncate(c_fileno(self%stream), bytes_per_word*self%length)
+         end if
       end if
       code = c_fclose(self%stream)
       self%stream = c_null_ptr
