@@ -5,8 +5,9 @@
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 find_package(PFUNIT QUIET)
 
-set(RAZY_TEST_ENVIRONMENT
-  OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1)
+# More ranks than cores: the last is its name from Open MPI 5 on. Tests that call CMake take the build's generator.
+set(RAZY_TEST_ENVIRONMENT OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1
+  PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe "CMAKE_GENERATOR=${CMAKE_GENERATOR}")
 
 set(razy_pfunit OFF)
 if(NOT PFUNIT_FOUND)
@@ -62,6 +63,9 @@ else()
     if(arg_UNPARSED_ARGUMENTS OR arg_KEYWORDS_MISSING_VALUES OR NOT arg_TEST_SOURCES)
       message(FATAL_ERROR "add_pfunit_ctest(${name}): not understood: '${arg_UNPARSED_ARGUMENTS}', "
         "without value: '${arg_KEYWORDS_MISSING_VALUES}', TEST_SOURCES: '${arg_TEST_SOURCES}'")
+    endif()
+    if(NOT arg_MAX_PES)
+      set(arg_MAX_PES 0)
     endif()
     razy_add_pf_executable(${name} MAX_PES ${arg_MAX_PES} TEST_SOURCES ${arg_TEST_SOURCES}
       OTHER_SOURCES ${arg_OTHER_SOURCES} LINK_LIBRARIES ${arg_LINK_LIBRARIES})

@@ -63,18 +63,25 @@ contains
    end subroutine read_case
 
    !> All has been read: ends the program with `error`, if there is one, or if the output exists; with --check after the effective
-   !> input.
-   subroutine end_checks(command, input, error)
+   !> input and what is to be known of the machine.
+   subroutine end_checks(command, input, error, cautions)
       type(command_t), intent(in) :: command
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(inout) :: error
+      type(string_t), intent(in), optional :: cautions(:)
 
       type(string_t) :: none(0)
+      integer :: i
 
       if (.not. allocated(error) .and. .not. command%check) call check_files(command, input, none, error)
       if (allocated(error)) call fail(error%message, exit_usage)
       if (.not. command%check) return
       write (output_unit, "(a)", advance="no") input%effective()
+      if (present(cautions)) then
+         do i = 1, size(cautions)
+            call say(cautions(i)%text)
+         end do
+      end if
       stop
    end subroutine end_checks
 

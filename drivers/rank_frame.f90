@@ -1,5 +1,6 @@
 !! What programs that run on several ranks do when they begin and end.
 module rank_frame
+   use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_flag, ieee_set_halting_mode, ieee_usual
    use command_line, only: command_t, finish, say
    use mpi_f08, only: mpi_comm_world, mpi_finalize, mpi_init_thread, mpi_thread_single
    use razy_core_error, only: error_t
@@ -20,12 +21,18 @@ contains
    subroutine begin_ranks(ranks)
       type(communicator_t), intent(out) :: ranks
 
+      logical :: halts(size(ieee_usual))
       integer :: provided
 
       call use_one_thread()
       call hold_signals()
       call let_writes_fail()
+      ! Libraries of MPI may raise what a debug build stops at.
+      call ieee_get_halting_mode(ieee_usual, halts)
+      call ieee_set_halting_mode(ieee_usual, .false.)
       call mpi_init_thread(mpi_thread_single, provided)
+      call ieee_set_flag(ieee_usual, .false.)
+      call ieee_set_halting_mode(ieee_usual, halts)
       call new_communicator(ranks, mpi_comm_world)
    end subroutine begin_ranks
 

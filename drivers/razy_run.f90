@@ -18,7 +18,7 @@ program razy_run
 
    call begin_program("razy-run", "compute one motion: trajectory, events, extrema, as &record asks", command, input)
    call new_run(run, input, error)
-   call end_checks(command, input, error)
+   call end_checks(command, input, error, run%machine%caution)
    call run%compute(error)
    if (allocated(error)) call fail(error%message, exit_failure)
    call run%columns(table)

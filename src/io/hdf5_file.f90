@@ -3,6 +3,7 @@
 !! `create`, then what razy_io_hdf5_column offers, then `commit`; after any error
 !! `discard`. A file object that is neither committed nor discarded leaves its partial file behind.
 module razy_io_hdf5_file
+   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_char, c_null_ptr, c_ptr
    use hdf5, only: h5f_acc_trunc_f, h5f_close_strong_f, h5f_libver_latest_f, h5f_libver_v18_f, h5f_scope_global_f, h5fclose_f, &
                    h5fcreate_f, h5fflush_f, h5p_crt_order_indexed_f, h5p_crt_order_tracked_f, h5p_file_access_f, &
                    h5p_file_create_f, h5pclose_f, h5pcreate_f, h5pset_fclose_degree_f, h5pset_libver_bounds_f, &
@@ -11,7 +12,8 @@ module razy_io_hdf5_file
    use razy_core_error, only: error_t, raise
    use razy_core_number, only: to_text
    use razy_io_hdf5_library, only: check_hdf5, start_hdf5
-   use razy_io_posix, only: check_directory, claim, delete_file, parent_directory, path_exists, publish, synchronise
+   use razy_io_posix, only: c_fclose, c_fileno, c_flock, c_fopen, check_directory, claim, delete_file, lock_at_once, lock_shared, &
+                            parent_directory, path_exists, publish, synchronise
    implicit none(type, external)
    private
 
@@ -25,6 +27,8 @@ module razy_io_hdf5_file
       character(:), allocatable :: path
       !> Name until `commit`.
       character(:), allocatable :: partial
+      !> The folder, which all hold by a shared lock who write a file in it.
+      type(c_ptr), private :: folder = c_null_ptr
    contains
       procedure :: create
       procedure :: commit
@@ -51,6 +55,7 @@ contains
       if (.not. allocated(error)) call start_hdf5(error)
       if (allocated(error)) return
       self%path = trim(path)
+      call hold_folder(self)
       do attempt = 1, most_partial_files
          self%partial = partial_name(self%path, attempt)
          call claim(self%partial, claimed)
@@ -66,6 +71,26 @@ contains
          call raise(error, self%path//": "//self%partial//" and those before it exist; delete what killed runs left behind")
       end if
    end subroutine create
+
+   !> Take part in the lock of the folder, which the kernel drops when the program ends in whatever way. Who is alone with it for a
+   !> moment deletes what killed runs left of this file; where folders know no locks it stays.
+   subroutine hold_folder(self)
+      class(hdf5_file_t), intent(inout) :: self
+      integer(c_int) :: status
+
+      self%folder = c_fopen(parent_directory(self%path)//c_null_char, "r"//c_null_char)
+      if (.not. c_associated(self%folder)) return
+      if (c_flock(c_fileno(self%folder), lock_at_once) == 0_c_int) call delete_partial_files(self%path)
+      status = c_flock(c_fileno(self%folder), lock_shared)
+   end subroutine hold_folder
+
+   subroutine release_folder(self)
+      class(hdf5_file_t), intent(inout) :: self
+      integer(c_int) :: status
+
+      if (c_associated(self%folder)) status = c_fclose(self%folder)
+      self%folder = c_null_ptr
+   end subroutine release_folder
 
    pure function partial_name(path, attempt) result(name)
       character(*), intent(in) :: path
@@ -84,7 +109,7 @@ contains
       logical :: deleted
 
       do attempt = 1, most_partial_files
-         if (path_exists(partial_name(path, attempt))) call delete_file(partial_name(path, attempt), deleted)
+         call delete_file(partial_name(path, attempt), deleted)
       end do
    end subroutine delete_partial_files
 
@@ -133,6 +158,7 @@ contains
          return
       end if
       call publish(self%partial, self%path, overwrite, error)
+      call release_folder(self)
       ! Some file systems cannot flush a directory; the file itself is on the disk.
       if (.not. allocated(error)) call synchronise(parent_directory(self%path), unsupported)
    end subroutine commit
@@ -146,6 +172,7 @@ contains
       if (self%id >= 0_hid_t) call h5fclose_f(self%id, status)
       self%id = -1_hid_t
       if (allocated(self%partial)) call delete_file(self%partial, deleted)
+      call release_folder(self)
    end subroutine discard
 
 end module razy_io_hdf5_file

@@ -9,6 +9,7 @@
 module razy_io_journal
    use, intrinsic :: iso_fortran_env, only: int64
    use razy_core_error, only: error_t, raise
+   use razy_core_number, only: to_text
    use razy_core_resize, only: resize
    use razy_io_locked_file, only: locked_file_t
    use razy_io_posix, only: synchronise
@@ -155,13 +156,11 @@ contains
       integer(int64), intent(in) :: place
       type(error_t), allocatable, intent(out) :: error
 
-      character(24) :: number
       integer(int64) :: later
 
       do later = place + 1, self%file%length - n_mark
          if (.not. is_mark(self, later)) cycle
-         write (number, "(i0)") 8*place
-         call raise(error, self%file%path//": is damaged at byte "//trim(number)//"; delete it to begin anew")
+         call raise(error, self%file%path//": is damaged at byte "//to_text(8*place)//"; delete it to begin anew")
          return
       end do
    end subroutine refuse_damage
@@ -246,10 +245,7 @@ contains
       if (.not. found) return
       n = length(1)
       if (.not. allocated(words)) allocate (words(max(n, 64_int64)))
-      if (size(words, kind=int64) < n) then
-         deallocate (words)
-         allocate (words(2*n))
-      end if
+      if (size(words, kind=int64) < n) call resize(words, 2*n)
       call look(self, at + 1, words(:n), found)
       if (found) call look(self, at + n + 1, sum, found)
       if (found) found = sum(1) == checksum_from(checksum(length), words(:n))

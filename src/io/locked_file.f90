@@ -7,7 +7,7 @@ module razy_io_locked_file
                                                                              c_size_t
    use, intrinsic :: iso_fortran_env, only: int64, int8
    use razy_core_error, only: error_t, raise
-   use razy_io_posix, only: c_fclose, c_fileno, c_fopen, delete_file
+   use razy_io_posix, only: c_fclose, c_fileno, c_flock, c_fopen, delete_file, lock_at_once
    implicit none(type, external)
    private
 
@@ -32,17 +32,10 @@ module razy_io_locked_file
    end type locked_file_t
 
    integer, parameter :: bytes_per_word = 8
-   !> LOCK_EX | LOCK_NB of flock, SEEK_END of lseek.
-   integer(c_int), parameter :: lock_at_once = 6_c_int, from_end = 2_c_int
+   !> SEEK_END of lseek.
+   integer(c_int), parameter :: from_end = 2_c_int
 
    interface
-      function c_flock(descriptor, operation) result(status) bind(C, name="flock")
-         import :: c_int
-         implicit none(type, external)
-         integer(c_int), value, intent(in) :: descriptor, operation
-         integer(c_int) :: status
-      end function c_flock
-
       function c_ftruncate(descriptor, length) result(status) bind(C, name="ftruncate")
          import :: c_int, c_int64_t
          implicit none(type, external)

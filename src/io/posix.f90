@@ -7,9 +7,11 @@ module razy_io_posix
    implicit none(type, external)
    private
 
-   public :: c_fclose, c_fileno, c_fopen
+   public :: c_fclose, c_fileno, c_flock, c_fopen, lock_at_once, lock_shared
    public :: check_directory, check_distinct, check_path, claim, delete_file, parent_directory, path_exists, publish, synchronise
 
+   !> LOCK_EX | LOCK_NB and LOCK_SH of flock.
+   integer(c_int), parameter :: lock_at_once = 6_c_int, lock_shared = 1_c_int
    integer(c_int), parameter :: mode_exists = 0_c_int
    integer(c_int), parameter :: mode_write_and_search = 3_c_int
    !> What `c_look_up` finds, and whether links are followed.
@@ -39,6 +41,13 @@ module razy_io_posix
          type(c_ptr), value, intent(in) :: stream
          integer(c_int) :: descriptor
       end function c_fileno
+
+      function c_flock(descriptor, operation) result(status) bind(C, name="flock")
+         import :: c_int
+         implicit none(type, external)
+         integer(c_int), value, intent(in) :: descriptor, operation
+         integer(c_int) :: status
+      end function c_flock
 
       function c_access(path, mode) result(status) bind(C, name="access")
          import :: c_char, c_int
@@ -195,14 +204,8 @@ contains
       integer :: slash
 
       slash = index(path, "/", back=.true.)
-      select case (slash)
-      case (0)
-         directory = "."
-      case (1)
-         directory = "/"
-      case default
-         directory = path(:slash - 1)
-      end select
+      directory = "."
+      if (slash > 0) directory = path(:max(1, slash - 1))
    end function parent_directory
 
    !> Create an empty file of this name; `claimed` is false where something has the name or no file can be created.
@@ -255,7 +258,6 @@ contains
          done = c_link(partial//c_null_char, final//c_null_char) == 0_c_int
          if (done) then
             call delete_file(partial, deleted)
-            if (.not. deleted) call raise(error, final//" is complete, but "//partial//" cannot be deleted")
          else if (path_exists(final)) then
             call raise(error, final//": exists already; the new result is in "//partial)
          end if

@@ -192,13 +192,10 @@ contains
       values = self%parameter
       values(self%active) = u(size(u))*self%range
       call self%map%go_to(values, error)
-      ok = .not. allocated(error)
-      if (.not. ok) then
-         self%reason = error%message
-         return
-      end if
-      ok = self%map%n == n
-      if (.not. ok) self%reason = "the number of coordinates that are felt changes"
+      ok = .not. allocated(error) .and. self%map%n == n
+      if (ok) return
+      self%reason = "the number of coordinates that are felt changes"
+      if (allocated(error)) self%reason = error%message
    end subroutine go_to
 
    !> Whether a contact of the machine is a ring.

@@ -85,18 +85,22 @@ module razy_orbits_period_map
 
 contains
 
-   !> Take the machine at these values of the parameters.
+   !> Take the machine at these values of the parameters. Where there is none, the period stays that of the one before: whether
+   !> there is excitation hangs on no value.
    subroutine go_to(self, parameter, error)
       class(period_map_t), intent(inout), target :: self
       real(wp), intent(in) :: parameter(:)
       type(error_t), allocatable, intent(out) :: error
 
+      real(wp) :: period
+
       if (allocated(self%parameter)) then
          if (.not. any(abs(self%parameter - parameter) > 0.0_wp)) return
          deallocate (self%parameter)
       end if
-      call self%family%make(parameter, self%by, self%period, error)
+      call self%family%make(parameter, self%by, period, error)
       if (allocated(error)) return
+      self%period = period
       associate (system => self%by%system)
          if (system%structure /= self%structure .or. .not. allocated(self%basis)) then
             call find_basis(self%basis, self%positions, system)

@@ -55,11 +55,10 @@ contains
                                 "': balance them, or start from 'zero' or 'given'")
          end if
          do j = 1, size(machine%contact)
-            if (allocated(error) .or. pressed_by(machine, j) == 0) cycle
-            associate (by => machine%contact(pressed_by(machine, j)))
-               call stretch_of(by, machine%displacement, rest)
-               if (by%law%branch(by%law%initial_branch(rest, 0.0_wp))%closed) call complain_of(j)
-            end associate
+            at = pressed_by(machine, j)
+            if (allocated(error) .or. at == 0) cycle
+            call stretch_of(machine%contact(at), machine%displacement, rest)
+            if (machine%contact(at)%law%branch(machine%contact(at)%law%initial_branch(rest, 0.0_wp))%closed) call complain_of(j)
          end do
       case ("zero")
       case default

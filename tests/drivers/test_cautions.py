@@ -99,7 +99,9 @@ def test_a_trajectory_that_is_too_coarse_for_an_excitation(folder):
     for period, coarse in ((1.01, True), (0.99, False)):
         interval = sets(record__interval=period / 2 / 1000)
         done = succeed("razy-run", case, *record, *interval, "--output", "run.h5", "--force")
-        assert ("in a period of the fastest excitation, 1000.0 Hz" in done.stderr) == coarse, done.stderr
+        checked = succeed("razy-run", case, *record, *interval, "--check")
+        for said in (done.stderr, checked.stderr):
+            assert ("in a period of the fastest excitation, 1000.0 Hz" in said) == coarse, said
     up = sets(
         record__interval=1e-3, rotation__acceleration_rpm_per_s=500, motion__integrator="'dop853'", motion__t_end=1
     )

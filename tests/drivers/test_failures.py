@@ -1,5 +1,7 @@
 """Points that fail, and programs that are killed."""
 
+import fcntl
+import os
 import subprocess
 import time
 from pathlib import Path
@@ -66,8 +68,16 @@ def test_killed_sweep_leaves_no_file_of_the_final_name_and_keeps_an_older_one():
     assert Path("torsional_gear_pair.h5").read_bytes() == before
 
 
-def test_unfinished_file_of_a_killed_run_is_in_nobodys_way():
-    Path("torsional_gear_pair.h5.partial").write_text("unfinished")
+def test_what_a_killed_run_left_goes_with_the_next_unless_another_is_writing():
+    """Writing is told by a shared lock of the folder, which a kill drops."""
+    unfinished = [Path("torsional_gear_pair.h5.partial"), Path("torsional_gear_pair.h5.2.partial")]
+    other = Path("other.h5.partial")
+    for file in (*unfinished, other):
+        file.write_text("unfinished")
+    folder = os.open(".", os.O_RDONLY)
+    fcntl.flock(folder, fcntl.LOCK_SH)
     succeed("razy-sweep", GEAR_PAIR, *sets(sweep__step=400))
-    assert left() == ["torsional_gear_pair.h5", "torsional_gear_pair.h5.partial"]
-    assert Path("torsional_gear_pair.h5.partial").read_text() == "unfinished"
+    assert [file.read_text() for file in unfinished] == ["unfinished"] * 2
+    os.close(folder)
+    succeed("razy-sweep", GEAR_PAIR, *sets(sweep__step=400), "--force")
+    assert left() == ["other.h5.partial", "torsional_gear_pair.h5"]

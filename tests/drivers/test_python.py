@@ -34,6 +34,7 @@ def programs(monkeypatch):
     monkeypatch.setenv("RAZY_BIN", str(BUILD / "bin"))
     for name in ("OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "OMPI_MCA_rmaps_base_oversubscribe"):
         monkeypatch.setenv(name, "1")
+    monkeypatch.setenv("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe")
 
 
 def execute(code, known):

@@ -102,8 +102,13 @@ def test_a_pedestal_without_mass_is_refused(folder):
     ("old", "new", "line"),
     [
         ("n = 0\n", "", "an element has no 'n'"),
-        ("m = 32", "m = 1" + "0" * 400 + "\nx = 32", "is beyond what a number can be"),
-        ("odl = 0.05", "odl = 'x'", "not what Rotor.save writes"),
+        ("m = 32", "m = 1" + "0" * 400 + "\nx = 32", "is beyond 1e.30"),
+        ("m = 32", "m = 1e308\nx = 32", "is beyond 1e.30"),
+        ("odl = 0.05", "odl = 'x'", "a number that is not negative is wanted"),
+        ("odl = 0.05", "odl = -0.05", "a number that is not negative is wanted"),
+        ("odl = 0.05", "odl = true", "a number that is not negative is wanted"),
+        ("odl = 0.05", "odl = [0.05]", "a number that is not negative is wanted"),
+        ("kxx = [", "kxx = [true, ", "numbers are wanted"),
     ],
 )
 def test_what_rotor_save_does_not_write_is_one_line(folder, old, new, line):

@@ -1,6 +1,7 @@
 !! MPI half of the stand-in for pFUnit: a test runs on a communicator of the first npes ranks, the others wait for its outcome.
 !! As the real one it hands on all of module mpi.
 module pfunit
+   use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_flag, ieee_set_halting_mode, ieee_usual
    use mpi
    use funit
    implicit none(type, external)
@@ -81,11 +82,16 @@ contains
       call end_test(failed)
    end subroutine end_shared_test
 
-   !> Start MPI.
+   !> Start MPI, whose libraries may raise what the tests stop at (Open MPI 5 of Debian 13 does).
    subroutine begin_mpi()
+      logical :: halts(size(ieee_usual))
       integer :: status
 
+      call ieee_get_halting_mode(ieee_usual, halts)
+      call ieee_set_halting_mode(ieee_usual, .false.)
       call MPI_Init(status)
+      call ieee_set_flag(ieee_usual, .false.)
+      call ieee_set_halting_mode(ieee_usual, halts)
    end subroutine begin_mpi
 
    !> Print the closing lines on the first rank and end MPI.

@@ -29,6 +29,10 @@ RPM = 30.0 / math.pi
 COEFFICIENTS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
 UNITS = dict.fromkeys(COEFFICIENTS[:4], "N/m") | dict.fromkeys(COEFFICIENTS[4:], "N s/m")
 MASSES = ("mxx", "mxy", "myx", "myy", "mzz")
+COUPLED = ("m_l", "m_r", "Ip_l", "Ip_r", "Id_l", "Id_r")
+SIZES = ("L", "idl", "odl", "E", "G_s", "rho", "m", "Ip", "Id", "mx", "my", "mz", *COUPLED)
+LARGEST = 1.0e30
+"""What razy takes."""
 
 
 @checked
@@ -105,20 +109,26 @@ def read_elements(file: Path) -> dict[str, list[dict[str, Any]]]:
     elements: dict[str, list[dict[str, Any]]] = defaultdict(list)
     for name, members in data.items() if isinstance(data, dict) else ():
         if isinstance(members, dict) and name != "parameters" and not name.startswith("_"):
-            _check_numbers(file, name, members)
+            _check_values(file, name, "", members)
             elements[name.split("_")[0]].append(members)
     if "ShaftElement" not in elements:
         raise ResultError(f"{file}: no ShaftElement: write it by Rotor.save of ROSS")
     return dict(elements)
 
 
-def _check_numbers(file: Path, name: str, value: Any) -> None:
-    """Raise a `ResultError` for a number that no double holds: a case with it would be refused."""
-    if isinstance(value, dict | list):
-        for item in value.values() if isinstance(value, dict) else value:
-            _check_numbers(file, name, item)
-    elif isinstance(value, int | float) and not abs(value) <= sys.float_info.max:
-        raise ResultError(f"{file}: {excerpt(name)}: {excerpt(str(value))} is beyond what a number can be")
+def _check_values(file: Path, name: str, key: str, value: Any) -> None:
+    """Raise a `ResultError` for a value that no case may have: with it the case would be refused."""
+    said = f"{file}: {excerpt(name)}: {excerpt(f'{key} = {value}')}"
+    if isinstance(value, dict):
+        for inner, item in value.items():
+            _check_values(file, name, inner, item)
+    elif key in SIZES and (isinstance(value, bool) or not isinstance(value, int | float) or value < 0.0):
+        raise ResultError(f"{said}: a number that is not negative is wanted")
+    elif key in (*COEFFICIENTS, *MASSES) and any(isinstance(item, bool | str) for item in _list(value)):
+        raise ResultError(f"{said}: numbers are wanted")
+    for item in _list(value):
+        if isinstance(item, int | float) and not abs(item) <= LARGEST:
+            raise ResultError(f"{said} is beyond {LARGEST:.0e}")
 
 
 def _add_shafts(groups: dict[str, Any], file: Path, elements: list[dict[str, Any]]) -> dict[int, dict[str, Any]]:
