@@ -189,7 +189,7 @@ contains
       if (status == linear_rigid) then
          call self%input%complain(error, "modes", 1, "contacts", "'open': the contact "//machine%contact(culprit)%name//" is rigid")
       else if (status /= linear_ok) then
-         call self%input%complain(error, "modes", 1, "contacts", "'open' or 'closed', with piecewise linear contacts")
+         call self%input%complain(error, "modes", 1, "contacts", "'open', as not all contacts are piecewise linear")
       end if
       hertz = machine%tone%hertz
    end subroutine respond
