@@ -6,7 +6,7 @@ module razy_machine_linearised
    use razy_core_kinds, only: wp
    use razy_linalg_dense, only: add_outer
    use razy_machine_equilibrium, only: find_equilibrium
-   use razy_machine_machine, only: contact_t, machine_t, stretch_of
+   use razy_machine_machine, only: contact_t, is_ring, machine_t, stretch_of
    implicit none(type, external)
    private
 
@@ -81,7 +81,7 @@ contains
          if (law%of_normal) return
          branch = law%home
          ! A ring has no side to be closed on: at rest it is open.
-         if (contacts == contacts_closed .and. .not. allocated(contact%frame)) then
+         if (contacts == contacts_closed .and. .not. is_ring(contact)) then
             branch = law%shut
          else if (contacts == contacts_equilibrium) then
             branch = law%initial_branch(s, 0.0_wp)

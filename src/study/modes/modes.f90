@@ -66,7 +66,7 @@ contains
          return
       end if
       allocate (self%rotor)
-      call self%rotor%build_model(input, error)
+      call self%rotor%build_model(input, .false., error)
       reduced = is_reduced(input)
       if (.not. allocated(error) .and. (reduced .or. input%count("campbell") > 0)) then
          call reduce(self%rotor%reduced, self%rotor%model, input, error)
