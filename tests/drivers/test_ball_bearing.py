@@ -90,6 +90,20 @@ def test_rest_on_the_elements(folder, bearing, n, k):
     assert place_of("rest.h5")[0] == pytest.approx([-right, 0.0], rel=1e-10, abs=1e-15)
 
 
+def test_rest_with_preload(folder):
+    """A negative clearance presses all elements; they share the load."""
+    case = folder / "preload.nml"
+    bearing = BALL.format(alpha=1.0).replace("clearance=5e-6", "clearance=-3e-6").replace("angle=10.0", "angle=0.0")
+    case.write_text(RIGID + bearing + "&load on='r.1.v', value=500.0 /\n&motion t_end=1e-3, start='static' /\n" + PLACE)
+    succeed("razy-run", case)
+
+    def missing(q):
+        return sum(K * max(q * c + 3e-6, 0) ** 1.5 * c for c in np.cos(np.pi / 4 * np.arange(BALLS))) - 500.0
+
+    right = brentq(missing, 0.0, 1e-3, xtol=1e-20, rtol=1e-14)
+    assert place_of("preload.h5")[0] == pytest.approx([right, 0.0], rel=1e-10, abs=1e-15)
+
+
 def test_motion_against_scipy(folder):
     case = folder / "motion.nml"
     more = f"&motion t_end=0.05, start='zero', {TIGHT} /\n"
@@ -203,12 +217,19 @@ def test_modes_with_the_stiffness_at_a_load(folder):
     succeed("razy-modes", case)
     found = values_of("modes.h5")["natural_frequency"]
     assert 2 * np.pi * found == pytest.approx(2 * [np.sqrt(4 * per_element / MASS)], rel=1e-9)
+    with case.open("a") as file:
+        file.write("&unbalance shaft='r', node=1, moment=1e-5 /\n")
+        file.write("&response parameter='rotation%speed_rpm', first=1.0, last=9.0, points=3 /\n" + PLACE)
+    done = start("razy-modes", case)
+    assert done.returncode == 2
+    assert "&bearing clearance = 5e-6: left out with &response" in done.stderr
 
 
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
         ("cage_ratio=0.4, ", "", "&bearing cage_ratio: required with a clearance, where ball_diameter"),
+        ("cage_ratio=0.4, ", "ball_diameter=0.02, pitch_diameter=0.01, ", "and a larger pitch_diameter do not give it"),
         ("contact_stiffness=1.3e10, ", "", "&bearing ball_diameter: required by kind = 'ball'"),
         ("'ball'", "'rolling'", "&bearing contact_stiffness = 1.3e10: left out with kind = 'rolling'"),
         ("clearance=5e-6, ", "element_load=9.0, ", "&bearing contact_stiffness = 1.3e10: only with a clearance"),

@@ -108,8 +108,7 @@ contains
          call input%complain(error, "bearing", i, "contact_stiffness", "left out with kind = 'rolling': radial_stiffness")
          return
       end if
-      side%present = .true.
-      side%exponent = exponents(kind)
+      side = power_side_t(.true., exponent=exponents(kind))
       call input%get("bearing", i, "clearance", side%edge)
       call input%get("bearing", i, "hysteresis", side%hysteresis)
       call read_radial(radial, input, i, kind, 1.0_wp, error)
@@ -133,15 +132,15 @@ contains
       integer :: end
 
       tone = 0
-      turns = 1.0_wp
-      if (input%given("bearing", i, "cage_ratio")) then
-         call input%get("bearing", i, "cage_ratio", cage)
-      else if (input%given("bearing", i, "ball_diameter") .and. input%given("bearing", i, "pitch_diameter")) then
+      cage = -1.0_wp
+      if (input%given("bearing", i, "ball_diameter") .and. input%given("bearing", i, "pitch_diameter")) then
          call input%get("bearing", i, "ball_diameter", ball)
          call input%get("bearing", i, "pitch_diameter", pitch)
          cage = (1 - ball/pitch)/2
-      else
-         call input%complain(error, "bearing", i, "cage_ratio", "required with a clearance, where ball_diameter and "// &
+      end if
+      call input%get("bearing", i, "cage_ratio", cage)
+      if (cage < 0.0_wp) then
+         call input%complain(error, "bearing", i, "cage_ratio", "required with a clearance, where ball_diameter and a larger "// &
                              "pitch_diameter do not give it: speed of the cage over that of the shaft, about 0.4")
          return
       end if
@@ -156,9 +155,8 @@ contains
          end do
       end associate
       frequency = harmonics%of_order(cage*speed(1) + (1 - cage)*speed(2))
-      if (.not. max(abs(frequency%hertz), abs(frequency%sweep)) > 0.0_qp) return
-      if (frequency%hertz < 0.0_qp .or. (.not. frequency%hertz > 0.0_qp .and. frequency%sweep < 0.0_qp)) turns = -1.0_wp
-      call find_tone(harmonics, frequency, tone)
+      turns = sign(1.0_wp, real(merge(frequency%hertz, frequency%sweep, abs(frequency%hertz) > 0.0_qp), wp))
+      if (max(abs(frequency%hertz), abs(frequency%sweep)) > 0.0_qp) call find_tone(harmonics, frequency, tone)
    end subroutine find_cage
 
 end module razy_scenes_rotor_rolling
