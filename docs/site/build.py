@@ -35,6 +35,13 @@ LINK = re.compile(r"(?<!!)\[([^\]]*)\]\(([^)#\s]+)(#[^)\s]*)?\)")
 ITEMS = "<!-- items of the report -->"
 # Further pictures of an input in the gallery: program, kind, what it shows.
 FURTHER = {
+    "ball_bearing": [
+        ("razy-run", "orbit", "The orbit of the shaft in the bearing, with a mark once in each revolution.")
+    ],
+    "coaxial_shafts": [("razy-modes", "campbell", "The Campbell diagram, with the lines of both speeds.")],
+    "loose_pedestal": [
+        ("razy-run", "orbit", "The orbit of the disk while the foot lifts, with a mark once in each revolution.")
+    ],
     "rotor_whirl": [("razy-modes", "bode", "The response to unbalance, with the range of operation.")],
     "run_up": [
         ("razy-run", "ordermap", "Amplitudes over speed and order."),

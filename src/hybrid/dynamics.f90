@@ -25,7 +25,7 @@ module razy_hybrid_dynamics
       !> Direction of each contact: s' = wᵀy' + what does not depend on the state (m, contacts).
       real(wp), allocatable :: w(:, :)
       !> In a plane directions turn with the displacement, dw = turned (aroundᵀ dy) (m, contacts): s' changes by swing (aroundᵀ dy),
-      !> and s'' is larger by `bend` (contacts). Elsewhere all are 0.
+      !> and s'' is larger by `bend` (contacts). In a frame that a tone turns `turned` is 0, elsewhere all are.
       real(wp), allocatable :: turned(:, :), around(:, :), swing(:), bend(:)
       !> Sharpness of smoothed jumps, if the mode has smoothed laws.
       real(wp) :: sharpness = 0.0_wp
@@ -33,6 +33,7 @@ module razy_hybrid_dynamics
       procedure :: make_room
       procedure :: look_at_contact
       procedure, private :: look_in_plane
+      procedure, private :: look_in_turning
       procedure :: aim
       procedure :: slope_of_rate
       procedure :: look_at_contacts
@@ -91,6 +92,10 @@ contains
       real(wp) :: d(2), n(2), rate(2)
 
       if (.not. allocated(system%frame(j)%across)) return
+      if (system%frame(j)%tone > 0) then
+         call self%look_in_turning(system, j, z)
+         return
+      end if
       associate (frame => system%frame(j), u => system%w(:, j), v => system%frame(j)%across, y => z(:system%m), &
                  speed => z(system%m + 1:))
          d = [dot_product(u, y), dot_product(v, y)] - frame%centre
@@ -114,6 +119,26 @@ contains
          self%bend(j) = self%swing(j)*dot_product(self%around(:, j), speed)
       end associate
    end subroutine look_in_plane
+
+   !> The same of a contact whose frame turns with a tone.
+   pure subroutine look_in_turning(self, system, j, z)
+      class(dynamics_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      real(wp), intent(in) :: z(:)
+
+      complex(wp) :: e(0:2)
+
+      associate (frame => system%frame(j), u => system%w(:, j), y => z(:system%m), speed => z(system%m + 1:))
+         e = frame%phase*self%excitation%turning(system%machine%tone, frame%tone)
+         self%w(:, j) = e(0)%re*u + e(0)%im*frame%across
+         self%around(:, j) = e(1)%re*u + e(1)%im*frame%across
+         self%swing(j) = 1.0_wp
+         self%bend(j) = 2*dot_product(self%around(:, j), speed) + dot_product(e(2)%re*u + e(2)%im*frame%across, y)
+         self%s(j) = dot_product(self%w(:, j), y)
+         self%rate(j) = dot_product(self%w(:, j), speed) + dot_product(self%around(:, j), y)
+      end associate
+   end subroutine look_in_turning
 
    !> Turn the directions of constraints in a plane as they are at z and the time looked at last.
    subroutine aim(self, system, z)

@@ -16,6 +16,7 @@ module razy_hybrid_excitation
       procedure :: begin
       procedure :: look
       procedure :: rate
+      procedure :: turning
       procedure :: now
    end type excitation_t
 
@@ -109,7 +110,18 @@ contains
       end do
    end function rate
 
-   !> E of the swept tone number t at the time looked at last, and its first and second derivative.
+   !> E of tone number t at the time looked at last, and its first and second derivative.
+   pure function turning(self, tone, t) result(phasor)
+      class(excitation_t), intent(in) :: self
+      type(tone_t), intent(in) :: tone(:)
+      integer, intent(in) :: t
+      complex(wp) :: phasor(0:2)
+
+      phasor = self%phasor(t)*(cmplx(0.0_wp, tone(t)%omega, wp)**[0, 1, 2])
+      if (tone(t)%is_swept()) phasor = swept_phasors(self, tone(t), t)
+   end function turning
+
+   !> The same of a swept tone.
    pure function swept_phasors(self, tone, t) result(phasor)
       type(excitation_t), intent(in) :: self
       type(tone_t), intent(in) :: tone

@@ -157,7 +157,8 @@ contains
          if (.not. allocated(self%machine%contact(j)%frame)) cycle
          self%curved = .true.
          associate (frame => self%machine%contact(j)%frame, project => self%coupled%project)
-            self%frame(j) = frame_t(matmul(project, frame%across), matmul(project, frame%spin), frame%centre)
+            self%frame(j) = frame_t(matmul(project, frame%across), matmul(project, frame%spin), frame%centre, &
+                                    frame%tone, frame%phase)
             self%reach(j) = norm2([self%w(:, j), self%frame(j)%across, self%frame(j)%spin])
          end associate
       end do

@@ -14,7 +14,7 @@ module razy_machine_equilibrium
    use razy_linalg_dense, only: add_outer, identity
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
    use razy_linalg_lapack, only: dpotrf, dtrsm
-   use razy_machine_machine, only: contact_t, machine_t, stretch_of
+   use razy_machine_machine, only: contact_t, is_ring, machine_t, stretch_of
    implicit none(type, external)
    private
 
@@ -169,7 +169,7 @@ contains
             call contact%law%slopes(branch, s, 0.0_wp, contact%normal, stiffness, damping)
             call add_outer(k, stiffness, w)
             ! The force in a ring turns with the place.
-            if (allocated(contact%frame)) then
+            if (is_ring(contact)) then
                call add_outer(k, contact%law%force(branch, s, 0.0_wp, contact%normal)/max(s, tiny(s)), turned)
             end if
          end associate

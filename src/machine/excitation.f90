@@ -15,7 +15,7 @@ module razy_machine_excitation
 
 contains
 
-   !> Which tones have an amplitude and a frequency: of loads, of errors of contacts and of their stiffness (tones).
+   !> Which tones have an amplitude and a frequency: of loads, of errors of contacts, of their stiffness and frames (tones).
    pure function acting_tones(machine) result(acts)
       type(machine_t), intent(in) :: machine
       logical :: acts(size(machine%tone))
@@ -26,6 +26,7 @@ contains
          acts(t) = any(abs(machine%harmonic_load(:, t)) > 0.0_wp)
          do j = 1, size(machine%contact)
             acts(t) = acts(t) .or. abs(machine%contact(j)%error(t)) > 0.0_wp .or. machine%contact(j)%mesh_tone == t
+            if (allocated(machine%contact(j)%frame)) acts(t) = acts(t) .or. machine%contact(j)%frame%tone == t
             if (allocated(machine%contact(j)%modulation)) acts(t) = acts(t) .or. abs(machine%contact(j)%modulation(t)) > 0.0_wp
          end do
          acts(t) = acts(t) .and. machine%tone(t)%omega > 0.0_wp
@@ -83,6 +84,9 @@ contains
             associate (contact => machine%contact(j))
                if (allocated(contact%error)) contact%error(t) = contact%error(t)*phasor(t)
                if (allocated(contact%modulation)) contact%modulation(t) = contact%modulation(t)*phasor(t)
+               if (allocated(contact%frame)) then
+                  if (contact%frame%tone == t) contact%frame%phase = contact%frame%phase*phasor(t)
+               end if
                if (contact%mesh_tone == t) contact%mesh_phase = contact%mesh_phase + atan2(phasor(t)%im, phasor(t)%re)/(2*pi)
             end associate
          end do

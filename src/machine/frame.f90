@@ -5,6 +5,9 @@
 !! s' = t·d' + spinᵀq' + drive. Both directions turn with the place, by (t·d')/r:
 !!
 !!     n' = t (t·d')/r,   t' = -n (t·d')/r.
+!!
+!! A frame that turns with a tone e^{iφ} instead, as the cage of a bearing does, has s = nᵀq in the direction
+!! n = cos(φ + α) w + sin(φ + α) across at any time, wherever the place is.
 module razy_machine_frame
    use razy_core_kinds, only: wp
    implicit none(type, external)
@@ -13,10 +16,12 @@ module razy_machine_frame
    public :: frame_t, outward
 
    !> Second direction of the frame, the first is that of the contact; what the turning of rubbing surfaces adds to s' (n or m
-   !> each); centre of the hole, m.
+   !> each); centre of the hole, m. The tone that turns it, 0 if the place does, and e^{iα}.
    type :: frame_t
       real(wp), allocatable :: across(:), spin(:)
       real(wp) :: centre(2) = 0.0_wp
+      integer :: tone = 0
+      complex(wp) :: phase = (1.0_wp, 0.0_wp)
    end type frame_t
 
 contains

@@ -6,14 +6,15 @@ module razy_machine_linearised
    use razy_core_kinds, only: wp
    use razy_linalg_dense, only: add_outer
    use razy_machine_equilibrium, only: find_equilibrium
-   use razy_machine_machine, only: contact_t, machine_t, stretch_of
+   use razy_machine_machine, only: contact_t, is_ring, machine_t, stretch_of
    implicit none(type, external)
    private
 
    public :: contact_choices, contacts_closed, contacts_equilibrium, contacts_open, linearise
    public :: linear_ok, linear_no_equilibrium, linear_rigid, linear_curved
 
-   !> States of the contacts: none acts; all act, on their upper side if they have two; those act that do in static equilibrium.
+   !> States of the contacts: none acts; all but rings act, on their upper side if they have two; those act that do in static
+   !> equilibrium.
    integer, parameter :: contacts_open = 1, contacts_closed = 2, contacts_equilibrium = 3
    !> Their names in an input, in this order.
    character(*), parameter :: contact_choices(3) = [character(11) :: "open", "closed", "equilibrium"]
@@ -79,7 +80,8 @@ contains
       associate (law => contact%law)
          if (law%of_normal) return
          branch = law%home
-         if (contacts == contacts_closed) then
+         ! A ring has no side to be closed on: at rest it is open.
+         if (contacts == contacts_closed .and. .not. is_ring(contact)) then
             branch = law%shut
          else if (contacts == contacts_equilibrium) then
             branch = law%initial_branch(s, 0.0_wp)

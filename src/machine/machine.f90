@@ -17,8 +17,8 @@ module razy_machine_machine
    implicit none(type, external)
    private
 
-   public :: add_contact, add_observable, contact_rows, contact_t, find_free_motions, machine_t, mass_complaint, observable_t, &
-             plain_machine, push_of, same_structure, stretch_of
+   public :: add_contact, add_observable, contact_rows, contact_t, find_free_motions, is_ring, machine_t, mass_complaint, &
+             observable_t, plain_machine, push_of, same_structure, stretch_of
    public :: observe_linear, observe_contact_force, observe_in_plane
 
    !> One contact: direction `w` (n), constant `offset` and excitation `error` (tones) of its variable s, and its law.
@@ -189,8 +189,16 @@ contains
       end do
    end function contact_rows
 
-   !> s of a contact at the displacements q (n) without excitation, its slope by them, and the direction across that in a plane
-   !> (n each).
+   !> Whether a contact is a ring.
+   elemental logical function is_ring(contact)
+      type(contact_t), intent(in) :: contact
+
+      is_ring = .false.
+      if (allocated(contact%frame)) is_ring = contact%frame%tone == 0 .and. .not. contact%law%of_normal
+   end function is_ring
+
+   !> s of a contact at the displacements q (n) without excitation, in a frame that turns at the phase 0, its slope by them, and the
+   !> direction across that in a plane (n each).
    pure subroutine stretch_of(contact, q, s, slope, turned)
       type(contact_t), intent(in) :: contact
       real(wp), intent(in) :: q(:)
@@ -203,6 +211,7 @@ contains
       if (present(slope)) slope = contact%w
       if (present(turned)) turned = 0.0_wp
       if (.not. allocated(contact%frame)) return
+      if (contact%frame%tone > 0) return
       d = [s, dot_product(contact%frame%across, q)] - contact%frame%centre
       n = outward(d, [0.0_wp, 0.0_wp])
       s = norm2(d)
@@ -210,16 +219,22 @@ contains
       if (present(turned)) turned = n(2)*contact%w - n(1)*contact%frame%across
    end subroutine stretch_of
 
-   !> The direction in which a contact acts at the displacements q (n each).
-   pure function push_of(contact, q) result(w)
+   !> The direction in which a contact acts at the displacements q (n each), with these phasors (tones).
+   pure function push_of(contact, q, phasor) result(w)
       type(contact_t), intent(in) :: contact
       real(wp), intent(in) :: q(:)
+      complex(wp), intent(in) :: phasor(:)
       real(wp) :: w(size(q))
 
+      complex(wp) :: at
       real(wp) :: s, turned(size(q))
 
       call stretch_of(contact, q, s, w, turned)
-      if (allocated(contact%frame) .and. contact%law%of_normal) w = turned + contact%frame%spin
+      if (.not. allocated(contact%frame)) return
+      if (contact%law%of_normal) w = turned + contact%frame%spin
+      if (contact%frame%tone == 0) return
+      at = contact%frame%phase*phasor(contact%frame%tone)
+      w = at%re*contact%w + at%im*contact%frame%across
    end function push_of
 
    !> Whether two machines differ in excitation, clearances and start only, so that the same modes serve both; those whose matrices

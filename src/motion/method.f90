@@ -85,7 +85,8 @@ contains
       end if
       if (round .and. any(method%integrator == ["exact      ", "moreau_jean"])) then
          key = "integrator"
-         allowed = "a Runge-Kutta method such as 'dop853' where there is a &ring: what happens in it is not linear"
+         allowed = "a Runge-Kutta method such as 'dop853' where there is a &ring or a bearing with clearance: "// &
+                   "what happens in it is not linear"
          return
       end if
       linear = linear .and. .not. (abs(machine%acceleration) > 0.0_wp .or. round)

@@ -139,7 +139,7 @@ contains
       real(wp), intent(in) :: length
       real(wp), intent(out) :: sums(:, :)
 
-      complex(wp) :: e
+      complex(wp) :: e(size(self%machine%tone))
       real(wp), dimension(size(self%root)) :: q, v, outer, push, all
       real(wp) :: dt, force, rate, s, tau
       integer :: i, j
@@ -153,14 +153,14 @@ contains
             outer = self%load(:, 1)%re
             sums(:, 5) = sums(:, 5) + dt*abs(outer)
             do j = 1, size(machine%tone)
-               e = machine%tone(j)%excitation(part%time, part%time_low + tau)
-               if (machine%tone(j)%is_swept()) e = sum(machine%tone(j)%swept(part%time + tau, e)*[1, 0, 0])
-               outer = outer + (self%load(:, 1 + j)%re*e%re - self%load(:, 1 + j)%im*e%im)
-               sums(:, 5) = sums(:, 5) + dt*abs(self%load(:, 1 + j))*abs(e)
+               e(j) = machine%tone(j)%excitation(part%time, part%time_low + tau)
+               if (machine%tone(j)%is_swept()) e(j) = sum(machine%tone(j)%swept(part%time + tau, e(j))*[1, 0, 0])
+               outer = outer + (self%load(:, 1 + j)%re*e(j)%re - self%load(:, 1 + j)%im*e(j)%im)
+               sums(:, 5) = sums(:, 5) + dt*abs(self%load(:, 1 + j))*abs(e(j))
             end do
             do j = 1, size(machine%contact)
                call part%by%contact(j, tau, s, rate, force)
-               push = force*push_of(machine%contact(j), q)
+               push = force*push_of(machine%contact(j), q, e)
                outer = outer - machine%contact(j)%force_sign*push
                sums(:, 5) = sums(:, 5) + dt*abs(push)
             end do

@@ -16,6 +16,7 @@ module razy_orbits_orbit
    use razy_core_verdict, only: is_stable, is_undecided, is_unstable
    use razy_linalg_eigen, only: right_eigen
    use razy_linalg_lapack, only: dgetrf, dgetrs
+   use razy_machine_machine, only: is_ring
    use razy_motion_integrator, only: status_ok
    use razy_observe_event_log, only: event_log_t
    use razy_orbits_period_map, only: period_map_t, return_t
@@ -202,7 +203,7 @@ contains
    logical function has_rings(self)
       class(problem_t), intent(in) :: self
 
-      has_rings = self%map%by%system%curved
+      has_rings = any(is_ring(self%map%by%system%machine%contact))
    end function has_rings
 
    !> Run the motion of u; `ok` is false if there is none, for the `reason`.

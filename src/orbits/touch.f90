@@ -11,6 +11,7 @@ module razy_orbits_touch
    use razy_core_kinds, only: wp
    use razy_hybrid_flow, only: flow_t
    use razy_linalg_bracketed_root, only: bracketed_root_t
+   use razy_machine_machine, only: is_ring
    use razy_motion_integrator, only: observer_slot_t, observer_t, piece_t
    use razy_orbits_orbit, only: orbit_t, problem_t
    use razy_orbits_period_map, only: return_t
@@ -52,7 +53,7 @@ contains
          looks = max(2, ceiling(part%duration/by%interval()))
          associate (contact => by%system%machine%contact)
             do j = 1, size(contact)
-               if (allocated(contact(j)%frame) .and. .not. contact(j)%law%of_normal) call look_round(j, contact(j)%law)
+               if (is_ring(contact(j))) call look_round(j, contact(j)%law)
                if (.not. contact(j)%law%impacts .or. by%branch(j) /= branch_open) cycle
                do i = 1, looks
                   call look_between((i - 1)*part%duration/looks, i*part%duration/looks)

@@ -20,7 +20,7 @@ module razy_rotor_bearing
    private
 
    public :: bearing_t, rolling_row_t, given_bearing, rolling_bearing, tabled_bearing
-   public :: joined, of_damping, of_stiffness, table_columns
+   public :: joined, of_damping, of_stiffness, radial_direction, table_columns
 
    !> Columns of a table, in N/m and N s/m, and which of them are the rows of the 2 x 2 matrices of stiffness and damping.
    character(*), parameter :: table_columns(8) = ["kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"]
@@ -111,6 +111,15 @@ contains
       bearing%table = table
    end function tabled_bearing
 
+   !> The direction t (6) of a rolling element at the angle of `at`, whose row is at a distance from the node along +x, m.
+   pure function radial_direction(at, offset) result(t)
+      complex(wp), intent(in) :: at
+      real(wp), intent(in) :: offset
+      real(wp) :: t(6)
+
+      t = [0.0_wp, at%re, at%im, 0.0_wp, -offset*at%im, offset*at%re]
+   end function radial_direction
+
    !> A bearing of one row of rolling elements at equal angles.
    pure function rolling_bearing(shaft, node, row) result(bearing)
       integer, intent(in) :: shaft, node
@@ -118,15 +127,14 @@ contains
       type(bearing_t) :: bearing
 
       complex(wp) :: at
-      real(wp) :: k(6, 6), along(6), radial(6)
+      real(wp) :: k(6, 6), along(6)
       integer :: j
 
       k = 0.0_wp
       do j = 1, row%elements
          at = turn(row%first_angle + 360.0_wp*(j - 1)/row%elements)
-         radial = [0.0_wp, at%re, at%im, 0.0_wp, -row%offset*at%im, row%offset*at%re]
          along = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, row%axial_radius*at%im, -row%axial_radius*at%re]
-         call add_outer(k, row%radial, radial)
+         call add_outer(k, row%radial, radial_direction(at, row%offset))
          call add_outer(k, row%axial, along)
       end do
       bearing = given_bearing(shaft, node, k, row%damping_factor*k)

@@ -142,8 +142,9 @@ contains
       call add_real(schema, "operating", "lowest and highest value in operation, for separation margins", least=2, most=2)
       call add_group(schema, "modes", "What razy-modes finds")
       call add_integer(schema, "count", "number of modes; all if there are fewer", low=1, high=100000, default="20")
-      call add_string(schema, "contacts", "state of the contacts: open, closed as two-way springs, or as in static equilibrium "// &
-                      "(not in a rotor scene)", choices=["closed     ", "open       ", "equilibrium"], default="closed")
+      call add_string(schema, "contacts", "state of the contacts: open, closed as two-way springs (a ring stays open), or as "// &
+                      "in static equilibrium (not in a rotor scene)", choices=["closed     ", "open       ", "equilibrium"], &
+                      default="closed")
    end subroutine add_common_groups
 
    !> Add the groups for several starts of each point of a sweep.

@@ -59,8 +59,8 @@ contains
       contacts_of = input%count("stop") + input%count("ring") + size(curved_springs(input)) + input%count("friction")
    end function contacts_of
 
-   !> Stops, rings, springs that are not linear, then friction elements, which follow the `meshes` gear meshes of the machine. Of
-   !> linear springs it is checked that they have what they need.
+   !> Stops, rings and springs that are not linear, which follow the `meshes` gear meshes of the machine, and friction elements,
+   !> which are its last contacts. Of linear springs it is checked that they have what they need.
    subroutine read_contacts(machine, scene, meshes, input, harmonics, error)
       type(machine_t), intent(inout) :: machine
       class(scene_t), intent(in) :: scene
@@ -82,7 +82,7 @@ contains
       call read_all("stop", [(i, i=1, stops)], meshes)
       call read_all("ring", [(i, i=1, rings)], meshes + stops)
       call read_all("spring", curved, meshes + stops + rings)
-      call read_all("friction", [(i, i=1, input%count("friction"))], meshes + stops + rings + size(curved))
+      call read_all("friction", [(i, i=1, input%count("friction"))], size(machine%contact) - input%count("friction"))
 
    contains
 

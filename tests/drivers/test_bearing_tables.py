@@ -108,6 +108,52 @@ def test_response_and_run(folder):
     assert largest == pytest.approx(amplitude, rel=1e-9)
 
 
+def test_connection_force(folder):
+    """In a motion, the response and a sweep over the speed: K(speed) q + C(speed) q', at the speeds of the table."""
+    write_table(folder)
+    record = "&record observable='{}', of='{}.{}', what='{}' /\n"
+    text = ROTOR.replace(" node=3, moment", " node=2, moment").split("&record")[0] + TABLES.replace(
+        "&bearing", "&bearing name='film',", 1
+    )
+    kinds = (("displacement", "a.1"), ("velocity", "a.1"), ("connection_force", "film"))
+
+    def write(what, more):
+        records = "".join(record.format(kind, of, axis, what) for kind, of in kinds for axis in "vw")
+        (folder / "case.nml").write_text(text + records + more)
+
+    def check(found, of, row, omega=None):
+        q, v, force = (np.array([found[of.format(f"{kind}.{at}.{axis}")] for axis in "vw"]) for kind, at in kinds)
+        if omega is not None:
+            v = 1j * omega * q
+        right = np.reshape(row[:4], (2, 2)) @ q + np.reshape(row[4:], (2, 2)) @ v
+        assert abs(right).max() > 1.0
+        np.testing.assert_allclose(force, right, rtol=1e-9, atol=1e-9 * abs(right).max())
+
+    write("trajectory", "&motion t_end=0.2 /\n")
+    for speed, row in zip(SPEEDS, ROWS, strict=True):
+        succeed("razy-run", "case.nml", "--output", "run.h5", "--force", *sets(rotation__speed_rpm=speed))
+        check(values_of("run.h5"), "observable/{}", row)
+    over = "parameter='rotation%speed_rpm', first=1000.0, last=4000.0, points=4 /\n"
+    write("extrema", f"&response {over}&motion t_end=0.2 /\n&sweep {over}")
+    _, found = modes((folder / "case.nml").read_text())
+    for speed, row, at in zip(SPEEDS, ROWS, (0, 1, 3), strict=True):
+        here = {name: value[at, 0] @ [1, 1j] for name, value in found.items() if name.startswith("response/phasor/")}
+        check(here, "response/phasor/{}", row, speed / RPM)
+    succeed("razy-sweep", "case.nml", "--output", "sweep.h5")
+    swept = values_of("sweep.h5")
+    text = ROTOR.replace(" node=3, moment", " node=2, moment").split("&record")[0]
+    for speed, row, at in zip(SPEEDS, ROWS, (0, 1, 3), strict=True):
+        text_of_row = text + matrices(row).replace("&bearing", "&bearing name='film',", 1) + "&motion t_end=0.2 /\n"
+        records = "".join(record.format("connection_force", "film", axis, "extrema") for axis in "vw")
+        (folder / "given.nml").write_text(text_of_row + records)
+        succeed("razy-run", "given.nml", "--output", "given.h5", "--force", *sets(rotation__speed_rpm=speed))
+        given = values_of("given.h5")
+        for axis in "vw":
+            name = f"extrema/connection_force.film.{axis}/"
+            ours = swept[name + "value"][slice(*swept[name + "offset"][at : at + 2])]
+            np.testing.assert_allclose(ours, given[name + "value"], rtol=1e-7, atol=1e-7 * abs(ours).max())
+
+
 @pytest.mark.parametrize(
     ("change", "says"),
     [

@@ -267,7 +267,7 @@ def test_response_in_the_ring(tmp_path):
         "\n".join(kept).replace("clearance=1.0,", "clearance=10.0, offset=0.0,4.0,")
         + """
 &load on='rotor.2.v', amplitude=0.01, order=2.0 /
-&modes count=2, contacts='open' /
+&modes count=2 /
 &record observable='displacement', of='rotor.2.v', what='extrema' /
 &response parameter='rotation%speed_rpm', first=1.0, last=30.0, points=301, operating=20.0,25.0 /
 """
@@ -297,11 +297,26 @@ def test_response_in_the_ring(tmp_path):
     assert "largest orbit in stator" in said
 
 
+def test_modes_with_the_ring_open(tmp_path):
+    """A ring is open at rest, whatever else is closed; pressed in its equilibrium it has no linear stiffness."""
+    ring = "&ring name='ring', between='disk','frame', clearance=0.5, stiffness=30.0 /\n"
+    stop = "&stop name='stop', between='disk','frame', direction=0,1, stiffness=8.0 /\n"
+    path = tmp_path / "modes.nml"
+    path.write_text(DISK + ring + stop + "&modes count=3 /\n")
+    succeed("razy-modes", path)
+    with h5py.File("modes.h5") as file:
+        found = 2 * np.pi * file["natural_frequency"][()]
+    assert found == pytest.approx([0.0, 1.0, 3.0], abs=1e-9)
+    path.write_text(DISK + ring + "&load on='disk.x', value=1.0 /\n&modes count=3, contacts='equilibrium' /\n")
+    done = start("razy-modes", path, "--force")
+    assert done.returncode == 2 and "&modes contacts = 'equilibrium': 'open': the contact ring " in done.stderr
+
+
 def test_a_ring_without_a_gap_is_within_no_bound(tmp_path):
     """An offset as large as the clearance, or larger: no share of the gap, so that a sheet that bounds it misses it."""
     kept = [line for line in RUB.read_text().splitlines() if not line.startswith(("&friction", "&follow", "&motion"))]
     more = """
-&modes count=2, contacts='open' /
+&modes count=2 /
 &response parameter='rotation%speed_rpm', first=1.0, last=30.0, points=301 /
 """
     path = tmp_path / "gone.nml"

@@ -15,21 +15,26 @@ module razy_scenes_rotor_bearings
    implicit none(type, external)
    private
 
-   public :: check_tables, read_bearing
+   public :: check_tables, exponents, read_bearing, read_radial
+
+   !> n of Q = K delta^n, for each of `bearing_kinds`.
+   real(wp), parameter :: exponents(size(bearing_kinds)) = [1.0_wp, 1.0_wp, 1.5_wp, 10.0_wp/9, 1.0_wp]
 
 contains
 
-   !> Bearing i of the input.
-   subroutine read_bearing(bearing, rotor, input, i, error)
+   !> Bearing i of the input; `one_by_one`: rolling elements with clearance push by contacts, not by its matrices.
+   subroutine read_bearing(bearing, rotor, input, i, one_by_one, error)
       type(bearing_t), intent(out) :: bearing
       type(rotor_t), intent(in) :: rotor
       type(input_t), intent(in) :: input
       integer, intent(in) :: i
+      logical, intent(in) :: one_by_one
       type(error_t), allocatable, intent(out) :: error
 
       character(:), allocatable :: place
 
-      call read_coefficients(bearing, rotor, input, i, error)
+      call check_clearance(input, i, error)
+      if (.not. allocated(error)) call read_coefficients(bearing, rotor, input, i, one_by_one, error)
       if (allocated(error) .or. .not. input%given("bearing", i, "to")) return
       call input%get("bearing", i, "to", place)
       if (lower(place) == "frame") return
@@ -43,16 +48,17 @@ contains
    end subroutine read_bearing
 
    !> Its first end, and its matrices.
-   subroutine read_coefficients(bearing, rotor, input, i, error)
+   subroutine read_coefficients(bearing, rotor, input, i, one_by_one, error)
       type(bearing_t), intent(out) :: bearing
       type(rotor_t), intent(in) :: rotor
       type(input_t), intent(in) :: input
       integer, intent(in) :: i
+      logical, intent(in) :: one_by_one
       type(error_t), allocatable, intent(out) :: error
 
       type(rolling_row_t) :: row
       type(speed_table_t) :: table
-      real(wp) :: damping(6, 6), stiffness(6, 6)
+      real(wp) :: damping(6, 6), load, stiffness(6, 6)
       integer :: kind, node, shaft
 
       call find_node(rotor, input, "bearing", i, shaft, node, error)
@@ -72,7 +78,12 @@ contains
          return
       end if
       call need(input, i, kind, ["elements"], error)
-      if (.not. allocated(error)) call read_radial(row%radial, input, i, kind, error)
+      if (.not. (allocated(error) .or. (one_by_one .and. input%given("bearing", i, "clearance")))) then
+         load = 1.0_wp
+         call input%get("bearing", i, "element_load", load)
+         call read_radial(row%radial, input, i, kind, load, error)
+         if (.not. allocated(error) .and. kind /= bearing_rolling) call need(input, i, kind, ["element_load"], error)
+      end if
       if (allocated(error)) return
       call input%get("bearing", i, "elements", row%elements)
       call input%get("bearing", i, "axial_stiffness", row%axial)
@@ -143,30 +154,58 @@ contains
       end do
    end subroutine check_tables
 
-   !> Radial stiffness of a rolling element, given or from its geometry.
-   subroutine read_radial(radial, input, i, kind, error)
+   !> Refuse a clearance where nothing rolls, and keys that belong to it where there is none.
+   subroutine check_clearance(input, i, error)
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      character(*), parameter :: with_it(*) = [character(17) :: "contact_stiffness", "hysteresis", "cage_ratio"]
+      integer :: k
+
+      if (input%given("bearing", i, "clearance")) then
+         if (any(input%choice("bearing", i, "kind") == bearing_kinds([bearing_matrix, bearing_table]))) then
+            call input%complain(error, "bearing", i, "clearance", "left out with this kind; rolling elements have it")
+         end if
+         return
+      end if
+      do k = 1, size(with_it)
+         if (input%given("bearing", i, trim(with_it(k)))) call input%complain(error, "bearing", i, trim(with_it(k)), &
+                                                                              "only with a clearance")
+         if (allocated(error)) return
+      end do
+   end subroutine check_clearance
+
+   !> Radial stiffness of a rolling element at a load, N, given or from its geometry.
+   subroutine read_radial(radial, input, i, kind, load, error)
       real(wp), intent(out) :: radial
       type(input_t), intent(in) :: input
       integer, intent(in) :: i, kind
+      real(wp), intent(in) :: load
       type(error_t), allocatable, intent(out) :: error
 
       type(ball_race_t) :: race
-      real(wp) :: length, load
+      real(wp) :: length
 
       radial = 0.0_wp
+      if (input%given("bearing", i, "contact_stiffness")) then
+         call input%get("bearing", i, "contact_stiffness", radial)
+         associate (n => exponents(kind))
+            radial = n*radial**(1/n)*load**(1 - 1/n)
+         end associate
+         return
+      end if
       select case (kind)
       case (bearing_rolling)
          call need(input, i, kind, ["radial_stiffness"], error)
          if (.not. allocated(error)) call input%get("bearing", i, "radial_stiffness", radial)
       case (bearing_roller)
-         call need(input, i, kind, ["roller_length", "element_load "], error)
+         call need(input, i, kind, ["roller_length"], error)
          if (allocated(error)) return
          call input%get("bearing", i, "roller_length", length)
-         call input%get("bearing", i, "element_load", load)
          radial = roller_stiffness(length, load)
       case default
-         call need(input, i, kind, [character(14) :: "ball_diameter", "pitch_diameter", "inner_groove", "outer_groove", &
-                                    "element_load"], error)
+         call need(input, i, kind, [character(14) :: "ball_diameter", "pitch_diameter", "inner_groove", "outer_groove"], error)
          if (allocated(error)) return
          call input%get("bearing", i, "ball_diameter", race%ball)
          call input%get("bearing", i, "pitch_diameter", race%pitch)
@@ -174,7 +213,6 @@ contains
          call input%get("bearing", i, "outer_groove", race%outer_groove)
          call input%get("bearing", i, "young_modulus", race%young)
          call input%get("bearing", i, "poisson_ratio", race%poisson)
-         call input%get("bearing", i, "element_load", load)
          if (race%pitch <= race%ball) then
             call input%complain(error, "bearing", i, "pitch_diameter", "more than the diameter of the balls")
          else if (min(race%inner_groove, race%outer_groove) <= race%ball/2) then

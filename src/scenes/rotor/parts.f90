@@ -19,11 +19,13 @@ module razy_scenes_rotor_parts
 
 contains
 
-   !> All parts but loads, and the speeds of all shafts over that of `&rotation`; 0 where nothing says what it is.
-   subroutine read_parts(rotor, ratio, input, error)
+   !> All parts but loads, and the speeds of all shafts over that of `&rotation`; 0 where nothing says what it is. `one_by_one`:
+   !> rolling elements with clearance are left to contacts.
+   subroutine read_parts(rotor, ratio, input, one_by_one, error)
       type(rotor_t), intent(out) :: rotor
       real(qp), allocatable, intent(out) :: ratio(:)
       type(input_t), intent(in) :: input
+      logical, intent(in) :: one_by_one
       type(error_t), allocatable, intent(out) :: error
 
       integer :: i
@@ -49,7 +51,7 @@ contains
       if (.not. allocated(error)) call read_disks(rotor, input, error)
       if (allocated(error)) return
       do i = 1, size(rotor%bearing)
-         call read_bearing(rotor%bearing(i), rotor, input, i, error)
+         call read_bearing(rotor%bearing(i), rotor, input, i, one_by_one, error)
          if (allocated(error)) return
       end do
       call read_meshes(rotor, input, error)

@@ -24,6 +24,7 @@ module razy_scenes_rotor_scene
    use razy_scenes_rotor_bearings, only: check_tables
    use razy_scenes_rotor_parts, only: read_parts
    use razy_scenes_rotor_places, only: find_named
+   use razy_scenes_rotor_rolling, only: add_elements, elements_of
    use razy_scenes_rotor_reduction, only: is_reduced, reduce
    use razy_scenes_rotor_schema, only: rotor_schema
    use razy_scenes_rotor_stops, only: find_rotor_site
@@ -61,15 +62,17 @@ module razy_scenes_rotor_scene
 
 contains
 
-   !> Assemble the unreduced model.
-   subroutine build_model(self, input, error)
+   !> Assemble the unreduced model; `one_by_one`: without the rolling elements that have clearance, else with their stiffness at a
+   !> load.
+   subroutine build_model(self, input, one_by_one, error)
       class(rotor_scene_t), intent(inout) :: self
       type(input_t), intent(in) :: input
+      logical, intent(in) :: one_by_one
       type(error_t), allocatable, intent(out) :: error
 
       type(rotor_t) :: rotor
 
-      call read_parts(rotor, self%ratio, input, error)
+      call read_parts(rotor, self%ratio, input, one_by_one, error)
       if (.not. allocated(self%model)) allocate (self%model)
       if (.not. allocated(error)) call new_rotor_model(self%model, rotor, error)
       if (allocated(error)) return
@@ -133,7 +136,7 @@ contains
       machine%free_of_stiffness = self%free_of_stiffness
       machine%free_of_damping = self%free_of_damping
       meshes = size(self%model%rotor%mesh)
-      allocate (machine%contact(meshes + contacts_of(input)))
+      allocate (machine%contact(meshes + contacts_of(input) + elements_of(input)))
       call new_harmonics(harmonics, n + 2*size(machine%contact), input)
       do i = 1, meshes
          call read_gear_mesh(machine%contact(i), input, i, self%reduced%mesh_direction(:, i), &
@@ -142,6 +145,7 @@ contains
          if (allocated(error)) return
       end do
       call read_contacts(machine, self, meshes, input, harmonics, error)
+      if (.not. allocated(error)) call add_elements(machine, self%model, self%reduced%basis, self%ratio, input, harmonics, error)
       if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)
       if (.not. allocated(error)) call add_unbalance(self%model, self%reduced, self%ratio, input, harmonics, error)
       if (allocated(error)) return
@@ -160,7 +164,7 @@ contains
          if (self%made_of%agrees(input, left_out, "speed_rpm")) return
          deallocate (self%made_of)
       end if
-      call self%build_model(input, error)
+      call self%build_model(input, .true., error)
       if (.not. allocated(error)) call reduce(self%reduced, self%model, input, error)
       if (allocated(error)) return
       call make_symmetric(self%reduced)
@@ -299,6 +303,10 @@ contains
          return
       end if
       call find_connection(input, i, ["bearing"], name(:dot - 1), group, number, error)
+      if (.not. allocated(error) .and. input%given("bearing", number, "clearance")) then
+         call input%complain(error, "record", i, "observable", "'contact_force' of a rolling element such as '"// &
+                             name(:dot)//"1', as the bearing has clearance")
+      end if
       if (allocated(error)) return
       associate (bearing => self%model%rotor%bearing(number))
          do k = 1, size(rows, 2)

@@ -108,6 +108,14 @@ contains
                     rule=nonnegative)
       call add_real(schema, "axial_stiffness", "axial stiffness of each element", unit="N/m", rule=nonnegative, default="0.0")
       call add_real(schema, "axial_radius", "radius at which axial forces act", unit="m", rule=nonnegative, default="0.0")
+      call add_real(schema, "clearance", "radial gap at each rolling element where both rings are concentric, half of the "// &
+                    "diametral clearance; negative: preload; the elements then act one by one and turn with the cage", unit="m")
+      call add_real(schema, "contact_stiffness", "K of Q = K delta^n of an element with clearance, between both races; n = 1.5 "// &
+                    "for 'ball', 10/9 for 'roller'; in the place of geometry", unit="N/m^n", rule=positive)
+      call add_real(schema, "hysteresis", "factor alpha of its damping, Q = K delta^n (1 + 1.5 alpha delta'); 0 if not given", &
+                    unit="s/m", rule=nonnegative)
+      call add_real(schema, "cage_ratio", "speed of the cage over that of the shaft, seen from the other end; if not given, "// &
+                    "(1 - ball_diameter/pitch_diameter)/2", low=0.0_wp, high=1.0_wp)
       call add_real(schema, "first_angle", "angle of the first element from y towards z", unit="deg", default="0.0")
       call add_real(schema, "offset", "distance of the row from the node along +x", unit="m", default="0.0")
       call add_real(schema, "damping_factor", "damping in proportion to the stiffness of rolling elements", unit="s", &

@@ -38,7 +38,13 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
+      integer :: i
+
       call read_modes(self, input, error)
+      i = findloc([(input%given("bearing", i, "clearance"), i=1, input%count("bearing"))], .true., dim=1)
+      if (i > 0 .and. input%count("response") > 0 .and. .not. allocated(error)) then
+         call input%complain(error, "bearing", i, "clearance", "left out with &response, which is that of linear bearings")
+      end if
       if (allocated(error) .or. input%count("response") == 0) return
       allocate (self%response)
       call new_response(self%response, input, self%contacts, error)
@@ -66,7 +72,7 @@ contains
          return
       end if
       allocate (self%rotor)
-      call self%rotor%build_model(input, error)
+      call self%rotor%build_model(input, .false., error)
       reduced = is_reduced(input)
       if (.not. allocated(error) .and. (reduced .or. input%count("campbell") > 0)) then
          call reduce(self%rotor%reduced, self%rotor%model, input, error)

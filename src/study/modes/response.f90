@@ -12,7 +12,7 @@ module razy_study_modes_response
    use razy_input_input, only: input_t
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_machine_linearised, only: linear_ok, linear_rigid
-   use razy_machine_machine, only: add_observable, machine_t, observable_t
+   use razy_machine_machine, only: add_observable, is_ring, machine_t, observable_t
    use razy_machine_response, only: find_response
    use razy_scenes_case, only: new_observed
    use razy_scenes_scene, only: scene_t
@@ -134,22 +134,15 @@ contains
 
       integer :: i, j
 
-      allocate (orbit(count([(is_ring(machine, j), j=1, size(machine%contact))])))
+      allocate (orbit(count(is_ring(machine%contact))))
       i = 0
       do j = 1, size(machine%contact)
-         if (.not. is_ring(machine, j)) cycle
+         if (.not. is_ring(machine%contact(j))) cycle
          i = i + 1
          orbit(i)%ring = machine%contact(j)%name
          orbit(i)%gap = machine%contact(j)%law%branch(branch_open)%guard(1)%upper - norm2(machine%contact(j)%frame%centre)
       end do
    end subroutine find_rings
-
-   pure logical function is_ring(machine, j)
-      type(machine_t), intent(in) :: machine
-      integer, intent(in) :: j
-
-      is_ring = allocated(machine%contact(j)%frame) .and. .not. machine%contact(j)%law%of_normal
-   end function is_ring
 
    !> The machine with a value of the parameter; its last observables are both displacements in each ring.
    subroutine machine_at(self, value, machine, error)
@@ -164,7 +157,7 @@ contains
       if (.not. allocated(error)) call new_observed(machine, self%input, error, self%scene)
       if (allocated(error)) return
       do j = 1, size(machine%contact)
-         if (.not. is_ring(machine, j)) cycle
+         if (.not. is_ring(machine%contact(j))) cycle
          associate (contact => machine%contact(j), still => 0*machine%load)
             call add_observable(machine, "", "m", contact%w, still)
             call add_observable(machine, "", "m", contact%frame%across, still)
@@ -189,7 +182,7 @@ contains
       if (status == linear_rigid) then
          call self%input%complain(error, "modes", 1, "contacts", "'open': the contact "//machine%contact(culprit)%name//" is rigid")
       else if (status /= linear_ok) then
-         call self%input%complain(error, "modes", 1, "contacts", "'open' or 'closed', with piecewise linear contacts")
+         call self%input%complain(error, "modes", 1, "contacts", "'open', as not all contacts are piecewise linear")
       end if
       hertz = machine%tone%hertz
    end subroutine respond
