@@ -39,5 +39,5 @@ if(NOT CMAKE_CROSSCOMPILING)
     execute_process(COMMAND ${CMAKE_COMMAND} -D \"FOLDER=\${there}/${CMAKE_INSTALL_MANDIR}/man1\" -D VERSION=${PROJECT_VERSION}
       -D PYTHON=${razy_asked} \"-DPROGRAMS=${razy_paged}\" \"-DTOOLS=${razy_tools}\" -P ${CMAKE_CURRENT_LIST_DIR}/man_pages.cmake)")
 endif()
-install(FILES ${PROJECT_BINARY_DIR}/razyConfig.cmake ${PROJECT_BINARY_DIR}/razyConfigVersion.cmake
+install(FILES ${PROJECT_BINARY_DIR}/razyConfig.cmake ${PROJECT_BINARY_DIR}/razyConfigVersion.cmake ${CMAKE_CURRENT_LIST_DIR}/RazyHDF5.cmake
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/razy)

@@ -50,7 +50,7 @@ def check_manual_pages(prefix):
 
 def test_install_and_use(folder):
     cmake = os.environ["RAZY_CMAKE"]
-    prefix, consumer = folder / "prefix", folder / "consumer"
+    prefix, consumer = folder / "prefix", folder / "a consumer"
     run(cmake, "--install", BUILD, "--prefix", prefix)
     for program in ("razy-run", "razy-sweep"):
         assert run(prefix / "bin" / program, "--version").startswith(program)
