@@ -1,11 +1,12 @@
 !! Deformations of shaft elements and the forces that restore them, without the cancellation of a product K q.
 !!
 !! Entries of K grow with the third power of the number of elements, while its lowest eigenvalues stay; K q and qᵀ K q
-!! of a smooth q then lose all digits at some 10⁴ elements. Here q goes into six deformations of each element first, scaled so
-!! that the energy is half the sum of their squares: elongation, twist, bending b in each plane, and the antisymmetric
-!! a = psi_1 + psi_2 - 2 (v_2 - v_1)/l,
+!! of a smooth q then lose all digits at some 10⁴ elements. Here q goes into eight deformations of each element first, whose
+!! energies add up: elongation, twist, bending b in each plane, the antisymmetric a = psi_1 + psi_2 - 2 s, and the slope of the
+!! chord s = (v_2 - v_1)/l, which tension N alone feels,
 !!
-!!     qᵀ K q = sum over elements of  E A u²/l + G Jp phi²/l + E J b²/l + 3 E J a²/(l (1 + Phi)).
+!!     qᵀ K q = sum over elements of  E A u²/l + G Jp phi²/l + (E J/l + N l/12) b²
+!!              + (3 E J/(l (1 + Phi)) + N l/(20 (1 + Phi)²)) a² + N l s².
 module razy_rotor_deformation
    use razy_core_kinds, only: wp
    use razy_linalg_dense, only: add_outer, symmetric_part
@@ -15,12 +16,12 @@ module razy_rotor_deformation
    implicit none(type, external)
    private
 
-   public :: deformations, projected_stiffness, restoring_force
+   public :: find_deformations, projected_stiffness, restoring_force
 
    !> A shaft element: coordinates of its nodes (0: held), length, m, stiffness against each deformation.
    type :: segment_t
       integer :: left(6) = 0, right(6) = 0
-      real(wp) :: length = 0.0_wp, stiffness(6) = 0.0_wp
+      real(wp) :: length = 0.0_wp, stiffness(8) = 0.0_wp
    end type segment_t
 
 contains
@@ -52,21 +53,22 @@ contains
       end do
    end function segments_of
 
-   !> Scaled deformations (6, elements) of a displacement `q` (n): half the sum of their squares is the energy of the shafts, J.
-   function deformations(model, q) result(deformation)
+   !> Deformations of a displacement `q` (n), and their stiffness (8, elements each).
+   subroutine find_deformations(deformation, stiffness, model, q)
+      real(wp), allocatable, intent(out) :: deformation(:, :), stiffness(:, :)
       type(rotor_model_t), intent(in) :: model
       real(wp), intent(in) :: q(:)
-      real(wp), allocatable :: deformation(:, :)
 
       type(segment_t), allocatable :: segment(:)
       integer :: k
 
       segment = segments_of(model)
-      allocate (deformation(6, size(segment)))
+      allocate (deformation(8, size(segment)), stiffness(8, size(segment)))
       do k = 1, size(segment)
-         deformation(:, k) = sqrt(segment(k)%stiffness)*deformation_of(segment(k), q)
+         deformation(:, k) = deformation_of(segment(k), q)
+         stiffness(:, k) = segment(k)%stiffness
       end do
-   end function deformations
+   end subroutine find_deformations
 
    !> K q (n) by way of the deformations; with `meshed` all meshes are closed and linear.
    function restoring_force(model, q, meshed) result(force)
@@ -76,15 +78,15 @@ contains
       real(wp), allocatable :: force(:)
 
       type(segment_t), allocatable :: segment(:)
-      real(wp) :: stress(6), y, z
+      real(wp) :: stress(8), y, z
       integer :: i, j, k
 
       allocate (force(size(q)), source=0.0_wp)
       segment = segments_of(model)
       do k = 1, size(segment)
          stress = segment(k)%stiffness*deformation_of(segment(k), q)
-         y = 2*stress(5)/segment(k)%length
-         z = 2*stress(6)/segment(k)%length
+         y = (2*stress(5) - stress(7))/segment(k)%length
+         z = (2*stress(6) + stress(8))/segment(k)%length
          call add_at(force, segment(k)%left, [-stress(1), y, -z, -stress(2), stress(6) - stress(4), stress(5) - stress(3)])
          call add_at(force, segment(k)%right, [stress(1), -y, z, stress(2), stress(6) + stress(4), stress(5) + stress(3)])
       end do
@@ -111,22 +113,21 @@ contains
       logical, intent(in) :: meshed
       real(wp), allocatable :: projected(:, :)
 
-      real(wp), allocatable :: deformation(:, :, :), ends(:, :)
+      real(wp), allocatable :: deformation(:, :, :), ends(:, :), own(:, :), stiffness(:, :)
       integer :: i, j, k, m
 
       m = size(basis, 2)
       allocate (projected(m, m), ends(6, m))
       do j = 1, m
-         associate (own => deformations(model, basis(:, j)))
-            if (j == 1) allocate (deformation(6, size(own, 2), m))
-            deformation(:, :, j) = own
-         end associate
+         call find_deformations(own, stiffness, model, basis(:, j))
+         if (j == 1) allocate (deformation(8, size(own, 2), m))
+         deformation(:, :, j) = own
       end do
       do j = 1, m
          do i = 1, j
             projected(i, j) = 0.0_wp
             do k = 1, size(deformation, 2)
-               projected(i, j) = projected(i, j) + dot_product(deformation(:, k, i), deformation(:, k, j))
+               projected(i, j) = projected(i, j) + dot_product(deformation(:, k, i), stiffness(:, k)*deformation(:, k, j))
             end do
             projected(j, i) = projected(i, j)
          end do
@@ -145,11 +146,11 @@ contains
       end do
    end function projected_stiffness
 
-   !> Elongation, twist, bending in xy and xz, antisymmetric bending in xy and xz of an element.
+   !> Elongation, twist, then in xy and xz each bending, antisymmetric bending and slope of the chord of an element.
    pure function deformation_of(segment, q) result(deformation)
       type(segment_t), intent(in) :: segment
       real(wp), intent(in) :: q(:)
-      real(wp) :: deformation(6)
+      real(wp) :: deformation(8)
 
       real(wp) :: left(6), right(6)
 
@@ -157,27 +158,29 @@ contains
       right = values_at(q, segment%right)
       associate (l => segment%length)
          deformation = [right(1) - left(1), right(4) - left(4), right(6) - left(6), right(5) - left(5), &
-                        right(6) + left(6) - 2*(right(2) - left(2))/l, right(5) + left(5) + 2*(right(3) - left(3))/l]
+                        right(6) + left(6) - 2*(right(2) - left(2))/l, right(5) + left(5) + 2*(right(3) - left(3))/l, &
+                        (right(2) - left(2))/l, (right(3) - left(3))/l]
       end associate
    end function deformation_of
 
-   !> Stiffness (6) against each deformation.
+   !> Stiffness (8) against each deformation.
    pure function stiffness_of(section, shear) result(stiffness)
       type(section_t), intent(in) :: section
       integer, intent(in) :: shear
-      real(wp) :: stiffness(6)
+      real(wp) :: stiffness(8)
 
       real(wp) :: l, ratio
 
       l = section%length/section%elements
       associate (area => section%area(), second => section%second_moment(), young => section%material%young, &
-                 modulus => section%material%shear)
+                 tension => section%axial_force, modulus => section%material%shear)
          ratio = 0.0_wp
          if (shear == shear_cowper) ratio = 12*young*second/(section%shear_coefficient()*modulus*area*l**2)
          stiffness(1) = young*area/l
          stiffness(2) = 2*modulus*second/l
-         stiffness(3:4) = young*second/l
-         stiffness(5:6) = 3*young*second/(l*(1 + ratio))
+         stiffness(3:4) = young*second/l + tension*l/12
+         stiffness(5:6) = 3*young*second/(l*(1 + ratio)) + tension*l/(20*(1 + ratio)**2)
+         stiffness(7:8) = tension*l
       end associate
    end function stiffness_of
 

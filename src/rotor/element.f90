@@ -4,8 +4,13 @@
 !! plane normal sections psi = v', theta = -w'. Axial and torsional displacements are linear in x, bending ones cubic; with
 !! shear (Phi = 12 E J/(kappa G A l²) > 0) the cubic is that of the beam loaded at its ends, so that the stiffness stays exact
 !! (Friswell, Penny, Garvey, Lees, Dynamics of Rotating Machines, 2010, section 5.4). All masses are consistent.
+!!
+!! Tension N along the axis has the energy 1/2 N ∫ v'² dx. With the slope of the chord s = (v_2 - v_1)/l, b = psi_2 - psi_1 and
+!! a = psi_1 + psi_2 - 2 s, v' of these shapes is s + b x/l + 3 a/(1 + Phi) (x²/l² - 1/12) about the middle, and the integral of
+!! its square l (s² + b²/12 + a²/(20 (1 + Phi)²)).
 module razy_rotor_element
    use razy_core_kinds, only: wp
+   use razy_linalg_dense, only: add_outer
    use razy_rotor_section, only: section_t, shear_cowper
    implicit none(type, external)
    private
@@ -18,9 +23,9 @@ module razy_rotor_element
    !> theta = -w': the signs that turn matrices of the plane xy into those of the plane xz.
    real(wp), parameter :: turned(4) = [1.0_wp, -1.0_wp, 1.0_wp, -1.0_wp]
 
-   !> Matrices (12, 12) of an element in M q'' + Omega G q' + K q; Omega is the angular speed about +x.
+   !> Matrices (12, 12) of an element in M q'' + Omega G q' + (K + T) q; Omega is the angular speed about +x, T that of tension.
    type :: element_t
-      real(wp) :: mass(12, 12) = 0.0_wp, gyroscopic(12, 12) = 0.0_wp, stiffness(12, 12) = 0.0_wp
+      real(wp) :: mass(12, 12) = 0.0_wp, gyroscopic(12, 12) = 0.0_wp, stiffness(12, 12) = 0.0_wp, tension(12, 12) = 0.0_wp
    end type element_t
 
 contains
@@ -34,7 +39,7 @@ contains
       logical, intent(in) :: rotary_inertia
       type(element_t) :: element
 
-      real(wp) :: bending(4, 4), inertia(4, 4), rotary(4, 4), shear_ratio
+      real(wp) :: bending(4, 4), inertia(4, 4), rotary(4, 4), shear_ratio, tension(4, 4)
       integer :: i, j
 
       associate (a => section%area(), second => section%second_moment(), density => section%material%density, &
@@ -47,12 +52,15 @@ contains
          rotary = density*second/length*inertia_of_rotation(length, shear_ratio)
          inertia = density*a*length*translatory_inertia(length, shear_ratio)
          if (rotary_inertia) inertia = inertia + rotary
+         tension = section%axial_force*tension_stiffness(length, shear_ratio)
       end associate
       do j = 1, 4
          do i = 1, 4
             associate (sign => turned(i)*turned(j))
                element%stiffness(y_coordinates(i), y_coordinates(j)) = bending(i, j)
                element%stiffness(z_coordinates(i), z_coordinates(j)) = sign*bending(i, j)
+               element%tension(y_coordinates(i), y_coordinates(j)) = tension(i, j)
+               element%tension(z_coordinates(i), z_coordinates(j)) = sign*tension(i, j)
                element%mass(y_coordinates(i), y_coordinates(j)) = inertia(i, j)
                element%mass(z_coordinates(i), z_coordinates(j)) = sign*inertia(i, j)
             end associate
@@ -81,6 +89,17 @@ contains
       k = symmetric([12.0_wp, 6*l, -12.0_wp, 6*l, (4 + phi)*l**2, -6*l, (2 - phi)*l**2, 12.0_wp, -6*l, &
                      (4 + phi)*l**2])/(1 + phi)
    end function bending_stiffness
+
+   !> Stiffness by tension over N.
+   pure function tension_stiffness(l, phi) result(k)
+      real(wp), intent(in) :: l, phi
+      real(wp) :: k(4, 4)
+
+      k = 0.0_wp
+      call add_outer(k, l, [-1/l, 0.0_wp, 1/l, 0.0_wp])
+      call add_outer(k, l/12, [0.0_wp, -1.0_wp, 0.0_wp, 1.0_wp])
+      call add_outer(k, l/(20*(1 + phi)**2), [2/l, 1.0_wp, -2/l, 1.0_wp])
+   end function tension_stiffness
 
    !> Inertia of translation over rho A l.
    pure function translatory_inertia(l, phi) result(m)

@@ -25,8 +25,8 @@ module razy_rotor_model
       !> What it was made of.
       type(rotor_t) :: rotor
       type(numbering_t) :: numbering
-      !> M; B of shafts and bearings; G; K of shafts and bearings; C. G and C contain the speed ratios of the shafts, and are
-      !> multiplied by the speed of the system.
+      !> M; B of shafts and bearings; G; K of shafts, tension and bearings; C. G and C contain the speed ratios of the shafts, and
+      !> are multiplied by the speed of the system.
       type(csr_t) :: mass, damping, gyroscopic, stiffness, circulatory
       !> K of the shafts alone; B of the shafts' material alone.
       type(csr_t) :: shaft_stiffness, internal_damping
@@ -53,7 +53,7 @@ contains
       type(rotor_t), intent(in) :: rotor
       type(error_t), allocatable, intent(out) :: error
 
-      type(entries_t) :: damping, bearing_stiffness, cross_damping, cross_stiffness
+      type(entries_t) :: damping, outer_stiffness, cross_damping, cross_stiffness
       integer :: i, n
 
       call rotor%check(error)
@@ -61,10 +61,10 @@ contains
       model%rotor = rotor
       model%numbering = new_numbering(rotor)
       n = model%numbering%n
-      call assemble_shafts(model, damping)
+      call assemble_shafts(model, damping, outer_stiffness)
       do i = 1, size(rotor%bearing)
          associate (at => model%numbering%ends(rotor%bearing(i)))
-            call bearing_stiffness%add_block(at, joined(rotor%bearing(i)%stiffness))
+            call outer_stiffness%add_block(at, joined(rotor%bearing(i)%stiffness))
             call damping%add_block(at, joined(rotor%bearing(i)%damping))
             call cross_stiffness%add_block(at, joined(rotor%bearing(i)%cross_stiffness))
             call cross_damping%add_block(at, joined(rotor%bearing(i)%cross_damping))
@@ -72,7 +72,7 @@ contains
       end do
       model%cross_stiffness = new_csr(cross_stiffness, n, n)
       model%cross_damping = new_csr(cross_damping, n, n)
-      model%stiffness = add_matrices(1.0_wp, model%shaft_stiffness, 1.0_wp, new_csr(bearing_stiffness, n, n))
+      model%stiffness = add_matrices(1.0_wp, model%shaft_stiffness, 1.0_wp, new_csr(outer_stiffness, n, n))
       call internal_damping(model%internal_damping, rotor, model%numbering, model%mass, model%shaft_stiffness, model%stiffness, &
                             error)
       if (allocated(error)) return
@@ -82,10 +82,10 @@ contains
       call assemble_loads(model)
    end subroutine new_rotor_model
 
-   !> M, G and K of elements and disks, their weight, and what damping they have that does not turn.
-   subroutine assemble_shafts(model, damping)
+   !> M, G and K of elements and disks, their weight, what damping they have that does not turn, and stiffness by tension.
+   subroutine assemble_shafts(model, damping, outer_stiffness)
       type(rotor_model_t), intent(inout) :: model
-      type(entries_t), intent(inout) :: damping
+      type(entries_t), intent(inout) :: damping, outer_stiffness
 
       type(entries_t) :: gyroscopic, mass, stiffness
       type(element_t) :: element
@@ -110,6 +110,7 @@ contains
                      call mass%add_block(at, element%mass)
                      call gyroscopic%add_block(at, element%gyroscopic)
                      call stiffness%add_block(at, element%stiffness)
+                     if (abs(section%axial_force) > 0.0_wp) call outer_stiffness%add_block(at, element%tension)
                      call damping%add_block(at, rotor%shaft(s)%mass_damping*element%mass &
                                             + rotor%shaft(s)%stiffness_damping*element%stiffness)
                      call add_at(model%load, at(:6), weight(:6))

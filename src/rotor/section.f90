@@ -21,6 +21,8 @@ module razy_rotor_section
       type(material_t) :: material
       real(wp) :: length = 0.0_wp, outer = 0.0_wp, inner = 0.0_wp
       integer :: elements = 1, first_node = 0
+      !> Tension that it carries, N; negative: compression.
+      real(wp) :: axial_force = 0.0_wp
    contains
       procedure :: area
       procedure :: second_moment

@@ -11,7 +11,7 @@ module razy_rotor_whirl_modes
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, first_modes, modes_found, modes_not_definite, orient
    use razy_linalg_sparse, only: add_matrices, csr_t
    use razy_rotor_free_motions, only: rigid_motions
-   use razy_rotor_deformation, only: deformations, projected_stiffness, restoring_force
+   use razy_rotor_deformation, only: find_deformations, projected_stiffness, restoring_force
    use razy_rotor_model, only: rotor_model_t
    implicit none(type, external)
    private
@@ -180,10 +180,12 @@ contains
       logical, intent(in) :: meshed
       real(wp) :: share(3)
 
+      real(wp), allocatable :: deformation(:, :), stiffness(:, :)
       real(wp) :: moved(6)
       integer :: j
 
-      share(1) = sum(deformations(model, q)**2)
+      call find_deformations(deformation, stiffness, model, q)
+      share(1) = sum(stiffness*deformation**2)
       share(2:) = 0.0_wp
       do j = 1, size(model%rotor%bearing)
          moved = model%numbering%stretch(model%rotor%bearing(j), q)

@@ -24,8 +24,9 @@ module razy_rotor_whirl_unstable
 contains
 
    !> A radius beyond which no eigenvalue has a positive real part at any of the angular speeds `speed` of the system, rad/s each;
-   !> `circulatory`: whether C acts. The largest number where nothing can be said: with negative stiffness or damping, with cross
-   !> coupling without damping at its place, or where internal damping that acts in C has preferred directions.
+   !> `circulatory`: whether C acts. The largest number where nothing can be said: with negative stiffness or damping or
+   !> compression, with cross coupling without damping at its place, or where internal damping that acts in C has preferred
+   !> directions.
    function unstable_radius(model, speed, circulatory) result(radius)
       type(rotor_model_t), intent(in) :: model
       real(wp), intent(in) :: speed(:)
@@ -41,6 +42,9 @@ contains
          known = known .and. model%rotor%damping /= damping_modal .and. is_round(model)
          radius = maxval(abs(speed))*maxval(abs(model%rotor%shaft%speed_ratio))
       end if
+      do i = 1, size(model%rotor%shaft)
+         known = known .and. .not. any(model%rotor%shaft(i)%section%axial_force < 0.0_wp)
+      end do
       do i = 1, size(model%rotor%bearing)
          associate (bearing => model%rotor%bearing(i))
             associate (free => model%numbering%of(bearing%shaft, bearing%node) > 0, &

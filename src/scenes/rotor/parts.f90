@@ -156,6 +156,7 @@ contains
          call input%get("section", i, "inner_diameter", section%inner)
          call input%get("section", i, "elements", section%elements)
          call input%get("section", i, "first_node", section%first_node)
+         call input%get("section", i, "axial_force", section%axial_force)
          call input%get("section", i, "young_modulus", section%material%young)
          call input%get("section", i, "shear_modulus", section%material%shear)
          call input%get("section", i, "density", section%material%density)

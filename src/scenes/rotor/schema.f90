@@ -68,6 +68,8 @@ contains
       call add_integer(schema, "elements", "number of equal elements", rule=positive, default="1")
       call add_integer(schema, "first_node", "makes it a layer on the sections that are there, such as a sleeve: its first "// &
                        "node; its elements have the lengths of those below", rule=positive)
+      call add_real(schema, "axial_force", "tension that it carries, which straightens it; negative: compression", unit="N", &
+                    default="0.0")
       call add_real(schema, "young_modulus", "if not that of the shaft", unit="Pa", rule=positive)
       call add_real(schema, "shear_modulus", "if not that of the shaft", unit="Pa", rule=positive)
       call add_real(schema, "density", "if not that of the shaft", unit="kg/m^3", rule=positive)

@@ -43,6 +43,7 @@ contains
 
       type(eigenpairs_t) :: pairs
       real(wp), allocatable :: motion(:, :), rigid(:, :), untouched(:, :)
+      real(wp) :: force
       integer, allocatable :: smallest(:)
       integer :: i, m
 
@@ -59,6 +60,14 @@ contains
             end if
          else
             pairs = rotor_modes(model, count, closed)
+         end if
+         ! A shaft that buckles has a negative eigenvalue, or its stiffness no factor.
+         if (pairs%status /= modes_found .or. sum(merge(1, 0, pairs%value < 0.0_wp)) > size(motion, 2)) then
+            do i = 1, input%count("section")
+               call input%get("section", i, "axial_force", force)
+               if (force < 0.0_wp) call input%complain(error, "section", i, "axial_force", "less compression: the shaft buckles")
+               if (allocated(error)) return
+            end do
          end if
          if (pairs%status /= modes_found) then
             call raise(error, "the eigenproblem could not be solved")

@@ -1,0 +1,71 @@
+"""`axial_force` of `&section`: frequencies, deflection and buckling of a pinned shaft against closed forms."""
+
+import numpy as np
+import pytest
+from programs import start, succeed, values_of
+
+E, G, RHO, LENGTH, DIAMETER = 2.1e11, 8.0e10, 7850.0, 0.8, 0.03
+AREA, SECOND = np.pi * DIAMETER**2 / 4, np.pi * DIAMETER**4 / 64
+EULER = np.pi**2 * E * SECOND / LENGTH**2
+
+
+def shaft(force, elements=40, element="rayleigh", more=""):
+    return f"""&scene kind='rotor' /
+&shaft name='r', young_modulus={E}, shear_modulus={G}, density={RHO}, element='{element}', rotary_inertia=.false. /
+&section shaft='r', length={LENGTH}, outer_diameter={DIAMETER}, elements={elements}, axial_force={float(force)!r} /
+&freedom axial=.false., torsion=.false. /
+&support shaft='r', node=1, held='v','w' /
+&support shaft='r', node={elements + 1}, held='v','w' /
+{more}"""
+
+
+def modes(text, **options):
+    with open("case.nml", "w") as file:
+        file.write(text + "&modes count=6 /\n")
+    succeed("razy-modes", "case.nml", "--force")
+    return values_of("case.h5")
+
+
+@pytest.mark.parametrize("elements", [40, 200])
+@pytest.mark.parametrize("share", [-0.5, 2.0])
+def test_frequencies_of_a_string_that_bends(folder, share, elements):
+    """omega² = k² (E J k² + N)/(rho A), k = n pi/L; also with so many elements that modes are corrected."""
+    k = np.pi / LENGTH * np.array([1, 1, 2, 2, 3, 3])
+    right = np.sqrt(k**2 * (E * SECOND * k**2 + share * EULER) / (RHO * AREA)) / (2 * np.pi)
+    found = modes(shaft(share * EULER, elements))
+    assert found["natural_frequency"] == pytest.approx(right, rel=5e-6 if elements == 40 else 1e-8)
+    text = shaft(share * EULER, more="&reduction method='craig_bampton', modes=20 /\n")
+    assert modes(text)["natural_frequency"] == pytest.approx(right, rel=5e-6)
+
+
+def test_it_buckles_at_the_load_of_euler_and_engesser(folder):
+    kappa = 6 * (1 + (nu := E / (2 * G) - 1)) / (7 + 6 * nu)
+    engesser = EULER / (1 + EULER / (kappa * G * AREA))
+    for element, load in (("rayleigh", EULER), ("timoshenko", engesser)):
+        assert modes(shaft(-load * (1 - 1e-4), element=element))["natural_frequency"][0] > 0
+        (folder / "buckles.nml").write_text(shaft(-load * (1 + 1e-4), element=element) + "&modes count=6 /\n")
+        done = start("razy-modes", "buckles.nml")
+        assert done.returncode == 2
+        assert "&section axial_force = " in done.stderr
+        assert "less compression: the shaft buckles" in done.stderr
+    assert engesser < EULER * (1 - 1e-3)
+
+
+def test_deflection_under_tension(folder):
+    """P/(2 N κ) (κ L/2 - tanh(κ L/2)) in the middle, κ² = N/(E J)."""
+    force, load = 5 * EULER, 100.0
+    kappa = np.sqrt(force / (E * SECOND))
+    right = load / (2 * force * kappa) * (kappa * LENGTH / 2 - np.tanh(kappa * LENGTH / 2))
+    more = f"&load on='r.21.v', value={load} /\n&motion t_end=1e-4, start='static' /\n"
+    more += "&record observable='displacement', of='r.21.v', what='extrema' /\n"
+    (folder / "rest.nml").write_text(shaft(force, more=more))
+    succeed("razy-run", "rest.nml")
+    assert values_of("rest.h5")["extrema/displacement.r.21.v/value"] == pytest.approx(right, rel=1e-6)
+
+
+def test_a_free_shaft_under_tension_does_not_tilt_freely(folder):
+    """The force keeps its direction: it rights a shaft that tilts, and moves with one that does not."""
+    text = "".join(line for line in shaft(1e4).splitlines(True) if not line.startswith("&support"))
+    found = modes(text)
+    assert list(found["rigid"]) == [1, 1, 0, 0, 0, 0]
+    assert found["natural_frequency"][2] > 1.0
