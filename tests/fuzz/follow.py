@@ -31,6 +31,8 @@ class Follower:
         self.modes = {}
         self.events = []
         self.size = np.zeros(self.machine.size)
+        self.pulls = np.abs(self.machine.free)
+        self.shortest = 0.25 / max(np.max(np.abs(np.linalg.eigvals(self.machine.free))), 1e-3)
 
     def mode(self, branches):
         key = tuple(branches)
@@ -40,7 +42,14 @@ class Follower:
 
     def noise(self, form, x):
         """What a form is known to."""
-        return self.joins * EPS * (np.abs(form) @ np.maximum(np.abs(x), self.size))
+        return self.joins * EPS * (np.abs(form) @ self.sizes(x))
+
+    def sizes(self, *states):
+        """Sizes of the terms of a form; a speed has the rounding of all, and of forces also where others take them."""
+        sizes = np.maximum(np.max(np.abs(states), axis=0), self.size)
+        speeds = slice(self.machine.n, 2 * self.machine.n)
+        sizes[speeds] = max(np.max(sizes[speeds]), self.shortest * np.max(self.pulls[speeds] @ sizes))
+        return sizes
 
     def run(self, times):
         """States at the times."""
@@ -115,7 +124,7 @@ class Follower:
         forms, rates = mode.forms[0], mode.forms[1]
         start, end = forms @ x, forms @ after
         slope, last = rates @ x, rates @ after
-        noise = 64 * EPS * (np.abs(forms) @ np.maximum(np.maximum(np.abs(x), np.abs(after)), self.size))
+        noise = 64 * EPS * (np.abs(forms) @ self.sizes(x, after))
         armed |= start > noise
         suspects = (end < -noise) | ((slope < 0) & (last > 0))
         # It may rise, fall and rise again, or fall, rise and fall.
@@ -158,7 +167,7 @@ class Follower:
         slopes = [rate @ state for state in states]
         inside = armed or values[0] > noise
         for j in range(1, len(states)):
-            if inside and values[j] < 0:
+            if inside and values[j] < -noise:
                 return self.bisect(mode, form, states[j - 1], times[j - 1], level + parts)
             if not inside and values[j] < -noise:
                 # From its bound the guard goes outside: at once, or after a rise within this part.
