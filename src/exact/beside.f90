@@ -19,8 +19,9 @@ module razy_exact_beside
       type(modal_basis_t) :: basis
       type(response_t) :: response
       type(excitation_t), private :: excitation
-      !> Amplitudes where it was begun, at `time`, s, and where it was looked at last; how long a stretch may be, and is, s.
-      type(amplitudes_t), private :: mark, now
+      !> Amplitudes where it was begun, at `time`, s, and where it was looked at last (one array for the reason told at
+      !> `free_motions_t`); how long a stretch may be, and is, s.
+      type(amplitudes_t), private :: at(2)
       real(wp), private :: time = 0.0_wp, stretch = 0.0_wp, length = 0.0_wp
       integer, private :: version = 0, structure = 0
    contains
@@ -58,8 +59,8 @@ contains
          self%version = system%version
          call new_response(self%response, self%basis, .false., system%load_beside, system%harmonic_beside, system%turning, &
                            system%slope)
-         call reserve(self%mark, self%response)
-         call reserve(self%now, self%response)
+         call reserve(self%at(1), self%response)
+         call reserve(self%at(2), self%response)
          self%stretch = longest_angle/max(self%response%turning, self%response%fastest, system%fastest, slowest)
          if (self%response%growing) then
             self%stretch = min(self%stretch, longest_growth/maxval(real(self%response%exponent)))
@@ -76,7 +77,7 @@ contains
       self%time = time
       self%length = min(self%stretch, time_to_break(system%machine%tone, time, 0.0_wp))
       call self%excitation%begin(system%machine%tone, time, 0.0_wp)
-      call set_state(self%mark, self%response, z, self%excitation%start)
+      call set_state(self%at(1), self%response, z, self%excitation%start)
    end subroutine begin_stretch
 
    !> The state z at `time + time_low`, s, which is not before one that was asked for.
@@ -87,12 +88,12 @@ contains
       real(wp), intent(out) :: z(:)
 
       do while (time - self%time > self%length)
-         call move_to(self%mark, self%response, self%length, self%now)
-         call state_of(self%now, self%response, z)
+         call move_to(self%at(1), self%response, self%length, self%at(2))
+         call state_of(self%at(2), self%response, z)
          call begin_stretch(self, system, self%time + self%length, z)
       end do
-      call move_to(self%mark, self%response, (time - self%time) + time_low, self%now)
-      call state_of(self%now, self%response, z)
+      call move_to(self%at(1), self%response, (time - self%time) + time_low, self%at(2))
+      call state_of(self%at(2), self%response, z)
    end subroutine find_state
 
    !> The modes of two machines that nothing couples, whose coordinates follow each other.

@@ -32,7 +32,7 @@ module razy_exact_constrained_motion
    type :: constrained_motion_t
       integer :: m = 0, n = 0, rank = 0
       !> The last of the η have no stiffness; of these the first `rigid` have no damping either.
-      integer :: unsprung = 0, rigid = 0
+      integer, private :: unsprung = 0, rigid = 0
       !> Whether constraint forces exist.
       logical :: found = .true.
       !> Whether a and b are used.

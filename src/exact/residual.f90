@@ -32,7 +32,6 @@ module razy_exact_residual
    !> rᵀM, rᵀB and rᵀK on the coupled coordinates (m each), and rᵀw (contacts).
    type :: probe_t
       real(wp), allocatable, private :: mass(:), damping(:), stiffness(:), contact(:)
-      type(amplitudes_t), private :: start, now
    contains
       procedure :: residual
    end type probe_t
@@ -65,7 +64,7 @@ contains
    !> The largest of the residuals, each over the size of its terms. The state is of the size that loads give it in `t_end`, s, at
    !> most; `force` holds the forces of all contacts on the state where there are constraints.
    function residual(self, system, mode, response, constrained, force, t_end)
-      class(probe_t), intent(inout) :: self
+      class(probe_t), intent(in) :: self
       type(system_t), intent(in) :: system
       type(mode_t), intent(in) :: mode
       type(response_t), intent(in) :: response
@@ -78,8 +77,6 @@ contains
       real(wp) :: load, moves, tau
       integer :: i
 
-      call reserve(self%start, response)
-      call reserve(self%now, response)
       tau = min(t_end, angle/maxval([response%fastest, response%slope, tiny(1.0_wp)]))
       load = norm2(system%load) + sum(norm2(abs(system%harmonic), dim=1))
       moves = min(sum(response%from_length(1, [0, (i, i=response%terms + 1, response%terms + response%tones)])), &
@@ -110,7 +107,7 @@ contains
 
    !> The balance over `tau`, s, from displacements of the size `moves`, and velocities of that in a turn of the fastest term.
    function balance(self, system, mode, response, constrained, force, tau, moves) result(found)
-      class(probe_t), intent(inout) :: self
+      class(probe_t), intent(in) :: self
       type(system_t), intent(in) :: system
       type(mode_t), intent(in) :: mode
       type(response_t), intent(in) :: response
@@ -119,11 +116,14 @@ contains
       real(wp), intent(in) :: tau, moves
       type(balance_t) :: found
 
+      type(amplitudes_t) :: now, start
       complex(wp) :: phasor(size(system%omega))
       real(wp), dimension(2*system%m) :: x, z_start, z
       real(wp) :: path(system%m), push, size_of_push
       integer :: g, i
 
+      call reserve(start, response)
+      call reserve(now, response)
       phasor = [(exp(cmplx(0.0_wp, real(i, wp), wp)), i=1, size(phasor))]
       path = 0.0_wp
       push = 0.0_wp
@@ -134,16 +134,16 @@ contains
             x(m + i) = moves*response%fastest*cos(2.3_wp*i*i)
          end do
          call constrained%hold(x, rates_of_held(system, constrained, 0.0_wp*x, phasor))
-         call set_state(self%start, response, x, phasor)
-         call state_at(self%start, z_start)
+         call set_state(start, response, x, phasor)
+         call state_at(start, z_start)
          do g = 1, size(node)
-            call move_to(self%start, response, node(g)*tau, self%now)
-            call state_at(self%now, z)
+            call move_to(start, response, node(g)*tau, now)
+            call state_at(now, z)
             path = path + weight(g)*tau*z(m + 1:)
             call add_forces(weight(g)*tau, system%machine%tone%moved(phasor, node(g)*tau))
          end do
-         call move_to(self%start, response, tau, self%now)
-         call state_at(self%now, z)
+         call move_to(start, response, tau, now)
+         call state_at(now, z)
          found%displacement = z(:m) - z_start(:m) - path
          found%moves = moves + maxval([0.0_wp, abs(z(:m))])
          found%momentum = dot_product(self%mass, z(m + 1:) - z_start(m + 1:)) - push

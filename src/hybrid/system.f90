@@ -22,10 +22,8 @@ module razy_hybrid_system
    type :: system_t
       type(machine_t) :: machine
       type(coupled_t) :: coupled
-      !> What is observed and no contact feels, if it is followed beside.
-      type(coupled_t) :: beside
-      !> Motions without stiffness and damping, by structure, of both.
-      type(free_motions_t) :: free, free_beside
+      !> Its motions without stiffness and damping, by structure.
+      type(free_motions_t) :: free
       !> Coupled coordinates; z has 2m components.
       integer :: m = 0
       !> Whether every coordinate is followed, not only those that contacts and observables feel.
@@ -41,7 +39,10 @@ module razy_hybrid_system
       complex(wp), allocatable :: harmonic(:, :)
       !> Those with which phasors E turn, and those of waveforms, E = u + i u'/ω, which do not (tones).
       real(wp), allocatable :: turning(:), slope(:)
-      !> Load and phasors of the motion beside.
+      !> What is observed and no contact feels, if it is followed beside, with its load and phasors. Arrays stand between parts of
+      !> one type, since gfortran 12 may free the first of neighbours alone.
+      type(coupled_t) :: beside
+      type(free_motions_t) :: free_beside
       real(wp), allocatable :: load_beside(:)
       complex(wp), allocatable :: harmonic_beside(:, :)
       !> The largest of the frequencies, rad/s.

@@ -23,9 +23,10 @@ module razy_machine_free_motions
       integer, allocatable :: contact(:)
    end type span_t
 
+   !> Those without stiffness, and those of them without damping. One array: where a type that is part of another has two parts of
+   !> one type, gfortran 12 may free the first alone.
    type :: free_motions_t
-      private
-      type(span_t) :: unsprung, rigid
+      type(span_t), private :: of(2)
    contains
       procedure :: in_state
    end type free_motions_t
@@ -41,8 +42,8 @@ contains
       real(wp), allocatable :: both(:, :), of_stiffness(:, :)
 
       call open_motions(machine, of_stiffness, both)
-      call new_span(self%unsprung, machine, coupled, of_stiffness)
-      call new_span(self%rigid, machine, coupled, both)
+      call new_span(self%of(1), machine, coupled, of_stiffness)
+      call new_span(self%of(2), machine, coupled, both)
    end subroutine new_free_motions
 
    !> Orthonormal motions (n, r) without stiffness, and without stiffness and damping, with all contacts open.
@@ -170,8 +171,8 @@ contains
 
       real(wp), allocatable :: first(:, :), rest(:, :)
 
-      call within(self%unsprung, held, rest)
-      call within(self%rigid, felt, first)
+      call within(self%of(1), held, rest)
+      call within(self%of(2), felt, first)
       rigid = size(first, 2)
       rest = matmul(rest, complement_of(matmul(transpose(rest), first)))
       shape = reshape([first, rest], [size(first, 1), rigid + size(rest, 2)])
