@@ -22,7 +22,7 @@ module razy_core_text
    !> Longer texts are no misspelt names.
    integer, parameter :: longest_misspelt = 200
    !> Characters of a list of known names.
-   integer, parameter :: longest_list = 330
+   integer, parameter :: longest_list = 240
 
 contains
 
