@@ -133,6 +133,8 @@ def draw(path, sections):
             costs = [row[1 + k] for row in rows]
             if costs[0]:
                 axis.loglog(numbers, [cost / 1e3 for cost in costs], mark, label=name)
+        axis.set_xticks(numbers, labels=[str(number) for number in numbers])
+        axis.minorticks_off()
         axis.set_xlabel(title)
         axis.grid(visible=True, which="both", alpha=0.3)
     axes[0].set_ylabel("instructions an event, thousands")
@@ -154,7 +156,7 @@ def main():
         points = [sweep(options, folder, number) for number in counts]
     said = {
         "coordinates": "A driven chain with elastic stops at two of its masses.",
-        "contacts": "A driven chain of 50 masses.",
+        "contacts": "A driven chain of 50 masses; of many contacts new combinations come in the second half, too.",
         "modes of each shaft": "The test gearbox, two shafts, errors ten times the printed ones.",
     }
     lines = [
