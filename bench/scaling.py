@@ -173,8 +173,8 @@ def main():
         lines += table(title, said[title], numbers, rows)
     lines += [
         "## Points of a sweep",
-        "An oscillator with a stop, 20 s of motion a point, one rank: processor time of the whole program over the "
-        f"points ({place['cpu']}, load at the start {place['load']:.1f}), and the largest resident set.",
+        "An oscillator with a stop, 20 s of motion a point, one rank.",
+        f"Processor time of the program over the points ({place['cpu']}, load at the start {place['load']:.1f}), and the largest resident set.",
         "",
         "| points | a point, us | memory, MB |",
         "|---|---|---|",
