@@ -174,7 +174,8 @@ def main():
     lines += [
         "## Points of a sweep",
         "An oscillator with a stop, 20 s of motion a point, one rank.",
-        f"Processor time of the program over the points ({place['cpu']}, load at the start {place['load']:.1f}), and the largest resident set.",
+        f"Processor time of the program over the points ({place['cpu']}, "
+        f"load at the start {place['load']:.1f}), and the largest resident set.",
         "",
         "| points | a point, us | memory, MB |",
         "|---|---|---|",
