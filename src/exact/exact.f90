@@ -1,50 +1,521 @@
-!! The exact propagator as observers see it: what is asked of a piece is answered from its closed form.
+!! The exact propagator: motion of a piecewise-linear machine from event to event in closed form.
+!!
+!! Between two events nothing is integrated; the next event is found with proof that none was before it (razy_exact_search_search).
+!! The phases of excitation are formed anew from the time, which is kept in two doubles, so that errors do not grow with the number
+!! of pieces. Where nothing is held and a contact only changes its branch, nothing jumps: its function has crossed its bound and is
+!! known to start there (razy_exact_crossings), and the amplitudes go on. All else the transition settles, all events of a time
+!! together, from the state, and knows which guards start on their bounds.
 module razy_exact_exact
+   use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
-   use razy_exact_closed_form_amplitudes, only: amplitudes_t, copy, move_to, reserve, set_state, state_of
+   use razy_exact_beside, only: beside_t
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t, carry_disturbances, copy, move_to, reserve, set_state, state_of
    use razy_exact_closed_form_response, only: response_t
    use razy_exact_closed_form_rows, only: curvature_bound, integral_of, rows_t, size_of, value_and_slope, value_of
-   use razy_exact_pieces, only: end_state, pieces_t
+   use razy_exact_crossings, only: crossings_t
+   use razy_exact_residual, only: worst_residual
    use razy_exact_search_refine, only: watched_t
-   use razy_exact_search_search, only: exit_t, first_exit, rounding, search_t
+   use razy_exact_search_search, only: exit_t, first_exit, leaves_too, rounding, search_t, soon
+   use razy_exact_solution, only: solution_t
+   use razy_exact_solutions, only: solutions_t
+   use razy_hybrid_flow, only: ends_crossed, ends_in_event, ends_open, flow_t, largest
+   use razy_hybrid_guards, only: guard_entry_t, of_force, of_press
    use razy_linalg_blocks, only: moduli_of
-   use razy_motion_integrator, only: glimpse_t
+   use razy_machine_machine, only: machine_t
+   use razy_motion_integrator, only: glimpse_t, outcome_t, piece_t, status_blow_up, status_costly, status_inaccurate, &
+                                     status_no_contact_forces, status_no_modes, status_ok, status_step_limit
    implicit none(type, external)
    private
 
    public :: exact_t
 
-   !> The propagator, with what it was asked last.
-   type, extends(pieces_t) :: exact_t
-      !> The searches for turns of observables.
-      type(search_t), private :: turns, turns_of_whole
-      !> Amplitudes at a time of a piece, and of which.
+   !> The propagator with what it keeps from run to run. Steps of its searches and pieces count as steps.
+   type, extends(flow_t) :: exact_t
+      !> Whether contacts alone choose the coordinates that are followed, and all else that is observed stands beside.
+      logical :: apart = .false.
+      !> Whether a motion may end because closed forms do not pay.
+      logical :: may_give_up = .false.
+      !> What closed forms may take, 2^20 bytes; the last two are kept in any case.
+      integer :: memory_mb = 256
+      type(solutions_t), private :: solutions
+      !> The search for events, whose probe holds the amplitudes at the end of the piece; those for turns of observables.
+      type(search_t), private :: search, turns, turns_of_whole
+      !> Until when the motion lasts, s.
+      real(wp), private :: t_end = 0.0_wp
+      !> The piece under way: its solution, duration (s), and the amplitudes at its start.
+      integer, private :: now = 0
+      real(wp), private :: duration = 0.0_wp
+      !> Sum of the angles that the fastest exponents have turned by.
+      real(wp), private :: turned = 0.0_wp
+      type(amplitudes_t), private :: start
+      !> The solution of the piece before, whose end the probe holds, 0 where z alone holds the state; whether z holds it too.
+      integer, private :: ended = 0
+      logical, private :: has_z = .true.
+      !> What observers are answered with: amplitudes at a time, once there has been a question.
       type(amplitudes_t), private :: looker
-      integer(i8), private :: looked_at = 0_i8
-      !> The whole motion, with what stands beside, at the start of a piece and at `whole%tau`, and of which.
+      logical, private :: looked = .false.
+      !> What stands beside; the whole motion at the start of the piece and at `whole%tau`, once there has been a question.
+      type(beside_t), private :: beside
       type(amplitudes_t), private :: whole_start, whole
-      integer(i8), private :: whole_looked_at = 0_i8
+      logical, private :: whole_looked = .false.
+      !> State beside at the end of a run.
+      real(wp), allocatable, private :: last_beside(:)
+      !> The bounds that were crossed last, and the solution before.
+      type(crossings_t), private :: crossings
+      integer, private :: before = 0
+      !> Whether the piece begins as the transition has settled it, and not where functions have crossed their bounds.
+      logical, private :: settled = .false.
+      !> Whether the piece to come has begun already, as the moment that it starts with.
+      logical, private :: placed = .false.
    contains
+      procedure :: prepare
+      procedure :: enter
+      procedure :: advance
+      procedure :: stand
+      procedure :: finish
+      procedure :: transport
       procedure :: value
       procedure :: glimpse
       procedure :: next_turn
       procedure :: state
+      procedure :: final_state
       procedure :: contact
       procedure :: interval
       procedure :: contact_sums
    end type exact_t
 
+   !> Pieces are begun anew after this angle of the fastest exponent, so that its rounding stays below 1e-13.
+   real(wp), parameter :: longest_angle = 1.0e3_wp
+   !> A growing term grows by less than the exponential of this in a piece.
+   real(wp), parameter :: longest_growth = 50.0_wp
+   !> A part of the acceleration that is not what is left of it where a force has come to zero.
+   real(wp), parameter :: clearly = 1.0e-6_wp
+
 contains
+
+   !> Take a machine; refused with an error if one of its laws is not piecewise linear.
+   subroutine prepare(self, machine, keep_all, error)
+      class(exact_t), intent(inout) :: self
+      type(machine_t), intent(in) :: machine
+      logical, intent(in) :: keep_all
+      type(error_t), allocatable, intent(out) :: error
+
+      integer :: j
+
+      do j = 1, size(machine%contact)
+         if (machine%contact(j)%law%piecewise_linear .and. .not. allocated(machine%contact(j)%modulation)) cycle
+         call raise(error, "the exact propagator cannot follow contact '"//machine%contact(j)%name// &
+                    "', whose law is not piecewise linear, or whose stiffness varies by harmonics")
+         return
+      end do
+      call self%take(machine, keep_all, self%apart, 0.0_wp, error)
+      if (allocated(error)) return
+      call self%solutions%attach(self%system, self%memory_mb*(2_i8**23/storage_size(1.0_wp)))
+      call self%crossings%attach(size(machine%contact))
+   end subroutine prepare
+
+   !> The solution in the mode, from time and state as they are.
+   subroutine enter(self, t_end, outcome)
+      class(exact_t), intent(inout) :: self
+      real(wp), intent(in) :: t_end
+      type(outcome_t), intent(inout) :: outcome
+
+      self%t_end = t_end
+      if (self%starting) then
+         call self%crossings%forget()
+         self%now = 0
+         self%placed = .false.
+         self%turned = 0.0_wp
+         self%settled = self%system%constrained
+         call self%solutions%begin_run()
+      end if
+      call self%budget%spend()
+      if (self%budget%status /= status_ok) return
+      if (.not. self%placed) then
+         call find_solution(self, outcome)
+         if (self%now == 0) return
+         if (self%may_give_up .and. costs_more(self, outcome%pieces)) outcome%status = status_costly
+         if (self%settled) then
+            call self%transition%start_piece(self%system, self%time, self%time_low, delta_of(self, self%remaining(t_end)), self%z)
+         else
+            call self%transition%dynamics%excitation%begin(self%system%machine%tone, self%time, self%time_low)
+         end if
+         call place(self)
+      end if
+      self%placed = .false.
+      outcome%pieces = outcome%pieces + 1
+      ! Faster than that, and the end will not be reached in the steps there are.
+      associate (fastest => max(self%solutions%of(self%now)%form%response%turning, self%system%fastest))
+         if (self%starting .and. t_end*fastest > longest_angle*self%budget%most_steps) outcome%status = status_step_limit
+      end associate
+   end subroutine enter
+
+   !> Whether the motion hardly ever returns to a mode, and the closed forms of its modes cost more than all its pieces by steps of
+   !> a Runge-Kutta method would. A form costs some m³, and a step m, by matrices in bands; each piece takes some steps, and the
+   !> angle of the fastest exponent more. The factors are ratios of instructions, counted on chains of 20 and 100 coordinates.
+   pure logical function costs_more(self, pieces)
+      type(exact_t), intent(in) :: self
+      integer(i8), intent(in) :: pieces
+
+      ! Fewer modes, or more pieces for each, are known to the next points of a sweep.
+      integer, parameter :: few = 48, often = 4
+      real(wp), parameter :: of_piece = 128.0_wp, of_angle = 16.0_wp
+
+      costs_more = self%solutions%met >= few .and. often*self%solutions%met > pieces
+      if (costs_more) costs_more = real(self%solutions%met, wp)*self%system%m**2 > of_piece*pieces + of_angle*self%turned
+   end function costs_more
+
+   !> The solution in the mode of the transition, which needs the state where something is held, or is about to be.
+   subroutine find_solution(self, outcome)
+      type(exact_t), intent(inout) :: self
+      type(outcome_t), intent(inout) :: outcome
+
+      integer :: info
+
+      if (self%starting .and. self%system%beside%m > 0) then
+         call self%beside%begin(self%system, self%time, info)
+         if (info /= 0) then
+            outcome%status = status_no_modes
+            self%now = 0
+            return
+         end if
+      end if
+      if (self%starting) self%aside = merge(self%beside%response%fastest, 0.0_wp, self%system%beside%m > 0)
+      self%before = self%now
+      self%settled = self%settled .or. self%transition%accumulation%landing
+      call self%solutions%find(self%system, self%transition%dynamics%mode, self%settled, self%beside, self%t_end, &
+                               self%now)
+      if (self%now == 0) then
+         outcome%status = merge(status_no_contact_forces, status_no_modes, self%solutions%inadmissible)
+      else if (self%solutions%fresh) then
+         call reserve(self%start, self%solutions%of(self%now)%form%response)
+         call reserve(self%looker, self%solutions%of(self%now)%form%response)
+         if (any(self%system%is_beyond)) then
+            call reserve(self%whole_start, self%solutions%of(self%now)%form%whole)
+            call reserve(self%whole, self%solutions%of(self%now)%form%whole)
+         end if
+      end if
+      if (self%now == 0) return
+      self%complete = self%solutions%of(self%now)%form%complete
+      outcome%residual = max(outcome%residual, self%solutions%of(self%now)%form%residual)
+      if (.not. outcome%residual <= worst_residual) outcome%status = status_inaccurate
+      self%settled = self%settled .or. .not. self%solutions%of(self%now)%form%free
+      if (.not. self%settled) return
+      call lay_out_state(self)
+      self%ended = 0
+   end subroutine find_solution
+
+   !> Time over which rates of constraint forces are taken, s, with `rest` to go.
+   pure function delta_of(self, rest) result(delta)
+      type(exact_t), intent(in) :: self
+      real(wp), intent(in) :: rest
+      real(wp) :: delta
+
+      delta = 1.0e-5_wp*min(rest, 1.0_wp/max(self%solutions%of(self%now)%form%basis%fastest, self%system%fastest, tiny(1.0_wp)))
+   end function delta_of
+
+   !> A piece starts now.
+   subroutine place(self)
+      type(exact_t), intent(inout) :: self
+
+      logical :: passed
+
+      self%looked = .false.
+      self%whole_looked = .false.
+      self%duration = 0.0_wp
+      associate (solution => self%solutions%of(self%now)%form, phasor => self%transition%dynamics%excitation%start)
+         if (self%ended > 0) then
+            call self%solutions%pass(self%ended, self%search%probe, self%now, phasor, self%start, passed)
+            if (passed) return
+            call lay_out_state(self)
+         end if
+         if (solution%constrained%n > 0) then
+            call set_state(self%start, solution%response, solution%constrained%to_coordinates(self%z), phasor)
+         else
+            call set_state(self%start, solution%response, self%z, phasor)
+         end if
+      end associate
+   end subroutine place
+
+   !> Have the state at the end of the piece before in z.
+   subroutine lay_out_state(self)
+      type(exact_t), intent(inout) :: self
+
+      if (self%has_z) return
+      call end_state(self%solutions%of(self%ended)%form, self%search%probe, self%z)
+      self%has_z = .true.
+   end subroutine lay_out_state
+
+   !> The piece is this moment.
+   subroutine stand(self, outcome)
+      class(exact_t), intent(inout) :: self
+      type(outcome_t), intent(inout) :: outcome
+
+      call find_solution(self, outcome)
+      if (self%now == 0) return
+      call self%transition%dynamics%excitation%begin(self%system%machine%tone, self%time, self%time_low)
+      call place(self)
+      self%placed = .not. self%settled
+   end subroutine stand
+
+   !> Follow the solution to the next event.
+   subroutine advance(self, t_end, longest, piece, ending, outcome)
+      class(exact_t), intent(inout) :: self
+      real(wp), intent(in) :: t_end, longest
+      type(piece_t), intent(inout) :: piece
+      integer, intent(out) :: ending
+      type(outcome_t), intent(inout) :: outcome
+
+      type(exit_t) :: found
+      real(wp) :: before(size(self%z))
+
+      if (self%settled) then
+         before = self%z
+         call prepare_settled(self)
+      else
+         associate (solution => self%solutions%of(self%now)%form)
+            call self%crossings%prepare(solution%entry, solution%watched)
+         end associate
+      end if
+      call follow(self, longest, t_end, piece, found)
+      call find_ending(self, found, ending)
+      ! In a piece of no length the state has not moved.
+      self%has_z = self%has_z .and. .not. (self%settled .or. found%tau > 0.0_wp)
+      self%ended = self%now
+      associate (solution => self%solutions%of(self%now)%form, unused => outcome)
+         ! What does not grow cannot blow up.
+         if (ending == ends_in_event .or. self%settled .or. allocated(self%tangent) .or. solution%response%growing &
+             .or. self%to_break) then
+            call lay_out_state(self)
+         end if
+         if (self%settled .and. found%tau*solution%response%fastest <= soon) call add_up(self, before, found%tau)
+      end associate
+      if (ending == ends_in_event .and. .not. self%settled) then
+         call self%transition%dynamics%mode%enter(self%system)
+         call self%transition%guards%list(self%system, self%transition%dynamics%mode)
+      end if
+      if (ending == ends_in_event .or. self%settled) call take_sizes(self)
+      if (ending == ends_in_event .or. self%settled .or. allocated(self%tangent)) then
+         self%hit = .false.
+         if (found%watched > 0) self%hit(found%watched) = .true.
+      end if
+      if (ending /= ends_open) self%settled = ending == ends_in_event
+      if (self%settled) self%ended = 0
+      if (.not. self%to_break .or. ending /= ends_open) return
+      ! The tones may jump, and with them what a function that has crossed its bound does.
+      self%ended = 0
+      call self%crossings%forget()
+   end subroutine advance
+
+   !> z (2m) at amplitudes of a solution.
+   subroutine end_state(solution, at, z)
+      type(solution_t), intent(in) :: solution
+      type(amplitudes_t), intent(in) :: at
+      real(wp), intent(out) :: z(:)
+
+      call state_of(at, solution%response, z)
+      if (solution%constrained%n > 0) z = solution%constrained%to_state(z)
+   end subroutine end_state
+
+   !> Displacements after a short piece from those `before` it, by Simpson's rule: a gap that is less than the rounding of the terms
+   !> of the solution keeps its digits.
+   subroutine add_up(self, before, tau)
+      class(exact_t), intent(inout) :: self
+      real(wp), intent(in) :: before(:), tau
+
+      real(wp) :: middle(size(before))
+
+      associate (solution => self%solutions%of(self%now)%form, m => self%system%m)
+         call move_to(self%start, solution%response, 0.5_wp*tau, self%looker)
+         call end_state(solution, self%looker, middle)
+         self%z(:m) = before(:m) + tau/6*(before(m + 1:) + 4*middle(m + 1:) + self%z(m + 1:))
+      end associate
+   end subroutine add_up
+
+   !> Follow the solution to the end of the piece, at most for `most`, s.
+   subroutine follow(self, most, t_end, piece, found)
+      type(exact_t), intent(inout) :: self
+      real(wp), intent(in) :: most, t_end
+      type(piece_t), intent(inout) :: piece
+      type(exit_t), intent(out) :: found
+
+      real(wp) :: longest, fastest
+
+      associate (solution => self%solutions%of(self%now)%form, response => self%solutions%of(self%now)%form%response)
+         fastest = max(response%turning, self%system%fastest)
+         longest = self%remaining(t_end)
+         piece%last = longest*fastest <= longest_angle
+         if (.not. piece%last) longest = longest_angle/fastest
+         if (response%growing) then
+            ! Growth is looked at again before a blow-up can pass the range of the numbers.
+            longest = min(longest, longest_growth/maxval(real(response%exponent)))
+            piece%last = piece%last .and. .not. piece%time + longest < t_end
+         end if
+         piece%last = piece%last .and. longest < most
+         longest = min(longest, most)
+         self%search%level = solution%level
+         call first_exit(self%search, self%budget, response, solution%switching, self%start, 0.0_wp, longest, solution%watched, &
+                         found)
+         solution%level = self%search%level
+         if (found%watched == 0) call move_to(self%start, response, found%tau, self%search%probe)
+      end associate
+      piece%duration = found%tau
+      self%duration = found%tau
+      self%turned = self%turned + found%tau*self%solutions%of(self%now)%form%response%fastest
+      piece%last = piece%last .and. found%watched == 0 .and. .not. found%tau < longest
+   end subroutine follow
+
+   !> How the piece ends. Where nothing is held and the guard that was left, with those that leave with it, changes a branch and no
+   !> more, they are crossed; what is rounding in the functions of this mode and the one before is kept after a piece of no length.
+   !> At a time at which something was settled all is.
+   subroutine find_ending(self, found, ending)
+      type(exact_t), intent(inout) :: self
+      type(exit_t), intent(in) :: found
+      integer, intent(out) :: ending
+
+      integer :: i
+
+      ending = merge(ends_in_event, ends_open, found%watched > 0)
+      associate (solution => self%solutions%of(self%now)%form, crossings => self%crossings, transition => self%transition)
+         call crossings%end_piece(stands=found%watched > 0 .and. .not. (self%settled .or. found%tau > 0.0_wp))
+         if (found%watched == 0) return
+         if (.not. solution%crosses(found%watched) .or. transition%accumulation%landing) return
+         if (self%settled .and. .not. found%tau > 0.0_wp) return
+         call crossings%add(solution%entry(found%watched), solution%watched(found%watched))
+         ! Tangents are carried through one event after the other.
+         if (self%search%leaving > 1 .and. found%tau > 0.0_wp .and. .not. allocated(self%tangent)) then
+            do i = 1, size(solution%watched)
+               if (.not. solution%watched(i)%f1 < 0.0_wp) cycle
+               if (.not. crossings%can_add(solution%entry(i))) cycle
+               if (.not. leaves_too(self%search, solution%response, solution%switching, solution%watched(i))) cycle
+               if (.not. solution%crosses(i)) return
+               call crossings%add(solution%entry(i), solution%watched(i))
+            end do
+         end if
+         ending = ends_crossed
+         call crossings%hand_over(transition%contact, transition%branch, transition%changes)
+         if (crossings%standing == 0) return
+         if (crossings%standing == 1 .and. self%before > 0) then
+            call crossings%take_noise(self%solutions%of(self%before)%form%entry, self%solutions%of(self%before)%form%watched)
+         end if
+         call crossings%take_noise(solution%entry, solution%watched)
+      end associate
+   end subroutine find_ending
+
+   !> After what the transition settled: what is rounding in the functions at z, and which of them start on their bounds. As the
+   !> branches are settled these move inwards, or rest if they are fixed. Where friction has pulled open the stop that it goes with,
+   !> no branch of the laws lasts, and the gap goes outwards at once.
+   subroutine prepare_settled(self)
+      type(exact_t), intent(inout) :: self
+
+      real(wp), dimension(self%transition%guards%count) :: g, rate
+      integer :: t
+      logical :: on_bound
+
+      associate (guards => self%transition%guards, solution => self%solutions%of(self%now)%form)
+         call guards%look(self%system, self%transition%dynamics, 0.0_wp, self%z, g, rate)
+         do t = 1, size(solution%watched)
+            associate (watched => solution%watched(t), guard => solution%entry(t))
+               watched%from_zero = .false.
+               watched%at_rest = .false.
+               watched%floor = 0.0_wp
+               if (guard%function == of_press) cycle
+               watched%floor = guards%noise(t)
+               watched%initial = g(t)
+               on_bound = abs(g(t)) <= guards%noise(t)
+               watched%from_zero = on_bound
+               if (on_bound .and. any(self%system%machine%contact%only_with == guard%contact)) then
+                  if (.not. rate(t) > guards%on_rate(guard%contact)) watched%from_zero = .not. falls(guard)
+               end if
+               watched%at_rest = on_bound .and. solution%fixed(t) &
+                                 .and. (guard%function == of_force .or. abs(rate(t)) <= guards%on_rate(guard%contact))
+            end associate
+         end do
+      end associate
+
+   contains
+
+      !> Whether the gap that a guard looks at is clearly pulled outwards.
+      logical function falls(guard)
+         type(guard_entry_t), intent(in) :: guard
+
+         real(wp) :: a(self%system%m)
+
+         associate (dynamics => self%transition%dynamics, j => guard%contact)
+            call dynamics%accelerate(self%system, 0.0_wp, self%z, a)
+            falls = guard%side*guard%alpha*dynamics%second_rate(self%system, j, a) &
+                    < -clearly*norm2(a)*self%transition%guards%reach(j)
+         end associate
+      end function falls
+
+   end subroutine prepare_settled
+
+   !> Take up the size of the terms that the functions are sums of, and with it what is rounding in s and s'.
+   !> Flights are followed that are higher than 16 roundings (razy_hybrid_accumulation), so those of s may be 16 times as large.
+   subroutine take_sizes(self)
+      type(exact_t), intent(inout) :: self
+
+      integer :: t
+
+      associate (guards => self%transition%guards, solution => self%solutions%of(self%now)%form)
+         do t = 1, size(solution%watched)
+            associate (guard => solution%entry(t), scale => solution%watched(t)%scale, j => solution%entry(t)%contact)
+               if (guard%function <= 0) cycle
+               if (.not. abs(guard%beta) > 0.0_wp) then
+                  guards%size_s(j) = max(guards%size_s(j), scale/(16*abs(guard%alpha)))
+               else if (.not. abs(guard%alpha) > 0.0_wp) then
+                  guards%size_rate(j) = max(guards%size_rate(j), scale/abs(guard%beta))
+               end if
+            end associate
+         end do
+      end associate
+   end subroutine take_sizes
+
+   !> Carry the tangents through the piece.
+   subroutine transport(self)
+      class(exact_t), intent(inout) :: self
+
+      associate (motion => self%solutions%of(self%now)%form%constrained, m => self%system%m, x => self%tangent)
+         if (motion%n > 0) then
+            x(:m, :) = matmul(motion%to_x, x(:m, :))
+            x(m + 1:, :) = matmul(motion%to_x, x(m + 1:, :))
+         end if
+         call carry_disturbances(self%solutions%of(self%now)%form%response, self%duration, x)
+         if (motion%n > 0) then
+            x(:m, :) = matmul(motion%from_x, x(:m, :))
+            x(m + 1:, :) = matmul(motion%from_x, x(m + 1:, :))
+         end if
+      end associate
+   end subroutine transport
+
+   !> State and counters of the search.
+   subroutine finish(self, outcome)
+      class(exact_t), intent(inout) :: self
+      type(outcome_t), intent(inout) :: outcome
+
+      call lay_out_state(self)
+      self%ended = 0
+      if (self%system%beside%m > 0 .and. self%now > 0) then
+         if (allocated(self%last_beside)) deallocate (self%last_beside)
+         allocate (self%last_beside(2*self%system%beside%m))
+         call self%beside%find_state(self%system, self%time, self%time_low, self%last_beside)
+         if (outcome%status == status_ok .and. .not. all(abs(self%last_beside) <= largest)) outcome%status = status_blow_up
+      end if
+      outcome%steps = self%search%steps
+      outcome%halvings = self%search%halvings
+      outcome%states = self%solutions%met
+      self%search%steps = 0
+      self%search%halvings = 0
+   end subroutine finish
 
    !> Amplitudes at `tau` into `self%looker`.
    subroutine look_at(self, tau)
       type(exact_t), intent(inout) :: self
       real(wp), intent(in) :: tau
 
-      if (self%looked_at == self%begun .and. .not. abs(tau - self%looker%tau) > 0.0_wp) return
+      if (self%looked .and. .not. abs(tau - self%looker%tau) > 0.0_wp) return
+      self%looked = .true.
       associate (response => self%solutions%of(self%now)%form%response)
-         if (self%looked_at < self%begun) call reserve(self%looker, response)
-         self%looked_at = self%begun
          if (.not. abs(tau) > 0.0_wp) then
             call copy(self%start, response, self%looker)
          else if (.not. abs(tau - self%duration) > 0.0_wp) then
@@ -64,9 +535,7 @@ contains
       real(wp), dimension(2*self%system%beside%m) :: more
 
       associate (solution => self%solutions%of(self%now)%form, m => self%system%m, n => self%system%beside%m)
-         if (self%whole_looked_at < self%begun) then
-            call reserve(self%whole_start, solution%whole)
-            call reserve(self%whole, solution%whole)
+         if (.not. self%whole_looked) then
             call state_of(self%start, solution%response, z)
             call self%beside%find_state(self%system, self%time, self%time_low, more)
             call set_state(self%whole_start, solution%whole, [z(:m), more(:n), z(m + 1:), more(n + 1:)], &
@@ -74,7 +543,7 @@ contains
          else if (.not. abs(tau - self%whole%tau) > 0.0_wp) then
             return
          end if
-         self%whole_looked_at = self%begun
+         self%whole_looked = .true.
          call move_to(self%whole_start, solution%whole, tau, self%whole)
       end associate
    end subroutine look_at_whole
@@ -185,6 +654,18 @@ contains
          call self%system%to_coordinates(z, displacement, velocity)
       end if
    end subroutine state
+
+   !> Displacements and velocities (n each) that the last run ended with; needs a machine prepared with `keep_all`.
+   subroutine final_state(self, displacement, velocity)
+      class(exact_t), intent(in) :: self
+      real(wp), intent(out) :: displacement(:), velocity(:)
+
+      if (self%system%beside%m > 0) then
+         call self%system%to_coordinates(self%z, displacement, velocity, self%last_beside)
+      else
+         call self%system%to_coordinates(self%z, displacement, velocity)
+      end if
+   end subroutine final_state
 
    !> Variable s, rate s' and reported force of contact j at `tau`.
    subroutine contact(self, j, tau, s, rate, force)
