@@ -24,6 +24,8 @@ module razy_orbits_branch
       integer :: count = 0, periods = 1
       !> The branch that it begins on, 0: it was found by itself.
       integer :: parent = 0
+      !> Whether it begins where its parent ends as a stop is touched.
+      logical :: from_touch = .false.
       !> Why it ends, in words; whether it has come back to its first motion.
       character(:), allocatable :: ending
       logical :: closed = .false.
@@ -65,7 +67,7 @@ contains
 
       type(point_t) :: at, here, next
       real(wp) :: h, largest, p
-      integer :: creeping, last
+      integer :: added, creeping, last
       logical :: ends, explained, found, ok
 
       self%periods = problem%periods
@@ -138,10 +140,16 @@ contains
          end if
          last = self%count
          call self%search(problem, here, next, explained)
-         if (.not. explained .and. h > kink) then
+         if (.not. explained) then
+            added = self%count
             self%count = last
-            h = h/4
-            cycle
+            if (h > kink) then
+               h = h/4
+               cycle
+            end if
+            call end_at_touch(self, problem, found)
+            if (found) return
+            self%count = added
          end if
          call self%add(next)
          call problem%tell("branch", self%count, problem%value_of(next%orbit))
@@ -183,7 +191,7 @@ contains
       here = beyond
    end subroutine pass_touch
 
-   !> Where a branch ends as its motion begins to touch a rigid stop, that is its last point.
+   !> Where a branch ends as its motion begins to touch a rigid stop, or one whose force jumps, that is its last point.
    subroutine end_at_touch(self, problem, found)
       class(branch_t), intent(inout) :: self
       type(problem_t), intent(inout) :: problem
@@ -191,16 +199,28 @@ contains
 
       real(wp), allocatable :: u(:)
       type(point_t) :: at
+      integer :: contact, i
 
       found = self%count > 1
       if (.not. found) return
-      at = self%point(self%count)
-      call find_touch(problem, self%point(self%count - 1)%orbit, at%orbit, u, at%contact, found)
-      if (.not. found) call find_touch_beside(problem, at%orbit, u, at%contact, found)
+      associate (last => self%point(self%count)%orbit)
+         call find_touch_beside(problem, last, u, contact, found)
+         if (.not. found) call find_touch(problem, self%point(self%count - 1)%orbit, last, u, contact, found)
+      end associate
       if (.not. found) return
+      ! Steps too short to be looked at may have come past the touch.
+      do i = self%count - 1, 1, -1
+         if (norm2(self%point(i)%orbit%u - u) > kink) exit
+         if (.not. self%point(i)%orbit%sequence%is_like(self%point(self%count)%orbit%sequence)) exit
+      end do
+      if (i > 0) then
+         if (norm2(self%point(i)%orbit%u - u) <= kink) self%count = i
+      end if
+      at = self%point(self%count)
+      at%contact = contact
       at%orbit%u = u
       at%label = "GR"
-      self%ending = "a rigid stop is touched with no speed"
+      self%ending = "a stop whose force jumps is touched with no speed"
       call self%add(at)
    end subroutine end_at_touch
 
@@ -386,12 +406,11 @@ contains
       do change = 1, most_changes
          if (from%orbit%sequence%is_like(next%orbit%sequence)) exit
          call find_change(problem, from, next, left, at, right, found)
+         explained = explained .and. found
          if (.not. found) exit
          ! Where the motion itself jumps the step has come to another piece of the branch, as past the touch of a rigid stop.
-         if (norm2(right%orbit%u - left%orbit%u) > max(jump, 10*problem%resolution)*norm2(left%orbit%u)) then
-            explained = .false.
-            exit
-         end if
+         explained = norm2(right%orbit%u - left%orbit%u) <= max(jump, 10*problem%resolution)*norm2(left%orbit%u)
+         if (.not. explained) exit
          call self%search_smooth(problem, from, left, all_there)
          explained = explained .and. all_there
          call self%add(at)

@@ -98,6 +98,8 @@ module razy_orbits_orbit
    integer, parameter :: most_rounds = 25
    !> Steps of differences are not made smaller than by this factor: less would be rounding.
    real(wp), parameter :: least_difference = 0.02_wp
+   !> Beside a grazing, where the map bends, they may be: until second differences are this part of the first.
+   real(wp), parameter :: least_bent = 1.0e-3_wp, bent = 0.02_wp
    real(wp), parameter :: converged = 1.0e-13_wp, far = 1.0_wp
    !> The parameter's unit is no smaller part of it than this: in smaller ones a fold would be sharper than steps can be.
    real(wp), parameter :: narrowest = 1.0e-2_wp
@@ -271,7 +273,13 @@ contains
             call self%evaluate(orbit%u + by, .false., above, ok)
             if (ok) call self%evaluate(orbit%u - by, .false., below, ok)
             if (ok) then
-               if (above%sequence%is_like(orbit%sequence) .and. below%sequence%is_like(orbit%sequence)) exit
+               if (above%sequence%is_like(orbit%sequence) .and. below%sequence%is_like(orbit%sequence)) then
+                  if (self%resolution > 0.0_wp .or. length <= least_bent*least) exit
+                  if (norm2(above%residual + below%residual - 2*orbit%residual) &
+                      <= bent*norm2(above%residual - below%residual)) exit
+                  length = length/10
+                  cycle
+               end if
             end if
             if (length <= least) exit
             length = length/10

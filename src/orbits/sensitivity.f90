@@ -3,12 +3,11 @@
 !! The point is located again with that value a little larger and smaller, so that its derivative is a central difference, and what
 !! is wrong with it shows in that of steps of twice the size (Richardson's extrapolation takes the most of it away).
 module razy_orbits_sensitivity
-   use razy_contact_contact_law, only: contact_law_t
    use razy_core_kinds, only: wp
    use razy_orbits_locate, only: locate_near
    use razy_orbits_orbit, only: bordered, orbit_t, problem_t, solve_square
    use razy_orbits_point, only: point_t
-   use razy_orbits_touch, only: find_touch_again
+   use razy_orbits_touch, only: find_touch_again, is_hard
    implicit none(type, external)
    private
 
@@ -107,15 +106,16 @@ contains
       real(wp), allocatable, intent(out) :: drift(:)
       logical, intent(out) :: ok
 
-      type(orbit_t) :: there
+      type(orbit_t) :: here, there
       real(wp), allocatable :: matrix(:, :)
       real(wp) :: range
 
       there = point%orbit
       problem%map%phase = there%phase
       drift = 0*there%u
-      call problem%go_to(there%u, ok)
+      call problem%evaluate(there%u, .false., here, ok)
       if (.not. ok) return
+      there%residual = here%residual
       matrix = bordered(problem%jacobian(there), point%tangent)
       associate (last => size(there%u), held => problem%parameter(1), value => problem%parameter(other))
          range = problem%range
@@ -143,19 +143,17 @@ contains
 
       real(wp), allocatable :: u(:)
       type(point_t) :: there
-      class(contact_law_t), allocatable :: law
-      logical :: is_rigid
+      logical :: jumps
 
       value = 0.0_wp
       problem%map%phase = point%orbit%phase
       call problem%go_to(expected, found)
       if (.not. found) return
       problem%reason = "there is no "//point%label//" near"
-      ! Beyond the touch of a rigid stop motions are no neighbours.
-      is_rigid = .false.
-      if (point%contact > 0) law = problem%map%law_of(point%contact)
-      if (point%contact > 0) is_rigid = law%impacts
-      if (is_rigid) then
+      ! Beyond the touch of a stop whose force jumps motions are no neighbours.
+      jumps = .false.
+      if (point%contact > 0) jumps = is_hard(problem%map%by%system%machine%contact(point%contact)%law)
+      if (jumps) then
          call find_touch_again(problem, expected, point%contact, u, found)
       else
          call locate_near(problem, point%label, point%contact, expected, point%tangent, narrow, wide, there, &

@@ -30,12 +30,13 @@ contains
       type(orbit_t) :: there
       integer :: i, order, round
       logical :: told
-      real(wp), allocatable :: apart(:)
+      real(wp), allocatable :: apart(:), leading(:)
 
       problem%map%phase = point%orbit%phase
       order = problem%order()
-      guide = direction_of(problem, point)
+      call find_directions(problem, point, guide, leading)
       if (.not. forward) guide = -guide
+      if (.not. forward) leading = -leading
       if (point%label == "PD") problem%periods = 2*problem%periods
       call problem%evaluate(point%orbit%u, .false., there, told)
       ! At first only such as have the sequence of contacts of the point, so that no grazing lies between.
@@ -43,7 +44,7 @@ contains
          do i = 1, size(distances)
             away = distances(i)
             if (allocated(orbit%column)) deallocate (orbit%column)
-            call problem%correct(point%orbit%u + away*guide, guide, orbit, ok)
+            call problem%correct(point%orbit%u + away*leading, guide, orbit, ok)
             ! Of all motions in the plane across the direction the nearest; how far the parameter moves depends on its unit.
             if (ok) ok = norm2(orbit%u(:order) - point%orbit%u(:order)) < nearest*away
             if (ok .and. round == 1) ok = orbit%sequence%is_like(there%sequence)
@@ -51,7 +52,7 @@ contains
                ! After half the period the motion is on the other side of the point, as far off.
                call part_way(problem, orbit, 2, apart)
                ok = size(apart) > 0
-               if (ok) ok = abs(dot_product(apart, guide(:size(apart)))/away + 2.0_wp) < 1.0_wp
+               if (ok) ok = abs(dot_product(apart, leading(:size(apart)))/away + 2.0_wp) < 1.0_wp
             end if
             if (ok) call problem%complete(orbit, ok)
             if (ok) return
@@ -59,11 +60,12 @@ contains
       end do
    end subroutine switch_branch
 
-   !> The unit vector of the multiplier -1 or 1, across the tangent of the branch.
-   function direction_of(problem, point) result(direction)
+   !> `guide`: the unit vector of the multiplier -1 or 1, across the tangent of the branch. `leading`: along motions of the other
+   !> branch; of a doubling it is the vector itself, which may lean far over to the tangent.
+   subroutine find_directions(problem, point, guide, leading)
       type(problem_t), intent(in) :: problem
       type(point_t), intent(in) :: point
-      real(wp), allocatable :: direction(:)
+      real(wp), allocatable, intent(out) :: guide(:), leading(:)
 
       complex(wp), allocatable :: values(:), vectors(:, :)
       real(wp), allocatable :: matrix(:, :)
@@ -74,12 +76,14 @@ contains
       allocate (values(n), vectors(n, n))
       call right_eigen(matrix, values, info, vectors)
       k = minloc(abs(values - merge(-1.0_wp, 1.0_wp, point%label == "PD")), dim=1)
-      direction = 0*point%orbit%u
-      direction(:n) = real(vectors(:, k), wp)
-      direction = direction/problem%scales()
-      direction = direction - point%tangent*(dot_product(direction, point%tangent))
-      if (point%label == "PD") direction(size(direction)) = 0.0_wp
-      direction = direction/norm2(direction)
-   end function direction_of
+      leading = 0*point%orbit%u
+      leading(:n) = real(vectors(:, k), wp)
+      leading = leading/problem%scales()
+      guide = leading - point%tangent*(dot_product(leading, point%tangent))
+      if (point%label == "PD") guide(size(guide)) = 0.0_wp
+      guide = guide/norm2(guide)
+      if (point%label /= "PD") leading = guide
+      leading = leading*(sign(1.0_wp, dot_product(leading, guide))/norm2(leading))
+   end subroutine find_directions
 
 end module razy_orbits_switch

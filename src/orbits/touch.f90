@@ -1,4 +1,5 @@
-!! The first touch of a rigid stop: a grazing beyond which motions hit it, and the map has a square root.
+!! The first touch of a rigid stop, or of one whose force jumps: a grazing beyond which motions hit it, and the map has a square
+!! root.
 !!
 !! On the side without the impact nothing is singular: of a motion of the branch the gap at its smallest, where it turns, is a
 !! smooth function along the branch, and the grazing its root. The branch comes so near to it that a secant finds it to rounding.
@@ -18,7 +19,7 @@ module razy_orbits_touch
    implicit none(type, external)
    private
 
-   public :: find_touch, find_touch_again, find_touch_beside, touch_round
+   public :: find_touch, find_touch_again, find_touch_beside, gap_at, is_hard, near_touch, touch_round
 
    !> The smallest gap at which each contact turns round without a touch, m or rad; huge where it does not (contacts). Of rings the
    !> smallest gap or penetration.
@@ -33,7 +34,7 @@ module razy_orbits_touch
    !> From motions that hit the stop: how far off in the parameter, in its scale, one without the impact is looked for, and in
    !> scaled unknowns at most; the share of the way to the touch that is taken at once, and how often.
    real(wp), parameter :: beside(*) = [0.0_wp, 1.0e-5_wp, -1.0e-5_wp, 1.0e-4_wp, -1.0e-4_wp, 1.0e-3_wp, -1.0e-3_wp]
-   real(wp), parameter :: near = 0.01_wp, share_of_way = 0.9_wp
+   real(wp), parameter :: near = 1.0e-2_wp, share_of_way = 0.9_wp
    integer, parameter :: most_shares = 12
    !> So near to the touch, relative to the unknowns, it is there.
    real(wp), parameter :: least = 1.0e-10_wp
@@ -54,7 +55,7 @@ contains
          associate (contact => by%system%machine%contact)
             do j = 1, size(contact)
                if (is_ring(contact(j))) call look_round(j, contact(j)%law)
-               if (.not. contact(j)%law%impacts .or. by%branch(j) /= branch_open) cycle
+               if (by%branch(j) /= branch_open .or. .not. is_hard(contact(j)%law)) cycle
                do i = 1, looks
                   call look_between((i - 1)*part%duration/looks, i*part%duration/looks)
                end do
@@ -101,6 +102,18 @@ contains
       end subroutine look_between
 
    end subroutine piece
+
+   !> Whether s', or the force, jumps at an edge of the open contact.
+   pure logical function is_hard(law)
+      class(contact_law_t), intent(in) :: law
+
+      is_hard = law%impacts
+      if (is_hard .or. law%of_normal) return
+      associate (edge => law%branch(branch_open)%guard(1))
+         if (edge%above > 0) is_hard = abs(law%force(edge%above, edge%upper, 0.0_wp, 0.0_wp)) > 0.0_wp
+         if (edge%below > 0) is_hard = is_hard .or. abs(law%force(edge%below, edge%lower, 0.0_wp, 0.0_wp)) > 0.0_wp
+      end associate
+   end function is_hard
 
    !> Whether the branch through two motions, one after the other, ends at a touch right ahead: the unknowns and the contact there.
    subroutine find_touch(problem, before, last, u, contact, found)
@@ -149,13 +162,39 @@ contains
       do i = 1, size(beside)
          call without_impact(problem, last%u, last%u(size(last%u)) + beside(i), before, found, last)
          if (found) call without_impact(problem, before%u, before%u(size(last%u)) + 0.1_wp*beside(2), here, found, last)
+         if (found) found = max(before%sequence%count, here%sequence%count) < last%sequence%count
          if (.not. found) cycle
          contact = last%sequence%difference(here%sequence)
          found = contact > 0
+         if (found) found = is_hard(problem%map%by%system%machine%contact(contact)%law)
          if (found) call approach(problem, last%u, contact, before, here, u, found, last)
+         if (found) found = norm2(u - last%u) <= 0.1_wp*near
          if (found) return
       end do
    end subroutine find_touch_beside
+
+   !> A motion without the impact right beside the touch at the unknowns `touch`; `last`: the last one of the branch, which hits the
+   !> stop where others there have fewer events.
+   subroutine near_touch(problem, touch, last, orbit, hits, found)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: touch(:)
+      type(orbit_t), intent(in) :: last
+      type(orbit_t), intent(out) :: orbit
+      logical, intent(out) :: hits, found
+
+      integer :: i, pass
+
+      do pass = 1, 2
+         hits = pass == 1
+         do i = 2, size(beside)
+            call without_impact(problem, touch, touch(size(touch)) + beside(i), orbit, found)
+            if (found) found = norm2(orbit%u - touch) <= near
+            if (found .and. hits) found = orbit%sequence%count < last%sequence%count
+            if (found .and. .not. hits) found = orbit%sequence%is_like(last%sequence)
+            if (found) return
+         end do
+      end do
+   end subroutine near_touch
 
    !> The touch of this contact near the unknowns `old`, at which it was in a machine that has changed a little.
    subroutine find_touch_again(problem, old, contact, u, found)
@@ -172,6 +211,7 @@ contains
       do i = 1, size(beside)
          call without_impact(problem, old, old(size(old)) + beside(i), before, found)
          if (found) call without_impact(problem, before%u, before%u(size(old)) + 0.1_wp*beside(2), here, found)
+         if (found) found = before%sequence%is_like(here%sequence)
          if (found) call approach(problem, old, contact, before, here, u, found)
          if (found) return
       end do
@@ -252,6 +292,7 @@ contains
             call without_impact(problem, here%u + share_of_way*(u - here%u), here%u(k) + share_of_way*(u(k) - here%u(k)), &
                                 next, found, last)
          end associate
+         if (found) found = next%sequence%is_like(here%sequence)
          before = here
          here = next
       end do
@@ -274,6 +315,21 @@ contains
       call problem%correct(start, row, orbit, ok)
       if (ok .and. present(last)) ok = .not. orbit%sequence%is_like(last%sequence)
    end subroutine without_impact
+
+   !> The smallest gap of a contact where it turns, m or rad, in the motion of the unknowns u, at the map's phase.
+   real(wp) function gap_at(problem, u, contact)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: u(:)
+      integer, intent(in) :: contact
+
+      type(orbit_t) :: orbit
+      real(wp), allocatable :: gaps(:)
+
+      orbit%u = u
+      orbit%phase = problem%map%phase
+      call look_at(problem, orbit, gaps)
+      gap_at = gaps(contact)
+   end function gap_at
 
    !> The smallest gaps of a motion.
    subroutine look_at(problem, orbit, gaps)

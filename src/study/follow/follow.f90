@@ -6,6 +6,7 @@ module razy_study_follow_follow
    use razy_core_number, only: to_text
    use razy_core_text, only: append_text, string_t
    use razy_input_input, only: input_t
+   use razy_orbits_beyond_touch, only: switch_at_touch
    use razy_orbits_branch, only: branch_t
    use razy_orbits_curve, only: curve_t
    use razy_orbits_identity, only: is_same_motion
@@ -508,6 +509,7 @@ contains
       logical :: ok
 
       label = self%branch(parent)%point(place)%label
+      if (label == "GR" .and. place == self%branch(parent)%count) call follow_past_touch(self, parent)
       if (label /= "PD" .and. label /= "BP") return
       if (generation(self, parent) >= self%doublings) return
       if (label == "PD") then
@@ -526,6 +528,39 @@ contains
          call self%one_branch(orbit, guide, parent, away)
       end do
    end subroutine follow_switched
+
+   !> The other branch at the touch of a stop that ends this one, unless one has come to it.
+   subroutine follow_past_touch(self, parent)
+      class(follow_t), intent(inout) :: self
+      integer, intent(in) :: parent
+
+      type(orbit_t) :: orbit
+      type(found_t) :: motion
+      real(wp), allocatable :: guide(:)
+      real(wp) :: away
+      integer :: i
+      logical :: ok
+
+      if (self%count == most_branches) return
+      associate (last => self%branch(parent)%point(self%branch(parent)%count))
+         do i = 1, self%count
+            if (i == parent .or. self%branch(i)%periods /= self%branch(parent)%periods) cycle
+            associate (other => self%branch(i)%point(self%branch(i)%count), p => size(last%orbit%u))
+               if (other%label == "GR" .and. abs(other%orbit%u(p) - last%orbit%u(p)) <= same) return
+            end associate
+         end do
+         self%problem%periods = self%branch(parent)%periods
+         call switch_at_touch(self%problem, last, orbit, guide, away, ok)
+      end associate
+      if (.not. ok) return
+      call new_found(motion, self%problem, orbit)
+      do i = 1, self%count
+         if (i == parent) cycle
+         if (is_on(motion, self%problem, self%branch(i))) return
+      end do
+      call self%one_branch(orbit, guide, parent, away)
+      self%branch(self%count)%from_touch = .true.
+   end subroutine follow_past_touch
 
    !> Whether a branch of twice the period has already come to an end at this doubling.
    subroutine find_reached(self, parent, place, reached)
@@ -560,7 +595,7 @@ contains
       generation = 0
       k = i
       do while (self%branch(k)%parent > 0)
-         generation = generation + 1
+         if (.not. self%branch(k)%from_touch) generation = generation + 1
          k = self%branch(k)%parent
       end do
    end function generation

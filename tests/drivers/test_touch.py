@@ -1,0 +1,88 @@
+"""Touches of stops whose force jumps: where they are, and the branches that begin there."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from branches import follow, points
+
+RIGID = "law='rigid', restitution=0.8"
+# Spring of 1 N/m from the wall on: the force jumps by 0.1 N where the stop closes.
+JUMP = "law='switched_spring', stiffness=0.1"
+AMPLITUDE = "parameter='load%amplitude', first=0.05, last=0.3"
+FREQUENCY = "parameter='load%angular_frequency', first=0.3, last=1.5"
+
+
+def oscillator(stop, load, follow_group, name="touch"):
+    """x'' + 0.1 x' + x = A cos omega t with a stop at 1."""
+    text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /"]
+    text += ["&spring between='m','frame', stiffness=1.0, damping=0.1 /"]
+    text += [f"&stop name='stop', between='m','frame', clearance=1.0, {stop} /"]
+    text += [f"&load on='m', {load} /", f"&follow {follow_group} /"]
+    text += ["&motion t_end=6000.0, start='zero' /", "&record observable='displacement', what='extrema' /"]
+    Path(f"{name}.nml").write_text("\n".join(text) + "\n")
+    return follow(Path(f"{name}.nml"))
+
+
+def labels(file, branch):
+    """Labels and values of a branch, with those of the touch that the branch begins at left out."""
+    mine = file["special/branch"][:] == branch
+    return list(zip(file["special/label"].asstr()[:][mine], file["special/parameter"][:][mine], strict=True))
+
+
+@pytest.mark.parametrize(
+    ("turn", "first", "last"), [(90, 1.0, 0.09), (100, 1.0, 0.09), (300, 1.0, 0.09), (90, 1.2, 0.02)]
+)
+def test_fold_next_to_the_first_impact(turn, first, last):
+    """Impacts go on below A = 0.1 to a fold, and back; from the touch on the motion without impacts is followed."""
+    load = f"amplitude=1.0, angular_frequency=1.0, phase={turn}.0"
+    with oscillator(RIGID, load, f"parameter='load%amplitude', first={first}, last={last}") as file:
+        assert points(file, "LP") == pytest.approx([0.0999707536283], rel=1e-11)
+        assert points(file, "GR") == pytest.approx([0.1], rel=1e-12)
+        assert [label for label, _ in labels(file, 1)] == ["LP", "GR"]
+        assert labels(file, 2) == [("EP", last)]
+        without = file["point/branch"][:] == 2
+        assert not file["point/events"][:][without].any()
+        state = file["point/state"][:][without][-1]
+    # At the resonance of the linear machine x' is a quarter of a turn ahead of x.
+    assert np.hypot(*state) == pytest.approx(last / 0.1, rel=1e-11)
+
+
+@pytest.mark.parametrize("omega", [0.5, 1.0, 1.3])
+def test_first_touch_of_a_rigid_stop(omega):
+    """The motion without impacts has the amplitude 1 there; motions that hit the stop lead on from it, and none is like it."""
+    touch = np.hypot(1 - omega**2, 0.1 * omega)
+    load = f"amplitude=0.05, angular_frequency={omega}"
+    with oscillator(RIGID, load, "parameter='load%amplitude', first=0.05, last=1.0") as file:
+        assert labels(file, 1) == [("GR", pytest.approx(touch, rel=1e-12))]
+        assert file["special/contact"].asstr()[0] == "stop"
+        assert [label for label, _ in labels(file, 2)] == ["LP", "EP"]
+        mine = file["point/branch"][:] == 2
+        assert (file["point/events"][:][mine] == 1).all() and file["point/correction"][:][mine].max() < 1e-9
+        first = file["point/load.amplitude"][:][mine][0]
+    assert first == pytest.approx(touch, rel=1e-3)
+
+
+@pytest.mark.parametrize("stop", [RIGID, JUMP])
+def test_resonance_over_a_stop(stop):
+    """Up to the touch, over the resonance with impacts, and down to the touch on its other side, from one start."""
+    with oscillator(stop, "amplitude=0.3, angular_frequency=0.3", FREQUENCY) as file:
+        # (1 - w^2)^2 + 0.01 w^2 = 0.09
+        touches = np.sqrt((1.99 + np.array([-1, 1]) * np.sqrt(1.99**2 - 4 * 0.91)) / 2)
+        found = {branch: labels(file, branch) for branch in np.unique(file["special/branch"])}
+    assert found[1] == [("GR", pytest.approx(touches[0], rel=1e-12))]
+    assert found[2][-1] == ("GR", pytest.approx(touches[1], rel=1e-12))
+    assert [("EP", 1.5)] in found.values()
+
+
+def test_touch_of_a_stop_whose_force_jumps():
+    """From both sides the same touch, at A = 0.1, and the fold between."""
+    with oscillator(JUMP, "amplitude=0.05, angular_frequency=1.0", AMPLITUDE) as file:
+        assert labels(file, 1) == [("GR", pytest.approx(0.1, rel=1e-12))]
+        ((fold, value), end) = labels(file, 2)
+    assert (fold, end[0]) == ("LP", "EP")
+    with oscillator(JUMP, "amplitude=0.05, angular_frequency=1.0", AMPLITUDE + ", from=0.3", "back") as file:
+        assert labels(file, 1) == [
+            ("LP", pytest.approx(value, rel=1e-11)),
+            ("GR", pytest.approx(0.1, rel=1e-12)),
+        ]
