@@ -10,7 +10,7 @@ flint = pytest.importorskip("flint")
 from razy.check.dual import Numbers, family  # noqa: E402
 from razy.check.machine import NotCovered, build, put, read_groups  # noqa: E402
 from razy.check.motion import System  # noqa: E402
-from razy.check.proof import Course, Disproved  # noqa: E402
+from razy.check.proof import Course, Disproved, Undecided  # noqa: E402
 from razy.check.special import Point, prove  # noqa: E402
 
 CASE = """
@@ -54,6 +54,16 @@ def test_motion_through_a_stop_is_not_proved():
     free.system = System(Numbers([build(read_groups(CASE.format(clearance=0.2)))]))
     with pytest.raises(Disproved, match="passes through wall"):
         free.prove(y)
+
+
+def test_motion_that_just_touches_a_stop_is_undecided():
+    # x = 3 cos(2t)/(1 - 4) without damping, whose largest value is exactly the clearance.
+    flint.ctx.prec = 212
+    text = CASE.replace("damping=0.2", "damping=0.0").replace("amplitude=1.0", "amplitude=3.0")
+    system = System(Numbers([build(read_groups(text.format(clearance=1.0)))]), 0.25)
+    y = [flint.arb(0), flint.arb(1)]
+    with pytest.raises(Undecided, match="a grazing"):
+        Course(system, y, 1).prove(y)
 
 
 def test_period_that_is_not_the_least_is_refused():
