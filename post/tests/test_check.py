@@ -80,9 +80,12 @@ def test_period_that_is_not_the_least_is_refused():
         ("amplitude=1.0,", "amplitude=1.0, shape='square',", "no sine"),
         ("amplitude=1.0,", "amplitude=1.0, file='load.csv',", "no sine"),
         ("law='kelvin_voigt', stiffness=3.0", "law='hertz', stiffness=3.0", "the law 'hertz'"),
+        ("&load", "&friction name='f', decay=1.0, kinetic_coefficient=0.0, {} / &load", "falls with the speed, f"),
+        ("&load", "&friction name='f', only_with='wall', {} / &load", "only_with of f"),
     ],
 )
 def test_what_is_not_covered_says_so(old, new, says):
+    new = new.format("between='body','frame', static_coefficient=0.1, normal_load=1.0")
     with pytest.raises(NotCovered, match=says):
         build(read_groups(CASE.format(clearance=1.0).replace(old, new)))
 
@@ -189,3 +192,35 @@ def test_a_table_of_one_slope_is_the_law_without_a_table(old, new, side):
     # Decimals of a table are the doubles next to them, so its slopes are not quite those of the other law.
     assert all(abs(one - two) < 1e-14 for one, two in zip(*(proof.state for proof in found), strict=True))
     assert found[1].events >= found[0].events > 0
+
+
+def test_friction_that_slides_is_the_closed_form():
+    # Den Hartog 1931: A^2 = V^2 - (F U)^2, V = 1/(1 - b^2), U = sin(pi/b)/(b (1 + cos(pi/b))), frequency b, friction F.
+    b, force = 0.75, 0.125
+    u = math.sin(math.pi / b) / (b * (1 + math.cos(math.pi / b)))
+    amplitude = math.sqrt(1 / (1 - b * b) ** 2 - (force * u) ** 2)
+    # At its maximum at the time 0 the load is cos(phi), with V cos(phi) = A, V sin(phi) = -F U.
+    phase = math.atan2(-force * u, amplitude)
+    text = f"""
+&scene kind='lumped' /
+&mass name='body', value=1.0 /
+&spring between='body','frame', stiffness=1.0 /
+&friction name='floor', between='body','frame', static_coefficient=0.25, normal_load=0.5 /
+&load on='body', amplitude=1.0, angular_frequency={b}, phase={90 + math.degrees(phase):.17g} /
+"""
+    flint.ctx.prec = 212
+    # It comes to rest at 0 and at half a period; the state is taken at a quarter, by the closed form of the way down.
+    time = math.pi / 2 / b
+    v = 1 / (1 - b * b)
+    rest = amplitude - force - v * math.cos(phase), v * b * math.sin(phase)
+    x = rest[0] * math.cos(time) + rest[1] * math.sin(time) + v * math.cos(b * time + phase) + force
+    rate = -rest[0] * math.sin(time) + rest[1] * math.cos(time) - v * b * math.sin(b * time + phase)
+    y = [flint.arb(x), flint.arb(rate / b)]
+    course = Course(System(Numbers([build(read_groups(text))]), 0.25), y, 1)
+    proof = course.prove(y)
+    assert proof.events == 2 and [piece.mode[0] for piece in course.pieces] == ["backward", "forward", "backward"]
+    assert abs(float(proof.state[0].mid()) - x) < 1e-14 and abs(float(proof.state[1].mid()) - rate / b) < 1e-14
+    weak = text.replace("static_coefficient=0.25", "static_coefficient=4.0, kinetic_coefficient=0.25")
+    course.system = System(Numbers([build(read_groups(weak))]), 0.25)
+    with pytest.raises(Undecided, match="whether friction sticks"):
+        course.prove(y)

@@ -2,6 +2,7 @@
 
 import shutil
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import h5py
@@ -139,6 +140,50 @@ def test_motions_through_a_stop_are_refused(capsys, law, events, told):
     assert out.count(": refused: ") == count and out.count(reason) > count / 2
 
 
+STICKS = """
+&scene kind='lumped' /
+&mass name='a', value=1.0 /
+&mass name='b', value=2.0 /
+&spring between='a','frame', stiffness=1.0, damping=0.1 /
+&spring between='a','b', stiffness=3.0, damping=0.1 /
+&friction name='floor', between='b','frame', static_coefficient=0.3, kinetic_coefficient=0.25, normal_load=1.0 /
+&friction name='belt', between='a','frame', static_coefficient=0.3, normal_load=1.0, belt_speed=0.1 /
+&stop name='wall', between='a','frame', side='both', clearance=0.9, stiffness=30.0, damping=0.2 /
+&load on='a', amplitude=1.0, angular_frequency=0.4 /
+&motion t_end=300.0, start='zero', integrator='exact' /
+&record observable='displacement', of='a', what='extrema' /
+&follow parameter='load%amplitude', first=1.0, last=1.1, max_points=20 /
+"""
+
+
+def test_friction_that_slides_and_sticks_is_proved(capsys):
+    Path("sticks.nml").write_text(STICKS)
+    start("razy-follow", "sticks.nml", "--output", "sticks.h5")
+    code, out, _ = check(capsys, "sticks.h5")
+    with h5py.File("sticks.h5", "r+") as data:
+        count = data["point/state"].shape[0]
+        odd = np.isin(np.arange(count), data["special/point"][data["special/label"].asstr()[:] != "EP"])
+        assert data["point/events"][:].min() > 10
+    # Where the order of events changes on the way, both sides have multipliers of their own.
+    said = [int(line.split()[1][:-1]) - 1 for line in out.splitlines() if line.startswith("motion ")]
+    assert "refused" not in out and odd[said].all() and count - len(said) > 10
+    for old, new in (("normal_load = 1.0", "normal_load = 1.001"), ("c_coefficient = 0.3", "c_coefficient = 0.32")):
+        shutil.copy("sticks.h5", "altered.h5")
+        with h5py.File("altered.h5", "r+") as data:
+            assert data.attrs["input"].count(old) == 2
+            data.attrs["input"] = data.attrs["input"].replace(old, new)
+        code, out, _ = check(capsys, "altered.h5")
+        assert code == 1 and "\n0 of " in out and out.count(": refused: ") == count, out
+
+
+def test_friction_from_a_start_is_enclosed(capsys):
+    # The block slides for v/(mu g) = 0.5 s and then moves with the belt.
+    succeed("razy-run", SOURCE / "inputs" / "block_on_belt.nml", "--output", "run.h5")
+    code, out, _ = check(capsys, "run.h5")
+    assert code == 0 and "enclosed until 1 of 1 s, 1 events" in out
+    assert float(out.split("are within ")[1].split()[0]) < 1e-12
+
+
 def test_motion_from_a_start_is_enclosed(capsys):
     succeed("razy-run", SOURCE / "inputs" / "two_sided_stop.nml", "--output", "run.h5")
     code, out, _ = check(capsys, "run.h5")
@@ -148,6 +193,27 @@ def test_motion_from_a_start_is_enclosed(capsys):
         data["state/displacement"][500:] *= 1 + 1e-6
     code, out, _ = check(capsys, "run.h5")
     assert code == 1 and "refused: the file has another motion from 0.05" in out
+
+
+@pytest.mark.parametrize(("damping", "leaves"), [(2.0, (2, 1)), (4.5, (2, 4))])
+def test_switched_spring_that_parts_at_zero_force_is_enclosed(capsys, damping, leaves):
+    # From closed (2) it opens (1) while it presses, or it parts (4) while it is stretched and relaxes without force.
+    text = STICKS.replace("&motion t_end=300.0", "&motion t_end=80.0").replace(
+        "what='extrema'", "what='trajectory', interval=0.1"
+    )
+    law = f"law='switched_spring', stiffness=2.0, damping={damping}, separation='zero_force'"
+    text = text.replace("stiffness=30.0, damping=0.2", law)
+    text = text.replace("observable='displacement', of='a'", "observable='state'").replace(
+        "clearance=0.9", "clearance=0.2"
+    )
+    Path("switched.nml").write_text("".join(line for line in text.splitlines(True) if "friction" not in line))
+    succeed("razy-run", "switched.nml", "--output", "run.h5")
+    with h5py.File("run.h5") as data:
+        entered = data["event/state"][:].tolist()
+    assert leaves in pairwise(entered)
+    code, out, _ = check(capsys, "run.h5")
+    assert code == 0 and "enclosed until 80 of 80 s" in out, out
+    assert float(out.split("are within ")[1].split()[0]) < 1e-10
 
 
 def test_enclosure_says_until_when(capsys):

@@ -107,7 +107,7 @@ def _ball(x: Fraction | arb) -> arb:
 def _shape(machine: Machine) -> tuple:
     """Return what the parameter must leave as it is."""
     contacts = tuple(
-        (tuple(c.w), c.upper is None, c.lower is None, c.zero_force, len(c.tones), len(c.lines))
+        (tuple(c.w), c.upper is None, c.lower is None, c.zero_force, len(c.tones), len(c.lines), c.static == c.kinetic)
         for c in machine.contacts
     )
     frequencies = machine.frequencies()

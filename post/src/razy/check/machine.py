@@ -13,8 +13,8 @@ import f90nml
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
 KNOWN = {
-    "scene", "mass", "inertia", "spring", "damper", "stop", "gear_mesh", "load", "rotation", "initial", "motion",
-    "record", "sweep", "follow", "starts", "start_range", "modes", "response", "tune", "duel",
+    "scene", "mass", "inertia", "spring", "damper", "stop", "friction", "gear_mesh", "load", "rotation", "initial",
+    "motion", "record", "sweep", "follow", "starts", "start_range", "modes", "response", "tune", "duel",
 }  # fmt: skip
 """Groups that are read or that say nothing of the machine."""
 
@@ -45,7 +45,10 @@ class Line:
 
 @dataclass
 class Contact:
-    """A contact on s = w q + Re(tones): bounds, force k (s - edge) + b s' beyond each, or restitution; or lines."""
+    """A contact on s = w q + Re(tones): bounds, force k (s - edge) + b s' beyond each, or restitution; or lines.
+
+    Friction slides with v = s' - belt and the force kinetic + damping v, and sticks up to static.
+    """
 
     name: str
     w: list[Fraction]
@@ -60,6 +63,10 @@ class Contact:
     tones: list[Tone] = field(default_factory=list)
     lines: list[Line] = field(default_factory=list)
     """Of a table, which has neither bounds nor stiffness."""
+    static: Fraction | None = None
+    kinetic: Fraction = Fraction(0)
+    belt: Fraction = Fraction(0)
+    """Forces of friction, whose normal force is constant, and the speed of its belt."""
 
 
 @dataclass
@@ -144,12 +151,14 @@ def build(groups: dict[str, list[dict[str, Any]]]) -> Machine:
                 _exact(load.get("amplitude", 0.0)) + _exact(load.get("unbalance", 0.0)) * value_of(frequency) ** 2
             )
             machine.loads.append((i, _sine(frequency, amplitude, load.get("phase", 0.0))))
-    machine.contacts = [
+    # In the order of the results.
+    machine.contacts = [_mesh(mesh, row, speeds) for mesh in groups.get("gear_mesh", [])]
+    machine.contacts += [_stop(stop, row, speeds) for stop in groups.get("stop", [])]
+    machine.contacts += [
         Contact(table.get("name", "a spring"), row(table["between"]), None, None, lines=_outer(_lines(table)))
         for table in tables
     ]
-    machine.contacts += [_stop(stop, row, speeds) for stop in groups.get("stop", [])]
-    machine.contacts += [_mesh(mesh, row, speeds) for mesh in groups.get("gear_mesh", [])]
+    machine.contacts += [_friction(friction, row) for friction in groups.get("friction", [])]
     for record in groups.get("record", []):
         names = [record["of"]] if record.get("of", "").lower() in index else [b["name"] for b in bodies if n == 1]
         if record["observable"] in ("displacement", "velocity"):
@@ -291,11 +300,27 @@ def _stop(stop: dict[str, Any], row: Any, speeds: dict[str, Fraction]) -> Contac
         normal = "zero_deformation" if law == "switched_spring" else "zero_force"
         contact.zero_force = stop.get("separation", normal) == "zero_force" and contact.damping > 0
         contact.offset = contact.stiffness * clearance if law == "switched_spring" else Fraction(0)
-        if contact.offset and contact.zero_force:
-            raise NotCovered(f"a switched spring parting at zero force, {stop['name']}")
     if stop.get("motion_amplitude", 0.0):
         frequency = _frequency(stop, "motion_", speeds)
         contact.tones.append(_sine(frequency, -_exact(stop["motion_amplitude"]), stop.get("motion_phase", 0.0)))
+    return contact
+
+
+def _friction(friction: dict[str, Any], row: Any) -> Contact:
+    for key in ("normal_contact", "only_with"):
+        if key in friction:
+            raise NotCovered(f"{key} of {friction['name']}")
+    load, static = Fraction(friction["normal_load"]), Fraction(friction["static_coefficient"])
+    kinetic = Fraction(friction.get("kinetic_coefficient", static))
+    if friction.get("decay", 0.0) and static != kinetic:
+        raise NotCovered(f"friction that falls with the speed, {friction['name']}")
+    contact = Contact(friction["name"], row(friction["between"]), None, None)
+    contact.static, contact.kinetic, contact.belt = (
+        static * load,
+        kinetic * load,
+        Fraction(friction.get("belt_speed", 0.0)),
+    )
+    contact.damping = Fraction(friction.get("viscous_coefficient", 0.0)) * load
     return contact
 
 

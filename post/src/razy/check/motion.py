@@ -14,6 +14,10 @@ from razy.check.machine import Contact, NotCovered, Tone, balls, common, felt, m
 
 ORDER = 24
 """Terms of a Taylor polynomial."""
+AT_REST = 1e-9
+"""A speed of sliding smaller than this, over those of the bodies, is taken for none where a motion begins."""
+SLIDING = ("forward", "backward")
+"""Branches of friction that slides."""
 
 
 @dataclass
@@ -26,11 +30,10 @@ class Guard:
     bound: str
     """What it is the bound of: a guard of the same bound is zero after the event."""
 
-    def mode_after(self, mode: tuple[str, ...]) -> tuple[str, ...]:
-        """Return the mode after the event."""
-        if self.target == "impact":
-            return mode
-        return (*mode[: self.contact], self.target, *mode[self.contact + 1 :])
+    @property
+    def next_bound(self) -> str:
+        """The bound of a guard that is zero after the event: of friction its speed."""
+        return "slip" if self.bound in SLIDING else self.bound
 
 
 class System:
@@ -92,6 +95,7 @@ class System:
         self.unit = numbers.zeros(1, self.size)
         self.unit[0, 2 * m] = numbers.constant(arb(1))
         self.generators: dict[tuple[str, ...], Any] = {}
+        self.holding: dict[tuple[str, ...], dict[int, Any]] = {}
         self.known_guards: dict[tuple[str, ...], list[Guard]] = {}
 
     def column(self, tone: Tone) -> int:
@@ -122,20 +126,45 @@ class System:
             stiffness, number = take(lambda c: c.lines[i].stiffness), take(lambda c: c.lines[i].constant)
             damping = take(lambda c: c.lines[i].damping) * self.omega
             return self.gap[contact] * stiffness + self.rate[contact] * damping + self.unit * number
+        if branch in SLIDING:
+            number = take(lambda c: c.kinetic if branch == "forward" else -c.kinetic)
+            return self.slip(contact) * take(lambda c: c.damping) + self.unit * number
         stiffness, damping = take(lambda c: c.stiffness), take(lambda c: c.damping)
         offset = take(lambda c: c.offset) if upper else -take(lambda c: c.offset)
         number = offset - stiffness * take(lambda c: c.upper if upper else c.lower)
         return self.gap[contact] * stiffness + self.rate[contact] * (damping * self.omega) + self.unit * number
+
+    def slip(self, contact: int) -> Any:
+        """Return the form of the speed with which friction slides."""
+        return self.rate[contact] * self.omega - self.unit * self._of(contact)(lambda c: c.belt)
 
     def generator(self, mode: tuple[str, ...]) -> Any:
         """Return G of a mode."""
         if mode not in self.generators:
             g = self.free
             for i, branch in enumerate(mode):
-                if branch in ("upper", "lower") or branch.startswith("line"):
+                if branch in ("upper", "lower", *SLIDING) or branch.startswith("line"):
                     g = g - self.push[i] * self.force(i, branch) * self.per_square
+            self.holding[mode] = holding = self._holding(mode, g)
+            for i, force in holding.items():
+                g = g - self.push[i] * force * self.per_square
             self.generators[mode] = g
         return self.generators[mode]
+
+    def _holding(self, mode: tuple[str, ...], g: Any) -> dict[int, Any]:
+        """Return the forms of the forces with which frictions stick, by Gauss-Jordan: s'' of none changes."""
+        stuck = [i for i, branch in enumerate(mode) if branch == "sticking"]
+        rows = [self.rate[i] * g for i in stuck]
+        a = [[(self.rate[i] * self.push[j])[0, 0] * self.per_square for j in stuck] for i in stuck]
+        for k in range(len(stuck)):
+            pivot = inverse(a[k][k])
+            a[k], rows[k] = [x * pivot for x in a[k]], rows[k] * pivot
+            for j in range(len(stuck)):
+                if j != k:
+                    factor = a[j][k]
+                    a[j] = [x - factor * y for x, y in zip(a[j], a[k], strict=True)]
+                    rows[j] = rows[j] - rows[k] * factor
+        return dict(zip(stuck, rows, strict=True))
 
     def over(self, contact: int, side: str) -> Any:
         """Return the form of the deformation of a side, positive when it is pressed."""
@@ -173,6 +202,18 @@ class System:
                     form = self.unit * edge - self.gap[i]
                     result.append(Guard(i, form, f"line {number + 1}", f"edge {number + 1}"))
                 continue
+            if branch in SLIDING:
+                form = self.slip(i)
+                result.append(Guard(i, form if branch == "forward" else minus(form), "sticking", "slip"))
+                continue
+            if branch == "sticking":
+                self.generator(mode)
+                force, limit = self.holding[mode][i], self.unit * self._of(i)(lambda c: c.static)
+                result += [
+                    Guard(i, limit - force, "forward", "forward"),
+                    Guard(i, limit + force, "backward", "backward"),
+                ]
+                continue
             if branch == "open":
                 target = "impact" if c.restitution is not None else ""
                 sides = [side for side, edge in (("upper", c.upper), ("lower", c.lower)) if edge is not None]
@@ -184,9 +225,30 @@ class System:
                 result += [Guard(i, minus(outward), side, "force"), Guard(i, self.over(i, side), "open", side)]
             elif c.zero_force:
                 result.append(Guard(i, outward, f"{side} parting", "force"))
+                if c.offset:
+                    result.append(Guard(i, self.over(i, side), "open", side))
             else:
                 result.append(Guard(i, self.over(i, side), self.beyond(c, side), side))
         return result
+
+    def mode_after(self, mode: tuple[str, ...], guard: Guard, x: arb_mat) -> tuple[str, ...]:
+        """Return the mode after an event; friction that comes to rest at x slides on if its limit is passed."""
+        if guard.target == "impact":
+            if "sticking" in mode:
+                raise NotCovered("an impact while friction sticks")
+            return mode
+        before, after = mode[guard.contact], with_branch(mode, guard.contact, guard.target)
+        if guard.target == "sticking":
+            passed = self.passed(after, guard.contact, x)
+            if passed == before:
+                raise ValueError(f"{self.machine.contacts[guard.contact].name} comes to rest against its friction")
+            after = with_branch(mode, guard.contact, passed or "sticking")
+        return after
+
+    def passed(self, mode: tuple[str, ...], contact: int, x: arb_mat) -> str:
+        """Return where friction that sticks in a mode slides as its limit is passed, if that is certain."""
+        guards = [guard for guard in self.guards(mode) if guard.contact == contact]
+        return next((guard.target for guard in guards if (guard.row * x)[0, 0] < 0), "")
 
     @staticmethod
     def beyond(contact: Contact, side: str) -> str:
@@ -195,11 +257,20 @@ class System:
             return "lower" if side == "upper" else "upper"
         return "open"
 
-    def mode_at(self, x: arb_mat) -> tuple[str, ...]:
-        """Return the mode at the beginning of the motion, where it is beyond doubt."""
+    def mode_at(self, x: arb_mat, stored: bool = False) -> tuple[str, ...]:
+        """Return the mode at the beginning of the motion, where it is beyond doubt.
+
+        A periodic motion is `stored` to rounding, and so sticks; the proof of one that slides in between says that it
+        does so exactly, and one that never slides has no motion alone in its neighbourhood.
+        """
         mode = []
         for i, c in enumerate(self.machine.contacts):
             branch = "open"
+            if c.static is not None:
+                slip = (self.slip(i) * x)[0, 0]
+                size = sum(abs(self.rate[i][0, j] * x[j, 0]) for j in range(2 * self.m)) * self.omega
+                at_rest = slip.contains(0) or (stored and abs(slip) <= AT_REST * (size + float(abs(c.belt))))
+                branch = "sticking" if at_rest else "forward" if slip > 0 else "backward"
             if c.lines:
                 s = (self.gap[i] * x)[0, 0]
                 edges = [arb(fmpq(line.low.numerator, line.low.denominator)) for line in c.lines[1:]]
@@ -244,6 +315,11 @@ class System:
         for k in range(1, order + 1):
             terms.append(g * terms[-1] * (arb(1) / k))
         return terms
+
+
+def with_branch(mode: tuple[str, ...], contact: int, branch: str) -> tuple[str, ...]:
+    """Return a mode with another branch of a contact."""
+    return (*mode[:contact], branch, *mode[contact + 1 :])
 
 
 def minus(form: Any) -> Any:

@@ -1,5 +1,6 @@
 """The proof of one periodic motion: Krawczyk's operator on (state, times of events), admissibility, multipliers."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -7,7 +8,7 @@ from flint import acb_mat, arb, arb_mat, ctx
 
 from razy.check.dual import Dual
 from razy.check.machine import NotCovered
-from razy.check.motion import ORDER, Guard, System
+from razy.check.motion import ORDER, SLIDING, Guard, System, with_branch
 
 MOST_EVENTS = 400
 STIFF = 1000.0
@@ -38,6 +39,8 @@ class Piece:
     """Contact and bound whose event it begins with."""
     touched: bool = False
     """That event was a touch."""
+    origin: str = ""
+    """The branch of that contact before, if it is friction."""
 
 
 @dataclass
@@ -101,9 +104,22 @@ class Pieces:
             self.norms[mode] = float(np.max(size @ w / w)) * (1 + 1e-9), w
         return self.norms[mode]
 
-    def follow(self, mode, x, left, started):
+    def next(self, piece: Piece, x: arb_mat) -> tuple[tuple[str, ...], tuple[int, str], str]:
+        """Return what the piece after the event of another begins with, x the state there: mode, started and origin."""
+        guard = piece.guard
+        friction = self.system.machine.contacts[guard.contact].static is not None
+        mode = self.system.mode_after(piece.mode, guard, x)
+        return mode, (guard.contact, guard.next_bound), piece.mode[guard.contact] if friction else ""
+
+    def flat(self, piece: Piece) -> bool:
+        """Return whether the guard that is zero at the beginning has no rate there, as when friction breaks loose."""
+        contact = self.system.machine.contacts[piece.started[0]] if piece.started else None
+        return piece.origin == "sticking" and contact.static == contact.kinetic
+
+    def follow(self, mode, x, left, started, origin=""):
         """Return the guard that ends the piece from x, if within `left`, its time and the state there."""
         guards, gone = self.system.guards(mode), arb(0)
+        skip = 2 if self.flat(Piece(mode, None, 0.0, started, origin=origin)) else 1
         while True:
             terms = self.system.taylor(mode, x)
             h = min(self.step(mode), float((left - gone).mid()))
@@ -111,7 +127,7 @@ class Pieces:
             for guard in guards:
                 a = [float((guard.row * term)[0, 0].mid()) * h**k for k, term in enumerate(terms)]
                 zero = started == (guard.contact, guard.bound) and gone == 0
-                root = _first_root(a[1:] if zero else a)
+                root = _first_root(a[skip:] if zero else a)
                 if root is not None and root < time:
                     first, time = guard, root
             if first is not None:
@@ -127,6 +143,10 @@ class Pieces:
         if not duration > 0:
             raise Undecided("two events are not told apart")
         guards = self.system.guards(piece.mode)
+        if piece.origin in SLIDING and piece.mode[piece.started[0]] in SLIDING:
+            stuck = with_branch(piece.mode, piece.started[0], "sticking")
+            if self.system.passed(stuck, piece.started[0], x) != piece.mode[piece.started[0]]:
+                raise Undecided("whether friction sticks where its speed changes sign")
         steps = max(1, int(np.ceil(float(duration.upper()) / self.step(piece.mode))))
         h = duration / steps
         flow = (self.system.generator(piece.mode) * h).exp() if steps > 1 else None
@@ -139,7 +159,7 @@ class Pieces:
                 last = sum((abs(guard.row[0, i]) * float(w) for i, w in enumerate(weights)), arb(0)) * rest
                 begins = step == 0 and piece.started == (guard.contact, guard.bound)
                 ends = step == steps - 1 and piece.guard is not None and _same(piece.guard, guard)
-                touches = (begins and piece.touched, ends and piece.guard.target == "touch")
+                touches = (begins and (piece.touched or self.flat(piece)), ends and piece.guard.target == "touch")
                 name = self.system.machine.contacts[guard.contact].name
                 _positive(_Watched(a, last, h, name), arb(0), h, (begins, ends), touches)
             x = flow * x if step < steps - 1 else x
@@ -162,22 +182,27 @@ class Course(Pieces):
         super().__init__(system, [scale] * m + [max(*(abs(float(v.mid())) for v in y[m:]), scale)] * m)
         self.pieces: list[Piece] = []
         self.start = x = system.state(y)
-        started = None
-        mode = system.mode_at(x)
+        started, origin = None, ""
+        mode = system.mode_at(x, stored=True)
         for _ in range(periods):
             left = 2 * arb.pi()
             while True:
-                guard, duration, x = self.follow(mode, x.mid(), left, started)
-                self.pieces.append(Piece(mode, guard, float(duration.mid()), started))
+                guard, duration, x = self.follow(mode, x.mid(), left, started, origin)
+                self.pieces.append(Piece(mode, guard, float(duration.mid()), started, origin=origin))
                 if guard is None:
-                    started = None
+                    started, origin = None, ""
                     break
                 if len(self.pieces) > MOST_EVENTS:
                     raise NotCovered(f"more than {MOST_EVENTS} events")
                 left = left - duration
-                started = (guard.contact, guard.bound)
-                x, mode = self.after(self.pieces[-1], x), guard.mode_after(mode)
+                mode, started, origin = self.next(self.pieces[-1], x)
+                x = self.after(self.pieces[-1], x)
         self.events = sum(piece.guard is not None for piece in self.pieces)
+
+    @property
+    def shortest(self) -> float:
+        """The duration of the shortest piece that ends with an event."""
+        return min((piece.duration for piece in self.pieces if piece.guard is not None), default=math.inf)
 
     def unknowns(self, y: list[arb]) -> arb_mat:
         """Return (y, times of events), each counted from the last period of the excitation."""

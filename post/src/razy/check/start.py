@@ -124,27 +124,27 @@ class _Motion:
         """Go from event to event until the end, or until a ball is too large."""
         system, found = self.system, self.found
         end = arb(found.end) * system.omega
-        gone, started = arb(0), None
+        gone, started, origin = arb(0), None, ""
         try:
             mode = system.mode_at(self.x)
             while True:
                 with ctx.workprec(PRECISIONS[0]):
-                    guard, time, _ = self.pieces.follow(mode, self.x.mid(), end - gone, started)
-                piece = Piece(mode, guard, float(time.mid()), started)
+                    guard, time, _ = self.pieces.follow(mode, self.x.mid(), end - gone, started, origin)
+                piece = Piece(mode, guard, float(time.mid()), started, origin=origin)
                 duration = end - gone
                 if guard is not None:
                     duration, after = self._event(piece, time)
                     if not duration < end - gone:
                         guard, duration = None, end - gone
-                        piece = Piece(mode, None, float(duration.mid()), started)
+                        piece = Piece(mode, None, float(duration.mid()), started, origin=origin)
                 with ctx.workprec(PRECISIONS[0]):
                     self.pieces.keep_off(piece, self.x * arb(1), duration * 1)
                 self._compare_states(mode, gone, gone + duration)
                 if guard is None:
                     found.until = found.end
                     break
+                gone, (mode, started, origin) = gone + duration, self.pieces.next(piece, after.mid())
                 self.x = system.impact(guard.contact) * after if guard.target == "impact" else after
-                gone, started, mode = gone + duration, (guard.contact, guard.bound), guard.mode_after(mode)
                 found.events += 1
                 found.until = float((gone / system.omega).mid())
                 self._compare_event(guard.contact, gone)
