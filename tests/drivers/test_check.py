@@ -195,6 +195,37 @@ def test_motion_from_a_start_is_enclosed(capsys):
     assert code == 1 and "refused: the file has another motion from 0.05" in out
 
 
+SQUARE = SOURCE / "inputs" / "square_wave_walls.nml"
+# With breaks of its own, twice in a period of the square.
+HALF_SINE = "&load on='body', shape='half_sine', amplitude=0.5, frequency=0.34, duration=0.7, delay=0.2 /\n"
+
+
+@pytest.mark.parametrize(
+    ("more", "follow"),
+    [("", "'load(1)%frequency', first=0.17, last=0.2"), (HALF_SINE, "'load(2)%amplitude', first=0.5, last=0.6")],
+)
+def test_a_load_that_is_no_sine_is_proved(capsys, more, follow):
+    Path("square.nml").write_text(f"{SQUARE.read_text()}{more}&follow parameter={follow}, max_points=12 /\n")
+    start("razy-follow", "square.nml", "--output", "square.h5")
+    code, out, _ = check(capsys, "square.h5")
+    with h5py.File("square.h5", "r+") as data:
+        count = data["point/state"].shape[0]
+        assert data["point/events"][:].min() > 1
+        data.attrs["input"] = data.attrs["input"].replace("shape = 'square'", "shape = 'square'\n  duty = 0.501")
+    assert code == 0 and f"{count} of {count} motions proved" in out, out
+    code, out, _ = check(capsys, "square.h5")
+    assert code == 1 and out.count(": refused: ") == count, out
+
+
+def test_a_load_that_is_no_sine_is_enclosed_from_a_start(capsys):
+    text = "".join(line for line in SQUARE.read_text().splitlines(True) if not line.startswith("&record"))
+    Path("square.nml").write_text(text + "&record observable='state', what='trajectory', interval=0.5 /\n")
+    succeed("razy-run", "square.nml", "--output", "run.h5", *sets(motion__t_end=60.0))
+    code, out, _ = check(capsys, "run.h5")
+    assert code == 0 and "enclosed until 60 of 60 s" in out, out
+    assert float(out.split("are within ")[1].split()[0]) < 1e-11
+
+
 @pytest.mark.parametrize(("damping", "leaves"), [(2.0, (2, 1)), (4.5, (2, 4))])
 def test_switched_spring_that_parts_at_zero_force_is_enclosed(capsys, damping, leaves):
     # From closed (2) it opens (1) while it presses, or it parts (4) while it is stretched and relaxes without force.

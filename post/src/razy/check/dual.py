@@ -111,4 +111,10 @@ def _shape(machine: Machine) -> tuple:
         for c in machine.contacts
     )
     frequencies = machine.frequencies()
-    return contacts, len(machine.loads), tuple((value / frequencies[0][0], power) for value, power in frequencies)
+    waves = tuple((body, tuple(wave.pieces), wave.half_sine) for body, _, wave in machine.waves)
+    return (
+        contacts,
+        len(machine.loads),
+        waves,
+        tuple((value / frequencies[0][0], power) for value, power in frequencies),
+    )

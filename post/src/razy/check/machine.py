@@ -33,8 +33,38 @@ class Tone:
 
 
 @dataclass
+class Wave:
+    """An excitation of unit amplitude that is no sine: what it is from each part of its period on, until the next.
+
+    That is a value and by how much it rises in a period, or a half sine of this part of the period.
+    """
+
+    frequency: tuple[Fraction, int]
+    pieces: list[tuple[Fraction, Fraction, Fraction]]
+    half_sine: Fraction | None = None
+    """It is the first piece; in others it is 0."""
+
+    def repeated(self, times: int) -> list[tuple[Fraction, Fraction, Fraction]]:
+        """Return the pieces in a period of so many of its own."""
+        return [((start + k) / times, value, times * rise) for k in range(times) for start, value, rise in self.pieces]
+
+    def at(self, part: Fraction, times: int) -> tuple[arb, arb]:
+        """Return the value, and its derivative by the phase, from this part of a period of so many of its own on."""
+        pieces = self.repeated(times)
+        k = min(range(len(pieces)), key=lambda k: (part - pieces[k][0]) % 1)
+        (_, value, rise), since = pieces[k], (part - pieces[k][0]) % 1
+        if self.half_sine is None:
+            return _ball(value + rise * since), _ball(rise / 2) / arb.pi()
+        if k % len(self.pieces):
+            return arb(0), arb(0)
+        turn = since * times / self.half_sine
+        sine, cosine = arb.sin_cos_pi_fmpq(fmpq(turn.numerator, turn.denominator))
+        return sine, cosine * _ball(times / self.half_sine / 2)
+
+
+@dataclass
 class Line:
-    """A line of a table: force k s + b s' + constant between two edges, of which the outer ones are none."""
+    """A line of a table: force k s + b s' + constant between two edges; outer ones are none where it goes on."""
 
     low: Fraction | None
     high: Fraction | None
@@ -78,11 +108,17 @@ class Machine:
     stiffness: list[list[Fraction]]
     constant: list[Fraction]
     loads: list[tuple[int, Tone]]
+    waves: list[tuple[int, arb, Wave]]
+    """Body, amplitude, shape."""
     contacts: list[Contact]
     observed: list[list[Fraction]]
 
     def frequencies(self) -> list[tuple[Fraction, int]]:
         """Return the frequencies of all tones."""
+        return [*self.sines(), *(wave.frequency for *_, wave in self.waves)]
+
+    def sines(self) -> list[tuple[Fraction, int]]:
+        """Return the frequencies of sines."""
         tones = [tone for _, tone in self.loads] + [tone for c in self.contacts for tone in c.tones]
         return [tone.frequency for tone in tones]
 
@@ -118,7 +154,7 @@ def build(groups: dict[str, list[dict[str, Any]]]) -> Machine:
     bodies = groups.get("inertia", []) + groups.get("mass", [])
     index = {body["name"].lower(): i for i, body in enumerate(bodies)}
     n = len(bodies)
-    machine = Machine([Fraction(b["value"]) for b in bodies], _zeros(n), _zeros(n), [Fraction(0)] * n, [], [], [])
+    machine = Machine([Fraction(b["value"]) for b in bodies], _zeros(n), _zeros(n), [Fraction(0)] * n, [], [], [], [])
 
     def row(between: list[str], factors: tuple[Fraction, Fraction] = (Fraction(1), Fraction(1))) -> list[Fraction]:
         w = [Fraction(0)] * n
@@ -141,21 +177,24 @@ def build(groups: dict[str, list[dict[str, Any]]]) -> Machine:
                 machine.damping[i][j] += b * w[i] * w[j]
     speeds = _speeds(groups)
     for load in groups.get("load", []):
-        if load.get("shape", "sine") != "sine" or load.get("file"):
-            raise NotCovered("a load that is no sine")
         i = index[load["on"].lower()]
         machine.constant[i] += Fraction(load.get("value", 0.0))
+        if load.get("file"):
+            raise NotCovered("a load from a file, whose text is not in the results")
         if load.get("amplitude", 0.0) or load.get("unbalance", 0.0):
             frequency = _frequency(load, "", speeds)
             amplitude = (
                 _exact(load.get("amplitude", 0.0)) + _exact(load.get("unbalance", 0.0)) * value_of(frequency) ** 2
             )
-            machine.loads.append((i, _sine(frequency, amplitude, load.get("phase", 0.0))))
+            if load.get("shape", "sine") != "sine":
+                machine.waves.append((i, amplitude, _wave(load, frequency)))
+            else:
+                machine.loads.append((i, _sine(frequency, amplitude, load.get("phase", 0.0))))
     # In the order of the results.
     machine.contacts = [_mesh(mesh, row, speeds) for mesh in groups.get("gear_mesh", [])]
     machine.contacts += [_stop(stop, row, speeds) for stop in groups.get("stop", [])]
     machine.contacts += [
-        Contact(table.get("name", "a spring"), row(table["between"]), None, None, lines=_outer(_lines(table)))
+        Contact(table.get("name", "a spring"), row(table["between"]), None, None, lines=_outer(_lines(table), table))
         for table in tables
     ]
     machine.contacts += [_friction(friction, row) for friction in groups.get("friction", [])]
@@ -253,6 +292,33 @@ def _sine(frequency: tuple[Fraction, int], amplitude: arb, degrees: float) -> To
     return Tone(frequency, amplitude * sine, amplitude * cosine)
 
 
+def _wave(load: dict[str, Any], frequency: tuple[Fraction, int]) -> Wave:
+    """Return the shape of a load: square, half sine, ramp or pulse."""
+    shape, zero, one = load["shape"], Fraction(0), Fraction(1)
+    if shape == "square":
+        duty = Fraction(load.get("duty", 0.5))
+        pieces = [(zero, one, zero), (duty, -one, zero)]
+    if frequency[1] == 0 and (shape != "square" or load.get("delay", 0.0)):
+        raise NotCovered("times of a shape beside an angular_frequency")
+    # Parts of the period.
+    duration, rise, delay = (Fraction(load.get(key, 0.0)) * frequency[0] / 2 for key in ("duration", "rise", "delay"))
+    if shape == "half_sine":
+        pieces = [(zero, zero, zero), (duration, zero, zero)]
+    elif shape == "ramp":
+        pieces = [(zero, zero, 1 / duration), (duration, one, zero)]
+    elif shape == "pulse":
+        pieces = [(rise, one, zero), (duration, zero, zero)]
+        if rise:
+            pieces = [(zero, zero, 1 / rise), pieces[0], (duration - rise, one, -1 / rise), pieces[1]]
+    ends = [*(start for start, *_ in pieces[1:]), one]
+    kept = [
+        ((piece[0] + delay) % 1, *piece[1:])
+        for piece, end in zip(pieces, ends, strict=True)
+        if piece[0] < min(end, one)
+    ]
+    return Wave(frequency, kept, duration if shape == "half_sine" else None)
+
+
 def _speeds(groups: dict[str, list[dict[str, Any]]]) -> dict[str, Fraction]:
     """Return the turns a minute of each inertia: equal along springs, stops and dampers, as the teeth in meshes."""
     if "rotation" not in groups:
@@ -280,6 +346,8 @@ def _frequency(group: dict[str, Any], prefix: str, speeds: dict[str, Fraction]) 
         return Fraction(group[f"{prefix}angular_frequency"]), 0
     if f"{prefix}frequency" in group:
         return 2 * Fraction(group[f"{prefix}frequency"]), 1
+    if f"{prefix}order" not in group:
+        raise NotCovered("a load that comes once")
     return Fraction(group[f"{prefix}order"]) * speeds[""] / 30, 1
 
 
@@ -292,7 +360,7 @@ def _stop(stop: dict[str, Any], row: Any, speeds: dict[str, Fraction]) -> Contac
     contact = Contact(stop["name"], row(stop["between"]), upper, lower)
     if law == "table":
         contact.upper = contact.lower = None
-        contact.lines = _beside_gap(_lines(stop), side, clearance)
+        contact.lines = _outer(_beside_gap(_lines(stop), side, clearance), stop)
     elif law == "rigid":
         contact.restitution = Fraction(stop["restitution"])
     else:
@@ -300,6 +368,8 @@ def _stop(stop: dict[str, Any], row: Any, speeds: dict[str, Fraction]) -> Contac
         normal = "zero_deformation" if law == "switched_spring" else "zero_force"
         contact.zero_force = stop.get("separation", normal) == "zero_force" and contact.damping > 0
         contact.offset = contact.stiffness * clearance if law == "switched_spring" else Fraction(0)
+    if stop.get("motion_shape", "sine") != "sine" or stop.get("motion_file"):
+        raise NotCovered(f"the motion of {stop['name']}, which is no sine")
     if stop.get("motion_amplitude", 0.0):
         frequency = _frequency(stop, "motion_", speeds)
         contact.tones.append(_sine(frequency, -_exact(stop["motion_amplitude"]), stop.get("motion_phase", 0.0)))
@@ -326,8 +396,6 @@ def _friction(friction: dict[str, Any], row: Any) -> Contact:
 
 def _lines(group: dict[str, Any]) -> list[Line]:
     """Return the lines between the points of a table."""
-    if group.get("beyond", "continue") != "continue":
-        raise NotCovered("a table that is not to be left")
     places, forces = ([Fraction(x) for x in group[key]] for key in ("displacement", "force"))
     given = group.get("line_damping", 0.0)
     damping = given if isinstance(given, list) else [given] * (len(places) - 1)
@@ -339,9 +407,10 @@ def _lines(group: dict[str, Any]) -> list[Line]:
     return lines
 
 
-def _outer(lines: list[Line]) -> list[Line]:
-    """Let the first and the last line go on."""
-    lines[0].low = lines[-1].high = None
+def _outer(lines: list[Line], group: dict[str, Any]) -> list[Line]:
+    """Let the first and the last line go on, unless the table is not to be left."""
+    if group.get("beyond", "continue") == "continue":
+        lines[0].low = lines[-1].high = None
     return lines
 
 
@@ -351,7 +420,7 @@ def _beside_gap(lines: list[Line], side: str, clearance: Fraction) -> list[Line]
     gap = Line(-c if low else None, c if side in ("upper", "both") else None)
     above = [Line(p.low + c, p.high + c, p.stiffness, p.damping, p.constant - p.stiffness * c) for p in lines]
     below = [Line(-p.high, -p.low, p.stiffness, p.damping, -p.constant) for p in above[::-1]]
-    return _outer([*(below if low else []), gap, *(above if gap.high is not None else [])])
+    return [*(below if low else []), gap, *(above if gap.high is not None else [])]
 
 
 def _mesh(mesh: dict[str, Any], row: Any, speeds: dict[str, Fraction]) -> Contact:

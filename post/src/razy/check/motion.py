@@ -4,6 +4,7 @@ y are the coordinates that are felt, ' the derivative by the phase t = Omega*tim
 """
 
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
@@ -41,14 +42,17 @@ class System:
 
     def __init__(self, numbers: Numbers, phase: float = 0.0):
         """Reduce the machine to what is felt, exactly, and lay out X; motions begin at this part of the period."""
-        self.numbers, self.machine, self.begin = numbers, numbers.machines[0], 2 * arb.pi() * phase
+        self.numbers, self.machine, self.phase = numbers, numbers.machines[0], Fraction(phase)
         machine = self.machine
         rows, seen = felt(numbers.machines)
         self.m, n = rows.nrows(), rows.ncols()
         self.base = common(machine.frequencies())
         self.omega = numbers(lambda m: value_of(common(m.frequencies())))
-        self.harmonics = sorted({int(frequency / self.base[0]) for frequency, _ in machine.frequencies()})
-        self.size = 2 * self.m + 1 + 2 * len(self.harmonics)
+        self.harmonics = sorted({int(frequency / self.base[0]) for frequency, _ in machine.sines()})
+        self.waves = [(wave, int(wave.frequency[0] / self.base[0])) for *_, wave in machine.waves]
+        self.size = 2 * self.m + 1 + 2 * len(self.harmonics) + 2 * len(self.waves)
+        starts = {(start - self.phase) % 1 for wave, times in self.waves for start, *_ in wave.repeated(times)}
+        self.breaks = [*sorted(starts - {Fraction(0)}), Fraction(1)]
         self.rows, self.seen = rows, balls(seen * rows.transpose() * (rows * rows.transpose()).inv())
         right = numbers.constant(balls(rows.transpose() * (rows * rows.transpose()).inv()))
         force = numbers.zeros(n, n)
@@ -74,6 +78,15 @@ class System:
         for i, k in enumerate(self.harmonics):
             c = 2 * m + 1 + 2 * i
             g[c, c + 1], g[c + 1, c] = numbers.constant(arb(-k)), numbers.constant(arb(k))
+        for number, (body, _, wave) in enumerate(machine.waves):
+            c, by_body = self.size - 2 * (len(self.waves) - number), force[0, body]
+            for i in range(m):
+                by_body = force[i, body] * self.per_square
+                g[m + i, c] = g[m + i, c] + by_body * numbers(lambda m, j=number: m.waves[j][1])
+            g[c, c + 1] = numbers.constant(arb(1))
+            if wave.half_sine is not None:
+                bend = self.waves[number][1] / wave.half_sine / 2
+                g[c + 1, c] = numbers.constant(-(arb(fmpq(bend.numerator, bend.denominator)) ** 2))
         self.free = g
         self.gap, self.rate, self.push = [], [], []
         for number, contact in enumerate(machine.contacts):
@@ -102,15 +115,24 @@ class System:
         """Return where the cosine of a tone stands in X."""
         return 2 * self.m + 1 + 2 * self.harmonics.index(int(tone.frequency[0] / self.base[0]))
 
-    def state(self, y: list[arb]) -> arb_mat:
-        """Return X at the beginning of the motion."""
+    def span(self, after: int) -> arb:
+        """Return the phase from a break of the excitation to the next; break 0 is the beginning of the motion."""
+        part = self.breaks[after] - (self.breaks[after - 1] if after else 0)
+        return 2 * arb.pi() * arb(fmpq(part.numerator, part.denominator))
+
+    def state(self, y: list[arb], after: int = 0) -> arb_mat:
+        """Return X after a break of the excitation."""
+        part = (self.phase + (self.breaks[after - 1] if after else 0)) % 1
         x = arb_mat(self.size, 1)
         for i, value in enumerate(y):
             x[i, 0] = value
         x[2 * self.m, 0] = arb(1)
         for i, k in enumerate(self.harmonics):
-            x[2 * self.m + 1 + 2 * i, 0] = (k * self.begin).cos()
-            x[2 * self.m + 2 + 2 * i, 0] = (k * self.begin).sin()
+            turn = 2 * k * part
+            c = 2 * self.m + 1 + 2 * i
+            x[c + 1, 0], x[c, 0] = arb.sin_cos_pi_fmpq(fmpq(turn.numerator, turn.denominator))
+        for i, (wave, times) in enumerate(reversed(self.waves), 1):
+            x[self.size - 2 * i, 0], x[self.size - 2 * i + 1, 0] = wave.at(part, times)
         return x
 
     @cached_property

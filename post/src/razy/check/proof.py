@@ -30,7 +30,7 @@ class Disproved(Exception):  # noqa: N818 - it is a verdict
 
 @dataclass
 class Piece:
-    """A smooth piece: its mode, the guard that ends it (none: a period of the excitation is over), its duration."""
+    """A smooth piece: its mode, the guard that ends it (none: a break of the excitation), its duration."""
 
     mode: tuple[str, ...]
     guard: Guard | None
@@ -41,6 +41,8 @@ class Piece:
     """That event was a touch."""
     origin: str = ""
     """The branch of that contact before, if it is friction."""
+    after: int = 0
+    """The break of the excitation that it lies after; 0: the beginning of the period."""
 
 
 @dataclass
@@ -75,9 +77,9 @@ class Pieces:
         self.norms: dict[tuple[str, ...], tuple[float, np.ndarray]] = {}
 
     def after(self, piece: Piece, x: arb_mat) -> arb_mat:
-        """Return the state after the event that ends a piece; at the end of a period the tones begin anew."""
+        """Return the state after the event that ends a piece; at a break the excitation begins anew."""
         if piece.guard is None:
-            return self.system.state([x[i, 0] for i in range(2 * self.system.m)])
+            return self.system.state([x[i, 0] for i in range(2 * self.system.m)], self.next_break(piece))
         if piece.guard.target != "impact":
             return x
         return self.system.impact(piece.guard.contact) * x
@@ -104,12 +106,17 @@ class Pieces:
             self.norms[mode] = float(np.max(size @ w / w)) * (1 + 1e-9), w
         return self.norms[mode]
 
+    def next_break(self, piece: Piece) -> int:
+        """Return the break of the excitation that ends a piece."""
+        return (piece.after + 1) % len(self.system.breaks)
+
     def next(self, piece: Piece, x: arb_mat) -> tuple[tuple[str, ...], tuple[int, str], str]:
         """Return what the piece after the event of another begins with, x the state there: mode, started and origin."""
-        guard = piece.guard
-        friction = self.system.machine.contacts[guard.contact].static is not None
+        guard, contact = piece.guard, self.system.machine.contacts[piece.guard.contact]
+        if guard.target in ("line -1", f"line {len(contact.lines)}"):
+            raise Disproved(f"it leaves the table of {contact.name}")
         mode = self.system.mode_after(piece.mode, guard, x)
-        return mode, (guard.contact, guard.next_bound), piece.mode[guard.contact] if friction else ""
+        return mode, (guard.contact, guard.next_bound), piece.mode[guard.contact] if contact.static is not None else ""
 
     def flat(self, piece: Piece) -> bool:
         """Return whether the guard that is zero at the beginning has no rate there, as when friction breaks loose."""
@@ -184,13 +191,14 @@ class Course(Pieces):
         self.start = x = system.state(y)
         started, origin = None, ""
         mode = system.mode_at(x, stored=True)
-        for _ in range(periods):
-            left = 2 * arb.pi()
+        for after in [*range(len(system.breaks))] * periods:
+            left = system.span(after)
             while True:
                 guard, duration, x = self.follow(mode, x.mid(), left, started, origin)
-                self.pieces.append(Piece(mode, guard, float(duration.mid()), started, origin=origin))
+                self.pieces.append(Piece(mode, guard, float(duration.mid()), started, origin=origin, after=after))
                 if guard is None:
                     started, origin = None, ""
+                    x = self.after(self.pieces[-1], x)
                     break
                 if len(self.pieces) > MOST_EVENTS:
                     raise NotCovered(f"more than {MOST_EVENTS} events")
@@ -205,7 +213,7 @@ class Course(Pieces):
         return min((piece.duration for piece in self.pieces if piece.guard is not None), default=math.inf)
 
     def unknowns(self, y: list[arb]) -> arb_mat:
-        """Return (y, times of events), each counted from the last period of the excitation."""
+        """Return (y, times of events), each counted from the last break of the excitation."""
         times, time = [], 0.0
         for piece in self.pieces:
             time += piece.duration
@@ -227,7 +235,7 @@ class Course(Pieces):
         event, begun, before = n, arb(0), None
         starts, durations, strobes = [], [], []
         for piece in self.pieces:
-            end = 2 * arb.pi() if piece.guard is None else u[event, 0]
+            end = system.span(piece.after) if piece.guard is None else u[event, 0]
             tau = end - begun
             starts.append(x)
             durations.append(tau)
@@ -238,9 +246,10 @@ class Course(Pieces):
                 if piece.guard is not None:
                     d[i, event] += speed[i, 0]
             if piece.guard is None:
-                begun, before = arb(0), None
-                strobes.append([x[i, 0] for i in range(n)])
-                x = system.state(strobes[-1])
+                begun, before, following = arb(0), None, self.next_break(piece)
+                y = [x[i, 0] for i in range(n)]
+                strobes += [y] * (following == 0)
+                x = system.state(y, following)
                 for i in range(n, system.size):
                     for j in range(total + dual):
                         d[i, j] = arb(0)

@@ -124,25 +124,32 @@ class _Motion:
         """Go from event to event until the end, or until a ball is too large."""
         system, found = self.system, self.found
         end = arb(found.end) * system.omega
-        gone, started, origin = arb(0), None, ""
+        gone, started, origin, number = arb(0), None, "", 0
+        edge = self._edge(arb(0), 0, end)
         try:
             mode = system.mode_at(self.x)
             while True:
                 with ctx.workprec(PRECISIONS[0]):
-                    guard, time, _ = self.pieces.follow(mode, self.x.mid(), end - gone, started, origin)
+                    guard, time, _ = self.pieces.follow(mode, self.x.mid(), edge - gone, started, origin)
                 piece = Piece(mode, guard, float(time.mid()), started, origin=origin)
-                duration = end - gone
+                duration = edge - gone
                 if guard is not None:
                     duration, after = self._event(piece, time)
-                    if not duration < end - gone:
-                        guard, duration = None, end - gone
+                    if not duration < edge - gone:
+                        guard, duration = None, edge - gone
                         piece = Piece(mode, None, float(duration.mid()), started, origin=origin)
                 with ctx.workprec(PRECISIONS[0]):
                     self.pieces.keep_off(piece, self.x * arb(1), duration * 1)
                 self._compare_states(mode, gone, gone + duration)
-                if guard is None:
+                if guard is None and not edge < end:
                     found.until = found.end
                     break
+                if guard is None:
+                    x, number = (system.generator(mode) * duration).exp() * self.x, (number + 1) % len(system.breaks)
+                    self.x = system.state([x[i, 0] for i in range(2 * system.m)], number)
+                    gone, started, origin = edge, None, ""
+                    edge = self._edge(gone, number, end)
+                    continue
                 gone, (mode, started, origin) = gone + duration, self.pieces.next(piece, after.mid())
                 self.x = system.impact(guard.contact) * after if guard.target == "impact" else after
                 found.events += 1
@@ -157,6 +164,11 @@ class _Motion:
             # Of impacts that accumulate the file has the first and the sum of all others.
             found.parted = math.inf
         return found
+
+    def _edge(self, gone: arb, after: int, end: arb) -> arb:
+        """Return the phase of the next break of an excitation that is no sine, or of the end."""
+        edge = gone + self.system.span(after) if self.system.waves else end
+        return edge if edge < end else end
 
     def _event(self, piece: Piece, near: arb) -> tuple[arb, arb_mat]:
         """Enclose the time at which a guard is zero, and the state there, by Newton's method of intervals."""
