@@ -55,6 +55,10 @@ class System:
         self.breaks = [*sorted(starts - {Fraction(0)}), Fraction(1)]
         self.rows, self.seen = rows, balls(seen * rows.transpose() * (rows * rows.transpose()).inv())
         right = numbers.constant(balls(rows.transpose() * (rows * rows.transpose()).inv()))
+
+        def column(w: list[Fraction]) -> Any:
+            return numbers.constant(balls(matrix([w]).transpose()))
+
         force = numbers.zeros(n, n)
         for i in range(n):
             force[i, i] = inverse(numbers(lambda m, i=i: m.mass[i]))
@@ -64,6 +68,7 @@ class System:
         constant = force * numbers.matrix(lambda m: [[x] for x in m.constant])
         m, per = self.m, inverse(self.omega)
         self.per_square = per * per
+        on_loads = [force * column(w) for w, _ in machine.loads]
         g = numbers.zeros(self.size, self.size)
         for i in range(m):
             g[i, m + i] = numbers.constant(arb(1))
@@ -71,17 +76,17 @@ class System:
                 g[m + i, j] = -(stiffness[i, j] * self.per_square)
                 g[m + i, m + j] = -(damping[i, j] * per)
             g[m + i, 2 * m] = constant[i, 0] * self.per_square
-            for number, (body, tone) in enumerate(machine.loads):
-                c, by_body = self.column(tone), force[i, body] * self.per_square
+            for number, (_, tone) in enumerate(machine.loads):
+                c, by_body = self.column(tone), on_loads[number][i, 0] * self.per_square
                 g[m + i, c] = g[m + i, c] + by_body * numbers(lambda m, j=number: m.loads[j][1].cosine)
                 g[m + i, c + 1] = g[m + i, c + 1] + by_body * numbers(lambda m, j=number: m.loads[j][1].sine)
         for i, k in enumerate(self.harmonics):
             c = 2 * m + 1 + 2 * i
             g[c, c + 1], g[c + 1, c] = numbers.constant(arb(-k)), numbers.constant(arb(k))
-        for number, (body, _, wave) in enumerate(machine.waves):
-            c, by_body = self.size - 2 * (len(self.waves) - number), force[0, body]
+        for number, (w, _, wave) in enumerate(machine.waves):
+            c, by_load = self.size - 2 * (len(self.waves) - number), force * column(w)
             for i in range(m):
-                by_body = force[i, body] * self.per_square
+                by_body = by_load[i, 0] * self.per_square
                 g[m + i, c] = g[m + i, c] + by_body * numbers(lambda m, j=number: m.waves[j][1])
             g[c, c + 1] = numbers.constant(arb(1))
             if wave.half_sine is not None:
@@ -99,7 +104,7 @@ class System:
                 gap[0, c] = gap[0, c] + numbers(lambda m, i=number, k=k: m.contacts[i].tones[k].cosine)
                 gap[0, c + 1] = gap[0, c + 1] + numbers(lambda m, i=number, k=k: m.contacts[i].tones[k].sine)
             push = numbers.zeros(self.size, 1)
-            on_rows = force * numbers.constant(balls(matrix([contact.w]).transpose()))
+            on_rows = force * column(contact.w)
             for i in range(m):
                 push[m + i, 0] = on_rows[i, 0]
             self.gap.append(gap)
@@ -256,9 +261,7 @@ class System:
     def mode_after(self, mode: tuple[str, ...], guard: Guard, x: arb_mat) -> tuple[str, ...]:
         """Return the mode after an event; friction that comes to rest at x slides on if its limit is passed."""
         if guard.target == "impact":
-            if "sticking" in mode:
-                raise NotCovered("an impact while friction sticks")
-            return mode
+            return self._mode_after_impact(mode, self.impact(guard.contact), x)
         before, after = mode[guard.contact], with_branch(mode, guard.contact, guard.target)
         if guard.target == "sticking":
             passed = self.passed(after, guard.contact, x)
@@ -266,6 +269,26 @@ class System:
                 raise ValueError(f"{self.machine.contacts[guard.contact].name} comes to rest against its friction")
             after = with_branch(mode, guard.contact, passed or "sticking")
         return after
+
+    def released(self, mode: tuple[str, ...], x: arb_mat) -> tuple[tuple[str, ...], tuple[int, ...]]:
+        """Return the mode without frictions that cannot stick at the state x, as a force has jumped, and these."""
+        freed: tuple[int, ...] = ()
+        while True:
+            passed = [(i, self.passed(mode, i, x)) for i, branch in enumerate(mode) if branch == "sticking"]
+            first = next(((i, branch) for i, branch in passed if branch), None)
+            if first is None:
+                return mode, freed
+            mode, freed = with_branch(mode, *first), (*freed, first[0])
+
+    def _mode_after_impact(self, mode: tuple[str, ...], jump: arb_mat, x: arb_mat) -> tuple[str, ...]:
+        """Return the mode after an impact, which changes speeds of sliding; that these go that way is proved later."""
+        after = jump * x
+        for i, contact in enumerate(self.machine.contacts):
+            if contact.static is not None:
+                slip = self.slip(i)
+                if not all(change.contains(0) for change in (slip * jump - slip).entries()):
+                    mode = with_branch(mode, i, "forward" if (slip * after)[0, 0] > 0 else "backward")
+        return mode
 
     def passed(self, mode: tuple[str, ...], contact: int, x: arb_mat) -> str:
         """Return where friction that sticks in a mode slides as its limit is passed, if that is certain."""

@@ -15,7 +15,6 @@ from razy.check.machine import NotCovered, build, put, read_groups
 from razy.check.motion import System
 from razy.check.proof import Course, Disproved, Proof, Undecided
 from razy.check.special import LABELS, near_fold, prove
-from razy.check.touch import SHORT
 from razy.read.file import check_storage
 
 KINDS = ("proved", "undecided", "refused", "not covered")
@@ -168,11 +167,10 @@ class _Row:
         if abs(2 * arb.pi() * self.periods / system.omega / float(row["period"]) - 1) > 1e-12:
             raise Disproved("its period is not that of the excitation times its multiplicity")
         course = Course(system, y, self.periods)
-        between = changes and course.shortest < SHORT
-        if course.events != row["events"]:
-            if between:
+        if course.changes != row["events"]:
+            if changes:
                 raise Undecided("its sequence of events changes there")
-            raise Disproved(f"it has {course.events} events, not {row['events']}")
+            raise Disproved(f"it has {course.changes} events, not {row['events']}")
         allowed = max(CLOSE, 10 * float(row["correction"]))
         try:
             proof = course.prove(y)
@@ -185,7 +183,7 @@ class _Row:
             proof, moved = near_fold(course, y, self._family(), self.phase, self.size)
             if self._farther(system, y, proof.state, allowed) or not abs(moved) < BACK * self.size:
                 raise Undecided("a proved motion is near, but farther than the correction allows: a fold may be near")
-        self._compare(proof, between)
+        self._compare(proof, changes)
         return proof.radius
 
     def _compare(self, proof: Proof, between: bool) -> None:
