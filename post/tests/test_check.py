@@ -1,6 +1,7 @@
 """The independent proof of periodic motions."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ flint = pytest.importorskip("flint")
 from razy.check.dual import Numbers, family  # noqa: E402
 from razy.check.machine import NotCovered, build, put, read_groups  # noqa: E402
 from razy.check.motion import System  # noqa: E402
-from razy.check.proof import Course, Disproved  # noqa: E402
+from razy.check.proof import Course, Disproved, Undecided  # noqa: E402
 from razy.check.special import Point, prove  # noqa: E402
 
 CASE = """
@@ -56,6 +57,16 @@ def test_motion_through_a_stop_is_not_proved():
         free.prove(y)
 
 
+def test_motion_that_just_touches_a_stop_is_undecided():
+    # x = 3 cos(2t)/(1 - 4) without damping, whose largest value is exactly the clearance.
+    flint.ctx.prec = 212
+    text = CASE.replace("damping=0.2", "damping=0.0").replace("amplitude=1.0", "amplitude=3.0")
+    system = System(Numbers([build(read_groups(text.format(clearance=1.0)))]), 0.25)
+    y = [flint.arb(0), flint.arb(1)]
+    with pytest.raises(Undecided, match="a grazing"):
+        Course(system, y, 1).prove(y)
+
+
 def test_period_that_is_not_the_least_is_refused():
     response = 1 / (-3 + 0.4j)
     y = [flint.arb(response.real), flint.arb(-response.imag)]
@@ -67,12 +78,17 @@ def test_period_that_is_not_the_least_is_refused():
     ("old", "new", "says"),
     [
         ("stiffness=1.0, damping=0.2", "law='polynomial', coefficients=1.0,0.0,1.0", "the law 'polynomial'"),
-        ("amplitude=1.0,", "amplitude=1.0, shape='square',", "no sine"),
-        ("amplitude=1.0,", "amplitude=1.0, file='load.csv',", "no sine"),
+        ("amplitude=1.0,", "amplitude=1.0, file='load.csv',", "a load from a file"),
+        ("angular_frequency=2.0, phase=90.0", "shape='ramp', duration=0.1", "comes once"),
+        ("phase=90.0", "shape='ramp', duration=0.1", "times of a shape beside an angular_frequency"),
+        ("stiffness=3.0", "stiffness=3.0, motion_shape='square', motion_amplitude=1.0", "the motion of wall"),
         ("law='kelvin_voigt', stiffness=3.0", "law='hertz', stiffness=3.0", "the law 'hertz'"),
+        ("&load", "&friction name='f', decay=1.0, kinetic_coefficient=0.0, {} / &load", "falls with the speed, f"),
+        ("&load", "&friction name='f', only_with='wall', {} / &load", "only_with of f"),
     ],
 )
 def test_what_is_not_covered_says_so(old, new, says):
+    new = new.format("between='body','frame', static_coefficient=0.1, normal_load=1.0")
     with pytest.raises(NotCovered, match=says):
         build(read_groups(CASE.format(clearance=1.0).replace(old, new)))
 
@@ -179,3 +195,111 @@ def test_a_table_of_one_slope_is_the_law_without_a_table(old, new, side):
     # Decimals of a table are the doubles next to them, so its slopes are not quite those of the other law.
     assert all(abs(one - two) < 1e-14 for one, two in zip(*(proof.state for proof in found), strict=True))
     assert found[1].events >= found[0].events > 0
+
+
+def test_friction_that_slides_is_the_closed_form():
+    # Den Hartog 1931: A^2 = V^2 - (F U)^2, V = 1/(1 - b^2), U = sin(pi/b)/(b (1 + cos(pi/b))), frequency b, friction F.
+    b, force = 0.75, 0.125
+    u = math.sin(math.pi / b) / (b * (1 + math.cos(math.pi / b)))
+    amplitude = math.sqrt(1 / (1 - b * b) ** 2 - (force * u) ** 2)
+    # At its maximum at the time 0 the load is cos(phi), with V cos(phi) = A, V sin(phi) = -F U.
+    phase = math.atan2(-force * u, amplitude)
+    text = f"""
+&scene kind='lumped' /
+&mass name='body', value=1.0 /
+&spring between='body','frame', stiffness=1.0 /
+&friction name='floor', between='body','frame', static_coefficient=0.25, normal_load=0.5 /
+&load on='body', amplitude=1.0, angular_frequency={b}, phase={90 + math.degrees(phase):.17g} /
+"""
+    flint.ctx.prec = 212
+    # It comes to rest at 0 and at half a period; the state is taken at a quarter, by the closed form of the way down.
+    time = math.pi / 2 / b
+    v = 1 / (1 - b * b)
+    rest = amplitude - force - v * math.cos(phase), v * b * math.sin(phase)
+    x = rest[0] * math.cos(time) + rest[1] * math.sin(time) + v * math.cos(b * time + phase) + force
+    rate = -rest[0] * math.sin(time) + rest[1] * math.cos(time) - v * b * math.sin(b * time + phase)
+    y = [flint.arb(x), flint.arb(rate / b)]
+    course = Course(System(Numbers([build(read_groups(text))]), 0.25), y, 1)
+    proof = course.prove(y)
+    assert proof.events == 2 and [piece.mode[0] for piece in course.pieces] == ["backward", "forward", "backward"]
+    assert abs(float(proof.state[0].mid()) - x) < 1e-14 and abs(float(proof.state[1].mid()) - rate / b) < 1e-14
+    weak = text.replace("static_coefficient=0.25", "static_coefficient=4.0, kinetic_coefficient=0.25")
+    course.system = System(Numbers([build(read_groups(weak))]), 0.25)
+    with pytest.raises(Undecided, match="whether friction sticks"):
+        course.prove(y)
+
+
+NUMBERS = np.arange(1, 40001)
+
+
+def lines(points: list[tuple[float, float]]) -> tuple[float, np.ndarray]:
+    """Return the mean and Fourier's coefficients of straight lines between points; two at one time are a jump.
+
+    Points are parts of the period and values.
+    """
+    k, mean, c = -2j * math.pi * NUMBERS, 0.0, np.zeros(NUMBERS.size, complex)
+    for (a, u), (b, v) in pairwise(points):
+        if b > a:
+            c += (v * np.exp(k * b) - u * np.exp(k * a)) / k - (v - u) / (b - a) * (
+                np.exp(k * b) - np.exp(k * a)
+            ) / k**2
+            mean += (u + v) / 2 * (b - a)
+    return mean, c
+
+
+def half_sine(part: float) -> tuple[float, np.ndarray]:
+    """Return those of a half sine of this part of the period."""
+    a, b = math.pi / part, 2 * math.pi * NUMBERS
+    return 2 * part / math.pi, a * (1 + np.exp(-1j * b * part)) / (a**2 - b**2)
+
+
+def is_the_series(shape: str, mean: float, c: np.ndarray, phase: float) -> None:
+    """Compare the motion of the case without its wall under a shape of 4 s with its series of sines."""
+    n, w = NUMBERS, math.pi / 2
+    d = c / (1 - (n * w) ** 2 + 0.2j * n * w) * np.exp(2j * math.pi * n * phase)
+    x, rate = mean + 2 * d.sum().real, 2 * (1j * n * d).sum().real
+    flint.ctx.prec = 212
+    text = CASE.format(clearance=9.0).replace("angular_frequency=2.0, phase=90.0", f"frequency=0.25, {shape}")
+    y = [flint.arb(x), flint.arb(rate)]
+    proof = Course(System(Numbers([build(read_groups(text))]), phase), y, 1).prove(y)
+    # The terms of the displacement fall as 1/n^3 at least, those of the velocity as 1/n^2.
+    assert abs(float(proof.state[0].mid()) - x) < 1e-9
+    assert abs(float(proof.state[1].mid()) - rate) < 2e-5
+    assert proof.stable is True
+
+
+@pytest.mark.parametrize(
+    ("shape", "points"),
+    [
+        ("shape='square', duty=0.25", [(0, 1), (0.25, 1), (0.25, -1), (1, -1)]),
+        ("shape='square', delay=0.5", [(0, -1), (0.125, -1), (0.125, 1), (0.625, 1), (0.625, -1), (1, -1)]),
+        ("shape='ramp', duration=1.0", [(0, 0), (0.25, 1), (1, 1)]),
+        ("shape='pulse', duration=2.0", [(0, 1), (0.5, 1), (0.5, 0), (1, 0)]),
+        ("shape='pulse', duration=2.0, rise=0.5", [(0, 0), (0.125, 1), (0.375, 1), (0.5, 0), (1, 0)]),
+        ("shape='pulse', duration=4.0, rise=2.0", [(0, 0), (0.5, 1), (1, 0)]),
+    ],
+)
+@pytest.mark.parametrize("phase", [0.0, 0.3])
+def test_loads_of_straight_lines_are_their_series(shape, points, phase):
+    is_the_series(shape, *lines(points), phase)
+
+
+def test_loads_of_half_sines_are_their_series():
+    is_the_series("shape='half_sine', duration=1.2", *half_sine(0.3), 0.1)
+    is_the_series("shape='half_sine', duration=4.0", *half_sine(1.0), 0.6)
+
+
+@pytest.mark.parametrize("side", ["upper", "both"])
+def test_a_table_that_is_not_to_be_left(side):
+    law = "law='table', displacement=0.0,0.01,{}, force=0.0,0.03,{}, beyond='refuse'"
+    text = CASE.format(clearance=0.25).replace("'upper'", f"'{side}'")
+    flint.ctx.prec = 212
+    y = [flint.arb(value) for value in settled(side)]
+    for reach in (0.9, 0.05):
+        table = text.replace("law='kelvin_voigt', stiffness=3.0", law.format(reach, 3 * reach))
+        system = System(Numbers([build(read_groups(table))]))
+        if reach == 0.9:
+            assert Course(system, y, 1).prove(y).events >= 4
+        else:
+            with pytest.raises(Disproved, match="it leaves the table of wall"):
+                Course(system, y, 1)

@@ -20,12 +20,15 @@ BIN = Path(os.environ["RAZY_BUILD"]) / "bin"
 FIRST, LAST = (int(number) for number in os.environ.get("RAZY_FUZZ_SEEDS", "0:8").split(":"))
 PATIENCE = 200
 EACH = 15
-"""Motions of a branch that are checked, besides those at special points."""
+"""About so many motions of a branch are checked, and as many of those at special points."""
+
+MOST = 40
+"""Motions with more events take minutes."""
 
 
-@pytest.mark.parametrize("seed", range(2 * FIRST, 2 * LAST, 2))
+@pytest.mark.parametrize("seed", range(FIRST, LAST))
 def test_nothing_is_disproved(seed, tmp_path, monkeypatch):
-    # Those of odd seeds have friction, which razy-check does not know.
+    # Those of odd seeds have rigid stops and friction.
     monkeypatch.chdir(tmp_path)
     text, _, tone, load = scenes.driven_text_of(seed)
     text += f"&motion t_end={400 / tone:.17g}, start='zero', integrator='exact', max_seconds=5.0 /\n"
@@ -38,8 +41,10 @@ def test_nothing_is_disproved(seed, tmp_path, monkeypatch):
         return
     assert done.returncode == 0, done.stderr
     with h5py.File("follow.h5") as file:
-        count, special = file["point/state"].shape[0], set(file["special/point"][:].tolist())
-    points = sorted({*range(0, count, max(1, count // EACH)), *special})
+        count, special = file["point/state"].shape[0], sorted(set(file["special/point"][:].tolist()))
+        events = file["point/events"][:]
+    points = sorted({*range(0, count, max(1, count // EACH)), *special[:: max(1, len(special) // EACH)]})
+    points = [i for i in points if events[i] <= MOST]
     found = [(f"motion {i + 1}", verdict) for i, verdict in zip(points, verdicts("follow.h5", points), strict=True)]
     found += [(f"special point {k + 1}", one) for _, motion in found for k, one in motion.specials.items()]
     print(seed, Counter(verdict.kind for _, verdict in found), Counter(v.reason for _, v in found if v.reason))

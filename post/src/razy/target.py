@@ -2,7 +2,8 @@
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from fcntl import LOCK_EX, LOCK_NB, LOCK_SH, flock
 from io import FileIO
 from pathlib import Path
 
@@ -27,16 +28,41 @@ def check_output(path: Path, inputs: list[Path], overwrite: bool) -> None:
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a name that becomes `path` when all is written: a failure leaves nothing, or what was there."""
-    partial = path.with_name(f".{path.stem[:200]}.{os.getpid()}.partial{path.suffix}")
+    begins, ends = f".{path.stem[:200]}.", f".partial{path.suffix}"
+    partial = path.with_name(f"{begins}{os.getpid()}{ends}")
     try:
-        yield partial
-        partial.replace(path)
+        with _taking_part(path.parent, begins, ends):
+            yield partial
+            partial.replace(path)
     except OSError as cause:
         if cause.errno is None:
             raise
         raise ResultError(f"{path}: {cause.strerror}") from cause
     finally:
         partial.unlink(missing_ok=True)
+
+
+@contextmanager
+def _taking_part(folder: Path, begins: str, ends: str) -> Iterator[None]:
+    """Hold the shared lock of those who write in a folder; who is alone there deletes what killed ones left."""
+    try:
+        lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError:
+        # What is wrong with the folder is said by who writes there.
+        yield
+        return
+    try:
+        with suppress(OSError):
+            flock(lock, LOCK_EX | LOCK_NB)
+            for path in folder.iterdir():
+                name = path.name
+                if name.startswith(begins) and name.endswith(ends) and name[len(begins) : -len(ends)].isdigit():
+                    path.unlink()
+        with suppress(OSError):
+            flock(lock, LOCK_SH)
+        yield
+    finally:
+        os.close(lock)
 
 
 def write_bytes(path: Path, content: bytes) -> None:

@@ -88,7 +88,7 @@ def inverse(number: Any) -> Any:
 def family(groups: dict[str, list[dict[str, Any]]], parameter: str, value: float) -> list[Machine]:
     """Return the machines at a value of the parameter and one and two units beyond it."""
     key = parameter.lower().split("%")[-1]
-    if "phase" in key or key.startswith(("radius", "teeth", "restitution", "displacement")):
+    if "phase" in key or key.startswith(("radius", "teeth", "restitution", "displacement", "force_frequency")):
         raise NotCovered(f"special points over {key}")
     machines = []
     for step in range(3):
@@ -107,8 +107,14 @@ def _ball(x: Fraction | arb) -> arb:
 def _shape(machine: Machine) -> tuple:
     """Return what the parameter must leave as it is."""
     contacts = tuple(
-        (tuple(c.w), c.upper is None, c.lower is None, c.zero_force, len(c.tones), len(c.lines))
+        (tuple(c.w), c.upper is None, c.lower is None, c.zero_force, len(c.tones), len(c.lines), c.static == c.kinetic)
         for c in machine.contacts
     )
     frequencies = machine.frequencies()
-    return contacts, len(machine.loads), tuple((value / frequencies[0][0], power) for value, power in frequencies)
+    waves = tuple((tuple(w), tuple(wave.pieces), wave.half_sine) for w, _, wave in machine.waves)
+    return (
+        contacts,
+        tuple(tuple(w) for w, _ in machine.loads),
+        waves,
+        tuple((value / frequencies[0][0], power) for value, power in frequencies),
+    )

@@ -12,11 +12,17 @@ from typing import Any
 import f90nml
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
+from razy.check.places import Axes, Plane, direction
+
 KNOWN = {
-    "scene", "mass", "inertia", "spring", "damper", "stop", "gear_mesh", "load", "rotation", "initial", "motion",
-    "record", "sweep", "follow", "starts", "start_range", "modes", "response", "tune", "duel",
+    "scene", "spring", "damper", "stop", "friction", "load", "initial", "motion", "record", "sweep", "follow",
+    "starts", "start_range", "modes", "response", "tune", "duel",
 }  # fmt: skip
-"""Groups that are read or that say nothing of the machine."""
+PARTS = {
+    "lumped": {"mass", "inertia", "gear_mesh", "rotation"},
+    "planar": {"body", "point", "gravity", "exciter", "damping"},
+}
+"""Groups that are read or that say nothing of the machine: of all kinds of scenes, and of each."""
 
 
 class NotCovered(Exception):  # noqa: N818 - it is no error but a limit
@@ -33,8 +39,38 @@ class Tone:
 
 
 @dataclass
+class Wave:
+    """An excitation of unit amplitude that is no sine: what it is from each part of its period on, until the next.
+
+    That is a value and by how much it rises in a period, or a half sine of this part of the period.
+    """
+
+    frequency: tuple[Fraction, int]
+    pieces: list[tuple[Fraction, Fraction, Fraction]]
+    half_sine: Fraction | None = None
+    """It is the first piece; in others it is 0."""
+
+    def repeated(self, times: int) -> list[tuple[Fraction, Fraction, Fraction]]:
+        """Return the pieces in a period of so many of its own."""
+        return [((start + k) / times, value, times * rise) for k in range(times) for start, value, rise in self.pieces]
+
+    def at(self, part: Fraction, times: int) -> tuple[arb, arb]:
+        """Return the value, and its derivative by the phase, from this part of a period of so many of its own on."""
+        pieces = self.repeated(times)
+        k = min(range(len(pieces)), key=lambda k: (part - pieces[k][0]) % 1)
+        (_, value, rise), since = pieces[k], (part - pieces[k][0]) % 1
+        if self.half_sine is None:
+            return _ball(value + rise * since), _ball(rise / 2) / arb.pi()
+        if k % len(self.pieces):
+            return arb(0), arb(0)
+        turn = since * times / self.half_sine
+        sine, cosine = arb.sin_cos_pi_fmpq(fmpq(turn.numerator, turn.denominator))
+        return sine, cosine * _ball(times / self.half_sine / 2)
+
+
+@dataclass
 class Line:
-    """A line of a table: force k s + b s' + constant between two edges, of which the outer ones are none."""
+    """A line of a table: force k s + b s' + constant between two edges; outer ones are none where it goes on."""
 
     low: Fraction | None
     high: Fraction | None
@@ -45,7 +81,10 @@ class Line:
 
 @dataclass
 class Contact:
-    """A contact on s = w q + Re(tones): bounds, force k (s - edge) + b s' beyond each, or restitution; or lines."""
+    """A contact on s = w q + Re(tones): bounds, force k (s - edge) + b s' beyond each, or restitution; or lines.
+
+    Friction slides with v = s' - belt and the force kinetic + damping v, and sticks up to static.
+    """
 
     name: str
     w: list[Fraction]
@@ -60,22 +99,33 @@ class Contact:
     tones: list[Tone] = field(default_factory=list)
     lines: list[Line] = field(default_factory=list)
     """Of a table, which has neither bounds nor stiffness."""
+    static: Fraction | None = None
+    kinetic: Fraction = Fraction(0)
+    belt: Fraction = Fraction(0)
+    """Forces of friction, whose normal force is constant, and the speed of its belt."""
 
 
 @dataclass
 class Machine:
-    """M q'' + B q' + K q = f + contacts, over the bodies in the order of the results."""
+    """M q'' + B q' + K q = f + contacts, over the coordinates in the order of the results."""
 
+    names: list[str]
     mass: list[Fraction]
     damping: list[list[Fraction]]
     stiffness: list[list[Fraction]]
     constant: list[Fraction]
-    loads: list[tuple[int, Tone]]
+    loads: list[tuple[list[Fraction], Tone]]
+    waves: list[tuple[list[Fraction], arb, Wave]]
+    """Row of the coordinates on which it acts, amplitude, shape."""
     contacts: list[Contact]
     observed: list[list[Fraction]]
 
     def frequencies(self) -> list[tuple[Fraction, int]]:
         """Return the frequencies of all tones."""
+        return [*self.sines(), *(wave.frequency for *_, wave in self.waves)]
+
+    def sines(self) -> list[tuple[Fraction, int]]:
+        """Return the frequencies of sines."""
         tones = [tone for _, tone in self.loads] + [tone for c in self.contacts for tone in c.tones]
         return [tone.frequency for tone in tones]
 
@@ -86,11 +136,12 @@ def read_groups(text: str) -> dict[str, list[dict[str, Any]]]:
     groups: dict[str, list[dict[str, Any]]] = {}
     for name, value in parsed.items():
         groups.setdefault(name, []).extend(value if isinstance(value, list) else [value])
+    kind = groups["scene"][0]["kind"]
+    if kind not in PARTS:
+        raise NotCovered(f"a scene of kind '{kind}'")
     for name in groups:
-        if name not in KNOWN:
+        if name not in KNOWN | PARTS[kind]:
             raise NotCovered(f"the group &{name}")
-    if groups["scene"][0]["kind"] != "lumped":
-        raise NotCovered(f"a scene of kind '{groups['scene'][0]['kind']}'")
     return groups
 
 
@@ -108,53 +159,85 @@ def put(groups: dict[str, list[dict[str, Any]]], parameter: str, value: float) -
 
 def build(groups: dict[str, list[dict[str, Any]]]) -> Machine:
     """Assemble the machine."""
-    bodies = groups.get("inertia", []) + groups.get("mass", [])
-    index = {body["name"].lower(): i for i, body in enumerate(bodies)}
-    n = len(bodies)
-    machine = Machine([Fraction(b["value"]) for b in bodies], _zeros(n), _zeros(n), [Fraction(0)] * n, [], [], [])
+    places = Plane(groups) if groups["scene"][0]["kind"] == "planar" else Axes(groups)
+    n = len(places.names)
+    machine = Machine(places.names, places.mass, _zeros(n), _zeros(n), [Fraction(0)] * n, [], [], [], [])
+    tables = _add_springs(machine, groups, places)
+    speeds = _speeds(groups)
+    for load in groups.get("load", []):
+        _add_load(machine, load, places.coordinate(load["on"]), speeds)
+    for exciter in groups.get("exciter", []):
+        _add_exciter(machine, exciter, places)
+    for weight in groups.get("gravity", []):
+        down = [Fraction(weight["acceleration"]) * x for x in direction(weight["direction"])]
+        for i in range(n):
+            machine.constant[i] += [*down, 0][i % 3] * machine.mass[i]
+    # In the order of the results.
+    machine.contacts = [_mesh(mesh, places, speeds) for mesh in groups.get("gear_mesh", [])]
+    machine.contacts += [_stop(stop, places.pairs(stop)[0], speeds) for stop in groups.get("stop", [])]
+    machine.contacts += [
+        Contact(table.get("name", "a spring"), places.pairs(table)[0], None, None, lines=_outer(_lines(table), table))
+        for table in tables
+    ]
+    machine.contacts += [_friction(friction, places) for friction in groups.get("friction", [])]
+    for record in groups.get("record", []):
+        if record["observable"] in ("displacement", "velocity") and ("of" in record or n == 1):
+            machine.observed.append(places.coordinate(record.get("of") or places.names[0]))
+    return machine
 
-    def row(between: list[str], factors: tuple[Fraction, Fraction] = (Fraction(1), Fraction(1))) -> list[Fraction]:
-        w = [Fraction(0)] * n
-        for name, factor in zip(between, (factors[0], -factors[1]), strict=True):
-            if name.lower() != "frame":
-                w[index[name.lower()]] += factor
-        return w
 
-    springs = groups.get("spring", [])
+def _add_springs(machine: Machine, groups: dict[str, list[dict[str, Any]]], places: Axes | Plane) -> list[dict]:
+    """Add springs and dampers to K and B; return the springs with tables."""
+    springs, factor, of = groups.get("spring", []), Fraction(0), "springs"
+    for damping in groups.get("damping", []):
+        factor, of = Fraction(damping["factor"]), damping.get("matrix", "springs")
+
+    def add(matrix: list[list[Fraction]], value: Fraction, w: list[Fraction]) -> None:
+        felt_by = [i for i, x in enumerate(w) if x]
+        for i in felt_by:
+            for j in felt_by:
+                matrix[i][j] += value * w[i] * w[j]
+
     for spring in springs:
         if spring.get("law", "linear") not in ("linear", "table"):
             raise NotCovered(f"the law '{spring['law']}' of a spring")
     tables = [spring for spring in springs if spring.get("law") == "table"]
     for spring in [each for each in springs if each not in tables] + groups.get("damper", []):
-        w, k = row(spring["between"]), Fraction(spring.get("stiffness", 0.0))
+        rows, k = places.pairs(spring), Fraction(spring.get("stiffness", 0.0))
         b = Fraction(spring.get("damping", 0.0)) + Fraction(spring.get("damping_factor", 0.0)) * k
-        for i in range(n):
-            for j in range(n):
-                machine.stiffness[i][j] += k * w[i] * w[j]
-                machine.damping[i][j] += b * w[i] * w[j]
-    speeds = _speeds(groups)
-    for load in groups.get("load", []):
-        if load.get("shape", "sine") != "sine" or load.get("file"):
-            raise NotCovered("a load that is no sine")
-        i = index[load["on"].lower()]
-        machine.constant[i] += Fraction(load.get("value", 0.0))
-        if load.get("amplitude", 0.0) or load.get("unbalance", 0.0):
-            frequency = _frequency(load, "", speeds)
-            amplitude = (
-                _exact(load.get("amplitude", 0.0)) + _exact(load.get("unbalance", 0.0)) * value_of(frequency) ** 2
-            )
-            machine.loads.append((i, _sine(frequency, amplitude, load.get("phase", 0.0))))
-    machine.contacts = [
-        Contact(table.get("name", "a spring"), row(table["between"]), None, None, lines=_outer(_lines(table)))
-        for table in tables
-    ]
-    machine.contacts += [_stop(stop, row, speeds) for stop in groups.get("stop", [])]
-    machine.contacts += [_mesh(mesh, row, speeds) for mesh in groups.get("gear_mesh", [])]
-    for record in groups.get("record", []):
-        names = [record["of"]] if record.get("of", "").lower() in index else [b["name"] for b in bodies if n == 1]
-        if record["observable"] in ("displacement", "velocity"):
-            machine.observed += [row([name, "frame"]) for name in names]
-    return machine
+        b += factor * (Fraction(spring.get("untuned_stiffness", k)) if of == "untuned" else k)
+        for w in rows:
+            add(machine.stiffness, k / len(rows), w)
+            add(machine.damping, b / len(rows), w)
+    for stop in groups.get("stop", []) if of == "all" else []:
+        add(machine.damping, factor * Fraction(stop["stiffness"]), places.pairs(stop)[0])
+    return tables
+
+
+def _add_load(machine: Machine, load: dict[str, Any], w: list[Fraction], speeds: dict[str, Fraction]) -> None:
+    for i, x in enumerate(w):
+        machine.constant[i] += x * Fraction(load.get("value", 0.0))
+    if load.get("file"):
+        raise NotCovered("a load from a file, whose text is not in the results")
+    if load.get("amplitude", 0.0) or load.get("unbalance", 0.0):
+        frequency = _frequency(load, "", speeds)
+        amplitude = _exact(load.get("amplitude", 0.0)) + _exact(load.get("unbalance", 0.0)) * value_of(frequency) ** 2
+        if load.get("shape", "sine") != "sine":
+            machine.waves.append((w, amplitude, _wave(load, frequency)))
+        else:
+            machine.loads.append((w, _sine(frequency, amplitude, load.get("phase", 0.0))))
+
+
+def _add_exciter(machine: Machine, exciter: dict[str, Any], places: Plane) -> None:
+    """Add the forces U w^2 (sin along + cos across) of both rotors."""
+    frequency, phase = _frequency(exciter, "", {}), exciter.get("phase", 0.0)
+    if "force" in exciter:
+        force = _exact(exciter["force"]) / 2 * (_exact(exciter["frequency"]) / _exact(exciter["force_frequency"])) ** 2
+    else:
+        force = _exact(exciter["unbalance"]) * value_of(frequency) ** 2
+    for (along, across), ahead in zip(places.axes_of(exciter), (0.0, exciter.get("phase_error", 0.0)), strict=True):
+        machine.loads.append((along, _sine(frequency, force, Fraction(phase) + Fraction(ahead))))
+        machine.loads.append((across, _sine(frequency, force, Fraction(phase) + Fraction(ahead) + 90)))
 
 
 def value_of(frequency: tuple[Fraction, int]) -> arb:
@@ -237,11 +320,38 @@ def _exact(x: float) -> arb:
     return _ball(Fraction(x))
 
 
-def _sine(frequency: tuple[Fraction, int], amplitude: arb, degrees: float) -> Tone:
+def _sine(frequency: tuple[Fraction, int], amplitude: arb, degrees: float | Fraction) -> Tone:
     """Return amplitude sin(w t + phase)."""
     turn = Fraction(degrees) / 180
     sine, cosine = arb.sin_cos_pi_fmpq(fmpq(turn.numerator, turn.denominator))
     return Tone(frequency, amplitude * sine, amplitude * cosine)
+
+
+def _wave(load: dict[str, Any], frequency: tuple[Fraction, int]) -> Wave:
+    """Return the shape of a load: square, half sine, ramp or pulse."""
+    shape, zero, one = load["shape"], Fraction(0), Fraction(1)
+    if shape == "square":
+        duty = Fraction(load.get("duty", 0.5))
+        pieces = [(zero, one, zero), (duty, -one, zero)]
+    if frequency[1] == 0 and (shape != "square" or load.get("delay", 0.0)):
+        raise NotCovered("times of a shape beside an angular_frequency")
+    # Parts of the period.
+    duration, rise, delay = (Fraction(load.get(key, 0.0)) * frequency[0] / 2 for key in ("duration", "rise", "delay"))
+    if shape == "half_sine":
+        pieces = [(zero, zero, zero), (duration, zero, zero)]
+    elif shape == "ramp":
+        pieces = [(zero, zero, 1 / duration), (duration, one, zero)]
+    elif shape == "pulse":
+        pieces = [(rise, one, zero), (duration, zero, zero)]
+        if rise:
+            pieces = [(zero, zero, 1 / rise), pieces[0], (duration - rise, one, -1 / rise), pieces[1]]
+    ends = [*(start for start, *_ in pieces[1:]), one]
+    kept = [
+        ((piece[0] + delay) % 1, *piece[1:])
+        for piece, end in zip(pieces, ends, strict=True)
+        if piece[0] < min(end, one)
+    ]
+    return Wave(frequency, kept, duration if shape == "half_sine" else None)
 
 
 def _speeds(groups: dict[str, list[dict[str, Any]]]) -> dict[str, Fraction]:
@@ -271,38 +381,58 @@ def _frequency(group: dict[str, Any], prefix: str, speeds: dict[str, Fraction]) 
         return Fraction(group[f"{prefix}angular_frequency"]), 0
     if f"{prefix}frequency" in group:
         return 2 * Fraction(group[f"{prefix}frequency"]), 1
+    if f"{prefix}order" not in group:
+        raise NotCovered("a load that comes once")
     return Fraction(group[f"{prefix}order"]) * speeds[""] / 30, 1
 
 
-def _stop(stop: dict[str, Any], row: Any, speeds: dict[str, Fraction]) -> Contact:
-    law, side, clearance = stop["law"], stop["side"], Fraction(stop["clearance"])
+def _stop(stop: dict[str, Any], w: list[Fraction], speeds: dict[str, Fraction]) -> Contact:
+    # In a plane it is closed where its ends are nearer to each other than the clearance.
+    law, side, clearance = stop["law"], stop.get("side", "lower"), Fraction(stop["clearance"])
     if law not in ("kelvin_voigt", "switched_spring", "rigid", "table"):
         raise NotCovered(f"the law '{law}' of {stop['name']}")
     upper = clearance if side in ("upper", "both") else None
     lower = -clearance if side in ("lower", "both") else None
-    contact = Contact(stop["name"], row(stop["between"]), upper, lower)
+    contact = Contact(stop["name"], w, upper, lower)
     if law == "table":
         contact.upper = contact.lower = None
-        contact.lines = _beside_gap(_lines(stop), side, clearance)
+        contact.lines = _outer(_beside_gap(_lines(stop), side, clearance), stop)
     elif law == "rigid":
         contact.restitution = Fraction(stop["restitution"])
     else:
         contact.stiffness, contact.damping = Fraction(stop["stiffness"]), Fraction(stop.get("damping", 0.0))
+        contact.damping += Fraction(stop.get("damping_factor", 0.0)) * contact.stiffness
         normal = "zero_deformation" if law == "switched_spring" else "zero_force"
         contact.zero_force = stop.get("separation", normal) == "zero_force" and contact.damping > 0
         contact.offset = contact.stiffness * clearance if law == "switched_spring" else Fraction(0)
-        if contact.offset and contact.zero_force:
-            raise NotCovered(f"a switched spring parting at zero force, {stop['name']}")
+    if stop.get("motion_shape", "sine") != "sine" or stop.get("motion_file"):
+        raise NotCovered(f"the motion of {stop['name']}, which is no sine")
     if stop.get("motion_amplitude", 0.0):
         frequency = _frequency(stop, "motion_", speeds)
         contact.tones.append(_sine(frequency, -_exact(stop["motion_amplitude"]), stop.get("motion_phase", 0.0)))
     return contact
 
 
+def _friction(friction: dict[str, Any], places: Axes | Plane) -> Contact:
+    for key in ("normal_contact", "only_with"):
+        if key in friction:
+            raise NotCovered(f"{key} of {friction['name']}")
+    load, static = Fraction(friction["normal_load"]), Fraction(friction["static_coefficient"])
+    kinetic = Fraction(friction.get("kinetic_coefficient", static))
+    if friction.get("decay", 0.0) and static != kinetic:
+        raise NotCovered(f"friction that falls with the speed, {friction['name']}")
+    contact = Contact(friction["name"], places.sliding(friction), None, None)
+    contact.static, contact.kinetic, contact.belt = (
+        static * load,
+        kinetic * load,
+        Fraction(friction.get("belt_speed", 0.0)),
+    )
+    contact.damping = Fraction(friction.get("viscous_coefficient", 0.0)) * load
+    return contact
+
+
 def _lines(group: dict[str, Any]) -> list[Line]:
     """Return the lines between the points of a table."""
-    if group.get("beyond", "continue") != "continue":
-        raise NotCovered("a table that is not to be left")
     places, forces = ([Fraction(x) for x in group[key]] for key in ("displacement", "force"))
     given = group.get("line_damping", 0.0)
     damping = given if isinstance(given, list) else [given] * (len(places) - 1)
@@ -314,9 +444,10 @@ def _lines(group: dict[str, Any]) -> list[Line]:
     return lines
 
 
-def _outer(lines: list[Line]) -> list[Line]:
-    """Let the first and the last line go on."""
-    lines[0].low = lines[-1].high = None
+def _outer(lines: list[Line], group: dict[str, Any]) -> list[Line]:
+    """Let the first and the last line go on, unless the table is not to be left."""
+    if group.get("beyond", "continue") == "continue":
+        lines[0].low = lines[-1].high = None
     return lines
 
 
@@ -326,16 +457,16 @@ def _beside_gap(lines: list[Line], side: str, clearance: Fraction) -> list[Line]
     gap = Line(-c if low else None, c if side in ("upper", "both") else None)
     above = [Line(p.low + c, p.high + c, p.stiffness, p.damping, p.constant - p.stiffness * c) for p in lines]
     below = [Line(-p.high, -p.low, p.stiffness, p.damping, -p.constant) for p in above[::-1]]
-    return _outer([*(below if low else []), gap, *(above if gap.high is not None else [])])
+    return [*(below if low else []), gap, *(above if gap.high is not None else [])]
 
 
-def _mesh(mesh: dict[str, Any], row: Any, speeds: dict[str, Fraction]) -> Contact:
+def _mesh(mesh: dict[str, Any], places: Axes, speeds: dict[str, Fraction]) -> Contact:
     for key in ("error_file", "stiffness_sine", "stiffness_cosine", "contact_ratio"):
         if key in mesh:
             raise NotCovered(f"{key} of {mesh['name']}")
     if mesh.get("damping_acts", "in_contact") != "in_contact":
         raise NotCovered(f"damping_acts of {mesh['name']}")
-    w = row(mesh["between"], (Fraction(mesh["radius"][0]), Fraction(mesh["radius"][1])))
+    w = places.wheels(mesh["between"], (Fraction(mesh["radius"][0]), Fraction(mesh["radius"][1])))
     contact = Contact(mesh["name"], w, Fraction(0), -Fraction(mesh["backlash"]), Fraction(mesh["stiffness"]))
     contact.damping = Fraction(mesh.get("damping", 0.0))
     contact.zero_force = mesh.get("separation", "zero_force") == "zero_force" and contact.damping > 0

@@ -1,5 +1,6 @@
 """The proof of one periodic motion: Krawczyk's operator on (state, times of events), admissibility, multipliers."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -7,9 +8,11 @@ from flint import acb_mat, arb, arb_mat, ctx
 
 from razy.check.dual import Dual
 from razy.check.machine import NotCovered
-from razy.check.motion import ORDER, Guard, System
+from razy.check.motion import ORDER, SLIDING, Guard, System, with_branch
 
 MOST_EVENTS = 400
+FLIGHT = 1e-6
+"""A phase between two impacts of a contact so short that more and more will follow."""
 STIFF = 1000.0
 """Steps in a radian of the excitation, beyond which a proof would take minutes."""
 
@@ -29,7 +32,7 @@ class Disproved(Exception):  # noqa: N818 - it is a verdict
 
 @dataclass
 class Piece:
-    """A smooth piece: its mode, the guard that ends it (none: a period of the excitation is over), its duration."""
+    """A smooth piece: its mode, the guard that ends it (none: a break of the excitation), its duration."""
 
     mode: tuple[str, ...]
     guard: Guard | None
@@ -38,6 +41,17 @@ class Piece:
     """Contact and bound whose event it begins with."""
     touched: bool = False
     """That event was a touch."""
+    origin: str = ""
+    """The branch of that contact before, if it is friction."""
+    freed: tuple[int, ...] = ()
+    """Frictions that begin to slide as a force has jumped."""
+    after: int = 0
+    """The break of the excitation that it lies after; 0: the beginning of the period."""
+
+    def begins_with(self, guard: Guard) -> bool:
+        """Return whether a guard is zero at the beginning."""
+        slides = guard.contact in self.freed and guard.bound == "slip"
+        return slides or self.started == (guard.contact, guard.bound)
 
 
 @dataclass
@@ -72,9 +86,9 @@ class Pieces:
         self.norms: dict[tuple[str, ...], tuple[float, np.ndarray]] = {}
 
     def after(self, piece: Piece, x: arb_mat) -> arb_mat:
-        """Return the state after the event that ends a piece; at the end of a period the tones begin anew."""
+        """Return the state after the event that ends a piece; at a break the excitation begins anew."""
         if piece.guard is None:
-            return self.system.state([x[i, 0] for i in range(2 * self.system.m)])
+            return self.system.state([x[i, 0] for i in range(2 * self.system.m)], self.next_break(piece))
         if piece.guard.target != "impact":
             return x
         return self.system.impact(piece.guard.contact) * x
@@ -101,17 +115,45 @@ class Pieces:
             self.norms[mode] = float(np.max(size @ w / w)) * (1 + 1e-9), w
         return self.norms[mode]
 
-    def follow(self, mode, x, left, started):
-        """Return the guard that ends the piece from x, if within `left`, its time and the state there."""
-        guards, gone = self.system.guards(mode), arb(0)
+    def next_break(self, piece: Piece) -> int:
+        """Return the break of the excitation that ends a piece."""
+        return (piece.after + 1) % len(self.system.breaks)
+
+    def next(self, piece: Piece, x: arb_mat) -> tuple[Piece, int]:
+        """Return the beginning of the piece after another, x the state there, and how many more events there are.
+
+        In files each friction that an impact turns round, or that a jump of a force sets free, is one.
+        """
+        if piece.guard is None:
+            mode, freed = self.system.released(piece.mode, self.after(piece, x))
+            return Piece(mode, None, 0.0, None, freed=freed, after=self.next_break(piece)), len(freed)
+        guard, contact = piece.guard, self.system.machine.contacts[piece.guard.contact]
+        if guard.target in ("line -1", f"line {len(contact.lines)}"):
+            raise Disproved(f"it leaves the table of {contact.name}")
+        mode = self.system.mode_after(piece.mode, guard, x)
+        turned = sum(a != b for a, b in zip(piece.mode, mode, strict=True)) if guard.target == "impact" else 0
+        mode, freed = self.system.released(mode, self.after(piece, x))
+        origin = piece.mode[guard.contact] if contact.static is not None else ""
+        started = guard.contact, guard.next_bound
+        return Piece(mode, None, 0.0, started, origin=origin, freed=freed, after=piece.after), turned + len(freed)
+
+    def flat(self, piece: Piece) -> bool:
+        """Return whether the guard that is zero at the beginning has no rate there, as when friction breaks loose."""
+        contact = self.system.machine.contacts[piece.started[0]] if piece.started else None
+        return piece.origin == "sticking" and contact.static == contact.kinetic
+
+    def follow(self, piece: Piece, x, left):
+        """Return the guard that ends a piece which begins at x, if within `left`, its time and the state there."""
+        mode, guards, gone = piece.mode, self.system.guards(piece.mode), arb(0)
+        skip = 2 if self.flat(piece) else 1
         while True:
             terms = self.system.taylor(mode, x)
             h = min(self.step(mode), float((left - gone).mid()))
             first, time = None, 2.0
             for guard in guards:
                 a = [float((guard.row * term)[0, 0].mid()) * h**k for k, term in enumerate(terms)]
-                zero = started == (guard.contact, guard.bound) and gone == 0
-                root = _first_root(a[1:] if zero else a)
+                zero = piece.begins_with(guard) and gone == 0
+                root = _first_root(a[skip if guard.contact not in piece.freed else 1 :] if zero else a)
                 if root is not None and root < time:
                     first, time = guard, root
             if first is not None:
@@ -127,6 +169,13 @@ class Pieces:
         if not duration > 0:
             raise Undecided("two events are not told apart")
         guards = self.system.guards(piece.mode)
+        if piece.origin in SLIDING and piece.mode[piece.started[0]] in SLIDING:
+            stuck = with_branch(piece.mode, piece.started[0], "sticking")
+            if self.system.passed(stuck, piece.started[0], x) != piece.mode[piece.started[0]]:
+                raise Undecided("whether friction sticks where its speed changes sign")
+        for i in piece.freed:
+            if self.system.passed(with_branch(piece.mode, i, "sticking"), i, x) != piece.mode[i]:
+                raise Undecided("whether friction sticks where a force jumps")
         steps = max(1, int(np.ceil(float(duration.upper()) / self.step(piece.mode))))
         h = duration / steps
         flow = (self.system.generator(piece.mode) * h).exp() if steps > 1 else None
@@ -137,9 +186,10 @@ class Pieces:
             for guard in guards:
                 a = [(guard.row * term)[0, 0] for term in terms[:-1]]
                 last = sum((abs(guard.row[0, i]) * float(w) for i, w in enumerate(weights)), arb(0)) * rest
-                begins = step == 0 and piece.started == (guard.contact, guard.bound)
+                begins = step == 0 and piece.begins_with(guard)
                 ends = step == steps - 1 and piece.guard is not None and _same(piece.guard, guard)
-                touches = (begins and piece.touched, ends and piece.guard.target == "touch")
+                flat = piece.touched or self.flat(piece)
+                touches = (begins and flat and guard.contact not in piece.freed, ends and piece.guard.target == "touch")
                 name = self.system.machine.contacts[guard.contact].name
                 _positive(_Watched(a, last, h, name), arb(0), h, (begins, ends), touches)
             x = flow * x if step < steps - 1 else x
@@ -162,25 +212,32 @@ class Course(Pieces):
         super().__init__(system, [scale] * m + [max(*(abs(float(v.mid())) for v in y[m:]), scale)] * m)
         self.pieces: list[Piece] = []
         self.start = x = system.state(y)
-        started = None
-        mode = system.mode_at(x)
-        for _ in range(periods):
-            left = 2 * arb.pi()
+        piece, turned = Piece(system.mode_at(x, stored=True), None, 0.0, None), 0
+        for after in [*range(len(system.breaks))] * periods:
+            left = system.span(after)
             while True:
-                guard, duration, x = self.follow(mode, x.mid(), left, started)
-                self.pieces.append(Piece(mode, guard, float(duration.mid()), started))
-                if guard is None:
-                    started = None
-                    break
+                guard, duration, x = self.follow(piece, x.mid(), left)
+                piece.guard, piece.duration = guard, float(duration.mid())
+                self.pieces.append(piece)
                 if len(self.pieces) > MOST_EVENTS:
                     raise NotCovered(f"more than {MOST_EVENTS} events")
-                left = left - duration
-                started = (guard.contact, guard.bound)
-                x, mode = self.after(self.pieces[-1], x), guard.mode_after(mode)
+                if guard is not None and guard.target == "impact" and piece.begins_with(guard) and duration < FLIGHT:
+                    raise NotCovered(f"impacts on {system.machine.contacts[guard.contact].name} that accumulate")
+                left, before = left - duration, piece
+                piece, more = self.next(before, x)
+                x, turned = self.after(before, x), turned + more
+                if guard is None:
+                    break
         self.events = sum(piece.guard is not None for piece in self.pieces)
+        self.changes = self.events + turned
+
+    @property
+    def shortest(self) -> float:
+        """The duration of the shortest piece that ends with an event."""
+        return min((piece.duration for piece in self.pieces if piece.guard is not None), default=math.inf)
 
     def unknowns(self, y: list[arb]) -> arb_mat:
-        """Return (y, times of events), each counted from the last period of the excitation."""
+        """Return (y, times of events), each counted from the last break of the excitation."""
         times, time = [], 0.0
         for piece in self.pieces:
             time += piece.duration
@@ -202,7 +259,7 @@ class Course(Pieces):
         event, begun, before = n, arb(0), None
         starts, durations, strobes = [], [], []
         for piece in self.pieces:
-            end = 2 * arb.pi() if piece.guard is None else u[event, 0]
+            end = system.span(piece.after) if piece.guard is None else u[event, 0]
             tau = end - begun
             starts.append(x)
             durations.append(tau)
@@ -213,9 +270,10 @@ class Course(Pieces):
                 if piece.guard is not None:
                     d[i, event] += speed[i, 0]
             if piece.guard is None:
-                begun, before = arb(0), None
-                strobes.append([x[i, 0] for i in range(n)])
-                x = system.state(strobes[-1])
+                begun, before, following = arb(0), None, self.next_break(piece)
+                y = [x[i, 0] for i in range(n)]
+                strobes += [y] * (following == 0)
+                x = system.state(y, following)
                 for i in range(n, system.size):
                     for j in range(total + dual):
                         d[i, j] = arb(0)

@@ -21,7 +21,7 @@ from razy.check.proof import (
     part,
     proof_of,
 )
-from razy.check.touch import without_touch
+from razy.check.touch import SHORT, without_touch
 
 HALF, THIN = 0.54, 0.63
 """Half the length of the curve over the scale of its unknown, half the side of boxes at its ends: parts of the bits."""
@@ -143,7 +143,7 @@ def _refuse(label: str, curve: Curve, y: list[arb], apart: bool) -> None:
     except (Undecided, ZeroDivisionError, ValueError):
         return
     if label == "GR":
-        if apart:
+        if apart and curve.course.shortest > SHORT:
             raise Disproved("it is no GR: no contact grazes there")
         return
     away = {

@@ -32,6 +32,8 @@ class Enclosed:
     events: int
     bits: int
     reason: str = ""
+    turned: int = 0
+    """Frictions that impacts turned round, which are events of their own in the file."""
     states: int = 0
     farthest: float = 0.0
     """Largest difference of a stored state, over the largest displacement or velocity."""
@@ -59,15 +61,15 @@ class _Stored:
     def start(self) -> list[float]:
         """Return displacements and velocities of all bodies at the start."""
         motion = self.groups["motion"][0]
-        bodies = [body["name"].lower() for body in self.groups.get("inertia", []) + self.groups.get("mass", [])]
-        state = [0.0] * (2 * len(bodies))
+        names = build(self.groups).names
+        state = [0.0] * (2 * len(names))
         if motion.get("start", "static") == "static":
             if not (self.time.size and self.time[0] == 0):
                 raise NotCovered("a start in static equilibrium that is not recorded (observable='state', from 0)")
             return self.state[0].tolist()
         for given in self.groups.get("initial", []) if motion["start"] == "given" else []:
-            i = bodies.index(given["on"].lower())
-            state[i], state[len(bodies) + i] = given.get("displacement", 0.0), given.get("velocity", 0.0)
+            i = names.index(given["on"].lower())
+            state[i], state[len(names) + i] = given.get("displacement", 0.0), given.get("velocity", 0.0)
         return state
 
 
@@ -124,30 +126,38 @@ class _Motion:
         """Go from event to event until the end, or until a ball is too large."""
         system, found = self.system, self.found
         end = arb(found.end) * system.omega
-        gone, started = arb(0), None
+        gone, edge = arb(0), self._edge(arb(0), 0, end)
         try:
-            mode = system.mode_at(self.x)
+            piece = Piece(system.mode_at(self.x), None, 0.0, None)
             while True:
                 with ctx.workprec(PRECISIONS[0]):
-                    guard, time, _ = self.pieces.follow(mode, self.x.mid(), end - gone, started)
-                piece = Piece(mode, guard, float(time.mid()), started)
-                duration = end - gone
-                if guard is not None:
-                    duration, after = self._event(piece, time)
-                    if not duration < end - gone:
-                        guard, duration = None, end - gone
-                        piece = Piece(mode, None, float(duration.mid()), started)
+                    piece.guard, time, _ = self.pieces.follow(piece, self.x.mid(), edge - gone)
+                duration = edge - gone
+                if piece.guard is not None:
+                    duration, x = self._event(piece, time)
+                    if not duration < edge - gone:
+                        piece.guard, duration = None, edge - gone
+                piece.duration = float(duration.mid())
                 with ctx.workprec(PRECISIONS[0]):
                     self.pieces.keep_off(piece, self.x * arb(1), duration * 1)
-                self._compare_states(mode, gone, gone + duration)
-                if guard is None:
+                self._compare_states(piece.mode, gone, gone + duration)
+                guard, gone = piece.guard, gone + duration
+                if guard is None and not edge < end:
                     found.until = found.end
                     break
-                self.x = system.impact(guard.contact) * after if guard.target == "impact" else after
-                gone, started, mode = gone + duration, (guard.contact, guard.bound), guard.mode_after(mode)
+                if guard is None:
+                    x = (system.generator(piece.mode) * duration).exp() * self.x
+                piece, more = self.pieces.next(piece, x.mid())
+                if guard is None:
+                    self.x = system.state([x[i, 0] for i in range(2 * system.m)], piece.after)
+                    gone, edge = edge, self._edge(edge, piece.after, end)
+                    found.turned += more
+                    continue
+                self.x = system.impact(guard.contact) * x if guard.target == "impact" else x
                 found.events += 1
                 found.until = float((gone / system.omega).mid())
                 self._compare_event(guard.contact, gone)
+                found.turned += more
                 self.progress(found.until, found.end, found.events)
         except (Undecided, Disproved, ZeroDivisionError, ValueError) as reason:
             found.reason = str(reason)
@@ -157,6 +167,11 @@ class _Motion:
             # Of impacts that accumulate the file has the first and the sum of all others.
             found.parted = math.inf
         return found
+
+    def _edge(self, gone: arb, after: int, end: arb) -> arb:
+        """Return the phase of the next break of an excitation that is no sine, or of the end."""
+        edge = gone + self.system.span(after) if self.system.waves else end
+        return edge if edge < end else end
 
     def _event(self, piece: Piece, near: arb) -> tuple[arb, arb_mat]:
         """Enclose the time at which a guard is zero, and the state there, by Newton's method of intervals."""
@@ -209,7 +224,7 @@ class _Motion:
 
     def _compare_event(self, contact: int, phase: arb) -> None:
         """Compare an event with the stored one of its number."""
-        i, time = self.found.events - 1, phase / self.system.omega
+        i, time = self.found.events - 1 + self.found.turned, phase / self.system.omega
         stored = self.stored
         same = i < stored.events.size and stored.contacts[i] == contact + 1
         if not (same and abs(arb(float(stored.events[i])) - time) <= AGREES * max(self.found.end, 1e-300)):

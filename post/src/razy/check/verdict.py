@@ -30,6 +30,8 @@ BACK = 1e-12
 """By how much the parameter may be changed to have the stored motion near a fold, where rounding moves it most."""
 
 
+CHANGES = ("GR", "ST", "SL", "CH")
+"""Labels of motions between neighbours with other sequences of events."""
 COLUMNS = ("state", "multiplicity", "events", "stable", "multiplier", "period", "correction")
 
 
@@ -107,7 +109,7 @@ class _Row:
     def verdict(self, labels: dict[int, tuple[str, str, float]]) -> Verdict:
         """Return what is proved of the motion, and of the special points at it (label, contact, parameter)."""
         specials = {k: _judged(self._special, *label) for k, label in labels.items() if label[0] in LABELS}
-        result = _judged(self._motion)
+        result = _judged(self._motion, any(label in CHANGES for label, *_ in labels.values()))
         if result.kind != "proved" and self.periods % 2 == 0 and "EP" in (label for label, *_ in labels.values()):
             # A doubled branch ends in the doubling of the motion of half its period.
             doubling = _judged(self._special, "PD", "", self.value, self.periods // 2)
@@ -159,14 +161,16 @@ class _Row:
                 return True
         return False
 
-    def _motion(self) -> float:
+    def _motion(self, changes: bool) -> float:
         row = self.row
         system, y = self._start()
         if abs(2 * arb.pi() * self.periods / system.omega / float(row["period"]) - 1) > 1e-12:
             raise Disproved("its period is not that of the excitation times its multiplicity")
         course = Course(system, y, self.periods)
-        if course.events != row["events"]:
-            raise Disproved(f"it has {course.events} events, not {row['events']}")
+        if course.changes != row["events"]:
+            if changes:
+                raise Undecided("its sequence of events changes there")
+            raise Disproved(f"it has {course.changes} events, not {row['events']}")
         allowed = max(CLOSE, 10 * float(row["correction"]))
         try:
             proof = course.prove(y)
@@ -179,10 +183,10 @@ class _Row:
             proof, moved = near_fold(course, y, self._family(), self.phase, self.size)
             if self._farther(system, y, proof.state, allowed) or not abs(moved) < BACK * self.size:
                 raise Undecided("a proved motion is near, but farther than the correction allows: a fold may be near")
-        self._compare(proof)
+        self._compare(proof, changes)
         return proof.radius
 
-    def _compare(self, proof: Proof) -> None:
+    def _compare(self, proof: Proof, between: bool) -> None:
         row, left = self.row, list(proof.multipliers)
         if proof.stable is not None and row["stable"] >= 0 and proof.stable != bool(row["stable"]):
             raise Disproved("its stability is not the proved one")
@@ -190,6 +194,10 @@ class _Row:
         for real, imaginary in row["multiplier"].T:
             nearest = min(left, key=lambda z: abs(complex(z.mid()) - complex(real, imaginary)), default=None)
             if nearest is None or abs(complex(nearest.mid()) - complex(real, imaginary)) > 1e-6 * largest:
+                if between:
+                    raise Undecided(
+                        "its multipliers are other ones on its two sides, where the sequence of events changes"
+                    )
                 if largest > STEEP:
                     raise Undecided("its multipliers are not the proved ones; beside a grazing they hang on rounding")
                 raise Disproved("its multipliers are not the proved ones")
