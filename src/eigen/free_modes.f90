@@ -2,7 +2,7 @@
 !! else feels either are left out, because their pairs of eigenvalues 0 would err by the square root of rounding.
 module razy_eigen_free_modes
    use razy_core_kinds, only: wp
-   use razy_linalg_dense, only: congruence_of, product_of
+   use razy_linalg_dense, only: congruence_of, make_orthonormal, product_of
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t
    use razy_linalg_null_space, only: null_space
    implicit none(type, external)
@@ -25,7 +25,7 @@ contains
 
       call null_space(matmul(transpose(of_stiffness), matmul(mass, untouched)), within, info)
       still = matmul(of_stiffness, within)
-      call mass_normalise(still, mass)
+      call make_orthonormal(still, mass)
       if (info == 0) call null_space(matmul(mass, of_stiffness), elastic, info)
       status = info
       if (info /= 0) return
@@ -35,22 +35,5 @@ contains
       squared = [spread(0.0_wp, 1, size(still, 2)), pairs%value]
       basis = reshape([still, elastic], [size(mass, 1), size(squared)])
    end subroutine modes_beside
-
-   !> Make the columns (p, m) orthonormal in the metric of `mass`, one after the other, twice because once leaves rounding behind.
-   subroutine mass_normalise(columns, mass)
-      real(wp), intent(inout) :: columns(:, :)
-      real(wp), intent(in) :: mass(:, :)
-
-      integer :: i, pass
-
-      do i = 1, size(columns, 2)
-         do pass = 1, 2
-            associate (momentum => matmul(mass, columns(:, i)))
-               columns(:, i) = columns(:, i) - matmul(columns(:, :i - 1), matmul(momentum, columns(:, :i - 1)))
-            end associate
-            columns(:, i) = columns(:, i)/sqrt(dot_product(columns(:, i), matmul(mass, columns(:, i))))
-         end do
-      end do
-   end subroutine mass_normalise
 
 end module razy_eigen_free_modes

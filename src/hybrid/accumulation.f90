@@ -24,6 +24,7 @@ module razy_hybrid_accumulation
    use razy_hybrid_constraints, only: constraints_t, new_constraints
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_guards, only: guards_t
+   use razy_hybrid_impact, only: are_jammed
    use razy_hybrid_saltation, only: saltation_t
    use razy_hybrid_system, only: system_t
    implicit none(type, external)
@@ -63,20 +64,16 @@ module razy_hybrid_accumulation
 contains
 
    !> No impact yet, of so many contacts on m coordinates.
-   pure subroutine begin(self, m, contacts)
-      class(accumulation_t), intent(inout) :: self
+   subroutine begin(self, m, contacts)
+      class(accumulation_t), intent(out) :: self
       integer, intent(in) :: m, contacts
 
-      if (allocated(self%count)) deallocate (self%count, self%first, self%last, self%ratio, self%way, self%since, self%flight, &
-                                             self%number, self%whose, self%ends, self%speed)
       allocate (self%count(contacts), source=0)
       allocate (self%number(2, contacts), source=0_i8)
       allocate (self%speed(m, 2, contacts), source=0.0_wp)
       allocate (self%first(contacts), self%last(contacts), self%ratio(contacts), self%way(contacts), self%since(contacts), &
                 self%flight(contacts), self%ends(contacts), source=0.0_wp)
-      self%impacts = 0
       allocate (self%whose(contacts), source=.false.)
-      self%landing = .false.
       self%rest = huge(1.0_wp)
    end subroutine begin
 
@@ -109,7 +106,7 @@ contains
       real(wp), allocatable :: ways(:)
       integer, allocatable :: list(:)
       integer :: i, j, n
-      logical :: low
+      logical :: held, jammed(size(side)), low
 
       allocate (list(0), ways(0))
       call dynamics%accelerate(system, tau, z, a)
@@ -149,8 +146,11 @@ contains
       end do
       if (n == 0) return
       call dynamics%look_at_contacts(system, tau, z)
+      jammed = are_jammed(dynamics%w, side)
       do j = 1, size(dynamics%mode%branch)
-         if (any(list(:n) == j) .or. .not. is_held(system, dynamics%mode%branch, j)) cycle
+         ! What is jammed is held, whichever of its sides or of others holds it in this mode.
+         held = any(side%contact == j .and. jammed) .or. is_held(system, dynamics%mode%branch, j)
+         if (any(list(:n) == j) .or. .not. held) cycle
          list = [list, j]
          ways = [ways, merge(1.0_wp, -1.0_wp, system%machine%contact(j)%law%branch(dynamics%mode%branch(j))%side < 0)]
       end do
@@ -330,9 +330,8 @@ contains
 
       alone = .true.
       do i = 1, size(branch)
-         if (i == j) cycle
-         if ((self%count(i) > 0 .and. self%number(2, i) > self%number(1, j)) .or. self%whose(i)) alone = .false.
-         if (system%machine%contact(i)%law%branch(branch(i))%constraint) alone = .false.
+         alone = alone .and. (i == j .or. .not. ((self%count(i) > 0 .and. self%number(2, i) > self%number(1, j)) .or. &
+                                                 self%whose(i) .or. system%machine%contact(i)%law%branch(branch(i))%constraint))
       end do
    end function alone
 

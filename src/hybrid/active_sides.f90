@@ -133,6 +133,8 @@ contains
       n = size(sides)
       call set_up(w, side(sides), tangent, d, problem)
       problem%drift = [side(sides)%direction*second_rate(side(sides)%contact), second_rate(tangent)]
+      ! Forces of what is rounding alone are not found to rounding of themselves.
+      where (abs(problem%drift) <= noise([side(sides)%contact, tangent])) problem%drift = 0.0_wp
       call press_friction(contact, w, d, side(sides), tangent, normal, per_normal, problem)
       allocate (forces(n + size(tangent)))
       call solve_impact(problem, forces, outcome, effort)

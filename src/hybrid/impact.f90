@@ -15,7 +15,7 @@ module razy_hybrid_impact
    implicit none(type, external)
    private
 
-   public :: coefficient, impact_derivative_t, push_apart, strike
+   public :: are_jammed, coefficient, impact_derivative_t, push_apart, strike
 
    !> How the change of y' depends on the speeds u before the impact of gaps and of the friction that takes part.
    type :: impact_derivative_t
@@ -29,8 +29,8 @@ module razy_hybrid_impact
 
    !> Friction whose impulse is closer to its bound slides.
    real(wp), parameter :: sticking = 1.0e-9_wp
-   !> Cosine, less rounding, of directions that are opposite.
-   real(wp), parameter :: opposed = 1.0_wp - 1.0e-12_wp
+   !> What is rounding of a part of a direction, in parts of its square.
+   real(wp), parameter :: none_left = 1.0e-12_wp
 
 contains
 
@@ -49,19 +49,18 @@ contains
       type(impact_effort_t) :: effort
       real(wp), allocatable :: d(:, :), impulse(:)
       integer, allocatable :: friction(:)
-      integer :: i, j, k, outcome
+      logical :: jammed(size(side))
+      integer :: i, k, outcome
 
       friction = pack([(i, i=1, size(contact))], [(contact(i)%law%of_normal .and. &
                                                    any(side%contact == contact(i)%normal_of), i=1, size(contact))])
       call set_up(w, side, friction, d, problem)
       problem%before = side%before
       problem%drift = [side%before, rate(friction)]
+      jammed = are_jammed(w, side)
       do i = 1, size(side)
-         problem%restitution(i) = contact(side(i)%contact)%law%restitution
-         ! Between sides that face each other impacts follow each other in no time.
-         associate (g => problem%delassus)
-            if (any([(g(i, j) <= -opposed*sqrt(g(i, i)*g(j, j)), j=1, size(side))])) problem%restitution(i) = 0.0_wp
-         end associate
+         ! Between these impacts follow each other in no time.
+         if (.not. jammed(i)) problem%restitution(i) = contact(side(i)%contact)%law%restitution
          do k = 1, size(friction)
             if (contact(friction(k))%normal_of /= side(i)%contact) cycle
             problem%coefficient(k, i) = coefficient(contact(friction(k)), rate(friction(k)), noise_rate(friction(k)))
@@ -84,6 +83,27 @@ contains
       derivative%direction = d
       call differentiate(problem, impulse, derivative)
    end subroutine strike
+
+   !> Sides that cannot open without closing another: the direction of each is a sum of the others' with weights below 0, so that of
+   !> the motions that close none the one next to it is 0. Facing sides are, and those of a row of bodies between two walls.
+   function are_jammed(w, side) result(jammed)
+      real(wp), intent(in) :: w(:, :)
+      type(side_t), intent(in) :: side(:)
+      logical :: jammed(size(side))
+
+      type(impact_problem_t) :: problem
+      type(impact_effort_t) :: effort
+      real(wp), allocatable :: d(:, :)
+      real(wp) :: impulse(size(side))
+      integer :: i, outcome
+
+      call set_up(w, side, [integer ::], d, problem)
+      do i = 1, size(side)
+         problem%drift = problem%delassus(:, i)
+         call solve_impact(problem, impulse, outcome, effort)
+         jammed(i) = problem%drift(i) + dot_product(problem%drift, impulse) <= none_left*problem%drift(i)
+      end do
+   end function are_jammed
 
    !> D dλ/du with the sides that have an impulse, and the friction that sticks, as they are; the coefficients of friction do not
    !> change. Not `defined`: impulses that are not unique.

@@ -5,7 +5,7 @@ module razy_linalg_dense
    implicit none(type, external)
    private
 
-   public :: add_outer, congruence_of, identity, product_of, rising_order, symmetric_part, transposed_product
+   public :: add_outer, congruence_of, identity, make_orthonormal, product_of, rising_order, symmetric_part, transposed_product
 
 contains
 
@@ -86,5 +86,22 @@ contains
          order(j + 1) = i
       end do
    end function rising_order
+
+   !> Make the columns (p, m) orthonormal in the `metric` (p, p), one after the other, twice because once leaves rounding behind.
+   pure subroutine make_orthonormal(columns, metric)
+      real(wp), intent(inout) :: columns(:, :)
+      real(wp), intent(in) :: metric(:, :)
+
+      integer :: i, pass
+
+      do i = 1, size(columns, 2)
+         do pass = 1, 2
+            associate (momentum => matmul(metric, columns(:, i)))
+               columns(:, i) = columns(:, i) - matmul(columns(:, :i - 1), matmul(momentum, columns(:, :i - 1)))
+            end associate
+            columns(:, i) = columns(:, i)/sqrt(dot_product(columns(:, i), matmul(metric, columns(:, i))))
+         end do
+      end do
+   end subroutine make_orthonormal
 
 end module razy_linalg_dense

@@ -17,7 +17,7 @@ module razy_linalg_null_space
 contains
 
    !> An orthonormal `basis` (n, r) of the x with rowsᵀ x = 0 for the columns of `rows` (n, k), which are brought to unit length;
-   !> columns of zeros are no rows. `info` is LAPACK's: 0 is success.
+   !> columns of zeros are no rows. `info` is LAPACK's: 0 is success, else there are none in it.
    subroutine null_space(rows, basis, info)
       real(wp), intent(in) :: rows(:, :)
       real(wp), allocatable, intent(out) :: basis(:, :)
@@ -53,6 +53,7 @@ contains
       allocate (u(n, n), value(min(n, k)), work(8*max(n, k)))
       call dgesvd("A", "N", n, k, copy, n, value, u, n, unused, 1, work, size(work), info)
       basis = u(:, count(value > rank_bound) + 1:)
+      if (info /= 0) basis = basis(:, :0)
    end subroutine kernel_of
 
    !> An orthonormal basis (n, r) of what lies in the spans of `a` (n, p) and of `b` (n, q), whose columns are orthonormal.

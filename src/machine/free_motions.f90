@@ -59,12 +59,9 @@ contains
          of_damping = machine%free_of_damping
       else
          call null_space(transpose(machine%stiffness), of_stiffness, info)
-         if (info /= 0) of_stiffness = of_stiffness(:, :0)
          call null_space(transpose(machine%damping), of_damping, info)
-         if (info /= 0) of_damping = of_damping(:, :0)
       end if
       call intersection_of(of_stiffness, of_damping, both, info)
-      if (info /= 0) both = both(:, :0)
    end subroutine open_motions
 
    !> The same where contacts are springs and dampers with the slopes `slope` (2, contacts) of force over gap and over its rate.
@@ -188,7 +185,6 @@ contains
       integer :: info, j
 
       call null_space(self%stretch(:, pack([(j, j=1, size(self%contact))], act(self%contact))), basis, info)
-      if (info /= 0) basis = basis(:, :0)
       shape = matmul(self%shape, basis)
    end subroutine within
 

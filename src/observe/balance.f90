@@ -77,7 +77,6 @@ contains
       call null_space(reshape([(merge(machine%contact(i)%w, 0.0_wp, machine%contact(i)%law%impacts .or. &
                                       machine%contact(i)%law%of_normal), i=1, size(machine%contact))], &
                               [size(self%root), size(machine%contact)]), self%unpushed, info)
-      if (info /= 0) self%unpushed = self%unpushed(:, :0)
    end subroutine attach
 
    !> Look at a piece if it is its turn, and at what led to it if the one before was looked at.

@@ -2,6 +2,7 @@
 !! supports, bearings, closed meshes and what turns with the shaft hold some. Nothing is asked of assembled matrices.
 module razy_rotor_free_motions
    use razy_core_kinds, only: wp
+   use razy_linalg_dense, only: identity
    use razy_linalg_lapack, only: dpotrf, dpotrs
    use razy_linalg_null_space, only: null_space
    use razy_rotor_model, only: rotor_model_t
@@ -49,10 +50,7 @@ contains
       real(wp) :: moved(6*size(model%rotor%shaft), size(model%numbering%at))
       real(wp), allocatable :: felt(:, :)
 
-      call list_motions(model%rotor, moved)
-      call list_held(model%numbering, moved, felt)
-      call list_felt(model, moved, .true., circulatory, felt)
-      if (meshed) call append(felt, matmul(moved(:, places(model)), model%mesh_direction))
+      call list_stretched(model, circulatory, meshed, moved, felt)
       of_stiffness = unfelt(felt)
       if (damped) then
          call list_felt(model, moved, .false., gyroscopic, felt)
@@ -62,26 +60,30 @@ contains
       untouched = unfelt(felt)
    end subroutine rigid_motions
 
-   !> What motions with a basis of `rigid_motions` are, in words; empty for none. A shaft that tilts about a bearing moves across
-   !> its axis, too, but is not free to: only without tilting it would be.
-   function words_of(motion) result(words)
-      real(wp), intent(in) :: motion(:, :)
+   !> What motions no stiffness holds at rest, meshes closed if `meshed`, in words; empty for none: a kind is free if fewer motions
+   !> are left where it is held. A shaft that tilts about a bearing moves across its axis, too, but is not free to: only without
+   !> tilting it would be.
+   function words_of(model, meshed) result(words)
+      type(rotor_model_t), intent(in) :: model
+      logical, intent(in) :: meshed
       character(:), allocatable :: words
 
       character(*), parameter :: kinds(4) = [character(23) :: "to turn", "to move along the axis", "to move across the axis", &
                                                                                                      "to tilt"]
-      integer, parameter :: kind_of(6) = [2, 3, 3, 1, 4, 4]
-      real(wp), allocatable :: straight(:, :), within(:, :)
-      integer :: i, info, k, last
+      integer, parameter :: kind_of(6) = [2, 3, 3, 1, 4, 4], asked(4) = [1, 2, 4, 3], tilting = 4
+      real(wp) :: moved(6*size(model%rotor%shaft), size(model%numbering%at))
+      real(wp), allocatable :: felt(:, :), more(:, :)
+      integer :: i, k, last
       logical :: free(4)
 
-      associate (kind => kind_of([(modulo(i - 1, 6) + 1, i=1, size(motion, 1))]))
-         free = [(norm2(motion(pack([(i, i=1, size(kind))], kind == k), :)) > in_span, k=1, 4)]
-         straight = transpose(motion(pack([(i, i=1, size(kind))], kind == 4), :))
-         where (abs(straight) <= in_span) straight = 0.0_wp
-         call null_space(straight, within, info)
-         straight = matmul(motion, within)
-         free(3) = norm2(straight(pack([(i, i=1, size(kind))], kind == 3), :)) > in_span
+      call list_stretched(model, .false., meshed, moved, felt)
+      associate (kind => kind_of([(modulo(i - 1, 6) + 1, i=1, size(moved, 1))]), motion => identity(size(moved, 1)))
+         do k = 1, size(asked)
+            more = felt
+            call append(more, motion(:, pack([(i, i=1, size(kind))], kind == asked(k))))
+            free(asked(k)) = size(unfelt(more), 2) < size(unfelt(felt), 2)
+            if (asked(k) == tilting) felt = more
+         end do
       end associate
       words = ""
       last = findloc(free, .true., dim=1, back=.true.)
@@ -93,6 +95,19 @@ contains
       end do
       if (len(words) > 0) words = "free"//words
    end function words_of
+
+   !> How coordinates move in the rigid motions of the shafts, and what of these (6 shafts, k) is held or stretches a stiffness.
+   subroutine list_stretched(model, circulatory, meshed, moved, felt)
+      type(rotor_model_t), intent(in) :: model
+      logical, intent(in) :: circulatory, meshed
+      real(wp), intent(out) :: moved(:, :)
+      real(wp), allocatable, intent(out) :: felt(:, :)
+
+      call list_motions(model%rotor, moved)
+      call list_held(model%numbering, moved, felt)
+      call list_felt(model, moved, .true., circulatory, felt)
+      if (meshed) call append(felt, matmul(moved(:, places(model)), model%mesh_direction))
+   end subroutine list_stretched
 
    !> The places in (6, nodes) of the coordinates of the model.
    pure function places(model) result(at)
@@ -158,7 +173,6 @@ contains
       integer :: info
 
       call null_space(rows, motion, info)
-      if (info /= 0) motion = motion(:, :0)
    end function unfelt
 
    !> Motions (6 shafts, r) in the coordinates of the model (n, r).

@@ -218,6 +218,33 @@ def test_response_is_what_long_motions_end_in(folder):
                     assert np.hypot(*phasor) == pytest.approx(0.5 * np.ptp(extrema), rel=1e-9)
 
 
+@pytest.mark.parametrize("slow", [1e-6, 1e-3, 1.0])
+def test_response_of_a_free_train(folder, slow):
+    """Slow loads move a train that nothing holds as a whole; rounding of its springs is no spring to the frame."""
+    draw = np.random.default_rng(1)
+    mass, stiffness = draw.uniform(0.5, 2.0, 12), 10.0 ** draw.uniform(6, 10, 11)
+    lines = [f"&mass name='b{i}', value={float(m)} /" for i, m in enumerate(mass)]
+    lines += [
+        f"&spring between='b{i}','b{i + 1}', stiffness={float(k)}, damping={float(d * k)} /"
+        for i, (k, d) in enumerate(zip(stiffness, draw.choice([0.0, 1e-4], 11), strict=True))
+    ]
+    lines += ["&load on='b0', amplitude=1.0, angular_frequency=1.0, phase=90.0 /"]
+    lines += ["&stop name='s', between='b10','b11', clearance=0.0, stiffness=1e9 /"]
+    lines += ["&record observable='displacement', of='b11', what='extrema' /"]
+    lines += ["&record observable='contact_force', of='s', what='extrema' /"]
+    lines += [f"&response parameter='load%angular_frequency', first={slow}, last={2 * slow}, points=3 /"]
+    case = folder / "train.nml"
+    case.write_text("\n".join(lines))
+    succeed("razy-modes", case, "--output", "train.h5")
+    with h5py.File("train.h5") as found:
+        moved, force = (found[f"response/phasor/{name}"][0, 0] for name in ("displacement.b11", "contact_force.s"))
+    # The whole train moves as one, but for less than 1e-5 of it at 1 rad/s.
+    assert moved[0] == pytest.approx(-1 / (mass.sum() * slow**2), rel=1e-12 + 1e-5 * slow**2)
+    # The stop and the spring beside it accelerate the last mass.
+    share = 1e9 / (1e9 + stiffness[-1])
+    assert abs(force[0]) == pytest.approx(share * mass[-1] / mass.sum(), rel=1e-9 + 1e-3 * slow**2)
+
+
 def test_response_is_refused_in_one_line(folder):
     case = folder / "rotor.nml"
     case.write_text(ROTOR.replace("rotation%speed_rpm', first", "rotation%sped', first"))

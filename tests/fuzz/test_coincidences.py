@@ -3,6 +3,7 @@
 The state is not recorded, as in a sweep: the way through events is another where it is.
 """
 
+import math
 import os
 import subprocess
 from pathlib import Path
@@ -48,6 +49,14 @@ RIGHT = {
     # Nothing moves; one friction after the other comes to its limit.
     "frictions_at_their_limits": (6, 0.0),
 }
+# The same where forces are not unique, and so how often contacts change is not.
+VALUES = {
+    "row_between_walls": 0.0,
+    # As one body with their mass, whose mean speed is 0.5 m/s at first.
+    "forces_vanish_together": 0.4 * 5 + math.sin(50) / 100,
+    "lands_on_jammed_bodies": ((1 - math.cos(1)) / 4 + 0.5 - math.sin(0.5) - 0.5**3) / 12 - 0.001 / 4,
+    "rest_in_company": -0.0008,
+}
 TIGHT = ["motion%relative_tolerance=1e-12", "motion%absolute_tolerance=1e-15"]
 
 
@@ -71,6 +80,13 @@ def test_what_comes_together_is_decided_together(name, integrator, tmp_path):
     right_events, right_value = RIGHT[name]
     assert events == right_events
     assert value == pytest.approx(right_value, rel=1e-8, abs=1e-15 if right_value == 0 else 1e-18)
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853", "radau5"])
+@pytest.mark.parametrize("name", sorted(VALUES))
+def test_what_is_jammed_or_rests_stays(name, integrator, tmp_path):
+    _, value = run(tmp_path, FOLDER / f"{name}.nml", integrator, [] if integrator == "exact" else TIGHT)
+    assert value == pytest.approx(VALUES[name], rel=1e-11, abs=1e-15)
 
 
 @pytest.mark.parametrize("name, events", [("rest_beside_a_held_load", 0), ("no_force_beside_a_held_load", 1)])

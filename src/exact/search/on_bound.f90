@@ -51,7 +51,6 @@ contains
       type(state_errors_t) :: errors
       real(wp) :: floor, motion, of_rate, part(response%amplitudes), size
       integer :: i, direction
-      logical :: rests, still
 
       leaves = 0
       watched%idle = watched%at_rest
@@ -60,7 +59,6 @@ contains
       do i = 1, response%amplitudes
          motion = motion + modulus(i)
       end do
-      still = response%bounded
       do i = 1, ubound(watched, 1)
          associate (w => watched(i))
             if (w%idle .or. w%order > 0) cycle
@@ -78,11 +76,10 @@ contains
             call parts_of_floor(errors, rows, response, modulus, w%form, part)
             floor = max(w%floor, floor_of(errors, rows, response, point, part, w%form, 0, 0.0_wp))
             if (.not. w%from_zero .and. abs(w%f0) > max(w%noise, floor)) cycle
-            rests = still .and. .not. w%from_zero
-            if (rests) rests = farthest(rows, response, point, modulus, w%form, w%bound, span) &
-                               <= floor_of(errors, rows, response, point, part, w%form, 0, span)
-            w%idle = rests
-            if (rests) cycle
+            w%idle = response%bounded
+            if (w%idle) w%idle = farthest(rows, response, point, modulus, w%form, w%bound, span) &
+                                 <= floor_of(errors, rows, response, point, part, w%form, 0, span)
+            if (w%idle) cycle
             part = part*response%modulus(:response%amplitudes)
             of_rate = floor_of(errors, rows, response, point, part, w%form, 1, 0.0_wp)
             if (w%g0 > firmly*of_rate) then

@@ -49,7 +49,7 @@ contains
 
       associate (model => rotor%model, reduced => rotor%reduced)
          call rigid_motions(model, .false., .false., .false., closed, motion, untouched)
-         content%free = words_of(motion)
+         content%free = words_of(model, closed)
          if (is_reduced(input)) then
             call in_coordinates(model, reduced, motion, rigid)
             motion = rigid
