@@ -74,7 +74,7 @@ ROTOR = """&scene kind='rotor' /
 &shaft name='input', young_modulus=2.1e11 /
 &shaft name='output', young_modulus=2.1e11 /
 &section shaft='input', length=0.1, outer_diameter=0.03, elements=2 /
-&section shaft='input', length=0.2, outer_diameter=0.04, elements=2 /
+&section shaft='input', length=0.2, outer_diameter=0.04, outer_diameter_end=0.03, elements=2 /
 &section shaft='output', length=0.2, outer_diameter=0.05, inner_diameter=0.02, elements=4 /
 &disk shaft='input', node=4, mass=2.0, polar_inertia=1e-2, diametral_inertia=5.6e-3 /
 &bearing shaft='input', node=1, kind='rolling', elements=8, radial_stiffness=1e7 /
@@ -126,9 +126,11 @@ def test_scheme_of_gears_puts_the_wheel_under_its_pinion_to_scale(run):
 def test_rotor_has_true_lengths_and_axes_as_far_apart_as_pitch_circles(run):
     figure = drawn(with_input(run, ROTOR), "machine")
     (axes,) = figure.axes
-    boxes = [(p.get_x(), p.get_y(), p.get_width(), p.get_height()) for p in axes.patches]
+    boxes = [p.get_path().get_extents(p.get_transform() - axes.transData).bounds for p in axes.patches]
     for box in ((0.0, -0.015, 0.1, 0.03), (0.1, -0.02, 0.2, 0.04), (0.05, -0.145, 0.2, 0.05)):
         assert any(np.allclose(box, other) for other in boxes)
+    cone = [(0.1, -0.02), (0.3, -0.015), (0.3, 0.015), (0.1, 0.02)]
+    assert any(np.allclose(p.get_path().vertices[:4], cone) for p in axes.patches if len(p.get_path().vertices) == 5)
     # The cylinder of 2 kg, 1e-2 and 5.6e-3 kg m^2 has a radius of 0.1 m and is sqrt(12 * 3e-4) = 0.06 m wide.
     assert any(np.allclose((0.2 - 0.03, -0.1, 0.06, 0.2), other) for other in boxes)
     assert any(np.allclose(other[1::2], (-0.08, 0.16)) for other in boxes)

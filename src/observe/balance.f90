@@ -18,7 +18,7 @@ module razy_observe_balance
    use razy_machine_free_motions, only: keep_unstretched, open_motions
    use razy_machine_machine, only: machine_t, push_of
    use razy_motion_integrator, only: observer_t, piece_t
-   use razy_observe_gauss, only: abscissa, points, weight
+   use razy_linalg_gauss, only: abscissa, points, weight
    implicit none(type, external)
    private
 

@@ -12,7 +12,7 @@ module razy_observe_contact_statistics
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: observer_t, piece_t
    use razy_observe_contact_tally, only: contact_tally_t
-   use razy_observe_gauss, only: abscissa, peak_of, points, weight
+   use razy_linalg_gauss, only: abscissa, peak_of, points, weight
    use razy_observe_rigid_impacts, only: rigid_impacts_t
    implicit none(type, external)
    private

@@ -2,9 +2,9 @@
 !!
 !!     M q'' + (B + Bx + Omega G) q' + (K + Kx + Omega C) q = f - sum_j w_j F_j(d_j, d_j'),   d_j = w_jᵀ q + Delta_j(t),
 !!
-!! with sparse matrices in the coordinates of `numbering`. Kx and Bx are the skew parts of the matrices of bearings. Meshes are not
-!! in B and K: they are directions w_j = (delta_1, -delta_2),
-!! to which a linear mesh adds k w wᵀ and b w wᵀ.
+!! with sparse matrices in the coordinates of `numbering`. Kx and Bx are the skew parts of the matrices of bearings, Kx also that
+!! of torques in shafts. Meshes are not in B and K: they are directions w_j = (delta_1, -delta_2), to which a linear mesh adds
+!! k w wᵀ and b w wᵀ.
 module razy_rotor_model
    use razy_core_angle, only: turn
    use razy_core_error, only: error_t
@@ -20,18 +20,25 @@ module razy_rotor_model
 
    public :: rotor_model_t, new_rotor_model
 
+   !> A shaft element: coordinates of its nodes (0: held), length, m, stiffness against its deformations (`rotor/element`).
+   type :: segment_t
+      integer :: left(6), right(6)
+      real(wp) :: length, stiffness(8, 8)
+   end type segment_t
+
    !> The model with n coordinates. Matrices are (n, n), SI units.
    type :: rotor_model_t
       !> What it was made of.
       type(rotor_t) :: rotor
       type(numbering_t) :: numbering
-      !> M; B of shafts and bearings; G; K of shafts, tension and bearings; C. G and C contain the speed ratios of the shafts, and
-      !> are multiplied by the speed of the system.
+      !> M; B of shafts and bearings; G; K of shafts, what they carry, and bearings; C. G and C contain the speed ratios of the
+      !> shafts, and are multiplied by the speed of the system.
       type(csr_t) :: mass, damping, gyroscopic, stiffness, circulatory
       !> K of the shafts alone; B of the shafts' material alone.
       type(csr_t) :: shaft_stiffness, internal_damping
-      !> Kx and Bx, skew; without entries where no bearing has any.
+      !> Kx and Bx, skew; without entries where no bearing and no torque has any.
       type(csr_t) :: cross_stiffness, cross_damping
+      type(segment_t), allocatable :: segment(:)
       !> w (n, meshes).
       real(wp), allocatable :: mesh_direction(:, :)
       !> Linear stiffness and damping of the meshes (meshes).
@@ -61,7 +68,7 @@ contains
       model%rotor = rotor
       model%numbering = new_numbering(rotor)
       n = model%numbering%n
-      call assemble_shafts(model, damping, outer_stiffness)
+      call assemble_shafts(model, damping, outer_stiffness, cross_stiffness)
       do i = 1, size(rotor%bearing)
          associate (at => model%numbering%ends(rotor%bearing(i)))
             call outer_stiffness%add_block(at, joined(rotor%bearing(i)%stiffness))
@@ -82,35 +89,41 @@ contains
       call assemble_loads(model)
    end subroutine new_rotor_model
 
-   !> M, G and K of elements and disks, their weight, what damping they have that does not turn, and stiffness by tension.
-   subroutine assemble_shafts(model, damping, outer_stiffness)
+   !> M, G and K of elements and disks, their weight, what damping they have that does not turn, and stiffness by tension and
+   !> torque.
+   subroutine assemble_shafts(model, damping, outer_stiffness, cross_stiffness)
       type(rotor_model_t), intent(inout) :: model
-      type(entries_t), intent(inout) :: damping, outer_stiffness
+      type(entries_t), intent(inout) :: damping, outer_stiffness, cross_stiffness
 
       type(entries_t) :: gyroscopic, mass, stiffness
       type(element_t) :: element
       integer, allocatable :: first(:)
       real(wp) :: weight(12)
-      integer :: at(12), e, i, n, node, s
+      !> Moments about y and z at both ends by their tilts, over the torque.
+      real(wp), parameter :: turning(4, 4) = 0.5_wp*reshape([real(wp) :: 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0], [4, 4])
+      integer :: at(12), e, i, k, n, node, s
 
       allocate (model%load(model%numbering%n), source=0.0_wp)
+      allocate (model%segment(sum([(sum(model%rotor%shaft(s)%section%elements), s=1, size(model%rotor%shaft))])))
+      k = 0
       associate (rotor => model%rotor, numbering => model%numbering)
          do s = 1, size(rotor%shaft)
             first = rotor%shaft(s)%first_nodes()
             do i = 1, size(first)
                associate (section => rotor%shaft(s)%section(i))
-                  element = new_element(section, section%length/section%elements, rotor%shaft(s)%shear, &
-                                        rotor%shaft(s)%rotary_inertia)
-                  weight = matmul(element%mass(:, [1, 2, 3, 7, 8, 9]), [rotor%gravity, rotor%gravity])
-                  element%gyroscopic = rotor%shaft(s)%speed_ratio*element%gyroscopic
                   do e = 1, section%elements
+                     element = new_element(section, e, rotor%shaft(s)%shear, rotor%shaft(s)%rotary_inertia)
+                     weight = matmul(element%mass(:, [1, 2, 3, 7, 8, 9]), [rotor%gravity, rotor%gravity])
                      node = first(i) + e - 1
                      at(:6) = numbering%of(s, node)
                      at(7:) = numbering%of(s, node + 1)
+                     k = k + 1
+                     model%segment(k) = segment_t(at(:6), at(7:), section%length/section%elements, element%against)
                      call mass%add_block(at, element%mass)
-                     call gyroscopic%add_block(at, element%gyroscopic)
+                     call gyroscopic%add_block(at, rotor%shaft(s)%speed_ratio*element%gyroscopic)
                      call stiffness%add_block(at, element%stiffness)
-                     if (abs(section%axial_force) > 0.0_wp) call outer_stiffness%add_block(at, element%tension)
+                     if (section%carries()) call outer_stiffness%add_block(at, element%carried)
+                     if (abs(section%torque) > 0.0_wp) call cross_stiffness%add_block(at([5, 6, 11, 12]), section%torque*turning)
                      call damping%add_block(at, rotor%shaft(s)%mass_damping*element%mass &
                                             + rotor%shaft(s)%stiffness_damping*element%stiffness)
                      call add_at(model%load, at(:6), weight(:6))

@@ -158,14 +158,14 @@ contains
       integer :: culprit, i
 
       do i = 1, size(self%shaft)
-         associate (section => self%shaft(i)%section)
+         associate (section => self%shaft(i)%section, last => self%shaft(i)%section%slice(1.0_wp))
             if (size(section) == 0 .and. self%shaft(i)%turns) then
                call raise(error, "shaft "//to_text(i)//" has no section")
             else if (any(section%elements < 1)) then
                call raise(error, "shaft "//to_text(i)//": a section has no element")
             else if (.not. all(section%length > 0.0_wp)) then
                call raise(error, "shaft "//to_text(i)//": the length of a section is not positive")
-            else if (.not. all(section%inner >= 0.0_wp .and. section%outer > section%inner)) then
+            else if (.not. all(section%inner >= 0.0_wp .and. section%outer > section%inner .and. last%outer > last%inner)) then
                call raise(error, "shaft "//to_text(i)//": diameters of a section are not 0 <= inner < outer")
             else if (.not. all(min(section%material%young, section%material%shear, section%material%density) > 0.0_wp)) then
                call raise(error, "shaft "//to_text(i)//": moduli and density of a section are not positive")

@@ -1,4 +1,4 @@
-!! Materials and sections of shafts: hollow circular cylinders.
+!! Materials and sections of shafts: hollow circular cylinders and cones.
 module razy_rotor_section
    use razy_core_kinds, only: pi, wp
    implicit none(type, external)
@@ -15,21 +15,45 @@ module razy_rotor_section
       real(wp) :: young = 0.0_wp, shear = 0.0_wp, density = 0.0_wp
    end type material_t
 
-   !> A cylinder cut into equal elements: length, outer and inner diameter, m. `first_node` > 0: a layer on what is there from this
-   !> node on, such as a sleeve; 0: it follows the section before.
+   !> A cylinder or cone cut into equal elements: length, outer and inner diameter, m. `first_node` > 0: a layer on what is there
+   !> from this node on, such as a sleeve; 0: it follows the section before.
    type :: section_t
       type(material_t) :: material
       real(wp) :: length = 0.0_wp, outer = 0.0_wp, inner = 0.0_wp
       integer :: elements = 1, first_node = 0
       !> Tension that it carries, N; negative: compression.
       real(wp) :: axial_force = 0.0_wp
+      !> Torque that it carries, N m: about +x on its face of largest x.
+      real(wp) :: torque = 0.0_wp
+      !> Diameters at the end of largest x, m; negative: as at the other.
+      real(wp) :: outer_end = -1.0_wp, inner_end = -1.0_wp
    contains
+      procedure :: carries
+      procedure :: slice
       procedure :: area
       procedure :: second_moment
       procedure :: shear_coefficient
    end type section_t
 
 contains
+
+   !> Whether tension or torque is in it.
+   elemental logical function carries(self)
+      class(section_t), intent(in) :: self
+
+      carries = max(abs(self%axial_force), abs(self%torque)) > 0.0_wp
+   end function carries
+
+   !> The cylinder with the diameters that the section has at a part of its length.
+   elemental function slice(self, part)
+      class(section_t), intent(in) :: self
+      real(wp), intent(in) :: part
+      type(section_t) :: slice
+
+      slice = section_t(self%material, outer=self%outer, inner=self%inner)
+      if (self%outer_end >= 0.0_wp) slice%outer = self%outer + part*(self%outer_end - self%outer)
+      if (self%inner_end >= 0.0_wp) slice%inner = self%inner + part*(self%inner_end - self%inner)
+   end function slice
 
    !> A, m².
    elemental function area(self)

@@ -47,8 +47,8 @@ contains
       end associate
    end subroutine list_held
 
-   !> Append what bearings feel by stiffness, and tilts of shafts under tension, which does not tilt with them, or else what
-   !> bearings feel by damping (6 shafts, k).
+   !> Append what bearings feel by stiffness, and tilts of shafts that carry tension, which does not tilt with them, or
+   !> torque, or else what bearings feel by damping (6 shafts, k).
    pure subroutine list_bearings(rotor, moved, by_stiffness, felt)
       type(rotor_t), intent(in) :: rotor
       real(wp), intent(in) :: moved(:, :)
@@ -75,7 +75,7 @@ contains
          end associate
       end do
       do i = 1, size(rotor%shaft)
-         if (.not. by_stiffness .or. .not. any(abs(rotor%shaft(i)%section%axial_force) > 0.0_wp)) cycle
+         if (.not. by_stiffness .or. .not. any(rotor%shaft(i)%section%carries())) cycle
          first = first_column(rotor, i)
          call append(felt, moved(:, first + 5:first + 6))
       end do

@@ -69,3 +69,30 @@ def test_a_free_shaft_under_tension_does_not_tilt_freely(folder):
     found = modes(text)
     assert list(found["rigid"]) == [1, 1, 0, 0, 0, 0]
     assert found["natural_frequency"][2] > 1.0
+
+
+def test_a_cone_that_carries_torque(folder):
+    """64 F L³/(3 pi E D³ d), clamped at the thick end; under torque a cylinder moves aside by -T F L⁴/(8 (E J)²)."""
+    load, torque = 100.0, 1e-4 * E * SECOND / LENGTH
+    tail = f"&load on='r.3.v', value={load} /\n&motion t_end=2.0 /\n"
+    tail += "".join(
+        f"&record observable='displacement', of='r.3.{axis}', what='trajectory', interval=1.0 /\n" for axis in "vw"
+    )
+    for outer, torque_given in ((2 * DIAMETER, 0.0), (DIAMETER, torque)):
+        text = shaft(0.0, 2, more=tail).replace(f"outer_diameter={DIAMETER}", f"outer_diameter={outer!r}")
+        text = text.replace("elements=2", f"elements=2, outer_diameter_end={DIAMETER}, torque={torque_given!r}")
+        text = text.replace("rotary_inertia", "mass_damping=2000.0, rotary_inertia")
+        head, _, rest = text.partition("&support")
+        held = rest.partition("&load")[2]
+        (folder / "tip.nml").write_text(head + "&support shaft='r', node=1, held='v','w','theta','psi' /\n&load" + held)
+        succeed("razy-run", "tip.nml", "--force")
+        found = [values_of("tip.h5")[f"observable/displacement.r.3.{axis}"][-1] for axis in "vw"]
+        if torque_given:
+            assert found[1] == pytest.approx(-torque * load * LENGTH**4 / (8 * (E * SECOND) ** 2), rel=1e-6)
+        else:
+            right = 64 * load * LENGTH**3 / (3 * np.pi * E * (2 * DIAMETER) ** 3 * DIAMETER)
+            assert found == pytest.approx([right, 0.0], rel=1e-8, abs=1e-15)
+    (folder / "bad.nml").write_text(text.replace(f"outer_diameter_end={DIAMETER}", "inner_diameter_end=0.04"))
+    done = start("razy-run", "bad.nml")
+    assert done.returncode == 2
+    assert "&section inner_diameter = 0.0: less than the outer diameter, at both ends" in done.stderr

@@ -10,7 +10,6 @@ module razy_rotor_whirl_banded
    use razy_linalg_dense, only: rising_order
    use razy_linalg_lapack, only: dpbtrf, dtbmv, dtbsv
    use razy_linalg_sparse, only: add_matrices, csr_t, entries_t, new_csr
-   use razy_rotor_bearing, only: joined
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_reduction_reduced, only: table_change
    use razy_rotor_speed_table, only: speed_table_t
@@ -102,10 +101,11 @@ contains
       call add_pattern(entries, model%gyroscopic)
       call add_pattern(entries, model%damping)
       call add_pattern(entries, model%circulatory)
+      call add_pattern(entries, model%cross_stiffness)
+      call add_pattern(entries, model%cross_damping)
       do i = 1, size(model%rotor%bearing)
          associate (bearing => model%rotor%bearing(i))
             associate (at => model%numbering%ends(bearing))
-               call entries%add_block(at, abs(joined(bearing%cross_stiffness)) + abs(joined(bearing%cross_damping)))
                if (allocated(bearing%table)) call entries%add_block(at(2:3), reshape([1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp], [2, 2]))
             end associate
          end associate

@@ -180,12 +180,12 @@ contains
       logical, intent(in) :: meshed
       real(wp) :: share(3)
 
-      real(wp), allocatable :: deformation(:, :), stiffness(:, :)
+      real(wp), allocatable :: deformation(:, :), stress(:, :)
       real(wp) :: moved(6)
       integer :: j
 
-      call find_deformations(deformation, stiffness, model, q)
-      share(1) = sum(stiffness*deformation**2)
+      call find_deformations(deformation, stress, model, q)
+      share(1) = sum(stress*deformation)
       share(2:) = 0.0_wp
       do j = 1, size(model%rotor%bearing)
          moved = model%numbering%stretch(model%rotor%bearing(j), q)

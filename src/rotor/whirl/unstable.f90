@@ -24,8 +24,8 @@ module razy_rotor_whirl_unstable
 contains
 
    !> A radius beyond which no eigenvalue has a positive real part at any of the angular speeds `speed` of the system, rad/s each;
-   !> `circulatory`: whether C acts. The largest number where nothing can be said: with negative stiffness or damping or
-   !> compression, with cross coupling without damping at its place, or where internal damping that acts in C has preferred
+   !> `circulatory`: whether C acts. The largest number where nothing can be said: with negative stiffness or damping, compression
+   !> or torque, with cross coupling without damping at its place, or where internal damping that acts in C has preferred
    !> directions.
    function unstable_radius(model, speed, circulatory) result(radius)
       type(rotor_model_t), intent(in) :: model
@@ -43,7 +43,8 @@ contains
          radius = maxval(abs(speed))*maxval(abs(model%rotor%shaft%speed_ratio))
       end if
       do i = 1, size(model%rotor%shaft)
-         known = known .and. .not. any(model%rotor%shaft(i)%section%axial_force < 0.0_wp)
+         known = known .and. .not. any(model%rotor%shaft(i)%section%axial_force < 0.0_wp .or. &
+                                       abs(model%rotor%shaft(i)%section%torque) > 0.0_wp)
       end do
       do i = 1, size(model%rotor%bearing)
          associate (bearing => model%rotor%bearing(i))

@@ -116,7 +116,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(material_t), allocatable :: material(:)
-      type(section_t) :: section
+      type(section_t) :: last, section
       character(:), allocatable :: text
       integer :: culprit, i, kind, owner(input%count("section")), s
       integer, allocatable :: own(:)
@@ -154,14 +154,18 @@ contains
          call input%get("section", i, "length", section%length)
          call input%get("section", i, "outer_diameter", section%outer)
          call input%get("section", i, "inner_diameter", section%inner)
+         call input%get("section", i, "outer_diameter_end", section%outer_end)
+         call input%get("section", i, "inner_diameter_end", section%inner_end)
          call input%get("section", i, "elements", section%elements)
          call input%get("section", i, "first_node", section%first_node)
          call input%get("section", i, "axial_force", section%axial_force)
+         call input%get("section", i, "torque", section%torque)
          call input%get("section", i, "young_modulus", section%material%young)
          call input%get("section", i, "shear_modulus", section%material%shear)
          call input%get("section", i, "density", section%material%density)
-         if (section%inner >= section%outer) then
-            call input%complain(error, "section", i, "inner_diameter", "less than the outer diameter")
+         last = section%slice(1.0_wp)
+         if (section%inner >= section%outer .or. last%inner >= last%outer) then
+            call input%complain(error, "section", i, "inner_diameter", "less than the outer diameter, at both ends")
             return
          end if
          rotor%shaft(s)%section = [rotor%shaft(s)%section, section]

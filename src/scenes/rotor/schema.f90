@@ -59,17 +59,20 @@ contains
                       "the shaft on its bearings, or in the lowest and by the frequency in the others; one kind for all shafts", &
                       choices=damping_choices(2:), default="proportional")
       call add_real(schema, "speed_ratio", "speed over that of &rotation, with sign; if left out, from the teeth of gear meshes")
-      call add_group(schema, "section", "A cylinder of a shaft; sections follow each other along +x as in the file", &
+      call add_group(schema, "section", "A cylinder or cone of a shaft; sections follow each other along +x as in the file", &
                      repeatable=.true.)
       call add_shaft(schema)
       call add_real(schema, "length", "length", unit="m", rule=positive, required=.true.)
       call add_real(schema, "outer_diameter", "outer diameter", unit="m", rule=positive, required=.true.)
       call add_real(schema, "inner_diameter", "diameter of the bore", unit="m", rule=nonnegative, default="0.0")
+      call add_real(schema, "outer_diameter_end", "of a cone: outer diameter at the end of largest x", unit="m", rule=positive)
+      call add_real(schema, "inner_diameter_end", "of a cone: diameter of the bore there", unit="m", rule=nonnegative)
       call add_integer(schema, "elements", "number of equal elements", rule=positive, default="1")
       call add_integer(schema, "first_node", "makes it a layer on the sections that are there, such as a sleeve: its first "// &
                        "node; its elements have the lengths of those below", rule=positive)
       call add_real(schema, "axial_force", "tension that it carries, which straightens it; negative: compression", unit="N", &
                     default="0.0")
+      call add_real(schema, "torque", "torque that it carries: about +x on its face of largest x", unit="N m", default="0.0")
       call add_real(schema, "young_modulus", "if not that of the shaft", unit="Pa", rule=positive)
       call add_real(schema, "shear_modulus", "if not that of the shaft", unit="Pa", rule=positive)
       call add_real(schema, "density", "if not that of the shaft", unit="kg/m^3", rule=positive)

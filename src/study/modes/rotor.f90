@@ -43,7 +43,7 @@ contains
 
       type(eigenpairs_t) :: pairs
       real(wp), allocatable :: motion(:, :), rigid(:, :), untouched(:, :)
-      real(wp) :: force
+      real(wp) :: force, torque
       integer, allocatable :: smallest(:)
       integer :: i, m
 
@@ -65,7 +65,9 @@ contains
          if (pairs%status /= modes_found .or. sum(merge(1, 0, pairs%value < 0.0_wp)) > size(motion, 2)) then
             do i = 1, input%count("section")
                call input%get("section", i, "axial_force", force)
+               call input%get("section", i, "torque", torque)
                if (force < 0.0_wp) call input%complain(error, "section", i, "axial_force", "less compression: the shaft buckles")
+               if (abs(torque) > 0.0_wp) call input%complain(error, "section", i, "torque", "less: the shaft is near to buckling")
                if (allocated(error)) return
             end do
          end if

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Polygon, Rectangle
 
 from razy.errors import ResultError
 from razy.plot import style
@@ -38,10 +38,10 @@ DISK = "#d9d2c3"
 
 @dataclass
 class Shaft:
-    """A shaft: its sections as (length, outer, inner diameter, elements), and where its first node stands, m."""
+    """A shaft: sections as (length, outer and inner diameters at their ends, elements), and its first node, m."""
 
     name: str
-    sections: list[tuple[float, float, float, int]]
+    sections: list[tuple[float, np.ndarray, np.ndarray, int]]
     x: float = 0.0
     y: float = 0.0
 
@@ -53,8 +53,9 @@ class Shaft:
 
     def radius_at(self, node: int) -> float:
         """Return the larger radius of the sections that meet at a node."""
-        radii = [outer / 2 for _, outer, _, count in self.sections for _ in range(count)]
-        return max(radii[max(node - 2, 0) : node])
+        parts = [np.linspace(*outer / 2, count + 1) for _, outer, _, count in self.sections]
+        left, right = (np.concatenate([part[ends] for part in parts]) for ends in (slice(-1), slice(1, None)))
+        return float(max([*right[node - 2 : node - 1], *left[node - 1 : node]]))
 
 
 def draw(result: ResultFile, description: dict[str, list[Group]], figure: Figure, options: PlotOptions) -> None:
@@ -105,13 +106,18 @@ def _shafts(description: dict[str, list[Group]]) -> dict[str, Shaft]:
     for group in description["shaft"]:
         name = str(group["name"])
         sections = [
-            (one["length"], one["outer_diameter"], one.get("inner_diameter", 0.0), one.get("elements", 1))
+            (one["length"], _ends(one, "outer_diameter"), _ends(one, "inner_diameter"), one.get("elements", 1))
             for one in description.get("section", [])
-            if str(one["shaft"]).lower() == name.lower()
+            if str(one["shaft"]).lower() == name.lower() and not one.get("first_node")
         ]
         if sections:
             shafts[name.lower()] = Shaft(name, sections)
     return shafts
+
+
+def _ends(section: Group, key: str) -> np.ndarray:
+    """Return a diameter of a section at both of its ends."""
+    return np.array([section.get(key, 0.0), section.get(f"{key}_end", section.get(key, 0.0))])
 
 
 def _equivalent(disk: Group) -> tuple[float, float]:
@@ -170,11 +176,15 @@ def _place(shafts: dict[str, Shaft], meshes: Sequence[Group], heights: dict[tupl
 def _draw_shaft(axes: Axes, shaft: Shaft, extent: float) -> None:
     x = shaft.x
     for length, outer, inner, _ in shaft.sections:
-        corner = (x, shaft.y - outer / 2)
-        axes.add_patch(Rectangle(corner, length, outer, facecolor=FACE, edgecolor=DARK, linewidth=0.9, zorder=2))
-        if inner > 0.0:
+        left, right = outer / 2
+        corners = [(x, -left), (x + length, -right), (x + length, right), (x, left)]
+        outline = Polygon(
+            [(x, shaft.y + y) for x, y in corners], facecolor=FACE, edgecolor=DARK, linewidth=0.9, zorder=2
+        )
+        axes.add_patch(outline)
+        if inner.max() > 0.0:
             for side in (-0.5, 0.5):
-                axes.plot([x, x + length], [shaft.y + side * inner] * 2, "--", color=DARK, linewidth=0.6, zorder=3)
+                axes.plot([x, x + length], shaft.y + side * inner, "--", color=DARK, linewidth=0.6, zorder=3)
         x += length
     nodes = shaft.nodes
     overhang = 0.03 * extent

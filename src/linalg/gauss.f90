@@ -1,5 +1,5 @@
 !! Gauss-Legendre quadrature with eight points, and the peak of a function known at these and at both ends.
-module razy_observe_gauss
+module razy_linalg_gauss
    use razy_core_kinds, only: wp
    implicit none(type, external)
    private
@@ -72,4 +72,4 @@ contains
 
    end function peak_of
 
-end module razy_observe_gauss
+end module razy_linalg_gauss
