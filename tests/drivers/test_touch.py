@@ -50,7 +50,7 @@ def test_fold_next_to_the_first_impact(turn, first, last):
 
 @pytest.mark.parametrize("omega", [0.5, 1.0, 1.3])
 def test_first_touch_of_a_rigid_stop(omega):
-    """The motion without impacts has the amplitude 1 there; motions that hit the stop lead on from it, and none is like it."""
+    """The motion without impacts has the amplitude 1 there, and motions that hit the stop lead on."""
     touch = np.hypot(1 - omega**2, 0.1 * omega)
     load = f"amplitude=0.05, angular_frequency={omega}"
     with oscillator(RIGID, load, "parameter='load%amplitude', first=0.05, last=1.0") as file:
