@@ -123,6 +123,7 @@ contains
       integer, intent(out) :: contact
       logical, intent(out) :: found
 
+      type(orbit_t) :: here, then
       real(wp), allocatable :: now(:), old(:)
       real(wp) :: nearest, share
       integer :: j
@@ -138,10 +139,13 @@ contains
          share = now(j)/(old(j) - now(j))
          if (share*norm2(last%u - before%u) > nearest) cycle
          nearest = share*norm2(last%u - before%u)
-         u = last%u + share*(last%u - before%u)
          contact = j
       end do
       found = contact > 0
+      if (.not. found) return
+      here = last
+      then = before
+      call approach(problem, last%u, contact, then, here, u, found)
    end subroutine find_touch
 
    !> The same of a branch of motions that hit the stop ever more softly: their neighbours without the impact lead to the touch.

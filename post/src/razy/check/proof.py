@@ -301,6 +301,10 @@ class Course(Pieces):
         self.admit(look, box)
         return proof_of(look, image, self)
 
+    def multipliers_at(self, y: list[arb]) -> list:
+        """Return the multipliers of the map at a state that is hardly one of a periodic motion: no proof."""
+        return acb_mat(monodromy(self.equations(self.unknowns(y)).df, len(self.scales)).mid()).eig(algorithm="approx")
+
     def _zero(self, u: arb_mat) -> tuple[arb_mat, arb_mat]:
         look = self.equations(u)
         return look.f, look.df
