@@ -3,15 +3,20 @@
 import os
 import random
 import shutil
+import warnings
+from contextlib import suppress
 
 import h5py
 import numpy as np
 import pytest
 import samples
 from matplotlib.figure import Figure
+from pictures import drawn
 
 from razy.check.cli import main as check_main
+from razy.errors import ResultError
 from razy.plot.cli import main
+from razy.read.file import making_sense_of
 from razy.tools.cli import csv_main, merge_main
 
 SPEED = np.linspace(1000.0, 1490.0, 20)
@@ -153,3 +158,21 @@ def test_damaged_file(kind, tmp_path, capsys, monkeypatch):
                 left.unlink()
         assert sorted(item.name for item in tmp_path.iterdir()) == ["bad.h5", "sound.h5"]
     assert refused > 0
+
+
+@pytest.mark.parametrize("number", [1e308, 1e-320])
+@pytest.mark.parametrize("kind", ["modes", "follow"])
+def test_a_number_that_no_result_has_is_drawn_or_refused(kind, number, tmp_path):
+    sound, path = SOUND[kind](tmp_path / "sound.h5"), tmp_path / "bad.h5"
+    with h5py.File(sound) as file:
+        items = [file[name] for name in members(file) if isinstance(file[name], h5py.Dataset)]
+        names = [item.name for item in items if item.dtype == np.float64 and item.id.get_storage_size()]
+    assert len(names) > 5
+    for name in names:
+        shutil.copy(sound, path)
+        with h5py.File(path, "r+") as file:
+            file[name][...] = np.full_like(file[name], number)
+        with warnings.catch_warnings(record=True) as said, suppress(ResultError), making_sense_of(path):
+            warnings.simplefilter("always")
+            drawn(path)
+        assert not [(name, str(one.message)) for one in said if issubclass(one.category, RuntimeWarning)]

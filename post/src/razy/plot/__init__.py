@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from razy.errors import ResultError
@@ -137,7 +138,8 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | N
             )
         _check_swap(kind, options)
         try:
-            with look():
+            # What is not finite is not drawn, and numpy's warnings say nothing to who draws.
+            with look(), np.errstate(all="ignore"):
                 fitting[kind].draw(result, figure, options)
         except ResultError as error:
             if result.path in str(error):

@@ -24,8 +24,7 @@ def draw(result: ModesResult, figure: Figure, options: PlotOptions) -> None:
     style.set_size(figure, options, 16.0, 9.5)
     axes = figure.subplots()
     value = result.eigenvalue
-    with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = np.where(value.imag > 0, -value.real / np.abs(value), np.nan)
+    ratio = np.where(value.imag > 0, -value.real / np.abs(value), np.nan)
     ends = []
     for number in np.unique(result.branch[np.isfinite(result.branch)]):
         rows, places = np.nonzero(result.branch == number)

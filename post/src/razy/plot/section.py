@@ -122,8 +122,7 @@ def revolutions(result: RunResult, options: PlotOptions) -> NDArray[np.float64] 
     angle = 2 * np.pi * np.arange(np.ceil(turns.min() - EVEN), np.floor(turns.max() + EVEN) + 1)
     # Both roots of the angle, formed without cancellation.
     root = speed[0] + np.copysign(np.sqrt(np.maximum(speed[0] ** 2 + 2 * change * angle, 0.0)), speed[0])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        times = at[0] + np.unique(np.concatenate((2 * angle / root, -root / change)))
+    times = at[0] + np.unique(np.concatenate((2 * angle / root, -root / change)))
     slack = EVEN * (end - begin)
     return np.clip(times[(times >= begin - slack) & (times <= end + slack)], begin, end)
 
