@@ -45,19 +45,20 @@ contains
       integer, allocatable, intent(out) :: verdict(:)
 
       integer, allocatable :: smallest(:)
-      real(wp) :: gap(size(value))
+      real(wp) :: gap(size(value)), near
       integer :: i
 
       verdict = merge(is_stable, is_unstable, value%re < 0.0_wp)
       do i = 1, size(value)
-         ! Eigenvalues that are equal to rounding share their shapes, and what becomes of these.
-         gap(i) = minval([huge(largest), pack(abs(value - value(i)), abs(value - value(i)) > some*largest)])
+         ! Eigenvalues that are equal to rounding share their shapes, and what becomes of these; so do those that are so close that
+         ! they decay or grow alike, where this is beyond the error that a share of damping has below.
+         near = max(some*largest, merge(0.5_wp*abs(value(i)%re), 0.0_wp, abs(value(i)%re)*abs(value(i)) > some*largest**2))
+         gap(i) = minval([huge(largest), pack(abs(value - value(i)), abs(value - value(i)) > near)])
       end do
       where (in_doubt(value, largest)) verdict = by_energy(value, largest, gap, forms)
       smallest = rising_order(abs(value))
-      smallest = smallest(:min(resting, size(value)))
-      verdict(smallest) = is_neutral
-      value(smallest) = 0.0_wp
+      verdict(smallest(:min(resting, size(value)))) = is_neutral
+      value(smallest(:min(resting, size(value)))) = 0.0_wp
       where (verdict == is_neutral) value%re = 0.0_wp
    end subroutine judge
 

@@ -51,8 +51,12 @@ def wrong_verdicts(rotor, found):
             said = STABLE if nearest.real < 0 else UNSTABLE
             # What is damped or driven by rounding is neutral, or undecided where a cross coupling acts on it.
             rounding = abs(nearest.real) <= ROUNDING * np.abs(other).max()
-            if rounding:
-                said = UNDECIDED if crossed and verdict == UNDECIDED else NEUTRAL
+            if rounding and not (verdict == said and abs(nearest.real - real) < 0.5 * abs(real)):
+                said = NEUTRAL
+            # The energies of razy-modes tell less damping than eigenvalues do, or say that they do not.
+            least = rounding or abs(nearest.real) <= LEAST * abs(nearest)
+            if crossed and verdict == UNDECIDED and least:
+                said = UNDECIDED
             wrong += [] if verdict == said else [("mode", speed, value, nearest, int(verdict))]
     at = unstable.index(True) if True in unstable else POINTS
     meaning = "none up to the last speed" if at == POINTS else "found" if at else "unstable at the first speed already"
