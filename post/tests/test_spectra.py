@@ -205,6 +205,9 @@ def test_marks_of_an_orbit_follow_a_speed_that_changes(tmp_path, begin, change):
     passed = np.flatnonzero(np.diff(np.floor(turn / (2 * np.pi))))
     # Also at the ends of the motion.
     assert passed.size <= x.size <= passed.size + 2
+    # So has a Poincaré section, here of v alone.
+    (axes,) = drawn(path, kind="poincare", observables=("displacement.rotor.3.v",)).axes
+    np.testing.assert_array_equal(line(axes, "displacement.rotor.3.v")[0], x)
     (axes,) = drawn(path, kind="orbit", start=0.6).axes
     assert line(axes, "once per revolution")[0].size - np.count_nonzero(time[passed] > 0.6) in (0, 1)
 

@@ -108,18 +108,20 @@ contains
       type(dynamics_t), intent(inout) :: dynamics
       integer, intent(in) :: n
 
-      real(wp) :: a(system%m), damping, stiffness
+      real(wp) :: a(system%m), damping, share, stiffness
       integer :: i, j, k
 
       a = -matmul(system%coupled%stiffness, self%y(:, n)) - matmul(system%coupled%damping, self%y(:, n + 1))
       do i = 1, system%m
          a(i) = a(i) + dynamics%excitation%rate(system%machine%tone, system%harmonic(i, :), n)
       end do
-      if (allocated(system%coupled%gyroscopic)) then
-         associate (c => system%coupled%circulatory, g => system%coupled%gyroscopic)
-            a = a - dynamics%speed_gained(system)*(matmul(c, self%y(:, n)) + matmul(g, self%y(:, n + 1))) &
-                - system%machine%acceleration*n*(matmul(c, self%y(:, n - 1)) + matmul(g, self%y(:, n)))
-         end associate
+      if (allocated(system%coupled%by_speed)) then
+         ! Leibniz's rule, in derivatives by the speed, of which tables have three.
+         share = 1.0_wp
+         do k = 0, min(n, 3)
+            a = a - share*system%coupled%by_speed%times(dynamics%speed_gained(system), k, self%y(:, n - k), self%y(:, n - k + 1))
+            share = share*system%machine%acceleration*(n - k)/(k + 1)
+         end do
       end if
       do k = 1, dynamics%mode%acts
          j = dynamics%mode%acting(k)

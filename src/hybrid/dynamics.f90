@@ -210,8 +210,8 @@ contains
             end do
          end do
       end associate
-      if (.not. allocated(system%coupled%gyroscopic)) return
-      a = a - self%speed_gained(system)*(matmul(system%coupled%circulatory, z(:m)) + matmul(system%coupled%gyroscopic, z(m + 1:)))
+      if (.not. allocated(system%coupled%by_speed)) return
+      a = a - system%coupled%by_speed%times(self%speed_gained(system), 0, z(:m), z(m + 1:))
    end subroutine free_acceleration
 
    !> By what the speed is more than at time 0 at the time looked at last, rad/s.

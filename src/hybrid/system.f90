@@ -104,12 +104,7 @@ contains
          if (allocated(self%load_beside)) deallocate (self%load_beside)
          call new_free_motions(self%free, machine, self%coupled)
          if (self%beside%m > 0) call new_free_motions(self%free_beside, machine, self%beside)
-         if (allocated(self%coupled%gyroscopic)) then
-            call find_profile(abs(self%coupled%stiffness) + abs(self%coupled%circulatory), &
-                              abs(self%coupled%damping) + abs(self%coupled%gyroscopic), self%first, self%last)
-         else
-            call find_profile(self%coupled%stiffness, self%coupled%damping, self%first, self%last)
-         end if
+         call find_profile(self%coupled%stiffness, self%coupled%damping, self%first, self%last)
          if (allocated(self%w)) deallocate (self%w)
          allocate (self%w(self%m, size(machine%contact)))
          do j = 1, size(machine%contact)

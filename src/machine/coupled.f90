@@ -18,6 +18,7 @@ module razy_machine_coupled
    use razy_linalg_lapack, only: dpotrf, dtrsm
    use razy_linalg_null_space, only: complement_of
    use razy_linalg_pattern, only: connected_sets, linked
+   use razy_machine_by_speed, only: by_speed_t
    use razy_machine_machine, only: contact_rows, machine_t, mass_complaint, observe_linear
    implicit none(type, external)
    private
@@ -34,8 +35,8 @@ module razy_machine_coupled
       real(wp), allocatable :: to_coupled(:, :)
       !> B and K in these coordinates (m, m).
       real(wp), allocatable :: damping(:, :), stiffness(:, :)
-      !> By what these grow with the speed (m, m), where the machine has it.
-      real(wp), allocatable :: gyroscopic(:, :), circulatory(:, :)
+      !> By what these change with the speed, where the machine has it.
+      type(by_speed_t), allocatable :: by_speed
    end type coupled_t
 
    real(wp), parameter :: dependent = 1.0e-13_wp
@@ -53,7 +54,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(coupled_t), intent(out), optional :: beside
 
-      real(wp), allocatable :: factor(:, :), k(:, :), b(:, :), c(:, :), g(:, :), basis(:, :), felt(:, :), inverse(:, :), rest(:, :)
+      real(wp), allocatable :: factor(:, :), k(:, :), b(:, :), basis(:, :), felt(:, :), inverse(:, :), rest(:, :)
       integer :: i, info, n
 
       n = size(machine%mass, 1)
@@ -70,11 +71,8 @@ contains
       end do
       k = matmul(inverse, matmul(machine%stiffness, transpose(inverse)))
       b = matmul(inverse, matmul(machine%damping, transpose(inverse)))
-      if (allocated(machine%gyroscopic)) then
-         c = matmul(inverse, matmul(machine%circulatory, transpose(inverse)))
-         g = matmul(inverse, matmul(machine%gyroscopic, transpose(inverse)))
-      end if
-      if (present(beside) .and. size(machine%contact) > 0 .and. .not. allocated(g) &
+      if (allocated(machine%by_speed)) self%by_speed = machine%by_speed%projected(transpose(inverse))
+      if (present(beside) .and. size(machine%contact) > 0 .and. .not. allocated(self%by_speed) &
           .and. is_symmetric(k) .and. is_symmetric(b)) then
          felt = matmul(inverse, directions(machine))
          call invariant_subspace(k, b, felt(:, :size(machine%contact)), felt(:, :0), basis)
@@ -86,9 +84,9 @@ contains
          call project_machine(beside, machine, rest, inverse, k, b)
       else if (keep_all) then
          basis = identity(n)
-      else if (allocated(g)) then
+      else if (allocated(self%by_speed)) then
          ! At some speed all is coupled that ever is.
-         basis = felt_coordinates(abs(k) + abs(c), abs(b) + abs(g), matmul(inverse, directions(machine)))
+         basis = felt_coordinates(abs(k) + self%by_speed%pattern(), b, matmul(inverse, directions(machine)))
       else
          felt = matmul(inverse, directions(machine))
          if (is_symmetric(k) .and. is_symmetric(b)) then
@@ -98,9 +96,7 @@ contains
          end if
       end if
       call project_machine(self, machine, basis, inverse, k, b)
-      if (.not. allocated(g)) return
-      self%gyroscopic = matmul(transpose(basis), matmul(g, basis))
-      self%circulatory = matmul(transpose(basis), matmul(c, basis))
+      if (allocated(self%by_speed)) self%by_speed = self%by_speed%projected(basis)
    end subroutine new_coupled
 
    !> The machine in the orthonormal `basis` (n, m) of x; `inverse` is L⁻¹, `k` and `b` (n, n) its matrices for x.

@@ -12,8 +12,9 @@ module razy_machine_machine
    use razy_core_kinds, only: wp
    use razy_core_text, only: string_t
    use razy_core_tone, only: tone_t
-   use razy_machine_frame, only: frame_t, outward
    use razy_linalg_null_space, only: null_space
+   use razy_machine_by_speed, only: by_speed_t
+   use razy_machine_frame, only: frame_t, outward
    implicit none(type, external)
    private
 
@@ -81,8 +82,8 @@ module razy_machine_machine
       complex(wp), allocatable :: harmonic_load(:, :)
       !> Speed of the rotation at time 0, rad/s, and its rate, rad/s², where the scene has one.
       real(wp) :: speed = 0.0_wp, acceleration = 0.0_wp
-      !> By what B and K grow with the speed beyond that at time 0 (n, n), where they do in this motion.
-      real(wp), allocatable :: gyroscopic(:, :), circulatory(:, :)
+      !> By what K and B change with the speed, where they do in this motion.
+      type(by_speed_t), allocatable :: by_speed
       type(contact_t), allocatable :: contact(:)
       type(observable_t), allocatable :: observable(:)
       !> State at the start of the motion (n each).
@@ -245,7 +246,7 @@ contains
 
       integer :: j
 
-      same = allocated(a%mass) .and. allocated(b%mass) .and. .not. (allocated(a%gyroscopic) .or. allocated(b%gyroscopic))
+      same = allocated(a%mass) .and. allocated(b%mass) .and. .not. (allocated(a%by_speed) .or. allocated(b%by_speed))
       if (.not. same) return
       same = size(a%mass, 1) == size(b%mass, 1) .and. size(a%contact) == size(b%contact) &
              .and. size(a%observable) == size(b%observable)

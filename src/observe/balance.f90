@@ -164,8 +164,8 @@ contains
                sums(:, 5) = sums(:, 5) + dt*abs(push)
             end do
             all = outer - matmul(machine%stiffness, q) - matmul(machine%damping, v)
-            if (allocated(machine%gyroscopic)) then
-               all = all - machine%acceleration*(part%time + tau)*(matmul(machine%circulatory, q) + matmul(machine%gyroscopic, v))
+            if (allocated(machine%by_speed)) then
+               all = all - machine%by_speed%times(machine%acceleration*(part%time + tau), 0, q, v)
             end if
             sums(:, 1) = sums(:, 1) + dt*v
             sums(:, 2) = sums(:, 2) + dt*all

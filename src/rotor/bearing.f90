@@ -15,16 +15,15 @@ module razy_rotor_bearing
    use razy_core_angle, only: turn
    use razy_core_kinds, only: wp
    use razy_linalg_dense, only: add_outer
-   use razy_rotor_speed_table, only: speed_table_t
+   use razy_linalg_speed_table, only: of_damping, of_stiffness, speed_table_t
    implicit none(type, external)
    private
 
    public :: bearing_t, rolling_row_t, given_bearing, rolling_bearing, tabled_bearing
-   public :: joined, of_damping, of_stiffness, radial_direction, table_columns
+   public :: joined, radial_direction, table_columns
 
-   !> Columns of a table, in N/m and N s/m, and which of them are the rows of the 2 x 2 matrices of stiffness and damping.
+   !> Columns of a table, in N/m and N s/m: rows of the 2 x 2 matrices of stiffness and damping.
    character(*), parameter :: table_columns(8) = ["kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"]
-   integer, parameter :: of_stiffness(4) = [1, 2, 3, 4], of_damping(4) = [5, 6, 7, 8]
 
    !> A bearing on a node and, unless that is the frame (0), one that moves against it, its matrices in (u, v, w, phi, theta,
    !> psi): N/m (N m/rad, N/rad), N s/m. Symmetric parts, and the
@@ -65,7 +64,7 @@ contains
       stiffness = self%stiffness + self%cross_stiffness
       damping = self%damping + self%cross_damping
       if (.not. allocated(self%table)) return
-      values = self%table%at(abs(speed), .false.)
+      values = self%table%at(abs(speed), 0)
       stiffness(2:3, 2:3) = reshape(values(of_stiffness), [2, 2], order=[2, 1])
       damping(2:3, 2:3) = reshape(values(of_damping), [2, 2], order=[2, 1])
    end subroutine coefficients

@@ -61,7 +61,7 @@ contains
 
       call self%dynamics%mode%enter(system)
       self%now = 0
-      if (allocated(system%coupled%gyroscopic)) return
+      if (allocated(system%coupled%by_speed)) return
       if (self%treatment /= treat_by_events .or. system%m > most_dense .or. self%dynamics%mode%constraints%count > 0) return
       if (self%version /= system%version) then
          self%version = system%version
@@ -290,9 +290,13 @@ contains
       end do
       matrix(m + 1:, :m) = -system%coupled%stiffness
       matrix(m + 1:, m + 1:) = -system%coupled%damping
-      if (allocated(system%coupled%gyroscopic)) then
-         matrix(m + 1:, :m) = matrix(m + 1:, :m) - self%dynamics%speed_gained(system)*system%coupled%circulatory
-         matrix(m + 1:, m + 1:) = matrix(m + 1:, m + 1:) - self%dynamics%speed_gained(system)*system%coupled%gyroscopic
+      if (allocated(system%coupled%by_speed)) then
+         do i = 1, 2*m
+            a = 0.0_wp
+            a(mod(i - 1, m) + 1) = 1.0_wp
+            matrix(m + 1:, i) = matrix(m + 1:, i) - system%coupled%by_speed%times(self%dynamics%speed_gained(system), 0, &
+                                                                                  merge(1, 0, i <= m)*a, merge(1, 0, i > m)*a)
+         end do
       end if
       do i = 1, self%dynamics%mode%acts
          call add_slopes(self%dynamics, system, self%dynamics%mode%acting(i), matrix)

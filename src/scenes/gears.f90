@@ -54,6 +54,9 @@ contains
       call add_real(schema, "stiffness_sine", "mesh stiffness that varies: sine amplitudes of the harmonics of the tooth "// &
                     "frequency, over the mean, which stiffness is", least=1, most=most_harmonics)
       call add_real(schema, "stiffness_cosine", "cosine amplitudes likewise", least=1, most=most_harmonics)
+      call add_string(schema, "stiffness_file", "the course of the stiffness over a period of the teeth instead, whose mean "// &
+                      "stiffness is: comma-separated text with the columns angle_deg, in equal steps over 360, and "// &
+                      "stiffness, N/m; its first 32 harmonics are taken")
       call add_real(schema, "contact_ratio", "mesh stiffness that switches, stiffness being its mean: of contact_ratio = n + s "// &
                     "n + 1 pairs of teeth are in mesh for the share s of the period, n for the rest", low=1.0_wp, high=10.0_wp)
       call add_real(schema, "pair_ratio", "stiffness with n + 1 pairs over that with n; (n + 1)/n if not given", rule=positive)
@@ -163,46 +166,63 @@ contains
       real(qp), intent(in) :: ratio
       type(error_t), allocatable, intent(out) :: error
 
+      complex(wp), allocatable :: amplitude(:)
+      integer :: k, most
+
+      call input%get("gear_mesh", i, "error_harmonics", most)
+      call read_turn(amplitude, input, i, "error", file, merge(most, most_rows, most > 0), error)
+      if (allocated(error)) return
+      call add_harmonic(harmonics, row, harmonics%of_order(0.0_qp), amplitude(0)%re, 0.0_wp)
+      do k = 1, ubound(amplitude, 1)
+         call add_harmonic(harmonics, row, harmonics%of_order(k*ratio), amplitude(k)%re, amplitude(k)%im)
+      end do
+   end subroutine add_table
+
+   !> Harmonics c + i s, from 0 to at `most` one, of Σ c cos k φ + s sin k φ through the values of a file over one turn of `what`.
+   subroutine read_turn(amplitude, input, i, what, file, most, error)
+      complex(wp), allocatable, intent(out) :: amplitude(:)
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i, most
+      character(*), intent(in) :: what, file
+      type(error_t), allocatable, intent(out) :: error
+
       !> Share of a step up to which angles may be rounded; share of the largest value below which a harmonic is rounding.
       real(wp), parameter :: rounded = 1.0e-2_wp, nothing = 64*epsilon(1.0_wp)
-      complex(wp) :: first
       complex(wp), allocatable :: at(:)
       real(wp), allocatable :: values(:, :)
       real(wp) :: cosine, sine, step
-      integer :: j, k, most, n
+      integer :: j, k, n
 
-      call read_text_columns(file, [string_t("angle_deg"), string_t("error")], values, error)
+      call read_text_columns(file, [string_t("angle_deg"), string_t(what)], values, error)
       if (allocated(error)) return
       n = size(values, 1)
       if (n < 3 .or. n > most_rows) then
-         call input%complain(error, "gear_mesh", i, "error_file", "a file with 3 to "//to_text(most_rows)//" rows")
+         call input%complain(error, "gear_mesh", i, what//"_file", "a file with 3 to "//to_text(most_rows)//" rows")
          return
       end if
       step = 360.0_wp/n
       do j = 2, n
          if (.not. values(j, 1) > values(j - 1, 1)) then
-            call input%complain(error, "gear_mesh", i, "error_file", "a file whose angle_deg rises from row to row; row "// &
+            call input%complain(error, "gear_mesh", i, what//"_file", "a file whose angle_deg rises from row to row; row "// &
                                 to_text(j)//" of '"//file//"' has "//decimal(values(j, 1), 3))
          else if (abs(values(j, 1) - values(1, 1) - (j - 1)*step) > rounded*step) then
-            call input%complain(error, "gear_mesh", i, "error_file", "a file whose angle_deg goes once round in equal steps, "// &
+            call input%complain(error, "gear_mesh", i, what//"_file", "a file whose angle_deg goes once round in equal steps, "// &
                                 decimal(step, 3)//" with "//to_text(n)//" rows and none at 360; row "//to_text(j)//" of '"// &
                                 file//"' has "//decimal(values(j, 1), 3))
          end if
          if (allocated(error)) return
       end do
-      call input%get("gear_mesh", i, "error_harmonics", most)
-      if (most == 0) most = n
-      call add_harmonic(harmonics, row, harmonics%of_order(0.0_qp), sum(values(:, 2))/n, 0.0_wp)
-      do k = 1, min(most, n/2)
+      allocate (amplitude(0:min(most, n/2)), source=(0.0_wp, 0.0_wp))
+      amplitude(0) = sum(values(:, 2))/n
+      do k = 1, ubound(amplitude, 1)
          ! Whole turns are left out, so that the angle is right to rounding.
          at = turn(360*real([(modulo(k*(j - 1), n), j=1, n)], wp)/n)
          cosine = sum(values(:, 2)*at%re)*merge(1, 2, 2*k == n)/n
          sine = sum(values(:, 2)*at%im)*merge(0, 2, 2*k == n)/n
          if (.not. hypot(cosine, sine) > nothing*maxval(abs(values(:, 2)))) cycle
-         first = cmplx(cosine, sine, wp)*turn(k*values(1, 1))
-         call add_harmonic(harmonics, row, harmonics%of_order(k*ratio), first%re, first%im)
+         amplitude(k) = cmplx(cosine, sine, wp)*turn(k*values(1, 1))
       end do
-   end subroutine add_table
+   end subroutine read_turn
 
    !> The stiffness of mesh i over the phase of its teeth, which meet `orders` times in a turn of `&rotation`.
    subroutine vary(contact, law, input, i, orders, joined, harmonics, row, error)
@@ -215,31 +235,32 @@ contains
       type(harmonics_t), intent(inout) :: harmonics
       type(error_t), allocatable, intent(out) :: error
 
-      character(*), parameter :: keys(3) = [character(16) :: "stiffness_sine", "stiffness_cosine", "contact_ratio"]
+      character(*), parameter :: key(4) = [character(16) :: "stiffness_file", "stiffness_sine", "stiffness_cosine", "contact_ratio"]
+      complex(wp), allocatable :: amplitude(:)
       real(wp), allocatable :: cosine(:), sine(:)
+      character(:), allocatable :: file
       complex(wp) :: at
-      real(wp) :: contact_ratio, pair_ratio, phase
+      real(wp) :: contact_ratio, mean, pair_ratio, phase
       type(frequency_t) :: of_k, teeth
-      logical :: given(3)
+      logical :: given(4)
       integer :: k
 
-      do k = 1, 3
-         given(k) = input%given("gear_mesh", i, trim(keys(k)))
-      end do
+      given = [(input%given("gear_mesh", i, trim(key(k))), k=1, size(key))]
       if (.not. any(given)) return
       k = findloc(given, .true., dim=1)
-      if (any(given(:2)) .and. given(3)) then
-         call input%complain(error, "gear_mesh", i, "contact_ratio", "left out where the stiffness has harmonics")
+      if (any(given(:3)) .and. given(4) .or. given(1) .and. any(given(2:))) then
+         call input%complain(error, "gear_mesh", i, trim(key(findloc(given, .true., dim=1, back=.true.))), &
+                             "left out where the stiffness has harmonics"//merge(" from a file", "            ", given(1)))
          return
       end if
       teeth = harmonics%of_order(sign(orders, harmonics%rotation%hertz))
       if (.not. max(teeth%hertz, abs(teeth%sweep)) > 0.0_qp) then
-         call input%complain(error, "gear_mesh", i, trim(keys(k)), "a stiffness that varies needs the speed of &rotation, "// &
+         call input%complain(error, "gear_mesh", i, trim(key(k)), "a stiffness that varies needs the speed of &rotation, "// &
                              "other than 0, of "//joined//" join to this one")
          return
       end if
       call input%get("gear_mesh", i, "mesh_phase", phase)
-      if (given(3)) then
+      if (given(4)) then
          call input%get("gear_mesh", i, "contact_ratio", contact_ratio)
          pair_ratio = real(floor(contact_ratio) + 1, wp)/floor(contact_ratio)
          call input%get("gear_mesh", i, "pair_ratio", pair_ratio)
@@ -258,19 +279,25 @@ contains
       end if
       call input%get("gear_mesh", i, "stiffness_sine", sine)
       call input%get("gear_mesh", i, "stiffness_cosine", cosine)
-      if (.not. sum(abs(sine)) + sum(abs(cosine)) < 1.0_wp) then
-         call input%complain(error, "gear_mesh", i, trim(keys(k)), "amplitudes whose sum is less than 1")
+      allocate (amplitude(0:most_harmonics), source=(0.0_wp, 0.0_wp))
+      amplitude(0) = 1.0_wp
+      amplitude(1:size(sine))%im = sine
+      amplitude(1:size(cosine))%re = cosine
+      if (given(1)) then
+         call input%get("gear_mesh", i, "stiffness_file", file)
+         call read_turn(amplitude, input, i, "stiffness", file, most_harmonics, error)
+         if (allocated(error)) return
+      end if
+      mean = amplitude(0)%re
+      amplitude = amplitude/mean
+      if (.not. (mean > 0.0_wp .and. sum(abs(amplitude(1:)%re)) + sum(abs(amplitude(1:)%im)) < 1.0_wp)) then
+         call input%complain(error, "gear_mesh", i, trim(key(k)), "amplitudes whose sum is less than 1")
          return
       end if
-      do k = 1, size(sine)
-         at = sine(k)*turn(k*phase)
+      do k = 1, ubound(amplitude, 1)
+         at = amplitude(k)*turn(-k*phase)
          of_k = frequency_t(k*teeth%hertz, k*teeth%sweep)
-         call add_harmonic(harmonics, row, of_k, at%im, at%re)
-      end do
-      do k = 1, size(cosine)
-         at = cosine(k)*turn(k*phase)
-         of_k = frequency_t(k*teeth%hertz, k*teeth%sweep)
-         call add_harmonic(harmonics, row, of_k, at%re, -at%im)
+         call add_harmonic(harmonics, row, of_k, at%re, at%im)
       end do
    end subroutine vary
 

@@ -4,6 +4,8 @@ import h5py
 import numpy as np
 import pytest
 from programs import sets, start, succeed, values_of
+from scipy.integrate import solve_ivp
+from scipy.interpolate import PchipInterpolator
 
 RPM = 30.0 / np.pi
 COLUMNS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
@@ -180,3 +182,66 @@ def test_speeds_outside_refused(folder):
     done = start("razy-run", "case.nml", *sets(rotation__speed_rpm=4100.0))
     assert done.returncode == 2, done.stderr
     assert "&rotation%speed_rpm = 4100.0" in done.stderr and "1000.0 to 4000.0 rpm" in done.stderr
+
+
+def test_run_up_beside_scipy(folder):
+    """An element on an oil film, with disk and unbalance at its other end: it has the coefficients of each moment."""
+    write_table(folder)
+    length, inertia, line = 0.4, np.pi * 0.03**4 / 64, 7850.0 * np.pi * 0.03**2 / 4
+    text = f"""&scene kind='rotor' /
+&shaft name='a', young_modulus=2.1e11, shear_modulus=8e10, density=7850.0, rotary_inertia=.false. /
+&section shaft='a', length={length}, outer_diameter=0.03 /
+&disk shaft='a', node=2, mass=3.0, polar_inertia=0.0, diametral_inertia=0.01 /
+&freedom axial=.false., torsion=.false. /
+&bearing shaft='a', name='film', node=1, kind='table', file='oil.csv' /
+&bearing shaft='a', node=2, kind='matrix', stiffness=1e6,0.0,0.0,2e6, damping_matrix=50.0,0.0,0.0,50.0 /
+&unbalance shaft='a', node=2, moment=1e-3 /
+&rotation speed_rpm=1000.0, acceleration_rpm_per_s=3e4, gyroscopic=.false. /
+&motion t_end=0.1, start='zero', relative_tolerance=1e-11, absolute_tolerance=1e-14 /
+"""
+    text += "".join(
+        f"&record observable='displacement', of='a.{place}', what='trajectory', interval=0.01 /\n"
+        for place in ("1.v", "1.w", "2.v", "2.w")
+    )
+    (folder / "up.nml").write_text(text)
+    succeed("razy-run", "up.nml")
+    found = values_of("up.h5")
+    a, b = np.array([12, 6, -12, 6.0]), np.array([6, 4, -6, 2.0])
+    stiffness = np.array([a, b, -a, [6, 2, -6, 4]]) * 2.1e11 * inertia / length**3
+    mass = (
+        np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4.0]]) * line * length / 420
+    )
+    size = np.array([1, length, 1, length])
+    stiffness, mass = stiffness * np.outer(size, size), mass * np.outer(size, size)
+    mass[[2, 3], [2, 3]] += [3.0, 0.01]
+    inverse = np.linalg.inv(mass)
+    film = PchipInterpolator(np.array(SPEEDS) / RPM, np.array(ROWS))
+
+    def derivative(t, z):
+        q, rate = z[:8].reshape(2, 4), z[8:].reshape(2, 4)
+        speed, change = 1000.0 / RPM + 3e4 / RPM * t, 3e4 / RPM
+        turned = 1000.0 / RPM * t + change * t**2 / 2
+        force = -q @ stiffness
+        k, c = film(speed).reshape(2, 2, 2)
+        force[:, 0] -= k @ q[:, 0] + c @ rate[:, 0]
+        force[:, 2] -= np.array([1e6, 2e6]) * q[:, 2] + 50.0 * rate[:, 2]
+        cos, sin = np.cos(turned), np.sin(turned)
+        force[:, 2] += 1e-3 * (speed**2 * np.array([cos, sin]) + change * np.array([sin, -cos]))
+        return np.concatenate([z[8:], (force @ inverse).ravel()])
+
+    at = np.minimum(found["time"], 0.1)
+    right = solve_ivp(derivative, (0.0, 0.1), np.zeros(16), method="DOP853", rtol=1e-10, atol=1e-14, t_eval=at).y
+    for row, place in zip((0, 4, 2, 6), ("1.v", "1.w", "2.v", "2.w"), strict=True):
+        scale = np.max(np.abs(right[row]))
+        np.testing.assert_allclose(found[f"observable/displacement.a.{place}"], right[row], atol=1e-7 * scale)
+    for change, complaint in (
+        (
+            ("speed_rpm=1000.0", "speed_rpm=1500.0"),
+            "&rotation speed_rpm = 1500.0: such that the shaft of bearing 1 turns",
+        ),
+        (("'displacement', of='a.1.v'", "'connection_force', of='film.v'"), "a bearing without a table"),
+    ):
+        (folder / "bad.nml").write_text(text.replace(*change))
+        done = start("razy-run", "bad.nml")
+        assert done.returncode == 2
+        assert complaint in done.stderr

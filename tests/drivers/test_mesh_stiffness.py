@@ -78,6 +78,35 @@ def test_mathieu(folder, edge):
     assert within > 2 + 1e-4 and out < 2 - 1e-4
 
 
+def test_a_file_is_its_harmonics(folder):
+    """A table that begins anywhere, by its two harmonics; its mean does not count, mesh_phase does."""
+    angle = np.radians(7.5 + 15.0 * np.arange(24))
+    values = 3e5 * (1 + 0.2 * np.sin(angle) - 0.1 * np.cos(2 * angle) + 0.05 * np.sin(2 * angle))
+    rows = "\n".join(f"{a}, {k}" for a, k in zip(np.degrees(angle), values, strict=True))
+    (folder / "teeth.csv").write_text(f"angle_deg, stiffness [N/m]\n{rows}\n")
+    found = []
+    for variation in (
+        "stiffness_file='teeth.csv'",
+        "stiffness_sine=0.2,0.05, stiffness_cosine=0.0,-0.1",
+        "stiffness_sine=0.2,0.05, stiffness_cosine=0.0,-0.11",
+    ):
+        text = WHEELS.format(stiffness=4e5, variation=f"{variation}, mesh_phase=40.0", integrator="dop853")
+        (folder / "wheels.nml").write_text(text)
+        found.append(run("wheels.nml")["observable/mesh_deformation"])
+    scale = np.max(np.abs(found[0]))
+    np.testing.assert_allclose(found[0], found[1], rtol=0, atol=1e-9 * scale)
+    assert np.max(np.abs(found[2] - found[0])) > 1e-4 * scale
+    values[3] *= -20
+    rows = "\n".join(f"{a}, {k}" for a, k in zip(np.degrees(angle), values, strict=True))
+    (folder / "teeth.csv").write_text(f"angle_deg, stiffness\n{rows}\n")
+    for more, says in (("", "amplitudes whose sum is less than 1"), (", contact_ratio=1.5", "harmonics from a file")):
+        (folder / "wheels.nml").write_text(
+            WHEELS.format(stiffness=4e5, variation="stiffness_file='teeth.csv'" + more, integrator="dop853")
+        )
+        done = start("razy-run", "wheels.nml")
+        assert done.returncode == 2 and says in done.stderr, done.stderr
+
+
 def test_exact_and_dop853(folder):
     """A gear pair with backlash that loses contact, at a speed where its motion settles."""
     options = sets(

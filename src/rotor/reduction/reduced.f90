@@ -3,20 +3,12 @@ module razy_rotor_reduction_reduced
    use razy_core_kinds, only: wp
    use razy_linalg_dense, only: add_outer, congruence_of, identity, product_of, symmetric_part
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t
-   use razy_rotor_bearing, only: of_damping, of_stiffness
+   use razy_linalg_speed_table, only: table_change, tabled_t
    use razy_rotor_model, only: rotor_model_t
-   use razy_rotor_speed_table, only: speed_table_t
    implicit none(type, external)
    private
 
-   public :: append, new_reduced, reduced_t, table_change, transformed, unreduced
-
-   !> A bearing with a table over |ratio Omega|: v and w of its node are row y (2, p).
-   type :: tabled_t
-      type(speed_table_t) :: table
-      real(wp) :: ratio = 1.0_wp
-      real(wp), allocatable :: row(:, :)
-   end type tabled_t
+   public :: append, new_reduced, reduced_t, transformed, unreduced
 
    !> The model with p coordinates,
    !>
@@ -193,7 +185,7 @@ contains
 
       allocate (change(size(self%load), size(self%load)), source=0.0_wp)
       do i = 1, size(self%tabled)
-         part = table_change(self%tabled(i)%table, self%tabled(i)%ratio, speed, damping, rate)
+         part = table_change(self%tabled(i)%table, self%tabled(i)%ratio, speed, damping, merge(1, 0, rate))
          associate (row => self%tabled(i)%row)
             change = change + symmetric_part(matmul(transpose(row), matmul(reshape([part(1), 0.5_wp*(part(2) + part(3)), &
                                                                                0.5_wp*(part(2) + part(3)), part(4)], [2, 2]), row)))
@@ -203,27 +195,6 @@ contains
          end associate
       end do
    end function bearing_change
-
-   !> What the table of a bearing on a shaft with the speed ratio `ratio` adds at the speed Omega of the system to the matrix
-   !> of its first speed, of stiffness or `damping`: rows of (2, 2), N/m or N s/m; with `rate` the derivative by Omega.
-   pure function table_change(table, ratio, speed, damping, rate) result(change)
-      type(speed_table_t), intent(in) :: table
-      real(wp), intent(in) :: ratio, speed
-      logical, intent(in) :: damping, rate
-      real(wp) :: change(4)
-
-      integer :: column(4)
-
-      column = merge(of_damping, of_stiffness, damping)
-      associate (values => table%at(abs(ratio*speed), rate))
-         change = values(column)
-      end associate
-      if (rate) then
-         change = sign(abs(ratio), speed)*change
-      else
-         change = change - table%value(column, 1)
-      end if
-   end function table_change
 
    !> All undamped modes at rest, meshes closed or open.
    function modes(self, meshed) result(pairs)

@@ -11,8 +11,7 @@ module razy_rotor_whirl_banded
    use razy_linalg_lapack, only: dpbtrf, dtbmv, dtbsv
    use razy_linalg_sparse, only: add_matrices, csr_t, entries_t, new_csr
    use razy_rotor_model, only: rotor_model_t
-   use razy_rotor_reduction_reduced, only: table_change
-   use razy_rotor_speed_table, only: speed_table_t
+   use razy_linalg_speed_table, only: speed_table_t, table_change
    use razy_rotor_whirl_family, only: whirl_family_t
    use razy_rotor_whirl_modes, only: reference_shift
    use razy_rotor_whirl_unstable, only: unstable_radius
@@ -269,7 +268,7 @@ contains
       integer :: i, j, k
 
       do i = 1, size(tabled)
-         part = transpose(reshape(table_change(tabled(i)%table, tabled(i)%ratio, speed, damping, rate), [2, 2]))
+         part = transpose(reshape(table_change(tabled(i)%table, tabled(i)%ratio, speed, damping, merge(1, 0, rate)), [2, 2]))
          if (.not. skew) part = 0.5_wp*(part + transpose(part))
          associate (at => tabled(i)%at)
             do k = 1, 2

@@ -10,7 +10,8 @@
 module razy_rotor_whirl_unstable
    use razy_core_kinds, only: wp
    use razy_linalg_eigen, only: symmetric_eigen
-   use razy_rotor_bearing, only: bearing_t, of_damping, of_stiffness
+   use razy_linalg_speed_table, only: of_damping, of_stiffness
+   use razy_rotor_bearing, only: bearing_t
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_rotor, only: damping_modal
    implicit none(type, external)
@@ -87,7 +88,7 @@ contains
 
       real(wp) :: damping(2, 2), stiffness(2, 2)
 
-      associate (values => bearing%table%at(speed, .false.))
+      associate (values => bearing%table%at(speed, 0))
          stiffness = reshape(values(of_stiffness), [2, 2])
          damping = reshape(values(of_damping), [2, 2])
       end associate

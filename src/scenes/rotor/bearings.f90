@@ -9,7 +9,7 @@ module razy_scenes_rotor_bearings
    use razy_rotor_bearing, only: bearing_t, given_bearing, rolling_bearing, rolling_row_t, table_columns, tabled_bearing
    use razy_rotor_hertz, only: ball_race_t, ball_stiffness, roller_stiffness
    use razy_rotor_rotor, only: rotor_t
-   use razy_rotor_speed_table, only: new_speed_table, speed_table_t
+   use razy_linalg_speed_table, only: new_speed_table, speed_table_t
    use razy_scenes_rotor_places, only: find_node, find_place
    use razy_scenes_rotor_schema, only: bearing_kinds, bearing_matrix, bearing_roller, bearing_rolling, bearing_table
    implicit none(type, external)
@@ -133,7 +133,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), parameter :: rounding = 1.0e-12_wp
-      real(wp) :: ratio, speed
+      real(wp) :: acceleration, ratio, slowest, speed(2), t_end
       integer :: i
 
       do i = 1, size(rotor%bearing)
@@ -142,13 +142,21 @@ contains
             call input%complain(error, group, 1, key, "required by the table of bearing "//to_text(i))
             return
          end if
-         call input%get(group, 1, key, speed)
+         call input%get(group, 1, key, speed(1))
+         speed(2) = speed(1)
+         if (group == "rotation" .and. input%count("motion") > 0) then
+            call input%get(group, 1, "acceleration_rpm_per_s", acceleration)
+            call input%get("motion", 1, "t_end", t_end)
+            speed(2) = speed(1) + acceleration*t_end
+         end if
          ratio = abs(rotor%shaft(rotor%bearing(i)%shaft)%speed_ratio)
-         speed = abs(speed)*ratio*pi/30
+         ! Where the rotation turns back it has been at rest.
+         slowest = merge(0.0_wp, minval(abs(speed)), product(speed) < 0.0_wp)*ratio*pi/30
          associate (known => rotor%bearing(i)%table%speed)
-            if (speed >= (1 - rounding)*known(1) .and. speed <= (1 + rounding)*known(size(known))) cycle
-           call input%complain(error, group, 1, key, "such that the shaft of bearing "//to_text(i)//" turns with the speeds of "// &
-                                "its table, "//decimal(known(1)*30/pi, 1)//" to "//decimal(known(size(known))*30/pi, 1)//" rpm")
+            if (slowest >= (1 - rounding)*known(1) .and. maxval(abs(speed))*ratio*pi/30 <= (1 + rounding)*known(size(known))) cycle
+            call input%complain(error, group, 1, key, "such that the shaft of bearing "//to_text(i)//" turns with the "// &
+                                "speeds of its table, "//decimal(known(1)*30/pi, 1)//" to "// &
+                                decimal(known(size(known))*30/pi, 1)//" rpm, all the time")
          end associate
          return
       end do

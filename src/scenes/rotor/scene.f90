@@ -9,8 +9,9 @@ module razy_scenes_rotor_scene
    use razy_core_number, only: to_text
    use razy_input_input, only: input_t
    use razy_linalg_dense, only: symmetric_part
+   use razy_linalg_speed_table, only: of_stiffness
+   use razy_machine_by_speed, only: by_speed_t
    use razy_machine_machine, only: machine_t
-   use razy_rotor_bearing, only: of_stiffness
    use razy_rotor_free_motions, only: find_rotor_motions
    use razy_rotor_model, only: new_rotor_model, rotor_model_t
    use razy_rotor_numbering, only: coordinate_names
@@ -119,16 +120,10 @@ contains
 
       type(harmonics_t) :: harmonics
       integer :: i, meshes, n
-      logical :: runs_up
 
       call renew_model(self, input, error)
       if (.not. allocated(error)) call check_tables(self%model%rotor, input, "rotation", "speed_rpm", error)
       if (allocated(error)) return
-      runs_up = accelerates(input)
-      if (size(self%reduced%tabled) > 0 .and. runs_up) then
-         call input%complain(error, "rotation", 1, "acceleration_rpm_per_s", "0 with a bearing that has a table of coefficients")
-         return
-      end if
       n = size(self%reduced%load)
       call name_coordinates(machine, self%model, n, is_reduced(input))
       call input%get("scene", 1, "title", machine%title)
@@ -233,9 +228,9 @@ contains
       if (gyroscopic) machine%damping = machine%damping + speed*reduced%gyroscopic
       if (circulatory) machine%stiffness = machine%stiffness + speed*reduced%circulatory
       runs_up = accelerates(input)
-      if ((gyroscopic .or. circulatory) .and. runs_up) then
-         machine%gyroscopic = merge(1.0_wp, 0.0_wp, gyroscopic)*reduced%gyroscopic
-         machine%circulatory = merge(1.0_wp, 0.0_wp, circulatory)*reduced%circulatory
+      if ((gyroscopic .or. circulatory .or. size(reduced%tabled) > 0) .and. runs_up) then
+         machine%by_speed = by_speed_t(speed, merge(1.0_wp, 0.0_wp, circulatory)*reduced%circulatory, &
+                                       merge(1.0_wp, 0.0_wp, gyroscopic)*reduced%gyroscopic, reduced%tabled)
       end if
       if (size(reduced%tabled) == 0) return
       machine%damping = machine%damping + reduced%bearing_change(speed, .true., .false., .true.)
@@ -295,6 +290,7 @@ contains
 
       real(wp) :: rows(6, size(self%reduced%load)), speed, stiffness(6, 6), damping(6, 6)
       integer :: dot, group, k, number, which
+      logical :: runs_up
 
       dot = index(name, ".", back=.true.)
       which = findloc(coordinate_names, lower(name(dot + 1:)), dim=1)
@@ -309,6 +305,11 @@ contains
       end if
       if (allocated(error)) return
       associate (bearing => self%model%rotor%bearing(number))
+         runs_up = accelerates(input)
+         if (allocated(bearing%table) .and. runs_up) then
+            call input%complain(error, "record", i, "of", "a bearing without a table, whose coefficients change in a run-up")
+            return
+         end if
          do k = 1, size(rows, 2)
             rows(:, k) = self%model%numbering%stretch(bearing, self%reduced%basis(:, k))
          end do

@@ -461,7 +461,7 @@ def _beside_gap(lines: list[Line], side: str, clearance: Fraction) -> list[Line]
 
 
 def _mesh(mesh: dict[str, Any], places: Axes, speeds: dict[str, Fraction]) -> Contact:
-    for key in ("error_file", "stiffness_sine", "stiffness_cosine", "contact_ratio"):
+    for key in ("error_file", "stiffness_file", "stiffness_sine", "stiffness_cosine", "contact_ratio"):
         if key in mesh:
             raise NotCovered(f"{key} of {mesh['name']}")
     if mesh.get("damping_acts", "in_contact") != "in_contact":

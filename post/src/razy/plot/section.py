@@ -22,11 +22,11 @@ MOST_PANELS = 4
 
 
 def draw_poincare(result: RunResult, figure: Figure, options: PlotOptions) -> None:
-    """Draw value and rate of signals once in each period of the excitation, beginning at time 0."""
+    """Draw value and rate of signals once in each period of the excitation, in a run-up in each turn, from 0 on."""
     chosen = signals(result, options, MOST_PANELS)
     if not options.observables:
         chosen = [signal for signal in chosen if not signal.is_force] or chosen
-    times = strobe(result, options)
+    times = (revolutions if result.rotation is not None else strobe)(result, options)
     grid = _panels(figure, options, len(chosen), 8.0)
     for axes, signal in zip(grid, chosen, strict=True):
         course = Course(result, signal, options)

@@ -1,0 +1,77 @@
+"""Machines that people asked about in public, `inputs/field`: each beside its right value."""
+
+import shutil
+
+import numpy as np
+import pytest
+from branches import follow, points
+from programs import SOURCE, run
+from scipy.integrate import solve_ivp
+
+FIELD = SOURCE / "inputs" / "field"
+
+
+def test_a_thrown_ball_comes_to_rest_on_the_floor(folder):
+    found = run(FIELD / "thrown_ball.nml")
+    end = {name.decode(): i for i, name in enumerate(found["state/coordinate"])}
+    x, v = found["state/displacement"][-1], found["state/velocity"][-1]
+    assert [x[end["ball.x"]], x[end["ball.y"]]] == pytest.approx([2.0, -1.0], rel=1e-12)
+    assert [v[end["ball.x"]], v[end["ball.y"]]] == pytest.approx([1.0, 0.0], abs=1e-12)
+
+
+def test_a_pulled_block_slips_when_it_must(folder):
+    found = run(FIELD / "pulled_block.nml")
+    slips = found["event/time"][::2]
+    assert slips[0] == pytest.approx(0.73575, rel=1e-12)
+    assert np.diff(slips) == pytest.approx(0.6676913710791837, rel=1e-11)
+    assert found["event/time"][1::2] - slips[: len(found["event/time"][1::2])] == pytest.approx(0.1771913710791838)
+
+
+def test_two_velocities_become_one(folder):
+    found = run(FIELD / "two_velocities.nml")
+    assert found["event/time"] == pytest.approx([1 / 7], rel=1e-13)
+    assert found["state/velocity"][-1] == pytest.approx([31 / 34, 31 / 34], rel=1e-13)
+
+
+def test_two_masses_rub_for_a_long_time(folder):
+    assert run(FIELD / "two_masses_rub.nml")["outcome/events"] == 107
+
+
+def test_a_block_on_a_shaken_table_slides_as_fast_as_it_must(folder):
+    """It slides from where 5 sin(10 t) is 0.3 g, and is fastest where that falls to 0.3 g again."""
+    found = run(FIELD / "shaken_table.nml")["extrema/velocity.block/value"]
+    first = np.arcsin(0.3 * 9.81 / 5.0)
+    largest = 0.5 * 2 * np.cos(first) - 0.3 * 9.81 * (np.pi - 2 * first) / 10.0
+    assert np.max(found) == pytest.approx(largest, rel=1e-11)
+    assert np.min(found) == pytest.approx(-largest, rel=1e-11)
+
+
+def test_a_shaft_with_play_beside_scipy(folder):
+    found = run(FIELD / "shaft_with_play.nml")
+    half = 0.0017453292519943296
+
+    def derivative(t, z):
+        s, rate = z[0] - z[1], z[2] - z[3]
+        torque = np.sign(s) * max(500.0 * (abs(s) - half) + 0.8 * np.sign(s) * rate, 0.0) if abs(s) > half else 0.0
+        return [z[2], z[3], (1.0 + 2.0 * np.sin(6 * np.pi * t) - torque) / 0.01, (torque - 0.1 * z[3]) / 0.05]
+
+    right = solve_ivp(derivative, (0.0, 3.0), np.zeros(4), rtol=1e-9, atol=1e-12, max_step=1e-4).y[:, -1]
+    end = np.concatenate([found["state/displacement"][-1], found["state/velocity"][-1]])
+    np.testing.assert_allclose(end, right, atol=1e-6 * np.max(np.abs(right)))
+
+
+@pytest.mark.parametrize(
+    ("name", "label", "right"),
+    [
+        ("clearance_jumps", "GR", [1.407088466023, 0.820631087712]),
+        ("clearance_jumps", "LP", [0.7080316187218, 0.8284639843882]),
+        ("cubic_folds", "LP", [1.10337783769, 1.10015503508]),
+    ],
+)
+def test_resonances_jump_where_they_must(folder, name, label, right):
+    case = folder / f"{name}.nml"
+    shutil.copy(FIELD / case.name, case)
+    with follow(case, "--force") as file:
+        found = points(file, label)
+    for value in right:
+        assert np.min(np.abs(found - value)) < 1e-10 * value, found
