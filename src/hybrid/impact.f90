@@ -97,6 +97,8 @@ contains
       real(wp) :: impulse(size(side))
       integer :: i, outcome
 
+      jammed = .false.
+      if (size(side) == 1) return
       call set_up(w, side, [integer ::], d, problem)
       do i = 1, size(side)
          problem%drift = problem%delassus(:, i)
