@@ -10,6 +10,8 @@ from hybrid_machine import OPEN, STICK, Machine, Mode, is_closed
 
 EPS = np.finfo(float).eps
 LEVELS = 60
+# Roundings of a function that turns back at its bound, after many steps.
+GRAZE = 256
 
 
 class GaveUpError(Exception):
@@ -178,7 +180,8 @@ class Follower:
                 return times[j - 1], states[j - 1].copy()
             if slopes[j - 1] < 0 < slopes[j] and inside:
                 low, state = self.bisect(mode, rate, states[j - 1], times[j - 1], level + parts, upwards=True)
-                if form @ state < -noise:
+                # One that turns back at its bound, by what steps so far may have made of rounding, stays inside.
+                if form @ state < -GRAZE * noise:
                     return self.bisect(mode, form, states[j - 1], times[j - 1], level + parts, until=low)
             inside = inside or values[j] > noise
         return None
