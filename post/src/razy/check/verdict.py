@@ -190,7 +190,7 @@ class _Row:
 
     def _compare(self, proof: Proof, changes: bool, stored: Callable[[], list]) -> None:
         if proof.stable is not None and self.row["stable"] >= 0 and proof.stable != bool(self.row["stable"]):
-            raise Disproved("its stability is not the proved one")
+            raise (Undecided if changes else Disproved)("its stability is not the proved one")
         # Beside a grazing the derivative at the stored state, which is off by rounding, is another.
         if self._near(proof.multipliers, ALLOWED) or self._near(stored(), ALLOWED):
             return
