@@ -222,7 +222,7 @@ PLANE = """
 &motion t_end=10.0, start='zero', integrator='exact' /
 &record observable='displacement', of='pallet.y', what='extrema', from=5.0 /
 &record observable='displacement', of='side.x', what='extrema', from=5.0 /
-&follow parameter='load%amplitude', first=15.0, last=30.0, max_points=20 /
+&follow parameter='load%amplitude', first=15.0, last=30.0, max_points=8 /
 """
 
 

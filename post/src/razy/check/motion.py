@@ -313,7 +313,8 @@ class System:
             branch = "open"
             if c.static is not None:
                 slip = (self.slip(i) * x)[0, 0]
-                size = sum(abs(self.rate[i][0, j] * x[j, 0]) for j in range(2 * self.m)) * self.omega
+                y = [abs(x[j, 0]) + abs(x[self.m + j, 0]) for j in range(self.m)]
+                size = sum(abs(self.gap[i][0, j]) * y[j] for j in range(self.m)) * self.omega
                 at_rest = slip.contains(0) or (stored and abs(slip) <= AT_REST * (size + float(abs(c.belt))))
                 branch = "sticking" if at_rest else "forward" if slip > 0 else "backward"
             if c.lines:

@@ -13,6 +13,8 @@ from razy.check.motion import ORDER, SLIDING, Guard, System, with_branch
 MOST_EVENTS = 400
 FLIGHT = 1e-6
 """A phase between two impacts of a contact so short that more and more will follow."""
+TOGETHER = 1e-9
+"""A phase between two events so short that a state that is stored does not say which comes first."""
 STIFF = 1000.0
 """Steps in a radian of the excitation, beyond which a proof would take minutes."""
 
@@ -302,8 +304,18 @@ class Course(Pieces):
         return proof_of(look, image, self)
 
     def multipliers_at(self, y: list[arb]) -> list:
-        """Return the multipliers of the map at a state that is hardly one of a periodic motion: no proof."""
-        return acb_mat(monodromy(self.equations(self.unknowns(y)).df, len(self.scales)).mid()).eig(algorithm="approx")
+        """Return the eigenvalues of the derivative at y itself, with the times of the events there; no proof."""
+        n, u = len(y), self.unknowns(y)
+        for _ in range(4):
+            look = self.equations(u)
+            if not self.events:
+                break
+            rows = range(n, n + self.events)
+            by_time = arb_mat(self.events, self.events, [look.df[i, j].mid() for i in rows for j in rows])
+            change = by_time.solve(arb_mat(self.events, 1, [look.f[i, 0].mid() for i in rows]))
+            for k, i in enumerate(rows):
+                u[i, 0] = (u[i, 0] - change[k, 0]).mid()
+        return acb_mat(monodromy(self.equations(u).df, n).mid()).eig(algorithm="approx")
 
     def _zero(self, u: arb_mat) -> tuple[arb_mat, arb_mat]:
         look = self.equations(u)
@@ -311,8 +323,13 @@ class Course(Pieces):
 
     def admit(self, look: Look, box: arb_mat) -> None:
         """Show that every guard is positive over each piece and that the period is the least."""
-        for piece, start, duration in zip(self.pieces, look.starts, look.durations, strict=True):
-            self.keep_off(piece, start, duration)
+        try:
+            for piece, start, duration in zip(self.pieces, look.starts, look.durations, strict=True):
+                self.keep_off(piece, start, duration)
+        except Disproved:
+            if self.shortest < TOGETHER:
+                raise Undecided("which of two events comes first") from None
+            raise
         for j in range(1, self.periods):
             if self.periods % j == 0 and all(x.overlaps(box[i, 0]) for i, x in enumerate(look.strobes[j - 1])):
                 raise Disproved(f"its period is not the least: it repeats after {j} of {self.periods} periods")

@@ -10,6 +10,7 @@ from razy.check.dual import Numbers
 from razy.check.machine import Machine, NotCovered
 from razy.check.motion import Guard, System
 from razy.check.proof import (
+    TOGETHER,
     Course,
     Disproved,
     Look,
@@ -141,6 +142,9 @@ def _refuse(label: str, curve: Curve, y: list[arb], apart: bool) -> None:
         curve.admit(box, look)
         values = proof_of(look, box, curve.course).multipliers
     except (Undecided, ZeroDivisionError, ValueError):
+        return
+    if curve.course.shortest < TOGETHER:
+        # What comes first is not decided, and the multipliers are those of one order.
         return
     if label == "GR":
         if apart and curve.course.shortest > SHORT:

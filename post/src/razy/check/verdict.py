@@ -1,7 +1,7 @@
 """What is proved of the motions and special points of a file of razy-follow."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from flint import arb, arb_mat, ctx
 from razy.check.dual import Numbers, family
 from razy.check.machine import NotCovered, build, put, read_groups
 from razy.check.motion import System
-from razy.check.proof import Course, Disproved, Undecided
+from razy.check.proof import TOGETHER, Course, Disproved, Proof, Undecided
 from razy.check.special import LABELS, near_fold, prove
 from razy.read.file import check_storage
 
@@ -24,6 +24,8 @@ CLOSE = 1e-11
 """How far a state may be off over its size, and the parameter of a special point over its own."""
 FAR = 1e-7
 """A state farther off than this is refused also near a fold, where corrections say little."""
+ALLOWED = 1e-6
+"""How far stored multipliers may be off, over the largest."""
 STEEP = 1e3
 """Beside a grazing the largest multiplier grows without bound, and what rounding does to the state changes it."""
 BACK = 1e-12
@@ -195,24 +197,28 @@ class _Row:
                 raise Disproved("its state is farther from the proved one than its correction allows")
             if not near:
                 raise Undecided("a proved motion is near, but farther than the correction allows: a fold may be near")
-        if proof.stable is not None and row["stable"] >= 0 and proof.stable != bool(row["stable"]):
-            raise Disproved("its stability is not the proved one")
-        # Beside a grazing they hang on the last digits of the state, so those of the stored one count as well.
-        if not (self._has(proof.multipliers) or self._has(course.multipliers_at(y))):
-            if changes:
-                raise Undecided("its multipliers are other ones on its two sides, where the sequence of events changes")
-            if max(abs(complex(z.mid())) for z in proof.multipliers) > STEEP:
-                raise Undecided("its multipliers are not the proved ones; beside a grazing they hang on rounding")
-            raise Disproved("its multipliers are not the proved ones")
+        self._compare(proof, changes or course.shortest < TOGETHER, lambda: course.multipliers_at(y))
         return proof.radius
 
-    def _has(self, multipliers: list) -> bool:
-        """Return whether the multipliers of the file are these, to 1e-6 of the largest."""
+    def _compare(self, proof: Proof, changes: bool, stored: Callable[[], list]) -> None:
+        if proof.stable is not None and self.row["stable"] >= 0 and proof.stable != bool(self.row["stable"]):
+            raise (Undecided if changes else Disproved)("its stability is not the proved one")
+        # Beside a grazing the derivative at the stored state, which is off by rounding, is another.
+        if self._near(proof.multipliers, ALLOWED) or self._near(stored(), ALLOWED):
+            return
+        if self._near(proof.multipliers, 10 * ALLOWED) or max(abs(complex(z.mid())) for z in proof.multipliers) > STEEP:
+            raise Undecided("its multipliers are not quite the proved ones; beside a grazing they hang on rounding")
+        if changes:
+            raise Undecided("its multipliers are other ones on its two sides, where the sequence of events changes")
+        raise Disproved("its multipliers are not the proved ones")
+
+    def _near(self, multipliers: list, allowed: float) -> bool:
+        """Return whether the stored multipliers are among these, within `allowed` of the largest."""
         left = [complex(z.mid()) for z in multipliers]
-        largest = max(1.0, *(abs(z) for z in left))
+        allowed *= max(1.0, *map(abs, left))
         for real, imaginary in self.row["multiplier"].T:
-            nearest = min(left, key=lambda z: abs(z - complex(real, imaginary)), default=None)
-            if nearest is None or abs(nearest - complex(real, imaginary)) > 1e-6 * largest:
+            nearest = min(left, key=lambda z: abs(z - complex(real, imaginary)), default=math.inf)
+            if abs(nearest - complex(real, imaginary)) > allowed:
                 return False
             left.remove(nearest)
         return True
