@@ -29,6 +29,8 @@ module razy_orbits_branch
       !> Why it ends, in words; whether it has come back to its first motion.
       character(:), allocatable :: ending
       logical :: closed = .false.
+      !> Whether a change of the sequence in the last step was not located.
+      logical, private :: lost = .false.
    contains
       procedure :: follow
       procedure :: search_between
@@ -43,6 +45,8 @@ module razy_orbits_branch
    integer, parameter :: most_creeping = 20, most_changes = 40
    !> Secants by which a doubling is found.
    integer, parameter :: most_secants = 20
+   !> Steps no longer than this may come past a change of the sequence that is not located, if no touch is there.
+   real(wp), parameter :: least_lost = 1.0e-4_wp
    !> Up to where on its last step to a doubling a branch is searched.
    real(wp), parameter :: nearly_there = 0.5_wp
    !> A branch of fewer points is not closed.
@@ -143,7 +147,7 @@ contains
          if (.not. explained) then
             added = self%count
             self%count = last
-            if (h > kink) then
+            if (h > merge(least_lost, kink, self%lost)) then
                h = h/4
                cycle
             end if
@@ -402,10 +406,12 @@ contains
       logical :: all_there, found
 
       explained = .true.
+      self%lost = .false.
       from = here
       do change = 1, most_changes
          if (from%orbit%sequence%is_like(next%orbit%sequence)) exit
          call find_change(problem, from, next, left, at, right, found)
+         self%lost = .not. found
          explained = explained .and. found
          if (.not. found) exit
          ! Where the motion itself jumps the step has come to another piece of the branch, as past the touch of a rigid stop.

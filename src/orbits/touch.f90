@@ -30,7 +30,7 @@ module razy_orbits_touch
    end type gaps_t
 
    !> A touch farther ahead than this, in scaled unknowns, is not why the branch ends here.
-   real(wp), parameter :: ahead = 1.0e-6_wp
+   real(wp), parameter :: ahead = 1.0e-3_wp
    !> From motions that hit the stop: how far off in the parameter, in its scale, one without the impact is looked for, and in
    !> scaled unknowns at most; the share of the way to the touch that is taken at once, and how often.
    real(wp), parameter :: beside(*) = [0.0_wp, 1.0e-5_wp, -1.0e-5_wp, 1.0e-4_wp, -1.0e-4_wp, 1.0e-3_wp, -1.0e-3_wp]

@@ -106,8 +106,12 @@ def test_motions_of_branches_are_motions(seed, tmp_path, monkeypatch):
         if len(multiplier) < 2 * n or size == 0:
             continue
         unit = np.repeat([size, size * tone], n)
-        away = np.max(np.abs(state_after(begun, tone, period, state, "dop853")[0] - state) / unit)
-        assert away < 1e-7 * max(1, multiplier[0])
+        after, events = state_after(begun, tone, period, state, "dop853")
+        own, others = state_after(begun, tone, period, state, "exact")
+        # Beside a grazing steps may pass over an impact of hardly any speed.
+        least = 1e-7 if events == others else 1e-5
+        assert np.max(np.abs(after - state) / unit) < least * max(1, multiplier[0])
+        assert np.max(np.abs(own - state) / unit) < 1e-9 * max(1, multiplier[0])
         if multiplier[0] > STEEP or i == len(found) - 1:
             continue
         by_change = (multipliers_by_differences(begun, tone, period, state, unit, change) for change in CHANGES)
