@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from razy.errors import ResultError
@@ -138,8 +137,7 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions, kind: str | N
             )
         _check_swap(kind, options)
         try:
-            # What is not finite is not drawn, and numpy's warnings say nothing to who draws.
-            with look(), np.errstate(all="ignore"):
+            with look():
                 fitting[kind].draw(result, figure, options)
         except ResultError as error:
             if result.path in str(error):

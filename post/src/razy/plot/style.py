@@ -2,7 +2,8 @@
 
 import math
 import textwrap
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -65,9 +66,14 @@ STYLE: dict[str, Any] = {
 }
 
 
-def look() -> AbstractContextManager[None]:
-    """Return a context in which pictures are drawn and saved alike, whatever the user's settings of matplotlib."""
-    return matplotlib.style.context(["default", STYLE])
+@contextmanager
+def look() -> Iterator[None]:
+    """Return a context in which pictures are drawn and saved alike, whatever the user's settings of matplotlib.
+
+    What is not finite is not drawn, and numpy's warnings say nothing to who draws.
+    """
+    with matplotlib.style.context(["default", STYLE]), np.errstate(all="ignore"):
+        yield
 
 
 def point_handle(label: str, colour: str) -> Line2D:
