@@ -25,7 +25,7 @@ def oscillator(stop, load, follow_group, name="touch"):
 
 
 def labels(file, branch):
-    """Labels and values of a branch, with those of the touch that the branch begins at left out."""
+    """Labels and values of the special points of a branch, in its order."""
     mine = file["special/branch"][:] == branch
     return list(zip(file["special/label"].asstr()[:][mine], file["special/parameter"][:][mine], strict=True))
 
