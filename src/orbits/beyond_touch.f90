@@ -5,118 +5,263 @@
 !!
 !!     (∂P/∂x - 1) dx + ∂P/∂p dp + m dv = 0,    ∂h/∂x dx + ∂h/∂p dp = 0,    dv > 0:
 !!
-!! along v they are smooth, though over p they have a square root (A. B. Nordmark, J. Sound Vib. 145 (1991) 279-297).
+!! along v they are smooth, though over p they have a square root (A. B. Nordmark, J. Sound Vib. 145 (1991) 279-297). Of several
+!! stops that are touched at once, as by a symmetric motion between walls, each has its v, m and h: motions may hit them all, or
+!! one of them if the others' gaps open on the way.
 module razy_orbits_beyond_touch
+   use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_orbits_identity, only: least_part, part_way, parts
    use razy_orbits_orbit, only: bordered, orbit_t, problem_t, solve_square
    use razy_orbits_point, only: complete_point_at, point_t
-   use razy_orbits_touch, only: gap_at, near_touch
+   use razy_orbits_section, only: carry, find_quiet
+   use razy_orbits_touch, only: gaps_at, near_touch
    implicit none(type, external)
    private
 
    public :: switch_at_touch
 
-   !> Distances from the touch, in scaled unknowns, at which a motion of the other branch is looked for, one after the other; it is
-   !> no farther off than this times the distance.
-   real(wp), parameter :: distances(*) = [1.0e-3_wp, 3.0e-4_wp, 3.0e-3_wp, 1.0e-4_wp, 1.0e-2_wp], nearest = 2.0_wp
-   !> How far from the touch, in scaled unknowns, the gap and the impulse are looked at, and how far apart.
-   real(wp), parameter :: aside = 1.0e-4_wp, apart = 1.0e-6_wp
+   !> Distances from the touch, relative to the state, at which a motion of the other branch is looked for, one after the other, and
+   !> for two stops at once four times as far: the map of several impacts is steeper. It is no farther off than this times the
+   !> distance.
+   real(wp), parameter :: distances(*) = [5.0e-4_wp, 1.0e-4_wp, 2.5e-3_wp, 2.5e-5_wp], nearest = 2.0_wp
+   !> How far from the touch, in scaled unknowns, the gaps are looked at, and the impulse, so near that it is small.
+   real(wp), parameter :: apart = 1.0e-5_wp, aside = 1.0e-10_wp
+   !> Edges whose gap at the touch is this part of that `apart` are touched at once.
+   real(wp), parameter :: at_once = 1.0e-3_wp
+
+   !> A way from the touch: the unit vector along motions that hit the edges `hit` (hits; numbers as in `gaps_at`), and on it the
+   !> impulse of each, in that of an impact as deep as the tangent of motions without the impact comes in `aside`, and how far each
+   !> (second index) opens the gap of those later in the period at once; `slope` of the gaps along the tangent.
+   !> `vector` (unknowns, hits + 1): what an impact on each moves, and the tangent; `rate` at which these open gaps, and a row of
+   !> ones but for the tangent (hits + 1, hits + 1).
+   type :: way_t
+      integer, allocatable :: hit(:)
+      real(wp), allocatable :: along(:), impulse(:), jump(:, :), slope(:), vector(:, :), rate(:, :)
+   end type way_t
+
+   !> So often a guess is corrected.
+   integer, parameter :: most_passes = 7
 
 contains
 
-   !> A motion of the other branch at a touch, GR, that ends a branch, with its derivatives; `guide`: where that branch goes;
-   !> `away`: how far off it is.
-   subroutine switch_at_touch(problem, point, orbit, guide, away, ok)
+   !> A motion of the other branch at a touch, GR, that ends a branch, with its derivatives; `last`: the one before the touch;
+   !> `guide`: where that branch goes; `away`: how far off it is. It hits all stops that are touched, where `which` is 0, or that of
+   !> this number alone; `more`: whether there is a stop of the next number.
+   subroutine switch_at_touch(problem, last, point, which, orbit, guide, away, more, ok)
       type(problem_t), intent(inout) :: problem
-      type(point_t), intent(in) :: point
+      type(point_t), intent(in) :: last, point
+      integer, intent(in) :: which
       type(orbit_t), intent(out) :: orbit
       real(wp), allocatable, intent(out) :: guide(:)
       real(wp), intent(out) :: away
-      logical, intent(out) :: ok
+      logical, intent(out) :: more, ok
 
       type(point_t) :: without
-      real(wp), allocatable :: guess(:), way(:)
-      real(wp) :: deep, impulse, slope
+      type(way_t) :: way
+      real(wp), allocatable :: before(:), touch(:)
       integer :: i
-      logical :: hits
 
+      more = .false.
+      touch = point%orbit%u
       problem%map%phase = point%orbit%phase
-      call near_touch(problem, point%orbit%u, point%orbit, without%orbit, hits, ok)
-      away = 0.0_wp
-      if (ok) away = norm2(point%orbit%u - without%orbit%u)
-      ok = ok .and. away > 0.0_wp
-      if (ok) call complete_point_at(problem, without, without%orbit%u - point%orbit%u, ok)
-      if (.not. ok) return
-      if (hits) then
+      call near_touch(problem, touch, point%orbit, without%orbit, ok)
+      if (ok) then
+         away = norm2(touch - without%orbit%u)
+         call complete_point_at(problem, without, without%orbit%u - touch, ok)
          ! Motions of a part of the period are those of a branch of their own.
          do i = 1, size(parts)
-            call part_way(problem, without%orbit, parts(i), way)
-            if (size(way) > 0) ok = ok .and. norm2(way) > least_part*away
+            call part_way(problem, without%orbit, parts(i), before)
+            if (size(before) > 0) ok = ok .and. norm2(before) > least_part*away
          end do
          orbit = without%orbit
          guide = without%tangent
          return
       end if
-      call find_direction(problem, point, without, guide, impulse, slope, ok)
+      without = last
+      without%tangent = -last%tangent
+      call leave_touch(problem, touch, without, ok)
+      if (.not. ok) return
+      call find_way(problem, touch, without, which, way, more, ok)
       if (.not. ok) return
       do i = 1, size(distances)
-         away = distances(i)
+         away = distances(i)*size(way%hit)**2*norm2(touch(:size(touch) - 1))
          if (allocated(orbit%column)) deallocate (orbit%column)
-         ! From where the gap just closes, as deep as an impact of this impulse is.
-         guess = point%orbit%u + away*(guide + without%tangent)
-         deep = gap_at(problem, guess, point%contact)/slope + aside*(away*impulse)**2
-         if (deep > 2*away) cycle
-         call problem%correct(guess - deep*without%tangent, guide, orbit, ok)
-         if (ok) ok = norm2(orbit%u - point%orbit%u) < nearest*away &
+         guide = touch + away*way%along
+         call deepen(problem, way, away, guide)
+         call problem%correct(guide, way%along, orbit, ok)
+         if (ok) ok = norm2(orbit%u - touch) < nearest*away &
                       .and. .not. orbit%sequence%is_like(without%orbit%sequence)
          if (ok) call problem%complete(orbit, ok)
          if (.not. ok) cycle
-         guide = (orbit%u - point%orbit%u)/norm2(orbit%u - point%orbit%u)
+         guide = (orbit%u - touch)/norm2(orbit%u - touch)
          return
       end do
    end subroutine switch_at_touch
 
-   !> The unit vector along motions that hit the stop, and the impulse on the way, in that of an impact as deep as the tangent of
-   !> motions `without` the impact, which points away from the touch, comes in `aside`; `slope` of the gap along that tangent.
-   subroutine find_direction(problem, point, without, direction, impulse, slope, ok)
+   !> Move a guess so far off so that each impact is as deep as one of its impulse is.
+   subroutine deepen(problem, way, away, guess)
       type(problem_t), intent(inout) :: problem
-      type(point_t), intent(in) :: point, without
-      real(wp), allocatable, intent(out) :: direction(:)
-      real(wp), intent(out) :: impulse, slope
+      type(way_t), intent(in) :: way
+      real(wp), intent(in) :: away
+      real(wp), intent(inout) :: guess(:)
+
+      real(wp) :: depth(size(way%hit)), matrix(size(way%hit) + 1, size(way%hit) + 1), share(size(way%hit) + 1)
+      integer :: i, k, pass
+      logical :: ok
+
+      depth = aside*way%slope*(away*way%impulse)**2
+      do pass = 1, most_passes
+         matrix = way%rate
+         share = 0.0_wp
+         do i = 1, size(depth)
+            ! First without any impact, then with those on the others, whose speed goes with the root of their depth.
+            call keep_open(problem, pack(way%hit, [(pass == 1 .or. k == i, k=1, size(depth))]))
+            associate (gaps => gaps_at(problem, guess, way%hit))
+               share(i) = -gaps(way%hit(i)) - depth(i)
+            end associate
+            if (pass == 1) share(i) = share(i) - away*sum(way%jump(i, :))
+            if (pass > 1) matrix(i, :) = matrix(i, :) - matmul(0.5_wp*away*way%jump(i, :)/depth, way%rate(:size(depth), :))
+         end do
+         call solve_square(matrix, share, ok)
+         guess = guess + matmul(way%vector, share)
+      end do
+      call keep_open(problem, [integer ::])
+   end subroutine deepen
+
+   !> Begin the motion that touches, and that `without` impacts beside it, in the middle of the longest time between touches.
+   subroutine leave_touch(problem, touch, without, ok)
+      type(problem_t), intent(inout) :: problem
+      real(wp), allocatable, intent(inout) :: touch(:)
+      type(point_t), intent(inout) :: without
       logical, intent(out) :: ok
 
       type(orbit_t) :: beyond
-      real(wp), allocatable :: matrix(:, :)
-      real(wp) :: gap, row(size(point%orbit%u))
-      integer :: side
+      real(wp), allocatable :: later(:), to(:)
+      real(wp) :: quiet
 
-      associate (u => point%orbit%u, t => without%tangent)
-         call problem%evaluate(u - aside*t, .false., beyond, ok)
-         if (ok) ok = .not. beyond%sequence%is_like(without%orbit%sequence)
-         impulse = 0.0_wp
-         slope = 0.0_wp
-         if (.not. ok) return
+      call problem%evaluate(touch - apart*without%tangent, .false., beyond, ok)
+      if (.not. ok) return
+      quiet = find_quiet(problem, beyond)
+      call carry(problem, touch, beyond%phase, quiet, to, ok)
+      if (ok) call carry(problem, without%orbit%u, beyond%phase, quiet, later, ok)
+      if (.not. ok) return
+      problem%map%phase = modulo(beyond%phase + quiet, 1.0_wp)
+      touch = to
+      call problem%evaluate(later, .true., without%orbit, ok)
+      if (ok) call complete_point_at(problem, without, later - touch, ok)
+   end subroutine leave_touch
+
+   !> The way from the touch, at the unknowns u. `which` and `more` as in `switch_at_touch`.
+   subroutine find_way(problem, u, without, which, way, more, ok)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: u(:)
+      type(point_t), intent(in) :: without
+      integer, intent(in) :: which
+      type(way_t), intent(out) :: way
+      logical, intent(out) :: more, ok
+
+      real(wp), allocatable :: gaps(:), later(:, :), matrix(:, :), rate(:, :), share(:)
+      integer, allocatable :: hit(:), touched(:)
+      integer :: i
+
+      gaps = gaps_at(problem, u + apart*without%tangent)
+      touched = pack([(i, i=1, size(gaps))], gaps < huge(1.0_wp))
+      call keep_open(problem, touched)
+      associate (there => gaps_at(problem, u, touched))
+         touched = pack(touched, abs(there(touched)) <= at_once*gaps(touched))
+         way%slope = (gaps(touched) - there(touched))/apart
+      end associate
+      call keep_open(problem, [integer ::])
+      more = size(touched) > max(1, which)
+      ok = which <= size(touched) .and. size(touched) > 0
+      if (.not. ok) return
+      hit = [(i, i=1, size(touched))]
+      if (which > 0) hit = [which]
+      associate (n => size(hit))
+         allocate (way%vector(size(u), n + 1), way%rate(n + 1, n + 1), way%impulse(n))
+         allocate (later(size(touched), n), rate(size(touched), n + 1))
+         do i = 1, n
+            call find_impact(problem, u, without, touched, way%slope, hit(i), way%vector(:, i), later(:, i), rate(:, i), &
+                             way%impulse(i), ok)
+            if (.not. ok) return
+         end do
+         way%vector(:, n + 1) = without%tangent
+         rate(:, n + 1) = way%slope
+         ! Shares of the impacts that add up to 1, and of the tangent, with which the gaps stay closed.
+         way%rate(:n, :) = rate(hit, :)
+         way%rate(n + 1, :) = [spread(1.0_wp, 1, n), 0.0_wp]
+         matrix = way%rate
+         matrix(:n, :n) = matrix(:n, :n) + later(hit, :)
+         share = [spread(0.0_wp, 1, n), 1.0_wp]
+         call solve_square(matrix, share, ok)
+         rate(:, :n) = rate(:, :n) + later
+         ok = ok .and. all(share(:n) > 0.0_wp) .and. all(way%slope > 0.0_wp)
+         do i = 1, size(touched)
+            if (.not. any(hit == i)) ok = ok .and. dot_product(rate(i, :), share) > 0.0_wp
+         end do
+         way%along = matmul(way%vector, share)
+         way%impulse = way%impulse*share(:n)/norm2(way%along)
+         way%jump = later(hit, :)*spread(share(:n), 1, n)/norm2(way%along)
+      end associate
+      way%along = way%along/norm2(way%along)
+      way%slope = way%slope(hit)
+      way%hit = touched(hit)
+   end subroutine find_way
+
+   !> The unit vector by which an impact on the edge touched(hit) alone moves the motion at the same parameter, where the others are
+   !> kept open, its impulse, and the rate at which that opens the gaps of all edges `touched`, whose `slope` is that along the
+   !> tangent; `later`: what comes after the impact within the period feels it at once.
+   subroutine find_impact(problem, u, without, touched, slope, hit, direction, later, rate, impulse, ok)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: u(:)
+      type(point_t), intent(in) :: without
+      integer, intent(in) :: touched(:), hit
+      real(wp), intent(in) :: slope(:)
+      real(wp), intent(out) :: direction(:), later(:), rate(:), impulse
+      logical, intent(out) :: ok
+
+      type(orbit_t) :: beyond
+      real(wp), allocatable :: matrix(:, :), there(:)
+      real(wp) :: row(size(direction))
+      integer :: i
+
+      later = 0.0_wp
+      rate = 0.0_wp
+      associate (beside => u - aside*without%tangent, others => pack(touched, [(i /= hit, i=1, size(touched))]))
+         call keep_open(problem, others)
+         call problem%evaluate(beside, .false., beyond, ok)
+         there = gaps_at(problem, beside, others)
+         call keep_open(problem, touched)
+      end associate
+      impulse = 0.0_wp
+      direction = 0.0_wp
+      if (ok) ok = without%orbit%sequence%difference(beyond%sequence) == (touched(hit) + 1)/2
+      if (ok) then
          row = 0.0_wp
          row(size(row)) = 1.0_wp
          direction = -[beyond%residual, 0.0_wp]
          matrix = bordered(problem%jacobian(without%orbit), row)
          call solve_square(matrix, direction, ok)
-         if (.not. ok) return
+      end if
+      if (ok) then
          impulse = 1.0_wp/norm2(direction)
          direction = direction*impulse
-         gap = gap_at(problem, u + aside*t, point%contact)
-         slope = gap/aside
-         do side = -1, 1, 2
-            associate (change => side*(gap_at(problem, u + aside*t + side*apart*direction, point%contact) - gap))
-               ok = abs(change) < abs(gap) .and. slope > 0.0_wp
-               if (ok) direction = direction - change/(apart*slope)*t
-            end associate
-            if (ok) exit
-         end do
-         impulse = impulse/norm2(direction)
-         direction = direction/norm2(direction)
-      end associate
-   end subroutine find_direction
+         later = impulse*(there(touched) + aside*slope)
+         later(hit) = 0.0_wp
+         associate (here => gaps_at(problem, u, touched), further => gaps_at(problem, u + apart*direction, touched))
+            rate = (further(touched) - here(touched))/apart
+         end associate
+      end if
+      call keep_open(problem, [integer ::])
+   end subroutine find_impact
+
+   !> Keep the open contacts with these edges open.
+   subroutine keep_open(problem, edges)
+      type(problem_t), intent(inout) :: problem
+      integer, intent(in) :: edges(:)
+
+      call problem%map%keep((edges + 1)/2, spread(branch_open, 1, size(edges)), merge(1, -1, modulo(edges, 2) == 0))
+   end subroutine keep_open
 
 end module razy_orbits_beyond_touch

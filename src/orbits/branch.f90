@@ -453,6 +453,8 @@ contains
          select case (kind)
          case (1)
             point%label = merge("LP", "BP", a%tangent(last)*b%tangent(last) < 0.0_wp)
+            ! Where two branches cross the tangent of neither is that of the derivatives.
+            if (point%label == "BP") point%tangent = (b%orbit%u - a%orbit%u)/norm2(b%orbit%u - a%orbit%u)
          case (2)
             point%label = "PD"
          case default

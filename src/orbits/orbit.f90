@@ -100,7 +100,8 @@ module razy_orbits_orbit
    real(wp), parameter :: least_difference = 0.02_wp
    !> Beside a grazing, where the map bends, they may be: until second differences are this part of the first.
    real(wp), parameter :: least_bent = 1.0e-3_wp, bent = 0.02_wp
-   real(wp), parameter :: converged = 1.0e-13_wp, far = 1.0_wp
+   !> A residual of so little, relative to the state and to how the map grows, is rounding.
+   real(wp), parameter :: converged = 1.0e-13_wp, far = 1.0_wp, rounding = 16*epsilon(1.0_wp)
    !> The parameter's unit is no smaller part of it than this: in smaller ones a fold would be sharper than steps can be.
    real(wp), parameter :: narrowest = 1.0e-2_wp
 
@@ -258,6 +259,7 @@ contains
       type(orbit_t) :: above, below
       real(wp) :: by(size(orbit%u)), least, length
       integer :: i, last, n
+      logical :: like, straight
 
       n = self%order()
       last = size(orbit%u)
@@ -272,16 +274,13 @@ contains
             by(i) = length
             call self%evaluate(orbit%u + by, .false., above, ok)
             if (ok) call self%evaluate(orbit%u - by, .false., below, ok)
-            if (ok) then
-               if (above%sequence%is_like(orbit%sequence) .and. below%sequence%is_like(orbit%sequence)) then
-                  if (self%resolution > 0.0_wp .or. length <= least_bent*least) exit
-                  if (norm2(above%residual + below%residual - 2*orbit%residual) &
-                      <= bent*norm2(above%residual - below%residual)) exit
-                  length = length/10
-                  cycle
-               end if
-            end if
-            if (length <= least) exit
+            straight = ok .and. self%resolution > 0.0_wp
+            if (ok .and. .not. straight) straight = norm2(above%residual + below%residual - 2*orbit%residual) &
+                                                    <= bent*norm2(above%residual - below%residual)
+            like = ok .and. length > least
+            if (like) like = above%sequence%is_like(orbit%sequence) .and. below%sequence%is_like(orbit%sequence)
+            if (straight .and. (like .or. length <= least)) exit
+            if (length <= merge(least_bent*least, least, ok)) exit
             length = length/10
          end do
          if (.not. ok) return
@@ -330,7 +329,7 @@ contains
       real(wp), allocatable :: change(:), matrix(:, :)
       real(wp) :: before, growth, nearly
       integer :: round
-      logical :: fresh, slow
+      logical :: fresh, rounded, slow
 
       before = far/epsilon(1.0_wp)
       slow = .false.
@@ -352,18 +351,20 @@ contains
          call solve_square(matrix, change, ok)
          ok = ok .and. all(abs(change) <= huge(1.0_wp))
          orbit%correction = norm2(change)
-         if (ok) ok = orbit%correction <= far .and. (orbit%correction <= 10*before .or. orbit%correction <= nearly)
+         ! At a branch point corrections are rounding over what is hardly more.
+         rounded = norm2(orbit%residual) <= rounding*(1.0_wp + growth)*max(1.0_wp, norm2(orbit%u(:self%order())))
+         if (ok) ok = orbit%correction <= far .and. (orbit%correction <= 10*before .or. orbit%correction <= nearly .or. rounded)
          if (.not. ok) exit
          if (orbit%correction <= converged*max(1.0_wp, norm2(orbit%u(:self%order())))) exit
          ! With columns of this place, corrections that hardly shrink are rounding, or the errors of the method.
-         if (orbit%correction <= nearly .and. orbit%correction > 0.25_wp*before .and. &
+         if ((orbit%correction <= nearly .or. rounded) .and. orbit%correction > 0.25_wp*before .and. &
              (fresh .or. self%resolution > 0.0_wp)) exit
          slow = orbit%correction > 0.1_wp*before .and. .not. self%resolution > 0.0_wp
          orbit%u = orbit%u + change
          before = orbit%correction
       end do
       ! Where P jumps, the column of the parameter is steep, and corrections are small also far from a motion.
-      ok = ok .and. orbit%correction <= nearly .and. norm2(orbit%residual) <= nearly*(1.0_wp + growth)
+      ok = ok .and. (orbit%correction <= nearly .or. rounded) .and. norm2(orbit%residual) <= nearly*(1.0_wp + growth)
       if (.not. ok) self%reason = "Newton's method does not converge"
    end subroutine correct
 

@@ -6,7 +6,7 @@
 !! Time goes from a phase of the excitation, in parts of its period; 0 is that of the input. Without excitation the duration is the
 !! caller's.
 module razy_orbits_period_map
-   use razy_contact_contact_law, only: contact_law_t, guard_t
+   use razy_contact_contact_law, only: contact_law_t
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_flow, only: flow_t
@@ -67,8 +67,8 @@ module razy_orbits_period_map
       procedure(ask_stop), pointer, nopass :: stop_is_asked => null()
       real(wp), allocatable, private :: parameter(:), basis(:, :)
       integer, private :: structure = -1
-      !> A contact that is kept in one branch, whatever its guards say; 0: none.
-      integer, private :: kept = 0, branch = 0
+      !> Contacts that are kept in one branch each, and which guards do not count: 1 upper, -1 lower, 0 both.
+      integer, allocatable, private :: kept(:), branch(:), side(:)
    contains
       procedure :: go_to
       procedure :: keep
@@ -93,6 +93,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp) :: period
+      integer :: i
 
       if (allocated(self%parameter)) then
          if (.not. any(abs(self%parameter - parameter) > 0.0_wp)) return
@@ -107,22 +108,26 @@ contains
             self%structure = system%structure
          end if
          self%n = size(self%basis, 2)
-         if (self%kept > 0) then
-            associate (law => system%machine%contact(self%kept)%law)
-               law%home = self%branch
-               law%branch(self%branch)%guard = guard_t()
-            end associate
+         if (allocated(self%kept)) then
+            do i = 1, size(self%kept)
+               associate (law => system%machine%contact(self%kept(i))%law, branch => self%branch(i))
+                  law%home = branch
+                  if (self%side(i) >= 0) law%branch(branch)%guard%above = 0
+                  if (self%side(i) <= 0) law%branch(branch)%guard%below = 0
+               end associate
+            end do
          end if
       end associate
       self%parameter = parameter
    end subroutine go_to
 
-   !> Keep a contact of the machines to come in one branch; 0: none any more.
-   pure subroutine keep(self, contact, branch)
+   !> Keep contacts of the machines to come in one branch each, whatever its guards on this side say, and no others any more.
+   pure subroutine keep(self, contact, branch, side)
       class(period_map_t), intent(inout) :: self
-      integer, intent(in) :: contact, branch
+      integer, intent(in) :: contact(:), branch(:), side(:)
 
       self%kept = contact
+      self%side = side
       self%branch = branch
       if (allocated(self%parameter)) deallocate (self%parameter)
    end subroutine keep

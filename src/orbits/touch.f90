@@ -19,12 +19,13 @@ module razy_orbits_touch
    implicit none(type, external)
    private
 
-   public :: find_touch, find_touch_again, find_touch_beside, gap_at, is_hard, near_touch, touch_round
+   public :: find_touch, find_touch_again, find_touch_beside, gaps_at, is_hard, near_touch, touch_round
 
-   !> The smallest gap at which each contact turns round without a touch, m or rad; huge where it does not (contacts). Of rings the
-   !> smallest gap or penetration.
+   !> The smallest gap, to the lower and the upper edge, at which each contact that is looked at turns round, m or rad; huge where
+   !> it does not (2, contacts). Of rings the smallest gap or penetration.
    type, extends(observer_t) :: gaps_t
-      real(wp), allocatable :: smallest(:)
+      real(wp), allocatable :: smallest(:, :)
+      logical, allocatable :: looks(:)
    contains
       procedure :: piece
    end type gaps_t
@@ -55,7 +56,7 @@ contains
          associate (contact => by%system%machine%contact)
             do j = 1, size(contact)
                if (is_ring(contact(j))) call look_round(j, contact(j)%law)
-               if (by%branch(j) /= branch_open .or. .not. is_hard(contact(j)%law)) cycle
+               if (by%branch(j) /= branch_open .or. .not. self%looks(j)) cycle
                do i = 1, looks
                   call look_between((i - 1)*part%duration/looks, i*part%duration/looks)
                end do
@@ -72,14 +73,14 @@ contains
          real(wp) :: force, rate, s
 
          call part%by%contact(j, part%duration, s, rate, force)
-         self%smallest(j) = min(self%smallest(j), abs(law%branch(branch_open)%guard(1)%upper - s))
+         self%smallest(2, j) = min(self%smallest(2, j), abs(law%branch(branch_open)%guard(1)%upper - s))
       end subroutine look_round
 
       subroutine look_between(low, high)
          real(wp), intent(in) :: low, high
 
          type(bracketed_root_t) :: root
-         real(wp) :: force, gap, rate(2), s
+         real(wp) :: force, rate(2), s
 
          call part%by%contact(j, low, s, rate(1), force)
          call part%by%contact(j, high, s, rate(2), force)
@@ -92,13 +93,11 @@ contains
          call part%by%contact(j, root%best, s, rate(2), force)
          select type (by => part%by)
          class is (flow_t)
-            associate (edge => by%system%machine%contact(j)%law%branch(branch_open)%guard(1))
-               gap = huge(1.0_wp)
-               if (edge%above /= 0 .and. rate(1) > 0.0_wp) gap = edge%upper - s
-               if (edge%below /= 0 .and. rate(1) < 0.0_wp) gap = s - edge%lower
+            associate (edge => by%system%machine%contact(j)%law%branch(branch_open)%guard(1), smallest => self%smallest(:, j))
+               if (rate(1) < 0.0_wp) smallest(1) = min(smallest(1), s - edge%lower)
+               if (rate(1) > 0.0_wp) smallest(2) = min(smallest(2), edge%upper - s)
             end associate
          end select
-         self%smallest(j) = min(self%smallest(j), gap)
       end subroutine look_between
 
    end subroutine piece
@@ -177,26 +176,21 @@ contains
       end do
    end subroutine find_touch_beside
 
-   !> A motion without the impact right beside the touch at the unknowns `touch`; `last`: the last one of the branch, which hits the
-   !> stop where others there have fewer events.
-   subroutine near_touch(problem, touch, last, orbit, hits, found)
+   !> A motion without the impact right beside the touch at the unknowns `touch`, to which `last`, a branch's last one, comes with
+   !> an impact that others there have not; `found` is false if there is none.
+   subroutine near_touch(problem, touch, last, orbit, found)
       type(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: touch(:)
       type(orbit_t), intent(in) :: last
       type(orbit_t), intent(out) :: orbit
-      logical, intent(out) :: hits, found
+      logical, intent(out) :: found
 
-      integer :: i, pass
+      integer :: i
 
-      do pass = 1, 2
-         hits = pass == 1
-         do i = 2, size(beside)
-            call without_impact(problem, touch, touch(size(touch)) + beside(i), orbit, found)
-            if (found) found = norm2(orbit%u - touch) <= near
-            if (found .and. hits) found = orbit%sequence%count < last%sequence%count
-            if (found .and. .not. hits) found = orbit%sequence%is_like(last%sequence)
-            if (found) return
-         end do
+      do i = 2, size(beside)
+         call without_impact(problem, touch, touch(size(touch)) + beside(i), orbit, found)
+         if (found) found = norm2(orbit%u - touch) <= near .and. orbit%sequence%count < last%sequence%count
+         if (found) return
       end do
    end subroutine near_touch
 
@@ -255,10 +249,10 @@ contains
       way = sign(1.0_wp, u(size(u)) - last%u(size(u)))
       do i = 2, size(beside)
          ! A guess that is not periodic touches and parts many times: first the contact is kept as it is beyond.
-         call problem%map%keep(contact, merge(law%shut, law%home, last%sequence%begins_in(contact) == law%home))
+         call problem%map%keep([contact], [merge(law%shut, law%home, last%sequence%begins_in(contact) == law%home)], [0])
          guess = u + way*beside(i)*slope
          call without_impact(problem, guess, guess(size(u)), here, found)
-         call problem%map%keep(0, 0)
+         call problem%map%keep([integer ::], [integer ::], [integer ::])
          if (found) call without_impact(problem, here%u, here%u(size(u)), beyond, found, last)
          if (found) found = beyond%sequence%count == 0
          if (found) return
@@ -320,42 +314,53 @@ contains
       if (ok .and. present(last)) ok = .not. orbit%sequence%is_like(last%sequence)
    end subroutine without_impact
 
-   !> The smallest gap of a contact where it turns, m or rad, in the motion of the unknowns u, at the map's phase.
-   real(wp) function gap_at(problem, u, contact)
-      type(problem_t), intent(inout) :: problem
-      real(wp), intent(in) :: u(:)
-      integer, intent(in) :: contact
-
-      type(orbit_t) :: orbit
-      real(wp), allocatable :: gaps(:)
-
-      orbit%u = u
-      orbit%phase = problem%map%phase
-      call look_at(problem, orbit, gaps)
-      gap_at = gaps(contact)
-   end function gap_at
-
-   !> The smallest gaps of a motion.
+   !> The smallest gap of each contact of a motion.
    subroutine look_at(problem, orbit, gaps)
       type(problem_t), intent(inout) :: problem
       type(orbit_t), intent(in) :: orbit
       real(wp), allocatable, intent(out) :: gaps(:)
 
+      problem%map%phase = orbit%phase
+      gaps = minval(reshape(gaps_at(problem, orbit%u), [2, size(problem%map%by%branch)]), 1)
+   end subroutine look_at
+
+   !> The smallest gaps, m or rad, of the motion of the unknowns u where it turns, at the map's phase: to the lower and the upper
+   !> edge of the first contact, of the second and so on. Edges that are kept open are seen where they are `looked_at`.
+   function gaps_at(problem, u, looked_at) result(gaps)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: u(:)
+      integer, intent(in), optional :: looked_at(:)
+      real(wp), allocatable :: gaps(:)
+
       type(gaps_t), target :: seen
       type(observer_slot_t) :: slots(1)
       type(return_t) :: back
       real(wp), allocatable :: s(:)
+      logical, allocatable :: is_edge(:)
       real(wp) :: duration
+      integer :: j
       logical :: ok
 
-      problem%map%phase = orbit%phase
-      call problem%go_to(orbit%u, ok)
+      call problem%go_to(u, ok)
       s = problem%scales()
-      seen%smallest = spread(huge(1.0_wp), 1, size(problem%map%by%branch))
+      associate (contact => problem%map%by%system%machine%contact)
+         allocate (is_edge(2*size(contact)), seen%looks(size(contact)))
+         do j = 1, size(contact)
+            associate (edge => contact(j)%law%branch(branch_open)%guard(1))
+               is_edge(2*j - 1:2*j) = [edge%below /= 0, edge%above /= 0] .or. is_ring(contact(j))
+            end associate
+            seen%looks(j) = is_hard(contact(j)%law)
+         end do
+         if (present(looked_at)) then
+            is_edge(looked_at) = .true.
+            seen%looks((looked_at + 1)/2) = .true.
+         end if
+         allocate (seen%smallest(2, size(contact)), source=huge(1.0_wp))
+      end associate
       slots(1)%observer => seen
       duration = problem%periods*problem%map%period
-      if (ok) call problem%map%go(orbit%u(:problem%map%n)*s(:problem%map%n), duration, .false., back, slots)
-      gaps = seen%smallest
-   end subroutine look_at
+      if (ok) call problem%map%go(u(:problem%map%n)*s(:problem%map%n), duration, .false., back, slots)
+      gaps = merge(reshape(seen%smallest, [size(is_edge)]), huge(1.0_wp), is_edge)
+   end function gaps_at
 
 end module razy_orbits_touch

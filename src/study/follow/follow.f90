@@ -529,7 +529,7 @@ contains
       end do
    end subroutine follow_switched
 
-   !> The other branch at the touch of a stop that ends this one, unless one has come to it.
+   !> The other branches at the touch of stops that ends this one, unless one has come to it.
    subroutine follow_past_touch(self, parent)
       class(follow_t), intent(inout) :: self
       integer, intent(in) :: parent
@@ -538,8 +538,8 @@ contains
       type(found_t) :: motion
       real(wp), allocatable :: guide(:)
       real(wp) :: away
-      integer :: i
-      logical :: ok
+      integer :: i, which
+      logical :: more, ok
 
       if (self%count == most_branches) return
       associate (last => self%branch(parent)%point(self%branch(parent)%count))
@@ -549,17 +549,23 @@ contains
                if (other%label == "GR" .and. abs(other%orbit%u(p) - last%orbit%u(p)) <= same) return
             end associate
          end do
-         self%problem%periods = self%branch(parent)%periods
-         call switch_at_touch(self%problem, last, orbit, guide, away, ok)
       end associate
-      if (.not. ok) return
-      call new_found(motion, self%problem, orbit)
-      do i = 1, self%count
-         if (i == parent) cycle
-         if (is_on(motion, self%problem, self%branch(i))) return
+      do which = 0, size(self%branch)
+         if (self%count == most_branches) return
+         self%problem%periods = self%branch(parent)%periods
+         associate (here => self%branch(parent), n => self%branch(parent)%count)
+            call switch_at_touch(self%problem, here%point(n - 1), here%point(n), which, orbit, guide, away, more, ok)
+         end associate
+         if (ok) call new_found(motion, self%problem, orbit)
+         do i = 1, self%count
+            if (ok .and. i /= parent) ok = .not. is_on(motion, self%problem, self%branch(i))
+         end do
+         if (ok) then
+            call self%one_branch(orbit, guide, parent, away)
+            self%branch(self%count)%from_touch = .true.
+         end if
+         if (.not. more) return
       end do
-      call self%one_branch(orbit, guide, parent, away)
-      self%branch(self%count)%from_touch = .true.
    end subroutine follow_past_touch
 
    !> Whether a branch of twice the period has already come to an end at this doubling.
