@@ -7,7 +7,7 @@
 !! to rounding. A change of the sequence is where the propagator, which decides every contact to rounding, begins to find another.
 module razy_orbits_branch
    use razy_core_kinds, only: wp
-   use razy_orbits_identity, only: is_same_motion, least_part, part_way, parts
+   use razy_orbits_identity, only: find_between, least_part, part_way, parts
    use razy_orbits_orbit, only: orbit_t, problem_t
    use razy_orbits_point, only: between, complete_point, complete_point_at, find_tangent, kink, length, point_t, reach, step
    use razy_orbits_section, only: carry, find_quiet, is_quiet
@@ -133,8 +133,9 @@ contains
             call self%add(at)
             return
          end if
-         call find_first(problem, self%point(1), here, next, at, self%closed)
+         call find_between(problem, self%point(1)%orbit, here%orbit%u, next%orbit, at%orbit, self%closed)
          self%closed = self%closed .and. self%count > least_closed
+         if (self%closed) call complete_point_at(problem, at, next%orbit%u - here%orbit%u, self%closed)
          if (self%closed) then
             self%ending = "the first motion again: the branch is closed"
             call self%search(problem, here, at, explained)
@@ -314,25 +315,6 @@ contains
       end do
       found = found .and. abs(change) <= 1.0e-10_wp .and. norm2(at%orbit%u - guess) <= longest
    end subroutine find_doubling
-
-   !> Where, between two points, the branch comes to its first motion again.
-   subroutine find_first(problem, first, here, next, at, found)
-      type(problem_t), intent(inout) :: problem
-      type(point_t), intent(in) :: first, here, next
-      type(point_t), intent(out) :: at
-      logical, intent(out) :: found
-
-      integer :: last
-
-      last = size(first%orbit%u)
-      associate (p => first%orbit%u(last), a => here%orbit%u(last), b => next%orbit%u(last))
-         found = (p - a)*(b - p) > 0.0_wp
-         if (.not. found) return
-         at = next
-         call reach(problem, here, at, p, found)
-      end associate
-      if (found) call is_same_motion(problem, first%orbit, at%orbit, found)
-   end subroutine find_first
 
    !> Whether a step from a motion has left its branch for that of a motion of half as many periods, or of another part of them.
    logical function falls_to_part(problem, here, next) result(falls)

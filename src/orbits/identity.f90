@@ -6,7 +6,7 @@ module razy_orbits_identity
    implicit none(type, external)
    private
 
-   public :: is_same_motion, least_part, part_way, parts
+   public :: find_between, is_same_motion, least_part, part_way, parts
 
    !> A motion whose halves, or other parts, differ by less than this part of what they should is one of a part of the period.
    real(wp), parameter :: least_part = 1.0e-3_wp
@@ -53,5 +53,37 @@ contains
          if (same_motion) return
       end do
    end subroutine is_same_motion
+
+   !> Whether a motion, which may begin later, also by some periods of the excitation, lies on a step of a branch from the unknowns
+   !> `a` to the motion `b`, at whose phase they are; `at`: it, as it begins there.
+   subroutine find_between(problem, motion, a, b, at, found)
+      type(problem_t), intent(inout) :: problem
+      type(orbit_t), intent(in) :: motion, b
+      real(wp), intent(in) :: a(:)
+      type(orbit_t), intent(out) :: at
+      logical, intent(out) :: found
+
+      real(wp), allocatable :: there(:)
+      real(wp) :: along, chord(size(a)), way
+      integer :: k, last
+
+      last = size(a)
+      chord = b%u - a
+      way = norm2(chord)
+      found = .false.
+      if (abs(motion%u(last) - a(last)) > 2*way .or. .not. way > 0.0_wp) return
+      chord = chord/way
+      do k = 0, merge(0, problem%periods - 1, problem%is_autonomous())
+         call carry(problem, motion%u, motion%phase, modulo(b%phase - motion%phase, 1.0_wp) + k, there, found)
+         if (.not. found) cycle
+         along = dot_product(there - a, chord)
+         found = along >= 0.0_wp .and. along <= way .and. norm2(there - a - along*chord) < 0.5_wp*way
+         if (.not. found) cycle
+         problem%map%phase = b%phase
+         call problem%correct(a + along*chord, chord, at, found)
+         if (found) found = norm2(at%u - there) <= same*norm2(there(:last - 1))
+         if (found) return
+      end do
+   end subroutine find_between
 
 end module razy_orbits_identity

@@ -177,7 +177,7 @@ contains
    pure subroutine take_steps(self)
       class(problem_t), intent(inout) :: self
 
-      self%step = 3.0e-4_wp
+      self%step = 3.0e-5_wp
       self%accuracy = 1.0e-7_wp
       self%resolution = 1.0e-6_wp
    end subroutine take_steps

@@ -8,6 +8,7 @@ module razy_orbits_search
    use razy_core_uniform, only: uniform
    use razy_core_verdict, only: is_unstable
    use razy_orbits_branch, only: branch_t
+   use razy_orbits_identity, only: find_between
    use razy_orbits_lyapunov, only: lyapunov_t
    use razy_orbits_orbit, only: orbit_t, problem_t
    use razy_orbits_period_map, only: return_t
@@ -264,50 +265,27 @@ contains
       size_of = max(norm2(self%phase(:, 1)), tiny(1.0_wp))
    end function size_of
 
-   !> Whether a motion, found at the parameter where it is, lies on a branch of as many periods.
+   !> Whether a motion lies on a branch of as many periods.
    logical function is_on(motion, problem, branch)
       type(found_t), intent(in) :: motion
       type(problem_t), intent(inout) :: problem
       type(branch_t), intent(in) :: branch
 
-      !> Motions farther off, in their size, than so many times the length of the step are not looked at.
-      real(wp), parameter :: far = 3.0_wp
       type(orbit_t) :: there
-      real(wp), allocatable :: a(:), b(:), guess(:), row(:)
-      real(wp) :: share
-      integer :: i, last
+      real(wp), allocatable :: a(:)
+      integer :: i
       logical :: ok
 
       is_on = .false.
       if (branch%periods /= motion%periods) return
       problem%periods = motion%periods
-      last = size(motion%orbit%u)
-      row = 0*motion%orbit%u
-      row(last) = 1.0_wp
-      associate (p => motion%orbit%u(last))
-         do i = 2, branch%count
-            a = branch%point(i - 1)%orbit%u
-            b = branch%point(i)%orbit%u
-            if ((a(last) - p)*(b(last) - p) > 0.0_wp .or. .not. abs(b(last) - a(last)) > 0.0_wp) cycle
-            associate (phase => branch%point(i)%orbit%phase, before => branch%point(i - 1)%orbit%phase)
-               call carry(problem, a, before, modulo(phase - before, 1.0_wp), guess, ok)
-               if (ok) a = guess
-               share = (p - a(last))/(b(last) - a(last))
-               guess = a + share*(b - a)
-               guess(last) = p
-               call carry(problem, guess, phase, modulo(-phase, 1.0_wp), there%u, ok)
-               if (.not. ok) cycle
-               if (closest(motion, there%u(:last - 1)) > far*norm2(b - a) + same*size_of(motion)) cycle
-               if (allocated(there%column)) deallocate (there%column)
-               problem%map%phase = phase
-               call problem%correct(guess, row, there, ok)
-               if (.not. ok) cycle
-               call carry(problem, there%u, phase, modulo(-phase, 1.0_wp), guess, ok)
-               if (ok) is_on = is_same(motion, guess)
-            end associate
-            if (is_on) return
-         end do
-      end associate
+      do i = 2, branch%count
+         associate (before => branch%point(i - 1)%orbit, next => branch%point(i)%orbit)
+            call carry(problem, before%u, before%phase, modulo(next%phase - before%phase, 1.0_wp), a, ok)
+            if (ok) call find_between(problem, motion%orbit, a, next, there, is_on)
+         end associate
+         if (is_on) return
+      end do
    end function is_on
 
 end module razy_orbits_search

@@ -521,10 +521,8 @@ contains
          self%problem%periods = self%branch(parent)%periods
          call switch_branch(self%problem, self%branch(parent)%point(place), side == 1, orbit, guide, away, ok)
          if (.not. ok) cycle
-         if (self%all_motions) then
-            call new_found(motion, self%problem, orbit)
-            if (self%place_on(motion) > 0) cycle
-         end if
+         call new_found(motion, self%problem, orbit)
+         if (self%place_on(motion) > 0) cycle
          call self%one_branch(orbit, guide, parent, away)
       end do
    end subroutine follow_switched
