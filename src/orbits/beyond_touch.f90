@@ -26,9 +26,11 @@ module razy_orbits_beyond_touch
    !> distance.
    real(wp), parameter :: distances(*) = [5.0e-4_wp, 1.0e-4_wp, 2.5e-3_wp, 2.5e-5_wp], nearest = 2.0_wp
    !> How far from the touch, in scaled unknowns, the gaps are looked at, and the impulse, so near that it is small.
-   real(wp), parameter :: apart = 1.0e-5_wp, aside = 1.0e-10_wp
+   real(wp), parameter :: apart = 1.0e-5_wp, aside = 1.0e-9_wp
    !> Edges whose gap at the touch is this part of that `apart` are touched at once.
    real(wp), parameter :: at_once = 1.0e-3_wp
+   !> So much less than `apart` the unknowns move along what an impact does.
+   real(wp), parameter :: beside_by = 1.0e-2_wp
 
    !> A way from the touch: the unit vector along motions that hit the edges `hit` (hits; numbers as in `gaps_at`), and on it the
    !> impulse of each, in that of an impact as deep as the tangent of motions without the impact comes in `aside`, and how far each
@@ -115,6 +117,13 @@ contains
          matrix = way%rate
          share = 0.0_wp
          do i = 1, size(depth)
+            if (size(depth) == 1) then
+               ! The stop may be hit elsewhere, so that it is looked at before it is touched.
+               associate (gaps => gaps_at(problem, guess + away*way%vector(:, 2)))
+                  share(1) = away*way%slope(1) - gaps(way%hit(1)) - depth(1)
+               end associate
+               exit
+            end if
             ! First without any impact, then with those on the others, whose speed goes with the root of their depth.
             call keep_open(problem, pack(way%hit, [(pass == 1 .or. k == i, k=1, size(depth))]))
             associate (gaps => gaps_at(problem, guess, way%hit))
@@ -166,13 +175,10 @@ contains
       integer :: i
 
       gaps = gaps_at(problem, u + apart*without%tangent)
-      touched = pack([(i, i=1, size(gaps))], gaps < huge(1.0_wp))
-      call keep_open(problem, touched)
-      associate (there => gaps_at(problem, u, touched))
-         touched = pack(touched, abs(there(touched)) <= at_once*gaps(touched))
-         way%slope = (gaps(touched) - there(touched))/apart
+      associate (farther => gaps_at(problem, u + 2*apart*without%tangent))
+         touched = pack([(i, i=1, size(gaps))], max(gaps, farther) < huge(1.0_wp) .and. abs(farther - 2*gaps) <= at_once*gaps)
+         way%slope = (farther(touched) - gaps(touched))/apart
       end associate
-      call keep_open(problem, [integer ::])
       more = size(touched) > max(1, which)
       ok = which <= size(touched) .and. size(touched) > 0
       if (.not. ok) return
@@ -182,7 +188,7 @@ contains
          allocate (way%vector(size(u), n + 1), way%rate(n + 1, n + 1), way%impulse(n))
          allocate (later(size(touched), n), rate(size(touched), n + 1))
          do i = 1, n
-            call find_impact(problem, u, without, touched, way%slope, hit(i), way%vector(:, i), later(:, i), rate(:, i), &
+            call find_impact(problem, u, without, touched, way%slope, gaps, hit(i), way%vector(:, i), later(:, i), rate(:, i), &
                              way%impulse(i), ok)
             if (.not. ok) return
          end do
@@ -211,13 +217,13 @@ contains
 
    !> The unit vector by which an impact on the edge touched(hit) alone moves the motion at the same parameter, where the others are
    !> kept open, its impulse, and the rate at which that opens the gaps of all edges `touched`, whose `slope` is that along the
-   !> tangent; `later`: what comes after the impact within the period feels it at once.
-   subroutine find_impact(problem, u, without, touched, slope, hit, direction, later, rate, impulse, ok)
+   !> tangent, where they are `gaps`; `later`: what comes after the impact within the period feels it at once.
+   subroutine find_impact(problem, u, without, touched, slope, gaps, hit, direction, later, rate, impulse, ok)
       type(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: u(:)
       type(point_t), intent(in) :: without
       integer, intent(in) :: touched(:), hit
-      real(wp), intent(in) :: slope(:)
+      real(wp), intent(in) :: slope(:), gaps(:)
       real(wp), intent(out) :: direction(:), later(:), rate(:), impulse
       logical, intent(out) :: ok
 
@@ -232,7 +238,7 @@ contains
          call keep_open(problem, others)
          call problem%evaluate(beside, .false., beyond, ok)
          there = gaps_at(problem, beside, others)
-         call keep_open(problem, touched)
+         call keep_open(problem, [integer ::])
       end associate
       impulse = 0.0_wp
       direction = 0.0_wp
@@ -249,11 +255,10 @@ contains
          direction = direction*impulse
          later = impulse*(there(touched) + aside*slope)
          later(hit) = 0.0_wp
-         associate (here => gaps_at(problem, u, touched), further => gaps_at(problem, u + apart*direction, touched))
-            rate = (further(touched) - here(touched))/apart
+         associate (further => gaps_at(problem, u + apart*(without%tangent + beside_by*direction)))
+            rate = (further(touched) - gaps(touched))/(beside_by*apart)
          end associate
       end if
-      call keep_open(problem, [integer ::])
    end subroutine find_impact
 
    !> Keep the open contacts with these edges open.

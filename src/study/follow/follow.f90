@@ -560,7 +560,12 @@ contains
          end do
          if (ok) then
             call self%one_branch(orbit, guide, parent, away)
-            self%branch(self%count)%from_touch = .true.
+            associate (branch => self%branch(self%count))
+               ! One motion that nothing leads on from is no branch.
+               branch%from_touch = branch%count > 1
+               if (branch%count == 1) self%count = self%count - 1
+               if (branch%count == 1) branch%count = 0
+            end associate
          end if
          if (.not. more) return
       end do
