@@ -92,7 +92,7 @@ class Exponential:
     def at(self, s: arb) -> Any:
         """Return exp(G s)."""
         middle = s.mid()
-        key = middle.man_exp()
+        key = middle.man_exp() if middle.is_finite() else None
         if key not in self.known:
             self.known[key] = self._squared(middle, len(self.powers))
         # The exponential of the middle has no width that could grow with the norm of G.
@@ -101,7 +101,7 @@ class Exponential:
     def _squared(self, s: arb, count: int) -> Any:
         """Return exp(G s) from so many powers."""
         size = self.norm * float(abs(s).upper())
-        times = max(0, math.ceil(math.log2(size / SHORT))) if size > 0 else 0
+        times = max(0, math.ceil(math.log2(size / SHORT))) if 0 < size < math.inf else 0
         flow = self._sum(s / 2**times, count)
         for _ in range(times):
             flow = flow * flow
@@ -110,6 +110,8 @@ class Exponential:
     def _sum(self, s: arb, count: int) -> Any:
         """Return the sum of so many powers for a short s, with what is left: at most that of the norm."""
         over_s, size = [arb(1)], (arb(self.norm) * abs(s)).upper()
+        # Without bound, as where Newton's method diverges, it is no number.
+        size = size if size < 1 else arb("nan")
         for _ in range(1, count):
             over_s.append(over_s[-1] * s)
         tails = [size**k / arb(k).fac() / (1 - size / (k + 1)) for k in (count, count - 1)]

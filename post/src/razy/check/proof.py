@@ -285,7 +285,7 @@ class Course(Pieces):
         self.admit(look, box)
         return proof_of(look, image, self)
 
-    def multipliers_at(self, y: list[arb]) -> list:
+    def multipliers_at(self, y: list[arb]) -> list[complex]:
         """Return the eigenvalues of the derivative at y itself, with the times of the events there; no proof."""
         n, u = len(y), self.unknowns(y)
         for _ in range(4):
@@ -297,7 +297,8 @@ class Course(Pieces):
             change = by_time.solve(arb_mat(self.events, 1, [look.f[i, 0].mid() for i in rows]))
             for k, i in enumerate(rows):
                 u[i, 0] = (u[i, 0] - change[k, 0]).mid()
-        return acb_mat(monodromy(self.equations(u).df, n).mid()).eig(algorithm="approx")
+        values = acb_mat(monodromy(self.equations(u).df, n).mid()).eig(algorithm="approx")
+        return [complex(z) for z in values]
 
     def _zero(self, u: arb_mat) -> tuple[arb_mat, arb_mat]:
         look = self.equations(u)
