@@ -8,7 +8,8 @@ import pytest
 
 flint = pytest.importorskip("flint")
 
-from razy.check.dual import Numbers, family  # noqa: E402
+from razy.check.dual import Dual, Numbers, family  # noqa: E402
+from razy.check.exponential import Exponential  # noqa: E402
 from razy.check.machine import NotCovered, build, put, read_groups  # noqa: E402
 from razy.check.motion import System  # noqa: E402
 from razy.check.proof import Course, Disproved, Undecided  # noqa: E402
@@ -135,14 +136,34 @@ def test_doubling_of_the_bouncing_ball_is_the_closed_form():
     assert abs(found.beyond + flint.arb(value) - exact) < 1e-30
 
 
-@pytest.mark.parametrize("side", [1 - 1e-13, 1 + 1e-13])
-def test_grazing_is_the_closed_form(side):
+def test_exponential_holds_that_of_flint():
+    flint.ctx.prec = 212
+    random = np.random.default_rng(1)
+    g, slope = (flint.arb_mat(5, 5, [flint.arb(x) for x in random.standard_normal(25)]) for _ in range(2))
+    s, p = flint.arb(1.5, 1e-20), flint.arb(2) ** -100
+    flow = Exponential(Dual(g, slope), np.array([1.0, 1e-3, 1e2, 1.0, 1.0])).at(s)
+    one, two = ((g * s.mid()).exp(), ((g + p * slope) * s.mid()).exp())
+    rate = (two - one) / p
+    for held, exact, allowed in ((flow.value, one, 1e-17), (flow.slope, rate, 1e-17)):
+        for ball, number in zip(held.entries(), exact.entries(), strict=True):
+            assert abs(ball - number) < allowed
+            assert ball.overlaps(number)
+    exact = Exponential(g, np.ones(5)).at(s.mid())
+    assert all(ball.overlaps(number) for ball, number in zip(exact.entries(), one.entries(), strict=True))
+    assert max(float(ball.rad()) for ball in exact.entries()) < 1e-58
+    for far in ("inf", "nan", "1e400"):
+        assert not any(x.is_finite() for x in Exponential(g, np.ones(5)).at(flint.arb(far)).entries())
+
+
+@pytest.mark.parametrize("law", ["'kelvin_voigt', stiffness=3.0", "'rigid', restitution=0.5"])
+@pytest.mark.parametrize("side", [1 - 1e-13, 1.0, 1 + 1e-13])
+def test_grazing_is_the_closed_form(law, side):
     # |x| = A / |1 - 4 + 0.4i| reaches the clearance 1 at A = sqrt(9.16) if damping is 0.2 as a double.
     damping = flint.arb(0.2)
     exact = (9 + (2 * damping) ** 2).sqrt()
     value = float(exact.mid()) * side
     response = value / (-3 + 0.4j)
-    text = CASE.format(clearance=1.0)
+    text = CASE.format(clearance=1.0).replace("'kelvin_voigt', stiffness=3.0", law)
     found = point("GR", text, "load%amplitude", value, (response.real, -response.imag), 0.0)
     assert abs(found.beyond + flint.arb(value) - exact) < 1e-30
 
@@ -310,8 +331,8 @@ def test_multipliers_at_a_state_are_those_of_its_own_events():
     bounces = course(0.25, (0.0, 0.0))
     proved = Course(bounces.system, y, 1).prove(y).multipliers
     found = Course(bounces.system, y, 1).multipliers_at(y)
-    assert sorted(abs(complex(z.mid())) for z in found) == pytest.approx(sorted(abs(complex(z.mid())) for z in proved))
+    assert sorted(map(abs, found)) == pytest.approx(sorted(abs(complex(z.mid())) for z in proved))
     # 1e-3 beside the motion they are others.
     away = [y[0] + flint.arb(1e-3), y[1]]
     other = Course(bounces.system, away, 1).multipliers_at(away)
-    assert max(abs(complex((a - b).mid())) for a, b in zip(found, other, strict=True)) > 1e-6
+    assert max(abs(a - b) for a, b in zip(found, other, strict=True)) > 1e-6

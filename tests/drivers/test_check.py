@@ -14,6 +14,7 @@ sys.path.insert(0, str(SOURCE / "post" / "src"))
 pytest.importorskip("flint")
 
 from razy.check.cli import main
+from razy.check.verdict import verdicts
 
 CASE = SOURCE / "inputs" / "impact_oscillator.nml"
 
@@ -154,6 +155,31 @@ STICKS = """
 &record observable='displacement', of='a', what='extrema' /
 &follow parameter='load%amplitude', first=1.0, last=1.1, max_points=20 /
 """
+
+
+RIGID = """
+&scene kind='lumped' /
+&mass name='block', value=1.0 /
+&spring between='block','frame', stiffness=1.0, damping=0.1 /
+&stop name='stop', between='block','frame', side='upper', clearance=1.0, law='rigid', restitution=0.8 /
+&load on='block', amplitude=0.3, angular_frequency=1.0 /
+&motion t_end=600.0, start='zero' /
+&record observable='displacement', what='extrema', from=500.0 /
+&follow parameter='load%angular_frequency', first=0.9, last=0.84 /
+"""
+
+
+def test_beside_a_grazing_multipliers_are_as_far_off_as_rounding_puts_them():
+    Path("rigid.nml").write_text(RIGID)
+    succeed("razy-follow", Path("rigid.nml"))
+    with h5py.File("rigid.h5", "r+") as data:
+        sizes = np.abs(data["point/multiplier"][:, 0]).max(axis=1)
+        steep = np.flatnonzero(sizes > 1e4)
+        assert steep.size > 3
+        assert {verdict.kind for verdict in verdicts("rigid.h5", steep)} == {"proved"}
+        data["point/multiplier"][steep[0], :] *= 1.001
+        data.flush()
+        assert "multipliers are not" in verdicts("rigid.h5", steep[:1])[0].reason
 
 
 def test_friction_that_slides_and_sticks_is_proved(capsys):

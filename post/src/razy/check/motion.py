@@ -8,13 +8,13 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 from flint import arb, arb_mat, fmpq
 
 from razy.check.dual import Dual, Numbers, inverse
+from razy.check.exponential import Exponential
 from razy.check.machine import Contact, NotCovered, Tone, balls, common, felt, matrix, value_of
 
-ORDER = 24
-"""Terms of a Taylor polynomial."""
 AT_REST = 1e-9
 """A speed of sliding smaller than this, over those of the bodies, is taken for none where a motion begins."""
 SLIDING = ("forward", "backward")
@@ -113,6 +113,8 @@ class System:
         self.unit = numbers.zeros(1, self.size)
         self.unit[0, 2 * m] = numbers.constant(arb(1))
         self.generators: dict[tuple[str, ...], Any] = {}
+        self.exponentials: dict[tuple[str, ...], Exponential] = {}
+        self.known_coefficients: dict[tuple[str, ...], list[tuple[Guard, arb_mat, arb]]] = {}
         self.holding: dict[tuple[str, ...], dict[int, Any]] = {}
         self.known_guards: dict[tuple[str, ...], list[Guard]] = {}
 
@@ -354,13 +356,20 @@ class System:
             jump[i, i] = jump[i, i] + self.numbers.constant(arb(1))
         return jump
 
-    def taylor(self, mode: tuple[str, ...], x: arb_mat, order: int = ORDER) -> list[arb_mat]:
-        """Return G^k X/k! for k = 0 to order."""
-        g = self.generator(mode)
-        terms = [x]
-        for k in range(1, order + 1):
-            terms.append(g * terms[-1] * (arb(1) / k))
-        return terms
+    def exponential(self, mode: tuple[str, ...], sizes: np.ndarray) -> Exponential:
+        """Return exp(G s) of a mode; sizes: those of X, by which its powers are bounded."""
+        if mode not in self.exponentials:
+            self.exponentials[mode] = Exponential(self.generator(mode), sizes)
+        return self.exponentials[mode]
+
+    def coefficients(self, mode: tuple[str, ...], sizes: np.ndarray) -> list[tuple[Guard, arb_mat, arb]]:
+        """Return each guard of a mode, the matrix from X to its Taylor coefficients and its size over the weights."""
+        if mode not in self.known_coefficients:
+            powers = self.exponential(mode, sizes)
+            self.known_coefficients[mode] = [
+                (guard, powers.form(guard.row), powers.size(guard.row)) for guard in self.guards(mode)
+            ]
+        return self.known_coefficients[mode]
 
 
 def with_branch(mode: tuple[str, ...], contact: int, branch: str) -> tuple[str, ...]:

@@ -7,8 +7,9 @@ import numpy as np
 from flint import acb_mat, arb, arb_mat, ctx
 
 from razy.check.dual import Dual
+from razy.check.exponential import ORDER
 from razy.check.machine import NotCovered
-from razy.check.motion import ORDER, SLIDING, Guard, System, with_branch
+from razy.check.motion import SLIDING, Guard, System, with_branch
 
 MOST_EVENTS = 400
 FLIGHT = 1e-6
@@ -17,6 +18,10 @@ TOGETHER = 1e-9
 """A phase between two events so short that a state that is stored does not say which comes first."""
 STIFF = 1000.0
 """Steps in a radian of the excitation, beyond which a proof would take minutes."""
+
+
+BERNSTEIN = np.array([[math.comb(i, k) / math.comb(ORDER, k) for k in range(ORDER + 1)] for i in range(ORDER + 1)])
+"""A polynomial of this order lies between the least and the largest of these sums of its coefficients."""
 
 
 def part(bits: float) -> arb:
@@ -85,7 +90,6 @@ class Pieces:
         """Take the scales of the displacements and velocities y."""
         self.system, self.scales = system, scales
         self.sizes = np.array(scales + [1.0] * (system.size - 2 * system.m))
-        self.norms: dict[tuple[str, ...], tuple[float, np.ndarray]] = {}
 
     def after(self, piece: Piece, x: arb_mat) -> arb_mat:
         """Return the state after the event that ends a piece; at a break the excitation begins anew."""
@@ -97,25 +101,10 @@ class Pieces:
 
     def step(self, mode: tuple[str, ...]) -> float:
         """Return the length of a step over which Taylor polynomials are short."""
-        norm = self._norm(mode)[0]
-        if norm > STIFF:
-            raise NotCovered(f"a machine that is {norm:.0e} times faster than its excitation")
-        return 1.0 / norm
-
-    def _norm(self, mode: tuple[str, ...]) -> tuple[float, np.ndarray]:
-        """Return a norm of G, the largest over weights, and these: Perron's vector makes it least."""
-        if mode not in self.norms:
-            g = self.system.generator(mode)
-            n = g.nrows()
-            size = np.array([[float(abs(g[i, j]).upper()) for j in range(n)] for i in range(n)])
-            scaled = size * self.sizes / self.sizes[:, None] + 1e-3
-            w = np.ones(n)
-            for _ in range(200):
-                # All is positive, so that small components are as accurate as large ones.
-                w = scaled @ w / np.max(scaled @ w) + w
-            w *= self.sizes
-            self.norms[mode] = float(np.max(size @ w / w)) * (1 + 1e-9), w
-        return self.norms[mode]
+        powers = self.system.exponential(mode, self.sizes)
+        if powers.norm > STIFF:
+            raise NotCovered(f"a machine that is {powers.norm:.0e} times faster than its excitation")
+        return powers.step
 
     def next_break(self, piece: Piece) -> int:
         """Return the break of the excitation that ends a piece."""
@@ -146,31 +135,30 @@ class Pieces:
 
     def follow(self, piece: Piece, x, left):
         """Return the guard that ends a piece which begins at x, if within `left`, its time and the state there."""
-        mode, guards, gone = piece.mode, self.system.guards(piece.mode), arb(0)
+        mode, gone = piece.mode, arb(0)
         skip = 2 if self.flat(piece) else 1
+        flow, forms = self.system.exponential(mode, self.sizes), self.system.coefficients(mode, self.sizes)
         while True:
-            terms = self.system.taylor(mode, x)
             h = min(self.step(mode), float((left - gone).mid()))
             first, time = None, 2.0
-            for guard in guards:
-                a = [float((guard.row * term)[0, 0].mid()) * h**k for k, term in enumerate(terms)]
+            for guard, form, _ in forms:
+                a = np.array([float(term) for term in (form * x).entries()]) * h ** np.arange(ORDER + 1)
                 zero = piece.begins_with(guard) and gone == 0
                 root = _first_root(a[skip if guard.contact not in piece.freed else 1 :] if zero else a)
                 if root is not None and root < time:
                     first, time = guard, root
             if first is not None:
                 s = arb(time * h)
-                return first, gone + s, _value(terms, s)
+                return first, gone + s, flow.at(s) * x
             rest = (left - gone).mid()
             if h >= float(rest):
-                return None, left, _value(terms, rest)
-            x, gone = _value(terms, arb(h)).mid(), gone + h
+                return None, left, flow.at(rest) * x
+            x, gone = (flow.stride * x).mid(), gone + h
 
     def keep_off(self, piece: Piece, x: arb_mat, duration: arb) -> None:
         """Show that every guard of a piece is positive inside it, zero only where its events are."""
         if not duration > 0:
             raise Undecided("two events are not told apart")
-        guards = self.system.guards(piece.mode)
         if piece.origin in SLIDING and piece.mode[piece.started[0]] in SLIDING:
             stuck = with_branch(piece.mode, piece.started[0], "sticking")
             if self.system.passed(stuck, piece.started[0], x) != piece.mode[piece.started[0]]:
@@ -178,30 +166,22 @@ class Pieces:
         for i in piece.freed:
             if self.system.passed(with_branch(piece.mode, i, "sticking"), i, x) != piece.mode[i]:
                 raise Undecided("whether friction sticks where a force jumps")
-        steps = max(1, int(np.ceil(float(duration.upper()) / self.step(piece.mode))))
-        h = duration / steps
-        flow = (self.system.generator(piece.mode) * h).exp() if steps > 1 else None
+        stride = self.step(piece.mode)
+        steps = max(1, int(np.ceil(float(duration.upper()) / stride)))
+        powers = self.system.exponential(piece.mode, self.sizes)
+        forms = self.system.coefficients(piece.mode, self.sizes)
         for step in range(steps):
-            terms = self.system.taylor(piece.mode, x)
-            rest = self._remainder(piece.mode, terms[-1], h)
-            weights = self._norm(piece.mode)[1]
-            for guard in guards:
-                a = [(guard.row * term)[0, 0] for term in terms[:-1]]
-                last = sum((abs(guard.row[0, i]) * float(w) for i, w in enumerate(weights)), arb(0)) * rest
+            h = arb(stride) if step < steps - 1 else duration - (steps - 1) * arb(stride)
+            rest = powers.rest(x, h)
+            for guard, form, size in forms:
+                a, last = (form * x).entries()[:-1], size * rest
                 begins = step == 0 and piece.begins_with(guard)
                 ends = step == steps - 1 and piece.guard is not None and _same(piece.guard, guard)
                 flat = piece.touched or self.flat(piece)
                 touches = (begins and flat and guard.contact not in piece.freed, ends and piece.guard.target == "touch")
                 name = self.system.machine.contacts[guard.contact].name
                 _positive(_Watched(a, last, h, name), arb(0), h, (begins, ends), touches)
-            x = flow * x if step < steps - 1 else x
-
-    def _remainder(self, mode, term: arb_mat, h: arb) -> arb:
-        """Return a bound, over the weights, of the sum of all terms from the last one on, at times up to h."""
-        norm, weights = self._norm(mode)
-        size = max((abs(term[i, 0]) / float(w)).upper() for i, w in enumerate(weights))
-        ratio = arb(norm) * h / (ORDER + 1)
-        return (size * abs(h) ** ORDER / (1 - ratio)).upper()
+            x = powers.stride * x if step < steps - 1 else x
 
 
 class Course(Pieces):
@@ -265,7 +245,9 @@ class Course(Pieces):
             tau = end - begun
             starts.append(x)
             durations.append(tau)
-            x, d, speed = _advance(system.generator(piece.mode), tau, x, d)
+            x, d = _apply(system.exponential(piece.mode, self.sizes).at(tau), x, d)
+            g = system.generator(piece.mode)
+            speed = (g.value if dual else g) * x
             for i in range(system.size):
                 if before is not None:
                     d[i, before] -= speed[i, 0]
@@ -303,7 +285,7 @@ class Course(Pieces):
         self.admit(look, box)
         return proof_of(look, image, self)
 
-    def multipliers_at(self, y: list[arb]) -> list:
+    def multipliers_at(self, y: list[arb]) -> list[complex]:
         """Return the eigenvalues of the derivative at y itself, with the times of the events there; no proof."""
         n, u = len(y), self.unknowns(y)
         for _ in range(4):
@@ -315,7 +297,8 @@ class Course(Pieces):
             change = by_time.solve(arb_mat(self.events, 1, [look.f[i, 0].mid() for i in rows]))
             for k, i in enumerate(rows):
                 u[i, 0] = (u[i, 0] - change[k, 0]).mid()
-        return acb_mat(monodromy(self.equations(u).df, n).mid()).eig(algorithm="approx")
+        values = acb_mat(monodromy(self.equations(u).df, n).mid()).eig(algorithm="approx")
+        return [complex(z) for z in values]
 
     def _zero(self, u: arb_mat) -> tuple[arb_mat, arb_mat]:
         look = self.equations(u)
@@ -339,26 +322,21 @@ def _same(one: Guard, two: Guard) -> bool:
     return one.contact == two.contact and one.bound == two.bound
 
 
-def _value(terms: list[arb_mat], s: arb) -> arb_mat:
-    """Return the Taylor polynomial at s."""
-    x = terms[-1]
-    for term in reversed(terms[:-1]):
-        x = x * s + term
-    return x
-
-
-def _first_root(a: list[float]) -> float | None:
+def _first_root(a: np.ndarray) -> float | None:
     """Return the first root in (0, 1] of a polynomial that falls through zero there."""
-    if a[0] > sum(map(abs, a[1:])):
+    if min(BERNSTEIN[:, : a.size] @ a) > 0:
         return None
-    largest = max(map(abs, a)) or 1.0
-    while len(a) > 1 and abs(a[-1]) < 1e-19 * largest:
-        a = a[:-1]
     if a[0] <= 0:
         return 1e-300
-    roots = np.roots(a[::-1])
-    real = np.sort(roots[(abs(roots.imag) < 1e-12) & (roots.real > 0) & (roots.real <= 1)].real)
-    return float(real[0]) if real.size else None
+    found = real_roots(a, 1e-12)
+    return float(found[0]) if found.size else None
+
+
+def real_roots(a: np.ndarray, allowed: float) -> np.ndarray:
+    """Return the roots in (0, 1] of a polynomial, with imaginary parts as far as they are allowed."""
+    kept = np.nonzero(abs(a) >= 1e-19 * np.max(abs(a)))[0]
+    roots = np.roots(a[: kept[-1] + 1][::-1]) if kept.size else np.zeros(0)
+    return np.sort(roots[(abs(roots.imag) < allowed) & (roots.real > 0) & (roots.real <= 1)].real)
 
 
 def _horner(a: list[arb], s: arb) -> arb:
@@ -410,7 +388,8 @@ def newton(equations, u: arb_mat, scales: list[float]) -> arb_mat:
         except ZeroDivisionError:
             raise Undecided("the derivative is singular") from None
         u = (u - change).mid()
-        if all(abs(change[i, 0]) < part(0.71) * s for i, s in enumerate(scales)):
+        # The next change would be about the square of it.
+        if all(abs(change[i, 0]) < part(0.38) * s for i, s in enumerate(scales)):
             return u
     raise Undecided("Newton's method does not converge: a fold or a grazing is near")
 
@@ -434,28 +413,6 @@ def krawczyk(f: arb_mat, df: arb_mat, u: arb_mat, box: arb_mat, curve: tuple[arb
     if not all(box[i, 0].contains_interior(image[i, 0]) for i in range(u.nrows())):
         raise Undecided("Krawczyk's operator does not map the box into itself: a fold or a grazing is near")
     return image
-
-
-def _advance(g, tau: arb, x: arb_mat, d: arb_mat) -> tuple[arb_mat, arb_mat, arb_mat]:
-    """Return x and its derivatives d (the last by the parameter, if g is a dual) after tau, and the speed there."""
-    if not isinstance(g, Dual):
-        # The exponential of the middle has no width that could grow with the norm of G.
-        phi = (g * tau.mid()).exp() * (g * (tau - tau.mid())).exp()
-        return phi * x, phi * d, g * (phi * x)
-    n = g.value.nrows()
-    # exp of (G, G'; 0, G) holds exp(G) and its derivative along G'.
-    double = arb_mat(2 * n, 2 * n)
-    for i in range(n):
-        for j in range(n):
-            double[i, j] = double[n + i, n + j] = g.value[i, j] * tau
-            double[i, n + j] = g.slope[i, j] * tau
-    both = double.exp()
-    flow = Dual(
-        arb_mat(n, n, [both[i, j] for i in range(n) for j in range(n)]),
-        arb_mat(n, n, [both[i, n + j] for i in range(n) for j in range(n)]),
-    )
-    x, d = _apply(flow, x, d)
-    return x, d, g.value * x
 
 
 def _apply(form, x: arb_mat, d: arb_mat) -> tuple[arb_mat, arb_mat]:
@@ -483,7 +440,9 @@ def monodromy(df: arb_mat, n: int) -> arb_mat:
 def proof_of(look: Look, image: arb_mat, course: Course) -> Proof:
     """Return what follows from an enclosed motion: its multipliers, and whether all are within the unit circle."""
     n = len(course.scales)
-    values = acb_mat(monodromy(look.df, n)).eig(multiple=True)
+    with ctx.workprec(ctx.prec // 2):
+        # The matrix has no more digits.
+        values = acb_mat(monodromy(look.df, n)).eig(multiple=True)
     sizes = [abs(value) for value in values]
     stable = True if all(s < 1 for s in sizes) else False if any(s > 1 for s in sizes) else None
     radius = max(float(image[i, 0].rad()) / s for i, s in enumerate(course.scales))

@@ -112,7 +112,7 @@ class Curve:
     def admit(self, box: arb_mat, look: Look) -> None:
         """Show that the motions in a box keep off all bounds but where their events and touches are."""
         course = copy(self.course)
-        course.system, course.norms = System(Numbers(self.machines, box[self.last, 0]), self.phase), {}
+        course.system = System(Numbers(self.machines, box[self.last, 0]), self.phase)
         course.admit(look, box)
 
 

@@ -146,7 +146,7 @@ class _Motion:
                     found.until = found.end
                     break
                 if guard is None:
-                    x = (system.generator(piece.mode) * duration).exp() * self.x
+                    x = system.exponential(piece.mode, self.pieces.sizes).at(duration) * self.x
                 piece, more = self.pieces.next(piece, x.mid())
                 if guard is None:
                     self.x = system.state([x[i, 0] for i in range(2 * system.m)], piece.after)
@@ -176,8 +176,9 @@ class _Motion:
     def _event(self, piece: Piece, near: arb) -> tuple[arb, arb_mat]:
         """Enclose the time at which a guard is zero, and the state there, by Newton's method of intervals."""
         g, row, time = self.system.generator(piece.mode), self.system.form(piece.mode, piece.guard), near.mid()
-        x = (g * time).exp() * self.x
-        terms = [(row * term)[0, 0].mid() for term in self.system.taylor(piece.mode, x.mid(), 40)]
+        flow = self.system.exponential(piece.mode, self.pieces.sizes)
+        x = flow.at(time) * self.x
+        terms = [a.mid() for a in (flow.form(row, len(flow.powers) - 1) * x.mid()).entries()]
         more = arb(0)
         for _ in range(16):
             value, rate = arb(0), arb(0)
@@ -188,10 +189,10 @@ class _Motion:
             if abs(change) < arb(2) ** (20 - ctx.prec):
                 break
         time = (time + more).mid()
-        x = (g * time).exp() * self.x
+        x = flow.at(time) * self.x
         value, rate = (row * x)[0, 0], (row * (g * x))[0, 0]
         half = (2 * abs(value / rate)).upper() + arb(2) ** (20 - ctx.prec)
-        rates = (row * (g * ((g * arb(0, half)).exp() * x)))[0, 0]
+        rates = (row * (g * (flow.at(arb(0, half)) * x)))[0, 0]
         if rates.contains(0):
             raise Undecided(
                 f"a grazing of {self.system.machine.contacts[piece.guard.contact].name}, or balls too large"
@@ -199,7 +200,7 @@ class _Motion:
         change = -value / rates
         if not arb(0, half).contains_interior(change):
             raise Undecided("an event is not enclosed: balls are too large")
-        return time + change, (g * change).exp() * x
+        return time + change, flow.at(change) * x
 
     def _compare_states(self, mode, begin: arb, end: arb) -> None:
         """Compare stored states in this piece."""
@@ -210,7 +211,7 @@ class _Motion:
             # At an event itself the stored state may be that before or after it.
             inside = arb(time) * self.system.omega - begin
             if inside >= 0 and float(inside) > 1e-9 and float((end - begin - inside).mid()) > 1e-9:
-                x = (self.system.generator(mode) * inside).exp() * self.x
+                x = self.system.exponential(mode, self.pieces.sizes).at(inside) * self.x
                 y = self.to_y(stored.state[self.row])
                 away = max(
                     float(abs(a - x[i, 0]).upper()) / scale

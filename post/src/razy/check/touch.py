@@ -5,13 +5,15 @@ from copy import copy
 from dataclasses import replace
 
 import numpy as np
-from flint import arb, arb_mat
+from flint import arb
 
 from razy.check.motion import Guard
-from razy.check.proof import Course, Piece
+from razy.check.proof import Course, Piece, real_roots
 
 SHORT = 1e-3
 """Duration, in phase, of contacts that a motion beside a grazing has and the grazing motion has not."""
+SLOW = 1e-5
+"""Speed of rigid impacts, over the velocities, of such a motion."""
 ALSO = 1e-9
 """Other contacts nearer to their bounds than this, over the displacements, touch in the same grazing."""
 
@@ -23,6 +25,7 @@ def without_touch(course: Course, contact: str) -> Course | None:
     def meant(guard: Guard | None) -> bool:
         return guard is not None and guard.target != "touch" and contact in ("", names[guard.contact])
 
+    _without_slow_impacts(result, meant)
     i = 1
     while i < len(result.pieces) - 1:
         before = result.pieces[i - 1]
@@ -52,6 +55,20 @@ def without_touch(course: Course, contact: str) -> Course | None:
     return result if any(piece.touched for piece in result.pieces) else None
 
 
+def _without_slow_impacts(course: Course, meant: Callable) -> None:
+    """Put touches in the place of rigid impacts with hardly any speed, between pieces that are pieces of one."""
+    x, pieces = course.start, list(course.pieces)
+    for i, piece in enumerate(course.pieces):
+        x = course.system.exponential(piece.mode, course.sizes).at(arb(piece.duration)) * x
+        if meant(piece.guard) and piece.guard.target == "impact":
+            touch = replace(piece.guard, target="touch")
+            speed = (course.system.form(piece.mode, touch) * x)[0, 0]
+            if abs(float(speed)) < SLOW * max(course.scales):
+                pieces[i : i + 2] = _touched(pieces[i], pieces[i + 1], piece.guard)
+        x = course.after(piece, x).mid()
+    course.pieces = pieces
+
+
 def _touched(before: Piece, after: Piece, guard: Guard) -> list[Piece]:
     """Return two pieces between which a bound is touched."""
     return [
@@ -67,38 +84,28 @@ def _nearest(course: Course, meant: Callable, limit: float) -> tuple[int, Guard,
     for number, piece in enumerate(course.pieces):
         steps = max(1, int(np.ceil(piece.duration / course.step(piece.mode))))
         h = piece.duration / steps
+        flow = course.system.exponential(piece.mode, course.sizes).at(arb(h))
+        forms = course.system.coefficients(piece.mode, course.sizes)
         for step in range(steps):
-            terms = course.system.taylor(piece.mode, x)
-            for guard in filter(meant, course.system.guards(piece.mode)):
-                gap = np.polynomial.Polynomial([float((guard.row * term)[0, 0].mid()) for term in terms])
-                for time in _minima(gap, h):
+            for guard, form, _ in forms:
+                if not meant(guard):
+                    continue
+                gap = np.polynomial.Polynomial([float(term) * h**k for k, term in enumerate((form * x).entries())])
+                for part in _minima(gap):
+                    time = part * h
                     known = (guard.contact, guard.bound) == piece.started and step * h + time < SHORT
                     if piece.guard is not None and (guard.contact, guard.bound) == (
                         piece.guard.contact,
                         piece.guard.bound,
                     ):
                         known |= (steps - step) * h - time < SHORT
-                    if not known and abs(gap(time)) / max(course.scales) < lowest:
-                        best, lowest = (number, guard, step * h + time), abs(gap(time)) / max(course.scales)
-            x = sum_of(terms, h)
+                    if not known and abs(gap(part)) / max(course.scales) < lowest:
+                        best, lowest = (number, guard, step * h + time), abs(gap(part)) / max(course.scales)
+            x = (flow * x).mid()
         x = course.after(piece, x)
     return best
 
 
-def bound_of(guard: Guard | None) -> tuple[int, str] | None:
-    """Return contact and bound."""
-    return None if guard is None else (guard.contact, guard.bound)
-
-
-def _minima(form: np.polynomial.Polynomial, h: float) -> list[float]:
+def _minima(form: np.polynomial.Polynomial) -> list[float]:
     rate = form.deriv()
-    roots = rate.roots() if np.any(rate.coef) else np.zeros(0)
-    return [z.real for z in roots if abs(z.imag) < 1e-6 and 0 < z.real <= h and rate.deriv()(z.real) > 0]
-
-
-def sum_of(terms: list[arb_mat], s: float) -> arb_mat:
-    """Return a Taylor polynomial at s, as midpoints."""
-    x = terms[-1]
-    for term in reversed(terms[:-1]):
-        x = x * arb(s) + term
-    return x.mid()
+    return [float(z) for z in real_roots(rate.coef, 1e-6) if rate.deriv()(z) > 0]

@@ -1,7 +1,7 @@
 """What is proved of the motions and special points of a file of razy-follow."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -26,12 +26,8 @@ FAR = 1e-7
 """A state farther off than this is refused also near a fold, where corrections say little."""
 ALLOWED = 1e-6
 """How far stored multipliers may be off, over the largest."""
-STEEP = 1e3
-"""Beside a grazing the largest multiplier grows without bound, and what rounding does to the state changes it."""
-BACK = 1e-12
-"""By how much the parameter may be changed to have the stored motion near a fold, where rounding moves it most."""
-
-
+ROUNDED = 1e-15
+"""How far rounding puts a state off, over its scales; beside a grazing it changes multipliers without bound."""
 CHANGES = ("GR", "ST", "SL", "CH")
 """Labels of motions between neighbours with other sequences of events."""
 COLUMNS = ("state", "multiplicity", "events", "stable", "multiplier", "period", "correction")
@@ -94,7 +90,7 @@ def _judged_once(judge: Any, *arguments: Any) -> Verdict:
         return Verdict("proved", radius=judge(*arguments))
     except Disproved as reason:
         return Verdict("refused", str(reason))
-    except (Undecided, ZeroDivisionError, ValueError) as reason:
+    except (Undecided, ArithmeticError, ValueError) as reason:
         return Verdict("undecided", str(reason))
     except NotCovered as reason:
         return Verdict("not covered", str(reason))
@@ -190,35 +186,45 @@ class _Row:
             try:
                 # Beside a fold or a doubling another motion may be what Newton's method came to.
                 proof, moved = near_fold(course, y, self._family(), self.phase, self.size)
-                near = not self._farther(system, y, proof.state, allowed) and bool(abs(moved) < BACK * self.size)
+                near = not self._farther(system, y, proof.state, allowed) and bool(abs(moved) < allowed * self.size)
             except Undecided:
                 near = False
             if not near and far:
                 raise Disproved("its state is farther from the proved one than its correction allows")
             if not near:
                 raise Undecided("a proved motion is near, but farther than the correction allows: a fold may be near")
-        self._compare(proof, changes or course.shortest < TOGETHER, lambda: course.multipliers_at(y))
+        self._compare(proof, course, y, changes or course.shortest < TOGETHER)
         return proof.radius
 
-    def _compare(self, proof: Proof, changes: bool, stored: Callable[[], list]) -> None:
+    def _compare(self, proof: Proof, course: Course, y: list[arb], changes: bool) -> None:
         if proof.stable is not None and self.row["stable"] >= 0 and proof.stable != bool(self.row["stable"]):
             raise (Undecided if changes else Disproved)("its stability is not the proved one")
-        # Beside a grazing the derivative at the stored state, which is off by rounding, is another.
-        if self._near(proof.multipliers, ALLOWED) or self._near(stored(), ALLOWED):
+        stored = [complex(*pair) for pair in self.row["multiplier"].T]
+        proved = [complex(z.mid()) for z in proof.multipliers]
+        allowed = ALLOWED * max(1.0, *map(abs, proved))
+        if _apart(stored, proved) <= allowed or _apart(stored, course.multipliers_at(y)) <= allowed + _spread(
+            course, y
+        ):
             return
-        if self._near(proof.multipliers, 10 * ALLOWED) or max(abs(complex(z.mid())) for z in proof.multipliers) > STEEP:
-            raise Undecided("its multipliers are not quite the proved ones; beside a grazing they hang on rounding")
         if changes:
             raise Undecided("its multipliers are other ones on its two sides, where the sequence of events changes")
         raise Disproved("its multipliers are not the proved ones")
 
-    def _near(self, multipliers: list, allowed: float) -> bool:
-        """Return whether the stored multipliers are among these, within `allowed` of the largest."""
-        left = [complex(z.mid()) for z in multipliers]
-        allowed *= max(1.0, *map(abs, left))
-        for real, imaginary in self.row["multiplier"].T:
-            nearest = min(left, key=lambda z: abs(z - complex(real, imaginary)), default=math.inf)
-            if abs(nearest - complex(real, imaginary)) > allowed:
-                return False
-            left.remove(nearest)
-        return True
+
+def _apart(some: list[complex], others: list[complex]) -> float:
+    """Return the largest distance between multipliers and those of others that are nearest, each for one."""
+    left, apart = list(others), [0.0]
+    for one in some:
+        nearest = min(left, key=lambda z: abs(z - one), default=math.inf)
+        apart.append(abs(nearest - one))
+        left = [z for z in left if z is not nearest]
+    return math.inf if any(map(math.isnan, apart)) else max(apart)
+
+
+def _spread(course: Course, y: list[arb]) -> float:
+    """Return by how much rounding of the state changes its multipliers."""
+    at, total = course.multipliers_at(y), 0.0
+    for i, scale in enumerate(course.scales):
+        moved = [value + ROUNDED * scale if i == j else value for j, value in enumerate(y)]
+        total += _apart(at, course.multipliers_at(moved))
+    return total
