@@ -286,7 +286,7 @@ class Follower:
                 continue
             rate = contact.rate @ x
             # What sticks has drifted by rounding only, where nothing was struck.
-            sticks = branches[j] == STICK and not struck
+            sticks = branches[j] == STICK and j in mode.held and not struck
             if sticks or abs(rate) <= self.noise(contact.rate, x) or j in rest:
                 rest.add(j)
                 branches[j] = STICK
