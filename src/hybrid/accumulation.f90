@@ -266,8 +266,8 @@ contains
       real(wp) :: to_come(system%m), later
       integer :: k
 
-      if (self%count(j) < 3) return
-      all_of_them = pack([(k, k=1, size(self%count))], self%count >= 3 .and. self%number(2, :) > self%number(1, j) .and. &
+      if (self%count(j) < 2) return
+      all_of_them = pack([(k, k=1, size(self%count))], self%count >= 2 .and. self%number(2, :) > self%number(1, j) .and. &
                          abs(self%ratio - self%ratio(j)) <= steady*self%ratio(j))
       if (size(all_of_them) < 2) return
       if (any(system%machine%contact%normal_of > 0)) then
@@ -328,11 +328,8 @@ contains
 
       integer :: i
 
-      alone = .true.
-      do i = 1, size(branch)
-         alone = alone .and. (i == j .or. .not. ((self%count(i) > 0 .and. self%number(2, i) > self%number(1, j)) .or. &
-                                                 self%whose(i) .or. system%machine%contact(i)%law%branch(branch(i))%constraint))
-      end do
+      alone = all([(i == j .or. .not. ((self%count(i) > 0 .and. self%number(2, i) > self%number(1, j)) .or. self%whose(i) &
+                                       .or. system%machine%contact(i)%law%branch(branch(i))%constraint), i=1, size(branch))])
    end function alone
 
    !> Whether the sequence of contact j is to end; `pull` closes the gap, `low`: the flight is rounding of s. Of a contact that is

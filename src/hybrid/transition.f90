@@ -159,8 +159,8 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(inout) :: z(:)
 
-      logical :: landed(size(self%next)), presses_change
-      integer :: i, j
+      logical :: presses_change
+      integer :: i
 
       call clear(self)
       presses_change = .false.
@@ -175,14 +175,6 @@ contains
          call resolve(self, system, tau, z, hit)
       else if (presses_change) then
          return
-      end if
-      if (.not. self%found) return
-      if (self%accumulation%landing .and. .not. self%accumulation%rest > 0.0_wp) then
-         call self%accumulation%land(system, self%dynamics%mode%branch, landed)
-         self%landed = count(landed)
-         do j = 1, size(landed)
-            if (landed(j) .and. .not. any(self%contact(:self%changes) == j)) call self%note(j, self%dynamics%mode%branch(j))
-         end do
       end if
       call follow_impacts(self, system, tau, z)
       call choose_press(self, system, tau, z)
@@ -208,9 +200,31 @@ contains
       self%branch(self%changes) = branch
    end subroutine note
 
-   !> Take up the impacts of the event; where sequences end, z loses the speeds of their gaps and the mode is settled again. The
-   !> changes that are noted stay those of the event.
+   !> Take up the impacts of the event, and land those whose sequences end now.
    subroutine follow_impacts(self, system, tau, z)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: tau
+      real(wp), intent(inout) :: z(:)
+
+      logical :: landed(size(self%next))
+      integer :: j
+
+      if (.not. self%found) return
+      if (self%impacts > 0) call cut_short(self, system, tau, z)
+      if (.not. self%accumulation%landing .or. self%accumulation%rest > 0.0_wp) return
+      associate (branch => self%dynamics%mode%branch, n => self%changes)
+         call self%accumulation%land(system, branch, landed)
+         self%landed = count(landed)
+         do j = 1, size(landed)
+            if (landed(j) .and. all(self%contact(:n) /= j .or. self%branch(:n) /= branch(j))) call self%note(j, branch(j))
+         end do
+      end associate
+   end subroutine follow_impacts
+
+   !> Where the event's impacts end sequences, z loses the speeds of their gaps and the mode is settled again. The changes that are
+   !> noted stay those of the event.
+   subroutine cut_short(self, system, tau, z)
       type(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: tau
@@ -220,7 +234,6 @@ contains
       integer :: changes, impacts
       logical :: touching(2, size(self%next))
 
-      if (.not. self%found .or. self%impacts == 0) return
       call self%accumulation%follow(system, self%dynamics, self%guards, self%side(:self%sides), tau, z, self%saltation, touching)
       if (.not. any(touching)) return
       contact = self%contact
@@ -233,7 +246,7 @@ contains
       self%changes = changes
       self%impacts = impacts
       call self%accumulation%confirm(system, self%dynamics%mode%branch)
-   end subroutine follow_impacts
+   end subroutine cut_short
 
    !> Impacts and the branches that follow at (tau, z), where the guards `hit` were left; without, branches and state are made
    !> consistent. Edges that are `touching` (lower and upper, contacts) do so whatever the gap.

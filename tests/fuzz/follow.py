@@ -285,7 +285,9 @@ class Follower:
             if not contact.friction or (j in let_go and not struck):
                 continue
             rate = contact.rate @ x
-            if abs(rate) <= self.noise(contact.rate, x) or j in rest:
+            # What sticks has drifted by rounding only, where nothing was struck.
+            sticks = branches[j] == STICK and j in mode.held and not struck
+            if sticks or abs(rate) <= self.noise(contact.rate, x) or j in rest:
                 rest.add(j)
                 branches[j] = STICK
             else:

@@ -1,6 +1,8 @@
 """Machines of round numbers: `exact`, `dop853` and an independent code agree, and twins of a machine move alike."""
 
+import functools
 import os
+import re
 import subprocess
 
 import compare
@@ -14,7 +16,7 @@ FIRST, LAST = (int(number) for number in os.environ.get("RAZY_FUZZ_SEEDS", "0:20
 # Part of the size of the motion within which codes agree, beside what a change of 1e-12 makes of it, times a factor;
 # where that is more than a part of the size, such a change parts motions.
 FLOOR, FACTOR, PARTED = 1e-8, 1000.0, 1e-4
-# The smallest size of a motion, m: one that rests is compared with this.
+# Smallest size of a motion, m, and in parts of how far the machine's bodies move: for those at rest.
 REST = 1e-6
 FAST = ["motion%integrator='dop853'", "motion%relative_tolerance=1e-13", "motion%absolute_tolerance=1e-16"]
 TWINS = {
@@ -51,12 +53,25 @@ def apart(a, b):
     return np.maximum.accumulate(away), max(REST, np.max(np.abs(a), initial=0.0))
 
 
-def differ(a, b, explained):
-    """What is said where two motions are apart by more than a change of 1e-12 explains, before that has parted them."""
+def least_size(folder, text):
+    """What the motion of a body that rests is compared with, m: how far those of the machine move, times `REST`."""
+    bodies = re.findall("^&mass name='(.*?)'", text, re.MULTILINE)
+    records = [f"&record observable='displacement', of='{name}', what='trajectory' /\n" for name in bodies]
+    found = run(folder, re.sub("^&record .*\n", "", text, flags=re.MULTILINE) + "".join(records), FAST)[0]
+    return REST * np.max(np.abs(found), initial=1.0)
+
+
+def differ(a, b, explained, least):
+    """What is said where two motions are apart by more than a change of 1e-12 explains, before that has parted them.
+
+    `least` is asked for the least size of the motion where it matters.
+    """
     if len(a) == 0 or len(b) == 0:
         return ""
     away, size = apart(a, b)
     explained = explained[: len(away)]
+    if np.any(away > size * FLOOR + FACTOR * explained):
+        size = max(size, least())
     bad = (away > size * FLOOR + FACTOR * explained) & (explained < size * PARTED)
     return f"parts by {away[np.argmax(bad)] / size:.1e} of its size at row {np.argmax(bad)}" if bad.any() else ""
 
@@ -77,15 +92,17 @@ def compare_scene(groups, folder, twins, asks_own=True):
     shaken = run(folder, rounds.shaken(text))[0]
     explained = np.full(len(exact), np.inf)
     explained[: len(shaken)] = apart(exact, shaken)[0]
+    least = functools.cache(lambda: least_size(folder, text))
+    parts = functools.partial(differ, exact, explained=explained, least=least)
     other, fell, missed = run(folder, text, FAST)
     # Impacts that lose nothing beside dampers become ever more: the motion is compared as far as it was followed.
     limited = "event limit" in end and "event limit" in fell
     wrong = [f"exact: {end}"] if end and not limited else []
     if missed == 0:
-        wrong += [f"dop853: {said}" for said in [differ(exact, other, explained) or fell * (not limited)] if said]
+        wrong += [f"dop853: {said}" for said in [parts(other) or fell * (not limited)] if said]
     if asks_own or wrong or limited:
         try:
-            wrong += [f"own: {said}" for said in [differ(exact, own(groups, text, exact), explained)] if said]
+            wrong += [f"own: {said}" for said in [parts(own(groups, text, exact))] if said]
         except follow.GaveUpError as error:
             # What none of the three follows to its end is no machine to compare with.
             if end and fell:
@@ -98,7 +115,7 @@ def compare_scene(groups, folder, twins, asks_own=True):
         other, fell, _ = run(folder, twin)
         if name == "units":
             other = other * 2.0**5
-        wrong += [f"{name}: {said}" for said in [differ(exact, other, explained) or fell * (not limited)] if said]
+        wrong += [f"{name}: {said}" for said in [parts(other) or fell * (not limited)] if said]
     return wrong, bool(explained[-1] > PARTED * apart(exact, exact)[1])
 
 
