@@ -1,11 +1,12 @@
 !! Text: lower case, quoting, lists, and the nearest known name for a misspelt one.
 module razy_core_text
+   use razy_core_kinds, only: i8
    implicit none(type, external)
    private
 
    public :: letters, name_characters, newline, string_t
    public :: lower, quoted, excerpt, append_text, join, alphabetical, position_of, edit_distance, nearest_name, did_you_mean
-   public :: texts_of
+   public :: texts_of, text_code
 
    !> What a name begins with, and what may follow.
    character(*), parameter :: letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
@@ -162,6 +163,19 @@ contains
       end do
       position_of = 0
    end function position_of
+
+   !> A number by which a text is told from others: two that differ have the same by chance only, one in 2**53. Trailing blanks do
+   !> not count.
+   pure integer(i8) function text_code(text) result(code)
+      character(*), intent(in) :: text
+
+      integer :: i
+
+      code = 0
+      do i = 1, len_trim(text)
+         code = iand(257*code + iachar(text(i:i)), 2_i8**53 - 1)
+      end do
+   end function text_code
 
    !> Number of insertions, deletions, replacements and swaps of neighbours that lead from `a` to `b`
    !> (optimal string alignment: no part is edited twice).

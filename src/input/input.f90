@@ -78,7 +78,7 @@ module razy_input_input
       procedure :: locate
       procedure :: put
       procedure :: effective
-      procedure :: agrees
+      procedure :: numbers
    end type input_t
 
 contains
@@ -574,26 +574,22 @@ contains
    pure function known_paths(self) result(paths)
       class(input_t), intent(in) :: self
       type(string_t), allocatable :: paths(:)
-      integer :: count, element, g, k, n, pass
+      integer :: count, element, g, k
       logical :: single
 
-      do pass = 1, 2
-         if (pass == 2) allocate (paths(n))
-         n = 0
-         do g = 1, self%filled
-            associate (group => self%groups(g), spec => self%schema(self%groups(g)%spec))
-               do k = 1, size(spec%keys)
-                  if (spec%keys(k)%type == type_logical .or. spec%keys(k)%type == type_string) cycle
-                  count = size(group%values(k)%words)
-                  ! of a single number the path has no subscript
-                  single = count <= 1 .and. spec%keys(k)%least == 1
-                  do element = merge(0, 1, single), merge(0, count, single)
-                     n = n + 1
-                     if (pass == 2) paths(n)%text = label_of(self, g)//"%"//indexed(spec%keys(k)%name, element)
-                  end do
+      allocate (paths(0))
+      do g = 1, self%filled
+         associate (group => self%groups(g), spec => self%schema(self%groups(g)%spec))
+            do k = 1, size(spec%keys)
+               if (spec%keys(k)%type == type_logical .or. spec%keys(k)%type == type_string) cycle
+               count = size(group%values(k)%words)
+               ! of a single number the path has no subscript
+               single = count <= 1 .and. spec%keys(k)%least == 1
+               do element = merge(0, 1, single), merge(0, count, single)
+                  call append_text(paths, label_of(self, g)//"%"//indexed(spec%keys(k)%name, element))
                end do
-            end associate
-         end do
+            end do
+         end associate
       end do
    end function known_paths
 
@@ -635,39 +631,38 @@ contains
       text = text(:length)
    end function effective
 
-   !> Whether another input of the same schema says the same, but for the groups and the key that are left out.
-   pure logical function agrees(self, other, groups, key)
+   !> What the input says, as numbers, but for the `groups` and the number at `key` of `group` that are left out: of each key how
+   !> many words it has, and these. Inputs of one schema with the same numbers say the same.
+   pure function numbers(self, groups, group, key) result(list)
       class(input_t), intent(in) :: self
-      type(input_t), intent(in) :: other
-      character(*), intent(in) :: groups(:), key
-      integer, allocatable :: mine(:), theirs(:)
-      integer :: g, k
+      character(*), intent(in) :: groups(:), group, key
+      real(wp), allocatable :: list(:)
+      logical :: left_out(0:size(self%schema))
+      integer :: at, g, i, k, key_left_out, n, pass, s
 
-      mine = others_than(self, groups)
-      theirs = others_than(other, groups)
-      agrees = size(mine) == size(theirs)
-      if (agrees) agrees = all(self%groups(mine)%spec == other%groups(theirs)%spec)
-      if (.not. agrees) return
-      do g = 1, size(mine)
-         associate (here => self%groups(mine(g)), there => other%groups(theirs(g)))
-            do k = 1, size(here%values)
-               if (self%schema(here%spec)%keys(k)%name == key) cycle
-               agrees = here%values(k)%equals(there%values(k))
-               if (.not. agrees) return
-            end do
-         end associate
+      left_out = .false.
+      do i = 1, size(groups)
+         left_out(group_at(self%schema, groups(i))) = .true.
       end do
-   end function agrees
-
-   !> Numbers of the groups of other names.
-   pure function others_than(self, groups) result(numbers)
-      type(input_t), intent(in) :: self
-      character(*), intent(in) :: groups(:)
-      integer, allocatable :: numbers(:)
-      integer :: g
-
-      numbers = pack([(g, g=1, self%filled)], [(all(groups /= self%schema(self%groups(g)%spec)%name), g=1, self%filled)])
-   end function others_than
+      call find(self, group, 1, key, s, at, key_left_out)
+      do pass = 1, 2
+         if (pass == 2) allocate (list(n))
+         n = 0
+         do g = 1, self%filled
+            if (left_out(self%groups(g)%spec)) cycle
+            associate (values => self%groups(g)%values)
+               do k = 1, size(values)
+                  if (g == at .and. k == key_left_out) cycle
+                  associate (words => values(k)%words)
+                     if (pass == 2) list(n + 1) = size(words)
+                     if (pass == 2) list(n + 2:n + 1 + size(words)) = words%number
+                     n = n + 1 + size(words)
+                  end associate
+               end do
+            end associate
+         end do
+      end do
+   end function numbers
 
    !> A line more in the first `length` letters of a text; its room is doubled, so that long inputs are written in linear time.
    pure subroutine add_line(text, length, line)

@@ -39,7 +39,8 @@ module razy_input_reader
       character(:), allocatable :: text
       !> Whether the user gave it, in the file or by `--set`, or a sweep put it; else it is a default
       logical :: given = .false.
-      !> What it says, once it is checked: a real, an integer, 1 for true and 0 for false
+      !> What it says, once it is checked: a real, an integer, 1 for true and 0 for false; by the number of a text it is told from
+      !> others
       real(wp) :: number = 0.0_wp
    end type word_t
 

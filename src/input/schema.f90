@@ -3,8 +3,8 @@
 !! A scene's schema grows by `add_group`, after which `add_real` and the like give the group its keys.
 !! Defaults are texts in namelist syntax; an unquoted default of a string key stands for itself.
 module razy_input_schema
-   use razy_core_kinds, only: wp
-   use razy_core_text, only: append_text, string_t
+   use razy_core_kinds, only: i8, wp
+   use razy_core_text, only: append_text, string_t, text_code
    implicit none(type, external)
    private
 
@@ -20,6 +20,8 @@ module razy_input_schema
    type :: key_spec_t
       !> Name, and meaning in one line
       character(:), allocatable :: name, doc
+      !> Code of the name, by which it is found
+      integer(i8) :: code = 0
       !> One of the `type_` constants
       integer :: type = 0
       !> Least and most number of values
@@ -41,6 +43,8 @@ module razy_input_schema
       !> Name, and meaning in one line
       character(:), allocatable :: name, doc
       type(key_spec_t), allocatable :: keys(:)
+      !> Code of the name, by which it is found
+      integer(i8) :: code = 0
       logical :: required = .false., repeatable = .false.
    end type group_spec_t
 
@@ -60,10 +64,12 @@ contains
          call move_alloc(schema(g)%name, longer(g)%name)
          call move_alloc(schema(g)%doc, longer(g)%doc)
          call move_alloc(schema(g)%keys, longer(g)%keys)
+         longer(g)%code = schema(g)%code
          longer(g)%required = schema(g)%required
          longer(g)%repeatable = schema(g)%repeatable
       end do
       longer(g)%name = name
+      longer(g)%code = text_code(name)
       longer(g)%doc = doc
       allocate (longer(g)%keys(0))
       if (present(required)) longer(g)%required = required
@@ -169,6 +175,7 @@ contains
       type(key_spec_t) :: spec
 
       spec%name = name
+      spec%code = text_code(name)
       spec%doc = doc
       spec%type = type
       spec%unit = ""
@@ -193,10 +200,12 @@ contains
       type(group_spec_t), intent(in) :: schema(:)
       character(*), intent(in) :: name
 
-      do group_at = 1, size(schema)
-         if (same(schema(group_at)%name, name)) return
+      integer(i8) :: code
+
+      code = text_code(name)
+      do group_at = size(schema), 1, -1
+         if (schema(group_at)%code == code) return
       end do
-      group_at = 0
    end function group_at
 
    !> Place of the key with this lower-case name; 0 when there is none.
@@ -204,19 +213,12 @@ contains
       type(group_spec_t), intent(in) :: spec
       character(*), intent(in) :: name
 
-      do key_at = 1, size(spec%keys)
-         if (same(spec%keys(key_at)%name, name)) return
+      integer(i8) :: code
+
+      code = text_code(name)
+      do key_at = size(spec%keys), 1, -1
+         if (spec%keys(key_at)%code == code) return
       end do
-      key_at = 0
    end function key_at
-
-   !> Whether the name of a specification is another. Most differ in length or in the first letter, which costs no call.
-   pure logical function same(name, other)
-      character(*), intent(in) :: name, other
-
-      same = .false.
-      if (len(name) /= len_trim(other) .or. len(name) == 0) return
-      if (name(1:1) == other(1:1)) same = name == other
-   end function same
 
 end module razy_input_schema

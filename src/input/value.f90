@@ -4,7 +4,7 @@ module razy_input_value
    use razy_core_kinds, only: wp
    use razy_core_number, only: number_malformed, number_not_finite, number_ok, parse_integer, parse_logical, parse_real, &
                                to_text
-   use razy_core_text, only: join, nearest_name, newline, position_of, quoted
+   use razy_core_text, only: join, nearest_name, newline, position_of, quoted, text_code
    use razy_input_reader, only: entry_t, indexed, read_words, word_bare, word_gap, word_string, word_t, words_text
    use razy_input_schema, only: key_spec_t, type_integer, type_logical, type_real, type_string
    implicit none(type, external)
@@ -24,7 +24,6 @@ module razy_input_value
       procedure :: put
       procedure :: as_written
       procedure :: as_namelist
-      procedure :: equals
    end type value_t
 
    !> No machine has larger numbers, nor smaller ones where 0 is not allowed; products of them stay within those of the computer.
@@ -159,6 +158,7 @@ contains
          else
             ok = .true.
          end if
+         word%number = real(text_code(word%text), wp)
       end select
       if (.not. ok .and. .not. allocated(reason)) reason = ""
    end subroutine check_word
@@ -191,23 +191,6 @@ contains
       call lengthen(self, i)
       self%words(i) = word_t(kind=word_bare, given=.true., number=number)
    end subroutine put
-
-   !> Whether two values have the same elements.
-   pure logical function equals(self, other)
-      class(value_t), intent(in) :: self
-      type(value_t), intent(in) :: other
-      integer :: i
-
-      equals = size(self%words) == size(other%words)
-      if (.not. equals) return
-      do i = 1, size(self%words)
-         associate (a => self%words(i), b => other%words(i))
-            equals = a%kind == b%kind .and. .not. abs(a%number - b%number) > 0.0_wp
-            if (equals .and. a%kind == word_string) equals = a%text == b%text
-            if (.not. equals) return
-         end associate
-      end do
-   end function equals
 
    !> What the user gave, in one line; the default where nothing was given.
    pure function as_written(self, spec) result(text)

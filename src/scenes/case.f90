@@ -13,7 +13,6 @@ module razy_scenes_case
    use razy_scenes_records, only: read_records, record_t
    use razy_scenes_scene, only: scene_t
    use razy_scenes_start, only: set_start
-   use razy_scenes_surrounding, only: note_surrounding
    implicit none(type, external)
    private
 
@@ -138,7 +137,6 @@ contains
       if (.not. allocated(scene)) call scene_of(scene, input)
       call scene%build(machine, input, error)
       if (allocated(error)) return
-      call note_surrounding(machine, input)
       call read_records(machine, records, scene, input, error)
       if (allocated(error)) return
       if (input%count("motion") == 0) then

@@ -12,7 +12,7 @@ module razy_scenes_contacts
    use razy_scenes_gap_laws, only: add_gap_law_keys, read_gap_law
    use razy_scenes_harmonics, only: add_harmonic, frequency_t, harmonics_t, read_frequency
    use razy_scenes_scene, only: scene_t, site_t
-   use razy_scenes_tables, only: check_spring, curved_springs, new_spring_law
+   use razy_scenes_tables, only: curved_springs, new_spring_law
    implicit none(type, external)
    private
 
@@ -60,7 +60,7 @@ contains
    end function contacts_of
 
    !> Stops, rings and springs that are not linear, which follow the `meshes` gear meshes of the machine, and friction elements,
-   !> which are its last contacts. Of linear springs it is checked that they have what they need.
+   !> which are its last contacts.
    subroutine read_contacts(machine, scene, meshes, input, harmonics, error)
       type(machine_t), intent(inout) :: machine
       class(scene_t), intent(in) :: scene
@@ -69,19 +69,13 @@ contains
       type(harmonics_t), intent(inout) :: harmonics
       type(error_t), allocatable, intent(out) :: error
 
-      integer, allocatable :: curved(:)
       integer :: i, rings, stops
 
-      do i = 1, input%count("spring")
-         call check_spring(input, i, error)
-         if (allocated(error)) return
-      end do
-      curved = curved_springs(input)
       stops = input%count("stop")
       rings = input%count("ring")
       call read_all("stop", [(i, i=1, stops)], meshes)
       call read_all("ring", [(i, i=1, rings)], meshes + stops)
-      call read_all("spring", curved, meshes + stops + rings)
+      call read_all("spring", curved_springs(input), meshes + stops + rings)
       call read_all("friction", [(i, i=1, input%count("friction"))], size(machine%contact) - input%count("friction"))
 
    contains

@@ -6,6 +6,7 @@
 module razy_scenes_scene
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
+   use razy_core_text, only: string_t
    use razy_input_input, only: input_t
    use razy_input_schema, only: group_spec_t
    use razy_machine_frame, only: frame_t
@@ -13,7 +14,11 @@ module razy_scenes_scene
    implicit none(type, external)
    private
 
-   public :: coordinate_t, force_t, scene_t, site_t
+   public :: beside_structure, coordinate_t, force_t, scene_t, site_t
+
+   !> Groups that say what is done with a machine, where it starts, or what acts on it.
+   character(*), parameter :: beside_structure(*) = [character(8) :: "motion", "record", "sweep", "tune", "starts", "duel", &
+                                                                                              "initial", "load", "friction", "ring"]
 
    !> A coordinate, or the motion of a point, that an input names.
    type :: coordinate_t
@@ -47,7 +52,14 @@ module razy_scenes_scene
    end type site_t
 
    type, abstract :: scene_t
+      !> The last machine without contacts and what acts on it, where the kind of scene keeps that.
+      type(machine_t), allocatable :: structure
+      !> What its structure was made of; not allocated where there is none to keep.
+      real(wp), allocatable, private :: made_of(:)
    contains
+      procedure :: renew
+      procedure :: begin_structure
+      procedure(new_structure), deferred :: new_structure
       procedure(schema), deferred, nopass :: schema
       procedure(build), deferred :: build
       procedure(find_coordinate), deferred :: find_coordinate
@@ -72,6 +84,15 @@ module razy_scenes_scene
          type(input_t), intent(in) :: input
          type(error_t), allocatable, intent(out) :: error
       end subroutine build
+
+      !> What a scene keeps from machine to machine, as far as an input says the same.
+      subroutine new_structure(self, input, error)
+         import :: error_t, input_t, scene_t
+         implicit none(type, external)
+         class(scene_t), intent(inout) :: self
+         type(input_t), intent(in) :: input
+         type(error_t), allocatable, intent(out) :: error
+      end subroutine new_structure
 
       !> What `key` of `group` number i names; in `initial` it has to be a coordinate of the machine itself.
       subroutine find_coordinate(self, coordinate, input, group, i, key, error)
@@ -110,5 +131,52 @@ module razy_scenes_scene
          type(error_t), allocatable, intent(out) :: error
       end subroutine find_site
    end interface
+
+contains
+
+   !> Make the structure anew if the input says another one than before: the speed of &rotation and the groups left out are not
+   !> of it.
+   subroutine renew(self, input, left_out, error)
+      class(scene_t), intent(inout) :: self
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: left_out(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: numbers(:)
+      logical :: same
+
+      numbers = input%numbers(left_out, "rotation", "speed_rpm")
+      same = allocated(self%made_of)
+      if (same) same = size(numbers) == size(self%made_of)
+      if (same) same = .not. any(abs(numbers - self%made_of) > 0.0_wp)
+      if (same) return
+      call move_alloc(numbers, self%made_of)
+      call self%new_structure(input, error)
+      if (allocated(error)) deallocate (self%made_of)
+   end subroutine renew
+
+   !> A structure of coordinates with these names, which are angles if they turn, and masses, so far without springs.
+   subroutine begin_structure(self, name, turns, mass, contacts, input)
+      class(scene_t), intent(inout) :: self
+      type(string_t), intent(in) :: name(:)
+      logical, intent(in) :: turns(:)
+      real(wp), intent(in) :: mass(:)
+      integer, intent(in) :: contacts
+      type(input_t), intent(in) :: input
+
+      integer :: i
+
+      self%structure = machine_t(coordinate=[character(64) ::(name(i)%text, i=1, size(name))], &
+                                 unit=[character(16) :: merge("rad", "m  ", turns)], &
+                                 rate_unit=[character(16) :: merge("rad/s", "m/s  ", turns)])
+      associate (machine => self%structure, n => size(name))
+         call input%get("scene", 1, "title", machine%title)
+         allocate (machine%mass(n, n), machine%damping(n, n), machine%stiffness(n, n), machine%load(n), source=0.0_wp)
+         allocate (machine%contact(contacts))
+         do i = 1, n
+            machine%mass(i, i) = mass(i)
+         end do
+      end associate
+   end subroutine begin_structure
 
 end module razy_scenes_scene

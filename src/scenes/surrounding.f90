@@ -22,40 +22,33 @@ contains
 
       character(:), allocatable :: first
       real(wp), allocatable :: angle(:)
-      logical :: seen(input%count("stop"))
+      type(string_t), allocatable :: ends(:)
+      type(string_t) :: place(input%count("stop"))
+      logical :: seen(size(place))
       integer :: i, j
 
+      do i = 1, size(place)
+         call input%get("stop", i, "between", ends)
+         place(i)%text = lower(join(ends, " and "))
+      end do
       seen = .false.
-      if (input%choice("scene", 1, "kind") == "lumped") return
       allocate (machine%caution(0))
       do i = 1, size(seen)
          if (seen(i)) cycle
          allocate (angle(0))
          do j = i, size(seen)
             if (seen(j)) cycle
-            seen(j) = place_of(input, j) == place_of(input, i)
+            seen(j) = place(j)%text == place(i)%text
             if (seen(j) .and. input%given("stop", j, "direction")) angle = [angle, angle_of(input, j)]
          end do
          if (surround(angle)) then
             call input%get("stop", i, "name", first)
-            call append_text(machine%caution, to_text(size(angle))//" stops around "//place_of(input, i)//" ('"//first// &
+            call append_text(machine%caution, to_text(size(angle))//" stops around "//place(i)%text//" ('"//first// &
                              "' and others) are flat faces: what touches two of them is pushed by both; a round hole is a &ring")
          end if
          deallocate (angle)
       end do
    end subroutine note_surrounding
-
-   !> What stop i is between.
-   function place_of(input, i) result(place)
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-      character(:), allocatable :: place
-
-      type(string_t), allocatable :: ends(:)
-
-      call input%get("stop", i, "between", ends)
-      place = lower(join(ends, " and "))
-   end function place_of
 
    !> The angle of the direction of stop i in the plane (the last two of three components).
    function angle_of(input, i) result(angle)

@@ -11,7 +11,7 @@ module razy_scenes_tables
    implicit none(type, external)
    private
 
-   public :: add_spring_keys, add_table_keys, check_spring, curved_springs, holds_always, is_linear, new_spring_law, &
+   public :: add_spring_keys, add_table_keys, check_springs, curved_springs, holds_always, is_linear, new_spring_law, &
              read_stop_table
 
    integer, parameter :: most_points = 200, most_powers = 9
@@ -70,43 +70,42 @@ contains
 
       integer :: i
 
-      number = [(i, i=1, input%count("spring"))]
-      number = pack(number, [(.not. is_linear(input, i), i=1, size(number))])
+      number = pack([(i, i=1, input%count("spring"))], [(.not. is_linear(input, i), i=1, input%count("spring"))])
    end function curved_springs
 
    !> Refuse keys of another law, and a spring without what its own needs.
-   subroutine check_spring(input, i, error)
+   subroutine check_springs(input, error)
       type(input_t), intent(in) :: input
-      integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
       character(:), allocatable :: law
       real(wp) :: damping, factor
-      integer :: k
+      integer :: i, k
 
-      law = input%choice("spring", i, "law")
-      do k = 1, size(keys)
-         if (.not. input%given("spring", i, trim(keys(k))) .or. owners(k) == law) cycle
-         call input%complain(error, "spring", i, trim(keys(k)), "left out with law = '"//law// &
-                             "'; it belongs to '"//trim(owners(k))//"'")
-         return
+      do i = 1, input%count("spring")
+         law = input%choice("spring", i, "law")
+         do k = 1, size(keys)
+            if (.not. input%given("spring", i, trim(keys(k))) .or. owners(k) == law) cycle
+            call input%complain(error, "spring", i, trim(keys(k)), "left out with law = '"//law// &
+                                "'; it belongs to '"//trim(owners(k))//"'")
+            return
+         end do
+         ! Keys that not every kind of scene has.
+         factor = 0.0_wp
+         call input%get("spring", i, "damping", damping)
+         if (input%given("spring", i, "damping_factor")) call input%get("spring", i, "damping_factor", factor)
+         if (law /= "linear" .and. abs(factor) > 0.0_wp) then
+            call input%complain(error, "spring", i, "damping_factor", "0 with law = '"//law//"'; it belongs to 'linear'")
+         else if (law == "table" .and. abs(damping) > 0.0_wp) then
+            call input%complain(error, "spring", i, "damping", "0 with law = 'table', which has line_damping")
+         else if (law == "linear" .and. .not. input%given("spring", i, "stiffness")) then
+            call input%complain(error, "spring", i, "stiffness", "required: the stiffness in N/m or N m/rad")
+         else if (law == "polynomial" .and. .not. input%given("spring", i, "coefficients")) then
+            call input%complain(error, "spring", i, "coefficients", "required by law = 'polynomial': c1, c2, c3, ...")
+         end if
+         if (allocated(error)) return
       end do
-      ! Keys that not every kind of scene has.
-      factor = 0.0_wp
-      call input%get("spring", i, "damping", damping)
-      if (input%given("spring", i, "damping_factor")) call input%get("spring", i, "damping_factor", factor)
-      if (law /= "linear" .and. abs(factor) > 0.0_wp) then
-         call input%complain(error, "spring", i, "damping_factor", "0 with law = '"//law//"'; it belongs to 'linear'")
-      else if (law == "table" .and. abs(damping) > 0.0_wp) then
-         call input%complain(error, "spring", i, "damping", "0 with law = 'table', which has line_damping")
-      end if
-      if (allocated(error)) return
-      if (law == "linear" .and. .not. input%given("spring", i, "stiffness")) then
-         call input%complain(error, "spring", i, "stiffness", "required: the stiffness in N/m or N m/rad")
-      else if (law == "polynomial" .and. .not. input%given("spring", i, "coefficients")) then
-         call input%complain(error, "spring", i, "coefficients", "required by law = 'polynomial': c1, c2, c3, ...")
-      end if
-   end subroutine check_spring
+   end subroutine check_springs
 
    subroutine new_spring_law(law, input, i, error)
       class(contact_law_t), allocatable, intent(out) :: law

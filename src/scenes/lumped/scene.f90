@@ -18,19 +18,22 @@ module razy_scenes_lumped_scene
    use razy_scenes_loads, only: add_loads
    use razy_scenes_lumped_bodies, only: bodies_t, find_body, find_ends, find_row, find_speeds, new_bodies
    use razy_scenes_lumped_schema, only: lumped_schema
-   use razy_scenes_scene, only: coordinate_t, force_t, scene_t, site_t
-   use razy_scenes_tables, only: holds_always, is_linear
+   use razy_scenes_scene, only: beside_structure, coordinate_t, force_t, scene_t, site_t
+   use razy_scenes_tables, only: check_springs, holds_always, is_linear
    implicit none(type, external)
    private
 
    public :: lumped_t
 
-   !> The scene; it keeps the bodies of the machine that was built last.
+   !> The scene; it keeps the bodies of the machine that was built last, and their mean speeds over that of `&rotation`.
    type, extends(scene_t) :: lumped_t
-      type(bodies_t), private :: bodies
+      private
+      type(bodies_t) :: bodies
+      real(qp), allocatable :: ratio(:)
    contains
       procedure, nopass :: schema => lumped_schema
       procedure :: build
+      procedure :: new_structure
       procedure :: find_coordinate
       procedure :: find_site
       procedure :: find_force
@@ -46,34 +49,37 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(harmonics_t) :: harmonics
-      real(qp), allocatable :: ratio(:)
       integer :: i, meshes, n
 
-      call new_bodies(self%bodies, input, error)
+      call self%renew(input, [beside_structure, "stop    "], error)
       if (allocated(error)) return
+      machine = self%structure
       n = self%bodies%count
-      call input%get("scene", 1, "title", machine%title)
-      machine%coordinate = [character(64) ::(self%bodies%name(i)%text, i=1, n)]
-      machine%unit = [character(16) :: merge("rad", "m  ", self%bodies%turns)]
-      machine%rate_unit = [character(16) :: merge("rad/s", "m/s  ", self%bodies%turns)]
-      allocate (machine%mass(n, n), machine%damping(n, n), machine%stiffness(n, n), machine%load(n), source=0.0_wp)
-      do i = 1, n
-         machine%mass(i, i) = self%bodies%mass(i)
-      end do
-      call add_connections(machine, self%bodies, input, error)
-      if (.not. allocated(error)) call find_speeds(self%bodies, input, ratio, error)
-      if (allocated(error)) return
       meshes = input%count("gear_mesh")
-      allocate (machine%contact(meshes + contacts_of(input)))
       call new_harmonics(harmonics, n + 2*size(machine%contact), input)
       do i = 1, meshes
-         call new_mesh(machine%contact(i), self%bodies, input, i, ratio, harmonics, [n + i, n + size(machine%contact) + i], error)
+         call new_mesh(machine%contact(i), self%bodies, input, i, self%ratio, harmonics, &
+                       [n + i, n + size(machine%contact) + i], error)
          if (allocated(error)) return
       end do
       call read_contacts(machine, self, meshes, input, harmonics, error)
       if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)
       if (.not. allocated(error)) call take_harmonics(machine, harmonics)
    end subroutine build
+
+   subroutine new_structure(self, input, error)
+      class(lumped_t), intent(inout) :: self
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      call new_bodies(self%bodies, input, error)
+      if (.not. allocated(error)) call check_springs(input, error)
+      if (allocated(error)) return
+      call self%begin_structure(self%bodies%name, self%bodies%turns, self%bodies%mass, &
+                                input%count("gear_mesh") + contacts_of(input), input)
+      call add_connections(self%structure, self%bodies, input, error)
+      if (.not. allocated(error)) call find_speeds(self%bodies, input, self%ratio, error)
+   end subroutine new_structure
 
    !> Gear mesh i; its error and the harmonics of its stiffness go to the rows `row` of the harmonics. `ratio` (bodies) are mean
    !> speeds over that of `&rotation`.

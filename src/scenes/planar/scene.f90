@@ -25,8 +25,9 @@ module razy_scenes_planar_scene
    use razy_scenes_planar_meshes, only: read_meshes
    use razy_scenes_planar_schema, only: matrix_all, matrix_untuned, planar_schema
    use razy_scenes_planar_turning, only: bound_turning
-   use razy_scenes_scene, only: coordinate_t, force_t, scene_t, site_t
-   use razy_scenes_tables, only: holds_always, is_linear
+   use razy_scenes_scene, only: beside_structure, coordinate_t, force_t, scene_t, site_t
+   use razy_scenes_surrounding, only: note_surrounding
+   use razy_scenes_tables, only: check_springs, holds_always, is_linear
    implicit none(type, external)
    private
 
@@ -41,6 +42,7 @@ module razy_scenes_planar_scene
    contains
       procedure, nopass :: schema => planar_schema
       procedure :: build
+      procedure :: new_structure
       procedure :: find_coordinate
       procedure :: find_site
       procedure :: find_force
@@ -58,47 +60,42 @@ contains
       type(harmonics_t) :: harmonics
       integer :: meshes
 
-      call new_bodies(self%bodies, input, error)
+      call self%renew(input, [beside_structure, "exciter "], error)
       if (allocated(error)) return
-      call begin_machine(machine, self%bodies, input)
-      call read_links(self%link, self%bodies, input, ["spring", "damper"], error)
-      if (.not. allocated(error)) call read_links(self%stop, self%bodies, input, ["stop"], error)
-      if (allocated(error)) return
+      machine = self%structure
       meshes = input%count("gear_mesh")
-      allocate (machine%contact(meshes + contacts_of(input)))
       call new_harmonics(harmonics, size(machine%load) + 2*size(machine%contact), input)
       call read_meshes(machine%contact, self%bodies, input, harmonics, error)
       if (.not. allocated(error)) call read_contacts(machine, self, meshes, input, harmonics, error)
-      if (.not. allocated(error)) call add_connections(machine, self%link, self%stop, input, error)
-      if (.not. allocated(error)) call bound_turning(machine, self%bodies, self%link, self%stop, input, error)
       if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)
       if (.not. allocated(error)) call add_gravity(machine%load, self%bodies, input, error)
       if (.not. allocated(error)) call add_exciters(self%bodies, input, harmonics, error)
       if (.not. allocated(error)) call take_harmonics(machine, harmonics)
    end subroutine build
 
-   !> Coordinates and masses; the other matrices are zero.
-   subroutine begin_machine(machine, bodies, input)
-      type(machine_t), intent(inout) :: machine
-      type(bodies_t), intent(in) :: bodies
+   subroutine new_structure(self, input, error)
+      class(planar_t), intent(inout) :: self
       type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
 
       type(string_t), allocatable :: names(:)
-      integer :: b, i, n
+      integer :: i
 
-      n = 3*bodies%count
-      call input%get("scene", 1, "title", machine%title)
-      call coordinate_names(bodies, names)
-      machine%coordinate = [character(64) ::(names(i)%text, i=1, n)]
-      machine%unit = [character(16) ::(merge("rad", "m  ", modulo(i, 3) == 0), i=1, n)]
-      machine%rate_unit = [character(16) ::(merge("rad/s", "m/s  ", modulo(i, 3) == 0), i=1, n)]
-      allocate (machine%mass(n, n), machine%damping(n, n), machine%stiffness(n, n), machine%load(n), source=0.0_wp)
-      do b = 1, bodies%count
-         machine%mass(3*b - 2, 3*b - 2) = bodies%mass(b)
-         machine%mass(3*b - 1, 3*b - 1) = bodies%mass(b)
-         machine%mass(3*b, 3*b) = bodies%inertia(b)
-      end do
-   end subroutine begin_machine
+      call new_bodies(self%bodies, input, error)
+      if (.not. allocated(error)) call check_springs(input, error)
+      if (.not. allocated(error)) call read_links(self%link, self%bodies, input, ["spring", "damper"], error)
+      if (.not. allocated(error)) call read_links(self%stop, self%bodies, input, ["stop"], error)
+      if (allocated(error)) return
+      call coordinate_names(self%bodies, names)
+      associate (mass => self%bodies%mass)
+         call self%begin_structure(names, [(modulo(i, 3) == 0, i=1, size(names))], &
+                                   [(mass(i), mass(i), self%bodies%inertia(i), i=1, size(mass))], &
+                                   input%count("gear_mesh") + contacts_of(input), input)
+      end associate
+      call add_connections(self%structure, self%link, self%stop, input, error)
+      if (.not. allocated(error)) call bound_turning(self%structure, self%bodies, self%link, self%stop, input, error)
+      if (.not. allocated(error)) call note_surrounding(self%structure, input)
+   end subroutine new_structure
 
    !> Springs, dampers and proportional damping into K and B, and what is free of them; all pairs of a group share its stiffness
    !> and damping.

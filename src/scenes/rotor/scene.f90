@@ -29,7 +29,8 @@ module razy_scenes_rotor_scene
    use razy_scenes_rotor_reduction, only: is_reduced, reduce
    use razy_scenes_rotor_schema, only: rotor_schema
    use razy_scenes_rotor_stops, only: find_rotor_site
-   use razy_scenes_scene, only: coordinate_t, force_t, scene_t, site_t
+   use razy_scenes_scene, only: beside_structure, coordinate_t, force_t, scene_t, site_t
+   use razy_scenes_surrounding, only: note_surrounding
    implicit none(type, external)
    private
 
@@ -44,20 +45,16 @@ module razy_scenes_rotor_scene
       real(qp), allocatable, private :: ratio(:)
       !> Motions without stiffness and damping (p, r each).
       real(wp), allocatable, private :: free_of_stiffness(:, :), free_of_damping(:, :)
-      !> The input that model and reduction were made of; not allocated before they are.
-      type(input_t), allocatable, private :: made_of
    contains
       procedure, nopass :: schema => rotor_schema
       procedure :: build_model
       procedure :: build
+      procedure :: new_structure
       procedure :: find_coordinate
       procedure :: find_site
       procedure :: find_force
    end type rotor_scene_t
 
-   !> Groups that say what is done with a machine, or load it.
-   character(*), parameter :: left_out(*) = [character(9) :: "motion", "record", "sweep", "initial", "load", "stop", "ring", &
-                                                                                                       "friction", "starts", "duel"]
    !> Beyond, fewer than six digits of the lowest frequencies are right.
    real(wp), parameter :: stiffest_bearing = 1.0e6_wp
 
@@ -121,7 +118,7 @@ contains
       type(harmonics_t) :: harmonics
       integer :: i, meshes, n
 
-      call renew_model(self, input, error)
+      call self%renew(input, [beside_structure, "stop    "], error)
       if (.not. allocated(error)) call check_tables(self%model%rotor, input, "rotation", "speed_rpm", error)
       if (allocated(error)) return
       n = size(self%reduced%load)
@@ -145,25 +142,21 @@ contains
       if (.not. allocated(error)) call add_unbalance(self%model, self%reduced, self%ratio, input, harmonics, error)
       if (allocated(error)) return
       call take_harmonics(machine, harmonics)
+      call note_surrounding(machine, input)
    end subroutine build
 
-   !> Model and reduction, if they are not those of the machine before, as in a sweep over the speed.
-   subroutine renew_model(self, input, error)
+   !> Model and reduction.
+   subroutine new_structure(self, input, error)
       class(rotor_scene_t), intent(inout) :: self
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
       logical :: circulatory, gyroscopic
 
-      if (allocated(self%made_of)) then
-         if (self%made_of%agrees(input, left_out, "speed_rpm")) return
-         deallocate (self%made_of)
-      end if
       call self%build_model(input, .true., error)
       if (.not. allocated(error)) call reduce(self%reduced, self%model, input, error)
       if (allocated(error)) return
       call make_symmetric(self%reduced)
-      self%made_of = input
       circulatory = .false.
       gyroscopic = .false.
       if (input%count("rotation") > 0) then
@@ -171,7 +164,7 @@ contains
          call input%get("rotation", 1, "circulatory", circulatory)
       end if
       call find_rotor_motions(self%model, self%reduced, gyroscopic, circulatory, self%free_of_stiffness, self%free_of_damping)
-   end subroutine renew_model
+   end subroutine new_structure
 
    !> What is symmetric is so to the last bit, what is skew, too.
    subroutine make_symmetric(reduced)
