@@ -20,8 +20,6 @@ module razy_observe_extrema
    !> Records the extrema of observable number `form`.
    type, extends(observer_t) :: extrema_t
       integer :: form = 1
-      !> What the observable is called in results.
-      character(:), allocatable :: name, unit, long_name
       !> How nearly maxima are to repeat themselves, if the time of that is asked for.
       real(wp), allocatable :: cycle_tolerance
       !> Extrema found (count): value, time in s, +1 for a maximum and -1 for a minimum.
@@ -150,10 +148,10 @@ contains
       character(:), allocatable :: along, group
       integer(int8), allocatable :: kind(:)
 
-      group = "/extrema/"//self%name//"/"
+      group = "/extrema/"//machine%observable(self%form)%name//"/"
       along = group//"extremum"
-      associate (n => self%count, unused => machine)
-         call table%add(group//"value", self%value(:n), self%unit, "extrema of "//self%long_name, along)
+      associate (n => self%count, seen => machine%observable(self%form))
+         call table%add(group//"value", self%value(:n), seen%unit, "extrema of "//seen%long_name, along)
          call table%add(group//"time", self%time(:n), "s", "time of the extremum", along)
          ! Not as an expression, whose value would stand on the stack.
          allocate (kind(n))
@@ -162,9 +160,9 @@ contains
       end associate
       call table%note_meanings([1, -1], ["maximum", "minimum"])
       if (.not. allocated(self%cycle_tolerance)) return
-      associate (n => self%count)
+      associate (n => self%count, seen => machine%observable(self%form))
          call table%add("/point/cycle_time", cycle_time(self%value(:n), self%time(:n), self%kind(:n), self%cycle_tolerance), "s", &
-                        "time in which "//self%long_name//" repeats itself")
+                        "time in which "//seen%long_name//" repeats itself")
       end associate
    end subroutine columns
 

@@ -1,7 +1,7 @@
 !! The motion at given or natural times: observables and, if asked for, all coordinates and their rates.
 !!
-!! Given times are from + i*interval, formed from the integer. Natural times are the events and, between them, the
-!! interval that the integrator names.
+!! Given times are from + i*interval, formed from the integer; of a strobe they are the multiples of the interval, from `from` on.
+!! Natural times are the events and, between them, the interval that the integrator names.
 module razy_observe_trajectory
    use razy_core_kinds, only: i8, wp
    use razy_core_resize, only: resize
@@ -18,13 +18,16 @@ module razy_observe_trajectory
       integer, allocatable :: form(:)
       !> Interval of recording, s; 0 takes natural times.
       real(wp) :: interval = 0.0_wp
+      !> Multiples of the interval are taken: the excitation has the same phase in all of them.
+      logical :: strobe = .false.
       !> Number of coordinates n of the machine if the state is recorded, which needs all of them followed; else 0.
       integer :: coordinates = 0
       !> Number of points; times in s (count), values (form, count), displacements and velocities (n, count): the first `count`
       !> are valid.
       integer :: count = 0
-      !> Number of the next of the given times.
+      !> Number of the next of the given times, which count from `first`, s.
       integer(i8), private :: next = 0
+      real(wp), private :: first = 0.0_wp
       real(wp), allocatable :: time(:), value(:, :), displacement(:, :), velocity(:, :)
    contains
       procedure :: forget
@@ -39,6 +42,11 @@ contains
 
       self%count = 0
       self%next = 0
+      self%first = self%from
+      if (self%strobe) then
+         self%first = 0.0_wp
+         self%next = ceiling(self%from/self%interval*(1 - 4*epsilon(1.0_wp)), i8)
+      end if
       call make_room(self, 1024_i8)
    end subroutine forget
 
@@ -53,9 +61,9 @@ contains
       if (self%interval > 0.0_wp) then
          ! Points are counted, so that none is lost between two pieces whose ends differ by rounding.
          do
-            tau = ((self%from - part%time) + self%next*self%interval) - part%time_low
-            if (tau >= part%duration .and. .not. (part%last .and. tau <= part%duration + 4*spacing(part%time))) exit
-            call record(self, part, self%from + self%next*self%interval, min(max(tau, 0.0_wp), part%duration))
+            tau = ((self%first - part%time) + self%next*self%interval) - part%time_low
+            if (tau >= part%duration .and. .not. (part%last .and. tau <= part%duration + 4*spacing(part%time + tau))) exit
+            call record(self, part, self%first + self%next*self%interval, min(max(tau, 0.0_wp), part%duration))
             self%next = self%next + 1
          end do
       else
@@ -98,7 +106,7 @@ contains
       call resize(self%velocity, self%coordinates, points)
    end subroutine make_room
 
-   !> Hand over the motion of a machine: `/time`, the groups `/state` and `/observable`.
+   !> Hand over the motion of a machine: `/time`, the groups `/state` and `/observable`; of a strobe lists of `/strobe/<name>`.
    subroutine columns(self, table, machine)
       class(trajectory_t), intent(in) :: self
       type(table_t), intent(inout) :: table
@@ -108,6 +116,14 @@ contains
       character(*), parameter :: observable = "/observable/time"
       integer :: i
 
+      do i = 1, merge(size(self%form), 0, self%strobe)
+         associate (n => self%count, seen => machine%observable(self%form(i)))
+            call table%add("/strobe/"//seen%name//"/value", self%value(i, :n), seen%unit, seen%long_name, &
+                           "/strobe/"//seen%name//"/row")
+            call table%add("/strobe/"//seen%name//"/time", self%time(:n), "s", "time", "/strobe/"//seen%name//"/row")
+         end associate
+      end do
+      if (self%strobe) return
       associate (n => self%count)
          ! Were /time a coordinate of the root, xarray would let it hide the times of events and extrema in the groups below.
          call table%add("/time", self%time(:n), "s", "time", "/sample")

@@ -10,6 +10,7 @@ module razy_scenes_case
    use razy_motion_method, only: check_method, method_t
    use razy_scenes_common_schema, only: kind_of_parts, parts, scene_kinds
    use razy_scenes_factory, only: new_scene
+   use razy_scenes_planar_planetary, only: expand_planetary
    use razy_scenes_records, only: read_records, record_t
    use razy_scenes_scene, only: scene_t
    use razy_scenes_start, only: set_start
@@ -58,22 +59,19 @@ contains
       type(group_spec_t), allocatable :: scene(:)
       type(string_t), allocatable :: more(:)
       character(:), allocatable :: kind
-      integer :: i
 
       call read_entries(said, text, file, overrides, error)
       if (allocated(error)) return
+      more = overrides
       call add_group(scene, "scene", "")
       call add_string(scene, "kind", "", choices=scene_kinds)
       call peek(said, scene, kind, error)
       if (.not. allocated(error) .and. len(kind) == 0) then
          call find_kind(said, kind, error)
-         allocate (more(0))
-         do i = 1, size(overrides)
-            call append_text(more, overrides(i)%text)
-         end do
          call append_text(more, "scene%kind="//kind)
          if (.not. allocated(error)) call read_entries(said, text, file, more, error)
       end if
+      if (.not. allocated(error)) call expand_planetary(said, text, more, study_schema(kind), error)
       if (.not. allocated(error)) call check_input(input, said, study_schema(kind), error)
    end subroutine read_study
 

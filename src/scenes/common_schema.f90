@@ -10,8 +10,8 @@ module razy_scenes_common_schema
    !> What `&scene kind` may be.
    character(*), parameter :: scene_kinds(*) = [character(8) :: "lumped", "planar", "rotor"]
    !> Groups that make coordinates, and the kind of scene they belong to.
-   character(*), parameter :: parts(*) = [character(8) :: "inertia", "mass", "body", "shaft"], &
-                                          kind_of_parts(*) = [character(8) :: "lumped", "lumped", "planar", "rotor"]
+   character(*), parameter :: parts(*) = [character(9) :: "inertia", "mass", "body", "planetary", "shaft"], &
+                                          kind_of_parts(*) = [character(8) :: "lumped", "lumped", "planar", "planar", "rotor"]
    !> What `&record` accepts.
    character(*), parameter :: observables(*) = [character(24) :: "mesh_deformation", "contact_force", "connection_force", &
                                                    "relative_displacement", "sliding_velocity", "displacement", "velocity", "state"]
@@ -54,8 +54,10 @@ contains
       call add_group(schema, "record", "A quantity that is recorded", repeatable=.true.)
       call add_string(schema, "observable", "what is recorded", choices=observables, required=.true.)
       call add_string(schema, "of", "name of the group it belongs to; needed if there is more than one; for statistics also 'all'")
-      call add_string(schema, "what", "extrema, the trajectory (razy-run only), or statistics of a contact_force", &
-                      choices=["extrema   ", "trajectory", "statistics"], least=1, most=3, required=.true.)
+      call add_string(schema, "what", "extrema, the trajectory (razy-run only), statistics of a contact_force, mean and "// &
+                      "RMS, or values once in each period of the excitation", &
+                      choices=["extrema   ", "trajectory", "statistics", "averages  ", "strobe    "], least=1, most=5, &
+                      required=.true.)
       call add_real(schema, "from", "start of recording", unit="s", rule=nonnegative, default="0.0")
       call add_real(schema, "interval", "time between points of the trajectory; 0 takes the natural times, those of events and "// &
                     "a few between them", unit="s", rule=nonnegative, default="0.0")

@@ -6,6 +6,7 @@ module razy_scenes_records
    use razy_core_text, only: append_text, did_you_mean, lower, position_of, string_t
    use razy_core_tone, only: rate_of
    use razy_input_input, only: input_t
+   use razy_machine_excitation, only: period_of_loads
    use razy_machine_machine, only: machine_t, observable_t, observe_contact_force, observe_in_plane, observe_linear
    use razy_scenes_scene, only: coordinate_t, force_t, scene_t
    implicit none(type, external)
@@ -17,9 +18,11 @@ module razy_scenes_records
    !> for; these are of contact number `contact`, 0 for all.
    type :: record_t
       integer :: observable = 0, contact = 0
-      logical :: extrema = .false., trajectory = .false., statistics = .false.
+      logical :: extrema = .false., trajectory = .false., statistics = .false., averages = .false., strobe = .false.
       !> s.
       real(wp) :: from = 0.0_wp, interval = 0.0_wp
+   contains
+      procedure :: of_points
    end type record_t
 
    !> Quantities of contacts, and what they are called in results.
@@ -51,11 +54,17 @@ contains
          records(i)%extrema = position_of("extrema", what) > 0
          records(i)%trajectory = position_of("trajectory", what) > 0
          records(i)%statistics = position_of("statistics", what) > 0
+         records(i)%averages = position_of("averages", what) > 0
+         records(i)%strobe = position_of("strobe", what) > 0
+         if (records(i)%strobe .and. .not. period_of_loads(machine) > 0.0_wp) then
+            call input%complain(error, "record", i, "what", "'strobe' where the excitation has a period")
+         end if
+         if (allocated(error)) return
          if (records(i)%statistics) call read_statistics(records(i), machine, input, i, error)
          if (allocated(error)) return
-         if (.not. (records(i)%extrema .or. records(i)%trajectory)) cycle
+         if (.not. any([records(i)%extrema, records(i)%trajectory, records(i)%averages, records(i)%strobe])) cycle
          if (input%choice("record", i, "observable") == "state") then
-            if (records(i)%extrema) call input%complain(error, "record", i, "what", "'trajectory' for the state")
+            if (records(i)%of_points()) call input%complain(error, "record", i, "what", "'trajectory' for the state")
             if (allocated(error)) return
             cycle
          end if
@@ -109,7 +118,7 @@ contains
       name = ""
       if (input%given("record", i, "of")) call input%get("record", i, "of", name)
       if (lower(name) == "all" .and. .not. any([(lower(machine%contact(j)%name) == "all", j=1, size(machine%contact))])) then
-         if (record%extrema .or. record%trajectory) then
+         if (any([record%extrema, record%trajectory, record%averages, record%strobe])) then
             call input%complain(error, "record", i, "of", "'all' for statistics alone; give them a &record of their own")
          else if (size(machine%contact) == 0) then
             call input%complain(error, "record", i, "observable", "this needs a contact, and the scene has none")
@@ -120,32 +129,38 @@ contains
       record%contact = observable%contact
    end subroutine read_statistics
 
-   !> All trajectories of a file share their times, and all statistics their start.
+   !> Something of it is stored of each point of a sweep.
+   elemental logical function of_points(self)
+      class(record_t), intent(in) :: self
+
+      of_points = self%extrema .or. self%statistics .or. self%averages .or. self%strobe
+   end function of_points
+
+   !> All trajectories of a file share their times, and all statistics, averages and strobes their start.
    subroutine check_times(records, input, error)
       type(record_t), intent(in) :: records(:)
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      integer :: first, first_statistics, i
+      call same(records%trajectory, records%interval, "interval", "trajectories, which share their times")
+      call same(records%trajectory, records%from, "from", "trajectories, which share their times")
+      call same(records%statistics, records%from, "from", "statistics of contacts")
+      call same(records%averages, records%from, "from", "averages")
+      call same(records%strobe, records%from, "from", "strobes")
 
-      first = 0
-      first_statistics = findloc(records%statistics, .true., dim=1)
-      do i = 1, size(records)
-         if (records(i)%statistics) then
-            if (abs(records(i)%from - records(first_statistics)%from) > 0.0_wp) then
-               call input%complain(error, "record", i, "from", "the same for all statistics of contacts")
-               return
-            end if
-         end if
-         if (.not. records(i)%trajectory) cycle
-         if (first == 0) first = i
-         if (abs(records(i)%interval - records(first)%interval) > 0.0_wp) then
-            call input%complain(error, "record", i, "interval", "the same for all trajectories, which share their times")
-         else if (abs(records(i)%from - records(first)%from) > 0.0_wp) then
-            call input%complain(error, "record", i, "from", "the same for all trajectories, which share their times")
-         end if
-         if (allocated(error)) return
-      end do
+   contains
+
+      subroutine same(asked, time, key, what)
+         logical, intent(in) :: asked(:)
+         real(wp), intent(in) :: time(:)
+         character(*), intent(in) :: key, what
+
+         integer :: i
+
+         i = findloc(asked .and. abs(time - time(max(1, findloc(asked, .true., dim=1)))) > 0.0_wp, .true., dim=1)
+         if (i > 0 .and. .not. allocated(error)) call input%complain(error, "record", i, key, "the same for all "//what)
+      end subroutine same
+
    end subroutine check_times
 
    !> Numbers of the contacts whose statistics are asked for, ascending.

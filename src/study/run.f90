@@ -122,11 +122,11 @@ contains
 
       allocate (lines(0))
       do i = 1, size(self%watch%extrema)
-         associate (found => self%watch%extrema(i))
+         associate (found => self%watch%extrema(i), observable => self%machine%observable(self%watch%extrema(i)%form))
             range = "no extrema"
             if (found%count > 0) write (range, "(es13.6, a, es13.6, 1x, a)") minval(found%value(:found%count)), " to ", &
-               maxval(found%value(:found%count)), found%unit
-            call append_text(lines, found%name//": "//trim(adjustl(range)))
+               maxval(found%value(:found%count)), observable%unit
+            call append_text(lines, observable%name//": "//trim(adjustl(range)))
          end associate
       end do
       call append_text(lines, to_text(self%outcome%events)//" events")

@@ -11,12 +11,12 @@ module razy_study_watch
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: add_observer, ask_stop, observer_slot_t, outcome_t, status_costly, status_inaccurate, &
       & status_ok
+   use razy_observe_averages, only: averages_t
    use razy_observe_contact_statistics, only: contact_statistics_t
    use razy_observe_event_log, only: event_log_t
    use razy_observe_extrema, only: extrema_t
    use razy_observe_periodicity, only: periodicity_t
    use razy_observe_reach, only: reach_t
-   use razy_observe_strobe, only: strobe_t
    use razy_observe_trajectory, only: trajectory_t
    use razy_orbits_lyapunov, only: lyapunov_t
    use razy_scenes_case, only: motion_t
@@ -33,6 +33,9 @@ module razy_study_watch
       !> Extrema of observables are recorded, statistics of contacts.
       type(extrema_t), allocatable :: extrema(:)
       type(contact_statistics_t), private :: statistics
+      !> Values once in each period of the excitation; means over the recorded time.
+      type(trajectory_t), private :: strobe
+      type(averages_t), private :: averages
       !> The list of events and trajectories are recorded, too.
       logical :: in_full = .false.
       !> The kind of the motion is asked for; it is followed only until it is periodic.
@@ -44,8 +47,9 @@ module razy_study_watch
       logical :: keep_all = .false.
       !> Asked now and then during a motion, if it is associated: whether the motion is to end at once.
       procedure(ask_stop), pointer, nopass :: stop_is_asked => null()
-      !> States at the end of the motion, where periods are asked for.
-      type(strobe_t) :: strobe
+      !> States at the end of the motion, if so many periods of their interval are asked for.
+      integer :: periods = 0
+      type(trajectory_t) :: states
       type(reach_t) :: reach
       type(trajectory_t), allocatable, private :: trajectory
       type(event_log_t), private :: log
@@ -89,38 +93,33 @@ contains
 
       ! All points of a sweep have the same columns.
       first = .not. allocated(self%extrema)
-      call ask_extrema(self%extrema, records, machine)
+      call ask_extrema(self%extrema, records)
       ! Nothing excites the machine, so that its motions have periods of their own.
       if (first .and. self%asks_kind .and. .not. self%in_full .and. .not. any(machine%tone%omega > 0.0_wp)) then
          if (size(self%extrema) > 0) self%extrema(1)%cycle_tolerance = self%periodicity%tolerance
       end if
       self%statistics%numbers = contacts_asked(records, size(machine%contact))
-      if (size(self%statistics%numbers) > 0) self%statistics%from = records(findloc(records%statistics, .true., dim=1))%from
-      self%periodicity%from = minval(records%from, mask=records%extrema .or. records%statistics)
+      self%statistics%from = minval(records%from, mask=records%statistics)
+      self%averages%form = pack(records%observable, records%averages)
+      self%strobe%form = pack(records%observable, records%strobe)
+      self%strobe%strobe = .true.
+      self%strobe%interval = period_of_loads(machine)
+      self%averages%from = minval(records%from, mask=records%averages)
+      self%strobe%from = minval(records%from, mask=records%strobe)
+      self%states%form = [integer ::]
+      self%states%coordinates = size(machine%mass, 1)
+      self%periodicity%from = minval(records%from, mask=records%of_points())
       if (self%in_full .and. any(records%trajectory)) call self%ask_trajectory(records, size(machine%mass, 1))
    end subroutine ask
 
    !> Observers of all extrema that are asked for; those that are there keep what they have seen.
-   subroutine ask_extrema(extrema, records, machine)
+   subroutine ask_extrema(extrema, records)
       type(extrema_t), allocatable, intent(inout) :: extrema(:)
       type(record_t), intent(in) :: records(:)
-      type(machine_t), intent(in) :: machine
-
-      integer :: i, k
 
       if (.not. allocated(extrema)) allocate (extrema(count(records%extrema)))
-      k = 0
-      do i = 1, size(records)
-         if (.not. records(i)%extrema) cycle
-         k = k + 1
-         associate (one => extrema(k), observable => machine%observable(records(i)%observable))
-            one%form = records(i)%observable
-            one%from = records(i)%from
-            one%name = observable%name
-            one%unit = observable%unit
-            one%long_name = observable%long_name
-         end associate
-      end do
+      extrema%form = pack(records%observable, records%extrema)
+      extrema%from = pack(records%from, records%extrema)
    end subroutine ask_extrema
 
    !> All trajectories share their times; one without an observable is that of all `n` coordinates.
@@ -130,10 +129,8 @@ contains
       integer, intent(in) :: n
 
       allocate (self%trajectory)
-      associate (first => records(findloc(records%trajectory, .true., dim=1)))
-         self%trajectory%from = first%from
-         self%trajectory%interval = first%interval
-      end associate
+      self%trajectory%from = minval(records%from, mask=records%trajectory)
+      self%trajectory%interval = minval(records%interval, mask=records%trajectory)
       self%trajectory%form = pack(records%observable, records%trajectory .and. records%observable > 0)
       if (any(records%trajectory .and. records%observable == 0)) self%trajectory%coordinates = n
       self%keep_all = self%keep_all .or. self%trajectory%coordinates > 0
@@ -153,7 +150,8 @@ contains
          call add_observer(slots, self%extrema(i))
       end do
       if (size(self%statistics%numbers) > 0) call add_observer(slots, self%statistics)
-      if (self%strobe%periods > 0) call add_observer(slots, self%strobe)
+      if (size(self%averages%form) > 0) call add_observer(slots, self%averages)
+      if (size(self%strobe%form) > 0) call add_observer(slots, self%strobe)
    end subroutine list
 
    !> Nothing was seen of a machine.
@@ -172,6 +170,7 @@ contains
       if (present(machine)) call self%periodicity%attach(machine, 0.0_wp)
       call self%periodicity%forget()
       call self%lyapunov%forget()
+      call self%states%forget()
    end subroutine forget
 
    !> Run a machine as `motion` says, and watch; see `run_motion` for `integrator` and errors.
@@ -224,15 +223,17 @@ contains
       integer :: i
 
       call list(self, slots)
+      self%states%from = motion%t_end + earlier - self%periods*self%states%interval
       if (self%asks_kind) call add_observer(slots, self%periodicity)
       if (self%in_full) call add_observer(slots, self%reach)
+      if (self%periods > 0) call add_observer(slots, self%states)
       from = [(slots(i)%observer%from, i=1, size(slots))]
       do i = 1, size(slots)
          slots(i)%observer%from = max(from(i) - earlier, 0.0_wp)
       end do
       call self%forget()
       call run_motion(machine, motion%method, motion%t_end, slots, outcome, error, motion%most_events, &
-                      self%keep_all .or. self%strobe%periods > 0, integrator, self%stop_is_asked)
+                      self%keep_all .or. self%periods > 0, integrator, self%stop_is_asked)
       if (.not. allocated(error) .and. outcome%status == status_ok .and. motion%lyapunov > 0) then
          call find_exponents(self, machine, motion, integrator, error)
       end if
@@ -240,12 +241,12 @@ contains
          slots(i)%observer%from = from(i)
       end do
       if (allocated(error)) call self%forget()
-      if (self%strobe%periods == 0) return
-      if (outcome%status /= status_ok) call self%strobe%forget()
+      if (self%periods == 0) return
+      if (outcome%status /= status_ok) call self%states%forget()
       self%drifts = drift_basis(machine)
       self%norm = norm_of(self, machine, [machine%displacement, machine%velocity])
-      do i = 1, self%strobe%count
-         self%norm = max(self%norm, norm_of(self, machine, self%strobe%state(:, i)))
+      do i = 1, self%states%count
+         self%norm = max(self%norm, norm_of(self, machine, [self%states%displacement(:, i), self%states%velocity(:, i)]))
       end do
    end subroutine follow
 
@@ -296,7 +297,12 @@ contains
       if (self%asks_kind .and. .not. self%in_full) call self%periodicity%columns(table, machine)
       if (self%until_periodic) call table%add("/point/duration", self%followed, "s", "time that the motion was followed")
       if (self%lyapunov%asked > 0) call self%lyapunov%columns(table)
-      if (self%strobe%periods > 0) call table%add("strobe/norm", self%norm, "1", "largest norm of the states")
+      if (self%periods == 0) return
+      call table%add("strobe/norm", self%norm, "1", "largest norm of the states")
+      associate (states => self%states)
+         call table%add("strobe/states", reshape([(states%displacement(:, i), states%velocity(:, i), i=1, states%count)], &
+                                                 [2*states%coordinates*states%count]), "1", "states", "strobe/value")
+      end associate
    end subroutine columns
 
    pure real(wp) function norm_of(self, machine, state)
@@ -304,7 +310,7 @@ contains
       type(machine_t), intent(in) :: machine
       real(wp), intent(in) :: state(:)
 
-      norm_of = state_norm(machine%mass, 2*acos(-1.0_wp)/self%strobe%period, self%drifts, state)
+      norm_of = state_norm(machine%mass, 2*acos(-1.0_wp)/self%states%interval, self%drifts, state)
    end function norm_of
 
 end module razy_study_watch

@@ -82,7 +82,7 @@ def test_sweep_needs_its_group_and_extrema():
     changed(Path("bad.nml"), GEAR_PAIR.read_text(), ("what='extrema'", "what='trajectory'"))
     done = start("razy-sweep", "bad.nml")
     assert done.returncode == 2
-    expected = "bad.nml:15: &record what = 'trajectory': 'extrema' or 'statistics' of at least one observable"
+    expected = "bad.nml:15: &record what = 'trajectory': more than a 'trajectory' of at least one observable"
     assert done.stderr.startswith(expected)
 
 

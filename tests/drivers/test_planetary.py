@@ -1,5 +1,7 @@
 """Gear meshes of planar bodies: their rows by what defines them, planetary gears by an assembly of their own."""
 
+import re
+
 import h5py
 import numpy as np
 import pytest
@@ -81,6 +83,19 @@ ARM = float((RADIUS["sun"] + RADIUS["planet"]) / np.cos(PRESSURE))
 RADIUS |= {"ring": RADIUS["sun"] + 2 * RADIUS["planet"], "carrier": ARM}
 
 
+GROUP = """&planetary planets={planets}, teeth={teeth}, radius=0.03871,0.050175,0.13906, distance={arm!r},
+  mass=5.43,2.35,0.4,0.66, inertia={inertia}, bearing={bearing}, ring_stiffness={turning!r}, stiffness=5e8,5e8{more} /
+&modes count=100, contacts='closed' /
+"""
+
+
+def group(planets, teeth="27,35,97", more="", bearing="1e8,1e8,1e8,1e8"):
+    inertia = ",".join(repr(float(ROTARY[k] * RADIUS[k] ** 2)) for k in ("carrier", "ring", "sun", "planet"))
+    turning = float(TURNING * RADIUS["ring"] ** 2)
+    values = {"arm": ARM, "inertia": inertia, "turning": turning, "bearing": bearing}
+    return GROUP.format(planets=planets, teeth=teeth, more=more, **values)
+
+
 def case(planets):
     lines = ["&scene kind='planar' /", "&modes count=100, contacts='closed' /"]
     held = [f"direction={d}, stiffness={BEARING!r} /" for d in ("1.0,0.0", "0.0,1.0")]
@@ -147,10 +162,12 @@ def frequencies(planets):
     return np.sqrt(np.abs(eigh(stiffness, np.diag(mass), eigvals_only=True))) / (2 * np.pi)
 
 
-@pytest.mark.parametrize("planets", [3, 4, 5])
-def test_planetary_gear(folder, planets):
+@pytest.mark.parametrize(
+    ("planets", "text"), [(n, case(n)) for n in (3, 4, 5)] + [(4, group(4)), (5, group(5, teeth="81,105,289"))]
+)
+def test_planetary_gear(folder, planets, text):
     """All frequencies, and how often each comes: six once, six twice, three as often as planets beyond three."""
-    (folder / "planetary.nml").write_text(case(planets))
+    (folder / "planetary.nml").write_text(text)
     succeed("razy-modes", "planetary.nml", "--output", "modes.h5")
     with h5py.File("modes.h5") as file:
         found = np.sort(np.ravel(file["frequency"][()]))
@@ -171,8 +188,7 @@ def test_gallery(folder):
     text = (SOURCE / "inputs" / "planetary.nml").read_text()
     for old, new in (
         ("what='extrema', from=0.08", "what='trajectory', interval=0.01"),
-        ("=1.6,", "=1.0,"),
-        ("=1.8,", "=1.0,"),
+        ("=1.6,1.8,", "=1.0,1.0,"),
     ):
         assert old in text
         text = text.replace(old, new)
@@ -181,6 +197,40 @@ def test_gallery(folder):
     for name in ("s1", "r1"):
         force = np.ravel(found[f"observable/contact_force.{name}"])
         np.testing.assert_allclose(force, 500.0 / (4 * 0.03871), rtol=1e-9)
+
+
+def test_group_becomes_bodies_and_meshes(folder):
+    """The phases are those of the teeth at the planets' places; what is shown is itself an input."""
+    text = group(3, "81,105,291", ", angles=0,120,210, contact_ratio=1.6,1.8, mesh_phase=10,180, name='a'")
+    text += "&rotation speed_rpm=100.0, of='a_sun' /\n&motion t_end=0.1 /\n"
+    (folder / "group.nml").write_text(text)
+    shown = start("razy-run", "group.nml", "--check").stdout
+    assert "&planetary" not in shown
+    meshes = [mesh.split("/")[0] for mesh in shown.split("&gear_mesh")[1:]]
+    phase = {re.search("name = '(.*)'", mesh)[1]: float(re.search("mesh_phase = (.*)", mesh)[1]) for mesh in meshes}
+    for name, teeth, first in (("s", -81, 10.0), ("r", 291, 180.0)):
+        for p, angle in enumerate((0, 120, 210), start=1):
+            assert phase[f"a_{name}{p}"] == pytest.approx((first + teeth * angle) % 360, abs=1e-9)
+    (folder / "shown.nml").write_text(shown)
+    assert start("razy-run", "shown.nml", "--check").stdout == shown
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"planets": 5}, "such that the planets can be assembled"),
+        ({"planets": 4, "more": ", angles=0,90,180,271"}, "they turn the sum of the teeth of sun and ring, 124, by"),
+        ({"planets": 4, "more": ", angles=0,90,180"}, "4, one for each planet"),
+        ({"planets": 31}, "so few that neighbours do not touch"),
+        ({"planets": 4, "bearing": "1e8,0,1e8,1e8"}, "one of the ring too, where it has a ring_stiffness"),
+        ({"planets": 4, "more": ", angle=0"}, "there is no such key; did you mean 'angles'?"),
+        ({"planets": 4, "teeth": "27,36,97"}, "&gear_mesh(1) radius = 0.03871, 0.050175: two radii in the ratio"),
+    ],
+)
+def test_planets_refused(folder, change, said):
+    (folder / "group.nml").write_text(group(**change))
+    done = start("razy-run", "group.nml")
+    assert done.returncode == 2 and said in done.stderr and done.stderr.startswith("group.nml:"), done.stderr
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ module razy_scenes_planar_schema
    use razy_scenes_gears, only: add_gear_keys
    use razy_scenes_harmonics, only: add_acceleration_key
    use razy_scenes_loads, only: add_load_keys
+   use razy_scenes_planar_planetary, only: add_planetary
    use razy_scenes_start, only: add_initial_keys
    use razy_scenes_tables, only: add_spring_keys
    implicit none(type, external)
@@ -90,6 +91,7 @@ contains
       call add_string(schema, "drive", "sign of the torque on the first wheel that loads the working flanks", &
                       choices=["positive", "negative"], default="positive")
       call add_gear_keys(schema)
+      call add_planetary(schema)
       call add_group(schema, "rotation", "The mean speed of the wheels, against the line of their centres")
       call add_real(schema, "speed_rpm", "mean speed; of wheels whose centres a carrier moves, against the carrier", unit="rpm", &
                     required=.true.)

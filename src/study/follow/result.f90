@@ -136,7 +136,7 @@ contains
 
       select type (family => self%problem%map%family)
       type is (case_family_t)
-         call ask_extrema(extrema, family%records, family%machine)
+         call ask_extrema(extrema, family%records)
       end select
       do i = 1, size(extrema)
          extrema(i)%from = 0.0_wp

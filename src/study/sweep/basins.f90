@@ -136,7 +136,7 @@ contains
       if (allocated(error) .or. attractors%scale < 0.0_wp) return
       call task%machine_at(first, error)
       if (allocated(error)) return
-      call attractors%begin(task%machine%mass, drift_basis(task%machine), task%watch%strobe%period, task%starts%tolerance, &
+      call attractors%begin(task%machine%mass, drift_basis(task%machine), task%watch%states%interval, task%starts%tolerance, &
                             attractors%scale)
       before = n
       do point = first, first + grid*(task%plan%starts - 1), grid
@@ -158,7 +158,7 @@ contains
          call append(rows, n)
          rows(n) = wandering
       end if
-      rows(before + 1:n)%strobe_period = task%watch%strobe%period
+      rows(before + 1:n)%strobe_period = task%watch%states%interval
       rows(before + 1:n)%fraction = real(rows(before + 1:n)%starts, wp)/real(sum(rows(before + 1:n)%starts), wp)
 
    contains
@@ -167,15 +167,13 @@ contains
       subroutine find_scale(scale)
          real(wp), intent(out) :: scale
 
-         integer :: norm
-
          scale = -1.0_wp
-         norm = row%place_of("strobe/norm")
          do point = first, first + grid*(task%plan%starts - 1), grid
             call checkpoint%get(point, row, error)
             if (allocated(error)) return
-            ! The states follow their norm.
-            if (size(row%column(norm + 1)%reals) > 0) scale = max(scale, row%column(norm)%reals(1))
+            if (size(row%column(row%place_of("strobe/states"))%reals) > 0) then
+               scale = max(scale, row%column(row%place_of("strobe/norm"))%reals(1))
+            end if
          end do
       end subroutine find_scale
 

@@ -82,12 +82,12 @@ contains
       call new_machine(self%machine, self%motion, records, self%input, error, self%scene)
       if (.not. allocated(error)) call new_starts(self%starts, self%machine, input, error, starts)
       if (allocated(error)) return
-      if (self%starts%wanted) self%watch%strobe%periods = 2*self%starts%longest_period
+      if (self%starts%wanted) self%watch%periods = 2*self%starts%longest_period
       call self%plan_points()
       call self%check_ends(records, error)
       if (allocated(error)) return
-      if (.not. any(records%extrema .or. records%statistics)) then
-         call input%complain(error, "record", 1, "what", "'extrema' or 'statistics' of at least one observable, for a sweep")
+      if (.not. any(records%of_points())) then
+         call input%complain(error, "record", 1, "what", "more than a 'trajectory' of at least one observable, for a sweep")
          return
       end if
       call input%get("sweep", 1, "kind_of_motion", self%watch%asks_kind)
@@ -159,7 +159,7 @@ contains
          end do
          call make_machine(self, records, error)
          if (self%starts%wanted .and. .not. allocated(error)) then
-            call self%starts%strobe_period(self%machine, self%motion%t_end, self%input, self%watch%strobe%period, error)
+            call self%starts%strobe_period(self%machine, self%motion%t_end, self%input, self%watch%states%interval, error)
          end if
          if (allocated(error)) return
       end do
@@ -181,7 +181,7 @@ contains
       call self%starts%apply(self%machine, self%plan%grid_point(point), self%plan%start_of(point))
       call check_start(self%machine, self%input, error)
       if (allocated(error)) return
-      call self%starts%strobe_period(self%machine, self%motion%t_end, self%input, self%watch%strobe%period, error)
+      call self%starts%strobe_period(self%machine, self%motion%t_end, self%input, self%watch%states%interval, error)
    end subroutine machine_at
 
    !> The machine of the input as it is now, tuned if it says so.

@@ -69,6 +69,7 @@ PICTURES = (
     Picture("razy-sweep", "contacts", contacts.draw),
     Picture("razy-sweep", "map", maps.draw),
     Picture("razy-sweep", "column", several.draw_column),
+    Picture("razy-sweep", "poincare", bifurcation.draw_strobes),
     Picture("razy-run", "overview", motion.draw_overview),
     Picture("razy-run", "time", motion.draw_time),
     Picture("razy-run", "phase", motion.draw_phase),

@@ -20,6 +20,7 @@ from razy.plot import density, periods, style
 from razy.plot.options import PlotNote, PlotOptions
 from razy.plot.units import LABEL_WIDTH, Scale, axis_label, scale_for
 from razy.read import DOWN, UP, ExtremaFile, SweepExtrema, SweepResult
+from razy.read.extrema import UNKNOWN
 
 MOST_PANELS = 3
 LYAPUNOV_HEIGHT = 0.45
@@ -65,15 +66,22 @@ class Panel:
                 yield layer, self.parameter[chunk.point[keep]], chunk.value[keep] * self.y_scale.factor
 
 
-def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
-    """Draw the diagram of each observable asked for, one above the other."""
+def draw_strobes(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
+    """Draw the values once in each period of the excitation over the parameter: Poincaré points."""
+    if options.period is not None:
+        raise ResultError(f"{result.path}: --period goes with one motion; of a sweep the points were recorded")
+    draw(result, figure, options, strobes=True)
+
+
+def draw(result: SweepResult, figure: Figure, options: PlotOptions, *, strobes: bool = False) -> None:
+    """Draw the diagram of each observable asked for, one above the other: of its extrema, or of its strobes."""
     if options.coordinates:
         raise ResultError(f"{result.path}: a sweep holds extrema of observables, no coordinates")
     if len(result.parameters) > 1:
         raise ResultError(
             f"{result.path}: sweeps over {' and '.join(result.parameters)}; a bifurcation diagram needs one parameter"
         )
-    observables = observables_of(result, options)
+    observables = observables_of(result, options, strobes=strobes)
     grid = result.grid()
     selected = _selected(result, grid, options)
     quantity = result.parameter()
@@ -105,7 +113,8 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
 
     panels = []
     for axes, name in zip(column, observables, strict=True):
-        panels.append(_prepare(result, axes, result.extrema(name), grid * x_scale.factor, selected, options))
+        points = result.strobe(name) if strobes else result.extrema(name)
+        panels.append(_prepare(result, axes, points, grid * x_scale.factor, selected, options))
     failed = _mark_failed(result, column, grid * x_scale.factor, selected)
     drawn = {look: None for panel in panels for look in panel.layers.values()}
     handles = [style.point_handle(*look) for look in drawn] + failed
@@ -143,11 +152,12 @@ def _draw_periods(result: SweepResult, axes: Axes, parameter: NDArray[np.float64
     periods.band(axes, [(words, parameter[keep], result.period[keep]) for words, keep in chosen])
 
 
-def observables_of(result: ExtremaFile, options: PlotOptions) -> tuple[str, ...]:
+def observables_of(result: ExtremaFile, options: PlotOptions, *, strobes: bool = False) -> tuple[str, ...]:
     """Return the observables asked for, else those of the file, as many as go into one picture."""
-    names = options.observables or result.observables
+    names = options.observables or (result.strobes if strobes else result.observables)
     if not names:
-        raise ResultError(f"{result.path}: holds no extrema: &record what='extrema' asks for them")
+        what = "strobe" if strobes else "extrema"
+        raise ResultError(f"{result.path}: holds no {what}: &record what='{what}' asks for them")
     if not options.observables and len(names) > MOST_PANELS:
         warnings.warn(
             f"drawing {', '.join(names[:MOST_PANELS])}; choose others with --observable: "
@@ -190,7 +200,7 @@ def _prepare(
     if low > high:
         status = result.status[selected]
         failed = f"; {np.count_nonzero(status)} of {status.size} points failed" if np.any(status) else ""
-        raise ResultError(f"{result.path}: no extrema of '{quantity.name}' {options.range_text()}{failed}")
+        raise ResultError(f"{result.path}: no values of '{quantity.name}' {options.range_text()}{failed}")
     scale = scale_for(quantity.units, max(abs(low), abs(high)))
     y_limits = style.limits(low * scale.factor, high * scale.factor, 0.04)
     axes.set_ylabel(axis_label(quantity, scale, LABEL_WIDTH))
@@ -200,6 +210,8 @@ def _prepare(
     if direction is not None and np.unique(direction[selected]).size == 2:
         return Panel(extrema, parameter, selected, scale, {way: style.DIRECTIONS[way] for way in (UP, DOWN)}, direction)
     layers = {kind: look for kind, look in style.EXTREMA.items() if kind in kinds}
+    if extrema.data.kind is None:
+        layers = {UNKNOWN: ("once in each period of the excitation", style.BLACK)}
     return Panel(extrema, parameter, selected, scale, layers, None)
 
 

@@ -21,11 +21,12 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
         )
     if options.coordinates:
         raise ResultError(
-            f"{result.path}: a map takes --observable period, CONTACT.QUANTITY or an observable, no coordinates"
+            f"{result.path}: a map takes --observable period, CONTACT.QUANTITY, OBSERVABLE.rms, OBSERVABLE.mean "
+            "or an observable, no coordinates"
         )
     names = options.observables or default_names(result)
     if not names:
-        raise ResultError(f"{result.path}: holds no statistics of contacts, no period of the motions and no extrema")
+        raise ResultError(f"{result.path}: holds no statistics of contacts, averages, extrema or period of the motions")
     style.set_size(figure, options, 16.0, 9.5 if len(names) == 1 else 8.0 * len(names) + 1.0)
     style.set_footer(figure, result, options)
     column = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
@@ -53,6 +54,7 @@ def default_names(result: SweepResult) -> tuple[str, ...]:
     """Return what is drawn if nothing is asked for."""
     force = tuple(f"{contact}.largest_force" for contact in result.contacts[:1])
     first = force or tuple(result.observables[:1])
+    first = first or tuple(f"{average}.rms" for average in result.averages[:1])
     return first + (("period",) if result.period is not None else ())
 
 
@@ -81,6 +83,7 @@ def _statistic(result: SweepResult, name: str) -> tuple[str, str]:
     contact, dot, quantity = name.rpartition(".")
     if not dot:
         known = [*result.observables, *(f"{contact}.QUANTITY" for contact in result.contacts), "period"]
+        known += [f"{average}.rms" for average in result.averages]
         choose(name, known, "observable", result.path)
     return contact, quantity
 

@@ -4,7 +4,7 @@ Of two curves over one another the first is grey and the second black, as of a m
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -152,6 +152,9 @@ def _sweep_curves(result: SweepResult, label: str, kind: str, options: PlotOptio
 
 def _column(result: SweepResult, name: str) -> tuple[NDArray[np.float64], Quantity]:
     """Return a number of each point, or the largest extremum of an observable there, NaN where there is none."""
+    if name not in result.observables and "." in name:
+        contact, _, quantity = name.rpartition(".")
+        return result.contact_value(contact, quantity), replace(result.contact_quantity(contact, quantity), name=name)
     if name not in result.observables:
         return np.asarray(result.column(name), dtype=np.float64), quantity_of(result.file[f"point/{name}"], name)
     extrema = result.extrema(name)

@@ -167,10 +167,22 @@ class ExtremaFile(ResultFile):
         """Names of the observables whose extrema were recorded."""
         return self._members("extrema", h5py.Group)
 
+    @property
+    def strobes(self) -> tuple[str, ...]:
+        """Names of the observables whose values were recorded once in each period of the excitation."""
+        return self._members("strobe", h5py.Group)
+
     def extrema(self, observable: str) -> SweepExtrema:
         """Open the extrema of an observable; only the offsets are read."""
-        choose(observable, self.observables, "observable", self.path)
-        group = f"extrema/{observable}"
+        return self._lists("extrema", observable)
+
+    def strobe(self, observable: str) -> SweepExtrema:
+        """Open the values of an observable once in each period of the excitation; their kind is `UNKNOWN`."""
+        return self._lists("strobe", observable)
+
+    def _lists(self, of: str, observable: str) -> SweepExtrema:
+        choose(observable, self._members(of, h5py.Group), "observable", self.path)
+        group = f"{of}/{observable}"
         offset = np.asarray(self._vector(f"{group}/offset", self.n_points + 1)[()], dtype=np.int64)
         data = ExtremaData(self._dataset(f"{group}/value"), self._find(f"{group}/time"), self._find(f"{group}/kind"))
         return SweepExtrema(data.quantity(observable), data, offset)

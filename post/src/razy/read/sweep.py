@@ -209,18 +209,24 @@ class SweepResult(ExtremaFile):
         """Names of the contacts whose statistics were recorded."""
         return self._members("contact", h5py.Group)
 
+    @property
+    def averages(self) -> tuple[str, ...]:
+        """Names of the observables whose ``mean`` and ``rms`` were recorded."""
+        return self._members("average", h5py.Group)
+
     def contact_value(self, contact: str, quantity: str) -> NDArray[np.float64]:
-        """Read a statistic of a contact such as ``largest_force``, shape (points,)."""
+        """Read a statistic of a contact such as ``largest_force``, or ``mean`` of one of `averages`; (points,)."""
         return np.asarray(self._vector(self._contact_path(contact, quantity), self.n_points)[()], dtype=np.float64)
 
     def contact_quantity(self, contact: str, quantity: str) -> Quantity:
-        """Describe a statistic of a contact."""
+        """Describe a statistic of a contact, or of one of `averages`."""
         return quantity_of(self._dataset(self._contact_path(contact, quantity)), quantity)
 
     def _contact_path(self, contact: str, quantity: str) -> str:
-        choose(contact, self.contacts, "contact", self.path)
-        choose(quantity, self._members(f"contact/{contact}", h5py.Dataset), "quantity", self.path)
-        return f"contact/{contact}/{quantity}"
+        choose(contact, (*self.contacts, *self.averages), "contact", self.path)
+        group = f"{'contact' if contact in self.contacts else 'average'}/{contact}"
+        choose(quantity, self._members(group, h5py.Dataset), "quantity", self.path)
+        return f"{group}/{quantity}"
 
     def within(self, start: float | None, stop: float | None) -> NDArray[np.bool_]:
         """Return which points have their parameter between `start` and `stop`, open where None, shape (points,)."""
@@ -280,8 +286,10 @@ class SweepResult(ExtremaFile):
             for name in self.start_quantities:
                 item = self._vector(f"point/start.{name}", self.n_points)
                 coordinates[f"start.{name}"] = ("point", item[()], self.start_quantity(name).attributes())
-        for contact in self.contacts:
-            for quantity in self._members(f"contact/{contact}", h5py.Dataset):
+        for contact in (*self.contacts, *self.averages):
+            for quantity in (
+                ("mean", "rms") if contact in self.averages else self._members(f"contact/{contact}", h5py.Dataset)
+            ):
                 described = self.contact_quantity(contact, quantity).attributes()
                 variables[f"{contact}.{quantity}"] = ("point", self.contact_value(contact, quantity), described)
         for name in self.observables:

@@ -27,7 +27,7 @@ from razy.read.file import making_sense_of
 from razy.target import check_output, replacing_hdf5
 
 OFFSET = "offset"
-KNOWN = {"attractor", "axis", "contact", "extrema", "point", "scene"}
+KNOWN = {"attractor", "average", "axis", "contact", "extrema", "point", "scene", "strobe"}
 BOUNDARIES = {"boundary": "boundary", "row": "row", "extremum": "row"}
 DIRECTIONS, STARTS, OUTER, INNER = range(4)
 
@@ -208,15 +208,19 @@ def _write(file: h5py.File, plan: Plan) -> int:
             first.file.copy(model, file["point"], name)
         else:
             _copy(file, model, _rows(spans, model.name))
-    if "contact" in first.file:
-        _dimension(file, first.file["contact/point"], points)
-    for contact in first.contacts:
-        for quantity, model in first.file[f"contact/{contact}"].items():
-            if model.shape != (first.n_points,):
-                raise ResultError(f"{first.path}: '{model.name}' has not one value for each point: it cannot be merged")
-            _copy(file, model, _rows(spans, f"contact/{contact}/{quantity}"))
-    for observable in first.observables:
-        _write_ragged(file, spans, f"extrema/{observable}")
+    for group in {"average", "contact"} & set(first.file):
+        _dimension(file, first.file[f"{group}/point"], points)
+    for model in [
+        model
+        for group, names in (("contact", first.contacts), ("average", first.averages))
+        for name in names
+        for model in first.file[f"{group}/{name}"].values()
+    ]:
+        if model.shape != (first.n_points,):
+            raise ResultError(f"{first.path}: '{model.name}' has not one value for each point: it cannot be merged")
+        _copy(file, model, _rows(spans, model.name))
+    for path in [f"extrema/{name}" for name in first.observables] + [f"strobe/{name}" for name in first.strobes]:
+        _write_ragged(file, spans, path)
     if "attractor" in first.file:
         _write_attractors(file, plan)
     if "scene" in first.file:
