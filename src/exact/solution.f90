@@ -56,8 +56,7 @@ module razy_exact_solution
       !> Whether no mode was left out that nothing feels.
       logical :: complete = .true.
       !> Machine for which the response was made, and the rows of contacts.
-      integer :: version = 0
-      integer, private :: touching_version = 0
+      integer :: version = 0, touching_version = 0
       !> Whether the eigenmodes are those of the machine with the slopes of its contacts, and a sum of these.
       logical, private :: plain = .true.
       real(wp), private :: slopes = 0.0_wp
@@ -365,16 +364,13 @@ contains
    end function is_fixed
 
    !> Have the rows of the contacts' variables, and those of their forces.
-   subroutine lay_out_contacts(self, system, laid_out)
+   subroutine lay_out_contacts(self, system)
       class(solution_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      logical, intent(out) :: laid_out
 
       type(linear_form_t) :: form(size(system%gap))
       integer :: j
 
-      laid_out = self%touching_version /= system%version
-      if (.not. laid_out) return
       self%touching_version = system%version
       do j = 1, size(form)
          form(j) = self%constrained%form_of(system%gap(j))

@@ -252,10 +252,9 @@ contains
       type(system_t), intent(in) :: system
       integer, intent(in) :: i
 
-      logical :: laid_out
-
-      call self%of(i)%form%lay_out_contacts(system, laid_out)
-      if (laid_out) call weigh(self, i)
+      if (self%of(i)%form%touching_version == system%version) return
+      call self%of(i)%form%lay_out_contacts(system)
+      call weigh(self, i)
    end subroutine lay_out_contacts
 
    !> Put `start` at the start of a piece in solution i, from `last`, the end of the piece before it in solution `before`

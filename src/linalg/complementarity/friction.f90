@@ -64,7 +64,8 @@ contains
       real(wp), intent(out) :: impulse(:)
       integer, intent(out) :: status, pivots
 
-      real(wp), allocatable :: matrix(:, :), q(:), z(:), w(:)
+      real(wp), allocatable :: matrix(:, :)
+      real(wp), dimension(size(impulse) + 2*size(problem%limit)) :: q, z, w
       integer :: k, m, n, plus, minus, speed
 
       n = size(problem%before)
@@ -73,7 +74,6 @@ contains
       minus = n + m
       speed = n + 2*m
       allocate (matrix(n + 3*m, n + 3*m), source=0.0_wp)
-      allocate (q(n + 3*m), z(n + 3*m), w(n + 3*m))
       matrix(:n + m, :n + m) = problem%delassus
       matrix(:n + m, minus + 1:speed) = -problem%delassus(:, n + 1:)
       matrix(minus + 1:speed, :n + m) = -problem%delassus(n + 1:, :)

@@ -50,8 +50,8 @@ contains
       integer, intent(out) :: status, pivots
 
       type(tableau_t) :: tableau
-      real(wp), allocatable :: scaled(:, :), right(:), d(:)
-      real(wp) :: size_of_q
+      real(wp), allocatable :: scaled(:, :)
+      real(wp) :: d(size(q)), right(size(q)), size_of_q
       integer :: i, n
 
       n = size(q)
@@ -65,7 +65,7 @@ contains
          w = q
          return
       end if
-      allocate (scaled(n, n), right(n), d(n))
+      allocate (scaled(n, n))
       call even_scale(matrix, d)
       do i = 1, n
          scaled(:, i) = d*matrix(:, i)*d(i)
