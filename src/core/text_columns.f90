@@ -1,7 +1,8 @@
 !! Named columns of numbers from a text file: comma-separated.
 !!
 !! The first line has names; each further line has as many real numbers, separated by commas. Blank lines and lines that
-!! begin with `#` are passed over; names may be in double quotes, and a unit in brackets behind a name does not belong to it.
+!! begin with `#` are passed over; names may be in double quotes, and a unit in brackets behind a name does not belong to it, but
+!! is to be one that is asked for.
 module razy_core_text_columns
    use razy_core_error, only: error_t, refuse
    use razy_core_kinds, only: wp
@@ -15,9 +16,10 @@ module razy_core_text_columns
 
 contains
 
-   !> Read the columns `names` of a text file into `values` (rows, columns).
+   !> Read the columns `names` of a text file into `values` (rows, columns); a name such as `value [N or N m]` says which units may
+   !> be given there.
    !>
-   !> Errors, with the line where there are lines: no such file or column, what is no finite number, lines of unequal lengths.
+   !> Errors, with the line where there are lines: no such file, column or unit, what is no finite number, lines of unequal lengths.
    subroutine read_text_columns(file, names, values, error)
       character(*), intent(in) :: file
       type(string_t), intent(in) :: names(:)
@@ -96,40 +98,50 @@ contains
       integer, allocatable, intent(out) :: column(:)
       type(error_t), allocatable, intent(out) :: error
 
+      type(string_t) :: unit(size(header))
+      character(:), allocatable :: name, units
       integer :: i, k
 
       do i = 1, size(header)
-         header(i)%text = bare(header(i)%text)
+         call take_apart(header(i)%text, name, unit(i)%text)
+         header(i)%text = name
       end do
       allocate (column(size(names)), source=0)
       do k = 1, size(names)
+         call take_apart(names(k)%text, name, units)
          do i = 1, size(header)
-            if (lower(header(i)%text) /= lower(names(k)%text)) cycle
-            if (column(k) > 0) call refuse(error, at(file, line), "two columns '"//excerpt(header(i)%text)//"'")
+            if (lower(header(i)%text) /= lower(name)) cycle
+            if (column(k) > 0) then
+               call refuse(error, at(file, line), "two columns '"//excerpt(name)//"'")
+            else if (len(unit(i)%text)*len(units) > 0 .and. index(" or "//units//" or ", " or "//unit(i)%text//" or ") == 0) then
+               call refuse(error, at(file, line), "column '"//excerpt(name)//"' is in "//excerpt(unit(i)%text)//", not in "//units)
+            end if
             if (allocated(error)) return
             column(k) = i
          end do
          if (column(k) > 0) cycle
-         call refuse(error, at(file, line), "no column '"//excerpt(names(k)%text)//"'; "// &
-                     did_you_mean(names(k)%text, header, "columns"))
+         call refuse(error, at(file, line), "no column '"//excerpt(name)//"'; "//did_you_mean(name, header, "columns"))
          return
       end do
    end subroutine find_columns
 
-   !> A name without quotes and without a unit in brackets.
-   pure function bare(word) result(name)
+   !> A name without quotes, and the unit in brackets behind it, if there is one.
+   pure subroutine take_apart(word, name, unit)
       character(*), intent(in) :: word
-      character(:), allocatable :: name
+      character(:), allocatable, intent(out) :: name, unit
 
       integer :: bracket
 
       name = word
+      unit = ""
       if (len(name) > 1) then
          if (name(1:1) == '"' .and. name(len(name):) == '"') name = name(2:len(name) - 1)
       end if
       bracket = index(name, "[")
-      if (bracket > 1 .and. index(name, "]", back=.true.) == len(name)) name = trim(name(:bracket - 1))
-   end function bare
+      if (bracket < 2 .or. index(name, "]", back=.true.) /= len(name)) return
+      unit = trim(adjustl(name(bracket + 1:len(name) - 1)))
+      name = trim(name(:bracket - 1))
+   end subroutine take_apart
 
    subroutine read_row(file, line, words, header, column, row, error)
       character(*), intent(in) :: file

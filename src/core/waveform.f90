@@ -20,11 +20,14 @@ module razy_core_waveform
    contains
       procedure :: phasor
       procedure :: rest
+      procedure :: jumps
       procedure :: renew
    end type waveform_t
 
    !> So near to a knot, relative to the time, it has been reached.
    real(qp), parameter :: rounding = 4*epsilon(1.0_wp)
+   !> A smaller difference, of values up to 1, is rounding.
+   real(wp), parameter :: smallest_jump = 1.0e-12_wp
    !> Later than any motion.
    real(qp), parameter :: long_ago = 1.0e30_qp
 
@@ -99,6 +102,26 @@ contains
          rest = real(1.0_qp/self%hertz - since, wp)
       end if
    end function rest
+
+   !> Whether E of straight lines jumps at a break; before the first of one that is there once it is 0, but for time 0.
+   pure logical function jumps(self)
+      class(waveform_t), intent(in) :: self
+
+      real(wp) :: before(size(self%knot))
+      integer :: n
+
+      jumps = .false.
+      if (.not. self%ramps) return
+      n = size(self%knot)
+      before = 0.0_wp
+      before(2:) = self%start(:n - 1)%re + self%start(:n - 1)%im*self%omega*(self%knot(2:) - self%knot(:n - 1))
+      if (self%hertz > 0.0_qp) then
+         before(1) = self%start(n)%re + self%start(n)%im*self%omega*(real(1.0_qp/self%hertz, wp) - self%knot(n))
+      else if (.not. self%delay > 0.0_qp) then
+         before(1) = self%start(1)%re
+      end if
+      jumps = any(abs(before - self%start%re) > smallest_jump)
+   end function jumps
 
    !> The piece at a time, 0 before the first, and the time since the first began, s.
    pure subroutine find_piece(self, time, time_low, k, since)

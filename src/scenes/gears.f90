@@ -193,7 +193,8 @@ contains
       real(wp) :: cosine, sine, step
       integer :: j, k, n
 
-      call read_text_columns(file, [string_t("angle_deg"), string_t(what)], values, error)
+      call read_text_columns(file, [string_t("angle_deg [deg]"), &
+                                    string_t(what//" ["//trim(merge("m  ", "N/m", what == "error"))//"]")], values, error)
       if (allocated(error)) return
       n = size(values, 1)
       if (n < 3 .or. n > most_rows) then

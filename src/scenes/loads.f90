@@ -28,7 +28,7 @@ contains
                     unit="kg m or kg m^2", default="0.0")
       call add_real(schema, "phase", "phase of the harmonic part", unit="deg", default="0.0")
       call add_frequency_keys(schema, "", "the harmonic part")
-      call add_shape_keys(schema, "", "the harmonic part", "N")
+      call add_shape_keys(schema, "", "the harmonic part", "N or N m")
    end subroutine add_load_keys
 
    !> Add the loads, value + (amplitude + unbalance (2πf)²) sin(2πft + phase), or value + amplitude times another shape, to those of
@@ -58,7 +58,8 @@ contains
          shaped = input%choice("load", i, "shape") /= "sine" .or. input%given("load", i, "file")
          call read_frequency(frequency, harmonics, input, "load", i, "", &
                              .not. shaped .and. max(abs(amplitude), abs(unbalance)) > 0.0_wp, error)
-         if (.not. allocated(error)) call read_shape(tone, factor, shaped, frequency, input, "load", i, "", error)
+         if (.not. allocated(error)) call read_shape(tone, factor, shaped, frequency, input, "load", i, "", &
+                                                     "N or N m", error)
          if (allocated(error)) return
          machine%load = machine%load + value*on%row
          if (shaped) then

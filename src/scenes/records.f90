@@ -157,7 +157,7 @@ contains
 
          integer :: i
 
-         i = findloc(asked .and. abs(time - time(max(1, findloc(asked, .true., dim=1)))) > 0.0_wp, .true., dim=1)
+         i = findloc(asked .and. time > minval(time, mask=asked), .true., dim=1)
          if (i > 0 .and. .not. allocated(error)) call input%complain(error, "record", i, key, "the same for all "//what)
       end subroutine same
 

@@ -49,14 +49,14 @@ contains
    end subroutine add_shape_keys
 
    !> The tone of `group` number i, by whose E the amplitude times `factor` is multiplied, if it is none of sines (`found`). The
-   !> frequency is that of its other keys.
-   subroutine read_shape(tone, factor, found, frequency, input, group, i, prefix, error)
+   !> frequency is that of its other keys; values of a file are in a `unit`, such as `N or N m`.
+   subroutine read_shape(tone, factor, found, frequency, input, group, i, prefix, unit, error)
       type(tone_t), intent(out) :: tone
       real(wp), intent(out) :: factor
       logical, intent(out) :: found
       type(frequency_t), intent(in) :: frequency
       type(input_t), intent(in) :: input
-      character(*), intent(in) :: group, prefix
+      character(*), intent(in) :: group, prefix, unit
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
@@ -76,7 +76,7 @@ contains
       delay = 0.0_wp
       call input%get(group, i, prefix//"delay", delay)
       if (shape == "file") then
-         call read_file(wave, factor, delay, input, group, i, prefix, error)
+         call read_file(wave, factor, delay, input, group, i, prefix, unit, error)
       else
          call form(wave, factor, shape, frequency%hertz, input, group, i, prefix, error)
       end if
@@ -162,12 +162,12 @@ contains
    end subroutine form
 
    !> A table, from its file.
-   subroutine read_file(wave, factor, delay, input, group, i, prefix, error)
+   subroutine read_file(wave, factor, delay, input, group, i, prefix, unit, error)
       type(waveform_t), intent(out) :: wave
       real(wp), intent(out) :: factor
       real(wp), intent(in) :: delay
       type(input_t), intent(in) :: input
-      character(*), intent(in) :: group, prefix
+      character(*), intent(in) :: group, prefix, unit
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
@@ -178,7 +178,7 @@ contains
 
       factor = 1.0_wp
       call input%get(group, i, prefix//"file", file)
-      call read_text_columns(file, [string_t("time"), string_t("value")], rows, error)
+      call read_text_columns(file, [string_t("time [s]"), string_t("value ["//unit//"]")], rows, error)
       if (allocated(error)) return
       n = size(rows, 1)
       if (n < 2) then
@@ -194,8 +194,7 @@ contains
                              " of '"//file//"' has "//to_text(rows(j, 1)))
       end do
       if (allocated(error)) return
-      beyond = ""
-      if (input%given(group, i, prefix//"beyond")) beyond = input%choice(group, i, prefix//"beyond")
+      beyond = input%choice(group, i, prefix//"beyond")
       t_end = 0.0_wp
       if (input%count("motion") > 0) call input%get("motion", 1, "t_end", t_end)
       if (beyond == "" .and. delay + rows(n, 1) < t_end) then
@@ -204,9 +203,7 @@ contains
          return
       end if
       to = [rows(2:, 2), rows(n, 2)]
-      if (input%given(group, i, prefix//"interpolation")) then
-         if (input%choice(group, i, prefix//"interpolation") == "held") to = rows(:, 2)
-      end if
+      if (input%choice(group, i, prefix//"interpolation") == "held") to = rows(:, 2)
       if (beyond == "zero") rows(n, 2) = 0.0_wp
       if (beyond == "zero") to(n) = 0.0_wp
       if (beyond == "periodic") then

@@ -124,7 +124,7 @@ contains
       end if
       call read_table(input, "spring", i, place, force, damping, error)
       if (allocated(error)) return
-      law = new_table_law(place, force, damping, 0.0_wp, .false., ends_in_table(input, "spring", i) .and. [.true., .true.])
+      law = new_table_law(place, force, damping, 0.0_wp, .false., spread(input%choice("spring", i, "beyond") == "refuse", 1, 2))
    end subroutine new_spring_law
 
    !> The law of a stop over its deformation, on the `sides` that close at `edges`.
@@ -152,7 +152,7 @@ contains
          call input%complain(error, group, i, "force", "none below 0: a stop does not pull")
       end if
       if (allocated(error)) return
-      ends = ends_in_table(input, group, i)
+      ends = input%choice(group, i, "beyond") == "refuse"
       ! Where there is no other side the open line goes on from any place.
       gap = 1.0_wp
       if (all(sides)) gap = edges(2) - edges(1)
@@ -180,15 +180,6 @@ contains
       law = new_table_law(at, pushes, of_line, merge(edges(1), edges(2), sides(1)) + merge(0.5_wp, -0.5_wp, sides(1))*gap, &
                           gap > 0.0_wp, ends .and. sides)
    end subroutine read_stop_table
-
-   logical function ends_in_table(input, group, i)
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: group
-      integer, intent(in) :: i
-
-      ends_in_table = .false.
-      if (input%given(group, i, "beyond")) ends_in_table = input%choice(group, i, "beyond") == "refuse"
-   end function ends_in_table
 
    !> The points of a table (n), and the damping of its lines (n - 1).
    subroutine read_table(input, group, i, place, force, damping, error)

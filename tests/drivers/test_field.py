@@ -19,6 +19,37 @@ def test_a_thrown_ball_comes_to_rest_on_the_floor(folder):
     assert [v[end["ball.x"]], v[end["ball.y"]]] == pytest.approx([1.0, 0.0], abs=1e-12)
 
 
+def test_a_ball_never_falls_through_the_floor(folder):
+    found = run(FIELD / "ball_for_ever.nml")
+    fall = np.sqrt(2 * 50.0 / 9.8)
+    value, kind, time = (found[f"extrema/displacement.ball/{name}"] for name in ("value", "kind", "time"))
+    assert time[kind == -1] == pytest.approx((2 * np.arange(1, 79) - 1) * fall, rel=1e-12)
+    assert value[kind == 1] == pytest.approx(50.0, rel=1e-12)
+
+
+def test_a_box_brakes_and_stays(folder):
+    found = run(FIELD / "braking_box.nml")
+    assert found["event/time"] == pytest.approx([10.0 / (0.3 * 9.8)], rel=1e-13)
+    assert found["state/displacement"][-50:] == pytest.approx(100.0 / (2 * 0.3 * 9.8), rel=1e-13)
+    assert np.all(found["state/velocity"][-50:] == 0.0)
+
+
+def test_dry_friction_has_the_amplitude_of_den_hartog(folder):
+    for ratio in (0.7, 0.8, 1.3):
+        case = ("--set", f"load%angular_frequency={ratio}")
+        found = run(FIELD / "den_hartog.nml", *case)["extrema/displacement.body/value"]
+        v, u = 1 / (1 - ratio**2), np.sin(np.pi / ratio) / (ratio * (1 + np.cos(np.pi / ratio)))
+        assert np.abs(found) == pytest.approx(np.sqrt(v**2 - (0.3 * u) ** 2), rel=1e-9), ratio
+
+
+def test_a_shaft_hangs_through_under_its_weight(folder):
+    found = np.ravel(run(FIELD / "shaft_weight.nml")["observable/displacement.shaft.5.v"])
+    area, inertia, nu = np.pi * 0.05**2 / 4, np.pi * 0.05**4 / 64, 2.1e11 / (2 * 8.0e10) - 1
+    weight, shear = 7850.0 * area * 9.81, 6 * (1 + nu) / (7 + 6 * nu) * 8.0e10 * area
+    sag = 5 * weight * 2.0**4 / (384 * 2.1e11 * inertia) + weight * 2.0**2 / (8 * shear)
+    assert found == pytest.approx(-sag, rel=1e-9)
+
+
 def test_a_pulled_block_slips_when_it_must(folder):
     found = run(FIELD / "pulled_block.nml")
     slips = found["event/time"][::2]

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import h5py
+import numpy as np
 from programs import PATIENCE, SOURCE, datasets, sets, succeed
 
 BASINS = SOURCE / "inputs" / "basins.nml"
@@ -44,6 +45,20 @@ def expect_whole(*parts):
 
 def ranges(prefix, first, last):
     return ["--set", f"{prefix}%first={first}", "--set", f"{prefix}%last={last}"]
+
+
+def test_means_and_strobes_are_merged(folder):
+    case = (SOURCE / "inputs" / "field" / "capsule.nml").read_text()
+    for name, first, last, points in (("whole", 0.8, 1.1, 4), ("a", 0.8, 0.9, 2), ("b", 1.0, 1.1, 2)):
+        sweep = f"&sweep parameter='load%angular_frequency', first={first}, last={last}, points={points} /\n"
+        (folder / "case.nml").write_text(case[: case.index("&sweep")] + sweep)
+        compute("case.nml", f"{name}.h5")
+    done = merge("a.h5", "b.h5", "--output", "all.h5")
+    assert done.returncode == 0, done.stderr
+    with h5py.File("all.h5") as file, h5py.File("whole.h5") as whole:
+        for name in ("average/velocity.capsule/rms", "strobe/velocity.capsule/value", "strobe/velocity.capsule/offset"):
+            assert len(whole[name]) >= 4
+            np.testing.assert_allclose(file[name][()], whole[name][()], rtol=1e-8, atol=1e-8)
 
 
 def test_starts_and_attractors(folder):

@@ -3,7 +3,8 @@
 import h5py
 import numpy as np
 import pytest
-from programs import SOURCE, start, succeed
+from programs import SOURCE, plot, start, succeed
+from programs import run as arrays
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
@@ -295,6 +296,28 @@ def test_response_in_the_ring(tmp_path):
     assert group["ring_share"] == pytest.approx(group["ring_orbit"] / 6.0)
     assert "order 2.0\n" in said
     assert "largest orbit in stator" in said
+
+
+def test_a_pin_in_a_bush_and_its_pictures(folder):
+    """Pressed against the hole all round by its unbalance, with friction on a surface that turns ahead of the whirl."""
+    found = arrays(
+        SOURCE / "inputs" / "bush.nml", "--set", "motion%t_end=1.2", *(f"--set=record({i})%from=1.0" for i in (1, 2, 3))
+    )
+    x, y = (np.ravel(found[f"observable/displacement.pin.{way}"]) for way in "xy")
+    w = 210.0
+
+    def missing(r):
+        return abs((4.0e4 - w**2 + 60j * w) * r + 1.0e6 * (r - 1.0e-4) * (1 + 0.1j)) - 1.2e-4 * w**2
+
+    np.testing.assert_allclose(np.hypot(x, y), brentq(missing, 1.0e-4, 2.0e-4, xtol=1e-16), rtol=1e-7)
+    for kind in ("orbit", "machine"):
+        done = plot("run.h5", "--kind", kind, "--save", f"{kind}.svg")
+        assert done.returncode == 0, done.stderr
+    text = (SOURCE / "inputs" / "bush.nml").read_text().replace("of='pin.y'", "of='pin.phi'")
+    (folder / "other.nml").write_text(text)
+    succeed("razy-run", "other.nml")
+    done = plot("other.h5", "--kind", "orbit", "--save", "other.svg")
+    assert "or of PLACE.x and PLACE.y" in done.stderr
 
 
 def test_modes_with_the_ring_open(tmp_path):

@@ -302,6 +302,73 @@ def test_branch_and_exponents_under_a_square_force(tmp_path):
         assert file["lyapunov/exponent"][:].sum() == pytest.approx(-0.1, abs=1e-9)
 
 
+MOVED = """&scene kind='{kind}' /
+{body}
+&stop name='table', between='body','frame', {stop}, motion_amplitude=0.2{motion} /
+&motion t_end=6.0, integrator='{method}', start='given', relative_tolerance=1e-13 /
+&record observable='displacement'{of}, what='trajectory', interval=0.05 /
+"""
+LUMPED = {"kind": "lumped", "body": "&mass name='body', value=1.0 /", "of": ""}
+PLANAR = {"kind": "planar", "body": "&body name='body', mass=1.0, inertia=1.0 /", "of": ", of='body.y'"}
+BOTH = "side='both', clearance=0.0, stiffness=9.0"
+
+
+@pytest.mark.parametrize("method", ["exact", "dop853"])
+@pytest.mark.parametrize(
+    ("scene", "stop"), [(LUMPED, BOTH), (PLANAR, "direction=0.0,1.0, stiffness=9.0, clearance=-1.0")]
+)
+def test_a_body_on_a_stop_that_moves_by_a_ramp(tmp_path, method, scene, stop):
+    """What a stop on both sides, or one pressed against it, does to a mass is what a spring does whose end moves."""
+    motion = ", motion_shape='ramp', motion_duration=1.7"
+    text = MOVED.format(**scene, stop=stop, motion=motion, method=method)
+    if scene is PLANAR:
+        text += "&load on='body.y', value=-9.0 /\n"
+    (tmp_path / "moved.nml").write_text(text)
+    succeed("razy-run", tmp_path / "moved.nml", "--force")
+    with h5py.File("moved.h5") as file:
+        t, found = file["time"][:], file["observable"][f"displacement{'.body.y' if scene is PLANAR else ''}"][:]
+    expected = response(9.0, 0.0, [(0, 0, 9 * 0.2 / 1.7), (1.7, 9 * 0.2, 0)], t)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14 if method == "exact" else 1e-11)
+
+
+def test_a_table_moves_a_stop_as_a_ramp_does(tmp_path):
+    (tmp_path / "ramp.csv").write_text("time [s], value [m]\n0, 0\n1.7, 0.2\n")
+    found = []
+    for motion in ("shape='ramp', motion_duration=1.7", f"file='{tmp_path}/ramp.csv', motion_beyond='hold'"):
+        text = MOVED.format(**LUMPED, stop=BOTH, motion=f", motion_{motion}", method="exact")
+        text = text.replace("=0.2", "=1.0") if "file" in motion else text
+        found.append(run(tmp_path, text)["observable/displacement"])
+    np.testing.assert_allclose(found[1], found[0], rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("stop", "motion", "word"),
+    [
+        (BOTH, ", motion_shape='square', motion_frequency=1.0", "one without jumps"),
+        (BOTH, ", motion_shape='pulse', motion_duration=1.0", "one without jumps"),
+        (BOTH, ", motion_file='{path}/jump.csv', motion_beyond='periodic'", "one without jumps"),
+        (
+            BOTH,
+            ", motion_file='{path}/jump.csv', motion_interpolation='held', motion_beyond='hold'",
+            "one without jumps",
+        ),
+        (BOTH, ", motion_file='{path}/unit.csv', motion_beyond='hold'", "column 'value' is in mm, not in m or rad"),
+        (
+            "law='rigid', restitution=0.5, clearance=1.0",
+            ", motion_shape='ramp', motion_duration=1.0",
+            "one that gives way",
+        ),
+    ],
+)
+def test_what_cannot_move_a_stop_is_refused(tmp_path, stop, motion, word):
+    (tmp_path / "jump.csv").write_text("time [s], value [m]\n0, 0\n1.7, 0.2\n")
+    (tmp_path / "unit.csv").write_text("time [s], value [mm]\n0, 0\n1.7, 0.2\n")
+    text = MOVED.format(**LUMPED, stop=stop, motion=motion.format(path=tmp_path), method="exact")
+    (tmp_path / "bad.nml").write_text(text)
+    done = start("razy-run", tmp_path / "bad.nml")
+    assert done.returncode == 2 and word in done.stderr and done.stderr.count("\n") == 1, done.stderr
+
+
 def test_what_acts_once_has_no_branch(tmp_path):
     text = OSCILLATOR.format(k=1.0, c=0.1, load="shape='ramp', amplitude=1.0, duration=1.0", t_end=5.0, method="exact")
     (tmp_path / "case.nml").write_text(text + "&follow parameter='load%amplitude', first=1.0, last=2.0 /\n")

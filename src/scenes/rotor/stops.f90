@@ -16,7 +16,7 @@ module razy_scenes_rotor_stops
    use razy_input_schema, only: add_group, add_name, add_real, add_string, group_spec_t
    use razy_rotor_model, only: rotor_model_t
    use razy_machine_frame, only: frame_t
-   use razy_scenes_contacts, only: add_friction_keys, add_ring_keys
+   use razy_scenes_contacts, only: add_friction_keys, add_motion_keys, add_ring_keys
    use razy_scenes_gap_laws, only: add_gap_law_keys
    use razy_scenes_rotor_places, only: find_place
    use razy_scenes_scene, only: site_t
@@ -46,6 +46,7 @@ contains
                     count=3, required=.true.)
       call add_real(schema, "clearance", "gap in the reference position; a negative one is preload", unit="m", default="0.0")
       call add_gap_law_keys(schema)
+      call add_motion_keys(schema)
       call add_group(schema, "ring", "A round hole around a node, in the frame or carried by a node of another shaft", &
                      repeatable=.true.)
       call add_name(schema)

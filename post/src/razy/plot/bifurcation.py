@@ -6,7 +6,7 @@ Lyapunov exponents, if the file has them, stand below.
 
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -114,7 +114,10 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions, *, strobes: 
     panels = []
     for axes, name in zip(column, observables, strict=True):
         points = result.strobe(name) if strobes else result.extrema(name)
-        panels.append(_prepare(result, axes, points, grid * x_scale.factor, selected, options))
+        panel = _prepare(result, axes, points, grid * x_scale.factor, selected, options)
+        if strobes and panel.direction is None:
+            panel = replace(panel, layers={UNKNOWN: ("once in each period of the excitation", style.BLACK)})
+        panels.append(panel)
     failed = _mark_failed(result, column, grid * x_scale.factor, selected)
     drawn = {look: None for panel in panels for look in panel.layers.values()}
     handles = [style.point_handle(*look) for look in drawn] + failed
@@ -200,7 +203,7 @@ def _prepare(
     if low > high:
         status = result.status[selected]
         failed = f"; {np.count_nonzero(status)} of {status.size} points failed" if np.any(status) else ""
-        raise ResultError(f"{result.path}: no values of '{quantity.name}' {options.range_text()}{failed}")
+        raise ResultError(f"{result.path}: no extrema of '{quantity.name}' {options.range_text()}{failed}")
     scale = scale_for(quantity.units, max(abs(low), abs(high)))
     y_limits = style.limits(low * scale.factor, high * scale.factor, 0.04)
     axes.set_ylabel(axis_label(quantity, scale, LABEL_WIDTH))
@@ -210,8 +213,6 @@ def _prepare(
     if direction is not None and np.unique(direction[selected]).size == 2:
         return Panel(extrema, parameter, selected, scale, {way: style.DIRECTIONS[way] for way in (UP, DOWN)}, direction)
     layers = {kind: look for kind, look in style.EXTREMA.items() if kind in kinds}
-    if extrema.data.kind is None:
-        layers = {UNKNOWN: ("once in each period of the excitation", style.BLACK)}
     return Panel(extrema, parameter, selected, scale, layers, None)
 
 

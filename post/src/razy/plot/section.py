@@ -1,4 +1,4 @@
-"""Poincaré sections, and orbits of shaft nodes in their rings, with a mark once in each revolution."""
+"""Poincaré sections, and orbits of shaft nodes and planar places in their rings, with a mark in each revolution."""
 
 from dataclasses import replace
 
@@ -45,13 +45,14 @@ def draw_poincare(result: RunResult, figure: Figure, options: PlotOptions) -> No
 
 
 def draw_orbit(result: RunResult, figure: Figure, options: PlotOptions) -> None:
-    """Draw the path of shaft nodes in the plane yz, in their rings, with a point where a revolution begins."""
+    """Draw paths of shaft nodes across the axis, or of planar places, in their rings, with a mark in each turn."""
     nodes = _nodes(result, options)
     rings = _rings(result)
     marks = revolutions(result, options)
     grid = _panels(figure, options, len(nodes), 8.0)
     for axes, node in zip(grid, nodes, strict=True):
-        v, w = (Course(result, observable(result, f"displacement.{node}.{way}"), options) for way in "vw")
+        ways = _ways(result, node)
+        v, w = (Course(result, observable(result, f"displacement.{node}.{way}"), options) for way in ways)
         scale = scale_for("m", float(max(np.abs(v.value).max(), np.abs(w.value).max())))
         axes.plot(v.value * scale.factor, w.value * scale.factor, color=style.BLACK, linewidth=0.6, label=node)
         if marks is not None:
@@ -63,8 +64,9 @@ def draw_orbit(result: RunResult, figure: Figure, options: PlotOptions) -> None:
         axes.set_aspect("equal", adjustable="datalim")
         axes.margins(0.08)
         axes.autoscale_view()
-        axes.set_xlabel(f"{node}: displacement along y ({scale.unit})")
-        axes.set_ylabel(f"along z ({scale.unit})")
+        first, second = "yz" if ways == "vw" else ways
+        axes.set_xlabel(f"{node}: displacement along {first} ({scale.unit})")
+        axes.set_ylabel(f"along {second} ({scale.unit})")
     handles = [] if marks is None else [style.point_handle("once per revolution", style.RED)]
     if any(node.lower() in rings for node in nodes):
         handles.append(Line2D([], [], color=style.BLUE, linewidth=1.2, label="ring"))
@@ -86,9 +88,17 @@ def _rings(result: RunResult) -> dict[str, list[tuple[NDArray[np.float64], float
 
 
 def shaft_nodes(result: RunResult) -> list[str]:
-    """Return the nodes of which both displacements across the axis are stored."""
+    """Return the nodes of which both displacements across the axis are stored, and planar places of which both are."""
     names = [name.removeprefix("displacement.") for name in result.observables if name.startswith("displacement.")]
-    return [name[:-2] for name in names if name.endswith(".v") and f"{name[:-2]}.w" in names]
+    return list(dict.fromkeys(name[:-2] for name in names if "." in name and _ways(result, name[:-2])))
+
+
+def _ways(result: RunResult, node: str) -> str:
+    """Return the names of both displacements of a node or place that are stored; '' if they are not."""
+    for ways in ("vw", "xy"):
+        if all(f"displacement.{node}.{way}" in result.observables for way in ways):
+            return ways
+    return ""
 
 
 def _nodes(result: RunResult, options: PlotOptions) -> list[str]:
@@ -100,7 +110,8 @@ def _nodes(result: RunResult, options: PlotOptions) -> list[str]:
             raise ResultError(f"{result.path}: no orbit of '{node}' (the file has: {', '.join(both) or 'none'})")
     if not both:
         raise ResultError(
-            f"{result.path}: no orbit: it needs &record observable='displacement' of SHAFT.NODE.v and of SHAFT.NODE.w"
+            f"{result.path}: no orbit: it needs &record observable='displacement' of SHAFT.NODE.v and "
+            "of SHAFT.NODE.w, or of PLACE.x and PLACE.y"
         )
     return asked or both[:MOST_PANELS]
 

@@ -1,7 +1,7 @@
 """Rotors of ROSS (Petrobras' ross-rotordynamics): the file that ``Rotor.save`` writes, as a case of razy.
 
 Axes: ROSS' x, y and z (along the shaft) are y, z and x here, so that its kxx acts on v and its kyy on w; its node 0 is
-node 1. ROSS' Timoshenko element with Cowper's coefficient is razy's. A tapered element becomes cylinders. Shafts inside
+node 1. ROSS' Timoshenko element with Cowper's coefficient is razy's. A tapered element is a cone. Shafts inside
 each other, and those on both sides of a coupling, have one speed; a node with nothing but a mass is a housing.
 """
 
@@ -21,8 +21,6 @@ from razy.programs.case import write_case
 from razy.target import check_output, write_text
 from razy.tools.cli import new_parser, run_command
 
-STEPS = 10
-"""Cylinders of a tapered element."""
 RIGID = 1.0e15
 """Stiffness of a bearing, N/m, from which on it is a support."""
 RPM = 30.0 / math.pi
@@ -134,9 +132,9 @@ def _check_values(file: Path, name: str, key: str, value: Any) -> None:
 def _add_shafts(groups: dict[str, Any], file: Path, elements: list[dict[str, Any]]) -> dict[int, dict[str, Any]]:
     """Add the shafts and their sections; return shaft and node of each node of ROSS."""
     for element in elements:
-        for key in ("axial_force", "torque"):
-            if element.get(key):
-                raise ResultError(f"{file}: {_tag(element)}: {key} = {element[key]}; only 0 is taken")
+        if element.get("torque"):
+            said = f"{file}: {_tag(element)}: torque = {element['torque']}"
+            raise ResultError(f"{said}; only 0 is taken: ROSS has other moments where it begins and ends")
         if not element.get("gyroscopic", True):
             raise ResultError(f"{file}: {_tag(element)}: gyroscopic = false; only true is taken")
         if element.get("shear_effects", True) and element.get("shear_method_calc", "cowper") != "cowper":
@@ -171,17 +169,12 @@ def _add_shafts(groups: dict[str, Any], file: Path, elements: list[dict[str, Any
         main, layers, node = [], [], 1
         for n in run:
             places[n] = {"shaft": name, "node": node}
-            count = STEPS if any(_tapered(element) for element in at[n]) else 1
-            for element in at[n]:
-                for step in range(count):
-                    section = {"shaft": name, **_section(element, step, count, material)}
-                    if element is at[n][0]:
-                        main.append(section)
-                    else:
-                        layers.append({**section, "first_node": node + step})
-            node += count
+            first, *others = ({"shaft": name, **_section(element, material)} for element in at[n])
+            main.append(first)
+            layers += [{**section, "first_node": node} for section in others]
+            node += 1
         places[run[-1] + 1] = {"shaft": name, "node": node}
-        groups["section"] += [_together(list(equal)) for _, equal in groupby(main)] + layers
+        groups["section"] += [one for _, equal in groupby(main) for one in _together(list(equal))] + layers
     return places
 
 
@@ -237,35 +230,31 @@ def _add_coupling(
     groups["bearing"].append({**ends[0], "to": to, "kind": "matrix", "stiffness": stiffness, "damping_matrix": damping})
 
 
-def _tapered(element: dict[str, Any]) -> bool:
-    return any(element.get(f"{side}dr") not in (None, element[f"{side}dl"]) for side in "io")
-
-
 def _material(element: dict[str, Any]) -> dict[str, float]:
     steel = element["material"]
     return {"young_modulus": steel["E"], "shear_modulus": steel["G_s"], "density": steel["rho"]}
 
 
-def _section(element: dict[str, Any], step: int, count: int, material: dict[str, float]) -> dict[str, Any]:
-    """Return one of `count` equal parts of an element, a cylinder with the diameters in its middle."""
-    part = (step + 0.5) / count
-    left = {side: element[f"{side}dl"] for side in "io"}
-    right = {side: left[side] if element.get(f"{side}dr") is None else element[f"{side}dr"] for side in "io"}
-    diameter = (
-        left if not _tapered(element) else {side: left[side] + part * (right[side] - left[side]) for side in "io"}
-    )
-    section = {"length": element["L"] / count, "outer_diameter": diameter["o"]}
-    if diameter["i"]:
-        section["inner_diameter"] = diameter["i"]
+def _section(element: dict[str, Any], material: dict[str, float]) -> dict[str, Any]:
+    """Return an element as a cylinder or cone."""
+    section = {"length": element["L"], "outer_diameter": element["odl"]}
+    if element["idl"]:
+        section["inner_diameter"] = element["idl"]
+    for side, word in (("o", "outer"), ("i", "inner")):
+        if element.get(f"{side}dr") not in (None, element[f"{side}dl"]):
+            section[f"{word}_diameter_end"] = element[f"{side}dr"]
+    if element.get("axial_force"):
+        section["axial_force"] = element["axial_force"] + 0.0
     own = _material(element)
     return section if own == material else section | own
 
 
-def _together(sections: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return equal sections as one with several elements."""
-    if len(sections) == 1:
-        return sections[0]
-    return {**sections[0], "length": len(sections) * sections[0]["length"], "elements": len(sections)}
+def _together(sections: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return equal cylinders as one with several elements, and cones as they are."""
+    first, count = sections[0], len(sections)
+    if count == 1 or any(key.endswith("_end") for key in first):
+        return sections
+    return [{**first, "length": count * first["length"], "elements": count}]
 
 
 def _add_bearing(

@@ -13,6 +13,7 @@ from razy.plot import style
 from razy.plot.machine.symbols import BLUE, GREEN, OCHRE, across, coils, dashpot, draw_ground
 from razy.plot.options import PlotOptions
 from razy.read import ResultFile
+from razy.read.description import read_description, values_of
 from razy.read.scene import Element, Scene, read_scene
 
 STUB = 0.09
@@ -52,12 +53,23 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions) -> None:
         line = _draw_element(axes, element, scale)
         line.set_label(element.kind)
         handles.setdefault(element.kind, line)
+    for place in _rings(result, scene):
+        look = {"color": style.BLUE, "markerfacecolor": "none", "markersize": 11, "zorder": 4, "label": "ring"}
+        handles["ring"] = axes.plot(*place, "o", linestyle="none", **look)[0]
     axes.set_aspect("equal")
     axes.margins(0.06)
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
     style.set_footer(figure, result, options)
     style.set_heading(figure, (axes, axes), style.title_of(result, options), list(handles.values()))
+
+
+def _rings(result: ResultFile, scene: Scene) -> list[NDArray[np.float64]]:
+    """Return the place of each round hole, whose clearance is too small to be seen to scale."""
+    known = {body.name.lower(): body.centre for body in scene.bodies}
+    known |= {point.name.lower(): point.position for point in scene.points}
+    ends = [values_of(ring, "between") for ring in read_description(result).get("ring", [])]
+    return [next(known[str(end).lower()] for end in pair if str(end).lower() in known) for pair in ends]
 
 
 def _scale(scene: Scene) -> float:
