@@ -26,8 +26,11 @@ FAR = 1e-7
 """A state farther off than this is refused also near a fold, where corrections say little."""
 ALLOWED = 1e-6
 """How far stored multipliers may be off, over the largest."""
-ROUNDED = 1e-15
-"""How far rounding puts a state off, over its scales; beside a grazing it changes multipliers without bound."""
+ROUNDED = 2e-15
+"""How far rounding puts a state off, over its scales, at its start and at each event.
+
+Beside a grazing it changes multipliers without bound.
+"""
 CHANGES = ("GR", "ST", "SL", "CH")
 """Labels of motions between neighbours with other sequences of events."""
 COLUMNS = ("state", "multiplicity", "events", "stable", "multiplier", "period", "correction")
@@ -223,8 +226,8 @@ def _apart(some: list[complex], others: list[complex]) -> float:
 
 def _spread(course: Course, y: list[arb]) -> float:
     """Return by how much rounding of the state changes its multipliers."""
-    at, total = course.multipliers_at(y), 0.0
+    at, total, off = course.multipliers_at(y), 0.0, ROUNDED * (1 + course.events)
     for i, scale in enumerate(course.scales):
-        moved = [value + ROUNDED * scale if i == j else value for j, value in enumerate(y)]
+        moved = [value + off * scale if i == j else value for j, value in enumerate(y)]
         total += _apart(at, course.multipliers_at(moved))
     return total
