@@ -174,7 +174,9 @@ class _Row:
         if abs(2 * arb.pi() * self.periods / system.omega / float(row["period"]) - 1) > 1e-12:
             raise Disproved("its period is not that of the excitation times its multiplicity")
         course = Course(system, y, self.periods)
-        if course.changes != row["events"]:
+        # By rounding what rests where the motion begins may be hit there.
+        resting = sum(branch.endswith("closed") for branch in course.pieces[0].mode)
+        if not course.changes <= row["events"] <= course.changes + resting:
             if changes:
                 raise Undecided("its sequence of events changes there")
             raise Disproved(f"it has {course.changes} events, not {row['events']}")
