@@ -354,7 +354,9 @@ contains
          orbit%correction = norm2(change)
          if (ok) ok = orbit%correction <= far .and. (orbit%correction <= 10*before .or. orbit%correction <= nearly)
          if (.not. ok) exit
-         if (orbit%correction <= converged*max(1.0_wp, norm2(orbit%u(:self%order())))) exit
+         ! A column of another place, steep beside a grazing, makes corrections small where nothing is solved.
+         if (orbit%correction <= converged*max(1.0_wp, norm2(orbit%u(:self%order()))) .and. &
+             (fresh .or. norm2(orbit%residual) <= nearly)) exit
          ! With columns of this place, corrections that hardly shrink are rounding, or the errors of the method.
          if (orbit%correction <= nearly .and. orbit%correction > 0.25_wp*before .and. &
              (fresh .or. self%resolution > 0.0_wp)) exit
