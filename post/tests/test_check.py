@@ -168,6 +168,39 @@ def test_grazing_is_the_closed_form(law, side):
     assert abs(found.beyond + flint.arb(value) - exact) < 1e-30
 
 
+def resting(amplitude: float) -> Course:
+    """Return the course of a ball that begins at rest on a table A sin t and leaves it where A sin t = g = 1."""
+    flint.ctx.prec = 212
+    text = TABLE.replace("restitution=0.5", "restitution=0.0")
+    groups = read_groups(text.replace("motion_amplitude=1.0", f"motion_amplitude={amplitude}"))
+    return Course(System(Numbers([build(groups)])), [flint.arb(0), flint.arb(amplitude)], 1)
+
+
+def test_a_ball_that_rests_on_a_table_is_thrown_where_it_falls_faster():
+    course = resting(2.0)
+    leave = math.pi / 6
+    land, late = 1.0, 6.0
+    for _ in range(60):
+        t = (land + late) / 2
+        flies = 2 * (math.sin(t) - 0.5 - math.sqrt(0.75) * (t - leave)) + (t - leave) ** 2 / 2 < 0
+        land, late = (t, late) if flies else (land, t)
+    modes, durations = zip(*((piece.mode, piece.duration) for piece in course.pieces), strict=True)
+    assert modes == (("lower closed",), ("open",), ("lower closed",))
+    assert durations == pytest.approx((leave, land - leave, 2 * math.pi - land), rel=1e-12)
+    y = [flint.arb(1e-16), flint.arb(2.0 + 1e-15)]
+    proof = course.prove(y)
+    assert proof.stable is True and proof.radius < 1e-30
+    assert abs(proof.state[0]) < 1e-30 and abs(proof.state[1] - 2) < 1e-30
+    assert max(abs(complex(z.mid())) for z in proof.multipliers) < 1e-30
+
+
+def test_what_rests_for_ever_is_not_alone():
+    course = resting(0.9)
+    assert course.events == 0
+    with pytest.raises(Undecided, match="the derivative is singular"):
+        course.prove([flint.arb(0), flint.arb(0.9)])
+
+
 def test_what_no_point_is_near_is_refused():
     value = 1.5
     state = (1.5 / (-3 + 0.4j)).real, -(1.5 / (-3 + 0.4j)).imag

@@ -355,7 +355,9 @@ contains
          rounded = norm2(orbit%residual) <= rounding*(1.0_wp + growth)*max(1.0_wp, norm2(orbit%u(:self%order())))
          if (ok) ok = orbit%correction <= far .and. (orbit%correction <= 10*before .or. orbit%correction <= nearly .or. rounded)
          if (.not. ok) exit
-         if (orbit%correction <= converged*max(1.0_wp, norm2(orbit%u(:self%order())))) exit
+         ! A column of another place, steep beside a grazing, makes corrections small where nothing is solved.
+         if (orbit%correction <= converged*max(1.0_wp, norm2(orbit%u(:self%order()))) .and. &
+             (fresh .or. norm2(orbit%residual) <= nearly)) exit
          ! With columns of this place, corrections that hardly shrink are rounding, or the errors of the method.
          if ((orbit%correction <= nearly .or. rounded) .and. orbit%correction > 0.25_wp*before .and. &
              (fresh .or. self%resolution > 0.0_wp)) exit

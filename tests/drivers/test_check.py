@@ -165,7 +165,7 @@ RIGID = """
 &load on='block', amplitude=0.3, angular_frequency=1.0 /
 &motion t_end=600.0, start='zero' /
 &record observable='displacement', what='extrema', from=500.0 /
-&follow parameter='load%angular_frequency', first=0.9, last=0.84 /
+&follow parameter='load%angular_frequency', first=1.0, last=0.84 /
 """
 
 
@@ -180,6 +180,25 @@ def test_beside_a_grazing_multipliers_are_as_far_off_as_rounding_puts_them():
         data["point/multiplier"][steep[0], :] *= 1.001
         data.flush()
         assert "multipliers are not" in verdicts("rigid.h5", steep[:1])[0].reason
+
+
+def test_without_restitution_a_body_rests_and_is_proved(capsys):
+    text = RIGID.replace("restitution=0.8", "restitution=0.0").replace("clearance=1.0", "clearance=0.2")
+    Path("rests.nml").write_text(
+        text.replace("amplitude=0.3", "amplitude=1.0").replace("first=1.0, last=0.84", "first=0.9, last=1.0")
+    )
+    succeed("razy-follow", Path("rests.nml"), *sets(follow__max_points=12))
+    with h5py.File("rests.h5", "r+") as data:
+        count = data["point/state"].shape[0]
+        code, out, _ = check(capsys, "rests.h5")
+        assert code == 0 and f"{count} of {count} motions proved" in out and (data["point/events"][:] == 2).all()
+        data["point/state"][0, :] *= 1 + 1e-6
+        data.flush()
+        assert "state is farther" in verdicts("rests.h5", [0])[0].reason
+    options = sets(motion__t_end=40.0, record__observable="'state'", record__what="'trajectory'", record__from=0.0)
+    succeed("razy-run", Path("rests.nml"), "--output", "run.h5", *options, *sets(record__interval=0.5))
+    code, out, _ = check(capsys, "run.h5")
+    assert code == 0 and "enclosed until 40 of 40 s" in out
 
 
 def test_friction_that_slides_and_sticks_is_proved(capsys):

@@ -33,8 +33,8 @@ class Guard:
 
     @property
     def next_bound(self) -> str:
-        """The bound of a guard that is zero after the event: of friction its speed."""
-        return "slip" if self.bound in SLIDING else self.bound
+        """The bound of a guard that is zero after the event: of friction its speed, of what rests its gap."""
+        return "slip" if self.bound in SLIDING else self.bound.removesuffix(" rest")
 
 
 class System:
@@ -181,8 +181,8 @@ class System:
         return self.generators[mode]
 
     def _holding(self, mode: tuple[str, ...], g: Any) -> dict[int, Any]:
-        """Return the forms of the forces with which frictions stick, by Gauss-Jordan: s'' of none changes."""
-        stuck = [i for i, branch in enumerate(mode) if branch == "sticking"]
+        """Return the forms of the forces of what sticks or rests on a rigid stop, by Gauss-Jordan: no s'' changes."""
+        stuck = [i for i, branch in enumerate(mode) if branch == "sticking" or branch.endswith("closed")]
         rows = [self.rate[i] * g for i in stuck]
         a = [[(self.rate[i] * self.push[j])[0, 0] * self.per_square for j in stuck] for i in stuck]
         for k in range(len(stuck)):
@@ -249,6 +249,11 @@ class System:
                 result += [Guard(i, minus(self.over(i, side)), target or side, side) for side in sides]
                 continue
             side = branch.split()[0]
+            if branch.endswith("closed"):
+                self.generator(mode)
+                force = self.holding[mode][i]
+                result.append(Guard(i, force if side == "upper" else minus(force), "open", f"{side} rest"))
+                continue
             outward = self.force(i, side) if side == "upper" else minus(self.force(i, side))
             if branch.endswith("parting"):
                 result += [Guard(i, minus(outward), side, "force"), Guard(i, self.over(i, side), "open", side)]
@@ -263,7 +268,8 @@ class System:
     def mode_after(self, mode: tuple[str, ...], guard: Guard, x: arb_mat) -> tuple[str, ...]:
         """Return the mode after an event; friction that comes to rest at x slides on if its limit is passed."""
         if guard.target == "impact":
-            return self._mode_after_impact(mode, self.impact(guard.contact), x)
+            after = self._mode_after_impact(mode, self.impact(guard.contact), x)
+            return after if self.machine.contacts[guard.contact].restitution else self._resting(after, guard, x)
         before, after = mode[guard.contact], with_branch(mode, guard.contact, guard.target)
         if guard.target == "sticking":
             passed = self.passed(after, guard.contact, x)
@@ -290,7 +296,15 @@ class System:
                 slip = self.slip(i)
                 if not all(change.contains(0) for change in (slip * jump - slip).entries()):
                     mode = with_branch(mode, i, "forward" if (slip * after)[0, 0] > 0 else "backward")
+            moved = (self.rate[i] * jump - self.rate[i]).entries() if mode[i].endswith("closed") else []
+            if not all(change.contains(0) for change in moved):
+                raise NotCovered(f"an impact that {contact.name} has a part in, which rests")
         return mode
+
+    def _resting(self, mode: tuple[str, ...], guard: Guard, x: arb_mat) -> tuple[str, ...]:
+        """Return the mode after an impact without restitution: closed, if pressed, which is proved later, or open."""
+        closed = with_branch(mode, guard.contact, f"{guard.bound} closed")
+        return mode if self.passed(closed, guard.contact, self.impact(guard.contact) * x) else closed
 
     def passed(self, mode: tuple[str, ...], contact: int, x: arb_mat) -> str:
         """Return where friction that sticks in a mode slides as its limit is passed, if that is certain."""
@@ -329,7 +343,9 @@ class System:
                 if edge is None:
                     continue
                 over = (self.over(i, side) * x)[0, 0]
-                if over > 0:
+                if stored and c.restitution == 0 and self._rests(i, over, x):
+                    branch = f"{side} closed"
+                elif over > 0:
                     if c.restitution is not None:
                         raise ValueError(f"the motion lies beyond the rigid stop {c.name} where it begins")
                     branch = side
@@ -341,11 +357,16 @@ class System:
             mode.append(branch)
         return tuple(mode)
 
+    def _rests(self, contact: int, over: arb, x: arb_mat) -> bool:
+        """Return whether gap and speed of a contact are none but for rounding."""
+        y = [abs(x[j, 0]) for j in range(2 * self.m)]
+        gap, speed = (sum(abs(self.gap[contact][0, j]) * y[k + j] for j in range(self.m)) for k in (0, self.m))
+        at_rest = abs((self.rate[contact] * x)[0, 0]) <= AT_REST * (speed + gap)
+        return bool(at_rest) and bool(abs(over) <= AT_REST * (speed + gap))
+
     def impact(self, contact: int) -> Any:
         """Return X+ = J X-: the velocity over the gap is reversed by the restitution."""
         e = self.machine.contacts[contact].restitution
-        if e == 0:
-            raise NotCovered("an impact without restitution, after which the contact may rest")
         moved = self.numbers.zeros(self.size, 1)
         for i in range(self.m):
             moved[i, 0] = self.push[contact][self.m + i, 0]

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from flint import acb_mat, arb, arb_mat, ctx
+from flint import acb, acb_mat, arb, arb_mat, ctx
 
 from razy.check.dual import Dual
 from razy.check.exponential import ORDER
@@ -16,6 +16,8 @@ FLIGHT = 1e-6
 """A phase between two impacts of a contact so short that more and more will follow."""
 TOGETHER = 1e-9
 """A phase between two events so short that a state that is stored does not say which comes first."""
+NOTHING = 1e-20
+"""A derivative of the state after a period that is smaller than this, in its norm, has no eigenvalues that matter."""
 STIFF = 1000.0
 """Steps in a radian of the excitation, beyond which a proof would take minutes."""
 
@@ -49,7 +51,7 @@ class Piece:
     touched: bool = False
     """That event was a touch."""
     origin: str = ""
-    """The branch of that contact before, if it is friction."""
+    """The branch of that contact before, if it is friction or rested; or that it was hit without restitution."""
     freed: tuple[int, ...] = ()
     """Frictions that begin to slide as a force has jumped."""
     after: int = 0
@@ -122,21 +124,32 @@ class Pieces:
         if guard.target in ("line -1", f"line {len(contact.lines)}"):
             raise Disproved(f"it leaves the table of {contact.name}")
         mode = self.system.mode_after(piece.mode, guard, x)
-        turned = sum(a != b for a, b in zip(piece.mode, mode, strict=True)) if guard.target == "impact" else 0
+        others = [a != b for i, (a, b) in enumerate(zip(piece.mode, mode, strict=True)) if i != guard.contact]
+        turned = sum(others) if guard.target == "impact" else 0
         mode, freed = self.system.released(mode, self.after(piece, x))
-        origin = piece.mode[guard.contact] if contact.static is not None else ""
+        before = piece.mode[guard.contact]
+        origin = before if contact.static is not None or before.endswith("closed") else ""
+        if guard.target == "impact" and contact.restitution == 0:
+            origin = "hit"
         started = guard.contact, guard.next_bound
         return Piece(mode, None, 0.0, started, origin=origin, freed=freed, after=piece.after), turned + len(freed)
 
-    def flat(self, piece: Piece) -> bool:
-        """Return whether the guard that is zero at the beginning has no rate there, as when friction breaks loose."""
+    def order(self, piece: Piece) -> int:
+        """Return how many derivatives of the guard that is zero at the beginning are so, with itself.
+
+        It has no rate at a touch, where friction breaks loose and after an impact without restitution, and no second
+        one either where what rests is left.
+        """
         contact = self.system.machine.contacts[piece.started[0]] if piece.started else None
-        return piece.origin == "sticking" and contact.static == contact.kinetic
+        if piece.origin.endswith("closed"):
+            return 3
+        flat = piece.touched or piece.origin == "hit"
+        return 2 if flat or (piece.origin == "sticking" and contact.static == contact.kinetic) else 1
 
     def follow(self, piece: Piece, x, left):
         """Return the guard that ends a piece which begins at x, if within `left`, its time and the state there."""
         mode, gone = piece.mode, arb(0)
-        skip = 2 if self.flat(piece) else 1
+        skip = self.order(piece)
         flow, forms = self.system.exponential(mode, self.sizes), self.system.coefficients(mode, self.sizes)
         while True:
             h = min(self.step(mode), float((left - gone).mid()))
@@ -177,10 +190,10 @@ class Pieces:
                 a, last = (form * x).entries()[:-1], size * rest
                 begins = step == 0 and piece.begins_with(guard)
                 ends = step == steps - 1 and piece.guard is not None and _same(piece.guard, guard)
-                flat = piece.touched or self.flat(piece)
-                touches = (begins and flat and guard.contact not in piece.freed, ends and piece.guard.target == "touch")
+                first = (1 if guard.contact in piece.freed else self.order(piece)) if begins else 0
+                final = (2 if piece.guard.target == "touch" else 1) if ends else 0
                 name = self.system.machine.contacts[guard.contact].name
-                _positive(_Watched(a, last, h, name), arb(0), h, (begins, ends), touches)
+                _positive(_Watched(a, last, h, name), arb(0), h, first, final)
             x = powers.stride * x if step < steps - 1 else x
 
 
@@ -351,32 +364,32 @@ class _Watched:
 
     def __init__(self, a: list[arb], rest: arb, h: arb, name: str):
         self.name, self.forms, self.rests = name, [a], []
-        for _ in range(2):
+        for _ in range(3):
             self.forms.append([k * c for k, c in enumerate(self.forms[-1])][1:])
-        for k in range(3):
-            # Terms of order ORDER and beyond, each at most 1/25 of the one before.
+        for k in range(4):
+            # Terms of order ORDER and beyond, each at most 1/16 of the one before.
             self.rests.append(arb(0, (rest * 2 * (ORDER + 2) ** k / h**k).upper()))
 
     def __call__(self, order: int, s: arb) -> arb:
         return _horner(self.forms[order], s) + self.rests[order]
 
 
-def _positive(guard: _Watched, low, high, zero, touch, depth=0) -> None:
-    """Show that a guard is positive over (low, high); zero at an end where an event or touch is (`zero`, `touch`)."""
+def _positive(guard: _Watched, low, high, first: int, final: int, depth: int = 0) -> None:
+    """Show that a guard is positive over (low, high), but zero at an end with so many derivatives, itself counted."""
     middle, over = ((low + high) / 2).mid(), low.union(high)
     rate, there = guard(1, over), guard(0, middle)
     value = there + rate * (over - middle)
-    if value > 0 or (zero[0] and not touch[0] and rate > 0) or (zero[1] and not touch[1] and rate < 0):
+    if value > 0 or (first == 1 and rate > 0) or (final == 1 and rate < 0):
         return
-    if any(touch) and guard(2, over) > 0:
+    if max(first, final) > 1 and guard(max(first, final), over) > 0:
         return
-    if value < 0 or (not any(zero) and there < 0):
+    if value < 0 or (not first and not final and there < 0):
         raise Disproved(f"the motion passes through {guard.name}")
     if depth > 45:
         raise Undecided(f"within rounding of a grazing of {guard.name}")
     split = arb(middle)
-    _positive(guard, low, split, (zero[0], False), (touch[0], False), depth + 1)
-    _positive(guard, split, high, (False, zero[1]), (False, touch[1]), depth + 1)
+    _positive(guard, low, split, first, 0, depth + 1)
+    _positive(guard, split, high, 0, final, depth + 1)
 
 
 def newton(equations, u: arb_mat, scales: list[float]) -> arb_mat:
@@ -437,12 +450,24 @@ def monodromy(df: arb_mat, n: int) -> arb_mat:
     return p
 
 
+def _eigenvalues(matrix: arb_mat) -> list[acb]:
+    """Return balls that hold the eigenvalues."""
+    try:
+        with ctx.workprec(ctx.prec // 2):
+            # The matrix has no more digits.
+            return acb_mat(matrix).eig(multiple=True)
+    except ValueError:
+        # What rests forgets its state: none is apart from zero.
+        size = sum((x * x for x in matrix.entries()), arb(0)).upper().sqrt().upper()
+        if not size < NOTHING:
+            raise
+        return [acb(arb(0, size), arb(0, size))] * matrix.nrows()
+
+
 def proof_of(look: Look, image: arb_mat, course: Course) -> Proof:
     """Return what follows from an enclosed motion: its multipliers, and whether all are within the unit circle."""
     n = len(course.scales)
-    with ctx.workprec(ctx.prec // 2):
-        # The matrix has no more digits.
-        values = acb_mat(monodromy(look.df, n)).eig(multiple=True)
+    values = _eigenvalues(monodromy(look.df, n))
     sizes = [abs(value) for value in values]
     stable = True if all(s < 1 for s in sizes) else False if any(s > 1 for s in sizes) else None
     radius = max(float(image[i, 0].rad()) / s for i, s in enumerate(course.scales))
