@@ -47,6 +47,9 @@ module razy_hybrid_dynamics
       procedure :: stiffened
    end type dynamics_t
 
+   !> What is rounding of a sum, in parts of its terms.
+   real(wp), parameter :: negligible = 16*epsilon(1.0_wp)
+
 contains
 
    !> Make room for a system; `sharpness` > 0 smooths its laws.
@@ -193,9 +196,7 @@ contains
       integer :: i, j, m, t
 
       m = system%m
-      do i = 1, m
-         a(i) = system%load(i)
-      end do
+      a = system%load
       do t = 1, size(system%omega)
          associate (phasor => self%excitation%phasor(t))
             do i = 1, m
@@ -231,12 +232,7 @@ contains
       real(wp), intent(in) :: a(:)
       real(wp) :: rate
 
-      integer :: i
-
-      rate = 0.0_wp
-      do i = 1, system%m
-         rate = rate + self%w(i, j)*a(i)
-      end do
+      rate = dot_product(self%w(:, j), a)
       if (system%curved) rate = rate + self%bend(j)
       rate = rate + system%machine%contact(j)%drive_rate
       rate = rate + self%excitation%rate(system%machine%tone, system%gap(j)%error, 2)
@@ -291,13 +287,14 @@ contains
       end do
    end subroutine accelerate_unconstrained
 
-   !> Add to a (m) the forces that keep the constraints, and the friction that they press.
+   !> Add to a (m) the forces that keep the constraints, and the friction that they press. What is held leaves no rounding.
    subroutine add_constraint_forces(self, system, a)
       type(dynamics_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(inout) :: a(:)
 
       real(wp) :: force(self%mode%constraints%count), wanted(self%mode%constraints%count), phi(self%mode%constraints%couplings)
+      real(wp) :: terms(system%m)
       integer :: i, j
       logical :: found
 
@@ -311,11 +308,14 @@ contains
          end do
          call constraints%solve(wanted, phi, force, found)
          if (.not. found) force = ieee_value(1.0_wp, ieee_quiet_nan)
+         terms = abs(a)
          do i = 1, constraints%count
             j = constraints%contact(i)
             self%force(j) = force(i)
+            terms = terms + abs(self%w(:, j)*force(i))
             a = a - self%w(:, j)*force(i)
          end do
+         where (abs(a) <= negligible*terms) a = 0.0_wp
          do i = 1, constraints%couplings
             j = constraints%sliding(i)
             associate (press => constraints%sign(i)*force(constraints%row(i)))
