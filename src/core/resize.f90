@@ -63,11 +63,14 @@ contains
 
       real(wp), allocatable :: other(:, :)
       integer(i8) :: kept
+      integer :: low
 
       allocate (other(rows, length))
-      kept = 0
-      if (allocated(array)) kept = min(size(array, 2, kind=i8), length)
-      if (kept > 0) other(:, :kept) = array(:, :kept)
+      if (allocated(array)) then
+         kept = min(size(array, 2, kind=i8), length)
+         low = min(size(array, 1), rows)
+         other(:low, :kept) = array(:low, :kept)
+      end if
       call move_alloc(other, array)
    end subroutine resize_table
 

@@ -259,7 +259,7 @@ contains
       type(orbit_t) :: above, below
       real(wp) :: by(size(orbit%u)), least, length
       integer :: i, last, n
-      logical :: like, straight
+      logical :: like(2), straight
 
       n = self%order()
       last = size(orbit%u)
@@ -277,13 +277,18 @@ contains
             straight = ok .and. self%resolution > 0.0_wp
             if (ok .and. .not. straight) straight = norm2(above%residual + below%residual - 2*orbit%residual) &
                                                     <= bent*norm2(above%residual - below%residual)
-            like = ok .and. length > least
-            if (like) like = above%sequence%is_like(orbit%sequence) .and. below%sequence%is_like(orbit%sequence)
-            if (straight .and. (like .or. length <= least)) exit
+            like = ok
+            if (ok) like = [above%sequence%is_like(orbit%sequence), below%sequence%is_like(orbit%sequence)]
+            if (straight .and. (all(like) .or. length <= least)) exit
             if (length <= merge(least_bent*least, least, ok)) exit
             length = length/10
          end do
          if (.not. ok) return
+         ! At a touch one side alone has the motion's neighbours.
+         if (.not. straight .and. (like(1) .neqv. like(2))) then
+            if (like(1)) below%residual = 2*orbit%residual - above%residual
+            if (like(2)) above%residual = 2*orbit%residual - below%residual
+         end if
          orbit%column(:, i - self%map%n) = (above%residual - below%residual)/(2*length)
       end do
    end subroutine differentiate

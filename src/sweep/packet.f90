@@ -186,25 +186,30 @@ contains
       fits = last == size(words, kind=i8)
    end subroutine unpack_row
 
-   !> Unpack a row, and add to the tally of each column the length of its list, or 1 if its integer is not 0.
+   !> Add to the tally of each column the length of its list, or 1 if its integer is not 0; `fits` as for `unpack_row`.
    pure subroutine count_row(words, row, tally, fits)
       integer(i8), intent(in) :: words(:)
-      type(table_t), intent(inout) :: row
+      type(table_t), intent(in) :: row
       integer(i8), intent(inout) :: tally(:)
       logical, intent(out) :: fits
 
+      integer(i8) :: extent, first, last
       integer :: i
 
-      call unpack_row(words, row, fits)
-      do i = 1, merge(row%count, 0, fits)
+      last = 0
+      fits = .true.
+      do i = 1, row%count
          associate (column => row%column(i))
+            call find_column(words, column, extent, first, last, fits)
+            if (.not. fits) return
             if (column%is_ragged()) then
-               tally(i) = tally(i) + column%extent(1)
+               tally(i) = tally(i) + extent
             else if (allocated(column%integers)) then
-               tally(i) = tally(i) + merge(1, 0, any(column%integers /= 0))
+               tally(i) = tally(i) + merge(1, 0, any(words(first:last) /= 0))
             end if
          end associate
       end do
+      fits = last == size(words, kind=i8)
    end subroutine count_row
 
    pure subroutine unpack_column(column, words)
