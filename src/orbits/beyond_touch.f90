@@ -90,8 +90,8 @@ contains
          away = distances(i)*size(way%hit)**2*norm2(touch(:size(touch) - 1))
          if (allocated(orbit%column)) deallocate (orbit%column)
          guide = touch + away*way%along
-         call deepen(problem, way, away, guide)
-         call problem%correct(guide, way%along, orbit, ok)
+         call deepen(problem, way, away, guide, ok)
+         if (ok) call problem%correct(guide, way%along, orbit, ok)
          if (ok) ok = norm2(orbit%u - touch) < nearest*away &
                       .and. .not. orbit%sequence%is_like(without%orbit%sequence)
          if (ok) call problem%complete(orbit, ok)
@@ -101,16 +101,16 @@ contains
       end do
    end subroutine switch_at_touch
 
-   !> Move a guess so far off so that each impact is as deep as one of its impulse is.
-   subroutine deepen(problem, way, away, guess)
+   !> Move a guess so far off that each impact is as deep as one of its impulse is; `ok` is false where no gap is near.
+   subroutine deepen(problem, way, away, guess, ok)
       type(problem_t), intent(inout) :: problem
       type(way_t), intent(in) :: way
       real(wp), intent(in) :: away
       real(wp), intent(inout) :: guess(:)
+      logical, intent(out) :: ok
 
-      real(wp) :: depth(size(way%hit)), matrix(size(way%hit) + 1, size(way%hit) + 1), share(size(way%hit) + 1)
+      real(wp) :: depth(size(way%hit)), gap, matrix(size(way%hit) + 1, size(way%hit) + 1), share(size(way%hit) + 1)
       integer :: i, k, pass
-      logical :: ok
 
       depth = aside*way%slope*(away*way%impulse)**2
       do pass = 1, most_passes
@@ -120,22 +120,27 @@ contains
             if (size(depth) == 1) then
                ! The stop may be hit elsewhere, so that it is looked at before it is touched.
                associate (gaps => gaps_at(problem, guess + away*way%vector(:, 2)))
-                  share(1) = away*way%slope(1) - gaps(way%hit(1)) - depth(1)
+                  gap = gaps(way%hit(1))
                end associate
-               exit
+               if (gap < huge(1.0_wp)) gap = gap - away*way%slope(1)
+            else
+               ! First without any impact, then with those on the others, whose speed goes with the root of their depth.
+               call keep_open(problem, pack(way%hit, [(pass == 1 .or. k == i, k=1, size(depth))]))
+               associate (gaps => gaps_at(problem, guess, way%hit))
+                  gap = gaps(way%hit(i))
+               end associate
+               call keep_open(problem, [integer ::])
             end if
-            ! First without any impact, then with those on the others, whose speed goes with the root of their depth.
-            call keep_open(problem, pack(way%hit, [(pass == 1 .or. k == i, k=1, size(depth))]))
-            associate (gaps => gaps_at(problem, guess, way%hit))
-               share(i) = -gaps(way%hit(i)) - depth(i)
-            end associate
+            ok = gap < huge(1.0_wp)
+            if (.not. ok) return
+            share(i) = -gap - depth(i)
             if (pass == 1) share(i) = share(i) - away*sum(way%jump(i, :))
             if (pass > 1) matrix(i, :) = matrix(i, :) - matmul(0.5_wp*away*way%jump(i, :)/depth, way%rate(:size(depth), :))
          end do
          call solve_square(matrix, share, ok)
+         if (.not. ok) return
          guess = guess + matmul(way%vector, share)
       end do
-      call keep_open(problem, [integer ::])
    end subroutine deepen
 
    !> Begin the motion that touches, and that `without` impacts beside it, in the middle of the longest time between touches.
@@ -176,7 +181,8 @@ contains
 
       gaps = gaps_at(problem, u + apart*without%tangent)
       associate (farther => gaps_at(problem, u + 2*apart*without%tangent))
-         touched = pack([(i, i=1, size(gaps))], max(gaps, farther) < huge(1.0_wp) .and. abs(farther - 2*gaps) <= at_once*gaps)
+         touched = pack([(i, i=1, size(gaps))], max(gaps, farther) < huge(1.0_wp))
+         touched = pack(touched, abs(farther(touched) - 2*gaps(touched)) <= at_once*gaps(touched))
          way%slope = (farther(touched) - gaps(touched))/apart
       end associate
       more = size(touched) > max(1, which)
@@ -249,14 +255,17 @@ contains
          direction = -[beyond%residual, 0.0_wp]
          matrix = bordered(problem%jacobian(without%orbit), row)
          call solve_square(matrix, direction, ok)
+         ok = ok .and. norm2(direction) > 0.0_wp
       end if
       if (ok) then
          impulse = 1.0_wp/norm2(direction)
          direction = direction*impulse
-         later = impulse*(there(touched) + aside*slope)
-         later(hit) = 0.0_wp
+         there(touched(hit)) = -aside*slope(hit)
          associate (further => gaps_at(problem, u + apart*(without%tangent + beside_by*direction)))
-            rate = (further(touched) - gaps(touched))/(beside_by*apart)
+            ! An edge that is not come near to any more has no rate.
+            ok = max(maxval(there(touched)), maxval(further(touched))) < huge(1.0_wp)
+            if (ok) later = impulse*(there(touched) + aside*slope)
+            if (ok) rate = (further(touched) - gaps(touched))/(beside_by*apart)
          end associate
       end if
    end subroutine find_impact
