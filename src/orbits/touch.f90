@@ -171,7 +171,7 @@ contains
          found = contact > 0
          if (found) found = is_hard(problem%map%by%system%machine%contact(contact)%law)
          if (found) call approach(problem, last%u, contact, before, here, u, found, last)
-         if (found) found = norm2(u - last%u) <= 0.1_wp*near
+         if (found) found = norm2(u - last%u) <= 0.5_wp*near
          if (found) return
       end do
    end subroutine find_touch_beside
