@@ -13,10 +13,10 @@ AMPLITUDE = "parameter='load%amplitude', first=0.05, last=0.3"
 FREQUENCY = "parameter='load%angular_frequency', first=0.3, last=1.5"
 
 
-def oscillator(stop, load, follow_group, name="touch"):
-    """x'' + 0.1 x' + x = A cos omega t with a stop at 1."""
+def oscillator(stop, load, follow_group, name="touch", damping=0.1):
+    """x'' + damping x' + x = A cos omega t with a stop at 1."""
     text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /"]
-    text += ["&spring between='m','frame', stiffness=1.0, damping=0.1 /"]
+    text += [f"&spring between='m','frame', stiffness=1.0, damping={damping} /"]
     text += [f"&stop name='stop', between='m','frame', clearance=1.0, {stop} /"]
     text += [f"&load on='m', {load} /", f"&follow {follow_group} /"]
     text += ["&motion t_end=6000.0, start='zero' /", "&record observable='displacement', what='extrema' /"]
@@ -147,6 +147,16 @@ def half_period_fold(omega, restitution=0.8, damping=0.1):
         a, b = low + (high - low) / 3, high - (high - low) / 3
         low, high = (low, b) if amplitude(a) < amplitude(b) else (a, high)
     return amplitude(0.5 * (low + high))
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.0])
+def test_symmetric_motion_of_round_numbers(restitution):
+    """Mass, spring, damper, clearance and frequency of 1: the touch at A = 1, and the fold of half a period."""
+    stop = f"law='rigid', restitution={restitution}, side='both'"
+    text = "parameter='load%amplitude', first=0.5, last=1.2"
+    with oscillator(stop, "amplitude=0.5, angular_frequency=1.0", text, damping=1.0) as file:
+        assert labels(file, 1) == [("GR", pytest.approx(1.0, rel=1e-12))]
+        assert labels(file, 2)[0] == ("LP", pytest.approx(half_period_fold(1.0, restitution, 1.0), rel=1e-9))
 
 
 def test_symmetry_is_broken_between_walls():
