@@ -328,7 +328,8 @@ contains
       do i = 1, size(parts)
          call part_way(problem, here%orbit, parts(i), before)
          call part_way(problem, next%orbit, parts(i), after)
-         falls = size(after) > 0 .and. norm2(after) < least_part*norm2(before)
+         ! What is no larger than the error of the motion is no difference.
+         falls = size(after) > 0 .and. norm2(after) < max(least_part*norm2(before), 10*next%orbit%correction)
          ! Through a motion of half the period the branch goes where the parameter turns; else the step has come to its other side.
          associate (last => size(here%tangent))
             if (parts(i) == 2) falls = falls .or. (dot_product(before, after) < 0.0_wp .and. &

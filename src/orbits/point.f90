@@ -1,7 +1,7 @@
 !! Points of a branch of periodic motions, and steps from one to others near it.
 module razy_orbits_point
    use razy_core_kinds, only: wp
-   use razy_orbits_orbit, only: bordered, orbit_t, problem_t, solve_square
+   use razy_orbits_orbit, only: bordered, determinant, orbit_t, problem_t, solve_square
    implicit none(type, external)
    private
 
@@ -35,8 +35,8 @@ contains
 
       next%orbit%column = here%orbit%column
       call problem%correct(here%orbit%u + h*here%tangent, here%tangent, next%orbit, ok)
-      if (ok) call problem%complete(next%orbit, ok)
-      if (ok) call find_tangent(problem, next, here%tangent, ok)
+      if (.not. ok .and. h < kink) call turn(problem, here, h, next, ok)
+      if (ok) call complete_point(problem, here, next, ok)
       if (.not. ok) return
       ok = dot_product(next%tangent, here%tangent) > least_cosine .or. h < kink
       if (.not. ok) problem%reason = "the branch turns too sharply"
@@ -46,6 +46,26 @@ contains
       ok = away <= max(h*norm2(next%tangent - here%tangent), straight*h)
       if (.not. ok) problem%reason = "the motion jumps to another piece of the branch"
    end subroutine step
+
+   !> A step around a corner where the sequence of contacts changes and that the plane across the tangent does not meet behind it.
+   subroutine turn(problem, here, h, next, ok)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here
+      real(wp), intent(in) :: h
+      type(point_t), intent(inout) :: next
+      logical, intent(out) :: ok
+
+      real(wp), allocatable :: ahead(:)
+      type(point_t) :: beyond
+
+      call problem%evaluate(here%orbit%u + h*here%tangent, .true., beyond%orbit, ok)
+      if (ok) ok = .not. beyond%orbit%sequence%is_like(here%orbit%sequence)
+      if (ok) call complete_point(problem, here, beyond, ok)
+      if (.not. ok) return
+      ahead = direction(here, beyond)
+      next%orbit%column = beyond%orbit%column
+      call problem%correct(here%orbit%u + h*ahead, ahead, next%orbit, ok)
+   end subroutine turn
 
    !> The unit tangent on the side of `guide`.
    subroutine find_tangent(problem, point, guide, ok)
@@ -89,7 +109,7 @@ contains
       if (ok) call find_tangent(problem, next, here%tangent, ok)
    end subroutine reach
 
-   !> The motion at the length s of the tangent at `a`, between the points `a` and `b`; not at the ends.
+   !> The motion at the length s of their direction between the points `a` and `b`; not at the ends.
    subroutine between(problem, a, b, s, point, ok)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: a, b
@@ -98,19 +118,30 @@ contains
       logical, intent(out) :: ok
 
       point%orbit%column = a%orbit%column
-      call problem%correct(a%orbit%u + (s/length(a, b))*(b%orbit%u - a%orbit%u), a%tangent, point%orbit, ok)
+      call problem%correct(a%orbit%u + (s/length(a, b))*(b%orbit%u - a%orbit%u), direction(a, b), point%orbit, ok)
       if (ok) call point%orbit%find_multipliers(problem)
       if (ok .and. .not. allocated(point%orbit%column)) call problem%differentiate(point%orbit, ok)
    end subroutine between
 
-   !> Length of the step from a to b along the tangent at a.
+   !> The unit vector between the tangents at a and b: the branch goes along it on both sides of a corner.
+   pure function direction(a, b)
+      type(point_t), intent(in) :: a, b
+      real(wp), allocatable :: direction(:)
+
+      direction = a%tangent + b%tangent
+      direction = direction/norm2(direction)
+   end function direction
+
+   !> Length of the step from a to b along their direction.
    pure real(wp) function length(a, b)
       type(point_t), intent(in) :: a, b
 
-      length = dot_product(a%tangent, b%orbit%u - a%orbit%u)
+      length = dot_product(direction(a, b), b%orbit%u - a%orbit%u)
    end function length
 
-   !> All that is asked of a motion, unless it is there, with the tangent on the side of that at `a`.
+   !> All that is asked of a motion, unless it is there, with the tangent onwards from `a`: on the side of that at `a`, but around
+   !> a corner on that where the determinant of derivatives and tangent has the same sign (Allgower, Georg: Numerical continuation
+   !> methods, 1990, chapters 2 and 12).
    subroutine complete_point(problem, a, point, ok)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: a
@@ -120,6 +151,22 @@ contains
       ok = .true.
       if (.not. allocated(point%orbit%multiplier)) call problem%complete(point%orbit, ok)
       if (ok) call find_tangent(problem, point, a%tangent, ok)
+      if (.not. ok) return
+      if (a%orbit%sequence%is_like(point%orbit%sequence)) return
+      if (dot_product(point%tangent, a%tangent) > least_cosine) return
+      if (side(a)*side(point) < 0.0_wp) point%tangent = -point%tangent
+
+   contains
+
+      real(wp) function side(of)
+         type(point_t), intent(in) :: of
+
+         real(wp), allocatable :: matrix(:, :)
+
+         matrix = bordered(problem%jacobian(of%orbit), a%tangent)
+         side = determinant(matrix)
+      end function side
+
    end subroutine complete_point
 
    !> All that is asked of a motion, with the tangent on the side of `guide`.

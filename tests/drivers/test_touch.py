@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from branches import follow, points
+from scipy.optimize import fsolve
 
 RIGID = "law='rigid', restitution=0.8"
 # Spring of 1 N/m from the wall on: the force jumps by 0.1 N where the stop closes.
@@ -167,3 +168,42 @@ def test_symmetry_is_broken_between_walls():
         states = [file["point/multiplier"][:][file["point/branch"][:] == branch] for branch in (1, 2)]
     assert ends[0] == [("GR", pytest.approx(ends[1][0][1], rel=1e-10))] and len(ends[1]) == 1
     assert states[1][:, 0].max() < 1.0 < states[0][:, 0].max()
+
+
+@pytest.mark.parametrize(("first", "last"), [(0.42, 0.6), (0.6, 0.42)])
+def test_branch_of_dry_friction_turns_where_rest_ends(first, last):
+    """x'' + x + 0.2 sgn x' = cos omega t: at the corner the branch turns by more than a right angle, and goes on."""
+    text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /", "&spring between='m','frame', stiffness=1.0 /"]
+    text += [
+        "&friction name='rub', between='m','frame', static_coefficient=0.2, kinetic_coefficient=0.2, normal_load=1 /"
+    ]
+    text += ["&load on='m', amplitude=1.0, angular_frequency=0.5 /", "&motion t_end=600.0, start='zero' /"]
+    text += ["&record observable='displacement', what='extrema' /"]
+    text += [f"&follow parameter='load%angular_frequency', first={first}, last={last} /"]
+    Path("dry.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("dry.nml")) as file:
+        assert labels(file, 1) == [("ST", pytest.approx(speed_touches_zero(0.2), rel=1e-11)), ("EP", last)]
+        assert file["point/events"][:].max() == 6 and file["point/events"][:].min() == 2
+
+
+def speed_touches_zero(friction):
+    """The frequency at which the motion that slides all the time stops for a moment on its way, by half a period.
+
+    From a standstill on x = c cos t + d sin t - friction + cos(omega t + phase)/(1 - omega^2); at s x' touches 0.
+    """
+
+    def missed(unknowns):
+        omega, phase, c, d, s = unknowns
+
+        def motion(t):
+            load = np.exp(1j * (omega * t + phase)) / (1 - omega**2)
+            free = (c - 1j * d) * np.exp(1j * t)
+            both = [free * 1j**k + load * (1j * omega) ** k for k in range(3)]
+            return np.real(both) - [friction, 0.0, 0.0]
+
+        start, end, touch = motion(0.0), motion(np.pi / omega), motion(s)
+        return [start[1], end[1], start[0] + end[0], touch[1], touch[2]]
+
+    found, _, flag, message = fsolve(missed, [0.4283, 2.92, 0.2, 0.12, 0.79], full_output=True, xtol=1e-13)
+    assert flag == 1, message
+    return found[0]
