@@ -87,18 +87,22 @@ contains
             call cells%follow%compute(error)
             call break_off(error)
          end if
-         go_on = .not. (stopped .or. allocated(error))
+         go_on = .not. allocated(error) .and. (cells%follow%count > 0 .or. .not. stopped)
       end if
    end subroutine prepare
 
-   !> What was computed until a signal came is nothing, nor is its error.
+   !> Of what was computed until a signal came the branches count; its error is none.
    subroutine break_off(error)
       type(error_t), allocatable, intent(inout) :: error
 
       stopped = time_is_up()
       if (.not. stopped) return
       if (allocated(error)) deallocate (error)
-      call say("stopped: nothing was written")
+      if (command%dry_run .or. cells%follow%count == 0) then
+         call say("stopped: nothing was written")
+      else
+         call say("stopped: what was followed is written, and start_file goes on from there")
+      end if
    end subroutine break_off
 
    !> One motion is followed already, on rank 0.

@@ -8,7 +8,7 @@
 module razy_orbits_branch
    use razy_core_kinds, only: wp
    use razy_orbits_identity, only: find_between, least_part, part_way, parts
-   use razy_orbits_orbit, only: orbit_t, problem_t
+   use razy_orbits_orbit, only: orbit_t, problem_t, was_stopped
    use razy_orbits_point, only: between, complete_point, complete_point_at, find_tangent, kink, length, point_t, reach, step
    use razy_orbits_section, only: carry, find_quiet, is_quiet
    use razy_orbits_special, only: find_change, find_root, value_of
@@ -170,7 +170,11 @@ contains
          if (ok .and. .not. is_quiet(problem, here%orbit)) call move_section(problem, here)
       end do
       if (.not. ok) call end_at_touch(self, problem, found)
-      if (.not. found) self%point(self%count)%label = merge("EP", "MX", ok)
+      if (found) return
+      self%point(self%count)%label = merge("EP", "MX", ok)
+      if (.not. problem%is_stopped()) return
+      self%point(self%count)%label = "EP"
+      self%ending = was_stopped
    end subroutine follow
 
    !> Where the motion touches a ring all round right ahead of `here`, that is the next point, and one beyond it becomes `here`.

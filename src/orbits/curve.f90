@@ -13,7 +13,7 @@ module razy_orbits_curve
    use razy_core_text, only: string_t
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_orbits_locate, only: locate_near
-   use razy_orbits_orbit, only: problem_t
+   use razy_orbits_orbit, only: problem_t, was_stopped
    use razy_orbits_point, only: find_tangent, point_t
    implicit none(type, external)
    private
@@ -174,6 +174,7 @@ contains
             if (h > merge(near_end, least_step, outside)) cycle
             self%ending(side)%text = "no such point further on"
             if (outside) self%ending(side)%text = at_border
+            if (problem%is_stopped()) self%ending(side)%text = was_stopped
             return
          end do
          call self%add(next)

@@ -23,7 +23,7 @@ module razy_orbits_orbit
    implicit none(type, external)
    private
 
-   public :: bordered, determinant, orbit_t, problem_t, report_work, solve_square
+   public :: bordered, determinant, orbit_t, problem_t, report_work, solve_square, was_stopped
 
    !> What is looked for: motions of `periods` periods of the excitation, with parameter number `active` of `parameter` free.
    type :: problem_t
@@ -58,6 +58,7 @@ module razy_orbits_orbit
       procedure :: complete
       procedure :: correct
       procedure :: has_rings
+      procedure :: is_stopped
       procedure :: jacobian
    end type problem_t
 
@@ -96,6 +97,8 @@ module razy_orbits_orbit
    real(wp), parameter :: rounding_of_event = 64*epsilon(1.0_wp)
 
    integer, parameter :: most_rounds = 25
+   !> Why nothing more was computed.
+   character(*), parameter :: was_stopped = "it was stopped"
    !> Steps of differences are not made smaller than by this factor: less would be rounding.
    real(wp), parameter :: least_difference = 0.02_wp
    !> Beside a grazing, where the map bends, they may be: until second differences are this part of the first.
@@ -209,6 +212,14 @@ contains
       has_rings = any(is_ring(self%map%by%system%machine%contact))
    end function has_rings
 
+   !> Whether whoever asked for it wants no more.
+   logical function is_stopped(self)
+      class(problem_t), intent(in) :: self
+
+      is_stopped = .false.
+      if (associated(self%map%stop_is_asked)) is_stopped = self%map%stop_is_asked()
+   end function is_stopped
+
    !> Run the motion of u; `ok` is false if there is none, for the `reason`.
    subroutine evaluate(self, u, derivative, orbit, ok)
       class(problem_t), intent(inout) :: self
@@ -236,10 +247,12 @@ contains
       end if
       call self%map%go(x, duration, derivative, back)
       ok = back%outcome%status == status_ok
-      if (.not. ok) then
-         self%reason = "the motion does not come to the end of the period"
-         return
+      if (.not. ok) self%reason = "the motion does not come to the end of the period"
+      if (self%is_stopped()) then
+         self%reason = was_stopped
+         ok = .false.
       end if
+      if (.not. ok) return
       orbit%u = u
       orbit%phase = self%map%phase
       orbit%duration = duration

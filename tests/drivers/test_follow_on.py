@@ -3,13 +3,15 @@
 import re
 import shlex
 import shutil
+import signal
+import subprocess
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 from branches import HYSTERESIS, IMPACT, NORMAL_FORM, PAIR_MAP, follow, points
-from programs import GEAR_PAIR, SOURCE, left, sets, start, succeed
+from programs import GEAR_PAIR, SOURCE, command, left, sets, start, succeed
 
 
 def begin_with(point, file="first.h5"):
@@ -206,3 +208,15 @@ def test_curves_from_a_stored_fold():
     with follow(Path("two.nml")) as file:
         assert sorted(file["curve/label"].asstr()[:].tolist()) == ["GR", "GR", "LP", "LP"]
         assert file["curve_point/load.amplitude"][:].max() == pytest.approx(2.1, rel=1e-14)
+
+
+def test_what_was_followed_until_a_signal_is_written():
+    """Of curves that take long the branches are there already."""
+    words = command("razy-follow", PAIR_MAP, "--set", "follow(1)%last=1000", "--output", "first.h5")
+    with subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) as process:
+        said = next(line for line in process.stderr if line.startswith("curve"))
+        process.send_signal(signal.SIGTERM)
+        said += process.stderr.read()
+    assert process.returncode == 3 and "start_file goes on from there" in said and "ends: it was stopped" in said
+    with h5py.File("first.h5") as file:
+        assert "the end of the range" in file["branch/ending"].asstr()[:]
