@@ -353,8 +353,8 @@ contains
 
       if (point%contact > 0 .and. self%count > 0) then
          associate (before => self%point(self%count))
-            ! Both sides of a symmetric contact.
-            if (before%label == point%label .and. before%contact == point%contact .and. &
+            ! Both sides of a symmetric contact, or both halves of a symmetric motion.
+            if (before%contact == point%contact .and. &
                 norm2(before%orbit%u - point%orbit%u) < coincident*norm2(point%orbit%u)) return
          end associate
       end if

@@ -21,19 +21,21 @@ module razy_orbits_curve
    public :: curve_t, junction_t
 
    !> A place where two things happen at once: R1 to R4 resonances (multipliers 1 and 1, -1 and -1, a third and a fourth of a
-   !> turn), LPPD a fold and a doubling, GRLP and GRPD a grazing at a fold or a doubling. `place`: the two parameters.
+   !> turn), LPPD a fold and a doubling, GRLP and GRPD a grazing at a fold or a doubling, so also of ST and SL. `place`: the two
+   !> parameters.
    type :: junction_t
       character(4) :: label = ""
       real(wp) :: place(2) = 0.0_wp
    end type junction_t
 
-   !> `place` (2, points): the two parameters; modulus of the largest multiplier (points).
+   !> `place` (2, points): the two parameters; modulus of the largest multiplier (points); scaled unknowns without the parameter
+   !> (order, points) at `phase`, in periods of the excitation (points).
    type :: curve_t
       character(2) :: label = ""
       !> The contact of a grazing; periods of the excitation in one of the motion; the branch that the first point is on.
       integer :: contact = 0, periods = 1, branch = 0
       integer :: count = 0
-      real(wp), allocatable :: place(:, :), largest(:)
+      real(wp), allocatable :: place(:, :), largest(:), motion(:, :), phase(:)
       type(junction_t), allocatable :: junction(:)
       !> Why it ends on both sides, in words.
       type(string_t) :: ending(2)
@@ -91,13 +93,16 @@ contains
       parameter = problem%parameter
       first%point = point
       first%at = [point%orbit%u(size(point%orbit%u)), parameter(2)/range]
-      allocate (self%place(2, 2*most + 1), self%largest(2*most + 1), self%junction(0))
+      allocate (self%place(2, 2*most + 1), self%largest(2*most + 1), self%phase(2*most + 1), self%junction(0))
+      allocate (self%motion(problem%order(), 2*most + 1))
       do side = 1, 2
          call one_side(self, problem, first, side, most)
          if (side == 2) exit
          half = self%count
          self%place(:, :half) = self%place(:, half:1:-1)
          self%largest(:half) = self%largest(half:1:-1)
+         self%motion(:, :half) = self%motion(:, half:1:-1)
+         self%phase(:half) = self%phase(half:1:-1)
          call self%add(first)
       end do
       problem%active = 1
@@ -105,6 +110,8 @@ contains
       problem%parameter = parameter
       self%place = self%place(:, :self%count)
       self%largest = self%largest(:self%count)
+      self%motion = self%motion(:, :self%count)
+      self%phase = self%phase(:self%count)
    end subroutine follow
 
    pure subroutine add(self, station)
@@ -114,6 +121,8 @@ contains
       self%count = self%count + 1
       self%place(:, self%count) = station%at*self%scale
       self%largest(self%count) = maxval([0.0_wp, abs(station%point%orbit%multiplier)])
+      self%motion(:, self%count) = station%point%orbit%u(:size(self%motion, 1))
+      self%phase(self%count) = station%point%orbit%phase
    end subroutine add
 
    !> Whether the curve, of these ranges, goes through a place or, if the point there is of another kind, so near by that no picture
@@ -247,7 +256,7 @@ contains
          if (pair > 0) value = real(multiplier(pair), wp) + [0.5_wp, 0.0_wp]
          return
       case default
-         name = [character(4) :: "GRLP", "GRPD"]
+         name = label//["LP", "PD"]
       end select
       value = [real(product(multiplier - 1, mask=others), wp), real(product(multiplier + 1, mask=others), wp)]
    end subroutine test_for_others

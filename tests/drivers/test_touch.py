@@ -170,20 +170,45 @@ def test_symmetry_is_broken_between_walls():
     assert states[1][:, 0].max() < 1.0 < states[0][:, 0].max()
 
 
-@pytest.mark.parametrize(("first", "last"), [(0.42, 0.6), (0.6, 0.42)])
-def test_branch_of_dry_friction_turns_where_rest_ends(first, last):
-    """x'' + x + 0.2 sgn x' = cos omega t: at the corner the branch turns by more than a right angle, and goes on."""
+def dry(*follow_groups):
+    """x'' + x + 0.2 sgn x' = A cos omega t."""
     text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /", "&spring between='m','frame', stiffness=1.0 /"]
     text += [
         "&friction name='rub', between='m','frame', static_coefficient=0.2, kinetic_coefficient=0.2, normal_load=1 /"
     ]
-    text += ["&load on='m', amplitude=1.0, angular_frequency=0.5 /", "&motion t_end=600.0, start='zero' /"]
-    text += ["&record observable='displacement', what='extrema' /"]
-    text += [f"&follow parameter='load%angular_frequency', first={first}, last={last} /"]
+    text += ["&load on='m', amplitude=1.0, angular_frequency=0.45 /", "&motion t_end=600.0, start='zero' /"]
+    text += ["&record observable='displacement', what='extrema' /", *(f"&follow {group} /" for group in follow_groups)]
     Path("dry.nml").write_text("\n".join(text) + "\n")
-    with follow(Path("dry.nml")) as file:
+    return follow(Path("dry.nml"))
+
+
+@pytest.mark.parametrize(("first", "last"), [(0.42, 0.6), (0.6, 0.42)])
+def test_branch_of_dry_friction_turns_where_rest_ends(first, last):
+    """At the corner the branch turns by more than a right angle, and goes on."""
+    with dry(f"parameter='load%angular_frequency', first={first}, last={last}") as file:
         assert labels(file, 1) == [("ST", pytest.approx(speed_touches_zero(0.2), rel=1e-11)), ("EP", last)]
         assert file["point/events"][:].max() == 6 and file["point/events"][:].min() == 2
+
+
+def test_curve_of_where_rest_ends():
+    """Over the amplitude of the load; how friction moves the point; the motion that the curve begins with."""
+    frequency = "parameter='load%angular_frequency', first=0.42, last=0.44, sensitivities='friction%normal_load'"
+    with dry(frequency, "parameter='load%amplitude', first=0.9, last=1.05") as file:
+        assert file["curve/label"].asstr()[:].tolist() == ["ST"]
+        curve = {name: item[:] for name, item in file["curve_point"].items()}
+        slope = file["sensitivity/friction.normal_load"][:]
+        (place,) = file["special/point"][:][file["special/label"].asstr()[:] == "ST"]
+        state, phase = file["point/state"][place], file["point/phase"][place]
+    amplitude, omega = curve["load.amplitude"], curve["load.angular_frequency"]
+    assert [amplitude.min(), amplitude.max()] == pytest.approx([0.9, 1.05], rel=1e-12)
+    for i in range(0, amplitude.size, 10):
+        assert omega[i] == pytest.approx(speed_touches_zero(0.2 / amplitude[i]), rel=1e-11)
+    begun = np.abs(amplitude - 1.0).argmin()
+    assert curve["state"][begun] == pytest.approx(state, rel=1e-12) and curve["phase"][begun] == phase
+    step = 1e-5
+    assert slope == pytest.approx(
+        [(speed_touches_zero(0.2 + step) - speed_touches_zero(0.2 - step)) / (10 * step)], rel=1e-6
+    )
 
 
 def speed_touches_zero(friction):

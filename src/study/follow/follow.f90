@@ -16,7 +16,7 @@ module razy_study_follow_follow
    use razy_orbits_switch, only: switch_branch
    use razy_orbits_user_values, only: mark_values
    use razy_study_follow_family, only: case_family_t, is_of_machine
-   use razy_study_follow_sensitivities, only: new_sensitivities, sensitivities_t
+   use razy_study_follow_sensitivities, only: moves, new_sensitivities, sensitivities_t
    use razy_study_follow_stored, only: read_stored, stored_motion_t
    use razy_study_sweep_axes, only: check_apart, new_varied, varied_t
    implicit none(type, external)
@@ -460,7 +460,7 @@ contains
       integer :: i
 
       associate (problem => self%problem, point => self%branch(branch)%point(place))
-         if (.not. any(point%label == ["LP", "PD", "TR", "GR"]) .or. self%curves == most_curves) return
+         if (.not. any(point%label == moves) .or. self%curves == most_curves) return
          at = [problem%value_of(point%orbit), problem%parameter(2)]
          range = abs(self%last - self%first)
          do i = 1, self%curves

@@ -61,7 +61,8 @@ contains
       call branch_columns(self, table)
       call special_columns(self, table)
       call self%sensitivities%columns(table, self%varied(1))
-      call curve_columns(self, table)
+      call curve_columns(self, table, error)
+      if (allocated(error)) return
       call sample_columns(self, table)
       select type (family => self%problem%map%family)
       type is (case_family_t)
@@ -248,25 +249,38 @@ contains
    end subroutine special_columns
 
    !> The curves over two parameters: what each is, and all their points one after the other.
-   subroutine curve_columns(self, table)
-      type(follow_t), intent(in) :: self
+   subroutine curve_columns(self, table, error)
+      type(follow_t), intent(inout) :: self
       type(table_t), intent(inout) :: table
+      type(error_t), allocatable, intent(out) :: error
 
       character(*), parameter :: along = "/curve/curve", points = "/curve_point/point"
       character(2) :: label(self%curves)
       character(64) :: contact(self%curves)
-      real(wp), allocatable :: largest(:), place(:, :)
+      real(wp), allocatable :: largest(:), phase(:), place(:, :), s(:), state(:, :)
       integer, allocatable :: curve(:)
       integer :: i, k
 
       if (size(self%varied) < 2) return
-      allocate (largest(0), place(2, 0), curve(0))
+      allocate (largest(0), phase(0), place(2, 0), curve(0))
+      associate (map => self%problem%map)
+         allocate (state(size(map%to_coordinates(spread(0.0_wp, 1, map%n))), sum(self%curve(:self%curves)%count)))
+      end associate
+      s = self%problem%scales()
       do i = 1, self%curves
          associate (one => self%curve(i))
             label(i) = one%label
             contact(i) = self%contact_name(one%contact)
-            curve = [curve, [(i, k=1, one%count)]]
+            do k = 1, one%count
+               call self%problem%map%go_to([one%place(:, k), self%problem%parameter(3:)], error)
+               if (allocated(error)) return
+               curve = [curve, i]
+               associate (x => one%motion(:self%problem%map%n, k))
+                  state(:, size(curve)) = self%problem%map%to_coordinates(x*s(:size(x)))
+               end associate
+            end do
             largest = [largest, one%largest]
+            phase = [phase, one%phase]
             place = reshape([place, one%place], [2, size(curve)])
          end associate
       end do
@@ -281,6 +295,9 @@ contains
          end associate
       end do
       call table%add("/curve_point/largest_multiplier", largest, "1", "modulus of the largest Floquet multiplier", points)
+      call table%add("/curve_point/state", state, "mixed", "displacements and velocities at /curve_point/phase", &
+                     [character(24) :: "/curve_point/coordinate", points])
+      call table%add("/curve_point/phase", phase, "1", "part of the period of the excitation at which the state stands", points)
       call junction_columns(self, table)
    end subroutine curve_columns
 

@@ -15,7 +15,7 @@ module razy_study_follow_sensitivities
    implicit none(type, external)
    private
 
-   public :: new_sensitivities, sensitivities_t
+   public :: moves, new_sensitivities, sensitivities_t
 
    !> `key`: the values; of each special point branch, point of it and row of /special, from 0 (points); derivatives of the
    !> parameter by the keys in their units and how far they may be off, NaN where the point was not found again, and why
@@ -32,7 +32,7 @@ module razy_study_follow_sensitivities
    end type sensitivities_t
 
    !> Kinds of points that a change of the machine moves and leaves what they are.
-   character(*), parameter :: moves(*) = [character(2) :: "LP", "PD", "TR", "GR"]
+   character(*), parameter :: moves(*) = [character(2) :: "LP", "PD", "TR", "GR", "ST", "SL"]
 
 contains
 
