@@ -21,7 +21,7 @@ module razy_orbits_curve
    public :: curve_t, junction_t
 
    !> A place where two things happen at once: R1 to R4 resonances (multipliers 1 and 1, -1 and -1, a third and a fourth of a
-   !> turn), LPPD a fold and a doubling, GRLP and GRPD a grazing at a fold or a doubling, so also of ST and SL. `place`: the two
+   !> turn), CP a cusp, LPPD a fold and a doubling, GRLP and GRPD a grazing at a fold or a doubling, so also of ST and SL. `place`: the two
    !> parameters.
    type :: junction_t
       character(4) :: label = ""
@@ -182,6 +182,7 @@ contains
             h = h/4
             if (h > merge(near_end, least_step, outside)) cycle
             self%ending(side)%text = "no such point further on"
+            if (.not. outside .and. self%label == "LP") call find_cusp(self, side)
             if (outside) self%ending(side)%text = at_border
             if (problem%is_stopped()) self%ending(side)%text = was_stopped
             return
@@ -198,6 +199,37 @@ contains
          known = min(known + 1, 3)
       end do
    end subroutine one_side
+
+   !> Where a curve of folds ends because it turns back in a cusp, that is a junction: there both parameters are stationary along the
+   !> motions, by the parabola through three points of the curve.
+   subroutine find_cusp(self, side)
+      class(curve_t), intent(inout) :: self
+      integer, intent(in) :: side
+
+      !> Distance of the three points, relative to the motion; share of the slope that may be left at the vertex.
+      real(wp), parameter :: apart = 1.0e-3_wp, flat = 0.1_wp
+      real(wp) :: bend(2), first(2), second(2), vertex, x(3)
+      real(wp), allocatable :: away(:)
+      integer :: i, k(3)
+
+      away = [(norm2(self%motion(:, i) - self%motion(:, self%count)), i=1, self%count)]
+      k(1) = self%count
+      do i = 2, 3
+         k(i) = findloc(away(:k(i - 1) - 1) > (i - 1)*apart*norm2(self%motion(:, self%count)), .true., dim=1, back=.true.)
+         if (k(i) == 0) return
+      end do
+      x = -away(k)
+      associate (at => self%place(:, k)/spread(self%scale, 2, 3))
+         first = (at(:, 1) - at(:, 2))/(x(1) - x(2))
+         second = (at(:, 2) - at(:, 3))/(x(2) - x(3))
+         bend = (first - second)/(x(1) - x(3))
+         vertex = 0.5_wp*(x(1) + x(2) - dot_product(first, bend)/dot_product(bend, bend))
+         if (vertex < x(2) .or. vertex > -x(3)) return
+         if (norm2(first + bend*(2*vertex - x(1) - x(2))) > flat*norm2(second)) return
+         self%ending(side)%text = "a cusp: two folds meet"
+         self%junction = [self%junction, junction_t("CP", self%scale*(at(:, 1) + first*vertex + bend*vertex*(vertex - x(2))))]
+      end associate
+   end subroutine find_cusp
 
    !> What else happens between the last two of some stations, the newest first, along parameter 3 - `held`.
    subroutine find_junctions(self, problem, station, held)

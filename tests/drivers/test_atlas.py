@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from branches import HYSTERESIS, PAIR_MAP, follow, points
 from faults import wait_for
-from programs import GEAR_PAIR, command, datasets, left, plot, sets, start, succeed
+from programs import GEAR_PAIR, SOURCE, command, datasets, left, plot, sets, start, succeed
+from scipy.optimize import fsolve
 
 ALL = sets(follow__motions="'all'", follow__samples=6)
 
@@ -60,6 +61,50 @@ def test_where_a_doubling_ends_in_a_grazing():
             assert file[f"junction/{name}"][0] == pytest.approx(end, rel=1e-7)
     done = plot("curve.h5", "--kind", "curves", "--save", "curves.svg")
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_folds_of_duffing_meet_in_a_cusp():
+    """Below that load no speed has two motions; by the harmonic balance of 12 odd harmonics."""
+    text = (SOURCE / "inputs/duffing.nml").read_text().splitlines()
+    lines = [line for line in text if not line.startswith(("&sweep", "&follow"))]
+    lines += ["&follow parameter='load%angular_frequency', first=0.5, last=2.5 /"]
+    lines += ["&follow parameter='load%amplitude', first=0.2, last=1.2 /"]
+    Path("duffing.nml").write_text("\n".join(lines) + "\n")
+    done = succeed("razy-follow", "duffing.nml", "--output", "duffing.h5")
+    assert done.stderr.count("a cusp: two folds meet") == 2
+    with h5py.File("duffing.h5") as file:
+        assert file["junction/label"].asstr()[:].tolist() == ["CP", "CP"]
+        place = [file[f"junction/load.{name}"][:] for name in ("angular_frequency", "amplitude")]
+    assert pytest.approx(np.tile(cusp_of_duffing(), (2, 1)), rel=1e-8) == np.array(place).T
+    assert plot("duffing.h5", "--kind", "curves", "--save", "curves.svg").returncode == 0
+
+
+def cusp_of_duffing(damping=0.1, cubic=0.04, harmonics=12):
+    """Frequency and load where residual, its null vector's test function and the second derivative along it vanish."""
+    order = 2 * np.arange(harmonics) + 1
+    turn = np.outer(2 * np.pi * np.arange(8 * harmonics) / (8 * harmonics), order)
+    wave = np.hstack([np.cos(turn), np.sin(turn)])
+    back = wave.T / (4 * harmonics)
+    border = np.eye(2 * harmonics)[0]
+
+    def missed(unknowns):
+        x, omega, load = unknowns[:-2], *unknowns[-2:]
+        stiffness, turned = np.diag(1 - (omega * order) ** 2), np.diag(damping * omega * order)
+        linear = np.block([[stiffness, turned], [-turned, stiffness]])
+        time = wave @ x
+        residual = linear @ x + cubic * back @ time**3 - load * border
+        jacobian = linear + 3 * cubic * (back * time**2) @ wave
+        square = np.block([[jacobian, border[:, None]], [border[None, :], np.zeros((1, 1))]])
+        one = np.eye(2 * harmonics + 1)[-1]
+        right, left = np.linalg.solve(square, one), np.linalg.solve(square.T, one)
+        bend = 6 * cubic * back @ (time * (wave @ right[:-1]) ** 2)
+        return [*residual, right[-1], left[:-1] @ bend]
+
+    start = np.zeros(2 * harmonics + 2)
+    start[[0, harmonics]], start[-2:] = (0.7, 2.2), (1.09, 0.257)
+    found, _, flag, message = fsolve(missed, start, full_output=True, xtol=1e-13)
+    assert flag == 1, message
+    return found[-2:]
 
 
 def test_second_parameter_has_to_hold_its_value():
