@@ -21,8 +21,8 @@ module razy_orbits_curve
    public :: curve_t, junction_t
 
    !> A place where two things happen at once: R1 to R4 resonances (multipliers 1 and 1, -1 and -1, a third and a fourth of a
-   !> turn), CP a cusp, LPPD a fold and a doubling, GRLP and GRPD a grazing at a fold or a doubling, so also of ST and SL. `place`: the two
-   !> parameters.
+   !> turn), CP a cusp, LPPD a fold and a doubling, GRLP and GRPD a grazing at a fold or a doubling, so also of ST and SL.
+   !> `place`: the two parameters.
    type :: junction_t
       character(4) :: label = ""
       real(wp) :: place(2) = 0.0_wp
@@ -215,7 +215,7 @@ contains
       away = [(norm2(self%motion(:, i) - self%motion(:, self%count)), i=1, self%count)]
       k(1) = self%count
       do i = 2, 3
-         k(i) = findloc(away(:k(i - 1) - 1) > (i - 1)*apart*norm2(self%motion(:, self%count)), .true., dim=1, back=.true.)
+         k(i) = findloc(away(:k(i - 1) - 1) > (i - 1)*apart*norm2(self%motion(:, k(1))), .true., dim=1, back=.true.)
          if (k(i) == 0) return
       end do
       x = -away(k)
@@ -227,8 +227,9 @@ contains
          if (vertex < x(2) .or. vertex > -x(3)) return
          if (norm2(first + bend*(2*vertex - x(1) - x(2))) > flat*norm2(second)) return
          self%ending(side)%text = "a cusp: two folds meet"
-         self%junction = [self%junction, junction_t("CP", self%scale*(at(:, 1) + first*vertex + bend*vertex*(vertex - x(2))))]
+         first = self%scale*(at(:, 1) + first*vertex + bend*vertex*(vertex - x(2)))
       end associate
+      self%junction = [self%junction, junction_t("CP", first)]
    end subroutine find_cusp
 
    !> What else happens between the last two of some stations, the newest first, along parameter 3 - `held`.

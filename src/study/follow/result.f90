@@ -316,8 +316,8 @@ contains
          junction = [junction, self%curve(i)%junction]
          curve = [curve, [(i, k=1, size(self%curve(i)%junction))]]
       end do
-      call table%add("/junction/label", junction%label, "1", "CP cusp, R1 to R4 resonances, LPPD fold and doubling, GRLP, GRPD grazing "// &
-                     "at a fold, a doubling", along)
+      call table%add("/junction/label", junction%label, "1", "CP cusp, R1 to R4 resonances, LPPD fold and doubling, GRLP, "// &
+                     "GRPD grazing at a fold, a doubling", along)
       call table%add("/junction/curve", curve, "1", "number of the curve", along)
       do i = 1, 2
          associate (varied => self%varied(i))
