@@ -200,7 +200,7 @@ contains
       end do
    end subroutine one_side
 
-   !> Where a curve of folds ends because it turns back in a cusp, that is a junction: there both parameters are stationary along the
+   !> Where a curve of folds ends because it turns back in a cusp, a junction: there both parameters are stationary along the
    !> motions, by the parabola through three points of the curve.
    subroutine find_cusp(self, side)
       class(curve_t), intent(inout) :: self
