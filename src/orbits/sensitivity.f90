@@ -11,7 +11,7 @@ module razy_orbits_sensitivity
    implicit none(type, external)
    private
 
-   public :: find_slope
+   public :: find_slope, locate_again
 
    !> Steps of the other value, in parts of it, one after the other; larger for a method of larger errors.
    real(wp), parameter :: share(*) = [1.0e-4_wp, 1.0e-5_wp, 1.0e-6_wp, 1.0e-8_wp]

@@ -210,6 +210,26 @@ def test_curves_from_a_stored_fold():
         assert file["curve_point/load.amplitude"][:].max() == pytest.approx(2.1, rel=1e-14)
 
 
+def test_digits_of_steps_that_hold():
+    """Folds of Duffing's oscillator: off by less than they say, and no decimal is printed that is beyond it."""
+    duffing, folds, errors, printed = SOURCE / "inputs/duffing.nml", [], [], []
+    for tolerance in (1e-9, 1e-7, 1e-12):
+        tight = sets(motion__relative_tolerance=tolerance, motion__absolute_tolerance=tolerance)
+        said = succeed("razy-follow", duffing, *tight, "--force", "--output", "first.h5").stderr
+        printed.append(re.findall(r" LP +(\S+)", said))
+        with h5py.File("first.h5") as file:
+            folds.append(points(file, "LP"))
+            errors.append(file["special/error"][:])
+    for k in range(2):
+        off = np.abs(np.array(folds[k]) - folds[2])
+        assert (off < errors[k][:2]).all() and (errors[k][:2] < 100 * off).all() and errors[k][-1] == 0
+        assert all(
+            10.0 ** -len(text.partition(".")[2]) >= error for text, error in zip(printed[k], errors[k], strict=False)
+        )
+    with follow(NORMAL_FORM) as exact:
+        assert "error" not in exact["special"]
+
+
 def test_what_was_followed_until_a_signal_is_written():
     """Of curves that take long the branches are there already."""
     words = command("razy-follow", PAIR_MAP, "--set", "follow(1)%last=1000", "--output", "first.h5")

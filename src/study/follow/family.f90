@@ -26,6 +26,8 @@ module razy_study_follow_family
       type(machine_t) :: machine
       type(motion_t) :: motion
       type(record_t), allocatable :: records(:)
+      !> Factor of the tolerances.
+      real(wp) :: looser = 1.0_wp
       class(scene_t), allocatable, private :: scene
    contains
       procedure :: make
@@ -65,6 +67,10 @@ contains
          call self%input%complain(error, "rotation", 1, "acceleration_rpm_per_s", "0 for periodic motions")
          return
       end if
+      associate (method => self%motion%method)
+         method%relative_tolerance = self%looser*method%relative_tolerance
+         method%absolute_tolerance = self%looser*method%absolute_tolerance
+      end associate
       call new_integrator(by, self%motion%method, error)
       if (.not. allocated(error)) call by%prepare(self%machine, .false., error)
       if (allocated(error)) return

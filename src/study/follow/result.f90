@@ -2,6 +2,7 @@
 !!
 !! Each motion is a row with its extrema over one period, as in the files of razy-sweep; special points are a table of their own.
 module razy_study_follow_result
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: decimal, to_text
@@ -220,10 +221,10 @@ contains
       character(64), allocatable :: contact(:)
       character(64) :: name
       integer, allocatable :: branch(:), place(:)
-      real(wp), allocatable :: parameter(:)
+      real(wp), allocatable :: error(:), parameter(:)
       integer :: b, i, k
 
-      allocate (label(0), contact(0), branch(0), place(0), parameter(0))
+      allocate (label(0), contact(0), branch(0), place(0), parameter(0), error(0))
       k = 0
       do b = 1, self%count
          do i = 1, self%branch(b)%count
@@ -236,6 +237,7 @@ contains
                branch = [branch, b]
                place = [place, k - 1]
                parameter = [parameter, self%problem%value_of(point%orbit)]
+               error = [error, point%error]
             end associate
          end do
       end do
@@ -243,6 +245,9 @@ contains
                      "sticking or sliding begins or ends, CH another change of contacts, UZ a value of "// &
                      "the user's, EP end, MX no motion further on", along)
       call table%add(group//"parameter", parameter, self%varied(1)%unit, self%varied(1)%parameter, along)
+      if (self%problem%resolution > 0.0_wp) then
+         call table%add(group//"error", error, self%varied(1)%unit, "how far it may be off by the errors of the method", along)
+      end if
       call table%add(group//"branch", branch, "1", "number of the branch", along)
       call table%add(group//"point", place, "1", "row of /point, from 0", along)
       call table%add(group//"contact", contact, "1", "the contact that it is about", along)
@@ -371,7 +376,7 @@ contains
             associate (point => self%branch(b)%point(i))
                if (point%label == "") cycle
                call append_text(lines, right(to_text(b), 6)//right(to_text(i), 7)//right(point%label, 7)//"  "// &
-                                right(decimal(self%problem%value_of(point%orbit), 12), 20)// &
+                                right(decimal(self%problem%value_of(point%orbit), decimals(point%error)), 20)// &
                                 right(to_text(self%branch(b)%periods), 6)// &
                                 right(decimal(maxval([0.0_wp, abs(point%orbit%multiplier)]), 6), 14)//"  "// &
                                 self%contact_name(point%contact))
@@ -397,6 +402,17 @@ contains
          end associate
       end do
    end function follow_words
+
+   !> Decimals that are printed of a number with this error.
+   pure integer function decimals(error)
+      real(wp), intent(in) :: error
+
+      integer, parameter :: most = 12, of_unknown = 6
+
+      decimals = most
+      if (ieee_is_nan(error)) decimals = of_unknown
+      if (error > 0.0_wp) decimals = max(0, min(most, floor(-log10(error))))
+   end function decimals
 
    pure function right(text, width)
       character(*), intent(in) :: text

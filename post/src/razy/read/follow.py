@@ -27,6 +27,8 @@ class Special:
         Which of the motions it is, counted from 0.
     contact
         The contact that it is about; empty where none.
+    error
+        How far the parameter may be off by the errors of a Runge-Kutta method; NaN: not known, 0: by rounding only.
     """
 
     label: NDArray[np.str_]
@@ -34,6 +36,7 @@ class Special:
     branch: NDArray[np.int64]
     point: NDArray[np.int64]
     contact: NDArray[np.str_]
+    error: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -193,7 +196,10 @@ class FollowResult(ExtremaFile):
         parameter, branch, point = np.asarray(numbers[0], dtype=np.float64), *(n.astype(np.int64) for n in numbers[1:])
         if point.size and not 0 <= point.min() <= point.max() < self.n_points:
             raise ResultError(f"{self.path}: dataset 'special/point' names motions that are not there")
-        return Special(label, parameter, branch, point, self._texts("special/contact"))
+        error = np.zeros(label.size)
+        if "error" in self._members("special", h5py.Dataset):
+            error = np.asarray(self._vector("special/error", label.size)[()], dtype=np.float64)
+        return Special(label, parameter, branch, point, self._texts("special/contact"), error)
 
     @property
     def curves(self) -> Curves | None:
