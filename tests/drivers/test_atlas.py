@@ -136,7 +136,9 @@ def test_all_motions_are_pieced_together():
         np.add.at(started, file["basin/sample"][:], file["basin/starts"][:])
         assert (started + file["sample/unsettled"][:] == 9).all()
         assert (file["sample/lyapunov"][:] < 0.0).all()
+        unsettled = file["sample/unsettled"][:].sum()
     lines = done.stdout.splitlines()
+    assert f"  of 54 starts {started.sum()} settle to these, {unsettled} to no motion of such a period" in lines
     (beside,) = [line for line in lines if "beside each other" in line]
     assert re.findall(r"[\d.]+", beside)[:3] == [f"{folds.min():.5f}", f"{folds.max():.5f}", "2"]
     assert sum("ends in a fold" in line for line in lines) == 2
@@ -179,7 +181,9 @@ def test_all_motions_of_a_gear_pair():
 
 def test_all_motions_do_not_depend_on_ranks_or_an_end_in_between():
     case = (GEAR_PAIR, *ALL, *sets(follow__first=1500, follow__last=1640))
-    succeed("razy-follow", *case, "--output", "one.h5")
+    said = succeed("razy-follow", *case, "--output", "one.h5").stdout
+    # What there is of many motions fits on a page.
+    assert said.count("branch") < 40 and re.search(r"\n  and \d+ over shorter ranges", said)
     succeed("razy-follow", *case, "--output", "three.h5", ranks=3)
     assert datasets("three.h5") == datasets("one.h5")
     process = subprocess.Popen(command("razy-follow", *case, "--output", "again.h5"), stderr=subprocess.PIPE)

@@ -17,10 +17,15 @@ module razy_study_follow_summary
    type :: stretch_t
       integer :: branch = 0, first = 0, last = 0
       real(wp) :: low = 0.0_wp, high = 0.0_wp
+      !> It is one of the longest, which fit on a page.
+      logical :: told = .false.
    end type stretch_t
 
    !> Ranges that are a smaller part of the whole are not spoken of.
    real(wp), parameter :: least_part = 1.0e-6_wp
+   !> Of so many stretches all is told; of others, and of how many motions there are over less than this part of the range, nothing.
+   integer, parameter :: most_told = 12
+   real(wp), parameter :: least_told = 0.01_wp
 
 contains
 
@@ -30,16 +35,26 @@ contains
       type(string_t), allocatable :: lines(:)
 
       type(stretch_t), allocatable :: stretch(:)
-      integer :: i
+      integer :: i, settled, unsettled
 
       allocate (lines(0))
       stretch = stable_stretches(self)
+      associate (order => rising_order(stretch%low - stretch%high))
+         stretch(order(:min(most_told, size(order))))%told = .true.
+      end associate
       call append_text(lines, "Stable motions over "//self%varied(1)%parameter)
       do i = 1, size(stretch)
+         if (.not. stretch(i)%told) cycle
          call append_text(lines, "  from "//value(self, stretch(i)%low)//" to "//with_unit(self, stretch(i)%high)//": "// &
                           periods_of(self%branch(stretch(i)%branch)%periods)//", branch "//to_text(stretch(i)%branch))
       end do
+      if (.not. all(stretch%told)) call append_text(lines, "  and "//to_text(count(.not. stretch%told))// &
+                                                    " over shorter ranges, which are in the file")
       call tell_counts(self, stretch, lines)
+      settled = sum([(sum(self%sample(i)%starts), i=1, size(self%sample))])
+      unsettled = sum(self%sample%unsettled)
+      call append_text(lines, "  of "//to_text(settled + unsettled)//" starts "//to_text(settled)//" settle to these, "// &
+                       to_text(unsettled)//" to no motion of such a period")
       call append_text(lines, "What changes")
       call tell_changes(self, stretch, lines)
       do i = 1, size(self%sample)
@@ -125,7 +140,7 @@ contains
       character(:), allocatable :: line
       integer :: i, k
 
-      if (many == 1 .or. many < 0) return
+      if (many == 1 .or. many < 0 .or. b - a < least_told*self%problem%range) return
       line = "  from "//value(self, a)//" to "//with_unit(self, b)//": "
       if (many > 1) then
          call append_text(lines, line//to_text(many)//" of them beside each other; which one is met depends on the start")
@@ -160,6 +175,7 @@ contains
 
       allocate (at(0), text(0))
       do i = 1, size(stretch)
+         if (.not. stretch(i)%told) cycle
          associate (branch => self%branch(stretch(i)%branch))
             do k = stretch(i)%first, stretch(i)%last
                words = change_at(self, branch, k)
@@ -200,7 +216,7 @@ contains
             words = "other motions of "//periods//" branch off"
          case ("GR", "CH")
             if (i == 1 .or. i == branch%count) return
-            ! Changes of contact in a motion, below and above this value.
+            ! Changes of contact in a motion, below and above this value; one more or less is no news.
             associate (before => branch%point(i - 1)%orbit, after => branch%point(i + 1)%orbit)
                higher = merge(1, 2, self%problem%value_of(before) > self%problem%value_of(after))
                events(higher) = before%sequence%count
@@ -208,12 +224,8 @@ contains
             end associate
             words = self%contact_name(point%contact)
             if (words == "") words = "contacts"
-            if (events(1) == 0 .or. events(2) == 0) then
-               words = words//merge(" begins", " ceases", events(1) == 0)//" to touch or to part in the motion of "//periods
-            else
-               words = words//" changes: "//to_text(events(1))//" changes of contact below, "//to_text(events(2))// &
-                       " above, in the motion of "//periods
-            end if
+            words = words//merge(" begins", " ceases", events(1) == 0)//" to touch or to part in the motion of "//periods
+            if (events(1) > 0 .and. events(2) > 0) words = ""
          case ("ST", "SL")
             words = merge("sticking", "sliding ", point%label == "ST")
             words = trim(words)//" begins or ends at "//self%contact_name(point%contact)//" in the motion of "//periods
