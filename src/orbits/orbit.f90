@@ -176,13 +176,14 @@ contains
       end associate
    end subroutine begin
 
-   !> The motions err by the tolerances of a method of steps.
-   pure subroutine take_steps(self)
+   !> The motions err by the relative tolerance of a method of steps.
+   pure subroutine take_steps(self, tolerance)
       class(problem_t), intent(inout) :: self
+      real(wp), intent(in) :: tolerance
 
-      self%step = 3.0e-5_wp
-      self%accuracy = 1.0e-7_wp
-      self%resolution = 1.0e-6_wp
+      self%step = max(3.0e-5_wp, min(100*tolerance, 1.0e-3_wp))
+      self%accuracy = max(1.0e-7_wp, tolerance)
+      self%resolution = max(1.0e-6_wp, 10*tolerance)
    end subroutine take_steps
 
    !> Make the machine of u that of the period map; `ok` is false if there is none, for the `reason`.

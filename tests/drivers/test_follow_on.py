@@ -211,18 +211,26 @@ def test_curves_from_a_stored_fold():
 
 
 def test_digits_of_steps_that_hold():
-    """Folds of Duffing's oscillator: off by less than they say, and no decimal is printed that is beyond it."""
-    duffing, folds, errors, printed = SOURCE / "inputs/duffing.nml", [], [], []
-    for tolerance in (1e-9, 1e-7, 1e-12):
+    """Folds and multipliers of Duffing's oscillator are off by less than they say; no decimal beyond it is printed."""
+    duffing, folds, errors, printed, multipliers, doubts = SOURCE / "inputs/duffing.nml", [], [], [], [], []
+    for tolerance in (1e-9, 1e-7, 1e-4, 1e-12):
         tight = sets(motion__relative_tolerance=tolerance, motion__absolute_tolerance=tolerance)
+        tight += sets(follow__values="0.6,1.45,2.0")
         said = succeed("razy-follow", duffing, *tight, "--force", "--output", "first.h5").stderr
         printed.append(re.findall(r" LP +(\S+)", said))
         with h5py.File("first.h5") as file:
             folds.append(points(file, "LP"))
-            errors.append(file["special/error"][:])
-    for k in range(2):
-        off = np.abs(np.array(folds[k]) - folds[2])
-        assert (off < errors[k][:2]).all() and (errors[k][:2] < 100 * off).all() and errors[k][-1] == 0
+            errors.append(file["special/error"][:][file["special/label"].asstr()[:] == "LP"])
+            assert file["special/error"][-1] == 0
+            values = file["special/point"][:][file["special/label"].asstr()[:] == "UZ"]
+            real, imaginary = file["point/multiplier"][:][values].swapaxes(0, 1)
+            multipliers.append(np.sort_complex(real + 1j * imaginary))
+            doubts.append(file["point/multiplier_error"][:][values])
+    for k in range(3):
+        off = np.abs(np.array(folds[k]) - folds[3])
+        assert (off < errors[k]).all() and (errors[k] < 100 * off).all()
+        off = np.abs(multipliers[k] - multipliers[3]).max(axis=1)
+        assert off.size == 5 and (off < doubts[k].max(axis=1)).all()
         assert all(
             10.0 ** -len(text.partition(".")[2]) >= error for text, error in zip(printed[k], errors[k], strict=False)
         )

@@ -140,7 +140,7 @@ contains
       select type (made => self%problem%map%family)
       type is (case_family_t)
          self%time = made%motion%t_end
-         if (made%motion%method%integrator /= "exact") call self%problem%take_steps()
+         if (made%motion%method%integrator /= "exact") call self%problem%take_steps(made%motion%method%relative_tolerance)
       end select
    end subroutine new_follow
 

@@ -177,6 +177,8 @@ contains
       call row%add(group//"multiplier", reshape([real(point%orbit%multiplier, wp), point%orbit%multiplier%im], &
                                                 [size(point%orbit%multiplier), 2]), "1", "Floquet multipliers", &
                    [character(16) :: group//"order", group//"part"])
+      call row%add(group//"multiplier_error", point%orbit%doubt, "1", "how far each multiplier may be off", group//"order", &
+                   fixed=.true.)
       call row%add(group//"determinant_error", sum(log(max(abs(point%orbit%multiplier), tiny(1.0_wp)))) - volume%logarithm, "1", &
                    "logarithm of the product of the multipliers, less that by the trace of the damping and the impacts")
       call row%add(group//"state", state, "mixed", "displacements and velocities at /point/phase", &
