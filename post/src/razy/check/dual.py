@@ -17,17 +17,20 @@ class Dual:
     value: Any
     slope: Any
 
-    def __add__(self, other: "Dual") -> "Dual":
+    def __add__(self, other: Any) -> "Dual":
+        other = other if _dual(other) else Dual(other, 0 * other)
         return Dual(self.value + other.value, self.slope + other.slope)
 
-    def __sub__(self, other: "Dual") -> "Dual":
-        return Dual(self.value - other.value, self.slope - other.slope)
+    def __sub__(self, other: Any) -> "Dual":
+        return self + -1 * other
 
-    def __neg__(self) -> "Dual":
-        return Dual(-1 * self.value, -1 * self.slope)
-
-    def __mul__(self, other: "Dual") -> "Dual":
+    def __mul__(self, other: Any) -> "Dual":
+        if not _dual(other):
+            return Dual(self.value * other, self.slope * other)
         return Dual(self.value * other.value, self.slope * other.value + self.value * other.slope)
+
+    def __rmul__(self, other: Any) -> "Dual":
+        return Dual(other * self.value, other * self.slope)
 
     def inverse(self) -> "Dual":
         """Return 1/x of a number."""
@@ -36,8 +39,12 @@ class Dual:
     def __getitem__(self, at: tuple[int, int]) -> "Dual":
         return Dual(self.value[at], self.slope[at])
 
-    def __setitem__(self, at: tuple[int, int], number: "Dual") -> None:
-        self.value[at], self.slope[at] = number.value, number.slope
+    def __setitem__(self, at: tuple[int, int], number: Any) -> None:
+        self.value[at], self.slope[at] = (number.value, number.slope) if _dual(number) else (number, 0)
+
+
+def _dual(x: Any) -> bool:
+    return isinstance(x, Dual)
 
 
 class Numbers:
@@ -74,10 +81,6 @@ class Numbers:
     def zeros(self, rows: int, columns: int) -> Any:
         """Return a matrix of zeros."""
         return Dual(arb_mat(rows, columns), arb_mat(rows, columns)) if self.slopes else arb_mat(rows, columns)
-
-    def constant(self, value: Any) -> Any:
-        """Return what no parameter changes."""
-        return Dual(value, 0 * value) if self.slopes else value
 
 
 def inverse(number: Any) -> Any:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from flint import arb, arb_mat, fmpq
 
-from razy.check.dual import Dual, Numbers, inverse
+from razy.check.dual import Numbers, inverse
 from razy.check.exponential import Exponential
 from razy.check.machine import Contact, NotCovered, Tone, balls, common, felt, matrix, value_of
 
@@ -54,15 +54,15 @@ class System:
         starts = {(start - self.phase) % 1 for wave, times in self.waves for start, *_ in wave.repeated(times)}
         self.breaks = [*sorted(starts - {Fraction(0)}), Fraction(1)]
         self.rows, self.seen = rows, balls(seen * rows.transpose() * (rows * rows.transpose()).inv())
-        right = numbers.constant(balls(rows.transpose() * (rows * rows.transpose()).inv()))
+        right = balls(rows.transpose() * (rows * rows.transpose()).inv())
 
         def column(w: list[Fraction]) -> Any:
-            return numbers.constant(balls(matrix([w]).transpose()))
+            return balls(matrix([w]).transpose())
 
         force = numbers.zeros(n, n)
         for i in range(n):
             force[i, i] = inverse(numbers(lambda m, i=i: m.mass[i]))
-        force = numbers.constant(balls(rows)) * force
+        force = balls(rows) * force
         stiffness = force * numbers.matrix(lambda m: m.stiffness) * right
         damping = force * numbers.matrix(lambda m: m.damping) * right
         constant = force * numbers.matrix(lambda m: [[x] for x in m.constant])
@@ -71,10 +71,10 @@ class System:
         on_loads = [force * column(w) for w, _ in machine.loads]
         g = numbers.zeros(self.size, self.size)
         for i in range(m):
-            g[i, m + i] = numbers.constant(arb(1))
+            g[i, m + i] = 1
             for j in range(m):
-                g[m + i, j] = -(stiffness[i, j] * self.per_square)
-                g[m + i, m + j] = -(damping[i, j] * per)
+                g[m + i, j] = -1 * (stiffness[i, j] * self.per_square)
+                g[m + i, m + j] = -1 * (damping[i, j] * per)
             g[m + i, 2 * m] = constant[i, 0] * self.per_square
             for number, (_, tone) in enumerate(machine.loads):
                 c, by_body = self.column(tone), on_loads[number][i, 0] * self.per_square
@@ -82,20 +82,20 @@ class System:
                 g[m + i, c + 1] = g[m + i, c + 1] + by_body * numbers(lambda m, j=number: m.loads[j][1].sine)
         for i, k in enumerate(self.harmonics):
             c = 2 * m + 1 + 2 * i
-            g[c, c + 1], g[c + 1, c] = numbers.constant(arb(-k)), numbers.constant(arb(k))
+            g[c, c + 1], g[c + 1, c] = -k, k
         for number, (w, _, wave) in enumerate(machine.waves):
             c, by_load = self.size - 2 * (len(self.waves) - number), force * column(w)
             for i in range(m):
                 by_body = by_load[i, 0] * self.per_square
                 g[m + i, c] = g[m + i, c] + by_body * numbers(lambda m, j=number: m.waves[j][1])
-            g[c, c + 1] = numbers.constant(arb(1))
+            g[c, c + 1] = 1
             if wave.half_sine is not None:
                 bend = self.waves[number][1] / wave.half_sine / 2
-                g[c + 1, c] = numbers.constant(-(arb(fmpq(bend.numerator, bend.denominator)) ** 2))
+                g[c + 1, c] = -(arb(fmpq(bend.numerator, bend.denominator)) ** 2)
         self.free = g
         self.gap, self.rate, self.push = [], [], []
         for number, contact in enumerate(machine.contacts):
-            w = numbers.constant(balls(matrix([contact.w])))
+            w = balls(matrix([contact.w]))
             gap, on_y = numbers.zeros(1, self.size), w * right
             for j in range(m):
                 gap[0, j] = on_y[0, j]
@@ -111,10 +111,9 @@ class System:
             self.rate.append(gap * g)
             self.push.append(push)
         self.unit = numbers.zeros(1, self.size)
-        self.unit[0, 2 * m] = numbers.constant(arb(1))
+        self.unit[0, 2 * m] = 1
         self.generators: dict[tuple[str, ...], Any] = {}
         self.exponentials: dict[tuple[str, ...], Exponential] = {}
-        self.known_coefficients: dict[tuple[str, ...], list[tuple[Guard, arb_mat, arb]]] = {}
         self.holding: dict[tuple[str, ...], dict[int, Any]] = {}
         self.known_guards: dict[tuple[str, ...], list[Guard]] = {}
 
@@ -159,7 +158,7 @@ class System:
             number = take(lambda c: c.kinetic if branch == "forward" else -c.kinetic)
             return self.slip(contact) * take(lambda c: c.damping) + self.unit * number
         stiffness, damping = take(lambda c: c.stiffness), take(lambda c: c.damping)
-        offset = take(lambda c: c.offset) if upper else -take(lambda c: c.offset)
+        offset = take(lambda c: c.offset) if upper else -1 * take(lambda c: c.offset)
         number = offset - stiffness * take(lambda c: c.upper if upper else c.lower)
         return self.gap[contact] * stiffness + self.rate[contact] * (damping * self.omega) + self.unit * number
 
@@ -199,7 +198,7 @@ class System:
         """Return the form of the deformation of a side, positive when it is pressed."""
         edge = self._of(contact)(lambda c: c.upper if side == "upper" else c.lower)
         form = self.gap[contact] - self.unit * edge
-        return form if side == "upper" else minus(form)
+        return form if side == "upper" else -1 * form
 
     def _of(self, contact: int) -> Any:
         return lambda get: self.numbers(lambda machine: get(machine.contacts[contact]))
@@ -233,7 +232,7 @@ class System:
                 continue
             if branch in SLIDING:
                 form = self.slip(i)
-                result.append(Guard(i, form if branch == "forward" else minus(form), "sticking", "slip"))
+                result.append(Guard(i, form if branch == "forward" else -1 * form, "sticking", "slip"))
                 continue
             if branch == "sticking":
                 self.generator(mode)
@@ -246,17 +245,17 @@ class System:
             if branch == "open":
                 target = "impact" if c.restitution is not None else ""
                 sides = [side for side, edge in (("upper", c.upper), ("lower", c.lower)) if edge is not None]
-                result += [Guard(i, minus(self.over(i, side)), target or side, side) for side in sides]
+                result += [Guard(i, -1 * self.over(i, side), target or side, side) for side in sides]
                 continue
             side = branch.split()[0]
             if branch.endswith("closed"):
                 self.generator(mode)
                 force = self.holding[mode][i]
-                result.append(Guard(i, force if side == "upper" else minus(force), "open", f"{side} rest"))
+                result.append(Guard(i, force if side == "upper" else -1 * force, "open", f"{side} rest"))
                 continue
-            outward = self.force(i, side) if side == "upper" else minus(self.force(i, side))
+            outward = self.force(i, side) if side == "upper" else -1 * self.force(i, side)
             if branch.endswith("parting"):
-                result += [Guard(i, minus(outward), side, "force"), Guard(i, self.over(i, side), "open", side)]
+                result += [Guard(i, -1 * outward, side, "force"), Guard(i, self.over(i, side), "open", side)]
             elif c.zero_force:
                 result.append(Guard(i, outward, f"{side} parting", "force"))
                 if c.offset:
@@ -371,33 +370,20 @@ class System:
         for i in range(self.m):
             moved[i, 0] = self.push[contact][self.m + i, 0]
         share = (self.gap[contact] * moved)[0, 0]
-        back = self.numbers.constant(-1 - arb(fmpq(e.numerator, e.denominator)))
+        back = -1 - arb(fmpq(e.numerator, e.denominator))
         jump = self.push[contact] * self.rate[contact] * (back * inverse(share))
         for i in range(self.size):
-            jump[i, i] = jump[i, i] + self.numbers.constant(arb(1))
+            jump[i, i] = jump[i, i] + 1
         return jump
 
     def exponential(self, mode: tuple[str, ...], sizes: np.ndarray) -> Exponential:
         """Return exp(G s) of a mode; sizes: those of X, by which its powers are bounded."""
         if mode not in self.exponentials:
-            self.exponentials[mode] = Exponential(self.generator(mode), sizes)
+            rows = [] if self.numbers.slopes else [guard.row for guard in self.guards(mode)]
+            self.exponentials[mode] = Exponential(self.generator(mode), sizes, rows)
         return self.exponentials[mode]
-
-    def coefficients(self, mode: tuple[str, ...], sizes: np.ndarray) -> list[tuple[Guard, arb_mat, arb]]:
-        """Return each guard of a mode, the matrix from X to its Taylor coefficients and its size over the weights."""
-        if mode not in self.known_coefficients:
-            powers = self.exponential(mode, sizes)
-            self.known_coefficients[mode] = [
-                (guard, powers.form(guard.row), powers.size(guard.row)) for guard in self.guards(mode)
-            ]
-        return self.known_coefficients[mode]
 
 
 def with_branch(mode: tuple[str, ...], contact: int, branch: str) -> tuple[str, ...]:
     """Return a mode with another branch of a contact."""
     return (*mode[:contact], branch, *mode[contact + 1 :])
-
-
-def minus(form: Any) -> Any:
-    """Return a form or its dual with its sign turned."""
-    return -form if isinstance(form, Dual) else -1 * form

@@ -131,10 +131,10 @@ class _Motion:
             piece = Piece(system.mode_at(self.x), None, 0.0, None)
             while True:
                 with ctx.workprec(PRECISIONS[0]):
-                    piece.guard, time, _ = self.pieces.follow(piece, self.x.mid(), edge - gone)
+                    piece.guard, time, _ = self.pieces.follow(piece, self.x, float(edge - gone))
                 duration = edge - gone
                 if piece.guard is not None:
-                    duration, x = self._event(piece, time)
+                    duration, x = self._event(piece, arb(time))
                     if not duration < edge - gone:
                         piece.guard, duration = None, edge - gone
                 piece.duration = float(duration.mid())
@@ -173,25 +173,19 @@ class _Motion:
         edge = gone + self.system.span(after) if self.system.waves else end
         return edge if edge < end else end
 
-    def _event(self, piece: Piece, near: arb) -> tuple[arb, arb_mat]:
+    def _event(self, piece: Piece, time: arb) -> tuple[arb, arb_mat]:
         """Enclose the time at which a guard is zero, and the state there, by Newton's method of intervals."""
-        g, row, time = self.system.generator(piece.mode), self.system.form(piece.mode, piece.guard), near.mid()
+        g, row = self.system.generator(piece.mode), self.system.form(piece.mode, piece.guard)
         flow = self.system.exponential(piece.mode, self.pieces.sizes)
-        x = flow.at(time) * self.x
-        terms = [a.mid() for a in (flow.form(row, len(flow.powers) - 1) * x.mid()).entries()]
-        more = arb(0)
+        least, change = arb(2) ** (20 - ctx.prec), arb(1)
         for _ in range(16):
-            value, rate = arb(0), arb(0)
-            for k in range(len(terms) - 1, -1, -1):
-                value, rate = value * more + terms[k], rate * more + value
-            change = (value / rate).mid()
-            more = (more - change).mid()
-            if abs(change) < arb(2) ** (20 - ctx.prec):
+            x = flow.at(time) * self.x
+            value, rate = (row * x)[0, 0], (row * (g * x))[0, 0]
+            if abs(change) < least:
                 break
-        time = (time + more).mid()
-        x = flow.at(time) * self.x
-        value, rate = (row * x)[0, 0], (row * (g * x))[0, 0]
-        half = (2 * abs(value / rate)).upper() + arb(2) ** (20 - ctx.prec)
+            change = (value / rate).mid()
+            time = (time - change).mid()
+        half = (2 * abs(value / rate)).upper() + least
         rates = (row * (g * (flow.at(arb(0, half)) * x)))[0, 0]
         if rates.contains(0):
             raise Undecided(

@@ -18,7 +18,7 @@ from razy.check.special import LABELS, near_fold, prove
 from razy.read.file import check_storage
 
 KINDS = ("proved", "undecided", "refused", "not covered")
-PRECISIONS = (212, 424, 848)
+PRECISIONS = (128, 212, 424, 848)
 """Bits, one after the other until there is a verdict."""
 CLOSE = 1e-11
 """How far a state may be off over its size, and the parameter of a special point over its own."""
