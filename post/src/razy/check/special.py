@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 from flint import acb, acb_mat, arb, arb_mat
 
-from razy.check.dual import Numbers
 from razy.check.machine import Machine, NotCovered
 from razy.check.motion import Guard, System
 from razy.check.proof import (
@@ -52,7 +51,7 @@ class Curve:
 
     def look(self, v: arb_mat) -> Look:
         """Return F and its derivatives."""
-        system = System(Numbers(self.machines, v[self.last, 0], slopes=True), self.phase)
+        system = System(self.machines, self.phase, v[self.last, 0], slopes=True)
         if system.m * 2 != self.n:
             raise NotCovered("a parameter that changes what contacts feel")
         u = arb_mat(self.last, 1, [v[i, 0] for i in range(self.last)])
@@ -112,7 +111,7 @@ class Curve:
     def admit(self, box: arb_mat, look: Look) -> None:
         """Show that the motions in a box keep off all bounds but where their events and touches are."""
         course = copy(self.course)
-        course.system = System(Numbers(self.machines, box[self.last, 0]), self.phase)
+        course.system = System(self.machines, self.phase, box[self.last, 0])
         course.admit(look, box)
 
 

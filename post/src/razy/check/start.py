@@ -9,7 +9,6 @@ import h5py
 import numpy as np
 from flint import arb, arb_mat, ctx
 
-from razy.check.dual import Numbers
 from razy.check.machine import NotCovered, build, read_groups
 from razy.check.motion import System
 from razy.check.proof import Disproved, Piece, Pieces, Undecided
@@ -91,7 +90,7 @@ class _Motion:
     def __init__(self, stored: _Stored, bits: int, progress: Callable[[float, float, int], None]):
         self.stored, self.progress = stored, progress
         machine = build(stored.groups)
-        self.system = system = System(Numbers([machine]))
+        self.system = system = System([machine])
         start, n = stored.start(), len(machine.mass)
         self.to_y = lambda state: self._felt(state, n)
         y = self.to_y(start)
@@ -99,7 +98,7 @@ class _Motion:
         scales = self._scales(y)
         # Which event comes next and what keeps off its bounds needs few bits.
         with ctx.workprec(PRECISIONS[0]):
-            self.pieces = Pieces(System(Numbers([build(stored.groups)])), scales)
+            self.pieces = Pieces(System([build(stored.groups)]), scales)
         self.x = system.state(y)
         self.found = Enclosed(0.0, end, 0, bits)
         self.row = 0

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 from flint import arb, arb_mat, ctx
 
-from razy.check.dual import Numbers, family
+from razy.check.dual import family
 from razy.check.machine import NotCovered, build, put, read_groups
 from razy.check.motion import System
 from razy.check.proof import TOGETHER, Course, Disproved, Proof, Undecided
@@ -126,7 +126,7 @@ class _Row:
         machine = build(self.groups)
         if not machine.frequencies():
             raise NotCovered("a machine without excitation")
-        system = System(Numbers([machine]), self.phase)
+        system = System([machine], self.phase)
         state = self.row["state"]
         n, m = len(state) // 2, system.m
         q = arb_mat(n, 2, [arb(float(state[i + j * n])) for i in range(n) for j in (0, 1)])
