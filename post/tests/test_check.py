@@ -113,7 +113,7 @@ def point(label: str, text: str, parameter: str, value: float, state: tuple[floa
     put(groups, parameter, value)
     y = [flint.arb(number) for number in state]
     course = Course(System([build(groups)], phase), y, 1)
-    return prove(label, course, y, family(groups, parameter, value), phase, value, "")
+    return prove(label, course, y, family(groups, parameter, value), value, "")
 
 
 def ball(amplitude: float) -> tuple[float, float]:

@@ -6,7 +6,7 @@ Frequencies are a rational times pi^0 or pi^1.
 
 from dataclasses import dataclass, field
 from fractions import Fraction
-from math import gcd, lcm
+from math import gcd
 from typing import Any
 
 import f90nml
@@ -244,13 +244,11 @@ def common(frequencies: list[tuple[Fraction, int]]) -> tuple[Fraction, int]:
         return Fraction(1), 0
     if len({power for _, power in frequencies}) > 1:
         raise NotCovered("frequencies without a common period")
-    numerator, denominator = 0, 1
+    largest = Fraction(0)
     for value, _ in frequencies:
-        numerator = gcd(numerator * value.denominator, value.numerator * denominator)
-        denominator = lcm(denominator * value.denominator, 1)
-        reduced = Fraction(numerator, denominator)
-        numerator, denominator = reduced.numerator, reduced.denominator
-    return Fraction(numerator, denominator), frequencies[0][1]
+        one, two = largest.numerator * value.denominator, value.numerator * largest.denominator
+        largest = Fraction(gcd(one, two), largest.denominator * value.denominator)
+    return largest, frequencies[0][1]
 
 
 def matrix(rows: list[list[Fraction]]) -> fmpq_mat:

@@ -3,9 +3,9 @@
 y are the coordinates that are felt, ' the derivative by the phase t = Omega*time, so the period is 2 pi k exactly.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -147,10 +147,11 @@ class System:
             x[self.size - 2 * i, 0], x[self.size - 2 * i + 1, 0] = wave.at(part, times)
         return x
 
-    @cached_property
-    def to_felt(self) -> arb_mat:
-        """Return the matrix from displacements to y."""
-        return balls(self.rows)
+    def felt(self, state: Sequence[float]) -> list[arb]:
+        """Return y of displacements and velocities of all bodies."""
+        n = len(state) // 2
+        q, rate = (balls(self.rows) * arb_mat(n, 1, [arb(float(x)) for x in part]) for part in (state[:n], state[n:]))
+        return [*q.entries(), *(x / self.omega for x in rate.entries())]
 
     def force(self, contact: int, branch: str) -> Any:
         """Return the form of the force k s + b s' + constant of a line, or of friction that slides."""

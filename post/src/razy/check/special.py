@@ -42,9 +42,9 @@ class Point:
 class Curve:
     """Motions with one sequence over the parameter: unknowns v = (state, times of events, parameter)."""
 
-    def __init__(self, course: Course, machines: list[Machine], phase: float, size: float):
+    def __init__(self, course: Course, machines: list[Machine], size: float):
         """Begin at a course; machines at the stored value of the parameter, whose size is `size`, and beyond it."""
-        self.course, self.machines, self.phase = copy(course), machines, phase
+        self.course, self.machines, self.phase = copy(course), machines, course.system.phase
         self.scales = [*course.scales, *[1.0] * course.events, size]
         self.n, self.last = 2 * course.system.m, len(self.scales) - 1
         self.direction = 0
@@ -115,19 +115,17 @@ class Curve:
         course.admit(look, box)
 
 
-def prove(
-    label: str, course: Course, y: list[arb], machines: list[Machine], phase: float, size: float, contact: str
-) -> Point:
+def prove(label: str, course: Course, y: list[arb], machines: list[Machine], size: float, contact: str) -> Point:
     """Prove a point LP, PD, TR or GR near a stored motion."""
     grazing = without_touch(course, contact) if label == "GR" else course
     try:
         if grazing is None:
             raise Undecided("no contact grazes there")
-        curve = Curve(grazing, machines, phase, size)
+        curve = Curve(grazing, machines, size)
         box, look = _between(label, curve, curve.begin(y))
         curve.admit(box, look)
     except Undecided as reason:
-        _refuse(label, Curve(course, machines, phase, size), y, grazing is None)
+        _refuse(label, Curve(course, machines, size), y, grazing is None)
         raise Undecided(str(reason)) from None
     beyond = box[curve.last, 0]
     return Point(beyond, [box[i, 0] for i in range(curve.n)], float(beyond.rad()) / size)
@@ -159,9 +157,9 @@ def _refuse(label: str, curve: Curve, y: list[arb], apart: bool) -> None:
         raise Disproved(f"it is no {label}: no multiplier is {where}")
 
 
-def near_fold(course: Course, y: list[arb], machines: list[Machine], phase: float, size: float) -> tuple[Proof, arb]:
+def near_fold(course: Course, y: list[arb], machines: list[Machine], size: float) -> tuple[Proof, arb]:
     """Prove a motion that has one number of the state as in y, and return by how much its parameter differs."""
-    curve = Curve(course, machines, phase, size)
+    curve = Curve(course, machines, size)
     v = curve.begin(y)
     if curve.direction >= curve.n:
         raise Undecided("a proved motion is near, but farther than the correction allows")

@@ -91,9 +91,7 @@ class _Motion:
         self.stored, self.progress = stored, progress
         machine = build(stored.groups)
         self.system = system = System([machine])
-        start, n = stored.start(), len(machine.mass)
-        self.to_y = lambda state: self._felt(state, n)
-        y = self.to_y(start)
+        y = system.felt(stored.start())
         end = stored.reached
         scales = self._scales(y)
         # Which event comes next and what keeps off its bounds needs few bits.
@@ -103,17 +101,10 @@ class _Motion:
         self.found = Enclosed(0.0, end, 0, bits)
         self.row = 0
 
-    def _felt(self, state, n: int) -> list[arb]:
-        q = arb_mat(n, 2, [arb(float(state[i + j * n])) for i in range(n) for j in (0, 1)])
-        felt = self.system.to_felt * q
-        return [felt[i, 0] for i in range(self.system.m)] + [
-            felt[i, 1] / self.system.omega for i in range(self.system.m)
-        ]
-
     def _scales(self, y: list[arb]) -> list[float]:
         """Return scales of y: the largest stored, or those of the start and of its acceleration."""
         m = self.system.m
-        rows = [self.to_y(state) for state in self.stored.state[:: max(1, len(self.stored.state) // 50)]]
+        rows = [self.system.felt(state) for state in self.stored.state[:: max(1, len(self.stored.state) // 50)]]
         if not rows:
             x = self.system.state(y)
             rate = self.system.generator(self.system.mode_at(x)) * x
@@ -205,7 +196,7 @@ class _Motion:
             inside = arb(time) * self.system.omega - begin
             if inside >= 0 and float(inside) > 1e-9 and float((end - begin - inside).mid()) > 1e-9:
                 x = self.system.exponential(mode, self.pieces.sizes).at(inside) * self.x
-                y = self.to_y(stored.state[self.row])
+                y = self.system.felt(stored.state[self.row])
                 away = max(
                     float(abs(a - x[i, 0]).upper()) / scale
                     for i, (a, scale) in enumerate(zip(y, self.pieces.scales, strict=True))

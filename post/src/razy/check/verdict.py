@@ -1,7 +1,7 @@
 """What is proved of the motions and special points of a file of razy-follow."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -77,26 +77,22 @@ def _read(data: h5py.File, name: str) -> np.ndarray:
     return data[name][:]
 
 
-def _judged(judge: Any, *arguments: Any) -> Verdict:
-    """Return the verdict of a judge, with more bits where it cannot decide: balls grow with the norm of the machine."""
+def _judged(judge: Callable[..., float], *arguments: Any) -> Verdict:
+    """Return the verdict of a judge that returns the radius of its proof, or says why there is none.
+
+    It has more bits where it cannot decide: balls grow with the norm of the machine.
+    """
     for bits in PRECISIONS:
         ctx.prec = bits
-        verdict = _judged_once(judge, *arguments)
-        if verdict.kind != "undecided":
-            break
-    return verdict
-
-
-def _judged_once(judge: Any, *arguments: Any) -> Verdict:
-    """Return the verdict of a judge that returns the radius of its proof, or says why there is none."""
-    try:
-        return Verdict("proved", radius=judge(*arguments))
-    except Disproved as reason:
-        return Verdict("refused", str(reason))
-    except (Undecided, ArithmeticError, ValueError) as reason:
-        return Verdict("undecided", str(reason))
-    except NotCovered as reason:
-        return Verdict("not covered", str(reason))
+        try:
+            return Verdict("proved", radius=judge(*arguments))
+        except Disproved as reason:
+            return Verdict("refused", str(reason))
+        except NotCovered as reason:
+            return Verdict("not covered", str(reason))
+        except (Undecided, ArithmeticError, ValueError) as reason:
+            undecided = Verdict("undecided", str(reason))
+    return undecided
 
 
 class _Row:
@@ -127,11 +123,7 @@ class _Row:
         if not machine.frequencies():
             raise NotCovered("a machine without excitation")
         system = System([machine], self.phase)
-        state = self.row["state"]
-        n, m = len(state) // 2, system.m
-        q = arb_mat(n, 2, [arb(float(state[i + j * n])) for i in range(n) for j in (0, 1)])
-        felt = system.to_felt * q
-        return system, [felt[i, 0] for i in range(m)] + [felt[i, 1] / system.omega for i in range(m)]
+        return system, system.felt(self.row["state"])
 
     def _special(self, label: str, contact: str, parameter: float, periods: int = 0) -> float:
         if parameter != self.value:
@@ -144,7 +136,7 @@ class _Row:
                     return found.radius
         system, y = self._start()
         course = Course(system, y, periods or self.periods)
-        point = prove(label, course, y, self._family(), self.phase, self.size, contact)
+        point = prove(label, course, y, self._family(), self.size, contact)
         away = abs(point.beyond) / self.size
         if away > FAR:
             raise Disproved(f"the parameter of {label} is farther from the proved one than 1e-7 of it")
@@ -190,7 +182,7 @@ class _Row:
             far = proof is not None and self._farther(system, y, proof.state, max(allowed, FAR))
             try:
                 # Beside a fold or a doubling another motion may be what Newton's method came to.
-                proof, moved = near_fold(course, y, self._family(), self.phase, self.size)
+                proof, moved = near_fold(course, y, self._family(), self.size)
                 near = not self._farther(system, y, proof.state, allowed) and bool(abs(moved) < allowed * self.size)
             except Undecided:
                 near = False
