@@ -12,7 +12,7 @@ from razy.check.dual import Dual, family  # noqa: E402
 from razy.check.exponential import Exponential  # noqa: E402
 from razy.check.machine import NotCovered, build, put, read_groups  # noqa: E402
 from razy.check.motion import System  # noqa: E402
-from razy.check.proof import Course, Disproved, Undecided  # noqa: E402
+from razy.check.proof import Course, Disproved, Undecided, Watched, krawczyk  # noqa: E402
 from razy.check.special import Point, prove  # noqa: E402
 
 CASE = """
@@ -153,6 +153,29 @@ def test_exponential_holds_that_of_flint():
     assert max(float(ball.rad()) for ball in exact.entries()) < 1e-58
     for far in ("inf", "nan", "1e400"):
         assert not any(x.is_finite() for x in Exponential(g, np.ones(5)).at(flint.arb(far)).entries())
+
+
+def test_guards_and_their_derivatives_lie_where_their_polynomials_say():
+    flint.ctx.prec = 212
+    flow = Exponential(flint.arb_mat([[0, 1], [-1, 0]]), np.ones(2), [flint.arb_mat([[1, 0]])])
+    h = flint.arb(flow.step)
+    ((a, rest),) = flow.polynomials(flint.arb_mat([[1], [0]]), h)
+    guard = Watched(a, rest, h, "cosine")
+    for order, exact in enumerate((h.cos(), -h.sin(), -h.cos(), h.sin())):
+        assert guard(order, h).contains(exact) and guard(order, h).rad() < 1e-17
+    assert rest < 1e-24
+
+
+def test_krawczyk_takes_no_box_of_two_zeros():
+    # x^2 = 1e-8
+    def image(middle, radius):
+        u, box = flint.arb_mat([[middle]]), flint.arb_mat([[flint.arb(middle, radius)]])
+        return krawczyk(flint.arb_mat([[u[0, 0] ** 2 - 1e-8]]), 2 * box, u, box)
+
+    assert image(1.001e-4, 1e-6)[0, 0].contains(1e-4)
+    for middle, radius in ((5e-4, 1e-3), (3e-4, 1e-5)):
+        with pytest.raises(Undecided, match="into itself"):
+            image(middle, radius)
 
 
 @pytest.mark.parametrize("law", ["'kelvin_voigt', stiffness=3.0", "'rigid', restitution=0.5"])

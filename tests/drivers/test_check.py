@@ -100,12 +100,15 @@ def test_of_many_motions_the_altered_one_is_named(branches, capsys):
     shutil.copy(branches, "altered.h5")
     with h5py.File("altered.h5", "r+") as data:
         count = data["point/state"].shape[0]
-        data["point/state"][4, :] *= 1 + 1e-6
+        data["point/state"][4, :] *= 1 + 1e-9
+        # A correction excuses no more than 1e-7.
+        data["point/state"][6, :] *= 1 + 1e-6
+        data["point/correction"][6] = 1.0
     code, out, _ = check(capsys, "altered.h5")
     said = [line for line in out.splitlines() if line.startswith("motion ")]
     reason = "its state is farther from the proved one than its correction allows"
-    assert code == 1 and said == [f"motion 5: refused: {reason}"]
-    assert f"{count - 1} of {count} motions proved" in out
+    assert code == 1 and said == [f"motion {k}: refused: {reason}" for k in (5, 7)]
+    assert f"{count - 2} of {count} motions proved" in out
 
 
 FREE = """

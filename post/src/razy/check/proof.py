@@ -191,7 +191,7 @@ class Pieces:
                 first = self.order(piece, guard) if begins else 0
                 final = (2 if piece.guard.target == "touch" else 1) if ends else 0
                 name = self.system.machine.contacts[guard.contact].name
-                _positive(_Watched(a, rest, h, name), arb(0), h, first, final)
+                _positive(Watched(a, rest, h, name), arb(0), h, first, final)
             if step < steps - 1:
                 x = flow.stride * x
 
@@ -312,6 +312,13 @@ class Course(Pieces):
         values = acb_mat(monodromy(self.equations(u).df, n).mid()).eig(algorithm="approx")
         return [complex(z) for z in values]
 
+    def sway(self, y: list[arb]) -> float:
+        """Return by how much what is left of the equations at y moves the motion, both over the scales; no proof."""
+        df = self.equations(self.unknowns(y)).df
+        inverse = np.linalg.inv(np.array([float(x) for x in df.entries()]).reshape(df.nrows(), -1))
+        sizes = np.array(self.scales + [max(self.scales)] * self.events)
+        return float(np.max((abs(inverse) @ sizes)[: len(y)] / sizes[: len(y)]))
+
     def _zero(self, u: arb_mat) -> tuple[arb_mat, arb_mat]:
         look = self.equations(u)
         return look.f, look.df
@@ -359,13 +366,14 @@ def _horner(a: list[arb], s: arb) -> arb:
     return value
 
 
-class _Watched:
+class Watched:
     """A guard over a step of length h: a polynomial, its derivatives and bounds of what is left of each."""
 
     def __init__(self, a: list[arb], rest: arb, h: arb, name: str):
         self.name, self.forms, self.rest, self.h = name, [a], rest, h
 
     def __call__(self, order: int, s: arb) -> arb:
+        """Return a derivative at s."""
         while len(self.forms) <= order:
             self.forms.append([k * c for k, c in enumerate(self.forms[-1])][1:])
         # Terms of order ORDER and beyond, each at most 1/16 of the one before.
@@ -373,7 +381,7 @@ class _Watched:
         return _horner(self.forms[order], s) + arb(0, rest.upper())
 
 
-def _positive(guard: _Watched, low, high, first: int, final: int, depth: int = 0) -> None:
+def _positive(guard: Watched, low, high, first: int, final: int, depth: int = 0) -> None:
     """Show that a guard is positive over (low, high), but zero at an end with so many derivatives, itself counted."""
     middle, over = ((low + high) / 2).mid(), low.union(high)
     rate, there = guard(1, over), guard(0, middle)

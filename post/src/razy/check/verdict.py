@@ -23,7 +23,7 @@ PRECISIONS = (128, 212, 424, 848)
 CLOSE = 1e-11
 """How far a state may be off over its size, and the parameter of a special point over its own."""
 FAR = 1e-7
-"""A state farther off than this is refused also near a fold, where corrections say little."""
+"""A state farther off than this is refused whatever its correction, and also near a fold."""
 ALLOWED = 1e-6
 """How far stored multipliers may be off, over the largest."""
 ROUNDED = 2e-15
@@ -172,14 +172,16 @@ class _Row:
             if changes:
                 raise Undecided("its sequence of events changes there")
             raise Disproved(f"it has {course.changes} events, not {row['events']}")
-        allowed = max(CLOSE, 10 * float(row["correction"]))
+        allowed = min(max(CLOSE, 10 * float(row["correction"])), FAR)
         try:
             proof = course.prove(y)
             near = self._farther(system, y, proof.state, allowed)
-        except Undecided:
-            proof, near = None, True
+            reason = "a proved motion is near, but farther than the correction allows: a fold may be near"
+        except Undecided as why:
+            proof, near, reason = None, True, str(why)
         if near:
-            far = proof is not None and self._farther(system, y, proof.state, max(allowed, FAR))
+            rounded = min(ROUNDED * (1 + course.events) * course.sway(y), FAR)
+            far = proof is not None and self._farther(system, y, proof.state, max(allowed, rounded))
             try:
                 # Beside a fold or a doubling another motion may be what Newton's method came to.
                 proof, moved = near_fold(course, y, self._family(), self.size)
@@ -189,7 +191,7 @@ class _Row:
             if not near and far:
                 raise Disproved("its state is farther from the proved one than its correction allows")
             if not near:
-                raise Undecided("a proved motion is near, but farther than the correction allows: a fold may be near")
+                raise Undecided(reason)
         self._compare(proof, course, y, changes or course.shortest < TOGETHER)
         return proof.radius
 
