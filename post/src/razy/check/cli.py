@@ -98,7 +98,7 @@ def _check(given: Namespace) -> int:
         if special.kind != "proved":
             print(f"special point {k + 1}: {special.kind}: {special.reason}")
     sound = sum(special.kind == "proved" for special in specials.values())
-    print(f"{sound} of {len(specials)} special points (LP, PD, TR, GR) proved")
+    print(f"{sound} of {len(specials)} special points proved")
     if given.output is not None:
         _write(given.output, given.file, found, specials, KINDS)
         print(f"wrote {given.output}", file=sys.stderr)

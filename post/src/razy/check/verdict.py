@@ -33,6 +33,13 @@ Beside a grazing it changes multipliers without bound.
 """
 CHANGES = ("GR", "ST", "SL", "CH")
 """Labels of motions between neighbours with other sequences of events."""
+UNCOVERED = {
+    "BP": "a branch point, where motions have no single curve",
+    "ST": "a beginning or end of sticking",
+    "SL": "a beginning, an end or a turn of sliding",
+    "CH": "a change of contacts that is no single touch",
+}
+"""Labels of points that are not proved."""
 COLUMNS = ("state", "multiplicity", "events", "stable", "multiplier", "period", "correction")
 
 
@@ -106,13 +113,14 @@ class _Row:
     def verdict(self, labels: dict[int, tuple[str, str, float]]) -> Verdict:
         """Return what is proved of the motion, and of the special points at it (label, contact, parameter)."""
         specials = {k: _judged(self._special, *label) for k, label in labels.items() if label[0] in LABELS}
+        specials |= {k: Verdict("not covered", UNCOVERED[of]) for k, (of, *_) in labels.items() if of in UNCOVERED}
         result = _judged(self._motion, any(label in CHANGES for label, *_ in labels.values()))
         if result.kind != "proved" and self.periods % 2 == 0 and "EP" in (label for label, *_ in labels.values()):
             # A doubled branch ends in the doubling of the motion of half its period.
             doubling = _judged(self._special, "PD", "", self.value, self.periods // 2)
             result = doubling if doubling.kind == "proved" else result
         for verdict in specials.values():
-            if result.kind != "proved" and verdict.kind != "undecided":
+            if result.kind != "proved" and verdict.kind in ("proved", "refused"):
                 # On the point itself a motion has no sequence, or no neighbourhood, of its own.
                 result = verdict
         return Verdict(result.kind, result.reason, result.radius, specials)
