@@ -8,7 +8,7 @@ import pytest
 
 flint = pytest.importorskip("flint")
 
-from razy.check.dual import Dual, family  # noqa: E402
+from razy.check.dual import Dual, between, family  # noqa: E402
 from razy.check.exponential import Exponential  # noqa: E402
 from razy.check.machine import NotCovered, build, put, read_groups  # noqa: E402
 from razy.check.motion import System  # noqa: E402
@@ -222,6 +222,13 @@ def test_what_rests_for_ever_is_not_alone():
     assert course.events == 0
     with pytest.raises(Undecided, match="the derivative is singular"):
         course.prove([flint.arb(0), flint.arb(0.9)])
+
+
+def test_a_machine_over_its_parameter_is_that_at_each_value():
+    text = CASE.format(clearance=1.0).replace("amplitude=1.0, angular_frequency=2.0", "unbalance=0.5, frequency=1.0")
+    tone = between(family(read_groups(text), "load%frequency", 1.0), flint.arb(0.25), True).loads[0][1]
+    rate = 0.5 * (2 * flint.arb.pi()) ** 2
+    assert abs(tone.cosine.value - rate * 1.25**2) < 1e-30 and abs(tone.cosine.slope - 2 * rate * 1.25) < 1e-30
 
 
 def test_what_no_point_is_near_is_refused():

@@ -260,11 +260,9 @@ class Course(Pieces):
             x, d = _apply(system.exponential(piece.mode, self.sizes).at(tau), x, d)
             g = system.generator(piece.mode)
             speed = (g.value if dual else g) * x
-            for i in range(system.size):
-                if before is not None:
-                    d[i, before] -= speed[i, 0]
-                if piece.guard is not None:
-                    d[i, event] += speed[i, 0]
+            for column, sign in ((before, -1), (None if piece.guard is None else event, 1)):
+                for i in range(system.size) if column is not None else ():
+                    d[i, column] += sign * speed[i, 0]
             if piece.guard is None:
                 begun, before, following = arb(0), None, self.next_break(piece)
                 y = [x[i, 0] for i in range(n)]
@@ -414,11 +412,10 @@ def newton(equations, u: arb_mat, scales: list[float]) -> arb_mat:
     raise Undecided("Newton's method does not converge: a fold or a grazing is near")
 
 
-def krawczyk(f: arb_mat, df: arb_mat, u: arb_mat, box: arb_mat, curve: tuple[arb_mat, arb] | None = None) -> arb_mat:
+def krawczyk(f: arb_mat, df: arb_mat, u: arb_mat, box: arb_mat) -> arb_mat:
     """Return the image of a box by Krawczyk's operator, which is in its interior: it holds one zero, and only one.
 
-    f: at u, the middle of the box; df: over the box; along a curve: the derivative by its unknown, and by how much that
-    changes.
+    f: at u, the middle of the box, so wide that it holds those of a family of equations; df: over the box.
     """
     try:
         inverse = df.mid().inv().mid()
@@ -428,8 +425,6 @@ def krawczyk(f: arb_mat, df: arb_mat, u: arb_mat, box: arb_mat, curve: tuple[arb
     for i in range(u.nrows()):
         identity[i, i] = arb(1)
     image = u - inverse * f + (identity - inverse * df) * (box - u)
-    if curve is not None:
-        image -= (inverse * curve[0]) * curve[1]
     if not all(box[i, 0].contains_interior(image[i, 0]) for i in range(u.nrows())):
         raise Undecided("Krawczyk's operator does not map the box into itself: a fold or a grazing is near")
     return image
