@@ -8,6 +8,7 @@ import pytest
 
 flint = pytest.importorskip("flint")
 
+from razy.check import special  # noqa: E402
 from razy.check.dual import Dual, between, family  # noqa: E402
 from razy.check.exponential import Exponential  # noqa: E402
 from razy.check.machine import NotCovered, build, put, read_groups  # noqa: E402
@@ -189,6 +190,32 @@ def test_grazing_is_the_closed_form(law, side):
     text = CASE.format(clearance=1.0).replace("'kelvin_voigt', stiffness=3.0", law)
     found = point("GR", text, "load%amplitude", value, (response.real, -response.imag), 0.0)
     assert abs(found.beyond + flint.arb(value) - exact) < 1e-30
+
+
+FREE = CASE.format(clearance=1.0).replace("=2.0", "=3.0") + "&damper between='body','frame', damping=-0.2 /"
+"""Its motion is -cos(3t)/8 where the spring's damping is 0.2; a pair of multipliers is on the unit circle then."""
+
+
+def test_a_pair_on_the_unit_circle_is_the_closed_form():
+    value = 0.2 * (1 + 1e-14)
+    found = point("TR", FREE, "spring%damping", value, (-1 / 8, 0.0), 0.0)
+    assert abs(found.beyond + flint.arb(value) - flint.arb(0.2)) < 1e-30
+
+
+@pytest.mark.parametrize("label", ["LP", "PD", "TR", "GR"])
+def test_beside_a_point_there_is_no_change_of_sign(monkeypatch, label):
+    # 1e-14 of the parameter is far more than the length of the curve.
+    monkeypatch.setattr(special, "_locate", lambda _, curve, v: curve.at(v, v[curve.direction, 0]))
+    graze = CASE.format(clearance=1.0), "load%amplitude", math.sqrt(9.16) * (1 + 1e-13)
+    response = graze[2] / (-3 + 0.4j)
+    text, parameter, value, state, phase = {
+        "LP": (TABLE, "stop%motion_amplitude", FOLD * (1 + 1e-14), ball(FOLD * (1 + 1e-9)), 0.3),
+        "PD": (TABLE, "stop%motion_amplitude", DOUBLING * (1 + 1e-12), ball(DOUBLING * (1 + 1e-12)), 0.3),
+        "TR": (FREE, "spring%damping", 0.2 * (1 + 1e-14), (-1 / 8, 0.0), 0.0),
+        "GR": (*graze, (response.real, -response.imag), 0.0),
+    }[label]
+    with pytest.raises(Undecided, match=f"no change of sign is proved at {label}"):
+        point(label, text, parameter, value, state, phase)
 
 
 def resting(amplitude: float) -> Course:
