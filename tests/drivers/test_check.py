@@ -343,6 +343,24 @@ def test_switched_spring_that_parts_at_zero_force_is_enclosed(capsys, damping, l
     assert float(out.split("are within ")[1].split()[0]) < 1e-10
 
 
+@pytest.mark.parametrize("integrator", ["dop853", "exact"])
+def test_where_a_run_has_settled_is_proved(capsys, integrator):
+    text = FREE.format(clearance="0.2", law="'kelvin_voigt', stiffness=3.0").split("&follow")[0]
+    text = text.replace("'displacement', what='extrema'", "'state', what='trajectory', interval=0.7")
+    Path("run.nml").write_text(text.replace("'exact'", f"'{integrator}'"))
+    for end, settled in ((200.0, True), (20.0, False)):
+        succeed("razy-run", "run.nml", "--output", "run.h5", "--force", *sets(motion__t_end=end))
+        code, out, err = check(capsys, "run.h5")
+        assert ("settled: the last state is within" in out and "motion of 1 periods, stable" in out) == settled
+        if integrator == "exact":
+            assert code == 0 and f"enclosed until {end:g} of {end:g} s" in out
+        else:
+            assert code == (0 if settled else 2) and ("has not settled" in err) != settled
+    with h5py.File("run.h5", "r+") as data:
+        data["state/velocity"][-1] *= 1.01
+    assert "settled" not in check(capsys, "run.h5")[1]
+
+
 def test_enclosure_says_until_when(capsys):
     # The ball comes to rest on the table after infinitely many bounces.
     succeed("razy-run", SOURCE / "inputs" / "bouncing_ball_table.nml", "--output", "run.h5")
@@ -392,7 +410,7 @@ def test_mistakes_are_one_line(branches, capsys):
     succeed("razy-run", case, "--output", "run.h5", *sets(motion__integrator="dop853"))
     for words, line in (
         (["none.h5"], "none.h5: no such file"),
-        (["run.h5"], "run.h5: a motion by 'dop853'; enclosures are for those by 'exact'"),
+        (["run.h5"], "run.h5: a motion by 'dop853' that has not settled; enclosures are for those by 'exact'"),
         ([branches, "--jobs", "0"], "--jobs 0: a whole number from 1 to 1024"),
         ([branches, "--output", branches, "--force"], f"{branches}: is the file that is read"),
     ):

@@ -113,16 +113,14 @@ def _need_flint() -> None:
 
 
 def _check_start(given: Namespace) -> int:
-    """Enclose the motion of a file of razy-run from its start."""
+    """Enclose the motion of a file of razy-run from its start, or prove the one that it has settled to."""
     if given.output is not None:
         raise ResultError("--output: the verdict on a motion from a start is one line, there is no file of it")
     with making_sense_of(given.file), h5py.File(given.file) as data:
         integrator = str(data.attrs["integrator"])
-    if integrator != "exact":
-        raise ResultError(f"{given.file}: a motion by '{integrator}'; enclosures are for those by 'exact'")
     _need_flint()
     from razy.check.machine import NotCovered
-    from razy.check.start import enclose_file
+    from razy.check.start import enclose_file, settled
 
     said = time.monotonic()
 
@@ -134,6 +132,15 @@ def _check_start(given: Namespace) -> int:
 
     with making_sense_of(given.file):
         try:
+            if (end := settled(given.file)) is not None:
+                periods, stable, away = end
+                says = {True: "stable", False: "unstable", None: "undecided whether stable"}[stable]
+                print(f"settled: the last state is within {away:.1e} of a proved motion of {periods} periods, {says}")
+            if integrator != "exact":
+                if end is None:
+                    reason = f"a motion by '{integrator}' that has not settled; enclosures are for those by 'exact'"
+                    raise ResultError(f"{given.file}: {reason}")
+                return 0
             found = enclose_file(given.file, progress)
         except NotCovered as reason:
             raise ResultError(f"{given.file}: {reason}: not covered") from reason

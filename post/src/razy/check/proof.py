@@ -222,6 +222,7 @@ class Course(Pieces):
                 x, turned = self.after(before, x), turned + more
                 if guard is None:
                     break
+        self.end = x.entries()
         self.events = sum(piece.guard is not None for piece in self.pieces)
         self.changes = self.events + turned
 
@@ -229,6 +230,10 @@ class Course(Pieces):
     def shortest(self) -> float:
         """The duration of the shortest piece that ends with an event."""
         return min((piece.duration for piece in self.pieces if piece.guard is not None), default=math.inf)
+
+    def distance(self, one: list[arb], two: list[arb]) -> float:
+        """Return the largest difference of displacements and velocities y, over the scales."""
+        return max(float(abs(a - b).upper()) / scale for a, b, scale in zip(one, two, self.scales, strict=False))
 
     def unknowns(self, y: list[arb]) -> arb_mat:
         """Return (y, times of events), each counted from the last break of the excitation."""

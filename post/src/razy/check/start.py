@@ -9,9 +9,9 @@ import h5py
 import numpy as np
 from flint import arb, arb_mat, ctx
 
-from razy.check.machine import NotCovered, build, read_groups
+from razy.check.machine import NotCovered, build, common, read_groups, value_of
 from razy.check.motion import System
-from razy.check.proof import Disproved, Piece, Pieces, Undecided
+from razy.check.proof import Course, Disproved, Piece, Pieces, Undecided
 from razy.read.file import check_storage
 
 PRECISIONS = (212, 424, 848, 1696, 3392, 6784)
@@ -20,6 +20,11 @@ STATES = 200
 """At most so many of the stored states are compared, the last among them."""
 AGREES = 1e-7
 """A stored state or event farther off than this, over the largest or over the time, is not that of the motion."""
+
+SETTLED = 1e-6
+"""A run has settled if its last state returns, and lies to a proved motion, within this of the largest."""
+PERIODS = 16
+"""Of the excitation, in the longest period that is looked for."""
 
 
 @dataclass
@@ -84,6 +89,32 @@ def enclose_file(file: str | Path, progress: Callable[[float, float, int], None]
         if not found.reason or found.reason.startswith("not covered") or stuck:
             break
     return best
+
+
+def settled(file: str | Path) -> tuple[int, bool | None, float] | None:
+    """Prove the periodic motion that a run has come to.
+
+    Return its periods of the excitation, whether it is stable, and how far off the last stored state is, over the
+    largest displacement or velocity of it.
+    """
+    stored = _Stored(file)
+    machine = build(stored.groups)
+    if not (stored.time.size and machine.frequencies()):
+        return None
+    ctx.prec = PRECISIONS[0]
+    turns = arb(float(stored.time[-1])) * value_of(common(machine.frequencies())) / (2 * arb.pi())
+    system = System([machine], float(turns - turns.floor()))
+    y = system.felt(stored.state[-1])
+    for periods in range(1, PERIODS + 1):
+        try:
+            course = Course(system, y, periods)
+            if course.distance(course.end, y) < SETTLED:
+                proof = course.prove(y)
+                away = course.distance(proof.state, y)
+                return (periods, proof.stable, away) if away < SETTLED else None
+        except (Undecided, Disproved, NotCovered, ArithmeticError, ValueError):
+            continue
+    return None
 
 
 class _Motion:
