@@ -2,6 +2,7 @@
 
 import math
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from razy.check.machine import NotCovered, build, put, read_groups  # noqa: E402
 from razy.check.motion import System  # noqa: E402
 from razy.check.proof import Course, Disproved, Undecided, Watched, krawczyk  # noqa: E402
 from razy.check.special import Point, prove  # noqa: E402
+from razy.check.start import Motion  # noqa: E402
 
 CASE = """
 &scene kind='lumped' /
@@ -242,6 +244,22 @@ def test_a_ball_that_rests_on_a_table_is_thrown_where_it_falls_faster():
     assert proof.stable is True and proof.radius < 1e-30
     assert abs(proof.state[0]) < 1e-30 and abs(proof.state[1] - 2) < 1e-30
     assert max(abs(complex(z.mid())) for z in proof.multipliers) < 1e-30
+
+
+def test_the_enclosure_of_an_impact_holds_the_closed_form():
+    # From about the height 1 it falls for sqrt(2), and leaves with half its speed.
+    flint.ctx.prec = 212
+    text, none = TABLE.split(",\n      motion")[0] + " /", np.zeros(0)
+    stored = SimpleNamespace(
+        groups=read_groups(text), reached=2.0, start=lambda: [1.0, 0.0], events=none, contacts=none
+    )
+    stored.time, stored.events, stored.contacts, stored.state = none, none, none, np.zeros((0, 2))
+    motion = Motion(stored, 212, lambda *_: None)
+    motion.x = motion.system.state([flint.arb(1, 1e-20), flint.arb(0)])
+    assert motion.enclose().events == 1
+    for height in (1 - flint.arb("0.9e-20"), 1 + flint.arb("0.9e-20")):
+        for ball, exact in zip(motion.x.entries(), (flint.arb(0), (2 * height).sqrt() / 2), strict=False):
+            assert ball.overlaps(exact) and ball.rad() < 1e-19
 
 
 def test_what_rests_for_ever_is_not_alone():

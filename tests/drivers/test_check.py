@@ -77,6 +77,18 @@ def test_special_points_that_were_altered_are_refused(branches, capsys, name, ch
     assert code == 1 and any("special point" in line and reason in line for line in out.splitlines())
 
 
+def test_a_special_point_that_is_moved_with_its_motion_is_refused(branches, capsys):
+    shutil.copy(branches, "altered.h5")
+    with h5py.File("altered.h5", "r+") as data:
+        parameter = data.attrs["input"].split("parameter = '")[-1].split("'")[0].replace("%", ".")
+        rows = data["special/point"][...]
+        data["special/parameter"][...] *= 1 + 1e-6
+        for row in set(rows):
+            data[f"point/{parameter}"][row] *= 1 + 1e-6
+    code, out, _ = check(capsys, "altered.h5")
+    assert code == 1 and "refused: the parameter of PD is farther from the proved one than 1e-7 of it" in out
+
+
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [

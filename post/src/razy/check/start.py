@@ -83,7 +83,7 @@ def enclose_file(file: str | Path, progress: Callable[[float, float, int], None]
     best = None
     for bits in PRECISIONS:
         ctx.prec = bits
-        found = _Motion(stored, bits, progress).enclose()
+        found = Motion(stored, bits, progress).enclose()
         stuck = best is not None and found.until <= best.until * (1 + 1e-12)
         best = found
         if not found.reason or found.reason.startswith("not covered") or stuck:
@@ -117,7 +117,9 @@ def settled(file: str | Path) -> tuple[int, bool | None, float] | None:
     return None
 
 
-class _Motion:
+class Motion:
+    """The motion from its start."""
+
     def __init__(self, stored: _Stored, bits: int, progress: Callable[[float, float, int], None]):
         self.stored, self.progress = stored, progress
         machine = build(stored.groups)

@@ -213,6 +213,8 @@ class _Row:
             course, y
         ):
             return
+        if any(max(float(z.real.rad()), float(z.imag.rad())) > allowed for z in proof.multipliers):
+            raise Undecided("its multipliers are not enclosed well enough")
         if changes:
             raise Undecided("its multipliers are other ones on its two sides, where the sequence of events changes")
         raise Disproved("its multipliers are not the proved ones")
