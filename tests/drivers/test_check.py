@@ -77,6 +77,17 @@ def test_special_points_that_were_altered_are_refused(branches, capsys, name, ch
     assert code == 1 and any("special point" in line and reason in line for line in out.splitlines())
 
 
+def test_a_touch_among_other_events_is_proved(capsys):
+    case = SOURCE / "inputs" / "hysteresis.nml"
+    start("razy-follow", case, "--output", "touch.h5", *sets(follow__first=14.0, follow__last=14.6))
+    code, out, _ = check(capsys, "touch.h5", "--output", "verdicts.h5")
+    with h5py.File("touch.h5") as data, h5py.File("verdicts.h5") as verdicts:
+        rows = data["special/label"].asstr()[:] == "GR"
+        assert rows.sum() == 1 and (data["point/events"][data["special/point"][rows]] > 1).all()
+        assert (verdicts["special/verdict"][:] == 0).all()
+    assert code == 0 and "1 of 1 special points proved" in out, out
+
+
 def test_a_special_point_that_is_moved_with_its_motion_is_refused(branches, capsys):
     shutil.copy(branches, "altered.h5")
     with h5py.File("altered.h5", "r+") as data:
