@@ -39,7 +39,10 @@ def test_motions_and_special_points_are_proved(branches, capsys):
         assert (verdicts["verdict"][:] == 0).all() and verdicts["radius"][:].max() < 1e-20
         assert (verdicts["special/verdict"][:] == 0).all() and verdicts["special/radius"][:].max() < 1e-20
         assert set(data["special/label"].asstr()[:][special]) == {"PD"}
-    assert code == 0 and f"{count} of {count} motions proved" in out
+        stable = verdicts["stable"][:]
+        both = (stable >= 0) & (data["point/stable"][:] >= 0)
+        assert (stable == data["point/stable"][:])[both].all() and {0, 1} <= set(stable) and both.sum() > count - 4
+    assert code == 0 and f"{count} of {count} motions proved" in out and f" {(stable == 0).sum()} unstable" in out
     assert f"{special.size} of {special.size} special points proved" in out
 
 

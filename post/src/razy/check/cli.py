@@ -91,7 +91,9 @@ def _check(given: Namespace) -> int:
             print(f"motion {number}: {verdict.kind}: {verdict.reason}")
     kinds = Counter(verdict.kind for verdict in found)
     radius = max((verdict.radius for verdict in found if verdict.kind == "proved"), default=0.0)
+    stable = Counter(verdict.stable for verdict in found if verdict.kind == "proved")
     others = "".join(f", {kinds[kind]} {kind}" for kind in KINDS[1:] if kinds[kind])
+    others = f", {stable[True]} stable, {stable[False]} unstable{others}"
     print(f"{kinds['proved']} of {count} motions proved, largest radius {radius:.1e}{others}")
     specials = dict(sorted((k, special) for verdict in found for k, special in verdict.specials.items()))
     for k, special in specials.items():
@@ -174,6 +176,10 @@ def _write(
         with open_result(file) as result:
             data.attrs["states"] = digest(result.states)
         _write_columns(data, found, kinds, "the state")
+        stable = [-1 if one.stable is None else int(one.stable) for one in found]
+        data.create_dataset("stable", data=np.array(stable, np.int32))
+        data["stable"].attrs["flag_values"] = np.arange(-1, 2, dtype=np.int32)
+        data["stable"].attrs["flag_meanings"] = "undecided unstable stable"
         special = data.create_group("special")
         special["special"] = np.array(list(specials), np.int32)
         special["special"].attrs["long_name"] = "row of /special, from 0"

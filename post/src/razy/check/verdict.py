@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +50,8 @@ class Verdict:
     kind: str
     reason: str = ""
     radius: float = math.nan
+    stable: bool | None = None
+    """Of a proved motion, if that is proved, too."""
     specials: dict[int, "Verdict"] = field(default_factory=dict)
     """Of a motion: the verdicts on the special points that are at it, by their row in /special."""
 
@@ -84,15 +86,15 @@ def _read(data: h5py.File, name: str) -> np.ndarray:
     return data[name][:]
 
 
-def _judged(judge: Callable[..., float], *arguments: Any) -> Verdict:
-    """Return the verdict of a judge that returns the radius of its proof, or says why there is none.
+def _judged(judge: Callable[..., Verdict], *arguments: Any) -> Verdict:
+    """Return the verdict of a judge that says why there is no proof, if so.
 
     It has more bits where it cannot decide: balls grow with the norm of the machine.
     """
     for bits in PRECISIONS:
         ctx.prec = bits
         try:
-            return Verdict("proved", radius=judge(*arguments))
+            return judge(*arguments)
         except Disproved as reason:
             return Verdict("refused", str(reason))
         except NotCovered as reason:
@@ -123,7 +125,7 @@ class _Row:
             if result.kind != "proved" and verdict.kind in ("proved", "refused"):
                 # On the point itself a motion has no sequence, or no neighbourhood, of its own.
                 result = verdict
-        return Verdict(result.kind, result.reason, result.radius, specials)
+        return replace(result, specials=specials)
 
     def _start(self) -> tuple[System, list[arb]]:
         put(self.groups, self.parameter, self.value)
@@ -133,7 +135,7 @@ class _Row:
         system = System([machine], self.phase)
         return system, system.felt(self.row["state"])
 
-    def _special(self, label: str, contact: str, parameter: float, periods: int = 0) -> float:
+    def _special(self, label: str, contact: str, parameter: float, periods: int = 0) -> Verdict:
         if parameter != self.value:
             raise Disproved(f"the parameter of {label} is not that of its motion")
         if label == "GR" and not periods:
@@ -141,7 +143,7 @@ class _Row:
             for part in (k for k in range(1, self.periods) if self.periods % k == 0):
                 found = _judged(self._special, label, contact, parameter, part)
                 if found.kind == "proved":
-                    return found.radius
+                    return found
         system, y = self._start()
         course = Course(system, y, periods or self.periods)
         point = prove(label, course, y, self._family(), self.size, contact)
@@ -152,7 +154,7 @@ class _Row:
             raise Undecided(f"the parameter of {label} is farther from the proved one than 1e-11 of it")
         if self._farther(system, y, point.state, FAR):
             raise Disproved(f"its state is farther from that of {label} than 1e-7 of it")
-        return point.radius
+        return Verdict("proved", radius=point.radius)
 
     def _family(self) -> list:
         return family(self.groups, self.parameter, self.value)
@@ -168,7 +170,7 @@ class _Row:
                 return True
         return False
 
-    def _motion(self, changes: bool) -> float:
+    def _motion(self, changes: bool) -> Verdict:
         row = self.row
         system, y = self._start()
         if abs(2 * arb.pi() * self.periods / system.omega / float(row["period"]) - 1) > 1e-12:
@@ -201,7 +203,7 @@ class _Row:
             if not near:
                 raise Undecided(reason)
         self._compare(proof, course, y, changes or course.shortest < TOGETHER)
-        return proof.radius
+        return Verdict("proved", radius=proof.radius, stable=proof.stable)
 
     def _compare(self, proof: Proof, course: Course, y: list[arb], changes: bool) -> None:
         if proof.stable is not None and self.row["stable"] >= 0 and proof.stable != bool(self.row["stable"]):
